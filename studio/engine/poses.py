@@ -1,0 +1,89 @@
+"""A solve's result: the poses of the output skeleton over a take (`poses.npz`)."""
+
+import os
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from studio.engine.errors import FormatError
+from studio.engine.files import write_atomically
+
+_KEYS = ("time_s", "joint_names", "parents", "positions_m", "rotations_wxyz", "confidence", "uncertainty_mm")
+
+
+@dataclass(frozen=True)
+class Poses:
+    """Poses of a skeleton over time, in the stage frame (metres, z up, T-pose faces -y).
+
+    A joint's rotation takes the stage axes to the joint's axes; it is the identity in the T-pose, in which
+    the left hand points along +x and the toes along -y.
+
+    Attributes:
+        time_s: stage time of each frame [s], shape (frame_count,), increasing.
+        joint_names: HumanIK names for a solve, shape (joint_count,).
+        parents: index of each joint's parent, -1 for the root; parents come before children.
+        positions_m: joint positions, shape (frame_count, joint_count, 3).
+        rotations_wxyz: unit quaternions of the joints' world rotations, shape (frame_count, joint_count, 4).
+        confidence: 0..1, shape (frame_count, joint_count).
+        uncertainty_mm: radius of the 90 % ball, shape (frame_count, joint_count); NaN = not measured.
+    """
+
+    time_s: NDArray[np.float64]
+    joint_names: tuple[str, ...]
+    parents: NDArray[np.int64]
+    positions_m: NDArray[np.float64]
+    rotations_wxyz: NDArray[np.float64]
+    confidence: NDArray[np.float64]
+    uncertainty_mm: NDArray[np.float64]
+
+    def __post_init__(self) -> None:
+        frames, joints = len(self.time_s), len(self.joint_names)
+        expected = {
+            "parents": (joints,),
+            "positions_m": (frames, joints, 3),
+            "rotations_wxyz": (frames, joints, 4),
+            "confidence": (frames, joints),
+            "uncertainty_mm": (frames, joints),
+        }
+        for name, shape in expected.items():
+            if getattr(self, name).shape != shape:
+                raise FormatError(f"poses: {name} has shape {getattr(self, name).shape}, expected {shape}")
+        if frames and not (np.isfinite(self.positions_m).all() and np.isfinite(self.rotations_wxyz).all()):
+            raise FormatError("poses: positions and rotations must be finite")
+        if not (self.parents < np.arange(joints)).all():
+            raise FormatError("poses: every parent must come before its child")
+
+    @property
+    def frame_count(self) -> int:
+        return len(self.time_s)
+
+    @property
+    def frames_per_second(self) -> float:
+        """Median frame rate [Hz]; 60 where there are fewer than two frames."""
+        return 60.0 if self.frame_count < 2 else float(1.0 / np.median(np.diff(self.time_s)))
+
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Write `poses.npz` atomically: either the whole file is there afterwards, or the old one."""
+        with write_atomically(path) as file:
+            np.savez_compressed(file, **{key: np.asarray(getattr(self, key)) for key in _KEYS})
+
+    @classmethod
+    def load(cls, path: str | os.PathLike[str]) -> "Poses":
+        """Return the poses in the file.
+
+        Raises:
+            FormatError: the file is missing, broken, or lacks a key.
+        """
+        if not Path(path).is_file():
+            raise FormatError(f"no poses at {path}; run `studio solve` first")
+        try:
+            with np.load(path, allow_pickle=False) as data:
+                values = {key: data[key] for key in _KEYS}
+        except (KeyError, ValueError, OSError, EOFError) as error:
+            raise FormatError(f"{path} is not a poses.npz: {error}; solve the take again") from error
+        except Exception as error:  # zipfile and zlib raise their own kinds on a truncated file
+            raise FormatError(f"{path} is damaged: {error}; solve the take again") from error
+        values["joint_names"] = tuple(str(name) for name in values["joint_names"])
+        return cls(**values)
