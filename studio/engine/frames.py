@@ -1,0 +1,116 @@
+"""What flows through the pipeline: a camera's frame, the clock that places it, frames aligned, skeleton fused."""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+
+@dataclass(frozen=True)
+class HandSeen:
+    """One hand's state as one camera saw it: side `left`/`right`, method, probability of being open."""
+
+    side: str
+    method: str
+    open_probability: float
+
+
+@dataclass(frozen=True)
+class CameraFrame:
+    """One camera's skeleton in canonical joints, in the camera frame (OpenCV axes, metres).
+
+    Attributes:
+        camera: name of the camera.
+        sequence: number that the client gave the frame.
+        device_time_ns: capture time on the camera's own clock [ns].
+        positions: shape (21, 3); NaN = unseen.
+        confidence: shape (21,), 0..1; 0 = unseen.
+        hands: hand states that came with the frame.
+        head_wxyz: measured head orientation in the camera frame, where known.
+    """
+
+    camera: str
+    sequence: int
+    device_time_ns: int
+    positions: NDArray[np.float64]
+    confidence: NDArray[np.float64]
+    hands: tuple[HandSeen, ...] = ()
+    head_wxyz: tuple[float, float, float, float] | None = None
+
+
+@dataclass(frozen=True)
+class ClockModel:
+    """How a camera's clock maps to the stage clock: an offset at a reference time, and a drift.
+
+    stage_ns = device_ns + offset_ns + drift_ppm * 1e-6 * (device_ns - reference_ns)
+    """
+
+    offset_ns: int = 0
+    drift_ppm: float = 0.0
+    reference_ns: int = 0
+
+    def stage_ns(self, device_ns: int) -> int:
+        """Return the stage time [ns] of a device time [ns]."""
+        return device_ns + self.offset_ns + round(self.drift_ppm * 1e-6 * (device_ns - self.reference_ns))
+
+    def stage_s(self, device_s: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return stage times [s] of device times [s], any shape."""
+        return device_s + self.offset_ns * 1e-9 + self.drift_ppm * 1e-6 * (device_s - self.reference_ns * 1e-9)
+
+
+@dataclass(frozen=True)
+class FrameSet:
+    """All cameras' skeletons at one stage time, in the stage frame.
+
+    Attributes:
+        stage_time_ns: the instant.
+        cameras: names of the cameras that take part, shape (camera_count,).
+        positions: shape (camera_count, 21, 3) [m]; NaN = unseen.
+        confidence: shape (camera_count, 21).
+        camera_positions: optical centres in the stage frame [m], shape (camera_count, 3).
+        hands: hand states of the newest frame of each camera.
+        head_wxyz: head orientation in the stage frame, from the surest camera, where measured.
+    """
+
+    stage_time_ns: int
+    cameras: tuple[str, ...]
+    positions: NDArray[np.float64]
+    confidence: NDArray[np.float64]
+    camera_positions: NDArray[np.float64]
+    hands: tuple[HandSeen, ...] = ()
+    head_wxyz: tuple[float, float, float, float] | None = None
+
+
+@dataclass(frozen=True)
+class FusedSkeleton:
+    """One skeleton of all cameras.
+
+    Attributes:
+        positions: shape (21, 3), stage frame [m]; NaN = no camera sees the joint.
+        confidence: shape (21,).
+        sigma: standard deviation of each joint's position [m], shape (21,); NaN = unseen.
+        used: whether a camera's joint was used, shape (camera_count, 21).
+        reasons: why a camera's joint was not used, by (camera index, joint index); see `fusion`.
+    """
+
+    positions: NDArray[np.float64]
+    confidence: NDArray[np.float64]
+    sigma: NDArray[np.float64]
+    used: NDArray[np.bool_]
+    reasons: dict[tuple[int, int], str] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class StepResult:
+    """All that one step of the pipeline made, for the view, the take and the metrics.
+
+    `positions_m`, `rotations_wxyz`, `confidence` and `uncertainty_mm` are one frame of `Poses`:
+    shapes (52, 3), (52, 4), (52,), (52,).
+    """
+
+    frame_set: FrameSet
+    fused: FusedSkeleton
+    positions_m: NDArray[np.float64]
+    rotations_wxyz: NDArray[np.float64]
+    confidence: NDArray[np.float64]
+    uncertainty_mm: NDArray[np.float64]

@@ -1,0 +1,81 @@
+"""Rigid transforms and rotations that several parts of the engine need."""
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
+
+
+def transform_points(T: NDArray[np.float64], points: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return points, shape (..., 3), moved by the 4x4 rigid transform `T`."""
+    return points @ T[:3, :3].T + T[:3, 3]
+
+
+def make_transform(rotation: NDArray[np.float64], translation: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the 4x4 transform of a 3x3 rotation and a translation [m]."""
+    T = np.eye(4)
+    T[:3, :3] = rotation
+    T[:3, 3] = translation
+    return T
+
+
+def invert_transform(T: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the inverse of a 4x4 rigid transform."""
+    return make_transform(T[:3, :3].T, -T[:3, :3].T @ T[:3, 3])
+
+
+def is_rigid(T: NDArray[np.float64], tolerance: float = 1e-3) -> bool:
+    """Whether `T` is a finite 4x4 rigid transform with det(R) = +1."""
+    return bool(
+        T.shape == (4, 4)
+        and np.isfinite(T).all()
+        and np.abs(T[3] - [0, 0, 0, 1]).max() < tolerance
+        and np.abs(T[:3, :3] @ T[:3, :3].T - np.eye(3)).max() < tolerance
+        and np.linalg.det(T[:3, :3]) > 0
+    )
+
+
+def fit_rigid(
+    source: NDArray[np.float64], target: NDArray[np.float64], weights: NDArray[np.float64] | None = None
+) -> NDArray[np.float64]:
+    """Return the 4x4 rigid transform that takes `source` to `target` with least weighted squares.
+
+    Args:
+        source: points [m], shape (point_count, 3), finite.
+        target: their counterparts, same shape.
+        weights: not negative, shape (point_count,); equal where None.
+
+    Source: Arun, Huang, Blostein, "Least-squares fitting of two 3-D point sets", PAMI 1987, with the
+    reflection guard of Umeyama, PAMI 1991.
+    """
+    w = np.ones(len(source)) if weights is None else weights
+    w = w / w.sum()
+    source_mean, target_mean = w @ source, w @ target
+    covariance = (target - target_mean).T @ ((source - source_mean) * w[:, None])
+    u, _, vt = np.linalg.svd(covariance)
+    d = np.sign(np.linalg.det(u @ vt))
+    rotation = u @ np.diag([1.0, 1.0, d]) @ vt
+    return make_transform(rotation, target_mean - rotation @ source_mean)
+
+
+def quaternions(matrices: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return wxyz quaternions, shape (..., 4), w >= 0, of rotation matrices, shape (..., 3, 3)."""
+    q = Rotation.from_matrix(matrices.reshape(-1, 3, 3)).as_quat(canonical=True, scalar_first=True)
+    return q.reshape(*matrices.shape[:-2], 4)
+
+
+def matrices(quaternions_wxyz: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return rotation matrices, shape (..., 3, 3), of wxyz quaternions, shape (..., 4)."""
+    m = Rotation.from_quat(quaternions_wxyz.reshape(-1, 4), scalar_first=True).as_matrix()
+    return m.reshape(*quaternions_wxyz.shape[:-1], 3, 3)
+
+
+def rotation_between(a: NDArray[np.float64], b: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the smallest rotation, 3x3, that turns direction `a` to direction `b` (swing without twist)."""
+    a, b = a / np.linalg.norm(a), b / np.linalg.norm(b)
+    v, c = np.cross(a, b), float(a @ b)
+    if c < -1 + 1e-9:  # opposite: half a turn about any axis across a
+        axis = np.cross(a, np.eye(3)[np.argmin(np.abs(a))])
+        axis /= np.linalg.norm(axis)
+        return 2 * np.outer(axis, axis) - np.eye(3)
+    k = np.array([[0, -v[2], v[1]], [v[2], 0, -v[0]], [-v[1], v[0], 0]])
+    return np.eye(3) + k + k @ k / (1 + c)

@@ -1,0 +1,209 @@
+"""The wire protocol between camera clients and the server (version 1), and the messages kept in `raw.mcap`.
+
+A camera client opens a WebSocket at `/api/v1/link` and sends `Hello`; the server answers `Welcome` or
+`Refused` and closes. Then, in any order: `ClockRequest` -> `ClockReply` (the exchange that gives offset and
+drift), `SkeletonFrame`, `Status` from the client, `Recording` and `Ack` from the server. Every message is one
+binary WebSocket message: a MessagePack map with a `type` key. `decode` checks it against its schema.
+
+A `SkeletonFrame` is written to `raw.mcap` as the very bytes that arrived.
+"""
+
+import re
+from typing import Annotated
+
+import msgspec
+import numpy as np
+from msgspec import Meta
+from numpy.typing import NDArray
+
+from studio.engine.errors import FormatError
+from studio.engine.joints import JOINT_SETS
+
+PROTOCOL_VERSION = 1
+MAX_MESSAGE_BYTES = 4 * 1024 * 1024
+LINK_PATH = "/api/v1/link"
+
+Name = Annotated[str, Meta(pattern=r"^[A-Za-z0-9][A-Za-z0-9_.-]{0,62}$")]
+TimeNs = Annotated[int, Meta(ge=0, lt=2**63)]
+
+
+class Intrinsics(msgspec.Struct, forbid_unknown_fields=True):
+    """Pinhole intrinsics in pixels: focal lengths, principal point, image size."""
+
+    fx: float
+    fy: float
+    cx: float
+    cy: float
+    width: int
+    height: int
+
+
+class Hello(msgspec.Struct, tag="hello", forbid_unknown_fields=True):
+    """First message of a camera client.
+
+    `boot_id` changes with every start of the client, so that (name, boot_id, sequence) names a frame for good.
+    """
+
+    protocol_version: int
+    name: Name
+    device: str
+    joint_set: str
+    boot_id: str
+    frames_per_second: float = 30.0
+    serial: str = ""
+    intrinsics: Intrinsics | None = None
+    token: str = ""
+
+
+class Welcome(msgspec.Struct, tag="welcome", forbid_unknown_fields=True):
+    """The server's answer to `Hello`: the name in use, and whether this camera is the reference."""
+
+    name: str
+    reference: bool
+
+
+class Refused(msgspec.Struct, tag="refused", forbid_unknown_fields=True):
+    """The server refuses the camera; `reason` is for a person. The link is closed after it."""
+
+    code: str
+    reason: str
+
+
+class ClockRequest(msgspec.Struct, tag="clock_request", forbid_unknown_fields=True):
+    """Sent by the client; `client_send_ns` is its device clock."""
+
+    client_send_ns: TimeNs
+
+
+class ClockReply(msgspec.Struct, tag="clock_reply", forbid_unknown_fields=True):
+    """The server's answer at once: when the request came and when this reply left, on the server's clock."""
+
+    client_send_ns: TimeNs
+    server_receive_ns: TimeNs
+    server_send_ns: TimeNs
+
+
+class ClockSample(msgspec.Struct, tag="clock_sample", forbid_unknown_fields=True):
+    """One finished exchange, sent back by the client so that the server keeps the clocks (as in NTP)."""
+
+    client_send_ns: TimeNs
+    server_receive_ns: TimeNs
+    server_send_ns: TimeNs
+    client_receive_ns: TimeNs
+
+
+class HandState(msgspec.Struct, forbid_unknown_fields=True):
+    """State of one hand as the client saw it, by one method (`circles` or `shape`)."""
+
+    side: str  # "left" or "right"
+    method: str
+    open_probability: Annotated[float, Meta(ge=0, le=1)]
+
+
+class SkeletonFrame(msgspec.Struct, tag="skeleton", forbid_unknown_fields=True):
+    """One skeleton in the camera frame [m], in the joint set named by `Hello`.
+
+    `positions`: little-endian float32, joint_count * 3, NaN = unseen. `confidence`: float32, joint_count.
+    `head_wxyz`: measured head orientation in the camera frame where known.
+    """
+
+    sequence: Annotated[int, Meta(ge=0)]
+    device_time_ns: TimeNs
+    positions: bytes
+    confidence: bytes
+    hands: list[HandState] = []
+    head_wxyz: tuple[float, float, float, float] | None = None
+
+
+class Status(msgspec.Struct, tag="status", forbid_unknown_fields=True):
+    """Health of the client, about once a second."""
+
+    frames_sent: int
+    frames_dropped: int
+    message: str = ""
+
+
+class Recording(msgspec.Struct, tag="recording", forbid_unknown_fields=True):
+    """From the server: recording has begun or ended."""
+
+    active: bool
+    take: str
+
+
+Message = Hello | Welcome | Refused | ClockRequest | ClockReply | ClockSample | SkeletonFrame | Status | Recording
+
+_encoder = msgspec.msgpack.Encoder()
+_decoder = msgspec.msgpack.Decoder(Message)
+
+
+def encode(message: Message) -> bytes:
+    """Return the message as the bytes of one WebSocket message."""
+    return _encoder.encode(message)
+
+
+def decode(data: bytes) -> Message:
+    """Return the message in `data`.
+
+    Raises:
+        FormatError: not a message of this protocol, or a field that its schema does not allow.
+    """
+    if len(data) > MAX_MESSAGE_BYTES:
+        raise FormatError(f"message of {len(data)} bytes; at most {MAX_MESSAGE_BYTES} are allowed")
+    try:
+        return _decoder.decode(data)
+    except (msgspec.DecodeError, UnicodeDecodeError, RecursionError) as error:
+        raise FormatError(f"not a message of the camera protocol: {error}") from error
+
+
+def check_hello(hello: Hello) -> None:
+    """Raise FormatError where a `Hello` cannot be served: another protocol version or an unknown joint set."""
+    if hello.protocol_version != PROTOCOL_VERSION:
+        raise FormatError(
+            f"camera speaks protocol version {hello.protocol_version}, the server version {PROTOCOL_VERSION}; "
+            "install the same version on both"
+        )
+    if hello.joint_set not in JOINT_SETS:
+        raise FormatError(f"unknown joint set {hello.joint_set!r}; known: {', '.join(JOINT_SETS)}")
+
+
+def is_camera_name(name: str) -> bool:
+    """Whether `name` may name a camera: 1 to 63 letters, digits, `_`, `.` or `-`, no leading mark."""
+    return re.fullmatch(r"[A-Za-z0-9][A-Za-z0-9_.-]{0,62}", name) is not None
+
+
+def skeleton_frame(
+    sequence: int,
+    device_time_ns: int,
+    positions: NDArray[np.floating],
+    confidence: NDArray[np.floating],
+    hands: list[HandState] | None = None,
+    head_wxyz: tuple[float, float, float, float] | None = None,
+) -> SkeletonFrame:
+    """Return a frame of device joints [m], shape (joint_count, 3), with confidence, shape (joint_count,)."""
+    return SkeletonFrame(
+        sequence=sequence,
+        device_time_ns=device_time_ns,
+        positions=np.ascontiguousarray(positions, dtype="<f4").tobytes(),
+        confidence=np.ascontiguousarray(confidence, dtype="<f4").tobytes(),
+        hands=hands or [],
+        head_wxyz=head_wxyz,
+    )
+
+
+def joint_arrays(frame: SkeletonFrame, joint_set: str) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return a frame's device joints: positions, shape (joint_count, 3), and confidence, shape (joint_count,).
+
+    Raises:
+        FormatError: the frame has another number of joints than its joint set, or a confidence out of 0..1.
+    """
+    count = len(JOINT_SETS[joint_set])
+    if len(frame.positions) != 12 * count or len(frame.confidence) != 4 * count:
+        raise FormatError(
+            f"frame {frame.sequence} has {len(frame.positions)} bytes of positions and {len(frame.confidence)} of "
+            f"confidence; joint set {joint_set!r} needs {12 * count} and {4 * count}"
+        )
+    positions = np.frombuffer(frame.positions, dtype="<f4").reshape(count, 3).astype(np.float64)
+    confidence = np.frombuffer(frame.confidence, dtype="<f4").astype(np.float64)
+    if not ((confidence >= 0) & (confidence <= 1)).all():
+        raise FormatError(f"frame {frame.sequence}: confidence must be within 0..1")
+    return positions, confidence
