@@ -24,7 +24,7 @@ MAX_MESSAGE_BYTES = 4 * 1024 * 1024
 LINK_PATH = "/api/v1/link"
 
 Name = Annotated[str, Meta(pattern=r"^[A-Za-z0-9][A-Za-z0-9_.-]{0,62}$")]
-TimeNs = Annotated[int, Meta(ge=0, lt=2**63)]
+TimeNs = Annotated[int, Meta(ge=0, le=2**62)]
 
 
 class Intrinsics(msgspec.Struct, forbid_unknown_fields=True):

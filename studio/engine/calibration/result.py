@@ -1,0 +1,166 @@
+"""What a calibration is: per camera its pose, clock and quality; the performer's proportions; and its JSON."""
+
+import math
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from studio.engine.errors import CalibrationError
+from studio.engine.frames import ClockModel
+from studio.engine.geometry import is_rigid
+from studio.engine.joints import CANONICAL, INDEX
+
+
+@dataclass(frozen=True)
+class Performer:
+    """Proportions of a performer, measured from the joints.
+
+    Attributes:
+        height_m: standing height, floor to top of the head [m].
+        offsets_m: T-pose position of each canonical joint minus its parent's (`joints.PARENTS`), stage axes
+            (facing -y, left at +x), shape (21, 3) [m]; the hips' own row is their height above the floor.
+    """
+
+    height_m: float
+    offsets_m: NDArray[np.float64]
+
+    def bones_m(self) -> dict[str, float]:
+        """Length of each bone [m], by the canonical joint at its end."""
+        return {name: float(np.linalg.norm(self.offsets_m[INDEX[name]])) for name in CANONICAL if name != "hips"}
+
+
+@dataclass(frozen=True)
+class CameraCalibration:
+    """One camera's place, clock and quality. Figures that were not measured are None.
+
+    Attributes:
+        T_stage_camera: 4x4, camera points to stage points [m].
+        clock: maps the camera's clock to the stage clock (the reference camera's).
+        depth_bias_m: how far the camera's joints lie towards it from the joint centres, along the ray [m].
+        residual_median_mm, residual_p95_mm, residual_pairs: disagreement with the reference camera, over all
+            joints that both report, on blocks that were not used for the fit.
+        coverage: share of the walked volume that the camera saw, 0..1.
+        verdict: `good`, `usable` or `refused`; `reasons` says why.
+    """
+
+    T_stage_camera: NDArray[np.float64]
+    clock: ClockModel = ClockModel()
+    depth_bias_m: float = 0.0
+    residual_median_mm: float | None = None
+    residual_p95_mm: float | None = None
+    residual_pairs: int = 0
+    coverage: float | None = None
+    verdict: str = "good"
+    reasons: tuple[str, ...] = ()
+
+    def __post_init__(self) -> None:
+        if not is_rigid(self.T_stage_camera):
+            raise CalibrationError(
+                "T_stage_camera must be a 4x4 rigid transform (orthonormal rotation with determinant +1, last row "
+                "0 0 0 1); calibrate again or mend the file"
+            )
+
+
+@dataclass(frozen=True)
+class Calibration:
+    """A stage's calibration. `cameras` keeps the order of the cameras; `performer` is None until measured."""
+
+    reference: str
+    cameras: dict[str, CameraCalibration] = field(default_factory=dict)
+    performer: Performer | None = None
+
+    @property
+    def refused(self) -> bool:
+        return any(camera.verdict == "refused" for camera in self.cameras.values())
+
+    def reasons(self) -> list[str]:
+        """Every camera's reasons, named."""
+        return [f"{name}: {reason}" for name, camera in self.cameras.items() for reason in camera.reasons]
+
+    def to_json(self) -> dict[str, Any]:
+        """Return the calibration as the JSON of `calibrate --json` and of `calibrations/<n>.json`."""
+        performer = None
+        if self.performer is not None:
+            performer = {
+                "height_m": self.performer.height_m,
+                "bones_m": self.performer.bones_m(),
+                "offsets_m": {
+                    name: row.tolist() for name, row in zip(CANONICAL, self.performer.offsets_m, strict=True)
+                },
+            }
+        return {
+            "format_version": 1,
+            "reference": self.reference,
+            "performer": performer,
+            "cameras": {name: _camera_to_json(camera) for name, camera in self.cameras.items()},
+        }
+
+    @classmethod
+    def from_json(cls, value: dict[str, Any]) -> "Calibration":
+        """Return the calibration in `value`; a file with only `cameras.<name>.T_stage_camera` is enough.
+
+        Raises:
+            CalibrationError: no camera, or a transform that is not rigid.
+        """
+        cameras = value.get("cameras") if isinstance(value, dict) else None
+        if not isinstance(cameras, dict) or not cameras:
+            raise CalibrationError("a calibration needs `cameras`, an object of cameras by name; none was given")
+        try:
+            parsed = {str(name): _camera_from_json(camera) for name, camera in cameras.items()}
+            performer = value.get("performer")
+            return cls(
+                reference=str(value.get("reference") or next(iter(parsed))),
+                cameras=parsed,
+                performer=None if performer is None else _performer_from_json(performer),
+            )
+        except (KeyError, TypeError, ValueError) as error:
+            raise CalibrationError(f"a calibration that cannot be read: {error!r}") from error
+
+
+def _camera_to_json(camera: CameraCalibration) -> dict[str, Any]:
+    return {
+        "T_stage_camera": camera.T_stage_camera.tolist(),
+        "residual_median_mm": camera.residual_median_mm,
+        "residual_p95_mm": camera.residual_p95_mm,
+        "residual_pairs": camera.residual_pairs,
+        "time_offset_ms": camera.clock.offset_ns * 1e-6,
+        "clock_drift_ppm": camera.clock.drift_ppm,
+        "clock": {
+            "offset_ns": camera.clock.offset_ns,
+            "drift_ppm": camera.clock.drift_ppm,
+            "reference_ns": camera.clock.reference_ns,
+        },
+        "depth_bias_mm": camera.depth_bias_m * 1e3,
+        "coverage": camera.coverage,
+        "verdict": camera.verdict,
+        "reasons": list(camera.reasons),
+    }
+
+
+def _camera_from_json(value: dict[str, Any]) -> CameraCalibration:
+    clock = value.get("clock") or {}
+    return CameraCalibration(
+        T_stage_camera=np.array(value["T_stage_camera"], dtype=np.float64),
+        clock=ClockModel(
+            offset_ns=int(clock.get("offset_ns", 0)),
+            drift_ppm=float(clock.get("drift_ppm", 0.0)),
+            reference_ns=int(clock.get("reference_ns", 0)),
+        ),
+        depth_bias_m=float(value.get("depth_bias_mm", 0.0)) * 1e-3,
+        residual_median_mm=value.get("residual_median_mm"),
+        residual_p95_mm=value.get("residual_p95_mm"),
+        residual_pairs=int(value.get("residual_pairs", 0)),
+        coverage=value.get("coverage"),
+        verdict=str(value.get("verdict", "good")),
+        reasons=tuple(value.get("reasons", ())),
+    )
+
+
+def _performer_from_json(value: dict[str, Any]) -> Performer:
+    offsets = np.array([value["offsets_m"][name] for name in CANONICAL], dtype=np.float64)
+    height = float(value["height_m"])
+    if offsets.shape != (len(CANONICAL), 3) or not np.isfinite(offsets).all() or not math.isfinite(height):
+        raise ValueError("performer.offsets_m needs three finite numbers per canonical joint")
+    return Performer(height_m=height, offsets_m=offsets)
