@@ -120,13 +120,14 @@ class Calibration:
 
 
 def _camera_to_json(camera: CameraCalibration) -> dict[str, Any]:
+    """`time_offset_ms` and `clock_drift_ppm` say how far the camera's clock is ahead of the stage clock."""
     return {
         "T_stage_camera": camera.T_stage_camera.tolist(),
         "residual_median_mm": camera.residual_median_mm,
         "residual_p95_mm": camera.residual_p95_mm,
         "residual_pairs": camera.residual_pairs,
-        "time_offset_ms": camera.clock.offset_ns * 1e-6,
-        "clock_drift_ppm": camera.clock.drift_ppm,
+        "time_offset_ms": -camera.clock.offset_ns * 1e-6,
+        "clock_drift_ppm": -camera.clock.drift_ppm,
         "clock": {
             "offset_ns": camera.clock.offset_ns,
             "drift_ppm": camera.clock.drift_ppm,
