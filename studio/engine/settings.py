@@ -13,7 +13,7 @@ class Effector:
     chain it may drag (`pull`), and how much it resists being dragged (`resist`); each 0..1."""
 
     reach: float = 1.0
-    pull: float = 0.5
+    pull: float = 1.0
     resist: float = 0.0
 
 

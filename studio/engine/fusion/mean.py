@@ -1,0 +1,30 @@
+"""Mean fusion, as the thesis does it: the mean over cameras of the joints that are sure enough."""
+
+import numpy as np
+
+from studio.engine.frames import FrameSet, FusedSkeleton
+
+SIGMA_M = 0.03
+"""Expected deviation of one camera's joint, for the weights of the solve [m]."""
+
+
+class MeanFusion:
+    """Mean of the cameras' joints with at least the threshold's confidence (Ménard 2014, 5.2)."""
+
+    def __init__(self, confidence_threshold: float) -> None:
+        self._threshold = confidence_threshold
+
+    def fuse(self, frames: FrameSet) -> FusedSkeleton:
+        """Return the mean skeleton; a joint that no camera is sure of is unseen."""
+        seen = ~np.isnan(frames.positions[:, :, 0])
+        used = seen & (frames.confidence >= self._threshold)
+        count = used.sum(axis=0)
+        total = np.where(used[:, :, None], np.nan_to_num(frames.positions), 0.0).sum(axis=0)
+        positions = np.full(total.shape, np.nan)
+        np.divide(total, count[:, None], out=positions, where=count[:, None] > 0)
+        confidence = np.where(used, frames.confidence, 0.0).max(axis=0)
+        sigma = np.where(count > 0, SIGMA_M / np.sqrt(np.maximum(count, 1)), np.nan)
+        reasons = {
+            (int(c), int(j)): "unsure" if seen[c, j] else "unseen" for c, j in zip(*np.nonzero(~used), strict=True)
+        }
+        return FusedSkeleton(positions, confidence, sigma, used, reasons)

@@ -1,0 +1,127 @@
+"""Synchronisation (step 3): camera clocks to the stage clock, and frames aligned at one instant.
+
+It also brings joints to the stage frame, since a frame set is what all later steps see: the camera's
+transform, and the joint's bias towards its camera (`depth_bias_m`) taken back along the ray.
+"""
+
+from collections import deque
+
+import numpy as np
+from numpy.typing import NDArray
+
+from studio.engine.calibration.result import CameraCalibration
+from studio.engine.frames import CameraFrame, ClockModel, FrameSet, HandSeen
+from studio.engine.geometry import matrices, quaternions, transform_points
+from studio.engine.joints import JOINT_COUNT
+
+MAX_GAP_NS = 100_000_000
+"""Two frames further apart than this are not interpolated between."""
+
+MAX_AGE_NS = 60_000_000
+"""A frame further than this from the wanted instant does not stand for it."""
+
+HISTORY = 32
+"""Frames kept per camera."""
+
+
+def unbiased(positions: NDArray[np.float64], depth_bias_m: float) -> NDArray[np.float64]:
+    """Return joints in the camera frame, shape (..., 3), moved away from the camera along their rays by the bias."""
+    distance = np.linalg.norm(positions, axis=-1, keepdims=True)
+    return positions * (1.0 + depth_bias_m / np.maximum(distance, 0.1))
+
+
+class _Camera:
+    """The newest frames of one camera, in the stage frame and on the stage clock."""
+
+    def __init__(self) -> None:
+        self.times: deque[int] = deque(maxlen=HISTORY)
+        self.joints: deque[NDArray[np.float64]] = deque(maxlen=HISTORY)
+        self.confidence: deque[NDArray[np.float64]] = deque(maxlen=HISTORY)
+        self.frames: deque[CameraFrame] = deque(maxlen=HISTORY)
+
+    def add(self, stage_ns: int, joints: NDArray[np.float64], frame: CameraFrame) -> None:
+        """Keep a frame; one that is not newer than the last is dropped (a clock that went back)."""
+        if self.times and stage_ns <= self.times[-1]:
+            if stage_ns > self.times[-1] - 1_000_000_000:
+                return
+            self.times.clear(), self.joints.clear(), self.confidence.clear(), self.frames.clear()
+        self.times.append(stage_ns)
+        self.joints.append(joints)
+        self.confidence.append(frame.confidence)
+        self.frames.append(frame)
+
+    def at(self, stage_ns: int) -> tuple[NDArray[np.float64], NDArray[np.float64]] | None:
+        """Joints and confidence at an instant: interpolated between the frames around it, else the nearest."""
+        after = len(self.times)
+        while after > 0 and self.times[after - 1] >= stage_ns:
+            after -= 1
+        if 0 < after < len(self.times) and self.times[after] - self.times[after - 1] <= MAX_GAP_NS:
+            return self._between(after - 1, after, stage_ns)
+        near = [i for i in (after - 1, after) if 0 <= i < len(self.times)]
+        near = [i for i in near if abs(self.times[i] - stage_ns) <= MAX_AGE_NS]
+        if not near:
+            return None
+        nearest = min(near, key=lambda i: abs(self.times[i] - stage_ns))
+        return self.joints[nearest], self.confidence[nearest]
+
+    def _between(self, a: int, b: int, stage_ns: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        share = (stage_ns - self.times[a]) / (self.times[b] - self.times[a])
+        joints = (1.0 - share) * self.joints[a] + share * self.joints[b]
+        confidence = np.minimum(self.confidence[a], self.confidence[b])
+        only_a, only_b = np.isnan(self.joints[b][:, 0]), np.isnan(self.joints[a][:, 0])
+        one = only_a ^ only_b
+        if one.any():  # seen in one of the two: the nearer frame decides
+            pick, other = (a, only_a) if share < 0.5 else (b, only_b)
+            use = one & other
+            joints[use] = self.joints[pick][use]
+            confidence = np.where(use, self.confidence[pick], confidence)
+        return joints, np.where(np.isnan(joints[:, 0]), 0.0, confidence)
+
+
+class Synchroniser:
+    """Collects camera frames and gives frame sets at stage times."""
+
+    def __init__(self, cameras: dict[str, CameraCalibration]) -> None:
+        self._calibrations = cameras
+        self._clocks: dict[str, ClockModel] = {name: camera.clock for name, camera in cameras.items()}
+        self._cameras: dict[str, _Camera] = {name: _Camera() for name in cameras}
+        self.names = tuple(cameras)
+        self._positions = np.array([camera.T_stage_camera[:3, 3] for camera in cameras.values()]).reshape(-1, 3)
+
+    def set_clock(self, camera: str, clock: ClockModel) -> None:
+        """Use another clock for the camera's frames from now on; unknown cameras are ignored."""
+        if camera in self._clocks:
+            self._clocks[camera] = clock
+
+    def add(self, frame: CameraFrame) -> None:
+        """Take in a frame; one of a camera that is not calibrated is ignored."""
+        calibration = self._calibrations.get(frame.camera)
+        if calibration is None:
+            return
+        joints = transform_points(
+            calibration.T_stage_camera, unbiased(frame.positions, calibration.depth_bias_m)
+        )
+        self._cameras[frame.camera].add(self._clocks[frame.camera].stage_ns(frame.device_time_ns), joints, frame)
+
+    def newest_stage_ns(self) -> dict[str, int]:
+        """Stage time of each camera's newest frame; cameras without one are left out."""
+        return {name: camera.times[-1] for name, camera in self._cameras.items() if camera.times}
+
+    def frame_set(self, stage_time_ns: int) -> FrameSet:
+        """Return all cameras' joints at an instant; a camera without a frame near it has NaN joints."""
+        positions = np.full((len(self.names), JOINT_COUNT, 3), np.nan)
+        confidence = np.zeros((len(self.names), JOINT_COUNT))
+        hands: list[HandSeen] = []
+        head: tuple[float, float, float, float] | None = None
+        for i, (name, camera) in enumerate(self._cameras.items()):
+            found = camera.at(stage_time_ns)
+            if found is None:
+                continue
+            positions[i], confidence[i] = found
+            newest = camera.frames[-1]
+            hands.extend(newest.hands)
+            if newest.head_wxyz is not None and head is None:
+                rotation = self._calibrations[name].T_stage_camera[:3, :3] @ matrices(np.array(newest.head_wxyz))
+                w, x, y, z = (float(v) for v in quaternions(rotation))
+                head = (w, x, y, z)
+        return FrameSet(stage_time_ns, self.names, positions, confidence, self._positions, tuple(hands), head)
