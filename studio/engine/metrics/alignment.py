@@ -1,0 +1,102 @@
+"""Alignment of a solve to a reference: one rigid transform, and the clock where the two have their own."""
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.signal import correlate, correlation_lags
+
+from studio.engine.errors import FormatError
+from studio.engine.geometry import fit_rigid, transform_points
+from studio.engine.metrics.matching import Matched, canonical_positions, match, resample
+from studio.engine.metrics.reference import Reference
+from studio.engine.poses import Poses
+
+_GRID_HZ = 100.0
+_ROUNDS = 30
+
+
+def align(matched: Matched) -> tuple[Matched, NDArray[np.float64]]:
+    """Return the match with the solve moved onto the reference, and the 4x4 transform that moved it.
+
+    One transform for the whole take, over all measured joints and frames, so that a pose that drifts over
+    time stays in the figures.
+    """
+    solve, reference = matched.pick(matched.joints)
+    valid = np.isfinite(solve).all(axis=2) & np.isfinite(reference).all(axis=2)
+    T_reference_stage = fit_rigid(solve[valid], reference[valid])
+    return replace(matched, solve_m=transform_points(T_reference_stage, matched.solve_m)), T_reference_stage
+
+
+def clock_of(poses: Poses, reference: Reference, *, start_s: float | None = None) -> tuple[float, float]:
+    """Return how far the reference's clock is ahead at stage time 0 [s], and its drift [ppm].
+
+    The joints' speeds, which no rigid transform changes, are correlated for a first offset; then the rigid
+    transform and the clock are refined in turn on the positions (Gauss-Newton, outliers weighed down by
+    Cauchy's function). Motion shorter than 20 s leaves the drift at 0, as it cannot be told from noise.
+
+    Raises:
+        FormatError: less than 2 s of motion, or no motion in common.
+    """
+    offset, drift = _speed_offset(poses, reference, start_s), 0.0
+    for _ in range(_ROUNDS):
+        matched, _ = align(match(poses, reference, start_s=start_s, offset_s=offset, drift_ppm=drift))
+        solve, target = matched.pick(matched.joints)
+        time = matched.time_s + offset + drift * 1e-6 * matched.time_s
+        velocity = _velocity(reference, time, matched)
+        valid = (
+            np.isfinite(solve).all(axis=2)
+            & np.isfinite(target).all(axis=2)
+            & np.isfinite(velocity).all(axis=2)
+        )
+        residual, slope = (solve - target)[valid], velocity[valid]
+        scale = max(1e-6, 1.5 * float(np.median(np.linalg.norm(residual, axis=1))))
+        weight = 1.0 / (1.0 + (np.linalg.norm(residual, axis=1) / scale) ** 2)
+        long_enough = matched.time_s[-1] - matched.time_s[0] > 20.0
+        stage = np.broadcast_to(matched.time_s[:, None], valid.shape)[valid]
+        powers = np.stack([np.ones_like(stage), stage], axis=1)[:, : 2 if long_enough else 1]
+        jacobian = slope[:, :, None] * powers[:, None, :]
+        normal = np.einsum("nai,naj,n->ij", jacobian, jacobian, weight)
+        step = np.linalg.lstsq(normal, np.einsum("nai,na,n->i", jacobian, residual, weight), rcond=None)[0]
+        offset += float(step[0])
+        drift += float(step[1]) * 1e6 if long_enough else 0.0
+        if abs(step[0]) < 1e-7:
+            break
+    return offset, drift
+
+
+def _velocity(reference: Reference, time_s: NDArray[np.float64], matched: Matched) -> NDArray[np.float64]:
+    """Velocity of the matched joints of the reference [m/s], by central differences of 10 ms."""
+    step = 0.005
+    difference = resample(reference, time_s + step) - resample(reference, time_s - step)
+    return replace(matched, reference_m=difference / (2 * step)).pick(matched.joints)[1]
+
+
+def _speed_offset(poses: Poses, reference: Reference, start_s: float | None) -> float:
+    """Offset [s] at which the summed speeds of the common joints agree best."""
+    first = poses.time_s[0] if start_s is None else max(start_s, float(poses.time_s[0]))
+    positions, _ = canonical_positions(poses)
+    positions = np.where(reference.known[None, :, None], positions, np.nan)
+    solve_grid = np.arange(first, poses.time_s[-1], 1 / _GRID_HZ)
+    reference_grid = np.arange(reference.time_s[0], reference.time_s[-1], 1 / _GRID_HZ)
+    if min(len(solve_grid), len(reference_grid)) < 2 * _GRID_HZ:
+        raise FormatError("aligning clocks needs at least 2 s of motion in both the solve and the reference")
+    a = _speed(resample(Reference(poses.time_s, positions), solve_grid))
+    b = _speed(resample(reference, reference_grid))
+    score = correlate(b, a, mode="full")
+    lags = correlation_lags(len(b), len(a), mode="full")
+    overlap = np.minimum(len(b), lags + len(a)) - np.maximum(0, lags)
+    score = np.where(overlap >= 0.3 * min(len(a), len(b)), score, -np.inf)
+    if not np.isfinite(score).any() or score.max() <= 0:
+        raise FormatError(
+            "the solve and the reference have no motion in common; is it the reference of this take?"
+        )
+    return float(reference_grid[0] + lags[int(np.argmax(score))] / _GRID_HZ - solve_grid[0])
+
+
+def _speed(positions_m: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Mean speed over joints, without its mean over time, shape (sample_count - 1,)."""
+    step = np.linalg.norm(np.diff(positions_m, axis=0), axis=2)
+    counts = np.isfinite(step).sum(axis=1)
+    speed = np.nansum(step, axis=1) / np.maximum(counts, 1)
+    return speed - speed.mean()

@@ -1,0 +1,130 @@
+"""A reference motion: what a solve is measured against."""
+
+import csv
+import os
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from studio.engine.errors import FormatError, NotAvailableError
+from studio.engine.joints import CANONICAL, INDEX, JOINT_COUNT
+
+_AXES = ("x", "y", "z")
+
+
+@dataclass(frozen=True)
+class Reference:
+    """Joint positions over time, on any rigid frame with z up.
+
+    Attributes:
+        time_s: on the reference's clock [s], shape (sample_count,), increasing.
+        positions_m: canonical joints [m], shape (sample_count, 21, 3); NaN = unknown.
+    """
+
+    time_s: NDArray[np.float64]
+    positions_m: NDArray[np.float64]
+
+    def __post_init__(self) -> None:
+        if self.positions_m.shape != (len(self.time_s), JOINT_COUNT, 3):
+            raise FormatError(
+                f"a reference needs positions of shape {(len(self.time_s), JOINT_COUNT, 3)}; "
+                f"got {self.positions_m.shape}"
+            )
+        if len(self.time_s) < 4:
+            raise FormatError(f"a reference needs at least 4 samples; got {len(self.time_s)}")
+        if not (np.isfinite(self.time_s).all() and (np.diff(self.time_s) > 0).all()):
+            raise FormatError("the times of a reference must be finite and increasing")
+
+    @property
+    def known(self) -> NDArray[np.bool_]:
+        """Which canonical joints the reference has at some time, shape (21,)."""
+        return np.isfinite(self.positions_m).all(axis=2).any(axis=0)
+
+
+def read_reference(path: str | os.PathLike[str]) -> Reference:
+    """Return the reference in a CSV (see `read_csv`).
+
+    Raises:
+        FormatError: the file is missing, broken or of an unknown kind; the message names the line.
+        NotAvailableError: a kind that this version does not read.
+    """
+    path = Path(path)
+    if not path.is_file():
+        raise FormatError(f"no reference at {path}; give a CSV with time_s,<joint>_x,<joint>_y,<joint>_z,...")
+    kind = path.suffix.lower()
+    if kind == ".csv":
+        return read_csv(path)
+    if kind in (".bvh", ".c3d", ".trc"):
+        raise NotAvailableError(
+            f"{path}: reading {kind} references is not available in this version; use a CSV"
+        )
+    raise FormatError(
+        f"{path}: a reference is a .csv, .bvh, .c3d or .trc file, not {kind or 'one without a suffix'}"
+    )
+
+
+def read_csv(path: Path) -> Reference:
+    """Return the reference in a CSV: `time_s`, then `<joint>_x,_y,_z` per joint in metres, empty = unknown.
+
+    Joints that are not canonical are passed over, so that a file may hold more than is compared.
+
+    Raises:
+        FormatError: a column or value is missing or is not a number; the message names the line.
+    """
+    with path.open(newline="", encoding="utf-8-sig", errors="replace") as file:
+        rows = csv.reader(file)
+        header = [name.strip() for name in next(rows, [])]
+        columns = _columns(path, header)
+        time_column = header.index("time_s")
+        times: list[float] = []
+        values: list[list[float]] = []
+        for row in rows:
+            if not row:
+                continue
+            if len(row) != len(header):
+                raise FormatError(
+                    f"{path}, line {rows.line_num}: {len(row)} values where the header has {len(header)}; "
+                    "is the file cut off?"
+                )
+            try:
+                times.append(float(row[time_column]))
+                values.append([float(row[c]) if row[c].strip() else np.nan for _, _, c in columns])
+            except ValueError as error:
+                raise FormatError(
+                    f"{path}, line {rows.line_num}: {error}; every value must be a number"
+                ) from error
+            if not np.isfinite(times[-1]) or (len(times) > 1 and times[-1] <= times[-2]):
+                raise FormatError(
+                    f"{path}, line {rows.line_num}: time_s must be finite and increase from line to line"
+                )
+    if len(times) < 4:
+        raise FormatError(f"{path}: only {len(times)} samples; a reference needs at least 4")
+    positions = np.full((len(times), JOINT_COUNT, 3), np.nan)
+    array = np.array(values)
+    for k, (joint, axis, _) in enumerate(columns):
+        positions[:, joint, axis] = array[:, k]
+    positions[~np.isfinite(positions).all(axis=2)] = np.nan
+    return Reference(time_s=np.array(times), positions_m=positions)
+
+
+def _columns(path: Path, header: list[str]) -> list[tuple[int, int, int]]:
+    """Return (canonical joint index, axis index, column) of every column that is compared."""
+    if "time_s" not in header:
+        raise FormatError(
+            f"{path}, line 1: no column time_s; needed: time_s,<joint>_x,<joint>_y,<joint>_z,..."
+        )
+    columns = []
+    for joint in CANONICAL:
+        present = [axis for axis in _AXES if f"{joint}_{axis}" in header]
+        missing = [f"{joint}_{axis}" for axis in _AXES if axis not in present]
+        if present and missing:
+            raise FormatError(
+                f"{path}, line 1: the column {missing[0]} is missing; a joint needs _x, _y and _z"
+            )
+        if present:
+            columns += [(INDEX[joint], a, header.index(f"{joint}_{axis}")) for a, axis in enumerate(_AXES)]
+    if not columns:
+        raise FormatError(f"{path}, line 1: no joint is known; known joints: {', '.join(CANONICAL)}")
+    return columns

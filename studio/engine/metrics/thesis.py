@@ -1,0 +1,116 @@
+"""The thesis's four figures, on the wrists relative to the chest, with its constants fixed.
+
+A curve is one axis of one wrist over time. The solve is aligned rigidly first, and the reference is taken at
+the solve's instants. Source: Ménard, "Génération d'animations par capture de mouvements avec multiples
+caméras 3D", École Polytechnique de Montréal 2014, sections 3.2.3 and 5.6.
+"""
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.signal import butter, sosfiltfilt
+from scipy.spatial import cKDTree
+
+from studio.engine.metrics.matching import Matched
+
+SPIKE_M = 0.10
+SPIKE_S = 4 / 30
+DEVIATION_S = 0.2
+DEVIATION_M_S2 = 1.0
+LOW_PASS_HZ = 3.0
+
+
+def wrist_curves(matched: Matched) -> tuple[NDArray[np.float64], NDArray[np.float64]] | None:
+    """Return the wrists relative to the chest [m], solve and reference, each (wrist_count, frame_count, 3).
+
+    Frames in which the reference lacks a wrist or the chest are left out; None without chest or wrists.
+    """
+    names = [name for name in ("left_wrist", "right_wrist") if matched.has(name)]
+    if not names or not matched.has("chest"):
+        return None
+    solve, reference = matched.pick(names)
+    chest_solve, chest_reference = matched.pick(["chest"])
+    a, b = solve - chest_solve, reference - chest_reference
+    whole = np.isfinite(a).all(axis=(1, 2)) & np.isfinite(b).all(axis=(1, 2))
+    return a[whole].transpose(1, 0, 2), b[whole].transpose(1, 0, 2)
+
+
+def absolute_difference_cm(solve_m: NDArray[np.float64], reference_m: NDArray[np.float64]) -> float:
+    """Mean over axes, frames and wrists of the difference at one time [cm]; arrays (..., frame_count, 3)."""
+    return float(np.abs(solve_m - reference_m).mean() * 100)
+
+
+def shortest_distance_cm(solve_m: NDArray[np.float64], reference_m: NDArray[np.float64]) -> float:
+    """Mean distance of the wrists to their reference's paths, at any time [cm]; (wrist_count, frame_count, 3)."""
+    distances = [distance_to_path(a, b) for a, b in zip(solve_m, reference_m, strict=True)]
+    return float(np.mean(distances) * 100)
+
+
+def spike_difference(solve_m: NDArray[np.float64], reference_m: NDArray[np.float64], rate_hz: float) -> float:
+    """Spikes of the solve less those of the reference, mean per curve; arrays (..., frame_count, 3)."""
+    curves = [np.moveaxis(x, -1, -2).reshape(-1, x.shape[-2]) for x in (solve_m, reference_m)]
+    counts = [[spike_count(curve, rate_hz) for curve in side] for side in curves]
+    return float(np.mean(counts[0]) - np.mean(counts[1]))
+
+
+def deviations(
+    solve_m: NDArray[np.float64], reference_m: NDArray[np.float64], rate_hz: float
+) -> float | None:
+    """Intervals in which one curve is concave and the other convex, as the mean per curve; None under 1 s."""
+    if solve_m.shape[-2] < rate_hz:
+        return None
+    a, b = (np.moveaxis(x, -1, -2).reshape(-1, x.shape[-2]) for x in (solve_m, reference_m))
+    return float(np.mean([deviation_count(p, q, rate_hz) for p, q in zip(a, b, strict=True)]))
+
+
+def distance_to_path(points_m: NDArray[np.float64], path_m: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return each point's distance [m] to a path of straight segments; (point_count, 3), (vertex_count, 3).
+
+    Exact: the segments with the nearest middles are tried first, all of them where a farther one could win.
+    """
+    start, along = path_m[:-1], np.diff(path_m, axis=0)
+    half = 0.5 * float(np.linalg.norm(along, axis=1).max())
+    count = min(16, len(start))
+    middle_distance, index = cKDTree(start + 0.5 * along).query(points_m, k=[*range(1, count + 1)])
+    best = _distance_to_segments(points_m[:, None], start[index], along[index]).min(axis=1)
+    if count < len(start):
+        for k in np.flatnonzero(best > middle_distance[:, -1] - half):
+            best[k] = _distance_to_segments(points_m[k], start, along).min()
+    return best
+
+
+def _distance_to_segments(
+    points: NDArray[np.float64], start: NDArray[np.float64], along: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    length2 = np.maximum((along**2).sum(axis=-1), 1e-30)
+    share = np.clip(((points - start) * along).sum(axis=-1) / length2, 0.0, 1.0)
+    return np.linalg.norm(points - start - share[..., None] * along, axis=-1)
+
+
+def spike_count(curve_m: NDArray[np.float64], rate_hz: float) -> int:
+    """Return how many maximal intervals of a curve are covered by windows of 4/30 s that span over 10 cm."""
+    window = max(1, round(SPIKE_S * rate_hz)) + 1
+    if len(curve_m) < window:
+        return 0
+    views = np.lib.stride_tricks.sliding_window_view(curve_m, window)
+    spiking = np.flatnonzero(np.ptp(views, axis=1) > SPIKE_M)
+    covered = np.zeros(len(curve_m), dtype=bool)
+    for k in range(window):
+        covered[spiking + k] = True
+    return _run_count(covered, 1)
+
+
+def deviation_count(a_m: NDArray[np.float64], b_m: NDArray[np.float64], rate_hz: float) -> int:
+    """Return how many intervals of at least 0.2 s two curves curve opposite ways, each by over 1 m/s2.
+
+    The curves are low-passed at 3 Hz first (Butterworth of second order, forwards and backwards).
+    """
+    filter_sos = butter(2, LOW_PASS_HZ, fs=rate_hz, output="sos")
+    p, q = (np.diff(sosfiltfilt(filter_sos, x), n=2) * rate_hz**2 for x in (a_m, b_m))
+    opposite = (p * q < 0) & (np.abs(p) > DEVIATION_M_S2) & (np.abs(q) > DEVIATION_M_S2)
+    return _run_count(opposite, max(1, int(np.ceil(DEVIATION_S * rate_hz - 1e-9))))
+
+
+def _run_count(flags: NDArray[np.bool_], least: int) -> int:
+    """How many runs of at least `least` true values there are."""
+    edges = np.diff(np.concatenate([[0], flags.astype(np.int8), [0]]))
+    return int((np.flatnonzero(edges == -1) - np.flatnonzero(edges == 1) >= least).sum())
