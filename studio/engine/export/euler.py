@@ -1,0 +1,76 @@
+"""Euler angles that an animation curve can follow: unrolled, without jumps, away from gimbal lock.
+
+An order such as "ZXY" means R = Rz @ Rx @ Ry, the order of BVH channels. Angles are listed by axis (x, y, z),
+whatever the order.
+"""
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
+
+ORDERS: tuple[str, ...] = ("ZYX", "YZX", "XZY", "ZXY", "YXZ", "XYZ")
+"""Every order of three axes; the place is the number of FBX's `RotationOrder`, which names them backwards."""
+
+_GIMBAL_COSINE = 1e-6
+_PREFERENCE = 4.0
+
+
+def euler_deg(rotations_wxyz: NDArray[np.float64], order: str) -> NDArray[np.float64]:
+    """Return unrolled Euler angles [deg] by axis (x, y, z), shape (frame_count, 3).
+
+    Each frame takes the branch, of the two that give its rotation, that is nearer to the frame before, and
+    whole turns are added so that no angle jumps: a turn of three rounds ends at 1080 degrees.
+
+    Args:
+        rotations_wxyz: unit quaternions, shape (frame_count, 4).
+        order: one of `ORDERS`.
+    """
+    i, j, k = ("XYZ".index(axis) for axis in order)
+    sign = 1.0 if (j - i) % 3 == 1 else -1.0
+    m = Rotation.from_quat(rotations_wxyz, scalar_first=True).as_matrix()  # (frame_count, 3, 3)
+    cosine = np.hypot(m[:, i, i], m[:, i, j])
+    first = np.arctan2(-sign * m[:, j, k], m[:, k, k])
+    middle = np.arctan2(sign * m[:, i, k], cosine)
+    last = np.arctan2(-sign * m[:, i, j], m[:, i, i])
+    locked = cosine < _GIMBAL_COSINE
+    if locked.any():  # only first +- last is known: keep last where it was
+        last = _held(last, locked)
+        column = sign * np.sin(last)[:, None] * m[:, :, i] + np.cos(last)[:, None] * m[:, :, j]
+        first = np.where(locked, np.arctan2(sign * column[:, k], column[:, j]), first)
+    angles = np.empty((len(m), 3))
+    angles[:, [i, j, k]] = _unrolled(np.degrees(np.stack([first, middle, last], axis=1)))
+    return angles
+
+
+def best_order(rotations_wxyz: NDArray[np.float64]) -> str:
+    """Return the order whose angles stay farthest from gimbal lock; "ZYX" unless another is much better."""
+    m = Rotation.from_quat(rotations_wxyz, scalar_first=True).as_matrix()
+    cost = []
+    for order in ORDERS:
+        sine = m[:, "XYZ".index(order[0]), "XYZ".index(order[2])]  # of the middle angle, up to its sign
+        cost.append(float(np.mean(1.0 / np.maximum(1.0 - sine**2, 1e-3))))
+    best = int(np.argmin(cost))
+    return ORDERS[0] if cost[0] <= _PREFERENCE * cost[best] else ORDERS[best]
+
+
+def _held(angles: NDArray[np.float64], locked: NDArray[np.bool_]) -> NDArray[np.float64]:
+    """Return angles with each locked frame at the last one before it that is not locked, or 0."""
+    frames = np.where(locked, -1, np.arange(len(angles)))
+    source = np.maximum.accumulate(frames)
+    return np.where(source >= 0, angles[source], 0.0)
+
+
+def _unrolled(angles_deg: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return (first, middle, last) angles on the branch and in the turn nearest to the frame before.
+
+    Both branches move alike between two frames, so whether a frame changes branch does not depend on the
+    branch so far, and counting the changes gives it.
+    """
+    other = np.stack([angles_deg[:, 0] + 180.0, 180.0 - angles_deg[:, 1], angles_deg[:, 2] + 180.0], axis=1)
+
+    def distance(a: NDArray[np.float64], b: NDArray[np.float64]) -> NDArray[np.float64]:
+        return np.abs((a - b + 180.0) % 360.0 - 180.0).sum(axis=1)
+
+    changes = distance(other[1:], angles_deg[:-1]) < distance(angles_deg[1:], angles_deg[:-1])
+    on_other = np.concatenate([[False], np.cumsum(changes) % 2 == 1])
+    return np.unwrap(np.where(on_other[:, None], other, angles_deg), axis=0, period=360.0)

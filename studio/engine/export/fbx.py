@@ -1,0 +1,181 @@
+"""FBX: binary 7400, a skeleton of LimbNodes with one animation curve per channel.
+
+Centimetres, y up, facing +z, a T-pose of zero rotations in the BindPose. Every channel has its own curve of
+unrolled Euler angles in the joint's rotation order; the order is the usual one unless a joint comes near its
+gimbal lock, where a curve would no longer follow the motion between its keys.
+"""
+
+import os
+
+import numpy as np
+from numpy.typing import NDArray
+
+from studio.engine.errors import SettingsError
+from studio.engine.export import fbx_scene as scene
+from studio.engine.export.euler import ORDERS, best_order, euler_deg
+from studio.engine.export.fbx_binary import EncodedArray, Node, write_nodes
+from studio.engine.export.skeleton import LocalMotion, local_motion
+from studio.engine.files import write_atomically
+from studio.engine.poses import Poses
+
+_CUBIC_AUTO_TIME_INDEPENDENT = 0x2108
+_KEY_FLAGS = {"cubic": _CUBIC_AUTO_TIME_INDEPENDENT, "linear": 0x4, "constant": 0x2}
+INTERPOLATIONS: tuple[str, ...] = tuple(_KEY_FLAGS)
+
+_WEIGHTS = np.array([0x0D050D05], np.int32).view(np.float32)[0]  # two thirds of 0.3333, in units of 1e-4
+_CURVE_VERSION = 4008
+_FIRST_IDENTITY = 1_000_000
+
+
+def write_fbx(
+    poses: Poses,
+    path: str | os.PathLike[str],
+    *,
+    fps: float | None = None,
+    interpolation: str = "cubic",
+    take_name: str = "Take",
+) -> None:
+    """Write the poses as a binary FBX file, atomically.
+
+    Args:
+        poses: of any skeleton with one root.
+        path: of the file; an existing one is replaced.
+        fps: frame rate of the keys [Hz]; None keeps that of the poses.
+        interpolation: between keys, one of `INTERPOLATIONS`.
+        take_name: name of the animation.
+
+    Raises:
+        FormatError: poses that cannot be exported.
+        SettingsError: fps out of range, an unknown interpolation, or a take without a name.
+        StudioError: the file cannot be written.
+    """
+    if interpolation not in _KEY_FLAGS:
+        raise SettingsError(f"interpolation={interpolation}: allowed are {', '.join(INTERPOLATIONS)}")
+    if not take_name or not take_name.isprintable():
+        raise SettingsError(f"take_name={take_name!r}: allowed is a name of printable characters")
+    motion = local_motion(poses, fps=fps)
+    orders = [best_order(motion.rotations_wxyz[:, joint]) for joint in range(len(motion.parents))]
+    builder = _Builder(motion, _KEY_FLAGS[interpolation])
+    models = builder.add_skeleton(orders)
+    builder.add_animation(models, orders, take_name)
+    nodes = [
+        *scene.header(),
+        scene.global_settings(motion.frames_per_second, builder.stop),
+        *scene.documents(builder.identity(), take_name),
+        scene.definitions(builder.objects),
+        Node("Objects", children=builder.objects),
+        Node("Connections", children=builder.connections),
+        scene.takes(take_name, builder.stop),
+    ]
+    with write_atomically(path) as file:
+        write_nodes(file, nodes)
+
+
+class _Builder:
+    """Collects the objects of one file and how they are connected."""
+
+    def __init__(self, motion: LocalMotion, key_flags: int) -> None:
+        self.objects: list[Node] = []
+        self.connections: list[Node] = []
+        self._motion = motion
+        times = scene.ticks(np.arange(motion.frame_count), motion.frames_per_second)
+        self.stop: np.int64 = times[-1]
+        self._last_identity = _FIRST_IDENTITY
+        self._key_times = EncodedArray(times)
+        self._key_attributes = [
+            Node("KeyAttrFlags", np.array([key_flags], np.int32)),
+            Node("KeyAttrDataFloat", np.array([0.0, 0.0, _WEIGHTS, 0.0], np.float32)),
+            Node("KeyAttrRefCount", np.array([motion.frame_count], np.int32)),
+        ]
+
+    def identity(self) -> np.int64:
+        self._last_identity += 1
+        return np.int64(self._last_identity)
+
+    def add_skeleton(self, orders: list[str]) -> list[np.int64]:
+        """Add the joints in their rest pose and return their identities, in the order of the motion."""
+        motion = self._motion
+        models: list[np.int64] = []
+        for joint, (name, parent) in enumerate(zip(motion.joint_names, motion.parents, strict=True)):
+            model = self.identity()
+            self._add_joint(model, name, motion.offsets_m[joint] * 100.0, orders[joint])
+            self._connect(model, np.int64(0) if parent < 0 else models[parent])
+            models.append(model)
+        self._add_bind_pose(models, motion.rest_positions_m * 100.0)
+        return models
+
+    def add_animation(self, models: list[np.int64], orders: list[str], take_name: str) -> None:
+        """Add a stack with one layer, and curves for rotations and for positions that have keys."""
+        stack, layer = self.identity(), self.identity()
+        span = [
+            scene.time(f"{which}{end}", value)
+            for which in ("Local", "Reference")
+            for end, value in (("Start", np.int64(0)), ("Stop", self.stop))
+        ]
+        self._add("AnimationStack", stack, take_name, "AnimStack", "", scene.properties(*span))
+        self._add("AnimationLayer", layer, "BaseLayer", "AnimLayer", "")
+        self._connect(layer, stack)
+        for joint, model in enumerate(models):
+            if joint in self._motion.positions_m:
+                tracks = self._motion.positions_m[joint] * 100.0
+                self._add_curves(layer, model, "Translation", tracks)
+            angles = euler_deg(self._motion.rotations_wxyz[:, joint], orders[joint])
+            self._add_curves(layer, model, "Rotation", angles)
+
+    def _add(self, kind: str, identity: np.int64, name: str, tag: str, subtype: str, *children: Node) -> None:
+        self.objects.append(
+            Node(kind, identity, f"{name}\x00\x01{tag}", subtype, children=children, closed=True)
+        )
+
+    def _connect(self, child: np.int64, parent: np.int64, to_property: str | None = None) -> None:
+        values = ("OO", child, parent) if to_property is None else ("OP", child, parent, to_property)
+        self.connections.append(Node("C", *values))
+
+    def _add_joint(self, model: np.int64, name: str, offset_cm: NDArray[np.float64], order: str) -> None:
+        attribute = self.identity()
+        size = scene.properties(scene.number("Size", 1.0))
+        self._add(
+            "NodeAttribute", attribute, name, "NodeAttribute", "LimbNode", size, Node("TypeFlags", "Skeleton")
+        )
+        rows = scene.properties(
+            scene.integer("RotationOrder", ORDERS.index(order), "enum"),
+            scene.integer("RotationActive", 1, "bool"),
+            scene.integer("InheritType", 1, "enum"),
+            scene.integer("DefaultAttributeIndex", 0),
+            scene.vector("Lcl Translation", offset_cm, animated=True),
+            scene.vector("Lcl Rotation", np.zeros(3), animated=True),
+            scene.vector("Lcl Scaling", np.ones(3)),
+        )
+        culling = [Node("Shading", True), Node("Culling", "CullingOff")]
+        self._add("Model", model, name, "Model", "LimbNode", Node("Version", 232), rows, *culling)
+        self._connect(attribute, model)
+
+    def _add_bind_pose(self, models: list[np.int64], rest_cm: NDArray[np.float64]) -> None:
+        poses = []
+        for model, position in zip(models, rest_cm, strict=True):
+            matrix = np.eye(4)
+            matrix[3, :3] = position  # FBX matrices multiply rows
+            poses.append(Node("PoseNode", children=[Node("Node", model), Node("Matrix", matrix.ravel())]))
+        head = [Node("Type", "BindPose"), Node("Version", 100), Node("NbPoseNodes", len(poses))]
+        self._add("Pose", self.identity(), "BindPose", "Pose", "BindPose", *head, *poses)
+
+    def _add_curves(
+        self, layer: np.int64, model: np.int64, channel: str, tracks: NDArray[np.float64]
+    ) -> None:
+        """Add curves of x, y, z, shape (frame_count, 3): `Translation` [cm] or `Rotation` [deg]."""
+        node = self.identity()
+        starts = [scene.number(f"d|{axis}", tracks[0, i], animated=True) for i, axis in enumerate("XYZ")]
+        self._add("AnimationCurveNode", node, channel[0], "AnimCurveNode", "", scene.properties(*starts))
+        self._connect(node, layer)
+        self._connect(node, model, f"Lcl {channel}")
+        for i, axis in enumerate("XYZ"):
+            curve = self.identity()
+            keys = [
+                Node("Default", float(tracks[0, i])),
+                Node("KeyVer", _CURVE_VERSION),
+                Node("KeyTime", self._key_times),
+                Node("KeyValueFloat", tracks[:, i].astype(np.float32)),
+                *self._key_attributes,
+            ]
+            self._add("AnimationCurve", curve, "", "AnimCurve", "", *keys)
+            self._connect(curve, node, f"d|{axis}")

@@ -1,0 +1,113 @@
+"""What an FBX file says besides its objects: header, axes, unit, time, and property rows."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from studio.engine.export.fbx_binary import CREATION_TIME, FILE_ID, VERSION, Node
+
+TICKS_PER_SECOND = 46_186_158_000
+
+_TIME_MODES = {120.0: 1, 100.0: 2, 60.0: 3, 50.0: 4, 48.0: 5, 30.0: 6, 30 / 1.001: 9, 25.0: 10, 24.0: 11,
+               1000.0: 12, 24 / 1.001: 13, 96.0: 15, 72.0: 16, 60 / 1.001: 17, 120 / 1.001: 18}  # fmt: skip
+_CUSTOM_TIME_MODE = 14
+_APPLICATION = "Capture Studio"
+
+
+def ticks(frame: NDArray[np.int64], frames_per_second: float) -> NDArray[np.int64]:
+    """Return FBX times of frame numbers, same shape; exact for rates that divide the ticks of a second."""
+    return np.rint(frame * (TICKS_PER_SECOND / frames_per_second)).astype(np.int64)
+
+
+def properties(*rows: Node) -> Node:
+    return Node("Properties70", children=rows, closed=True)
+
+
+def number(name: str, value: float, *, animated: bool = False) -> Node:
+    kind = ("Number", "", "A") if animated else ("double", "Number", "")
+    return Node("P", name, *kind, float(value))
+
+
+def integer(name: str, value: int, kind: str = "int") -> Node:
+    """A row of kind `int`, `bool` or `enum`."""
+    return Node("P", name, kind, "Integer" if kind == "int" else "", "", int(value))
+
+
+def text(name: str, value: str) -> Node:
+    return Node("P", name, "KString", "", "", value)
+
+
+def time(name: str, value: np.int64) -> Node:
+    return Node("P", name, "KTime", "Time", "", np.int64(value))
+
+
+def vector(name: str, values: NDArray[np.float64], *, animated: bool = False) -> Node:
+    """A local transformation: `Lcl Translation`, `Lcl Rotation` or `Lcl Scaling`."""
+    return Node("P", name, name, "", "A+" if animated else "A", *(float(v) for v in values))
+
+
+def header() -> list[Node]:
+    """Return the nodes that open a file; the creation time is the constant one that the foot belongs to."""
+    stamp = {"Version": 1000, "Year": 1970, "Month": 1, "Day": 1, "Hour": 10, "Minute": 0, "Second": 0,
+             "Millisecond": 0}  # fmt: skip
+    application = [text(f"{which}|ApplicationName", _APPLICATION) for which in ("Original", "LastSaved")]
+    info = Node(
+        "SceneInfo", "GlobalInfo\x00\x01SceneInfo", "UserData",
+        children=[Node("Type", "UserData"), Node("Version", 100), properties(*application)],
+    )  # fmt: skip
+    extension = [
+        Node("FBXHeaderVersion", 1003),
+        Node("FBXVersion", VERSION),
+        Node("EncryptionType", 0),
+        Node("CreationTimeStamp", children=[Node(key, value) for key, value in stamp.items()]),
+        Node("Creator", _APPLICATION),
+        info,
+    ]
+    return [
+        Node("FBXHeaderExtension", children=extension),
+        Node("FileId", FILE_ID),
+        Node("CreationTime", CREATION_TIME),
+        Node("Creator", _APPLICATION),
+    ]
+
+
+def global_settings(frames_per_second: float, stop: np.int64) -> Node:
+    """Return the settings: y up, facing +z, right-handed, centimetres, frame rate and span of time."""
+    mode = _TIME_MODES.get(frames_per_second, _CUSTOM_TIME_MODE)
+    rows = [
+        integer("UpAxis", 1), integer("UpAxisSign", 1),
+        integer("FrontAxis", 2), integer("FrontAxisSign", 1),
+        integer("CoordAxis", 0), integer("CoordAxisSign", 1),
+        integer("OriginalUpAxis", 1), integer("OriginalUpAxisSign", 1),
+        number("UnitScaleFactor", 1.0), number("OriginalUnitScaleFactor", 1.0),
+        integer("TimeMode", mode, "enum"), integer("TimeProtocol", 2, "enum"),
+        integer("SnapOnFrameMode", 0, "enum"),
+        time("TimeSpanStart", np.int64(0)), time("TimeSpanStop", stop),
+        number("CustomFrameRate", frames_per_second if mode == _CUSTOM_TIME_MODE else -1.0),
+    ]  # fmt: skip
+    return Node("GlobalSettings", children=[Node("Version", 1000), properties(*rows)])
+
+
+def documents(identity: np.int64, take_name: str) -> list[Node]:
+    document = Node(
+        "Document", identity, "", "Scene",
+        children=[properties(text("ActiveAnimStackName", take_name)), Node("RootNode", np.int64(0))],
+    )  # fmt: skip
+    return [
+        Node("Documents", children=[Node("Count", 1), document]),
+        Node("References", closed=True),
+    ]
+
+
+def definitions(objects: list[Node]) -> Node:
+    """Return how many objects of each type the file holds, settings included."""
+    counts: dict[str, int] = {"GlobalSettings": 1}
+    for item in objects:
+        counts[item.name.decode()] = counts.get(item.name.decode(), 0) + 1
+    types = [Node("ObjectType", name, children=[Node("Count", count)]) for name, count in counts.items()]
+    return Node("Definitions", children=[Node("Version", 100), Node("Count", sum(counts.values())), *types])
+
+
+def takes(take_name: str, stop: np.int64) -> Node:
+    span = [Node(name, np.int64(0), np.int64(stop)) for name in ("LocalTime", "ReferenceTime")]
+    take = Node("Take", take_name, children=[Node("FileName", f"{take_name.replace(' ', '_')}.tak"), *span])
+    return Node("Takes", children=[Node("Current", take_name), take])
