@@ -8,7 +8,7 @@ from scipy.signal import correlate, correlation_lags
 
 from studio.engine.errors import FormatError
 from studio.engine.geometry import fit_rigid, transform_points
-from studio.engine.metrics.matching import Matched, canonical_positions, match, resample
+from studio.engine.metrics.matching import Matched, canonical_positions, match
 from studio.engine.metrics.reference import Reference
 from studio.engine.poses import Poses
 
@@ -68,7 +68,7 @@ def clock_of(poses: Poses, reference: Reference, *, start_s: float | None = None
 def _velocity(reference: Reference, time_s: NDArray[np.float64], matched: Matched) -> NDArray[np.float64]:
     """Velocity of the matched joints of the reference [m/s], by central differences of 10 ms."""
     step = 0.005
-    difference = resample(reference, time_s + step) - resample(reference, time_s - step)
+    difference = reference.at(time_s + step) - reference.at(time_s - step)
     return replace(matched, reference_m=difference / (2 * step)).pick(matched.joints)[1]
 
 
@@ -81,8 +81,8 @@ def _speed_offset(poses: Poses, reference: Reference, start_s: float | None) -> 
     reference_grid = np.arange(reference.time_s[0], reference.time_s[-1], 1 / _GRID_HZ)
     if min(len(solve_grid), len(reference_grid)) < 2 * _GRID_HZ:
         raise FormatError("aligning clocks needs at least 2 s of motion in both the solve and the reference")
-    a = _speed(resample(Reference(poses.time_s, positions), solve_grid))
-    b = _speed(resample(reference, reference_grid))
+    a = _speed(Reference(poses.time_s, positions).at(solve_grid))
+    b = _speed(reference.at(reference_grid))
     score = correlate(b, a, mode="full")
     lags = correlation_lags(len(b), len(a), mode="full")
     overlap = np.minimum(len(b), lags + len(a)) - np.maximum(0, lags)

@@ -4,7 +4,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import minimize_scalar
 
-from studio.engine.metrics.matching import Matched, resample
+from studio.engine.metrics.matching import Matched
 from studio.engine.metrics.reference import Reference
 
 LONGEST_S = 0.25
@@ -29,7 +29,7 @@ def latency_ms(matched: Matched, reference: Reference) -> float | None:
     solve = _velocity(matched.pick(matched.joints)[0], time)
 
     def correlation(lag_s: float) -> float:
-        moved = Matched(time, matched.solve_m, resample(reference, time - lag_s), matched.seen)
+        moved = Matched(time, matched.solve_m, reference.at(time - lag_s), matched.seen)
         velocity = _velocity(moved.pick(matched.joints)[1], time)
         valid = np.isfinite(solve) & np.isfinite(velocity) & window[1:-1, None, None]
         a, b = solve[valid], velocity[valid]

@@ -4,7 +4,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.interpolate import CubicSpline
 
 from studio.engine.errors import FormatError
 from studio.engine.joints import CANONICAL, INDEX, JOINT_COUNT, MEASURED_JOINTS, OUTPUT_OF_CANONICAL
@@ -68,29 +67,6 @@ def canonical_positions(poses: Poses) -> tuple[NDArray[np.float64], NDArray[np.f
     return positions, confidence
 
 
-def resample(reference: Reference, time_s: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the reference at other times [s], shape (len(time_s), 21, 3), by cubic splines.
-
-    NaN outside the reference's time, and where a sample on either side is unknown.
-    """
-    out = np.full((len(time_s), JOINT_COUNT, 3), np.nan)
-    inside = (time_s >= reference.time_s[0]) & (time_s <= reference.time_s[-1])
-    known = np.isfinite(reference.positions_m).all(axis=2)
-    whole = np.flatnonzero(known.all(axis=0))
-    if len(whole):
-        spline = CubicSpline(reference.time_s, reference.positions_m[:, whole])
-        out[np.ix_(inside, whole)] = spline(time_s[inside])
-    after = np.clip(np.searchsorted(reference.time_s, time_s), 1, len(reference.time_s) - 1)
-    for joint in np.flatnonzero(known.any(axis=0) & ~known.all(axis=0)):
-        valid = known[:, joint]
-        if valid.sum() < 4:
-            continue
-        usable = inside & valid[after] & valid[after - 1]
-        spline = CubicSpline(reference.time_s[valid], reference.positions_m[valid, joint])
-        out[usable, joint] = spline(time_s[usable])
-    return out
-
-
 def match(
     poses: Poses,
     reference: Reference,
@@ -127,7 +103,7 @@ def match(
     matched = Matched(
         time_s=poses.time_s[keep],
         solve_m=positions[keep],
-        reference_m=resample(reference, reference_time[keep]),
+        reference_m=reference.at(reference_time[keep]),
         seen=confidence[keep] > 0,
     )
     if len(matched.joints) < 3:

@@ -3,10 +3,12 @@
 import csv
 import os
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.interpolate import CubicSpline
 
 from studio.engine.errors import FormatError, NotAvailableError
 from studio.engine.joints import CANONICAL, INDEX, JOINT_COUNT
@@ -41,6 +43,31 @@ class Reference:
     def known(self) -> NDArray[np.bool_]:
         """Which canonical joints the reference has at some time, shape (21,)."""
         return np.isfinite(self.positions_m).all(axis=2).any(axis=0)
+
+    def at(self, time_s: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return the positions at other times [s], shape (len(time_s), 21, 3), by cubic splines.
+
+        NaN outside the reference's time, and where a sample on either side is unknown.
+        """
+        out = np.full((len(time_s), JOINT_COUNT, 3), np.nan)
+        inside = (time_s >= self.time_s[0]) & (time_s <= self.time_s[-1])
+        after = np.clip(np.searchsorted(self.time_s, time_s), 1, len(self.time_s) - 1)
+        for joints, valid, spline in self._splines:
+            usable = inside & valid[after] & valid[after - 1]
+            out[np.ix_(usable, joints)] = spline(time_s[usable])
+        return out
+
+    @cached_property
+    def _splines(self) -> list[tuple[NDArray[np.int64], NDArray[np.bool_], CubicSpline]]:
+        """Splines of joints that are known in the same samples: joints, those samples, spline."""
+        known = np.isfinite(self.positions_m).all(axis=2)
+        splines = []
+        for pattern in np.unique(known.T, axis=0):
+            if pattern.sum() >= 4:
+                joints = np.flatnonzero((known.T == pattern).all(axis=1))
+                samples = self.positions_m[np.ix_(pattern, joints)]
+                splines.append((joints, pattern, CubicSpline(self.time_s[pattern], samples)))
+        return splines
 
 
 def read_reference(path: str | os.PathLike[str]) -> Reference:

@@ -40,7 +40,7 @@ def absolute_difference_cm(solve_m: NDArray[np.float64], reference_m: NDArray[np
 
 
 def shortest_distance_cm(solve_m: NDArray[np.float64], reference_m: NDArray[np.float64]) -> float:
-    """Mean distance of the wrists to their reference's paths, at any time [cm]; (wrist_count, frame_count, 3)."""
+    """Mean distance of wrists to their reference's paths at any time [cm]; (wrist_count, frame_count, 3)."""
     distances = [distance_to_path(a, b) for a, b in zip(solve_m, reference_m, strict=True)]
     return float(np.mean(distances) * 100)
 
