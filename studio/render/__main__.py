@@ -1,4 +1,4 @@
-"""`python -m studio.render POSES.npz [POSES.npz ...] OUT.png [--times 1,2,3]`: a strip of frames, a row per file."""
+"""`python -m studio.render POSES.npz [POSES.npz ...] OUT.png [--times 1,2,3]` draws a strip of frames."""
 
 import argparse
 import sys

@@ -1,7 +1,7 @@
 """The mannequin: rounded parts spanned between joints of the output skeleton, and their placement for a pose.
 
-Sizes are those of an adult of 1.75 m and scale with the performer's legs. A part lies between two points, each
-a mix of joint positions plus an offset in a joint's own axes, so that it follows any bone length and any solve.
+Sizes are those of an adult of 1.75 m and scale with the performer's legs. A part lies between two points,
+each a mix of joint positions plus an offset in a joint's axes, so that it follows any bone length and solve.
 """
 
 from dataclasses import dataclass
@@ -76,12 +76,12 @@ def _ball(joint: str, wide: float, deep: float, high: float, y: float = 0.0, z: 
 
 def _trunk() -> list[Part]:
     return [
-        Part("pelvis", BODY, _at("Hips", z=-0.115), _at("Hips", z=0.085), 0.162, 0.112),
-        Part("egg", JOINT, _at("Hips", z=0.0), _at("Spine2", z=-0.02), 0.125, 0.09),
-        Part("chest", BODY, _at("Spine1", z=-0.055), Point({"Neck": 1.0}, (0, 0.0, -0.005)), 0.168, 0.112),
-        Part("limb", JOINT, _at("Neck", z=-0.05), _at("Head", z=0.03), 0.058, 0.058),
-        Part("head", BODY, _skull(-0.022, 0.045), _skull(-0.022, 0.28), 0.077, 0.098),
-        Part("egg", JOINT, _skull(-0.088, 0.10), _skull(-0.088, 0.205), 0.052, 0.034),
+        Part("pelvis", BODY, _at("Hips", z=-0.12), _at("Hips", z=0.1), 0.162, 0.112),
+        Part("egg", JOINT, _at("Hips", z=-0.02), _at("Spine2", z=0.02), 0.13, 0.092),
+        Part("chest", BODY, _at("Spine1", z=-0.1), _at("Neck", z=0.022), 0.172, 0.114),
+        Part("limb", JOINT, _at("Neck", y=0.012, z=-0.05), _skull(-0.004, 0.13), 0.058, 0.058),
+        Part("head", BODY, _skull(-0.022, 0.04), _skull(-0.022, 0.285), 0.082, 0.103),
+        Part("egg", JOINT, _skull(-0.093, 0.125), _skull(-0.093, 0.2), 0.058, 0.034),
     ]
 
 
@@ -89,7 +89,7 @@ def _arm(side: str) -> list[Part]:
     s = 1.0 if side == "Left" else -1.0
     arm, elbow, hand, middle = (f"{side}{name}" for name in ("Arm", "ForeArm", "Hand", "HandMiddle1"))
     parts = [
-        Part("egg", BODY, _at(f"{side}Shoulder", x=-0.05 * s, z=-0.01), _at(arm, x=0.02 * s), 0.075, 0.062),
+        Part("egg", BODY, _at("Neck", y=0.01, z=0.03), _at(arm, x=0.03 * s, z=0.0), 0.062, 0.06),
         _ball(arm, 0.058, 0.058, 0.058),
         Part("limb", BODY, _at(arm, x=0.005 * s), _at(elbow, x=-0.002 * s), 0.051, 0.051),
         _ball(elbow, 0.039, 0.039, 0.039),

@@ -1,4 +1,4 @@
-"""Draws the mannequin in one pose on a floor with numpy alone: dense surface points, a depth buffer, soft light."""
+"""Draws the mannequin in one pose with numpy alone: dense surface points, a depth buffer, soft light."""
 
 from dataclasses import dataclass
 
@@ -104,7 +104,7 @@ def _lit(
     sky = 0.5 + 0.5 * normals[:, 2]
     half = key - ahead
     shine = np.clip(normals @ (half / np.linalg.norm(half)), 0.0, 1.0) ** 28
-    light = 0.36 + 0.28 * sky + 0.44 * diffuse - 0.10 * (1.0 - facing) ** 3
+    light = 0.43 + 0.27 * sky + 0.42 * diffuse - 0.10 * (1.0 - facing) ** 3
     return colours * light[:, None] + 0.10 * shine[:, None]
 
 
@@ -137,7 +137,7 @@ def draw_figure(placement: Placement, view: View) -> NDArray[np.uint8]:
 
 
 def _crevices(depth: NDArray[np.float64], blur_px: float) -> NDArray[np.float64]:
-    """Darkening, 0..1, of pixels that lie behind their neighbours; `depth` [m] is NaN outside of the figure."""
+    """Darkening, 0..1, of pixels behind their neighbours; `depth` [m] is NaN outside of the figure."""
     covered = np.isfinite(depth)
     weight = gaussian_filter(covered.astype(np.float64), blur_px)
     mean = gaussian_filter(np.where(covered, depth, 0.0), blur_px) / np.maximum(weight, 1e-6)

@@ -4,17 +4,18 @@ from functools import cache
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.interpolate import pchip_interpolate
 
 # By shape: exponent of the rounded outline, exponent of the cross-section, and (t, relative radius) along it.
 _OUTLINES: dict[str, tuple[float, float, tuple[tuple[float, float], ...]]] = {
     "egg": (2.0, 2.0, ((0.0, 1.0), (1.0, 1.0))),
     "limb": (3.6, 2.0, ((0.0, 0.9), (0.28, 1.0), (0.65, 0.85), (1.0, 0.68))),
     "finger": (3.0, 2.0, ((0.0, 1.0), (1.0, 0.88))),
-    "chest": (3.0, 2.35, ((0.0, 0.76), (0.3, 0.84), (0.72, 1.0), (1.0, 0.82))),
+    "chest": (2.8, 2.3, ((0.0, 0.74), (0.3, 0.86), (0.68, 1.0), (1.0, 0.8))),
     "pelvis": (2.7, 2.3, ((0.0, 0.8), (0.45, 1.0), (1.0, 0.86))),
     "palm": (3.2, 2.6, ((0.0, 0.74), (0.55, 1.0), (1.0, 0.96))),
     "foot": (3.4, 2.4, ((0.0, 0.8), (0.3, 0.86), (0.8, 1.0), (1.0, 0.98))),
-    "head": (2.35, 2.1, ((0.0, 0.7), (0.3, 0.84), (0.65, 1.0), (1.0, 0.98))),
+    "head": (2.3, 2.1, ((0.0, 0.74), (0.3, 0.86), (0.65, 1.0), (1.0, 0.98))),
 }
 
 SHAPES: tuple[str, ...] = tuple(_OUTLINES)
@@ -25,7 +26,7 @@ def surface(shape: str, rings: int, sectors: int) -> NDArray[np.float64]:
     """Return points of a unit shape's surface, shape (rings, sectors, 3), from pole to pole around z."""
     outline, section, radii = _OUTLINES[shape]
     t = 0.5 - 0.5 * np.cos(np.linspace(0.0, np.pi, rings))
-    along = np.interp(t, [p[0] for p in radii], [p[1] for p in radii])
+    along = pchip_interpolate([p[0] for p in radii], [p[1] for p in radii], t)
     radius = along * np.clip(1.0 - np.abs(2.0 * t - 1.0) ** outline, 0.0, 1.0) ** (1.0 / outline)
     angle = np.arange(sectors) * (2.0 * np.pi / sectors)
     c, s = np.cos(angle), np.sin(angle)
