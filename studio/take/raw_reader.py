@@ -1,0 +1,175 @@
+"""Reading `raw.mcap`, finished or not: whatever can be read is read, damage is reported and never raised."""
+
+import json
+import struct
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import IO
+
+import msgspec
+import zstandard
+from mcap.exceptions import McapError
+from mcap.records import Channel, Chunk, Footer, McapRecord, Message
+from mcap.stream_reader import StreamReader, breakup_chunk
+
+from studio import wire
+from studio.engine.errors import FormatError, TakeError
+from studio.take.raw_records import LIVE_TOPIC, RawCamera, RawEvent, RawFrame, RawRecord, camera_frame
+
+_RECORD_BYTES_LIMIT = 256 * 1024 * 1024
+# What the MCAP reader raises on bytes that are not MCAP; ValueError covers checksums, text and JSON.
+_DAMAGE = (McapError, struct.error, zstandard.ZstdError, ValueError, EOFError, MemoryError, OverflowError)
+_hello_decoder = msgspec.json.Decoder(wire.Hello)
+
+
+class RawReader:
+    """Iterates over the records of a `raw.mcap` in file order, once.
+
+    A chunk that is damaged is left out; where the file's structure ends early, reading ends. Afterwards:
+
+    Attributes:
+        complete: the file was finished properly and nothing was left out.
+        problem: what was wrong, for a person; None where `complete`.
+    """
+
+    def __init__(self, path: str | Path) -> None:
+        """Open nothing yet.
+
+        Raises:
+            TakeError: no such file.
+        """
+        self.path = Path(path)
+        self.complete = False
+        self.problem: str | None = None
+        self._cameras: dict[int, wire.Hello] = {}
+        self._live: set[int] = set()
+        if not self.path.is_file():
+            raise TakeError(
+                f"{self.path.parent} has no raw recording ({self.path.name}); record or import a take"
+            )
+
+    def __iter__(self) -> Iterator[RawRecord]:
+        try:
+            file = open(self.path, "rb")
+        except OSError as error:
+            raise TakeError(f"cannot read {self.path}: {error.strerror}") from error
+        with file:
+            for record in self._mcap_records(file):
+                read = self._read(record)
+                if read is not None:
+                    yield read
+
+    def _mcap_records(self, file: IO[bytes]) -> Iterator[McapRecord]:
+        """Yield channels and messages; note damage instead of raising it."""
+        reader = StreamReader(file, emit_chunks=True, record_size_limit=_RECORD_BYTES_LIMIT)
+        records = iter(reader.records)
+        finished = False
+        while True:
+            try:
+                record = next(records)
+            except StopIteration:
+                break
+            except _DAMAGE as error:
+                self._note("the file was not finished, or is cut or damaged", error)
+                break
+            if isinstance(record, Chunk):
+                try:
+                    inner = breakup_chunk(record, validate_crc=True)
+                except _DAMAGE as error:
+                    self._note("a chunk is damaged and was left out", error)
+                    continue
+                yield from inner
+            else:
+                finished = finished or isinstance(record, Footer)
+                yield record
+        self.complete = finished and self.problem is None
+
+    def _read(self, record: McapRecord) -> RawRecord | None:
+        if isinstance(record, Channel):
+            return self._channel(record)
+        if not isinstance(record, Message):
+            return None
+        if record.channel_id in self._live:
+            try:
+                event = json.loads(record.data)
+            except (ValueError, RecursionError) as error:
+                self._note("an event of the live log cannot be read", error)
+                return None
+            return RawEvent(record.log_time, event)
+        hello = self._cameras.get(record.channel_id)
+        if hello is None:
+            self._note("a message belongs to a camera whose beginning was lost")
+            return None
+        try:
+            message = wire.decode(record.data)
+            if not isinstance(message, wire.SkeletonFrame):
+                raise FormatError(f"a {type(message).__name__} where a SkeletonFrame belongs")
+            frame = camera_frame(hello.name, hello.joint_set, message)
+        except FormatError as error:
+            self._note(f"a frame of {hello.name} cannot be read", error)
+            return None
+        return RawFrame(hello.name, record.log_time, message, frame)
+
+    def _channel(self, channel: Channel) -> RawCamera | None:
+        if channel.id in self._cameras or channel.id in self._live:
+            return None  # the summary at the end of the file repeats every channel
+        if channel.topic == LIVE_TOPIC:
+            self._live.add(channel.id)
+            return None
+        try:
+            hello = _hello_decoder.decode(channel.metadata.get("hello", ""))
+            wire.check_hello(hello)
+        except (msgspec.DecodeError, UnicodeDecodeError, FormatError) as error:
+            self._note(f"channel {channel.topic!r} is not that of a camera", error)
+            return None
+        self._cameras[channel.id] = hello
+        return RawCamera(hello)
+
+    def _note(self, problem: str, error: Exception | None = None) -> None:
+        if self.problem is None:
+            detail = "" if error is None else f" ({str(error) or type(error).__name__})"
+            self.problem = f"{problem}{detail}"
+
+
+@dataclass
+class RawSummary:
+    """What a `raw.mcap` holds.
+
+    Attributes:
+        hellos: every start of every camera, in file order.
+        frames: number of frames by camera.
+        events: number of events of the live log.
+        duration_s: from the first to the last arrival [s]; 0 without frames.
+        complete, problem: as `RawReader`.
+    """
+
+    hellos: list[wire.Hello] = field(default_factory=list)
+    frames: dict[str, int] = field(default_factory=dict)
+    events: int = 0
+    duration_s: float = 0.0
+    complete: bool = False
+    problem: str | None = None
+
+
+def inspect_raw(path: str | Path) -> RawSummary:
+    """Return what a `raw.mcap` holds, damaged or not.
+
+    Raises:
+        TakeError: no such file.
+    """
+    reader, summary = RawReader(path), RawSummary()
+    arrivals_ns: list[int] = []
+    for record in reader:
+        if isinstance(record, RawCamera):
+            summary.hellos.append(record.hello)
+            summary.frames.setdefault(record.hello.name, 0)
+        elif isinstance(record, RawFrame):
+            summary.frames[record.camera] += 1
+            arrivals_ns.append(record.arrival_ns)
+        else:
+            summary.events += 1
+    if arrivals_ns:
+        summary.duration_s = (max(arrivals_ns) - min(arrivals_ns)) * 1e-9
+    summary.complete, summary.problem = reader.complete, reader.problem
+    return summary

@@ -1,0 +1,268 @@
+"""A take on disk: its folder, `take.json`, calibrations and solves. `raw` holds the frames themselves.
+
+<take>/take.json  calibrations/<n>.json  raw.mcap  solves/<name>/  exports/
+"""
+
+import json
+from collections.abc import Iterable
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Any
+
+import msgspec
+
+from studio.engine.calibration.result import Calibration
+from studio.engine.errors import CalibrationError, TakeError
+from studio.engine.files import write_json
+from studio.take.names import check_name, inside, is_safe_name
+from studio.wire import Hello
+
+FORMAT_VERSION = 1
+SOURCES = ("live", "import", "simulate")
+STATES = ("recording", "done", "recovered")
+
+
+class TakeVersionError(TakeError):
+    """A take written in another version of the format."""
+
+
+def utc_now() -> str:
+    """Return the time as `take.json` writes it: ISO 8601, UTC, whole seconds."""
+    return datetime.now(UTC).isoformat(timespec="seconds")
+
+
+def camera_json(hello: Hello) -> dict[str, Any]:
+    """Return what `take.json` keeps of a camera: what it is, and the client's starts (`boot_ids`)."""
+    intrinsics = None if hello.intrinsics is None else msgspec.to_builtins(hello.intrinsics)
+    return {
+        "name": hello.name,
+        "device": hello.device,
+        "joint_set": hello.joint_set,
+        "serial": hello.serial,
+        "frames_per_second": hello.frames_per_second,
+        "intrinsics": intrinsics,
+        "boot_ids": [hello.boot_id],
+    }
+
+
+class Take:
+    """A take's folder and the content of its `take.json`.
+
+    Attributes:
+        path: the take's folder.
+        meta: `take.json`; change it and call `save_meta`.
+    """
+
+    def __init__(self, path: Path, meta: dict[str, Any]) -> None:
+        self.path = path
+        self.meta = meta
+
+    @classmethod
+    def create(
+        cls,
+        path: str | Path,
+        *,
+        session: str,
+        name: str,
+        source: str,
+        calibration_s: float | None = None,
+        performer: str = "",
+        notes: str = "",
+        created: str | None = None,
+    ) -> "Take":
+        """Make the folder of a new take, in place, with recording state `recording`.
+
+        Args:
+            path: a folder that does not exist or is empty.
+            session: name of the session; a label, `path` says where the take lies.
+            name: name of the take.
+            source: `live`, `import` or `simulate`.
+            calibration_s: length of the part at the beginning that is for calibration [s].
+            performer: who performs.
+            created: ISO 8601 in UTC; now where None.
+
+        Raises:
+            TakeError: an unsafe name, or a folder that holds something already.
+        """
+        path = Path(path)
+        check_name("session", session)
+        check_name("take", name)
+        if source not in SOURCES:
+            raise TakeError(f"take source {source!r} is not known; allowed: {', '.join(SOURCES)}")
+        check_free(path)
+        take = cls(
+            path,
+            {
+                "format_version": FORMAT_VERSION,
+                "id": f"{session}/{name}",
+                "session": session,
+                "name": name,
+                "created": created or utc_now(),
+                "source": source,
+                "cameras": [],
+                "performer": performer,
+                "notes": notes,
+                "rating": None,
+                "calibration": None,
+                "calibration_s": calibration_s,
+                "recording": "recording",
+            },
+        )
+        try:
+            for folder in ("calibrations", "solves", "exports"):
+                (path / folder).mkdir(parents=True, exist_ok=True)
+        except OSError as error:
+            raise TakeError(
+                f"cannot make a take at {path}: {error.strerror}; choose another folder"
+            ) from error
+        take.save_meta()
+        return take
+
+    @classmethod
+    def open(cls, path: str | Path) -> "Take":
+        """Return the take in a folder.
+
+        Raises:
+            TakeVersionError: written in another version of the format.
+            TakeError: no take there, or a `take.json` that cannot be read.
+        """
+        path = Path(path)
+        file = path / "take.json"
+        if not path.is_dir():
+            raise TakeError(f"no take at {path}: there is no such folder; give the folder of a take")
+        if not file.is_file():
+            raise TakeError(
+                f"no take at {path}: the folder has no take.json; give the folder of a take, or run `studio doctor`"
+            )
+        try:
+            meta = json.loads(file.read_text(encoding="utf-8"))
+        except (OSError, ValueError, RecursionError) as error:
+            raise TakeError(f"{file} cannot be read ({error}); run `studio doctor` to rebuild it") from error
+        check_meta(file, meta)
+        return cls(path, meta)
+
+    def save_meta(self) -> None:
+        """Write `take.json` atomically."""
+        write_json(self.path / "take.json", self.meta)
+
+    @property
+    def raw_path(self) -> Path:
+        return self.path / "raw.mcap"
+
+    @property
+    def camera_names(self) -> tuple[str, ...]:
+        return tuple(camera["name"] for camera in self.meta["cameras"])
+
+    def add_camera(self, hello: Hello) -> None:
+        """Note a camera in `meta`; one that came before only gets its new `boot_id`. Call `save_meta` after."""
+        for camera in self.meta["cameras"]:
+            if camera["name"] == hello.name:
+                if hello.boot_id not in camera["boot_ids"]:
+                    camera["boot_ids"].append(hello.boot_id)
+                return
+        self.meta["cameras"].append(camera_json(hello))
+
+    def calibration(self) -> Calibration:
+        """Return the calibration in use.
+
+        Raises:
+            CalibrationError: none is in use, or its file cannot be read.
+        """
+        number = self.meta["calibration"]
+        if number is None:
+            raise CalibrationError(
+                f"take {self.path} has no calibration in use; run `studio calibrate {self.path}` first"
+            )
+        return read_calibration(self.calibration_path(number))
+
+    def calibration_path(self, number: int) -> Path:
+        return self.path / "calibrations" / f"{number}.json"
+
+    def calibration_numbers(self) -> list[int]:
+        """Numbers of the calibrations kept, in order."""
+        return _numbers((self.path / "calibrations").glob("*.json"))
+
+    def add_calibration(self, calibration: Calibration, *, use: bool) -> int:
+        """Keep a calibration under the next number, which comes back; `use` puts it in use (not if refused)."""
+        number = max(self.calibration_numbers(), default=0) + 1
+        write_json(self.calibration_path(number), calibration.to_json())
+        if use:
+            self.meta["calibration"] = number
+            self.save_meta()
+        return number
+
+    def solve_folder(self, name: str) -> Path:
+        """Return the folder of a solve, which need not exist.
+
+        Raises:
+            TakeError: a name that is not allowed.
+        """
+        return inside(self.path / "solves", check_name("solve", name))
+
+    def solve_names(self) -> list[str]:
+        """Names of the solves whose poses exist, in alphabetical order."""
+        folders = (self.path / "solves").glob("*/poses.npz")
+        return sorted(file.parent.name for file in folders if is_safe_name(file.parent.name))
+
+
+def _numbers(files: Iterable[Path]) -> list[int]:
+    return sorted(int(file.stem) for file in files if file.stem.isascii() and file.stem.isdigit())
+
+
+def read_calibration(file: Path) -> Calibration:
+    """Return the calibration in a JSON file.
+
+    Raises:
+        CalibrationError: the file is missing or cannot be read.
+    """
+    try:
+        value = json.loads(file.read_text(encoding="utf-8"))
+    except (OSError, ValueError, RecursionError) as error:
+        raise CalibrationError(f"calibration {file} cannot be read ({error}); calibrate again") from error
+    try:
+        return Calibration.from_json(value)
+    except CalibrationError as error:
+        raise CalibrationError(f"{file}: {error}") from error
+
+
+def check_free(path: Path) -> None:
+    """Raise TakeError where `path` is a file or a folder that holds something."""
+    try:
+        taken = path.exists() and (not path.is_dir() or any(path.iterdir()))
+    except OSError as error:
+        raise TakeError(f"cannot make a take at {path}: {error.strerror}; choose another folder") from error
+    if taken:
+        raise TakeError(f"{path} exists and is not empty; choose another folder or delete it")
+
+
+def check_meta(file: Path, meta: Any) -> None:
+    """Raise TakeError where the content of a `take.json` is not that of a take of this version."""
+    if not isinstance(meta, dict) or "format_version" not in meta:
+        raise TakeError(f"{file} is not the take.json of a take; run `studio doctor` to rebuild it")
+    version = meta["format_version"]
+    if version != FORMAT_VERSION:
+        raise TakeVersionError(
+            f"{file} has format version {version!r}, this program reads version {FORMAT_VERSION}; "
+            "open the take with the version that made it"
+        )
+    kinds: dict[str, type | tuple[type, ...]] = {
+        "session": str,
+        "name": str,
+        "created": str,
+        "source": str,
+        "recording": str,
+        "cameras": list,
+        "calibration": (int, type(None)),
+        "calibration_s": (int, float, type(None)),
+    }
+    wrong = [key for key, kind in kinds.items() if key not in meta or not isinstance(meta[key], kind)]
+    cameras = meta.get("cameras")
+    if isinstance(cameras, list) and not all(
+        isinstance(c, dict) and isinstance(c.get("name"), str) and isinstance(c.get("boot_ids"), list)
+        for c in cameras
+    ):
+        wrong.append("cameras")
+    if wrong:
+        raise TakeError(
+            f"{file} lacks or misuses {', '.join(wrong)}; run `studio doctor` to rebuild it from raw.mcap"
+        )
