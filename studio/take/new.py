@@ -27,7 +27,7 @@ def new_take(
     notes: str = "",
     created: str | None = None,
 ) -> Iterator[Take]:
-    """Yield a take in a temporary folder beside `path`, which moves to `path` when the block ends without error.
+    """Yield a take in a temporary folder beside `path`, moved to `path` when the block ends without error.
 
     After the block the take's `path` is the final one and its recording state `done`. An error or an
     interruption leaves nothing behind, not even parent folders that were missing.

@@ -132,7 +132,7 @@ def read_raw(path: str | Path) -> Iterator[RawRecord]:
 
 
 def camera_frames(path: str | Path) -> dict[str, list[CameraFrame]]:
-    """Return canonical frames by camera, cameras in the order of their first hello, frames in device time order.
+    """Return canonical frames by camera: cameras in order of their first hello, frames in device time order.
 
     A device time that came twice (a client sent a frame again) is kept once.
 

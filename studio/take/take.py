@@ -132,7 +132,7 @@ class Take:
             raise TakeError(f"no take at {path}: there is no such folder; give the folder of a take")
         if not file.is_file():
             raise TakeError(
-                f"no take at {path}: the folder has no take.json; give the folder of a take, or run `studio doctor`"
+                f"no take at {path}: the folder has no take.json; give a take, or run `studio doctor`"
             )
         try:
             meta = json.loads(file.read_text(encoding="utf-8"))
@@ -154,7 +154,7 @@ class Take:
         return tuple(camera["name"] for camera in self.meta["cameras"])
 
     def add_camera(self, hello: Hello) -> None:
-        """Note a camera in `meta`; one that came before only gets its new `boot_id`. Call `save_meta` after."""
+        """Note a camera in `meta`; a known one only gets its new `boot_id`. Then call `save_meta`."""
         for camera in self.meta["cameras"]:
             if camera["name"] == hello.name:
                 if hello.boot_id not in camera["boot_ids"]:
@@ -183,7 +183,7 @@ class Take:
         return _numbers((self.path / "calibrations").glob("*.json"))
 
     def add_calibration(self, calibration: Calibration, *, use: bool) -> int:
-        """Keep a calibration under the next number, which comes back; `use` puts it in use (not if refused)."""
+        """Keep a calibration under the next number, which comes back; `use` puts it in use."""
         number = max(self.calibration_numbers(), default=0) + 1
         write_json(self.calibration_path(number), calibration.to_json())
         if use:
