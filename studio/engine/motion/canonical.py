@@ -1,0 +1,156 @@
+"""From a file's skeleton to the canonical joints, by the joint names of common BVH skeletons."""
+
+import re
+from collections.abc import Iterable
+
+import numpy as np
+from numpy.typing import NDArray
+
+from studio.engine.errors import FormatError
+from studio.engine.joints import CANONICAL, INDEX
+from studio.engine.motion.body import t_pose_offsets
+from studio.engine.motion.motion import END, CanonicalMotion, Motion
+
+_HIPS = ("hips", "hip", "pelvis", "root")
+_NECK = ("neck", "neck1", "neck01")
+_HEAD = ("head",)
+# Names of a limb's joints without their side, surest first: a clavicle is also called "shoulder".
+_LIMBS: dict[str, tuple[str, ...]] = {
+    "shoulder": ("arm", "upperarm", "uparm", "shldr", "humerus", "shoulder"),
+    "elbow": ("forearm", "lowerarm", "lowarm", "elbow", "radius"),
+    "wrist": ("hand", "wrist"),
+    "hand": ("handmiddle1", "middle1", "middle01", "middleproximal", "handindex1", "index1", "fingers", "palm"),
+    "hip": ("upleg", "thigh", "upperleg", "femur", "hip"),
+    "knee": ("leg", "shin", "calf", "lowerleg", "lowleg", "knee", "tibia"),
+    "ankle": ("foot", "ankle"),
+    "toe": ("toebase", "toe", "toes", "ball"),
+}
+_OPTIONAL = ("hand", "toe")  # without one, the end of the limb stands for it
+
+
+def _plain(name: str) -> str:
+    """`mixamorig:LeftArm`, `Left_Arm`, `leftArm` -> `leftarm`."""
+    plain = re.sub(r"[^a-z0-9]", "", name.rsplit(":", 1)[-1].lower())
+    return re.sub(r"^(mixamorig\d*|bip01|character1)(?=.)", "", plain)
+
+
+def _find(plain: dict[str, int], names: Iterable[str]) -> int | None:
+    return next((plain[name] for name in names if name in plain), None)
+
+
+def _limb_names(side: str, joint: str) -> list[str]:
+    return [
+        pattern.format(s=side, i=side[0], n=name)
+        for name in _LIMBS[joint]
+        for pattern in ("{s}{n}", "{i}{n}", "{n}{i}", "{n}{s}")
+    ]
+
+
+def _ancestors(parents: NDArray[np.int64], joint: int) -> list[int]:
+    """The joint and its ancestors, root last."""
+    chain = [joint]
+    while parents[chain[-1]] >= 0:
+        chain.append(int(parents[chain[-1]]))
+    return chain
+
+
+def canonical_joints(motion: Motion) -> dict[str, int]:
+    """Return, by canonical joint, the index of the file's joint that stands for it.
+
+    `chest` is where the arms branch off, `spine` the first joint above the hips that has a length. A hand or
+    toe that the file lacks is the end of its limb, and then the index of the End Site.
+
+    Raises:
+        FormatError: the skeleton lacks its hips, a limb or the head; the message names what and the joints.
+    """
+    plain = {_plain(name): i for i, name in reversed(list(enumerate(motion.joint_names))) if END not in name}
+    found: dict[str, int | None] = {"hips": _find(plain, _HIPS), "head": _find(plain, _HEAD)}
+    for side in ("left", "right"):
+        for joint in _LIMBS:
+            found[f"{side}_{joint}"] = _find(plain, _limb_names(side, joint))
+        for end, parent in (("hand", "wrist"), ("toe", "ankle")):
+            if found[f"{side}_{end}"] is None:
+                found[f"{side}_{end}"] = _end_of(motion, found[f"{side}_{parent}"])
+    missing = [name for name, index in found.items() if index is None and name.split("_")[-1] not in _OPTIONAL]
+    if missing:
+        raise FormatError(
+            f"the BVH has no joint for {', '.join(missing)} under any known name (as in CMU, HumanIK, Mixamo or "
+            f"Xsens skeletons); it has {', '.join(n for n in motion.joint_names if END not in n)[:400]}; "
+            "rename its joints"
+        )
+    joints = {name: index for name, index in found.items() if index is not None}
+    right = _ancestors(motion.parents, joints["right_shoulder"])
+    chest = next((i for i in _ancestors(motion.parents, joints["left_shoulder"]) if i in right), joints["hips"])
+    joints["chest"] = chest
+    joints["spine"] = _spine(motion, joints["hips"], chest)
+    neck = _find(plain, _NECK)
+    joints["neck"] = neck if neck is not None else int(motion.parents[joints["head"]])
+    return joints
+
+
+def _end_of(motion: Motion, joint: int | None) -> int | None:
+    """The joint's End Site, or its only child."""
+    if joint is None:
+        return None
+    children = [i for i, parent in enumerate(motion.parents) if parent == joint]
+    ends = [i for i in children if END in motion.joint_names[i]]
+    return next(iter(ends or children), None)
+
+
+def _spine(motion: Motion, hips: int, chest: int) -> int:
+    chain = list(reversed(_ancestors(motion.parents, chest)))
+    above = chain[chain.index(hips) + 1 :] if hips in chain else chain
+    for joint in above:
+        if np.linalg.norm(motion.rest_m[joint] - motion.rest_m[hips]) > 1e-4:
+            return joint
+    return chest
+
+
+def to_canonical(motion: Motion) -> CanonicalMotion:
+    """Return a file's motion in canonical joints, where the file has it on the stage; the hands stay open.
+
+    A hand or toe that the file lacks altogether lies 8 cm beyond the wrist, or 15 cm before the ankle.
+
+    Raises:
+        FormatError: the skeleton lacks its hips, a limb or the head, or is not upright with y up.
+    """
+    joints = canonical_joints(motion)
+    positions = _pick(motion.positions_m, motion.rotations, joints)
+    rest_rotations = np.broadcast_to(np.eye(3), (1, len(motion.joint_names), 3, 3))
+    rest = _pick(motion.rest_m[None], rest_rotations, joints)[0]
+    if not _is_upright(rest):
+        rest = positions[0]
+    if not _is_upright(rest):
+        raise FormatError(
+            "neither the BVH's rest pose nor its first frame stands upright with y up; export it with y up, "
+            "from a T-pose"
+        )
+    return CanonicalMotion(
+        frame_s=motion.frame_s,
+        positions_m=positions,
+        offsets_m=t_pose_offsets(rest),
+        hands_open=np.ones((motion.frame_count, 2)),
+    )
+
+
+def _pick(
+    positions: NDArray[np.float64], rotations: NDArray[np.float64], joints: dict[str, int]
+) -> NDArray[np.float64]:
+    out = np.empty((len(positions), len(CANONICAL), 3))
+    for name, index in joints.items():
+        out[:, INDEX[name]] = positions[:, index]
+    for side in ("left", "right"):
+        hand, wrist, elbow = (INDEX[f"{side}_{joint}"] for joint in ("hand", "wrist", "elbow"))
+        if f"{side}_hand" not in joints:
+            along = out[:, wrist] - out[:, elbow]
+            out[:, hand] = out[:, wrist] + 0.08 * along / np.linalg.norm(along, axis=-1, keepdims=True)
+        if f"{side}_toe" not in joints:
+            ankle = joints[f"{side}_ankle"]
+            out[:, INDEX[f"{side}_toe"]] = positions[:, ankle] + rotations[:, ankle] @ np.array([0, -0.15, -0.06])
+    return out
+
+
+def _is_upright(pose: NDArray[np.float64]) -> bool:
+    up = pose[INDEX["head"]] - (pose[INDEX["left_ankle"]] + pose[INDEX["right_ankle"]]) / 2
+    length = float(np.linalg.norm(up))
+    return length > 0 and up[2] > 0.8 * length
