@@ -1,0 +1,114 @@
+"""Stick figures and camera frusta of the browser view."""
+
+import numpy as np
+import viser
+from numpy.typing import NDArray
+
+from studio.engine.calibration.result import CameraCalibration
+from studio.engine.frames import FusedSkeleton
+from studio.engine.geometry import quaternions
+from studio.engine.joints import JOINT_COUNT, PARENTS
+from studio.render import shapes
+from studio.web.palette import FUSED_BONE_RGB, confidence_colours
+
+_CHILDREN = np.flatnonzero(PARENTS >= 0)
+_NO_POINTS = np.zeros((1, 3), dtype=np.float32)
+_NO_BONES = np.zeros((1, 2, 3), dtype=np.float32)
+_FRUSTUM_FOV_DEG, _FRUSTUM_ASPECT = 48.0, 1.33
+
+
+def bones(positions: NDArray[np.float64]) -> NDArray[np.float32]:
+    """Return bones whose ends were seen, shape (bone_count, 2, 3); positions (21, 3), NaN = unseen."""
+    pairs = np.stack([positions[PARENTS[_CHILDREN]], positions[_CHILDREN]], axis=1)
+    return pairs[np.isfinite(pairs).all(axis=(1, 2))].astype(np.float32)
+
+
+class RawSkeleton:
+    """One camera's skeleton as it was received: thin lines and points in the camera's colour."""
+
+    def __init__(self, server: viser.ViserServer, name: str, rgb: tuple[int, int, int]) -> None:
+        self._points = server.scene.add_point_cloud(
+            f"{name}/points", _NO_POINTS, rgb, point_size=0.016, point_shape="circle", precision="float32",
+            visible=False,
+        )  # fmt: skip
+        self._bones = server.scene.add_line_segments(
+            f"{name}/bones", _NO_BONES, rgb, thickness=1.6, thickness_units="screen", visible=False
+        )
+
+    def draw(self, positions: NDArray[np.float64]) -> None:
+        """Show canonical joints in the stage frame [m], shape (21, 3), NaN = unseen."""
+        seen = positions[np.isfinite(positions).all(axis=1)].astype(np.float32)
+        lines = bones(positions)
+        self._points.visible = len(seen) > 0
+        self._bones.visible = len(lines) > 0
+        if len(seen):
+            self._points.points = seen
+        if len(lines):
+            self._bones.points = lines
+
+    def remove(self) -> None:
+        """Take it off the scene."""
+        self._points.remove()
+        self._bones.remove()
+
+
+class FusedFigure:
+    """The fused skeleton: joints as balls, larger and greener the surer they are."""
+
+    def __init__(self, server: viser.ViserServer, name: str) -> None:
+        vertices, faces = shapes.mesh("egg", 9, 12)
+        self._joints = server.scene.add_batched_meshes_simple(
+            f"{name}/joints",
+            vertices - np.array([0.0, 0.0, 0.5], dtype=np.float32),
+            faces,
+            batched_wxyzs=np.tile([1.0, 0.0, 0.0, 0.0], (JOINT_COUNT, 1)),
+            batched_positions=np.zeros((JOINT_COUNT, 3)),
+            batched_scales=np.full((JOINT_COUNT, 3), 1e-4),
+            batched_colors=np.zeros((JOINT_COUNT, 3), dtype=np.uint8),
+            lod="off",
+            cast_shadow=False,
+        )
+        self._bones = server.scene.add_line_segments(
+            f"{name}/bones", _NO_BONES, FUSED_BONE_RGB, thickness=2.6, thickness_units="screen", visible=False
+        )
+
+    def draw(self, fused: FusedSkeleton) -> None:
+        """Show a fused skeleton; joints that no camera sees are left out."""
+        seen = np.isfinite(fused.positions).all(axis=1)
+        confidence = np.where(seen, np.nan_to_num(fused.confidence), 0.0)
+        radius = np.where(seen, 0.011 + 0.014 * np.round(confidence, 1), 1e-5)
+        self._joints.batched_positions = np.where(seen[:, None], fused.positions, 0.0)
+        self._joints.batched_scales = radius[:, None] * np.array([1.0, 1.0, 2.0])
+        self._joints.batched_colors = confidence_colours(np.round(confidence, 1))
+        lines = bones(fused.positions)
+        self._bones.visible = len(lines) > 0
+        if len(lines):
+            self._bones.points = lines
+
+
+class Frustum:
+    """A calibrated camera: its frustum and name, in its colour."""
+
+    def __init__(
+        self,
+        server: viser.ViserServer,
+        name: str,
+        label: str,
+        rgb: tuple[int, int, int],
+        camera: CameraCalibration,
+    ) -> None:
+        T = camera.T_stage_camera
+        self._frustum = server.scene.add_camera_frustum(
+            f"{name}/frustum", float(np.radians(_FRUSTUM_FOV_DEG)), _FRUSTUM_ASPECT, scale=0.11, color=rgb,
+            thickness=2.0, thickness_units="screen", wxyz=quaternions(T[:3, :3]), position=T[:3, 3],
+            variant="filled", cast_shadow=False,
+        )  # fmt: skip
+        self._label = server.scene.add_label(
+            f"{name}/name", label, position=T[:3, 3] + np.array([0.0, 0.0, 0.11]), anchor="bottom-center",
+            font_screen_scale=0.85,
+        )  # fmt: skip
+
+    def remove(self) -> None:
+        """Take it off the scene."""
+        self._frustum.remove()
+        self._label.remove()
