@@ -18,8 +18,9 @@ from studio.engine.export.skeleton import LocalMotion, local_motion
 from studio.engine.files import write_atomically
 from studio.engine.poses import Poses
 
-_CUBIC_AUTO_TIME_INDEPENDENT = 0x2108
-_KEY_FLAGS = {"cubic": _CUBIC_AUTO_TIME_INDEPENDENT, "linear": 0x4, "constant": 0x2}
+_CUBIC = 0x2108  # cubic, automatic tangents, time-independent: a slope is that of the two neighbours' chord
+_CUBIC_USER = 0x408  # cubic, with the slopes that the keys bring
+_KEY_FLAGS = {"cubic": _CUBIC, "linear": 0x4, "constant": 0x2}
 INTERPOLATIONS: tuple[str, ...] = tuple(_KEY_FLAGS)
 
 _WEIGHTS = np.array([0x0D050D05], np.int32).view(np.float32)[0]  # two thirds of 0.3333, in units of 1e-4
@@ -82,11 +83,7 @@ class _Builder:
         self.stop: np.int64 = times[-1]
         self._last_identity = _FIRST_IDENTITY
         self._key_times = EncodedArray(times)
-        self._key_attributes = [
-            Node("KeyAttrFlags", np.array([key_flags], np.int32)),
-            Node("KeyAttrDataFloat", np.array([0.0, 0.0, _WEIGHTS, 0.0], np.float32)),
-            Node("KeyAttrRefCount", np.array([motion.frame_count], np.int32)),
-        ]
+        self._key_flags = key_flags
 
     def identity(self) -> np.int64:
         self._last_identity += 1
@@ -175,7 +172,30 @@ class _Builder:
                 Node("KeyVer", _CURVE_VERSION),
                 Node("KeyTime", self._key_times),
                 Node("KeyValueFloat", tracks[:, i].astype(np.float32)),
-                *self._key_attributes,
+                *_key_attributes(tracks[:, i], self._motion.frames_per_second, self._key_flags),
             ]
             self._add("AnimationCurve", curve, "", "AnimCurve", "", *keys)
             self._connect(curve, node, f"d|{axis}")
+
+
+def _key_attributes(track: NDArray[np.float64], frames_per_second: float, flags: int) -> list[Node]:
+    """Return the flags and slopes of a curve's keys, run by run.
+
+    An automatic tangent at either end is the chord to its only neighbour, which errs most where a motion
+    starts fast; cubic curves bring the slope of the parabola through the three keys there instead.
+    """
+    count = len(track)
+    runs = [(count, flags, 0.0, 0.0)]
+    if flags == _CUBIC and count >= 3:
+        first = (-3 * track[0] + 4 * track[1] - track[2]) * frames_per_second / 2
+        last = (3 * track[-1] - 4 * track[-2] + track[-3]) * frames_per_second / 2
+        runs = [(1, _CUBIC_USER, first, 0.0), (count - 3, flags, 0.0, 0.0),
+                (1, flags, 0.0, last), (1, _CUBIC_USER, last, 0.0)]  # fmt: skip
+        runs = [run for run in runs if run[0]]
+    # per run: right slope, left slope of the next key, weights, velocity
+    slopes = np.array([[right, next_left, _WEIGHTS, 0.0] for _, _, right, next_left in runs], np.float32)
+    return [
+        Node("KeyAttrFlags", np.array([run[1] for run in runs], np.int32)),
+        Node("KeyAttrDataFloat", slopes.ravel()),
+        Node("KeyAttrRefCount", np.array([run[0] for run in runs], np.int32)),
+    ]

@@ -1,0 +1,59 @@
+"""The registry of exporters: what is there, what is refused, and that nothing is left behind."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from studio.engine.errors import FormatError, NotAvailableError, SettingsError, StudioError
+from studio.engine.export import EXPORTERS, export
+from tests.poses_factory import random_poses, t_pose
+
+
+@pytest.mark.parametrize("format", EXPORTERS)
+def test_every_exporter_replaces_a_file_atomically(tmp_path: Path, format: str) -> None:
+    path = tmp_path / f"take.{format}"
+    path.write_text("old")
+    export(random_poses(np.random.default_rng(1), seconds=0.5), path, format)
+    assert path.stat().st_size > 10_000
+    assert list(tmp_path.iterdir()) == [path]
+
+
+@pytest.mark.parametrize("format", EXPORTERS)
+def test_poses_without_frames_leave_the_old_file(tmp_path: Path, format: str) -> None:
+    path = tmp_path / f"take.{format}"
+    path.write_text("old")
+    with pytest.raises(FormatError, match="no frame"):
+        export(t_pose(0), path, format)
+    assert path.read_text() == "old"
+    assert list(tmp_path.iterdir()) == [path]
+
+
+@pytest.mark.parametrize("format", EXPORTERS)
+def test_a_place_that_cannot_be_written_is_one_clear_error(tmp_path: Path, format: str) -> None:
+    (tmp_path / "file").write_text("in the way")
+    (tmp_path / "folder").mkdir()
+    for path in (tmp_path / "file" / "take", tmp_path / "folder"):
+        with pytest.raises(StudioError, match="cannot write"):
+            export(t_pose(), path, format)
+    assert sorted(p.name for p in tmp_path.rglob("*")) == ["file", "folder"]
+
+
+@pytest.mark.parametrize(
+    ("options", "error", "words"),
+    [
+        ({"format": "glb"}, NotAvailableError, "glb is not available in this version"),
+        ({"format": "doc"}, SettingsError, "format=doc: allowed are fbx, bvh"),
+        ({"format": "fbx", "interpolation": "bezier"}, SettingsError, "allowed are cubic, linear, constant"),
+        ({"format": "bvh", "interpolation": "linear"}, SettingsError, "BVH"),
+        ({"format": "fbx", "target": "unreal"}, NotAvailableError, "target unreal is not available"),
+        ({"format": "fbx", "target": "biped"}, SettingsError, "target=biped"),
+        ({"format": "fbx", "root_motion": "in-place"}, NotAvailableError, "in-place is not available"),
+        ({"format": "fbx", "mesh": True}, NotAvailableError, "mesh"),
+        ({"format": "bvh", "fps": 0.0}, SettingsError, "fps=0"),
+    ],
+)
+def test_what_is_refused(tmp_path: Path, options: dict, error: type[StudioError], words: str) -> None:
+    with pytest.raises(error, match=words):
+        export(t_pose(), tmp_path / "take", **options)
+    assert not list(tmp_path.iterdir())

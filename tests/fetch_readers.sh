@@ -1,0 +1,49 @@
+#!/bin/sh
+# Installs the independent readers that the export tests compare with into .tools/readers (never shipped):
+# the Autodesk FBX SDK's reader (npm package fbx2gltf) and ufbx, compiled from the source in the package pyufbx.
+# Needs npm, a C compiler, Python with pip. Run it from anywhere; what is there already is kept.
+set -eu
+
+FBX2GLTF=0.9.7
+PYUFBX=0.0.7
+
+root=$(CDPATH='' cd -- "$(dirname -- "$0")/.." && pwd)
+tools="$root/.tools/readers"
+reader="$root/tests/engine/export/readers/ufbx_joints.c"
+mkdir -p "$tools"
+log="$tools/fetch.log"
+: >"$log"
+
+fail() {
+    echo "fetch_readers: $1; see $log" >&2
+    tail -n 5 "$log" >&2
+    exit 1
+}
+
+need() {
+    command -v "$1" >/dev/null 2>&1 || fail "$1 is missing: install $2"
+}
+
+sdk="$tools/node_modules/fbx2gltf"
+if ! grep -qs "\"version\": \"$FBX2GLTF\"" "$sdk/package.json"; then
+    need npm "Node.js with npm"
+    npm install --prefix "$tools" --no-audit --no-fund --no-save --ignore-scripts "fbx2gltf@$FBX2GLTF" >>"$log" 2>&1 ||
+        fail "npm could not install fbx2gltf@$FBX2GLTF"
+fi
+chmod +x "$sdk/bin/Linux/FBX2glTF" || fail "fbx2gltf has no Linux program"
+"$sdk/bin/Linux/FBX2glTF" --help >>"$log" 2>&1 || fail "fbx2gltf does not run on this machine"
+
+source="$tools/pyufbx-$PYUFBX/ufbx-c"
+if [ ! -f "$source/ufbx.c" ]; then
+    need python3 "Python 3.11 with pip"
+    python3 -m pip download --quiet --no-deps --no-binary pyufbx --dest "$tools" "pyufbx==$PYUFBX" >>"$log" 2>&1 ||
+        fail "pip could not download the source of pyufbx $PYUFBX"
+    tar -xzf "$tools/pyufbx-$PYUFBX.tar.gz" -C "$tools" || fail "the source of pyufbx $PYUFBX is damaged"
+fi
+program="$tools/ufbx_joints"
+if [ ! -x "$program" ] || [ "$reader" -nt "$program" ]; then
+    need cc "a C compiler (Debian: apt install gcc libc6-dev)"
+    cc -O1 -I "$source" -o "$program.new" "$reader" "$source/ufbx.c" -lm >>"$log" 2>&1 ||
+        fail "ufbx did not compile"
+    mv "$program.new" "$program"
+fi
