@@ -1,0 +1,132 @@
+"""Clocks of cameras: offset and drift from time-stamped exchanges, and clock models put together (step 3).
+
+A camera's clock is compared with the server's by exchanges as in NTP (RFC 5905, section 8). An exchange that
+took long says little, so that only the quickest of each few seconds is kept; once these span long enough, a
+robust line through them gives the drift.
+"""
+
+from collections import deque
+from dataclasses import dataclass
+
+import numpy as np
+
+from studio.engine.frames import ClockModel
+
+WINDOW_NS = 120_000_000_000
+"""How long an exchange counts."""
+
+BUCKET_NS = 4_000_000_000
+"""The quickest exchange of each span of this length is kept."""
+
+DRIFT_SPAN_NS = 20_000_000_000
+"""Drift is estimated once the exchanges span this long; with less, noise would look like drift."""
+
+MAX_DRIFT_PPM = 500.0
+MAX_ROUND_TRIP_NS = 2_000_000_000
+
+
+@dataclass(frozen=True)
+class _Sample:
+    device_ns: int
+    offset_ns: int
+    round_trip_ns: int
+
+
+class ClockEstimator:
+    """Estimates how one camera's clock maps to the server's clock."""
+
+    def __init__(self) -> None:
+        self._samples: deque[_Sample] = deque()
+        self._one_way: _Sample | None = None
+        self._model: ClockModel | None = None
+
+    @property
+    def model(self) -> ClockModel | None:
+        """The map from the camera's clock to the server's; None before the first frame or exchange."""
+        return self._model
+
+    @property
+    def exchanged(self) -> bool:
+        """Whether an exchange was made; without, the model takes frames as if they arrived without delay."""
+        return bool(self._samples)
+
+    @property
+    def round_trip_ns(self) -> int | None:
+        """The least round-trip time within the window [ns]."""
+        return min((sample.round_trip_ns for sample in self._samples), default=None)
+
+    def add_exchange(
+        self, client_send_ns: int, server_receive_ns: int, server_send_ns: int, client_receive_ns: int
+    ) -> bool:
+        """Take in one exchange; return whether it is possible at all (no time runs backwards, under 2 s).
+
+        Args:
+            client_send_ns, client_receive_ns: on the camera's clock [ns].
+            server_receive_ns, server_send_ns: on the server's clock [ns].
+        """
+        inside_ns = server_send_ns - server_receive_ns
+        round_trip_ns = (client_receive_ns - client_send_ns) - inside_ns
+        if inside_ns < 0 or not 0 <= round_trip_ns <= MAX_ROUND_TRIP_NS:
+            return False
+        offset_ns = (server_receive_ns - client_send_ns + server_send_ns - client_receive_ns) // 2
+        self._keep(_Sample((client_send_ns + client_receive_ns) // 2, offset_ns, round_trip_ns))
+        self._model = self._fit()
+        return True
+
+    def add_arrival(self, device_ns: int, arrival_ns: int) -> None:
+        """Take in a frame's device time and arrival: used until the first exchange, as if without delay."""
+        if self._samples:
+            return
+        offset_ns = arrival_ns - device_ns
+        old = self._one_way
+        if old is None or offset_ns < old.offset_ns or abs(device_ns - old.device_ns) > WINDOW_NS:
+            self._one_way = _Sample(device_ns, offset_ns, 0)
+            self._model = ClockModel(offset_ns=offset_ns, reference_ns=device_ns)
+
+    def _keep(self, sample: _Sample) -> None:
+        """Keep the sample in place of a slower one of the same few seconds; forget what is too old."""
+        samples = self._samples
+        if samples and sample.device_ns < samples[-1].device_ns - BUCKET_NS:
+            samples.clear()  # the camera's clock was set back: what was known is void
+        if samples and samples[-1].device_ns // BUCKET_NS == sample.device_ns // BUCKET_NS:
+            if sample.round_trip_ns <= samples[-1].round_trip_ns:
+                samples[-1] = sample
+        else:
+            samples.append(sample)
+        while sample.device_ns - samples[0].device_ns > WINDOW_NS:
+            samples.popleft()
+
+    def _fit(self) -> ClockModel:
+        """A line through the good samples (Theil-Sen: the median of all slopes), or the best sample alone."""
+        least = min(sample.round_trip_ns for sample in self._samples)
+        good = [s for s in self._samples if s.round_trip_ns <= 2 * least + 500_000]
+        newest = good[-1]
+        if newest.device_ns - good[0].device_ns < DRIFT_SPAN_NS or len(good) < 4:
+            best = min(good, key=lambda s: (s.round_trip_ns, -s.device_ns))
+            return ClockModel(offset_ns=best.offset_ns, reference_ns=best.device_ns)
+        time = np.array([s.device_ns - newest.device_ns for s in good], dtype=np.float64)
+        offset = np.array([s.offset_ns - newest.offset_ns for s in good], dtype=np.float64)
+        first, second = np.triu_indices(len(good), 1)
+        slope = float(np.median((offset[second] - offset[first]) / (time[second] - time[first])))
+        slope = min(max(slope, -MAX_DRIFT_PPM * 1e-6), MAX_DRIFT_PPM * 1e-6)
+        at_newest = float(np.median(offset - slope * time))
+        return ClockModel(newest.offset_ns + round(at_newest), slope * 1e6, newest.device_ns)
+
+
+def invert(clock: ClockModel) -> ClockModel:
+    """Return the model that maps back: from B to A where `clock` maps A to B."""
+    at = clock.stage_ns(clock.reference_ns)
+    drift = 1.0 / (1.0 + clock.drift_ppm * 1e-6) - 1.0
+    return ClockModel(clock.reference_ns - at, drift * 1e6, at)
+
+
+def chain(first: ClockModel, second: ClockModel) -> ClockModel:
+    """Return the model A to C of `first`, A to B, and `second`, B to C."""
+    at = first.reference_ns
+    drift = (1.0 + first.drift_ppm * 1e-6) * (1.0 + second.drift_ppm * 1e-6) - 1.0
+    return ClockModel(second.stage_ns(first.stage_ns(at)) - at, drift * 1e6, at)
+
+
+def shifted(clock: ClockModel, offset_ns: int) -> ClockModel:
+    """Return the model with its results later by `offset_ns`."""
+    return ClockModel(clock.offset_ns + offset_ns, clock.drift_ppm, clock.reference_ns)
