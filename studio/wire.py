@@ -130,7 +130,9 @@ class Recording(msgspec.Struct, tag="recording", forbid_unknown_fields=True):
     take: str
 
 
-Message = Hello | Welcome | Refused | ClockRequest | ClockReply | ClockSample | SkeletonFrame | Status | Recording
+Message = (
+    Hello | Welcome | Refused | ClockRequest | ClockReply | ClockSample | SkeletonFrame | Status | Recording
+)
 
 _encoder = msgspec.msgpack.Encoder()
 _decoder = msgspec.msgpack.Decoder(Message)

@@ -55,7 +55,9 @@ class ClockModel:
 
     def stage_s(self, device_s: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return stage times [s] of device times [s], any shape."""
-        return device_s + self.offset_ns * 1e-9 + self.drift_ppm * 1e-6 * (device_s - self.reference_ns * 1e-9)
+        return (
+            device_s + self.offset_ns * 1e-9 + self.drift_ppm * 1e-6 * (device_s - self.reference_ns * 1e-9)
+        )
 
 
 @dataclass(frozen=True)

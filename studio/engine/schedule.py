@@ -36,7 +36,9 @@ class Schedule:
         if now_stage_ns is not None:
             ready = max(ready, min(newest, now_stage_ns - MAX_WAIT_NS))
         last = ready * self._output_hz // 1_000_000_000
-        if self._next is None or self._time_ns(self._next) < ready - 4 * ACTIVE_NS:  # the start, or a long gap
+        if (
+            self._next is None or self._time_ns(self._next) < ready - 4 * ACTIVE_NS
+        ):  # the start, or a long gap
             self._next = last
         times = [self._time_ns(i) for i in range(self._next, last + 1)]
         self._next = max(self._next, last + 1)

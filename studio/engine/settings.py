@@ -215,7 +215,9 @@ def set_switch(settings: SolveSettings, key: str, value: str) -> SolveSettings:
         return replace(settings, bone_length_limit=value)
     if key == "cameras":
         if not value.strip():
-            raise SettingsError("cameras='' is not allowed; allowed: all, or camera names separated by commas")
+            raise SettingsError(
+                "cameras='' is not allowed; allowed: all, or camera names separated by commas"
+            )
         return replace(settings, cameras=value)
     if key == "look_at_point_m":
         parts = value.split(",")

@@ -86,7 +86,9 @@ class Synchroniser:
         self._clocks: dict[str, ClockModel] = {name: camera.clock for name, camera in cameras.items()}
         self._cameras: dict[str, _Camera] = {name: _Camera() for name in cameras}
         self.names = tuple(cameras)
-        self._positions = np.array([camera.T_stage_camera[:3, 3] for camera in cameras.values()]).reshape(-1, 3)
+        self._positions = np.array([camera.T_stage_camera[:3, 3] for camera in cameras.values()]).reshape(
+            -1, 3
+        )
 
     def set_clock(self, camera: str, clock: ClockModel) -> None:
         """Use another clock for the camera's frames from now on; unknown cameras are ignored."""
@@ -101,7 +103,9 @@ class Synchroniser:
         joints = transform_points(
             calibration.T_stage_camera, unbiased(frame.positions, calibration.depth_bias_m)
         )
-        self._cameras[frame.camera].add(self._clocks[frame.camera].stage_ns(frame.device_time_ns), joints, frame)
+        self._cameras[frame.camera].add(
+            self._clocks[frame.camera].stage_ns(frame.device_time_ns), joints, frame
+        )
 
     def newest_stage_ns(self) -> dict[str, int]:
         """Stage time of each camera's newest frame; cameras without one are left out."""
@@ -121,7 +125,9 @@ class Synchroniser:
             newest = camera.frames[-1]
             hands.extend(newest.hands)
             if newest.head_wxyz is not None and head is None:
-                rotation = self._calibrations[name].T_stage_camera[:3, :3] @ matrices(np.array(newest.head_wxyz))
+                rotation = self._calibrations[name].T_stage_camera[:3, :3] @ matrices(
+                    np.array(newest.head_wxyz)
+                )
                 w, x, y, z = (float(v) for v in quaternions(rotation))
                 head = (w, x, y, z)
         return FrameSet(stage_time_ns, self.names, positions, confidence, self._positions, tuple(hands), head)

@@ -25,6 +25,7 @@ class MeanFusion:
         confidence = np.where(used, frames.confidence, 0.0).max(axis=0)
         sigma = np.where(count > 0, SIGMA_M / np.sqrt(np.maximum(count, 1)), np.nan)
         reasons = {
-            (int(c), int(j)): "unsure" if seen[c, j] else "unseen" for c, j in zip(*np.nonzero(~used), strict=True)
+            (int(c), int(j)): "unsure" if seen[c, j] else "unseen"
+            for c, j in zip(*np.nonzero(~used), strict=True)
         }
         return FusedSkeleton(positions, confidence, sigma, used, reasons)

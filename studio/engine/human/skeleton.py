@@ -39,7 +39,9 @@ HAND_LENGTH_OF_HEIGHT = 0.108
 _THUMB_DIRECTION = np.array([0.70, -0.66, -0.27])  # left hand, T-pose: outward, forward and a little down
 
 
-def _finger_offsets(side: str, hand_length: float, knuckle: NDArray[np.float64]) -> dict[str, NDArray[np.float64]]:
+def _finger_offsets(
+    side: str, hand_length: float, knuckle: NDArray[np.float64]
+) -> dict[str, NDArray[np.float64]]:
     """Offsets of one hand's finger joints; `knuckle` is the measured base of the middle finger in the hand."""
     x = 1.0 if side == "Left" else -1.0
     offsets: dict[str, NDArray[np.float64]] = {}

@@ -16,8 +16,10 @@ class JointPositionsTask(Task):
     Python. A joint of weight 0 takes no part, and its Jacobian is not computed.
     """
 
-    def __init__(self, humanoid: Humanoid) -> None:
+    def __init__(self, humanoid: Humanoid, pull_scale: NDArray[np.float64] | None = None) -> None:
+        """`pull_scale`: share of each joint's pull on each degree of freedom, shape (21, nv); None = all."""
         super().__init__(cost=np.zeros(3 * len(humanoid.site_ids)))
+        self._pull_scale = None if pull_scale is None else np.repeat(pull_scale, 3, axis=0)
         self._site_ids = [int(i) for i in humanoid.site_ids]
         self._site_index = humanoid.site_ids
         self._jacobian = np.zeros((3 * len(self._site_ids), humanoid.model.nv))
@@ -45,7 +47,7 @@ class JointPositionsTask(Task):
         model, data, jacobian = configuration.model, configuration.data, self._jacobian
         for i in self._active:
             mujoco.mj_jacSite(model, data, jacobian[3 * i : 3 * i + 3], None, self._site_ids[i])
-        return jacobian
+        return jacobian if self._pull_scale is None else jacobian * self._pull_scale
 
 
 class MotionPriorTask(BaseTask):
@@ -79,12 +81,12 @@ class HingeLimit(mink.limits.Limit):
     mink's ConfigurationLimit allocates its matrices at every call; here they are made once.
     """
 
-    def __init__(self, humanoid: Humanoid, max_step_rad: float) -> None:
+    def __init__(self, humanoid: Humanoid, max_step_rad: float, *, limited: bool = True) -> None:
         hinges = humanoid.model.nv - FREE_DOFS
         pick = np.eye(humanoid.model.nv)[FREE_DOFS:]
         self._G = np.vstack([pick, -pick])
         self._h = np.empty(2 * hinges)
-        self._low, self._high = humanoid.range_rad.T
+        self._low, self._high = humanoid.range_rad.T if limited else (-np.inf, np.inf)
         self._max_step_rad = max_step_rad
 
     def compute_qp_inequalities(self, configuration: mink.Configuration, dt: float) -> mink.limits.Constraint:

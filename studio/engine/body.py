@@ -1,0 +1,168 @@
+"""Steps 7 to 9 for one performer: the fused skeleton becomes a pose of the output skeleton."""
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+
+from studio.engine.calibration.result import Performer
+from studio.engine.completion.floor import FloorContact
+from studio.engine.completion.hands import Hands
+from studio.engine.completion.look_at import LookAt
+from studio.engine.completion.relax import relaxed
+from studio.engine.conditioning.displacement import DisplacementLimitAfter, limits_m_s
+from studio.engine.conditioning.filters import FILTERS, RotationFilter
+from studio.engine.frames import FrameSet, FusedSkeleton
+from studio.engine.geometry import matrices, quaternions
+from studio.engine.human.model import build_humanoid
+from studio.engine.human.skeleton import Skeleton, forward_positions, local_rotations, world_rotations
+from studio.engine.joints import (
+    CANONICAL,
+    INDEX,
+    OUTPUT_INDEX,
+    OUTPUT_JOINTS,
+    OUTPUT_OF_CANONICAL_INDEX,
+    OUTPUT_PARENTS,
+)
+from studio.engine.settings import SolveSettings
+from studio.engine.solve.solver import Solver
+from studio.engine.solve.swing import swing_rotations
+
+BALL_90 = 2.5
+"""Radius of the ball that holds 90 % of a 3D normal distribution, in its deviation per axis."""
+
+PoseArrays = tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]
+"""positions_m (52, 3), rotations_wxyz (52, 4), confidence (52,), uncertainty_mm (52,)."""
+
+_HIPS = INDEX["hips"]
+
+
+def _carriers() -> NDArray[np.int64]:
+    """For each output joint, the canonical joint whose confidence stands for it: its own, else its parent's."""
+    of = {int(output): canonical for canonical, output in enumerate(OUTPUT_OF_CANONICAL_INDEX)}
+    carriers = np.zeros(len(OUTPUT_JOINTS), dtype=np.int64)
+    for joint, parent in enumerate(OUTPUT_PARENTS):
+        carriers[joint] = of.get(joint, carriers[max(parent, 0)])
+    return carriers
+
+
+_CARRIERS = _carriers()
+
+
+class Body:
+    """Poses one performer's skeleton after fused joints, frame by frame."""
+
+    def __init__(self, performer: Performer, settings: SolveSettings) -> None:
+        self._skeleton = Skeleton.of(performer)
+        self._relax = settings.relax_pose
+        self._solver: Solver | None = None
+        if settings.ik != "none":
+            limited = settings.human_limits == "on"
+            humanoid = build_humanoid(self._skeleton, human_limits=limited, flexibility=settings.flexibility)
+            self._solver = Solver(humanoid, settings)
+            self._data = mujoco.MjData(humanoid.model)
+        self._last_joints = np.full((len(CANONICAL), 3), np.nan)
+        self._last_rotations: NDArray[np.float64] | None = None
+        self._floor = FloorContact(self._skeleton) if settings.floor_contact == "on" else None
+        self._look_at = None
+        if settings.look_at != "off":
+            self._look_at = LookAt(settings.look_at, settings.look_at_point_m)
+        self._hands = Hands(settings.hands) if settings.hands != "off" else None
+        self._displacement = None
+        if settings.displacement_limit == "after":
+            limits = limits_m_s(settings.displacement_limits_m_s)
+            self._displacement = DisplacementLimitAfter(self._skeleton, limits)
+        smoothing = settings.smoothing_filter
+        self._filters = None
+        if smoothing is not None and smoothing[1] == "after":
+            make = FILTERS[smoothing[0]]
+            self._filters = (make(), RotationFilter(make()))
+
+    def pose(self, fused: FusedSkeleton, frames: FrameSet, dt: float) -> PoseArrays | None:
+        """Return the pose, or None until the performer has been seen."""
+        if self._solver is None:
+            posed = self._unsolved(fused)
+        else:
+            posed = self._solved(self._solver, fused, dt)
+        if posed is None:
+            return None
+        positions, rotations = posed
+        free = self._solver is None
+        if self._look_at is not None:
+            self._look_at.apply(positions, rotations, frames.head_wxyz, dt)
+        if self._hands is not None:
+            self._hands.apply(rotations, frames.hands, dt)
+        root, rotations = self._conditioned(positions[0], rotations, dt)
+        solved = forward_positions(self._skeleton, root, rotations)
+        if free:  # joints that were measured stay where they were measured
+            solved[OUTPUT_OF_CANONICAL_INDEX] = positions[OUTPUT_OF_CANONICAL_INDEX]
+            solved = _fingers_with_hand(solved, self._skeleton, rotations)
+        elif self._floor is not None:
+            solved[:, 2] += self._floor.lift(solved)
+        confidence = fused.confidence[_CARRIERS]
+        return solved, quaternions(rotations), confidence, (BALL_90 * 1e3 * fused.sigma)[_CARRIERS]
+
+    def _solved(
+        self, solver: Solver, fused: FusedSkeleton, dt: float
+    ) -> tuple[NDArray[np.float64], NDArray[np.float64]] | None:
+        """Positions (52, 3) and world rotations (52, 3, 3) of the humanoid following the joints."""
+        joints, sigma = fused.positions, fused.sigma
+        if self._floor is not None:
+            joints, sigma = self._floor.targets(joints, sigma, dt)
+        q = solver.solve(joints, sigma, dt)
+        if q is None:
+            return None
+        if self._relax > 0:
+            q = relaxed(solver.humanoid, q, self._relax)
+        humanoid = solver.humanoid
+        self._data.qpos[:] = q
+        mujoco.mj_kinematics(humanoid.model, self._data)
+        rotations = np.empty((len(OUTPUT_JOINTS), 3, 3))
+        rotations[humanoid.body_outputs] = self._data.xmat[humanoid.body_ids].reshape(-1, 3, 3)
+        for finger in _FINGER_JOINTS:
+            rotations[finger] = rotations[OUTPUT_PARENTS[finger]]
+        return forward_positions(self._skeleton, q[:3], rotations), rotations
+
+    def _unsolved(self, fused: FusedSkeleton) -> tuple[NDArray[np.float64], NDArray[np.float64]] | None:
+        """Positions and world rotations of the joints as they are; an unseen joint stays at its last place."""
+        joints = np.where(np.isnan(fused.positions), self._last_joints, fused.positions)
+        self._last_joints = joints
+        rotations = swing_rotations(self._skeleton, joints)
+        if rotations is None or np.isnan(joints[_HIPS]).any() or np.isnan(rotations).any():
+            if self._last_rotations is None or np.isnan(joints[_HIPS]).any():
+                return None
+            rotations = self._last_rotations.copy()
+        self._last_rotations = rotations.copy()
+        positions = forward_positions(self._skeleton, joints[_HIPS], rotations)
+        measured = np.isfinite(joints[:, 0])
+        positions[OUTPUT_OF_CANONICAL_INDEX[measured]] = joints[measured]
+        return positions, rotations
+
+    def _conditioned(
+        self, root: NDArray[np.float64], rotations: NDArray[np.float64], dt: float
+    ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Step 9: limits and filters after the solve."""
+        if self._displacement is None and self._filters is None:
+            return root, rotations
+        local = local_rotations(rotations)
+        if self._displacement is not None:
+            root, local = self._displacement.apply(root, local, dt)
+        if self._filters is not None:
+            root = self._filters[0].apply(root[None], dt)[0]
+            local = matrices(self._filters[1].apply(quaternions(local), dt))
+        return root, world_rotations(local)
+
+
+_FINGER_JOINTS = [
+    OUTPUT_INDEX[n] for n in OUTPUT_JOINTS if "Hand" in n and n not in ("LeftHand", "RightHand")
+]
+
+
+def _fingers_with_hand(
+    positions: NDArray[np.float64], skeleton: Skeleton, rotations: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """Positions with the fingers carried by the hands, but for the measured base of the middle finger."""
+    for finger in _FINGER_JOINTS:
+        if finger not in OUTPUT_OF_CANONICAL_INDEX:
+            parent = OUTPUT_PARENTS[finger]
+            positions[finger] = positions[parent] + rotations[parent] @ skeleton.offsets_m[finger]
+    return positions

@@ -1,0 +1,80 @@
+"""Look-at: where the head turns when its orientation is not measured (Ménard 2014, 5.4).
+
+The head turns towards a target and the neck takes a share of it, both about axes that leave the measured
+joints in place, within what a neck can do, and no faster than a head turns.
+"""
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
+
+from studio.engine.geometry import matrices
+from studio.engine.joints import OUTPUT_INDEX
+
+MAX_YAW_RAD, MAX_PITCH_RAD = np.radians(75.0), np.radians(40.0)
+"""Ends of the neck's rotation and bend relative to the chest (AAOS)."""
+
+FOLLOW_S = 0.25
+"""Time constant of the head's turn [s]."""
+
+NEAR_M = 1.2
+"""`near` looks at the ground this far ahead."""
+
+_HEAD, _NECK, _CHEST = OUTPUT_INDEX["Head"], OUTPUT_INDEX["Neck"], OUTPUT_INDEX["Spine2"]
+_HANDS = (OUTPUT_INDEX["LeftHand"], OUTPUT_INDEX["RightHand"])
+
+
+class LookAt:
+    """Turns the head: `hands`, `far`, `near`, `point`, or `measured` (else as `far`)."""
+
+    def __init__(self, mode: str, point_m: tuple[float, float, float]) -> None:
+        self._mode, self._point = mode, np.array(point_m)
+        self._turn = np.zeros(2)
+
+    def apply(
+        self,
+        positions: NDArray[np.float64],
+        rotations: NDArray[np.float64],
+        head_wxyz: tuple[float, float, float, float] | None,
+        dt: float,
+    ) -> None:
+        """Turn head and neck, in place, in the world `rotations`, shape (52, 3, 3).
+
+        Args:
+            positions: joint positions [m], shape (52, 3).
+            rotations: world rotations.
+            head_wxyz: measured head orientation in the stage frame, if any.
+            dt: time since the last frame [s].
+        """
+        chest = rotations[_CHEST]
+        if self._mode == "measured" and head_wxyz is not None:
+            gaze = matrices(np.array(head_wxyz)) @ np.array([0.0, -1.0, 0.0])
+        else:
+            gaze = self._gaze(positions, chest)
+        x, y, z = chest.T @ gaze
+        wanted = np.array([np.arctan2(x, -y), np.arctan2(z, np.hypot(x, y))])
+        if -y < 0.2 * np.hypot(x, y):  # beside or behind: as far as it goes on the side it is on already
+            wanted[0] = np.copysign(MAX_YAW_RAD, self._turn[0] if abs(self._turn[0]) > 0.3 else x)
+        wanted = np.clip(wanted, [-MAX_YAW_RAD, -MAX_PITCH_RAD], [MAX_YAW_RAD, MAX_PITCH_RAD])
+        self._turn += (1.0 - np.exp(-dt / FOLLOW_S)) * (wanted - self._turn)
+        yaw, pitch = self._turn
+        rotations[_HEAD] = chest @ Rotation.from_euler("ZX", [yaw, -pitch]).as_matrix()
+        neck_axis = rotations[_NECK][:, 2]
+        rotations[_NECK] = Rotation.from_rotvec(0.4 * yaw * neck_axis).as_matrix() @ rotations[_NECK]
+
+    def _gaze(self, positions: NDArray[np.float64], chest: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Direction from the head to the target, stage frame."""
+        ahead = -chest[:, 1] * np.array([1.0, 1.0, 0.0])
+        ahead = ahead / max(float(np.linalg.norm(ahead)), 1e-6)
+        head = positions[_HEAD]
+        if self._mode == "hands":
+            target = 0.5 * (positions[_HANDS[0]] + positions[_HANDS[1]])
+        elif self._mode == "point":
+            target = self._point
+        elif self._mode == "near":
+            target = head * np.array([1.0, 1.0, 0.0]) + NEAR_M * ahead
+        else:
+            return ahead
+        direction = target - head
+        length = float(np.linalg.norm(direction))
+        return direction / length if length > 0.05 else ahead

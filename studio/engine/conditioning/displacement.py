@@ -1,0 +1,95 @@
+"""Displacement limit: how far a joint may move in a frame relative to its parent (Ménard 2014, 5.5).
+
+Before the solve it holds back joints; after it, it holds back the turns that move them, so that bones keep
+their length.
+"""
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
+
+from studio.engine.human.skeleton import Skeleton
+from studio.engine.joints import (
+    CANONICAL,
+    OUTPUT_JOINTS,
+    OUTPUT_OF_CANONICAL,
+    OUTPUT_PARENTS,
+    PARENTS,
+)
+
+_FAST = {"elbow": 5.0, "wrist": 7.0, "hand": 5.0, "knee": 5.0, "ankle": 6.0, "toe": 4.0, "hips": 5.0}
+DEFAULT_M_S: dict[str, float] = {name: _FAST.get(name.split("_")[-1], 2.0) for name in CANONICAL}
+"""Fastest movement of each canonical joint relative to its parent [m/s]; of the hips, on the stage. A boxer's
+hand reaches 9 m/s, shared by shoulder and elbow (Whiting et al. 1988)."""
+
+_FINGER_M_S = 1.5
+
+
+def limits_m_s(overrides: dict[str, float]) -> dict[str, float]:
+    """Return the limit of each canonical joint, with the operator's own instead where set."""
+    return DEFAULT_M_S | overrides
+
+
+class DisplacementLimitBefore:
+    """Clamps the movement of canonical joints relative to their parents."""
+
+    def __init__(self, limits: dict[str, float]) -> None:
+        self._limits = np.array([limits[name] for name in CANONICAL])
+        self._last: NDArray[np.float64] | None = None
+
+    def apply(self, joints: NDArray[np.float64], dt: float) -> NDArray[np.float64]:
+        """Return the joints, shape (21, 3) [m]; a joint that was unseen is taken as it comes."""
+        root = PARENTS < 0
+        relative = joints - np.where(root[:, None], 0.0, joints[PARENTS])
+        if self._last is not None:
+            step = relative - self._last
+            length = np.linalg.norm(step, axis=1)
+            share = np.minimum(1.0, self._limits * dt / np.maximum(length, 1e-9))
+            held = self._last + step * share[:, None]
+            relative = np.where(np.isnan(held), relative, held)
+            self._last = np.where(np.isnan(relative), self._last, relative)
+        else:
+            self._last = relative.copy()
+        out = relative.copy()
+        for joint in range(1, len(PARENTS)):
+            parent = out[PARENTS[joint]]
+            out[joint] = parent + relative[joint] if np.isfinite(parent[0]) else joints[joint]
+        return out
+
+
+class DisplacementLimitAfter:
+    """Clamps the turn of each output joint, so that its children move no further than their limit.
+
+    Fingers are limited too.
+    """
+
+    def __init__(self, skeleton: Skeleton, limits: dict[str, float]) -> None:
+        by_output = {OUTPUT_OF_CANONICAL[name]: limit for name, limit in limits.items()}
+        length = np.linalg.norm(skeleton.offsets_m, axis=1)
+        self._max_rad_s = np.full(len(OUTPUT_JOINTS), np.inf)
+        for joint, name in enumerate(OUTPUT_JOINTS[1:], start=1):
+            finger = "Hand" in name and name not in ("LeftHand", "RightHand")
+            limit = _FINGER_M_S if finger else by_output.get(name, 2.0)
+            parent = OUTPUT_PARENTS[joint]
+            self._max_rad_s[parent] = min(self._max_rad_s[parent], limit / max(length[joint], 0.02))
+        self._root_m_s = limits["hips"]
+        self._last: tuple[NDArray[np.float64], NDArray[np.float64]] | None = None
+
+    def apply(
+        self, root: NDArray[np.float64], local: NDArray[np.float64], dt: float
+    ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Return the hips' position [m] and the rotations in the parent, shape (52, 3, 3), held back."""
+        if self._last is not None:
+            last_root, last_local = self._last
+            step = root - last_root
+            root = last_root + step * min(1.0, self._root_m_s * dt / max(float(np.linalg.norm(step)), 1e-9))
+            turn = Rotation.from_matrix(np.einsum("jba,jbc->jac", last_local, local)).as_rotvec()
+            angle = np.linalg.norm(turn, axis=1)
+            share = np.minimum(1.0, self._max_rad_s * dt / np.maximum(angle, 1e-9))
+            local = np.where(
+                (share < 1.0)[:, None, None],
+                last_local @ Rotation.from_rotvec(turn * share[:, None]).as_matrix(),
+                local,
+            )
+        self._last = (root, local)
+        return root, local

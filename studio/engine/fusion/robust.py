@@ -1,0 +1,198 @@
+"""Robust fusion: a Kalman filter per joint that takes each camera's joint by its own noise, along and across
+its ray, and leaves out what cannot be.
+
+A camera's joint that is too far from where the joint can be is left out (`outlier`). A joint is believed
+again when two cameras agree on the new place, or when it insists for `INSIST_S`, so that no limb is lost for
+good. A camera that sees left for right (a performer from behind) is recognised and turned round.
+
+Source: the filter is the textbook one (Bar-Shalom, Li, Kirubarajan, "Estimation with applications to
+tracking and navigation", 2001, sections 5.2 and 6.2: validation gate, discrete white noise acceleration).
+"""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from studio.engine.frames import FrameSet, FusedSkeleton
+from studio.engine.fusion.noise import covariances
+from studio.engine.joints import CANONICAL, JOINT_COUNT, MIRROR
+
+GATE = 20.0
+"""Squared Mahalanobis distance beyond which a joint is an outlier (99.98 % of a chi-square of 3)."""
+
+AGREE_M = 0.10
+"""Two cameras within this distance agree on a new place."""
+
+AGREE_S = 0.07
+"""Cameras that agree for this long are believed."""
+
+INSIST_S = 0.4
+"""A joint that one camera reports off its expected place for this long is believed again."""
+
+FORGET_S = 0.5
+"""A joint that nobody has seen for this long is unseen."""
+
+INFLATION = 2.0
+"""Noise is alike from frame to frame, not white: each frame tells less than its covariance says."""
+
+VELOCITY_MEMORY_S = 0.25
+"""An unseen joint's velocity decays over this time."""
+
+_ACCELERATION = {
+    "shoulder": 15.0,
+    "elbow": 30.0,
+    "knee": 25.0,
+    "wrist": 45.0,
+    "hand": 55.0,
+    "ankle": 30.0,
+    "toe": 30.0,
+}
+ACCELERATION_M_S2: NDArray[np.float64] = np.array(
+    [_ACCELERATION.get(n.split("_")[-1], 9.0) for n in CANONICAL]
+)
+"""Usual acceleration of each joint [m/s2]."""
+
+_PAIRED = np.flatnonzero(MIRROR != np.arange(JOINT_COUNT))
+
+
+def _disagreement(joints: NDArray[np.float64], expected: NDArray[np.float64]) -> float:
+    """Mean distance of the paired joints to where they are expected, each cut off at 0.3 m."""
+    distance = np.linalg.norm(joints[_PAIRED] - expected[_PAIRED], axis=1)
+    distance = distance[~np.isnan(distance)]
+    return float(np.minimum(distance, 0.3).mean()) if len(distance) else 0.0
+
+
+class RobustFusion:
+    """Fuses frame sets in time order; keeps a state per joint."""
+
+    def __init__(self) -> None:
+        self._time_ns: int | None = None
+        self._state = np.zeros((JOINT_COUNT, 6))
+        self._covariance = np.tile(np.eye(6), (JOINT_COUNT, 1, 1))
+        self._known = np.zeros(JOINT_COUNT, dtype=bool)
+        self._unseen_s = np.zeros(JOINT_COUNT)
+        self._rejected_s = np.zeros(JOINT_COUNT)
+        self._agreed_s = np.zeros(JOINT_COUNT)
+
+    def fuse(self, frames: FrameSet) -> FusedSkeleton:
+        """Return the skeleton at the frame set's time."""
+        dt = 0.0 if self._time_ns is None else (frames.stage_time_ns - self._time_ns) * 1e-9
+        if not 0.0 <= dt < FORGET_S:
+            self._known[:] = False
+            dt = 0.0
+        self._time_ns = frames.stage_time_ns
+        self._predict(dt)
+        positions, confidence = self._unswapped(frames)
+        seen = ~np.isnan(positions[:, :, 0])
+        noise = INFLATION * covariances(np.nan_to_num(positions), confidence, frames.camera_positions)
+        accepted = self._gate(positions, noise, seen)
+        self._believe_again(positions, noise, seen, accepted, dt)
+        for camera in range(len(positions)):
+            self._update(positions[camera], noise[camera], accepted[camera])
+        return self._result(frames, confidence, seen, accepted, dt)
+
+    def _predict(self, dt: float) -> None:
+        transition = np.eye(6)
+        transition[:3, 3:] = dt * np.eye(3)
+        transition[3:, 3:] *= np.exp(-dt / VELOCITY_MEMORY_S)
+        self._state = self._state @ transition.T
+        self._covariance = transition @ self._covariance @ transition.T
+        variance = ACCELERATION_M_S2**2
+        for row, column, factor in ((0, 0, dt**4 / 4), (0, 3, dt**3 / 2), (3, 0, dt**3 / 2), (3, 3, dt**2)):
+            for k in range(3):
+                self._covariance[:, row + k, column + k] += factor * variance
+
+    def _unswapped(self, frames: FrameSet) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Joints and confidence with left and right put right, where a camera sees them swapped."""
+        positions, confidence = frames.positions, frames.confidence
+        if not self._known[_PAIRED].any():
+            return positions, confidence
+        expected = np.where(self._known[:, None], self._state[:, :3], np.nan)
+        for camera in range(len(positions)):
+            as_is = _disagreement(positions[camera], expected)
+            swapped = _disagreement(positions[camera][MIRROR], expected)
+            if swapped < 0.7 * as_is and as_is > 0.06:
+                positions, confidence = positions.copy(), confidence.copy()
+                positions[camera] = positions[camera][MIRROR]
+                confidence[camera] = confidence[camera][MIRROR]
+        return positions, confidence
+
+    def _gate(
+        self, positions: NDArray[np.float64], noise: NDArray[np.float64], seen: NDArray[np.bool_]
+    ) -> NDArray[np.bool_]:
+        innovation = np.where(seen[:, :, None], positions, 0.0) - self._state[None, :, :3]
+        total = noise + self._covariance[None, :, :3, :3]
+        distance = np.einsum("cji,cji->cj", innovation, np.linalg.solve(total, innovation[..., None])[..., 0])
+        return seen & self._known[None, :] & (distance < GATE)
+
+    def _believe_again(
+        self,
+        positions: NDArray[np.float64],
+        noise: NDArray[np.float64],
+        seen: NDArray[np.bool_],
+        accepted: NDArray[np.bool_],
+        dt: float,
+    ) -> None:
+        """Set joints anew that are new, that cameras agree on elsewhere, or that insist."""
+        nobody = seen.any(axis=0) & ~accepted.any(axis=0)
+        self._rejected_s = np.where(nobody, self._rejected_s + dt, 0.0)
+        others = np.where((seen & ~accepted)[:, :, None], positions, np.nan)
+        low, high = _spread(others)
+        agree = nobody & ((seen & ~accepted).sum(axis=0) >= 2) & (high - low < AGREE_M).all(axis=1)
+        self._agreed_s = np.where(agree, self._agreed_s + dt, 0.0)
+        anew = seen.any(axis=0) & (~self._known | (self._rejected_s > INSIST_S) | (self._agreed_s > AGREE_S))
+        for joint in np.flatnonzero(anew):
+            cameras = np.flatnonzero(seen[:, joint])
+            best = self._most_central(positions[cameras, joint], noise[cameras, joint])
+            self._state[joint] = 0.0
+            self._state[joint, :3] = positions[cameras[best], joint]
+            self._covariance[joint] = np.diag([0.05**2] * 3 + [2.0**2] * 3)
+            self._known[joint], self._rejected_s[joint], self._agreed_s[joint] = True, 0.0, 0.0
+
+    @staticmethod
+    def _most_central(points: NDArray[np.float64], noise: NDArray[np.float64]) -> int:
+        """Index of the point that the others are nearest to; of two, the less noisy one."""
+        distance = np.minimum(np.linalg.norm(points[:, None] - points[None], axis=2), 0.3).sum(axis=1)
+        return int(np.argmin(distance + np.sqrt(np.trace(noise, axis1=1, axis2=2))))
+
+    def _update(
+        self, positions: NDArray[np.float64], noise: NDArray[np.float64], accepted: NDArray[np.bool_]
+    ) -> None:
+        j = np.flatnonzero(accepted)
+        if not len(j):
+            return
+        covariance = self._covariance[j]
+        gain = np.linalg.solve(covariance[:, :3, :3] + noise[j], covariance[:, :3, :]).transpose(0, 2, 1)
+        self._state[j] += np.einsum("jab,jb->ja", gain, positions[j] - self._state[j, :3])
+        covariance = covariance - gain @ covariance[:, :3, :]
+        self._covariance[j] = 0.5 * (covariance + covariance.transpose(0, 2, 1))
+
+    def _result(
+        self,
+        frames: FrameSet,
+        confidence: NDArray[np.float64],
+        seen: NDArray[np.bool_],
+        accepted: NDArray[np.bool_],
+        dt: float,
+    ) -> FusedSkeleton:
+        used_any = accepted.any(axis=0)
+        self._unseen_s = np.where(used_any, 0.0, self._unseen_s + dt)
+        self._known &= self._unseen_s < FORGET_S
+        positions = np.where(self._known[:, None], self._state[:, :3], np.nan)
+        sigma = np.sqrt(np.trace(self._covariance[:, :3, :3], axis1=1, axis2=2) / 3.0)
+        best = np.where(accepted, confidence, 0.0).max(axis=0)
+        memory = np.exp(-self._unseen_s / 0.2) * 0.5
+        fused_confidence = np.where(self._known, np.where(used_any, best, memory), 0.0)
+        reasons = {
+            (int(c), int(k)): ("disagrees" if used_any[k] else "outlier") if seen[c, k] else "unseen"
+            for c, k in zip(*np.nonzero(~accepted), strict=True)
+        }
+        return FusedSkeleton(
+            positions, fused_confidence, np.where(self._known, sigma, np.nan), accepted, reasons
+        )
+
+
+def _spread(points: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Lowest and highest coordinates over cameras, shape (21, 3) each, NaN ignored (inf where there is none)."""
+    return np.where(np.isnan(points), np.inf, points).min(axis=0), np.where(
+        np.isnan(points), -np.inf, points
+    ).max(axis=0)

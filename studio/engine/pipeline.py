@@ -1,0 +1,102 @@
+"""The pipeline (steps 3 to 9): camera frames in, poses out. Live and replay run this same code.
+
+A `Pipeline` is a deterministic state machine without a clock or a random number: the same calls in the same
+order give the same poses to the last bit.
+"""
+
+from dataclasses import replace
+
+import numpy as np
+
+from studio.engine.body import Body
+from studio.engine.calibration.result import Calibration
+from studio.engine.conditioning.bone_length import BoneLengthLimit
+from studio.engine.conditioning.displacement import DisplacementLimitBefore, limits_m_s
+from studio.engine.conditioning.filters import FILTERS
+from studio.engine.errors import CalibrationError
+from studio.engine.frames import CameraFrame, ClockModel, FusedSkeleton, StepResult
+from studio.engine.fusion import make_fusion
+from studio.engine.settings import SolveSettings
+from studio.engine.sync import Synchroniser
+
+
+class Pipeline:
+    """Turns camera frames into poses, one output frame per `step`."""
+
+    def __init__(self, calibration: Calibration, settings: SolveSettings) -> None:
+        """Start with nothing seen.
+
+        Raises:
+            CalibrationError: the calibration has no performer. SettingsError: a camera that it does not have.
+        """
+        self._clocks: dict[str, ClockModel] = {}
+        self._build(calibration, settings)
+
+    def _build(self, calibration: Calibration, settings: SolveSettings) -> None:
+        if calibration.performer is None:
+            raise CalibrationError(
+                "the calibration has no performer's proportions; calibrate with a T-pose, or solve from a recording"
+            )
+        names = settings.camera_names(tuple(calibration.cameras))
+        self._calibration, self._settings = calibration, settings
+        self._sync = Synchroniser({name: calibration.cameras[name] for name in names})
+        for camera, clock in self._clocks.items():
+            self._sync.set_clock(camera, clock)
+        self._fusion = make_fusion(settings)
+        tolerance = settings.bone_length_tolerance
+        offsets = calibration.performer.offsets_m
+        self._bones = None if tolerance is None else BoneLengthLimit(offsets, tolerance)
+        limited = settings.displacement_limit == "before"
+        limits = limits_m_s(settings.displacement_limits_m_s)
+        self._displacement = DisplacementLimitBefore(limits) if limited else None
+        smoothing = settings.smoothing_filter
+        self._filter = FILTERS[smoothing[0]]() if smoothing is not None and smoothing[1] == "before" else None
+        self._body = Body(calibration.performer, settings)
+        self._last_ns: int | None = None
+
+    def add_frame(self, frame: CameraFrame) -> None:
+        """Take in a camera's frame; cameras that are not calibrated or not selected are ignored."""
+        self._sync.add(frame)
+
+    def set_clock(self, camera: str, clock: ClockModel) -> None:
+        """Place the camera's frames by another clock from now on."""
+        self._clocks[camera] = clock
+        self._sync.set_clock(camera, clock)
+
+    def set_calibration(self, calibration: Calibration) -> None:
+        """Use another calibration from now on; the motion so far is forgotten."""
+        self._clocks = {}
+        self._build(calibration, self._settings)
+
+    def set_settings(self, settings: SolveSettings) -> None:
+        """Use other settings from now on; the motion so far is forgotten."""
+        self._build(self._calibration, settings)
+
+    def newest_stage_ns(self) -> dict[str, int]:
+        """Stage time of each camera's newest frame, for `Schedule.due`."""
+        return self._sync.newest_stage_ns()
+
+    def step(self, stage_time_ns: int) -> StepResult | None:
+        """Return the output frame at a stage time, or None until some camera has shown the performer."""
+        dt = 0.0 if self._last_ns is None else (stage_time_ns - self._last_ns) * 1e-9
+        self._last_ns = stage_time_ns
+        frames = self._sync.frame_set(stage_time_ns)
+        fused = self._conditioned(self._fusion.fuse(frames), dt)
+        pose = self._body.pose(fused, frames, dt)
+        if pose is None:
+            return None
+        return StepResult(frames, fused, *pose)
+
+    def _conditioned(self, fused: FusedSkeleton, dt: float) -> FusedSkeleton:
+        """Step 6: limits and filters before the solve."""
+        joints = fused.positions
+        if self._bones is not None:
+            joints = self._bones.apply(joints)
+        if self._displacement is not None:
+            joints = self._displacement.apply(joints, dt)
+        if self._filter is not None:
+            joints = self._filter.apply(joints, dt)
+        unseen = np.isnan(joints[:, 0])
+        return fused if joints is fused.positions else replace(
+            fused, positions=joints, confidence=np.where(unseen, 0.0, fused.confidence)
+        )  # fmt: skip

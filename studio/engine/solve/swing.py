@@ -1,0 +1,120 @@
+"""A pose without inverse kinematics: world rotations of the bodies from the directions of the joints.
+
+It gives `ik=none` its rotations and the solve its first guess. A limb's twist is read from the plane of its
+elbow or knee; where a limb is straight, it swings from its parent without twist.
+"""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from studio.engine.geometry import rotation_between
+from studio.engine.human.skeleton import Skeleton
+from studio.engine.joints import INDEX, OUTPUT_INDEX, OUTPUT_JOINTS, OUTPUT_OF_CANONICAL, OUTPUT_PARENTS
+
+BEND_MIN_SINE = 0.25
+"""A limb bent by less than this (the sine of the angle) does not tell its twist."""
+
+
+def _frame(up: NDArray[np.float64], left: NDArray[np.float64]) -> NDArray[np.float64] | None:
+    """Rotation whose z is along `up` and whose x is nearest to `left`; None where they do not span a plane."""
+    norm = np.linalg.norm(up)
+    if not norm > 1e-6:
+        return None
+    z = up / norm
+    x = left - (left @ z) * z
+    norm = np.linalg.norm(x)
+    if not norm > 1e-6:
+        return None
+    x = x / norm
+    return np.column_stack([x, np.cross(z, x), z])
+
+
+def _aligned(rest_up: NDArray[np.float64], rest_left: NDArray[np.float64], up: NDArray[np.float64],
+             left: NDArray[np.float64]) -> NDArray[np.float64] | None:  # fmt: skip
+    rest, now = _frame(rest_up, rest_left), _frame(up, left)
+    return None if rest is None or now is None else now @ rest.T
+
+
+def _limb(
+    parent: NDArray[np.float64], rest: tuple[NDArray[np.float64], ...], now: tuple[NDArray[np.float64], ...],
+    bend_axis: NDArray[np.float64],
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:  # fmt: skip
+    """Rotations of an upper and a lower limb from joint positions (root, middle, end) at rest and now."""
+    if np.isnan(now[0]).any() or np.isnan(now[1]).any():
+        return parent, parent
+    upper_rest, upper = rest[1] - rest[0], now[1] - now[0]
+    swing = rotation_between(parent @ upper_rest, upper) @ parent
+    if np.isnan(now[2]).any():
+        return swing, swing
+    lower_rest, lower = rest[2] - rest[1], now[2] - now[1]
+    hinge = np.cross(upper, lower)
+    sine = np.linalg.norm(hinge) / max(np.linalg.norm(upper) * np.linalg.norm(lower), 1e-9)
+    if sine > BEND_MIN_SINE:
+        turned = _aligned(upper_rest, bend_axis, upper, hinge)
+        swing = swing if turned is None else turned
+    return swing, rotation_between(swing @ lower_rest, lower) @ swing
+
+
+def swing_rotations(skeleton: Skeleton, joints: NDArray[np.float64]) -> NDArray[np.float64] | None:
+    """Return world rotations of the output joints, shape (52, 3, 3), that point along canonical joints.
+
+    Args:
+        skeleton: the performer at rest.
+        joints: canonical joints [m], shape (21, 3), stage frame; NaN = unseen.
+
+    Returns:
+        None where hips, shoulders and trunk do not show how the performer stands.
+    """
+    p = {name: joints[i] for name, i in INDEX.items()}
+    rest = {name: skeleton.rest_positions_m[OUTPUT_INDEX[o]] for name, o in OUTPUT_OF_CANONICAL.items()}
+    up_rest, up = rest["neck"] - rest["hips"], p["neck"] - p["hips"]
+    hips = _aligned(up_rest, rest["left_hip"] - rest["right_hip"], up, p["left_hip"] - p["right_hip"])
+    chest = _aligned(
+        rest["neck"] - rest["chest"], rest["left_shoulder"] - rest["right_shoulder"],
+        p["neck"] - (p["chest"] if np.isfinite(p["chest"]).all() else p["hips"]),
+        p["left_shoulder"] - p["right_shoulder"],
+    )  # fmt: skip
+    hips = chest if hips is None or np.isnan(hips).any() else hips
+    chest = hips if chest is None or np.isnan(chest).any() else chest
+    if hips is None or chest is None or np.isnan(hips).any():
+        return None
+    rotations = np.tile(chest, (len(OUTPUT_JOINTS), 1, 1))
+
+    def put(name: str, rotation: NDArray[np.float64]) -> None:
+        rotations[OUTPUT_INDEX[name]] = rotation
+
+    put("Hips", hips)
+    half = rotation_between(chest[:, 2], hips[:, 2])
+    put("Spine", hips)
+    put("Spine1", half @ chest if np.isfinite(half).all() else chest)
+    neck = p["head"] - p["neck"]
+    if np.isfinite(neck).all():
+        swing = rotation_between(chest @ (rest["head"] - rest["neck"]), neck) @ chest
+        put("Neck", swing), put("Head", swing)
+    for side, x in (("left", 1.0), ("right", -1.0)):
+        name = side.capitalize()
+        for upper, lower, end, parts, parent, axis in (
+            (
+                "Arm",
+                "ForeArm",
+                "Hand",
+                ("shoulder", "elbow", "wrist", "hand"),
+                chest,
+                np.array([0.0, 0.0, -x]),
+            ),
+            ("UpLeg", "Leg", "Foot", ("hip", "knee", "ankle", "toe"), hips, np.array([1.0, 0.0, 0.0])),
+        ):
+            keys = [f"{side}_{part}" for part in parts]
+            a, b = _limb(parent, tuple(rest[k] for k in keys[:3]), tuple(p[k] for k in keys[:3]), axis)
+            put(name + upper, a), put(name + lower, b)
+            last = p[keys[3]] - p[keys[2]]
+            put(
+                name + end,
+                b
+                if np.isnan(last).any()
+                else rotation_between(b @ (rest[keys[3]] - rest[keys[2]]), last) @ b,
+            )
+    for joint, output in enumerate(OUTPUT_JOINTS):  # fingers and toes go with the hand and the foot
+        if output.endswith("ToeBase") or ("Hand" in output and not output.endswith("Hand")):
+            rotations[joint] = rotations[OUTPUT_PARENTS[joint]]
+    return rotations
