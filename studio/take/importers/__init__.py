@@ -1,0 +1,101 @@
+"""Recordings made elsewhere become takes: `import_recording` finds the kind and the importer that reads it.
+
+`recording` holds what an importer returns and writes it as a take; `joints_folder`, `kinect_pair` and
+`kinect_states` are the importers, `kinect` what the two Kinect kinds share; `table` reads their CSV.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+from studio.engine.errors import FormatError, NotAvailableError, TakeError
+from studio.take.importers import joints_folder, kinect_pair, kinect_states
+from studio.take.importers.recording import Progress, ReadRecording, write_recording
+from studio.take.take import Take, check_free
+
+
+@dataclass(frozen=True)
+class Importer:
+    """One kind of recording: what it is called, whether a path is one, and how it is read."""
+
+    description: str
+    matches: Callable[[Path], bool]
+    read: Callable[[Path, Progress], ReadRecording]
+
+
+IMPORTERS: dict[str, Importer] = {
+    "joints-folder": Importer("a folder with camera_K/joints.csv", joints_folder.matches, joints_folder.read),
+    "kinect-pair": Importer(
+        "a CSV of several Kinect v2 with the columns Kinect_Id and Skeleton_Time",
+        kinect_pair.matches,
+        kinect_pair.read,
+    ),
+    "kinect-states": Importer(
+        "a CSV of one Kinect v2 without a header: time in 100 ns, then x, y, z, state of 25 joints",
+        kinect_states.matches,
+        kinect_states.read,
+    ),
+}
+"""Kinds of recordings by name, in the order in which they are tried."""
+
+NOT_YET: dict[str, str] = {
+    ".mkv": "Azure Kinect recordings (.mkv)",
+    ".bag": "RealSense recordings (.bag)",
+    ".db3": "ROS 2 recordings (.db3)",
+    ".bvh": "motion files (.bvh)",
+    ".c3d": "marker files (.c3d)",
+    ".trc": "marker files (.trc)",
+    ".fbx": "animation files (.fbx)",
+    ".glb": "animation files (.glb)",
+}
+"""File endings that the documentation names and this version does not read."""
+
+
+def import_recording(path: str | Path, out: str | Path, *, progress: Progress | None = None) -> Take:
+    """Return a new take at `out` with the recording at `path`; its notes say what was left out or chosen.
+
+    Args:
+        path: a file or folder of a kind in `IMPORTERS`.
+        out: the take's folder; must not exist or be empty.
+        progress: called with 0..1.
+
+    Raises:
+        FormatError: no recording there, of no known kind, or broken; names the file, line and column.
+        NotAvailableError: a kind that this version does not read.
+        TakeError: `out` holds something already. Whatever the error, nothing is left behind.
+    """
+    path, out = Path(path), Path(out)
+    importer = _importer(path)
+    check_free(out)
+    report = progress or _silent
+    recording = importer.read(path, lambda share: report(0.8 * share))
+    take = write_recording(recording, out, lambda share: report(0.8 + 0.2 * share))
+    report(1.0)
+    return take
+
+
+def _silent(_share: float) -> None:
+    pass
+
+
+def _importer(path: Path) -> Importer:
+    if not path.exists():
+        raise FormatError(f"no recording at {path}: there is no such file or folder")
+    if (path / "take.json").is_file():
+        raise TakeError(f"{path} is a take already; use it as it is")
+    for importer in IMPORTERS.values():
+        if importer.matches(path):
+            return importer
+    for what in _not_yet(path):
+        raise NotAvailableError(f"cannot import {path}: {what} are not available in this version")
+    kinds = "; ".join(importer.description for importer in IMPORTERS.values())
+    raise FormatError(f"{path} is no recording that can be imported; allowed: {kinds}")
+
+
+def _not_yet(path: Path) -> list[str]:
+    if path.is_file():
+        return [NOT_YET[path.suffix.lower()]] if path.suffix.lower() in NOT_YET else []
+    found = ["depth recordings (depth.txt)"] if any(path.glob("camera_*/depth.txt")) else []
+    return found + [
+        NOT_YET[f.suffix.lower()] for f in path.iterdir() if f.suffix.lower() in (".db3", ".mkv", ".bag")
+    ]
