@@ -28,7 +28,9 @@ class Performer:
 
     def bones_m(self) -> dict[str, float]:
         """Length of each bone [m], by the canonical joint at its end."""
-        return {name: float(np.linalg.norm(self.offsets_m[INDEX[name]])) for name in CANONICAL if name != "hips"}
+        return {
+            name: float(np.linalg.norm(self.offsets_m[INDEX[name]])) for name in CANONICAL if name != "hips"
+        }
 
 
 @dataclass(frozen=True)
@@ -106,7 +108,9 @@ class Calibration:
         """
         cameras = value.get("cameras") if isinstance(value, dict) else None
         if not isinstance(cameras, dict) or not cameras:
-            raise CalibrationError("a calibration needs `cameras`, an object of cameras by name; none was given")
+            raise CalibrationError(
+                "a calibration needs `cameras`, an object of cameras by name; none was given"
+            )
         try:
             parsed = {str(name): _camera_from_json(camera) for name, camera in cameras.items()}
             performer = value.get("performer")

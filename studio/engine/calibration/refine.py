@@ -1,0 +1,216 @@
+"""All cameras' transforms and clocks and the depth bias at once: robust Gauss-Newton over every camera pair.
+
+The residual of a joint that two cameras see is its distance between them in the reference camera's frame,
+weighted with both cameras' noise (`noise`): a camera is unsure along its rays, more so far away. Unknowns are,
+per camera but the reference, rotation, translation, clock offset and drift, and one depth bias of all cameras.
+"""
+
+from dataclasses import dataclass, replace
+from itertools import combinations
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
+
+from studio.engine.calibration.noise import covariances, rays
+from studio.engine.calibration.pairs import LocalClock, Track, sample, velocity
+from studio.engine.calibration.swaps import exchange
+from studio.engine.geometry import make_transform
+
+BIAS_PRIOR_M = 0.02
+_BIAS_PRIOR_SD_M = 0.02
+_OFFSET_PRIOR_SD_S = 0.05
+_DRIFT_PRIOR_SD = 1e-4
+_INDEPENDENT_SHARE = 0.2
+"""Noise of neighbouring frames is alike, so that observations count for less than their number."""
+_KERNEL = 4.0
+_UNKNOWNS = 8
+
+
+@dataclass(frozen=True)
+class Placed:
+    """A camera in the reference camera's frame: transform (reference <- camera) and clock."""
+
+    T: NDArray[np.float64]
+    clock: LocalClock
+
+
+@dataclass(frozen=True)
+class Refined:
+    """Result of `refine`: the cameras in order, the depth bias [m], and the offsets' standard deviations [s]."""
+
+    cameras: list[Placed]
+    depth_bias_m: float
+    offset_sd_s: NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class _View:
+    """One camera's joints at the instants: in the reference frame without the translation, and derivatives."""
+
+    rotated: NDArray[np.float64]
+    direction: NDArray[np.float64]
+    velocity: NDArray[np.float64]
+    covariance: NDArray[np.float64]
+    since_middle_s: NDArray[np.float64]
+
+
+def refine(
+    tracks: list[Track],
+    start: list[Placed],
+    instants_s: NDArray[np.float64],
+    swapped: NDArray[np.bool_],
+    *,
+    depth_bias_m: float = BIAS_PRIOR_M,
+    fit_clocks: NDArray[np.bool_],
+    iterations: int = 8,
+) -> Refined:
+    """Return the cameras and the depth bias that bring all cameras' joints together.
+
+    Args:
+        tracks: the cameras, the reference first.
+        start: their first placements; the reference's stays.
+        instants_s: times on the reference's clock [s], shape (instant_count,).
+        swapped: where left and right are exchanged, shape (camera_count, instant_count).
+        depth_bias_m: where the bias starts.
+        fit_clocks: whether a camera's clock is unknown, shape (camera_count,).
+
+    Source: Nocedal and Wright, "Numerical optimization", chapter 10 (Gauss-Newton); weights of Geman and
+    McClure as in `rigid.fit_robust`; scale per joint and camera pair from the median of the residuals.
+    """
+    cameras, bias = list(start), depth_bias_m
+    hessian = np.zeros((0, 0))
+    for _ in range(iterations):
+        views = [
+            _view(*pair, instants_s, swap, bias) for *pair, swap in zip(tracks, cameras, swapped, strict=True)
+        ]
+        hessian, gradient = _normal_equations(views, cameras, bias)
+        _add_priors(hessian, gradient, start, cameras, bias, fit_clocks)
+        step = _solve(hessian, gradient)
+        cameras = [cameras[0]] + [
+            _moved(camera, step[_UNKNOWNS * i : _UNKNOWNS * (i + 1)]) for i, camera in enumerate(cameras[1:])
+        ]
+        bias += float(step[-1])
+        if np.abs(step).max() < 1e-6:
+            break
+    variance = np.diag(np.linalg.pinv(hessian, hermitian=True)) / _INDEPENDENT_SHARE
+    offset_sd = np.sqrt(np.maximum(np.append(0.0, variance[6:-1:_UNKNOWNS]), 0.0))
+    return Refined(cameras, bias, offset_sd)
+
+
+def _view(
+    track: Track,
+    camera: Placed,
+    instants_s: NDArray[np.float64],
+    swapped: NDArray[np.bool_],
+    bias: float,
+) -> _View:
+    device_s = camera.clock.device_s(instants_s)
+    positions, confidence = sample(track, device_s)
+    positions, confidence = exchange(positions, swapped), exchange(confidence, swapped)
+    moving = exchange(velocity(track, device_s), swapped)
+    R = camera.T[:3, :3]
+    direction = rays(positions)
+    return _View(
+        rotated=(positions + bias * direction) @ R.T,
+        direction=direction @ R.T,
+        velocity=moving @ R.T,
+        covariance=covariances(positions, confidence, R),
+        since_middle_s=device_s - camera.clock.middle_s,
+    )
+
+
+def _normal_equations(
+    views: list[_View], cameras: list[Placed], bias: float
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return J^T W J and J^T W r over all camera pairs; the reference has no unknowns."""
+    size = _UNKNOWNS * (len(views) - 1) + 1
+    hessian, gradient = np.zeros((size, size)), np.zeros(size)
+    for i, j in combinations(range(len(views)), 2):
+        a, b = views[i], views[j]
+        residual = a.rotated + cameras[i].T[:3, 3] - b.rotated - cameras[j].T[:3, 3]
+        seen = np.isfinite(residual).all(axis=2)
+        if seen.sum() < 10:
+            continue
+        information = np.linalg.inv((a.covariance + b.covariance)[seen])
+        residual = residual[seen]
+        distance2 = np.einsum("nk,nkl,nl->n", residual, information, residual)
+        scale2 = _scales(distance2, np.nonzero(seen)[1])
+        weight = (1.0 + distance2 / (_KERNEL**2 * scale2)) ** -2 / scale2
+        information = information * weight[:, None, None]
+        columns, jacobian = [], []
+        for sign, index, view in ((1.0, i, a), (-1.0, j, b)):
+            if index > 0:
+                columns += range(_UNKNOWNS * (index - 1), _UNKNOWNS * index)
+                jacobian.append(sign * _jacobian(view, seen))
+        columns.append(size - 1)
+        jacobian.append((a.direction - b.direction)[seen][:, :, None])
+        J = np.concatenate(jacobian, axis=2)
+        WJ = information @ J
+        n = J.shape[2]
+        hessian[np.ix_(columns, columns)] += J.reshape(-1, n).T @ WJ.reshape(-1, n)
+        gradient[columns] += WJ.reshape(-1, n).T @ residual.reshape(-1)
+    return hessian, gradient
+
+
+def _scales(distance2: NDArray[np.float64], joint: NDArray[np.int64]) -> NDArray[np.float64]:
+    """Return the variance scale of each observation: its joint's median over that of a chi-square of 3."""
+    out = np.ones(len(distance2))
+    for j in np.unique(joint):
+        mine = joint == j
+        out[mine] = np.clip(np.median(distance2[mine]) / 2.366, 0.5, 100.0)
+    return out
+
+
+def _jacobian(view: _View, seen: NDArray[np.bool_]) -> NDArray[np.float64]:
+    """Return derivatives of a camera's joints by its 8 unknowns, shape (seen_count, 3, 8)."""
+    p, v = view.rotated[seen], view.velocity[seen]
+    out = np.zeros((len(p), 3, _UNKNOWNS))
+    out[:, 0, 1], out[:, 0, 2] = p[:, 2], -p[:, 1]
+    out[:, 1, 0], out[:, 1, 2] = -p[:, 2], p[:, 0]
+    out[:, 2, 0], out[:, 2, 1] = p[:, 1], -p[:, 0]
+    out[:, :, 3:6] = np.eye(3)
+    out[:, :, 6] = -v
+    out[:, :, 7] = -v * view.since_middle_s[np.nonzero(seen)[0]][:, None]
+    return out
+
+
+def _add_priors(
+    hessian: NDArray[np.float64],
+    gradient: NDArray[np.float64],
+    start: list[Placed],
+    cameras: list[Placed],
+    bias: float,
+    fit_clocks: NDArray[np.bool_],
+) -> None:
+    """Add what is known beforehand: bias about 2 cm, offset near the first guess, drift of a quartz."""
+    for i in range(1, len(cameras)):
+        a = _UNKNOWNS * (i - 1) + 6
+        sd_offset, sd_drift = (_OFFSET_PRIOR_SD_S, _DRIFT_PRIOR_SD) if fit_clocks[i] else (1e-7, 1e-9)
+        now, first = cameras[i].clock, start[i].clock
+        for k, sd, change in (
+            (a, sd_offset, now.offset_s - first.offset_s),
+            (a + 1, sd_drift, now.drift),
+        ):
+            hessian[k, k] += 1.0 / sd**2 / _INDEPENDENT_SHARE
+            gradient[k] += change / sd**2 / _INDEPENDENT_SHARE
+    hessian[-1, -1] += 1.0 / _BIAS_PRIOR_SD_M**2 / _INDEPENDENT_SHARE
+    gradient[-1] += (bias - BIAS_PRIOR_M) / _BIAS_PRIOR_SD_M**2 / _INDEPENDENT_SHARE
+
+
+def _solve(hessian: NDArray[np.float64], gradient: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the Gauss-Newton step, with unknowns scaled alike and unseen ones left where they are."""
+    scale = 1.0 / np.sqrt(np.maximum(np.diag(hessian), 1e-12))
+    scaled = hessian * scale[:, None] * scale[None, :] + 1e-9 * np.eye(len(hessian))
+    return -scale * np.linalg.solve(scaled, scale * gradient)
+
+
+def _moved(camera: Placed, step: NDArray[np.float64]) -> Placed:
+    """Return the camera turned and moved by a step of its unknowns."""
+    rotation = Rotation.from_rotvec(step[:3]).as_matrix() @ camera.T[:3, :3]
+    clock = replace(
+        camera.clock,
+        offset_s=camera.clock.offset_s + float(step[6]),
+        drift=camera.clock.drift + float(step[7]),
+    )
+    return Placed(make_transform(rotation, camera.T[:3, 3] + step[3:6]), clock)

@@ -1,0 +1,102 @@
+"""A held T-pose: arms out sideways, straight and still, anywhere in the calibration part."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from studio.engine.calibration.merge import Walk
+from studio.engine.joints import INDEX
+
+_MIN_HOLD_S = 1.0
+_MAX_SLOPE = np.sin(np.radians(25.0))
+_MIN_STRAIGHT = 0.93
+_MAX_SPEED_M_S = 0.25
+_SHARE = 0.8
+
+
+@dataclass(frozen=True)
+class Hold:
+    """A held pose: the instants from `first` to before `end` of the walk."""
+
+    first: int
+    end: int
+
+    @property
+    def frames(self) -> slice:
+        return slice(self.first, self.end)
+
+
+def find_tpose(walk: Walk, up: NDArray[np.float64]) -> Hold | None:
+    """Return the longest T-pose held for at least a second, or None.
+
+    Args:
+        walk: the calibration part in any one frame.
+        up: unit vector in that frame, shape (3,).
+    """
+    if len(walk.times_s) < 3:
+        return None
+    good = _is_tpose(walk.smooth(), up, 1.0 / float(np.median(np.diff(walk.times_s))))
+    half = int(round(0.25 / float(np.median(np.diff(walk.times_s)))))
+    window = np.ones(2 * half + 1)
+    mostly = np.convolve(good, window, mode="same") >= _SHARE * np.convolve(
+        np.ones(len(good)), window, mode="same"
+    )
+    edges = np.flatnonzero(np.diff(np.concatenate([[0], mostly.astype(int), [0]])))
+    runs = [(first, end) for first, end in edges.reshape(-1, 2)]
+    if not runs:
+        return None
+    first, end = max(runs, key=lambda run: run[1] - run[0])
+    if walk.times_s[end - 1] - walk.times_s[first] < _MIN_HOLD_S:
+        return None
+    return Hold(int(first), int(end))
+
+
+def _is_tpose(joints: NDArray[np.float64], up: NDArray[np.float64], rate_hz: float) -> NDArray[np.bool_]:
+    """Return whether each instant's joints, shape (instant_count, 21, 3), form a still T-pose."""
+    shoulders = [joints[:, INDEX[f"{side}_shoulder"]] for side in ("left", "right")]
+    across = _unit(shoulders[0] - shoulders[1])
+    good = np.ones(len(joints), dtype=bool)
+    for side, outward in (("left", across), ("right", -across)):
+        shoulder, elbow, wrist = (
+            joints[:, INDEX[f"{side}_{name}"]] for name in ("shoulder", "elbow", "wrist")
+        )
+        arm = _unit(wrist - shoulder)
+        straight = (_unit(elbow - shoulder) * _unit(wrist - elbow)).sum(axis=1)
+        speed = np.linalg.norm(np.gradient(wrist, axis=0), axis=1) * rate_hz
+        good &= np.abs(arm @ up) < _MAX_SLOPE
+        good &= straight > _MIN_STRAIGHT
+        good &= (arm * outward).sum(axis=1) > 0.85
+        good &= speed < _MAX_SPEED_M_S
+    return good
+
+
+def facing(joints: NDArray[np.float64], up: NDArray[np.float64]) -> tuple[NDArray[np.float64], bool] | None:
+    """Return which way a body faces over some instants, and whether its left and right are exchanged.
+
+    The line across hips and shoulders gives the direction but for its sign, which the toes decide (they point
+    forwards whatever the labels say); without toes the labels do.
+
+    Args:
+        joints: shape (instant_count, 21, 3), of one pose or a short time; NaN = unseen.
+        up: unit vector, shape (3,).
+    """
+    across = np.concatenate(
+        [joints[:, INDEX[f"left_{name}"]] - joints[:, INDEX[f"right_{name}"]] for name in ("shoulder", "hip")]
+    )
+    across = across[np.isfinite(across).all(axis=1)]
+    if len(across) == 0:
+        return None
+    line = np.median(across, axis=0)
+    line = _unit(line - (line @ up) * up)
+    forward = np.cross(line, up)
+    toes = np.concatenate(
+        [joints[:, INDEX[f"{side}_toe"]] - joints[:, INDEX[f"{side}_ankle"]] for side in ("left", "right")]
+    )
+    toes = toes[np.isfinite(toes).all(axis=1)]
+    exchanged = len(toes) > 0 and float(np.median(toes @ forward)) < 0
+    return (-forward if exchanged else forward), exchanged
+
+
+def _unit(vectors: NDArray[np.float64]) -> NDArray[np.float64]:
+    return vectors / np.maximum(np.linalg.norm(vectors, axis=-1, keepdims=True), 1e-9)
