@@ -166,13 +166,14 @@ def place(positions_m: NDArray[np.float64], rotations_wxyz: NDArray[np.float64],
     start = _START[0] @ positions_m + scale * np.einsum("pij,pj->pi", R[_START[1]], _START[2])
     end = _END[0] @ positions_m + scale * np.einsum("pij,pj->pi", R[_END[1]], _END[2])
     along = end - start
-    length = np.maximum(np.linalg.norm(along, axis=1), 1e-4)
+    along[np.linalg.norm(along, axis=1) < 1e-4] = (0.0, 0.0, 1e-4)
+    length = np.linalg.norm(along, axis=1)
     z = along / length[:, None]
     depth = R[_START[1], :, _DEPTH]
     x = np.cross(depth, z)
     degenerate = np.linalg.norm(x, axis=1) < 1e-3
     x[degenerate] = np.cross(z[degenerate][:, [1, 2, 0]] + (0.3, 0.5, 0.7), z[degenerate])
-    x /= np.maximum(np.linalg.norm(x, axis=1), 1e-9)[:, None]
+    x /= np.linalg.norm(x, axis=1)[:, None]
     rotations = np.stack([x, np.cross(z, x), z], axis=-1)
     scales = np.column_stack([_WIDTHS * scale, length])
     return Placement(positions_m=start, rotations=rotations, scales_m=scales)

@@ -67,6 +67,11 @@ class View:
         with self._changed:
             return dict(self._layers)
 
+    @property
+    def colours(self) -> dict[str, tuple[int, int, int]]:
+        """Camera -> RGB colour."""
+        return dict(self._scene.colours)
+
     def show(self, result: StepResult) -> None:
         """Have a step drawn as soon as the last one is; a newer one replaces it. Safe from any thread."""
         with self._changed:

@@ -1,0 +1,30 @@
+// The message bar under the top bar: errors stay until they are dismissed, notes leave by themselves.
+import { byId, h } from "./dom.js";
+
+const NOTE_MS = 6000;
+
+function show(text, kind) {
+  const bar = byId("messages");
+  for (const old of bar.children) if (old.dataset.text === text) old.remove();
+  const close = h("button", { class: "small", type: "button", onclick: () => item.remove() }, "Dismiss");
+  const item = h("div", { class: `message ${kind}` }, h("p", {}, text), close);
+  item.dataset.text = text;
+  bar.append(item);
+  if (kind === "note") setTimeout(() => item.remove(), NOTE_MS);
+}
+
+/** Show an error until the user dismisses it. */
+export const showError = (text) => show(text, "error");
+
+/** Show a note for a few seconds. */
+export const showNote = (text) => show(text, "note");
+
+/** Run an action; show what it throws. Returns its result, or undefined where it failed. */
+export async function attempt(action) {
+  try {
+    return await action();
+  } catch (error) {
+    showError(error.message);
+    return undefined;
+  }
+}

@@ -1,0 +1,120 @@
+// The solve panel: a preset and every switch of the API's catalogue, each with its explanation.
+import { byId, h, plural, setText } from "./dom.js";
+
+const GROUPS = [
+  ["Input", ["cameras", "tracker", "confidence_threshold", "output_hz"]],
+  ["Solve", ["fusion", "ik", "human_limits", "flexibility", "relax_pose"]],
+  ["Conditioning", ["bone_length_limit", "displacement_limit", "smoothing"]],
+  ["Completion", ["look_at", "look_at_point_m", "hands", "floor_contact"]],
+];
+
+const plain = (text) => text.replaceAll("_", " ").replace(/^./, (first) => first.toUpperCase());
+const VALUE_WORDS = { one_euro: "One-Euro", holt: "Holt", "output_hz:30": "30 Hz", "output_hz:60": "60 Hz", "output_hz:120": "120 Hz" };
+
+function valueWords(key, value) {
+  return VALUE_WORDS[`${key}:${value}`]
+    ?? String(value).split(":").map((part) => VALUE_WORDS[part] ?? plain(part)).join(", ");
+}
+
+/** Groups of switches in the order of the page; switches that no group names come last. */
+function grouped(catalogue) {
+  const known = new Set(GROUPS.flatMap(([, keys]) => keys));
+  const rest = catalogue.map((item) => item.key).filter((key) => !known.has(key));
+  return [...GROUPS, ["More", rest]]
+    .map(([title, keys]) => [title, keys.map((key) => catalogue.find((item) => item.key === key)).filter(Boolean)])
+    .filter(([, items]) => items.length);
+}
+
+export class Switches {
+  /** `catalogue`: [{key, kind, values, unavailable, low, high, help}]; `presets`: {name: {key: text}}. */
+  constructor(catalogue, presets, onChange) {
+    this.catalogue = catalogue;
+    this.presets = presets;
+    this.onChange = onChange;
+    this.controls = new Map();
+    this.preset = "studio" in presets ? "studio" : Object.keys(presets)[0];
+    this.values = { ...presets[this.preset] };
+    byId("solve").replaceChildren(...this.build());
+    this.refresh();
+  }
+
+  /** What differs from the preset: {key: text}. */
+  changes() {
+    const base = this.presets[this.preset];
+    return Object.fromEntries(Object.entries(this.values).filter(([key, value]) => value !== base[key]));
+  }
+
+  /** Show settings that came from the server (another browser changed them). */
+  show(preset, values) {
+    if (preset in this.presets) this.preset = preset;
+    this.values = { ...this.presets[this.preset], ...values };
+    this.refresh();
+  }
+
+  build() {
+    const preset = h("select", { id: "preset", onchange: (event) => this.choosePreset(event.target.value) },
+      Object.keys(this.presets).map((name) => h("option", { value: name }, valueWords("preset", name))));
+    this.reset = h("button", { class: "small", type: "button", onclick: () => this.choosePreset(this.preset) }, "Reset");
+    const head = h("div", { class: "row" },
+      h("label", { class: "field grow", htmlFor: "preset" }, h("span", {}, "Preset"), preset), this.reset);
+    this.presetSelect = preset;
+    const groups = grouped(this.catalogue).map(([title, items]) =>
+      h("div", { class: "group" }, h("h3", {}, title), items.map((item) => this.row(item))));
+    return [head, h("details", { id: "switches" }, h("summary", {}, "All switches"), groups)];
+  }
+
+  row(item) {
+    const id = `switch-${item.key}`;
+    const control = this.control(item, id);
+    const row = h("div", { class: "switch", title: item.help },
+      h("label", { htmlFor: id }, plain(item.key)), control.element, h("p", { class: "help", id: `${id}-help` }, item.help));
+    this.controls.set(item.key, { ...control, row });
+    return row;
+  }
+
+  control(item, id) {
+    const change = (value) => this.change(item.key, String(value));
+    const described = { describedby: `${id}-help` };
+    if (item.kind === "choice") {
+      const select = h("select", { id, aria: described, onchange: () => change(select.value) },
+        item.values.map((value) => h("option", { value, disabled: (item.unavailable ?? []).includes(value) },
+          valueWords(item.key, value) + ((item.unavailable ?? []).includes(value) ? " (later)" : ""))));
+      return { element: select, set: (value) => { select.value = value; } };
+    }
+    if (item.kind === "range") {
+      const step = (item.high - item.low) / 100;
+      const range = h("input", { type: "range", id, min: item.low, max: item.high, step, aria: described,
+        oninput: () => { number.value = range.value; }, onchange: () => change(range.value) });
+      const number = h("input", { type: "number", min: item.low, max: item.high, step,
+        aria: { label: plain(item.key), ...described }, onchange: () => change(number.value) });
+      return { element: h("div", { class: "slider" }, range, number), set: (value) => { range.value = value; number.value = value; } };
+    }
+    const text = h("input", { type: "text", id, aria: described, spellcheck: false, onchange: () => change(text.value) });
+    return { element: text, set: (value) => { text.value = value; } };
+  }
+
+  choosePreset(name) {
+    this.preset = name;
+    this.values = { ...this.presets[name] };
+    this.refresh();
+    this.onChange(this);
+  }
+
+  change(key, value) {
+    this.values[key] = value;
+    this.refresh();
+    this.onChange(this);
+  }
+
+  refresh() {
+    const changes = this.changes();
+    const count = Object.keys(changes).length;
+    this.presetSelect.value = this.preset;
+    this.reset.disabled = count === 0;
+    setText(byId("solve-summary"), count ? plural(count, "change") : "");
+    for (const [key, control] of this.controls) {
+      control.set(this.values[key] ?? "");
+      control.row.classList.toggle("changed", key in changes);
+    }
+  }
+}
