@@ -8,6 +8,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from studio.engine.errors import TakeError
+from studio.take.lock import hold, release
 from studio.take.names import is_safe_name
 from studio.take.take import Take, check_free
 
@@ -46,10 +47,12 @@ def new_take(
         session = final.parent.name if is_safe_name(final.parent.name) else "takes"
     made = _make_parents(final.parent)
     temporary: Path | None = None
+    in_use: int | None = None
     try:
         try:
             temporary = Path(tempfile.mkdtemp(prefix=f".{final.name}{PARTIAL_MARK}", dir=final.parent))
             os.chmod(temporary, 0o755)
+            in_use = hold(temporary)
         except OSError as error:
             raise TakeError(f"cannot make a take at {path}: {error.strerror}; choose another") from error
         take = Take.create(
@@ -69,6 +72,7 @@ def new_take(
         take.path, temporary = final, None
         made = []
     finally:
+        release(in_use)
         if temporary is not None:
             shutil.rmtree(temporary, ignore_errors=True)
         for folder in reversed(made):

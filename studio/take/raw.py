@@ -18,6 +18,7 @@ from mcap.writer import CompressionType, Writer
 from studio import wire
 from studio.engine.errors import TakeError
 from studio.engine.frames import CameraFrame
+from studio.take.lock import hold, release
 from studio.take.raw_reader import RawReader, RawSummary, inspect_raw
 from studio.take.raw_records import (
     LIVE_TOPIC,
@@ -62,6 +63,7 @@ class RawWriter:
             raise TakeError(f"{self.path} exists; raw recordings are never overwritten") from error
         except OSError as error:
             raise TakeError(f"cannot write {self.path}: {error.strerror}; choose another folder") from error
+        self._lock = hold(self.path)
         self._writer = Writer(self._file, chunk_size=CHUNK_BYTES, compression=CompressionType.ZSTD)
         self._writer.start(profile=PROFILE, library=PROFILE)
         self._channels: dict[str, int] = {}
@@ -120,6 +122,7 @@ class RawWriter:
             os.fsync(self._file.fileno())
         finally:
             self._file.close()
+            release(self._lock)
 
 
 def read_raw(path: str | Path) -> Iterator[RawRecord]:

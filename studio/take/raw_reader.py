@@ -31,6 +31,7 @@ class RawReader:
     Attributes:
         complete: the file was finished properly and nothing was left out.
         problem: what was wrong, for a person; None where `complete`.
+        channels: the MCAP channels met, by number.
     """
 
     def __init__(self, path: str | Path) -> None:
@@ -40,8 +41,9 @@ class RawReader:
             TakeError: no such file.
         """
         self.path = Path(path)
-        self.complete = False
         self.problem: str | None = None
+        self._finished = False
+        self.channels: dict[int, Channel] = {}
         self._cameras: dict[int, wire.Hello] = {}
         self._live: set[int] = set()
         if not self.path.is_file():
@@ -50,6 +52,11 @@ class RawReader:
             )
 
     def __iter__(self) -> Iterator[RawRecord]:
+        for _, record in self.pairs():
+            yield record
+
+    def pairs(self) -> Iterator[tuple[McapRecord, RawRecord]]:
+        """Yield what `__iter__` yields, each with the MCAP channel or message that it was read from."""
         try:
             file = open(self.path, "rb")
         except OSError as error:
@@ -58,7 +65,11 @@ class RawReader:
             for record in self._mcap_records(file):
                 read = self._read(record)
                 if read is not None:
-                    yield read
+                    yield record, read
+
+    @property
+    def complete(self) -> bool:
+        return self._finished and self.problem is None
 
     def _mcap_records(self, file: IO[bytes]) -> Iterator[McapRecord]:
         """Yield channels and messages; note damage instead of raising it."""
@@ -83,7 +94,7 @@ class RawReader:
             else:
                 finished = finished or isinstance(record, Footer)
                 yield record
-        self.complete = finished and self.problem is None
+        self._finished = finished
 
     def _read(self, record: McapRecord) -> RawRecord | None:
         if isinstance(record, Channel):
@@ -114,6 +125,7 @@ class RawReader:
     def _channel(self, channel: Channel) -> RawCamera | None:
         if channel.id in self._cameras or channel.id in self._live:
             return None  # the summary at the end of the file repeats every channel
+        self.channels[channel.id] = channel
         if channel.topic == LIVE_TOPIC:
             self._live.add(channel.id)
             return None

@@ -45,6 +45,40 @@ def camera_json(hello: Hello) -> dict[str, Any]:
     }
 
 
+def new_meta(
+    *,
+    session: str,
+    name: str,
+    source: str,
+    created: str,
+    calibration_s: float | None = None,
+    performer: str = "",
+    notes: str = "",
+) -> dict[str, Any]:
+    """Return the `take.json` of a take without cameras; see `Take.create`.
+
+    Raises:
+        TakeError: an unknown source.
+    """
+    if source not in SOURCES:
+        raise TakeError(f"take source {source!r} is not known; allowed: {', '.join(SOURCES)}")
+    return {
+        "format_version": FORMAT_VERSION,
+        "id": f"{session}/{name}",
+        "session": session,
+        "name": name,
+        "created": created,
+        "source": source,
+        "cameras": [],
+        "performer": performer,
+        "notes": notes,
+        "rating": None,
+        "calibration": None,
+        "calibration_s": calibration_s,
+        "recording": "recording",
+    }
+
+
 class Take:
     """A take's folder and the content of its `take.json`.
 
@@ -87,27 +121,17 @@ class Take:
         path = Path(path)
         check_name("session", session)
         check_name("take", name)
-        if source not in SOURCES:
-            raise TakeError(f"take source {source!r} is not known; allowed: {', '.join(SOURCES)}")
         check_free(path)
-        take = cls(
-            path,
-            {
-                "format_version": FORMAT_VERSION,
-                "id": f"{session}/{name}",
-                "session": session,
-                "name": name,
-                "created": created or utc_now(),
-                "source": source,
-                "cameras": [],
-                "performer": performer,
-                "notes": notes,
-                "rating": None,
-                "calibration": None,
-                "calibration_s": calibration_s,
-                "recording": "recording",
-            },
+        meta = new_meta(
+            session=session,
+            name=name,
+            source=source,
+            calibration_s=calibration_s,
+            performer=performer,
+            notes=notes,
+            created=created or utc_now(),
         )
+        take = cls(path, meta)
         try:
             for folder in ("calibrations", "solves", "exports"):
                 (path / folder).mkdir(parents=True, exist_ok=True)

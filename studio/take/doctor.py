@@ -1,0 +1,177 @@
+"""Finds what is wrong with takes on disk, and repairs what a crash left.
+
+Repaired: unfinished or damaged `raw.mcap`, missing or broken `take.json`, folders that a killed import left.
+Only told: broken calibrations and solves (made again by `calibrate` and `solve`), takes of another version.
+"""
+
+import shutil
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+from studio.engine.errors import CalibrationError, FormatError, TakeError
+from studio.engine.poses import Poses
+from studio.take.lock import is_held
+from studio.take.new import PARTIAL_MARK
+from studio.take.raw import RawSummary, inspect_raw
+from studio.take.recovery import TEMPORARY_PREFIX, recover
+from studio.take.take import Take, TakeVersionError, read_calibration
+
+
+@dataclass(frozen=True)
+class Finding:
+    """One thing that is wrong: where, what, what was done or is to be done, and whether it is repaired."""
+
+    path: Path
+    problem: str
+    action: str
+    repaired: bool
+
+
+def check_takes(
+    sessions_dir: str | Path, *, repair: bool = True, progress: Callable[[float], None] | None = None
+) -> list[Finding]:
+    """Return what is wrong with the takes in a folder; what can be repaired is, unless `repair` is off.
+
+    Args:
+        sessions_dir: a folder of sessions, a session, or a take.
+        progress: called with 0..1.
+
+    Raises:
+        TakeError: there is no such folder.
+    """
+    root = Path(sessions_dir)
+    if not root.is_dir():
+        raise TakeError(f"no folder {root}; give the folder of sessions or of a take")
+    partial, takes = _folders(root)
+    findings = [_partial_folder(folder, repair) for folder in partial]
+    for k, path in enumerate(takes):
+        findings += check_take(path, repair=repair)
+        if progress is not None:
+            progress((k + 1) / len(takes))
+    return findings
+
+
+def check_take(path: Path, *, repair: bool = True) -> list[Finding]:
+    """Return what is wrong with one take; what can be repaired is, unless `repair` is off."""
+    findings = [*_check_recording(path, repair), *_temporary_files(path, repair)]
+    try:
+        take = Take.open(path)
+    except TakeError:
+        return findings  # told already by _check_recording
+    return [*findings, *_check_calibrations(take), *_check_solves(take)]
+
+
+def _folders(root: Path) -> tuple[list[Path], list[Path]]:
+    """Return folders that a killed import left, and takes, in `root` and two levels below."""
+    if _is_take(root):
+        return [], [root]
+    partial: list[Path] = []
+    takes: list[Path] = []
+    level = [root]
+    for _ in range(2):
+        below = sorted(f for folder in level for f in folder.iterdir() if f.is_dir() and not f.is_symlink())
+        partial += [f for f in below if f.name.startswith(".") and PARTIAL_MARK in f.name]
+        visible = [f for f in below if not f.name.startswith(".")]
+        takes += [f for f in visible if _is_take(f)]
+        level = [f for f in visible if not _is_take(f)]
+    return [f for f in partial if not is_held(f)], takes
+
+
+def _is_take(folder: Path) -> bool:
+    return (folder / "take.json").is_file() or (folder / "raw.mcap").is_file()
+
+
+def _partial_folder(folder: Path, repair: bool) -> Finding:
+    if repair:
+        shutil.rmtree(folder, ignore_errors=True)
+    gone = not folder.exists()
+    return Finding(
+        folder,
+        "an import or simulation was killed and left this unfinished folder",
+        "removed; run the import or simulation again" if gone else f"delete {folder}, and run it again",
+        repaired=gone,
+    )
+
+
+def _check_recording(path: Path, repair: bool) -> Iterator[Finding]:
+    """Check take.json and raw.mcap together: one recovery mends both."""
+    raw = path / "raw.mcap"
+    if raw.is_file() and is_held(raw):
+        return  # being recorded at this moment: unfinished as it should be
+    problems: list[str] = []
+    take: Take | None = None
+    try:
+        take = Take.open(path)
+    except TakeVersionError as error:
+        yield Finding(path / "take.json", str(error), "open it with the version that made it", repaired=False)
+        return
+    except TakeError as error:
+        problems.append(str(error))
+    summary = inspect_raw(raw) if raw.is_file() else None
+    if summary is not None and not summary.complete:
+        problems.append(f"raw.mcap: {summary.problem}")
+    elif summary is not None and take is not None and take.meta["recording"] == "recording":
+        problems.append("the recording was not ended: raw.mcap is whole, take.json says `recording`")
+    elif summary is None and (take is None or not take.solve_names()):
+        yield Finding(path, "the take has no raw.mcap and no solve", f"delete {path}", repaired=False)
+        return
+    if problems:
+        yield _recover(path, "; ".join(problems), summary, repair)
+
+
+def _recover(path: Path, problem: str, summary: RawSummary | None, repair: bool) -> Finding:
+    if summary is None:
+        action = "take.json cannot be rebuilt without raw.mcap; save what is in solves/, then delete it"
+        return Finding(path, problem, action, repaired=False)
+    kept = ", ".join(f"{name} {count}" for name, count in summary.frames.items()) or "none"
+    if not repair:
+        return Finding(
+            path, problem, f"run `studio doctor {path}`; frames to recover: {kept}", repaired=False
+        )
+    try:
+        recover(path)
+    except TakeError as error:
+        return Finding(path, problem, str(error), repaired=False)
+    return Finding(path, problem, f"recovered, the damaged file kept beside; frames: {kept}", repaired=True)
+
+
+def _temporary_files(path: Path, repair: bool) -> Iterator[Finding]:
+    """Files of a recovery that was itself killed."""
+    for file in sorted(path.glob(f"{TEMPORARY_PREFIX}*")):
+        if repair:
+            file.unlink(missing_ok=True)
+        action = "removed" if repair else f"delete {file}"
+        yield Finding(file, "a recovery was killed and left this file", action, repaired=repair)
+
+
+def _check_calibrations(take: Take) -> Iterator[Finding]:
+    in_use = take.meta["calibration"]
+    numbers = take.calibration_numbers()
+    again = f"run `studio calibrate {take.path}`"
+    if in_use is not None and in_use not in numbers:
+        file = take.calibration_path(in_use)
+        yield Finding(
+            file, "the calibration in use is missing", f"run `studio calibrate {take.path}`", repaired=False
+        )
+    for number in numbers:
+        file = take.calibration_path(number)
+        try:
+            read_calibration(file)
+        except CalibrationError as error:
+            again = (
+                f"run `studio calibrate {take.path}`" if number == in_use else f"not in use; delete {file}"
+            )
+            yield Finding(file, str(error), again, repaired=False)
+
+
+def _check_solves(take: Take) -> Iterator[Finding]:
+    for folder in sorted(f for f in (take.path / "solves").glob("*") if f.is_dir()):
+        again = f"run `studio solve {take.path} --name {folder.name}`, or delete {folder}"
+        if not (folder / "poses.npz").is_file():
+            yield Finding(folder, "the solve was not finished: it has no poses.npz", again, repaired=False)
+            continue
+        try:
+            Poses.load(folder / "poses.npz")
+        except FormatError as error:
+            yield Finding(folder / "poses.npz", str(error), again, repaired=False)

@@ -1,0 +1,121 @@
+"""Sessions and takes as the folders show them: `sessions/<session>/<take>/`."""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+from mcap.exceptions import McapError
+from mcap.reader import make_reader
+
+from studio.engine.errors import TakeError
+from studio.take.names import check_name, inside, is_safe_name
+from studio.take.raw_records import LIVE_TOPIC
+from studio.take.take import Take
+
+
+@dataclass(frozen=True)
+class TakeInfo:
+    """One line of the list of takes.
+
+    Attributes:
+        path: the take's folder; `session` and `name` are the names of the folders.
+        created: ISO 8601, UTC; empty where `problem` is set.
+        length_s: first to last frame [s]; None where raw.mcap is missing or unfinished.
+        cameras, solves: names.
+        state: recording state of `take.json`, or `damaged`.
+        source, performer, notes, rating: of `take.json`.
+        problem: why `take.json` cannot be read, else None.
+    """
+
+    path: Path
+    session: str
+    name: str
+    created: str = ""
+    length_s: float | None = None
+    cameras: tuple[str, ...] = ()
+    solves: tuple[str, ...] = ()
+    state: str = "damaged"
+    source: str = ""
+    performer: str = ""
+    notes: str = ""
+    rating: int | None = None
+    problem: str | None = None
+
+
+def list_takes(sessions_dir: str | Path) -> list[TakeInfo]:
+    """Return every take in the folder by session and name; an empty list where there is none. Reads only."""
+    found = sorted(Path(sessions_dir).glob("*/*/take.json"))
+    return [
+        take_info(file.parent)
+        for file in found
+        if is_safe_name(file.parent.name) and is_safe_name(file.parent.parent.name)
+    ]
+
+
+def take_info(path: Path) -> TakeInfo:
+    """Return a take's line in the list; a take that cannot be read has a `problem`."""
+    session, name = path.parent.name, path.name
+    try:
+        take = Take.open(path)
+    except TakeError as error:
+        return TakeInfo(path, session, name, problem=str(error))
+    return TakeInfo(
+        path=path,
+        session=session,
+        name=name,
+        created=take.meta["created"],
+        length_s=raw_length_s(take.raw_path),
+        cameras=take.camera_names,
+        solves=tuple(take.solve_names()),
+        state=take.meta["recording"],
+        source=take.meta["source"],
+        performer=take.meta.get("performer", ""),
+        notes=take.meta.get("notes", ""),
+        rating=take.meta.get("rating"),
+    )
+
+
+def raw_length_s(raw_path: Path) -> float | None:
+    """Return the time from the first to the last frame by the file's index [s], without reading it all.
+
+    None where the file is missing, unfinished or damaged, or has no frame.
+    """
+    try:
+        with open(raw_path, "rb") as file:
+            reader = make_reader(file)
+            summary = reader.get_summary()
+            if summary is None:
+                return None
+            topics = [channel.topic for channel in summary.channels.values() if channel.topic != LIVE_TOPIC]
+            if not topics:
+                return None
+            first = next(iter(reader.iter_messages(topics=topics)), None)
+            last = next(iter(reader.iter_messages(topics=topics, reverse=True)), None)
+    except (OSError, McapError, ValueError):
+        return None
+    if first is None or last is None:
+        return None
+    return (last[2].log_time - first[2].log_time) * 1e-9
+
+
+def take_path(sessions_dir: str | Path, session: str, name: str) -> Path:
+    """Return a take's folder, which need not exist and lies inside `sessions_dir`.
+
+    Raises:
+        TakeError: a name that is not allowed.
+    """
+    return inside(Path(sessions_dir), check_name("session", session), check_name("take", name))
+
+
+def new_take_path(sessions_dir: str | Path, session: str, prefix: str = "take") -> Path:
+    """Return the folder of the next take of a session, `<prefix>_001`, then 002, ...; it does not exist.
+
+    Raises:
+        TakeError: a name that is not allowed.
+    """
+    folder = inside(Path(sessions_dir), check_name("session", session))
+    check_name("take", f"{prefix}_001")
+    used = [0]
+    if folder.is_dir():
+        tails = [f.name[len(prefix) + 1 :] for f in folder.iterdir() if f.name.startswith(f"{prefix}_")]
+        used += [int(tail) for tail in tails if tail.isascii() and tail.isdigit()]
+    return take_path(sessions_dir, session, f"{prefix}_{max(used) + 1:03d}")
