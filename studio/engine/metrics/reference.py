@@ -12,6 +12,8 @@ from scipy.interpolate import CubicSpline
 
 from studio.engine.errors import FormatError, NotAvailableError
 from studio.engine.joints import CANONICAL, INDEX, JOINT_COUNT
+from studio.engine.motion.bvh import read_bvh
+from studio.engine.motion.canonical import to_canonical
 
 _AXES = ("x", "y", "z")
 
@@ -70,8 +72,12 @@ class Reference:
         return splines
 
 
-def read_reference(path: str | os.PathLike[str]) -> Reference:
-    """Return the reference in a CSV (see `read_csv`).
+def read_reference(path: str | os.PathLike[str], *, unit_m: float | None = None) -> Reference:
+    """Return the reference in a CSV (see `read_csv`) or a BVH, whose first frame is at time 0.
+
+    Args:
+        path: the file.
+        unit_m: metres per unit of a BVH; None = its rest pose is 1.75 m high.
 
     Raises:
         FormatError: the file is missing, broken or of an unknown kind; the message names the line.
@@ -83,12 +89,15 @@ def read_reference(path: str | os.PathLike[str]) -> Reference:
     kind = path.suffix.lower()
     if kind == ".csv":
         return read_csv(path)
-    if kind in (".bvh", ".c3d", ".trc"):
+    if kind == ".bvh":
+        motion = to_canonical(read_bvh(path, unit_m=unit_m))
+        return Reference(time_s=motion.times_s(), positions_m=motion.positions_m)
+    if kind in (".c3d", ".trc"):
         raise NotAvailableError(
-            f"{path}: reading {kind} references is not available in this version; use a CSV"
+            f"{path}: a {kind} reference is not available in this version; convert it to CSV"
         )
     raise FormatError(
-        f"{path}: a reference is a .csv, .bvh, .c3d or .trc file, not {kind or 'one without a suffix'}"
+        f"{path}: a reference is a .csv, .bvh, .c3d or .trc file; this one ends in {kind or 'nothing'}"
     )
 
 

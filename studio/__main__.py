@@ -1,0 +1,91 @@
+"""The command line: `studio COMMAND ...`, one module of `studio.commands` per command.
+
+Exit codes: 0 done, 1 failed (one line on standard error), 2 wrong use (an unknown option, setting or value).
+"""
+
+import argparse
+import importlib
+import os
+import sys
+from importlib import metadata
+
+from studio.commands.common import spread_settings
+from studio.engine.errors import SettingsError, StudioError
+
+COMMANDS = (
+    "serve",
+    "camera",
+    "simulate",
+    "import",
+    "calibrate",
+    "solve",
+    "evaluate",
+    "study",
+    "export",
+    "bench",
+    "doctor",
+    "picture",
+)
+
+_DESCRIPTION = """\
+Markerless motion capture from several depth cameras, in the browser.
+
+Without a command the studio opens on http://127.0.0.1:8000; on first run with a simulated stage."""
+
+_EPILOG = """\
+a recording from start to end:
+  studio import RECORDING --out TAKE
+  studio calibrate TAKE
+  studio solve TAKE
+  studio evaluate TAKE --reference TRUTH.csv
+  studio export TAKE --format fbx --out TAKE.fbx
+
+`studio COMMAND --help` explains a command."""
+
+
+def make_parser() -> argparse.ArgumentParser:
+    """Return the parser of the whole command line; every command sets `run`, a function args -> exit code."""
+    parser = argparse.ArgumentParser(
+        prog="studio",
+        description=_DESCRIPTION,
+        epilog=_EPILOG,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    parser.add_argument("--version", action="version", version=f"studio {metadata.version('capture-studio')}")
+    subparsers = parser.add_subparsers(dest="command", metavar="COMMAND", title="commands")
+    for command in COMMANDS:
+        module = "import_take" if command == "import" else command
+        importlib.import_module(f"studio.commands.{module}").add_parser(subparsers)
+    return parser
+
+
+def main(argv: list[str] | None = None) -> int:
+    """Run one command and return its exit code; wrong use leaves by SystemExit(2), as argparse does."""
+    arguments = list(sys.argv[1:] if argv is None else argv)
+    if not arguments:
+        arguments = ["serve", "--demo-on-first-run"]
+    args = make_parser().parse_args(spread_settings(arguments))
+    try:
+        return args.run(args)
+    except SettingsError as error:
+        return _fail(args.command, error, 2)
+    except StudioError as error:
+        return _fail(args.command, error, 1)
+    except BrokenPipeError:  # the reader of our output has gone, as `head` does
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return 1
+    except OSError as error:
+        return _fail(args.command, error, 1)
+    except KeyboardInterrupt:
+        return 130
+
+
+def _fail(command: str, error: Exception, code: int) -> int:
+    """Say on one line of standard error what failed."""
+    text = " ".join(str(error).split()) or type(error).__name__
+    print(f"studio {command}: {text}", file=sys.stderr)
+    return code
+
+
+if __name__ == "__main__":
+    sys.exit(main())

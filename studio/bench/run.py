@@ -1,0 +1,38 @@
+"""All stages in one run."""
+
+from collections.abc import Callable
+
+from studio.bench import stages
+from studio.bench.stage import CAMERA_HZ, make_stage
+from studio.bench.timing import one_core
+
+
+def run_bench(frames: int, *, progress: Callable[[float], None] | None = None) -> dict[str, stages.Figures]:
+    """Return the figures of every stage by name, as `bench --json` holds them.
+
+    Args:
+        frames: output frames per stage.
+        progress: told the share done, 0..1.
+    """
+    tell = progress or (lambda _share: None)
+    out: dict[str, stages.Figures] = {}
+    with one_core():
+        stage = make_stage(max(frames / stages.SETTINGS.output_hz, 20 / CAMERA_HZ))
+        out["parse"], camera_frames = stages.parse(stage)
+        out["record"] = stages.record(stage)
+        out["sync"], sets = stages.sync(stage, camera_frames)
+        tell(0.1)
+        out["fusion"], fused = stages.fusion(sets)
+        out["solve"] = stages.solve(stage, sets, fused)
+        tell(0.4)
+        out["solve_mink"] = stages.solve_mink(stage, fused)
+        out["mink_frame_tasks"] = stages.mink_frame_tasks(stage, fused)
+        tell(0.7)
+        out["completion"] = stages.completion(stage, sets, fused)
+        out["pipeline"], poses = stages.pipeline(stage)
+        tell(0.9)
+        out |= stages.exports(poses)
+    plain = out["mink_frame_tasks"]["median_ms"]
+    for name in ("solve", "solve_mink", "mink_frame_tasks"):
+        out[name]["ratio_to_mink_frame_tasks"] = out[name]["median_ms"] / plain
+    return out

@@ -1,0 +1,184 @@
+"""The stages that are measured, each fed with what the stage before it gave."""
+
+import tempfile
+from dataclasses import replace
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from studio import wire
+from studio.bench.plain_mink import PlainMink
+from studio.bench.stage import CAMERA_HZ, JOINT_SET, Stage
+from studio.bench.timing import WARM_UP, per_frame
+from studio.engine.body import Body
+from studio.engine.completion.floor import FloorContact
+from studio.engine.completion.hands import Hands
+from studio.engine.completion.look_at import LookAt
+from studio.engine.export import EXPORTERS, export
+from studio.engine.frames import CameraFrame, FrameSet, FusedSkeleton
+from studio.engine.fusion import make_fusion
+from studio.engine.geometry import matrices
+from studio.engine.human.model import build_humanoid
+from studio.engine.human.skeleton import Skeleton
+from studio.engine.pipeline import Pipeline
+from studio.engine.poses import Poses
+from studio.engine.schedule import Schedule
+from studio.engine.settings import SolveSettings, preset
+from studio.engine.solve.solver import Solver
+from studio.engine.solve.take import collect_poses
+from studio.engine.sync import Synchroniser
+from studio.take.raw import RawWriter, camera_frame
+
+Figures = dict[str, float | None]
+
+SETTINGS: SolveSettings = preset("studio")
+OUTPUT_S = 1.0 / SETTINGS.output_hz
+
+
+def parse(stage: Stage) -> tuple[Figures, list[CameraFrame]]:
+    """One message of one camera: from bytes to canonical joints."""
+    frames: list[CameraFrame] = []
+
+    def work(item: tuple[str, bytes]) -> None:
+        message = wire.decode(item[1])
+        assert isinstance(message, wire.SkeletonFrame)
+        frames.append(camera_frame(item[0], JOINT_SET, message))
+
+    return per_frame(work, stage.messages), frames
+
+
+def record(stage: Stage) -> Figures:
+    """One message of one camera into `raw.mcap`, with a flush every half second."""
+    hello = [
+        wire.Hello(wire.PROTOCOL_VERSION, name, "bench", JOINT_SET, "bench")
+        for name in stage.calibration.cameras
+    ]
+    with tempfile.TemporaryDirectory() as folder, RawWriter(Path(folder) / "raw.mcap") as writer:
+        for camera in hello:
+            writer.add_camera(camera)
+
+        def work(item: tuple[int, tuple[str, bytes]]) -> None:
+            number, (camera, data) = item
+            time_ns = round(number / len(hello) / CAMERA_HZ * 1e9)
+            writer.frame(camera, data, arrival_ns=time_ns, device_time_ns=time_ns, sequence=number)
+            if number % (CAMERA_HZ * len(hello) // 2) == 0:
+                writer.flush()
+
+        return per_frame(work, list(enumerate(stage.messages)))
+
+
+def sync(stage: Stage, frames: list[CameraFrame]) -> tuple[Figures, list[FrameSet]]:
+    """One output frame: the frames that came since the last one taken in, and all cameras at one instant."""
+    synchroniser, schedule = Synchroniser(stage.calibration.cameras), Schedule(SETTINGS.output_hz)
+    sets: list[FrameSet] = []
+    batches: list[tuple[list[CameraFrame], int]] = []
+    waiting: list[CameraFrame] = []
+    newest: dict[str, int] = {}
+    for frame in frames:
+        waiting.append(frame)
+        newest[frame.camera] = frame.device_time_ns
+        for due in schedule.due(newest):
+            batches.append((waiting, due))
+            waiting = []
+
+    def work(batch: tuple[list[CameraFrame], int]) -> None:
+        for frame in batch[0]:
+            synchroniser.add(frame)
+        sets.append(synchroniser.frame_set(batch[1]))
+
+    return per_frame(work, batches), sets
+
+
+def fusion(sets: list[FrameSet]) -> tuple[Figures, list[FusedSkeleton]]:
+    """One output frame: all cameras' skeletons to one."""
+    fuse, fused = make_fusion(SETTINGS), []
+    figures = per_frame(lambda frame_set: fused.append(fuse.fuse(frame_set)), sets)
+    return figures, fused
+
+
+def solve(stage: Stage, sets: list[FrameSet], fused: list[FusedSkeleton]) -> Figures:
+    """One output frame from fused joints to the pose, completion included, as preset `studio` does it."""
+    body = Body(stage.calibration.performer, SETTINGS)
+    return per_frame(lambda pair: body.pose(pair[1], pair[0], OUTPUT_S), list(zip(sets, fused, strict=True)))
+
+
+def solve_mink(stage: Stage, fused: list[FusedSkeleton]) -> Figures:
+    """One output frame of `ik=previous_pose`, two iterations of mink, body only."""
+    humanoid = build_humanoid(Skeleton.of(stage.calibration.performer))
+    solver = Solver(humanoid, replace(SETTINGS, ik="previous_pose"))
+    return per_frame(lambda skeleton: solver.solve(skeleton.positions, skeleton.sigma, OUTPUT_S), fused)
+
+
+def mink_frame_tasks(stage: Stage, fused: list[FusedSkeleton]) -> Figures:
+    """The same by plain mink, for comparison."""
+    solver = PlainMink(build_humanoid(Skeleton.of(stage.calibration.performer)))
+    return per_frame(lambda skeleton: solver.solve(skeleton.positions), fused)
+
+
+def completion(stage: Stage, sets: list[FrameSet], fused: list[FusedSkeleton]) -> Figures:
+    """One output frame of what completes the solve: floor contact, look-at, hands."""
+    performer = stage.calibration.performer
+    body = Body(performer, SETTINGS)
+    floor = FloorContact(Skeleton.of(performer))
+    look_at, hands = LookAt(SETTINGS.look_at, SETTINGS.look_at_point_m), Hands(SETTINGS.hands)
+    poses = [
+        body.pose(skeleton, frame_set, OUTPUT_S) for skeleton, frame_set in zip(fused, sets, strict=True)
+    ]
+    solved = [
+        (skeleton, frame_set, pose[0], matrices(pose[1]))
+        for skeleton, frame_set, pose in zip(fused, sets, poses, strict=True)
+        if pose is not None
+    ]
+
+    def work(item: tuple[FusedSkeleton, FrameSet, NDArray[np.float64], NDArray[np.float64]]) -> None:
+        skeleton, frame_set, positions, rotations = item
+        floor.targets(skeleton.positions, skeleton.sigma, OUTPUT_S)
+        look_at.apply(positions, rotations, frame_set.head_wxyz, OUTPUT_S)
+        hands.apply(rotations, frame_set.hands, OUTPUT_S)
+        floor.lift(positions)
+
+    return per_frame(work, solved)
+
+
+def pipeline(stage: Stage) -> tuple[Figures, Poses]:
+    """One output frame of all that the live stage does: messages to pose, from bytes."""
+    whole, schedule = Pipeline(stage.calibration, SETTINGS), Schedule(SETTINGS.output_hz)
+    results, batches, waiting = [], [], []
+    newest: dict[str, int] = {}
+    for camera, data in stage.messages:
+        waiting.append((camera, data))
+        message = wire.decode(data)
+        assert isinstance(message, wire.SkeletonFrame)
+        newest[camera] = message.device_time_ns
+        for due in schedule.due(newest):
+            batches.append((waiting, due))
+            waiting = []
+
+    def work(batch: tuple[list[tuple[str, bytes]], int]) -> None:
+        for camera, data in batch[0]:
+            message = wire.decode(data)
+            assert isinstance(message, wire.SkeletonFrame)
+            whole.add_frame(camera_frame(camera, JOINT_SET, message))
+        result = whole.step(batch[1])
+        if result is not None:
+            results.append(result)
+
+    return per_frame(work, batches), collect_poses(results)
+
+
+def exports(poses: Poses) -> dict[str, Figures]:
+    """One frame of an export, as a share of a whole file of the poses, written a few times."""
+    out: dict[str, Figures] = {}
+    with tempfile.TemporaryDirectory() as folder:
+        for name in EXPORTERS:
+            paths = [Path(folder) / f"{k}.{name}" for k in range(WARM_UP + 3)]
+            whole = per_frame(partial(export, poses, format=name), paths)
+            out[f"export_{name}"] = {
+                "median_ms": whole["median_ms"] / poses.frame_count,
+                "p99_ms": whole["p99_ms"] / poses.frame_count,
+                "frames_per_second": whole["frames_per_second"] * poses.frame_count,
+                "ratio_to_mink_frame_tasks": None,
+            }
+    return out

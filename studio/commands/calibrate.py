@@ -1,0 +1,69 @@
+"""`studio calibrate`: where the cameras stand, how their clocks run, how tall the performer is."""
+
+import argparse
+from typing import Any
+
+from studio.commands.common import add_command, add_json, add_take, figure, table, write_result
+
+_TEXT = """\
+Find the cameras' places and clocks and the performer's proportions from a take's own frames.
+
+Uses the calibration part at the take's beginning (a T-pose, then a walk) where the take says how long it
+is, else all of it. The result is the take's next numbered calibration and is used from then on. A calibration
+that is refused is kept too, with its reasons, but not used; the command then exits 1."""
+
+
+def add_parser(subparsers: Any) -> None:
+    parser = add_command(subparsers, "calibrate", run, _TEXT)
+    add_take(parser)
+    parser.add_argument(
+        "--reference", metavar="CAMERA", help="the camera that gives the stage clock (default: the first)"
+    )
+    add_json(parser)
+
+
+def run(args: argparse.Namespace) -> int:
+    from studio.engine.calibration.calibrate import calibrate
+    from studio.engine.errors import CalibrationError, SettingsError
+    from studio.take.raw import camera_frames
+    from studio.take.take import Take
+
+    take = Take.open(args.take)
+    frames = camera_frames(take.raw_path)
+    if args.reference is not None and args.reference not in frames:
+        raise SettingsError(f"--reference {args.reference}: no such camera; allowed: {', '.join(frames)}")
+    calibration = calibrate(frames, reference=args.reference, until_s=take.meta["calibration_s"])
+    result = calibration.to_json()
+    write_result(args, result)
+    number = take.add_calibration(calibration, use=not calibration.refused)
+    print(_summary(result))
+    if calibration.refused:
+        in_use = take.meta["calibration"]
+        kept = "none is in use" if in_use is None else f"number {in_use} stays in use"
+        raise CalibrationError(
+            f"calibration {number} of {take.path} is refused ({kept}): {'; '.join(calibration.reasons())}"
+        )
+    print(f"calibration {number} is in use: {take.calibration_path(number)}")
+    return 0
+
+
+def _summary(result: dict[str, Any]) -> str:
+    """The calibration as a table, one line per camera."""
+    rows = [["camera", "median mm", "p95 mm", "pairs", "clock ms", "drift ppm", "coverage", "verdict"]]
+    for name, camera in result["cameras"].items():
+        rows.append(
+            [
+                name,
+                figure(camera["residual_median_mm"]),
+                figure(camera["residual_p95_mm"]),
+                str(camera["residual_pairs"]),
+                figure(camera["time_offset_ms"]),
+                figure(camera["clock_drift_ppm"]),
+                figure(camera["coverage"], 2),
+                camera["verdict"],
+            ]
+        )
+    lines = [table(rows)]
+    if result["performer"] is not None:
+        lines.append(f"performer: {result['performer']['height_m']:.2f} m tall")
+    return "\n".join(lines)

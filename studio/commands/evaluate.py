@@ -1,0 +1,107 @@
+"""`studio evaluate`: the figures of a take's solves against a reference."""
+
+import argparse
+from pathlib import Path
+from typing import Any
+
+from studio.commands.common import add_command, add_json, add_take, figure, progress_bar, table, write_result
+
+_TEXT = """\
+Measure a take's solves against a reference motion.
+
+The reference is a CSV (time_s, then <joint>_x,<joint>_y,<joint>_z per joint, metres) or a BVH. One rigid
+transform aligns the take; the calibration part at its beginning does not count. A reference from another
+system has a clock of its own: --align-time estimates its offset and drift and reports both."""
+
+_COLUMNS = {
+    "mpjpe_mm": ("MPJPE mm", 1),
+    "mpjpe_root_aligned_mm": ("rooted mm", 1),
+    "rms_mm": ("RMS mm", 1),
+    "acceleration_error_m_s2": ("accel m/s2", 1),
+    "latency_ms": ("lag ms", 1),
+    "absolute_difference_cm": ("abs.diff cm", 1),
+    "shortest_distance_cm": ("shortest cm", 1),
+    "spike_difference": ("spikes", 1),
+    "deviations": ("deviations", 1),
+    "jerk_m_s3": ("jerk m/s3", 0),
+    "foot_slide_cm_s": ("slide cm/s", 1),
+    "bone_length_sd_mm": ("bones mm", 1),
+    "unseen_share": ("unseen", 3),
+    "frames": ("frames", 0),
+}
+
+
+def add_parser(subparsers: Any) -> None:
+    parser = add_command(subparsers, "evaluate", run, _TEXT)
+    add_take(parser)
+    parser.add_argument(
+        "--reference", metavar="FILE", type=Path, required=True, help="CSV or BVH to measure against"
+    )
+    parser.add_argument(
+        "--solve",
+        metavar="NAME",
+        action="extend",
+        nargs="+",
+        default=[],
+        help="solves to measure (default: all)",
+    )
+    parser.add_argument(
+        "--align-time", action="store_true", help="the reference has a clock of its own: align it in time too"
+    )
+    parser.add_argument(
+        "--unit-m",
+        metavar="M",
+        type=float,
+        help="metres per unit of a BVH reference (default: by a height of 1.75 m)",
+    )
+    add_json(parser)
+    parser.add_argument("--report", metavar="FILE.html", type=Path, help="write a report (not available yet)")
+
+
+def run(args: argparse.Namespace) -> int:
+    from studio.engine.errors import NotAvailableError, TakeError
+    from studio.engine.metrics.evaluate import evaluate
+    from studio.engine.metrics.reference import read_reference
+    from studio.engine.poses import Poses
+    from studio.take.take import Take
+
+    if args.report is not None:
+        raise NotAvailableError("--report is not available in this version; use --json")
+    take = Take.open(args.take)
+    names = list(dict.fromkeys(args.solve)) or take.solve_names()
+    missing = [name for name in names if not (take.solve_folder(name) / "poses.npz").is_file()]
+    if not names or missing:
+        raise TakeError(
+            f"take {take.path} has no solve {', '.join(missing)}".rstrip()
+            + f"; it has: {', '.join(take.solve_names()) or 'none'}; run `studio solve {take.path}`"
+        )
+    reference = read_reference(args.reference, unit_m=args.unit_m)
+    solves: dict[str, dict[str, Any]] = {}
+    with progress_bar("evaluate") as progress:
+        for k, name in enumerate(names):
+            solves[name] = evaluate(
+                Poses.load(take.solve_folder(name) / "poses.npz"),
+                reference,
+                start_s=take.meta["calibration_s"],
+                same_clock=not args.align_time,
+            )
+            if progress is not None:
+                progress((k + 1) / len(names))
+    write_result(args, {"solves": solves})
+    print(summary(solves))
+    return 0
+
+
+def summary(solves: dict[str, dict[str, Any]]) -> str:
+    """The figures as tables: one line per figure and a column per solve, then the joints."""
+    rows = [["", *solves]]
+    rows += [
+        [title, *(figure(figures[key], digits) for figures in solves.values())]
+        for key, (title, digits) in _COLUMNS.items()
+    ]
+    joints = dict.fromkeys(joint for figures in solves.values() for joint in figures["per_joint_mm"])
+    rows += [
+        [f"{joint} mm", *(figure(figures["per_joint_mm"].get(joint)) for figures in solves.values())]
+        for joint in joints
+    ]
+    return table(rows)

@@ -1,0 +1,31 @@
+"""`studio import`: recordings made elsewhere as a take."""
+
+import argparse
+from pathlib import Path
+from typing import Any
+
+from studio.commands.common import add_command, progress_bar
+
+_TEXT = """\
+Turn camera recordings into a take.
+
+PATH is a folder of camera_0, camera_1, ... each with joints.csv, or a CSV with the skeletons of several
+Kinects. An existing take is never overwritten, and nothing is left behind when the import fails."""
+
+
+def add_parser(subparsers: Any) -> None:
+    parser = add_command(subparsers, "import", run, _TEXT)
+    parser.add_argument("path", metavar="PATH", type=Path, help="the recording")
+    parser.add_argument("--out", metavar="TAKE", type=Path, required=True, help="folder of the new take")
+
+
+def run(args: argparse.Namespace) -> int:
+    from studio.take.importers import import_recording
+
+    with progress_bar("import") as progress:
+        take = import_recording(args.path, args.out, progress=progress)
+    cameras = ", ".join(take.camera_names)
+    print(f"{take.path}: {len(take.camera_names)} cameras ({cameras})")
+    for note in take.meta["notes"].splitlines():
+        print(f"  {note}")
+    return 0

@@ -1,0 +1,54 @@
+"""`studio simulate`: a take of simulated cameras that watch a real motion."""
+
+import argparse
+from pathlib import Path
+from typing import Any
+
+from studio.commands.common import add_command, progress_bar
+
+_TEXT = """\
+Record a take of simulated cameras that watch the performer of a BVH.
+
+The take begins with a part for calibration (T-pose for 3 s, then 30 s of walking); the true joint centres go
+to TAKE.truth.csv beside the take, for `studio evaluate` alone."""
+
+
+def add_parser(subparsers: Any) -> None:
+    parser = add_command(subparsers, "simulate", run, _TEXT)
+    parser.add_argument(
+        "motion", metavar="MOTION.bvh", type=Path, help="the motion; its first frame, a rest pose, is dropped"
+    )
+    parser.add_argument("--out", metavar="TAKE", type=Path, required=True, help="folder of the new take")
+    parser.add_argument(
+        "--cameras", metavar="N", type=int, choices=(1, 2, 3, 4), default=2, help="1 to 4 (default 2)"
+    )
+    parser.add_argument(
+        "--sensor",
+        choices=("ideal", "kinect-v1", "kinect-v2", "azure-kinect"),
+        default="kinect-v2",
+        help="the sensor",
+    )
+    parser.add_argument(
+        "--tracker", choices=("depth", "noisy-joints"), default="noisy-joints",
+        help="noisy-joints: true joints with a tracker's errors; depth is not available yet",
+    )  # fmt: skip
+    parser.add_argument("--seed", metavar="N", type=int, default=0, help="of the noise (default 0)")
+    parser.add_argument(
+        "--unit-m",
+        metavar="M",
+        type=float,
+        help="metres per unit of the BVH (default: by a height of 1.75 m)",
+    )
+    parser.add_argument(
+        "--rig", metavar="FILE", type=Path, help="JSON with the cameras' places instead of the standard rig"
+    )
+    parser.add_argument("--no-calibration", action="store_true", help="leave out the part for calibration")
+
+
+def run(args: argparse.Namespace) -> int:
+    from studio.camera.simulator.take import simulate_take
+
+    with progress_bar("simulate") as progress:
+        take = simulate_take(args, progress=progress)
+    print(take.path)
+    return 0

@@ -1,0 +1,61 @@
+"""`studio solve`: a take's raw frames through the pipeline, with any settings."""
+
+import argparse
+from typing import Any
+
+from studio.commands.common import add_command, add_json, add_take, progress_bar, write_result
+
+_TEXT = """\
+Solve a take again from its raw frames, with the settings of a preset and any switches.
+
+The result is solves/<name> of the take: settings.json, poses.npz and metrics.json; solving again under the
+same name replaces it. --as-live repeats what the live stage did, decision by decision."""
+
+
+def add_parser(subparsers: Any) -> None:
+    parser = add_command(subparsers, "solve", run, _TEXT)
+    add_take(parser)
+    parser.add_argument(
+        "--preset", metavar="NAME", default="studio", help="raw, thesis, studio or finish (default studio)"
+    )
+    parser.add_argument(
+        "--set",
+        metavar="KEY=VALUE",
+        action="append",
+        default=[],
+        help="change a switch, such as smoothing=one_euro:before; an unknown one lists what is allowed",
+    )
+    parser.add_argument(
+        "--name", metavar="SOLVE", help="name of the solve (default: the preset's; live for --as-live)"
+    )
+    parser.add_argument(
+        "--as-live", action="store_true", help="repeat the live stage's decisions bit for bit"
+    )
+    add_json(parser)
+
+
+def run(args: argparse.Namespace) -> int:
+    from studio.engine.settings import parse_settings
+
+    settings = parse_settings(args.preset, args.set)
+
+    from studio.replay import solve_take
+    from studio.take.take import Take
+
+    take = Take.open(args.take)
+    name = args.name or ("as-live" if args.as_live else args.preset)
+    with progress_bar("solve") as progress:
+        folder = solve_take(take, settings, name=name, as_live=args.as_live, progress=progress)
+    return _report(args, folder)
+
+
+def _report(args: argparse.Namespace, folder: Any) -> int:
+    import json
+
+    metrics = json.loads((folder / "metrics.json").read_text(encoding="utf-8"))
+    write_result(args, {"solve": folder.name, **metrics})
+    print(f"solve {folder.name}: {folder}")
+    for key, value in metrics.items():
+        if isinstance(value, int | float | str):
+            print(f"  {key}: {value:.4g}" if isinstance(value, float) else f"  {key}: {value}")
+    return 0
