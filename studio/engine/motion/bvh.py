@@ -71,7 +71,9 @@ def read_bvh(path: str | os.PathLike[str], *, unit_m: float | None = None) -> Mo
     """
     path = Path(path)
     if unit_m is not None and not (np.isfinite(unit_m) and unit_m > 0):
-        raise FormatError(f"unit of {unit_m} m; a BVH's unit must be a positive number of metres, such as 0.01")
+        raise FormatError(
+            f"unit of {unit_m} m; a BVH's unit must be a positive number of metres, such as 0.01"
+        )
     try:
         if path.stat().st_size > _MAX_BYTES:
             raise FormatError(f"{path} has {path.stat().st_size} bytes; at most {_MAX_BYTES} can be read")

@@ -19,7 +19,16 @@ _LIMBS: dict[str, tuple[str, ...]] = {
     "shoulder": ("arm", "upperarm", "uparm", "shldr", "humerus", "shoulder"),
     "elbow": ("forearm", "lowerarm", "lowarm", "elbow", "radius"),
     "wrist": ("hand", "wrist"),
-    "hand": ("handmiddle1", "middle1", "middle01", "middleproximal", "handindex1", "index1", "fingers", "palm"),
+    "hand": (
+        "handmiddle1",
+        "middle1",
+        "middle01",
+        "middleproximal",
+        "handindex1",
+        "index1",
+        "fingers",
+        "palm",
+    ),
     "hip": ("upleg", "thigh", "upperleg", "femur", "hip"),
     "knee": ("leg", "shin", "calf", "lowerleg", "lowleg", "knee", "tibia"),
     "ankle": ("foot", "ankle"),
@@ -71,7 +80,9 @@ def canonical_joints(motion: Motion) -> dict[str, int]:
         for end, parent in (("hand", "wrist"), ("toe", "ankle")):
             if found[f"{side}_{end}"] is None:
                 found[f"{side}_{end}"] = _end_of(motion, found[f"{side}_{parent}"])
-    missing = [name for name, index in found.items() if index is None and name.split("_")[-1] not in _OPTIONAL]
+    missing = [
+        name for name, index in found.items() if index is None and name.split("_")[-1] not in _OPTIONAL
+    ]
     if missing:
         raise FormatError(
             f"the BVH has no joint for {', '.join(missing)} under any known name (as in CMU, HumanIK, Mixamo or "
@@ -80,7 +91,9 @@ def canonical_joints(motion: Motion) -> dict[str, int]:
         )
     joints = {name: index for name, index in found.items() if index is not None}
     right = _ancestors(motion.parents, joints["right_shoulder"])
-    chest = next((i for i in _ancestors(motion.parents, joints["left_shoulder"]) if i in right), joints["hips"])
+    chest = next(
+        (i for i in _ancestors(motion.parents, joints["left_shoulder"]) if i in right), joints["hips"]
+    )
     joints["chest"] = chest
     joints["spine"] = _spine(motion, joints["hips"], chest)
     neck = _find(plain, _NECK)
@@ -146,7 +159,9 @@ def _pick(
             out[:, hand] = out[:, wrist] + 0.08 * along / np.linalg.norm(along, axis=-1, keepdims=True)
         if f"{side}_toe" not in joints:
             ankle = joints[f"{side}_ankle"]
-            out[:, INDEX[f"{side}_toe"]] = positions[:, ankle] + rotations[:, ankle] @ np.array([0, -0.15, -0.06])
+            out[:, INDEX[f"{side}_toe"]] = positions[:, ankle] + rotations[:, ankle] @ np.array(
+                [0, -0.15, -0.06]
+            )
     return out
 
 

@@ -47,7 +47,9 @@ def step_after(
         splay: how far the feet point outwards [rad].
     """
     tracks = [
-        _one_foot(times_s, place, yaw, toes_m[foot], start_s=foot * _CYCLE_S / 2, outwards=(splay, -splay)[foot])
+        _one_foot(
+            times_s, place, yaw, toes_m[foot], start_s=foot * _CYCLE_S / 2, outwards=(splay, -splay)[foot]
+        )
         for foot in range(2)
     ]
     toes, yaws, pitches = (np.stack([track[i] for track in tracks], axis=1) for i in range(3))
@@ -57,7 +59,9 @@ def step_after(
 def turn_z(yaw: NDArray[np.float64], vector: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return a vector's x and y turned about z by each yaw, shape (F, 2)."""
     c, s = np.cos(yaw), np.sin(yaw)
-    return np.stack([c * vector[..., 0] - s * vector[..., 1], s * vector[..., 0] + c * vector[..., 1]], axis=-1)
+    return np.stack(
+        [c * vector[..., 0] - s * vector[..., 1], s * vector[..., 0] + c * vector[..., 1]], axis=-1
+    )
 
 
 def _one_foot(

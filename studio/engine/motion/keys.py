@@ -129,12 +129,12 @@ class FloorPath:
         self.points_m.append(point)
         self.yaws.append(yaw)
 
-    def sample(
-        self, times_s: NDArray[np.float64]
-    ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    def sample(self, times_s: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Return smooth places on the floor [m], shape (F, 2), and headings [rad], shape (F,)."""
         points = np.array(self.points_m)
         place = np.stack([np.interp(times_s, self.times_s, points[:, i]) for i in range(2)], axis=-1)
         yaw = np.interp(times_s, self.times_s, self.yaws)
         sigma = 0.18 * RATE_HZ
-        return gaussian_filter1d(place, sigma, axis=0, mode="nearest"), gaussian_filter1d(yaw, sigma, mode="nearest")
+        return gaussian_filter1d(place, sigma, axis=0, mode="nearest"), gaussian_filter1d(
+            yaw, sigma, mode="nearest"
+        )

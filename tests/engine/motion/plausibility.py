@@ -14,7 +14,11 @@ def figures(motion: CanonicalMotion) -> dict[str, float]:
     feet = [*toes, INDEX["left_ankle"], INDEX["right_ankle"]]
     standing = positions[:-1, toes, 2] < 0.0252
     bones = np.stack(
-        [np.linalg.norm(positions[:, i] - positions[:, PARENTS[i]], axis=-1) for i in range(1, len(CANONICAL))], axis=1
+        [
+            np.linalg.norm(positions[:, i] - positions[:, PARENTS[i]], axis=-1)
+            for i in range(1, len(CANONICAL))
+        ],
+        axis=1,
     )
     return {
         "slide_m_s": float(np.percentile(speed[:, toes][standing], 99)),

@@ -1,0 +1,197 @@
+"""`studio simulate`: a take of simulated cameras that watch a known motion, and the truth beside it."""
+
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.interpolate import CubicSpline
+
+from studio import wire
+from studio.camera.simulator.clock import SimulatedClock, jitter_s, random_clock
+from studio.camera.simulator.noisy_joints import FRAMES_PER_SECOND, NoisyJoints, anatomical_offsets
+from studio.camera.simulator.rig import RigCamera, read_rig, standard_rig
+from studio.engine.errors import FormatError, NotAvailableError, SettingsError, TakeError
+from studio.engine.files import write_atomically
+from studio.engine.joints import CANONICAL, INDEX
+from studio.engine.motion.authored import calibration_motion
+from studio.engine.motion.body import TOE_HEIGHT_M
+from studio.engine.motion.bvh import read_bvh
+from studio.engine.motion.canonical import to_canonical
+from studio.engine.motion.keys import RATE_HZ
+from studio.engine.motion.motion import CanonicalMotion
+from studio.take.new import new_take
+from studio.take.raw import RawWriter
+from studio.take.take import Take
+
+SENSORS = ("ideal", "kinect-v1", "kinect-v2", "azure-kinect")
+TRACKERS = ("noisy-joints", "depth")
+_START_S = 0.2  # the first frames, so that no clock is before its zero
+_FEET = [INDEX[f"{side}_{joint}"] for side in ("left", "right") for joint in ("ankle", "toe")]
+
+
+def simulate_take(
+    motion_path: str | Path,
+    out: str | Path,
+    *,
+    cameras: int = 1,
+    sensor: str = "ideal",
+    tracker: str = "noisy-joints",
+    seed: int = 0,
+    unit_m: float | None = None,
+    rig: str | Path | None = None,
+    calibration: bool = True,
+    progress: Callable[[float], None] | None = None,
+) -> Path:
+    """Record a BVH's motion with simulated cameras; return the path of the take.
+
+    The true joint centres go to `<out>.truth.csv`, on the clock of the reference camera (the first), 120 Hz.
+
+    Args:
+        motion_path: a BVH, y up; its first frame, a rest pose, is dropped.
+        out: folder of the new take.
+        cameras: 1 to 4 of the standard rigs; ignored with `rig`.
+        sensor: the sensor that a depth tracker would have. The noise of `noisy-joints` is the same contract
+            (see `noisy_joints`) whatever the sensor, `ideal` too.
+        tracker: `noisy-joints`; `depth` does not exist yet.
+        seed: of all noise and clocks; the same seed gives the same frames.
+        unit_m: metres per unit of the BVH; None = its rest pose is 1.75 m high.
+        rig: JSON with the cameras instead of a standard rig; see `rig.read_rig`.
+        calibration: begin with 3 s of T-pose and 30 s of walking.
+        progress: called with the share done, 0..1.
+
+    Raises:
+        FormatError: a BVH or rig that cannot be used. TakeError: `out`, or the truth beside it, exists.
+        NotAvailableError: tracker `depth`. SettingsError: an unknown sensor or tracker, or a negative seed.
+    """
+    _check(sensor, tracker, seed)
+    out = Path(out)
+    truth_path = out.with_name(out.name + ".truth.csv")
+    if truth_path.exists():
+        raise TakeError(f"{truth_path} exists; choose another take, or delete it")
+    stage_rig = standard_rig(cameras) if rig is None else read_rig(rig)
+    motion, calibration_s = stage_motion(motion_path, unit_m=unit_m, calibration=calibration)
+    truth = _truth_csv(motion)
+    try:
+        with new_take(
+            out, source="simulate", calibration_s=calibration_s, notes=f"simulated: {Path(motion_path).name}"
+        ) as take:
+            _record(take, motion, stage_rig, sensor, seed, progress)
+            with write_atomically(truth_path) as file:
+                file.write(truth)
+    except BaseException:
+        truth_path.unlink(missing_ok=True)  # it did not exist before
+        raise
+    return out
+
+
+def _check(sensor: str, tracker: str, seed: int) -> None:
+    if sensor not in SENSORS:
+        raise SettingsError(f"unknown sensor {sensor!r}; allowed: {', '.join(SENSORS)}")
+    if tracker not in TRACKERS:
+        raise SettingsError(f"unknown tracker {tracker!r}; allowed: {', '.join(TRACKERS)}")
+    if tracker == "depth":
+        raise NotAvailableError("tracker depth is not available in this version; use noisy-joints")
+    if seed < 0:
+        raise SettingsError(f"seed {seed} is not allowed; allowed: a whole number from 0")
+
+
+def stage_motion(
+    path: str | Path, *, unit_m: float | None = None, calibration: bool = True
+) -> tuple[CanonicalMotion, float | None]:
+    """Return a BVH's motion on the stage at 120 Hz, after its calibration part, and that part's length [s].
+
+    The path of the hips is centred over the stage's origin; the feet at their lowest stand on the floor.
+
+    Raises:
+        FormatError: see `read_bvh` and `to_canonical`; or fewer than two frames are left.
+    """
+    source = to_canonical(read_bvh(path, unit_m=unit_m))
+    positions = source.positions_m[1:]
+    if len(positions) < 2:
+        raise FormatError(
+            f"{path} has {source.frame_count} frames; the first is dropped and two more are needed"
+        )
+    hips = positions[:, INDEX["hips"], :2]
+    floor = np.percentile(positions[:, _FEET, 2].min(axis=1), 2) - TOE_HEIGHT_M
+    positions = positions - [*((hips.min(axis=0) + hips.max(axis=0)) / 2), floor]
+    positions = _resample(positions, source.frame_s)
+    calibration_s = None
+    if calibration:
+        before = calibration_motion(source.offsets_m)
+        calibration_s = before.frame_count * before.frame_s
+        positions = np.concatenate([before.positions_m, positions])
+    hands = np.ones((len(positions), 2))
+    return CanonicalMotion(1 / RATE_HZ, positions, source.offsets_m, hands), calibration_s
+
+
+def _resample(positions: NDArray[np.float64], frame_s: float) -> NDArray[np.float64]:
+    times = np.arange(len(positions)) * frame_s
+    return CubicSpline(times, positions)(np.arange(int(times[-1] * RATE_HZ + 1e-6) + 1) / RATE_HZ)
+
+
+def _record(
+    take: Take,
+    motion: CanonicalMotion,
+    rig: tuple[RigCamera, ...],
+    sensor: str,
+    seed: int,
+    progress: Callable[[float], None] | None,
+) -> None:
+    performer, *streams = np.random.SeedSequence(seed).spawn(1 + len(rig))
+    anatomy = anatomical_offsets(np.random.default_rng(performer))
+    messages = []
+    for k, (camera, stream) in enumerate(zip(rig, streams, strict=True)):
+        rng = np.random.default_rng(stream)
+        clock = random_clock(rng)
+        clock = SimulatedClock() if k == 0 else clock  # the reference camera's clock is the stage clock
+        taken = _instants(rng, motion.duration_s)
+        tracker = NoisyJoints(camera.T_stage_camera, motion.offsets_m, anatomy, rng)
+        positions, confidence = tracker.see_all(np.stack([motion.at(t) for t in taken]))
+        stamps = np.round(clock.device_s(taken) * 1e9).astype(np.int64)
+        for sequence, stamp in enumerate(stamps):
+            frame = wire.skeleton_frame(sequence, int(stamp), positions[sequence], confidence[sequence])
+            messages.append((taken[sequence], camera.name, frame))
+        if progress is not None:
+            progress(0.9 * (k + 1) / len(rig))
+    messages.sort(key=lambda message: message[0])
+    with RawWriter(take.raw_path) as raw:
+        for camera in rig:
+            hello = wire.Hello(
+                protocol_version=wire.PROTOCOL_VERSION,
+                name=camera.name,
+                device=f"simulated {sensor}",
+                joint_set="canonical",
+                boot_id=f"simulate-{seed}",
+                frames_per_second=FRAMES_PER_SECOND,
+            )
+            raw.add_camera(hello)
+            take.add_camera(hello)
+        for time_s, name, frame in messages:
+            raw.frame(
+                name,
+                wire.encode(frame),
+                arrival_ns=round(time_s * 1e9),
+                device_time_ns=frame.device_time_ns,
+                sequence=frame.sequence,
+            )
+    if progress is not None:
+        progress(1.0)
+
+
+def _instants(rng: np.random.Generator, end_s: float) -> NDArray[np.float64]:
+    """When a camera takes its frames [s]; cameras are not triggered together."""
+    start = _START_S + rng.uniform(0, 1 / FRAMES_PER_SECOND)
+    count = int((end_s - start) * FRAMES_PER_SECOND)
+    if count < 1:
+        raise FormatError(
+            f"a motion of {end_s:.2f} s is too short to be recorded; give one of at least 0.3 s"
+        )
+    return start + np.arange(count) / FRAMES_PER_SECOND + np.array([jitter_s(rng) for _ in range(count)])
+
+
+def _truth_csv(motion: CanonicalMotion) -> bytes:
+    header = "time_s," + ",".join(f"{name}_{axis}" for name in CANONICAL for axis in "xyz")
+    rows = np.column_stack([motion.times_s(), motion.positions_m.reshape(motion.frame_count, -1)])
+    lines = (",".join([f"{row[0]:.5f}", *(f"{value:.4f}" for value in row[1:])]) for row in rows)
+    return "\n".join([header, *lines, ""]).encode()
