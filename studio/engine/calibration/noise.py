@@ -38,8 +38,11 @@ def sigmas(
     """
     unsure = np.clip((0.8 - confidence) / 0.3, 0.0, 1.0)
     factor = JOINT_FACTOR * (1.0 + (_UNSURE_FACTOR - 1.0) * unsure)
-    depth = np.abs(positions[..., 2])
-    return np.maximum(ALONG_PER_M2 * depth**2, 0.005) * factor, ACROSS_M * factor
+    seen = np.isfinite(positions[..., 2])
+    # The whole body's depth: with a joint's own, one that noise brings nearer would weigh more and pull the fit.
+    depth = np.where(seen, positions[..., 2], 0.0).sum(axis=-1) / np.maximum(seen.sum(axis=-1), 1)
+    along = np.maximum(ALONG_PER_M2 * depth[..., None] ** 2, 0.005) * factor
+    return np.where(seen, along, np.nan), np.where(seen, ACROSS_M * factor, np.nan)
 
 
 def covariances(

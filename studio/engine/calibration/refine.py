@@ -12,18 +12,20 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from studio.engine.calibration.noise import covariances, rays
+from studio.engine.calibration.noise import covariances, rays, unbiased
 from studio.engine.calibration.pairs import LocalClock, Track, sample, velocity
 from studio.engine.calibration.swaps import exchange
-from studio.engine.geometry import make_transform
+from studio.engine.geometry import make_transform, transform_points
 
 BIAS_PRIOR_M = 0.02
 _BIAS_PRIOR_SD_M = 0.02
+BIAS_RANGE_M = (0.0, 0.06)
+"""A surface lies in front of a joint's centre, and by no more than a body's half thickness."""
 _OFFSET_PRIOR_SD_S = 0.05
 _DRIFT_PRIOR_SD = 1e-4
 _INDEPENDENT_SHARE = 0.2
 """Noise of neighbouring frames is alike, so that observations count for less than their number."""
-_KERNEL = 4.0
+_KERNEL = 3.0
 _UNKNOWNS = 8
 
 
@@ -46,10 +48,9 @@ class Refined:
 
 @dataclass(frozen=True)
 class _View:
-    """One camera's joints at the instants: in the reference frame without the translation, and derivatives."""
+    """One camera's joints at the instants, in the reference camera's frame, with their noise and velocity."""
 
-    rotated: NDArray[np.float64]
-    direction: NDArray[np.float64]
+    points: NDArray[np.float64]
     velocity: NDArray[np.float64]
     covariance: NDArray[np.float64]
     since_middle_s: NDArray[np.float64]
@@ -84,9 +85,12 @@ def refine(
         views = [
             _view(*pair, instants_s, swap, bias) for *pair, swap in zip(tracks, cameras, swapped, strict=True)
         ]
-        hessian, gradient = _normal_equations(views, cameras, bias)
+        hessian, gradient = _normal_equations(views, cameras)
         _add_priors(hessian, gradient, start, cameras, bias, fit_clocks)
         step = _solve(hessian, gradient)
+        if not BIAS_RANGE_M[0] <= bias + step[-1] <= BIAS_RANGE_M[1]:
+            change = float(np.clip(bias + step[-1], *BIAS_RANGE_M)) - bias
+            step = np.append(_solve(hessian[:-1, :-1], gradient[:-1] + hessian[:-1, -1] * change), change)
         cameras = [cameras[0]] + [
             _moved(camera, step[_UNKNOWNS * i : _UNKNOWNS * (i + 1)]) for i, camera in enumerate(cameras[1:])
         ]
@@ -110,10 +114,8 @@ def _view(
     positions, confidence = exchange(positions, swapped), exchange(confidence, swapped)
     moving = exchange(velocity(track, device_s), swapped)
     R = camera.T[:3, :3]
-    direction = rays(positions)
     return _View(
-        rotated=(positions + bias * direction) @ R.T,
-        direction=direction @ R.T,
+        points=transform_points(camera.T, unbiased(positions, bias)),
         velocity=moving @ R.T,
         covariance=covariances(positions, confidence, R),
         since_middle_s=device_s - camera.clock.middle_s,
@@ -121,19 +123,22 @@ def _view(
 
 
 def _normal_equations(
-    views: list[_View], cameras: list[Placed], bias: float
+    views: list[_View], cameras: list[Placed]
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Return J^T W J and J^T W r over all camera pairs; the reference has no unknowns."""
     size = _UNKNOWNS * (len(views) - 1) + 1
     hessian, gradient = np.zeros((size, size)), np.zeros(size)
     for i, j in combinations(range(len(views)), 2):
         a, b = views[i], views[j]
-        residual = a.rotated + cameras[i].T[:3, 3] - b.rotated - cameras[j].T[:3, 3]
+        residual = a.points - b.points
         seen = np.isfinite(residual).all(axis=2)
         if seen.sum() < 10:
             continue
-        information = np.linalg.inv((a.covariance + b.covariance)[seen])
-        residual = residual[seen]
+        residual, covariance_b = residual[seen], b.covariance[seen]
+        information = np.linalg.inv(a.covariance[seen] + covariance_b)
+        gain = (covariance_b @ information @ residual[..., None])[..., 0]
+        point = b.points[seen] + gain  # the best estimate: its error does not correlate with the residual
+        instant = np.nonzero(seen)[0]
         distance2 = np.einsum("nk,nkl,nl->n", residual, information, residual)
         scale2 = _scales(distance2, np.nonzero(seen)[1])
         weight = (1.0 + distance2 / (_KERNEL**2 * scale2)) ** -2 / scale2
@@ -142,9 +147,11 @@ def _normal_equations(
         for sign, index, view in ((1.0, i, a), (-1.0, j, b)):
             if index > 0:
                 columns += range(_UNKNOWNS * (index - 1), _UNKNOWNS * index)
-                jacobian.append(sign * _jacobian(view, seen))
+                moving, since = view.velocity[seen], view.since_middle_s[instant]
+                jacobian.append(sign * _jacobian(point - cameras[index].T[:3, 3], moving, since))
         columns.append(size - 1)
-        jacobian.append((a.direction - b.direction)[seen][:, :, None])
+        towards = rays(point - cameras[i].T[:3, 3]) - rays(point - cameras[j].T[:3, 3])
+        jacobian.append(towards[:, :, None])
         J = np.concatenate(jacobian, axis=2)
         WJ = information @ J
         n = J.shape[2]
@@ -162,16 +169,23 @@ def _scales(distance2: NDArray[np.float64], joint: NDArray[np.int64]) -> NDArray
     return out
 
 
-def _jacobian(view: _View, seen: NDArray[np.bool_]) -> NDArray[np.float64]:
-    """Return derivatives of a camera's joints by its 8 unknowns, shape (seen_count, 3, 8)."""
-    p, v = view.rotated[seen], view.velocity[seen]
+def _jacobian(
+    p: NDArray[np.float64], v: NDArray[np.float64], since_middle_s: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """Return derivatives of a camera's joints by its 8 unknowns, shape (count, 3, 8).
+
+    Args:
+        p: joints from the camera's centre, in the reference camera's axes [m], shape (count, 3).
+        v: their velocities [m/s], same shape.
+        since_middle_s: device time since the clock's middle [s], shape (count,).
+    """
     out = np.zeros((len(p), 3, _UNKNOWNS))
     out[:, 0, 1], out[:, 0, 2] = p[:, 2], -p[:, 1]
     out[:, 1, 0], out[:, 1, 2] = -p[:, 2], p[:, 0]
     out[:, 2, 0], out[:, 2, 1] = p[:, 1], -p[:, 0]
     out[:, :, 3:6] = np.eye(3)
     out[:, :, 6] = -v
-    out[:, :, 7] = -v * view.since_middle_s[np.nonzero(seen)[0]][:, None]
+    out[:, :, 7] = -v * since_middle_s[:, None]
     return out
 
 
