@@ -35,8 +35,15 @@ chmod +x "$sdk/bin/Linux/FBX2glTF" || fail "fbx2gltf has no Linux program"
 
 source="$tools/pyufbx-$PYUFBX/ufbx-c"
 if [ ! -f "$source/ufbx.c" ]; then
-    need python3 "Python 3.11 with pip"
-    python3 -m pip download --quiet --no-deps --no-binary pyufbx --dest "$tools" "pyufbx==$PYUFBX" >>"$log" 2>&1 ||
+    python=
+    for candidate in python3 python /usr/bin/python3; do # an environment made by uv has no pip: look further
+        if "$candidate" -m pip --version >>"$log" 2>&1; then
+            python=$candidate
+            break
+        fi
+    done
+    [ -n "$python" ] || fail "no Python with pip (Debian: apt install python3-pip)"
+    "$python" -m pip download --quiet --no-deps --no-binary pyufbx --dest "$tools" "pyufbx==$PYUFBX" >>"$log" 2>&1 ||
         fail "pip could not download the source of pyufbx $PYUFBX"
     tar -xzf "$tools/pyufbx-$PYUFBX.tar.gz" -C "$tools" || fail "the source of pyufbx $PYUFBX is damaged"
 fi

@@ -12,7 +12,7 @@ ORDERS: tuple[str, ...] = ("ZYX", "YZX", "XZY", "ZXY", "YXZ", "XYZ")
 """Every order of three axes; the place is the number of FBX's `RotationOrder`, which names them backwards."""
 
 _GIMBAL_COSINE = 1e-6
-_PREFERENCE = 4.0
+_NEAR_LOCK_SINE = 0.8
 
 
 def euler_deg(rotations_wxyz: NDArray[np.float64], order: str) -> NDArray[np.float64]:
@@ -43,14 +43,16 @@ def euler_deg(rotations_wxyz: NDArray[np.float64], order: str) -> NDArray[np.flo
 
 
 def best_order(rotations_wxyz: NDArray[np.float64]) -> str:
-    """Return the order whose angles stay farthest from gimbal lock; "ZYX" unless another is much better."""
+    """Return "ZYX" where its middle angle stays under 53 degrees, else the order least near its gimbal lock.
+
+    Near the lock the outer angles swing wildly, and a curve through them leaves the motion between its keys.
+    """
     m = Rotation.from_quat(rotations_wxyz, scalar_first=True).as_matrix()
-    cost = []
-    for order in ORDERS:
-        sine = m[:, "XYZ".index(order[0]), "XYZ".index(order[2])]  # of the middle angle, up to its sign
-        cost.append(float(np.mean(1.0 / np.maximum(1.0 - sine**2, 1e-3))))
-    best = int(np.argmin(cost))
-    return ORDERS[0] if cost[0] <= _PREFERENCE * cost[best] else ORDERS[best]
+    sines = [m[:, "XYZ".index(order[0]), "XYZ".index(order[2])] for order in ORDERS]  # of the middle angle +-
+    if np.abs(sines[0]).max() < _NEAR_LOCK_SINE:
+        return ORDERS[0]
+    costs = [float(np.mean(1.0 / np.maximum(1.0 - sine**2, 1e-3))) for sine in sines]
+    return ORDERS[int(np.argmin(costs))]
 
 
 def _held(angles: NDArray[np.float64], locked: NDArray[np.bool_]) -> NDArray[np.float64]:
