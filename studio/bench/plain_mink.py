@@ -24,12 +24,15 @@ class PlainMink:
         self._limits = [mink.ConfigurationLimit(humanoid.model)]
 
     def solve(self, joints: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Return the configuration, shape (nq,), that follows canonical joints [m], (21, 3), all seen."""
+        """Return the configuration, shape (nq,), that follows canonical joints [m], (21, 3); NaN = unseen."""
+        tasks = []
         for task, joint in zip(self._tasks, joints, strict=True):
-            task.set_target(mink.SE3.from_translation(joint))
+            if np.isfinite(joint).all():
+                task.set_target(mink.SE3.from_translation(joint))
+                tasks.append(task)
         for _ in range(ITERATIONS):
             step = mink.solve_ik(
-                self._configuration, self._tasks, 1.0, "daqp", damping=DAMPING, limits=self._limits
+                self._configuration, tasks, 1.0, "daqp", damping=DAMPING, limits=self._limits
             )
             self._configuration.integrate_inplace(step, 1.0)
         return self._configuration.q

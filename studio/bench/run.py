@@ -3,8 +3,9 @@
 from collections.abc import Callable
 
 from studio.bench import stages
-from studio.bench.stage import CAMERA_HZ, make_stage
+from studio.bench.stage import make_stage
 from studio.bench.timing import one_core
+from studio.camera.simulator.noisy_joints import FRAMES_PER_SECOND
 
 
 def run_bench(frames: int, *, progress: Callable[[float], None] | None = None) -> dict[str, stages.Figures]:
@@ -17,7 +18,7 @@ def run_bench(frames: int, *, progress: Callable[[float], None] | None = None) -
     tell = progress or (lambda _share: None)
     out: dict[str, stages.Figures] = {}
     with one_core():
-        stage = make_stage(max(frames / stages.SETTINGS.output_hz, 20 / CAMERA_HZ))
+        stage = make_stage(max(frames / stages.SETTINGS.output_hz, 20 / FRAMES_PER_SECOND))
         out["parse"], camera_frames = stages.parse(stage)
         out["record"] = stages.record(stage)
         out["sync"], sets = stages.sync(stage, camera_frames)

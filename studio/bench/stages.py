@@ -10,8 +10,9 @@ from numpy.typing import NDArray
 
 from studio import wire
 from studio.bench.plain_mink import PlainMink
-from studio.bench.stage import CAMERA_HZ, JOINT_SET, Stage
+from studio.bench.stage import JOINT_SET, Stage
 from studio.bench.timing import WARM_UP, per_frame
+from studio.camera.simulator.noisy_joints import FRAMES_PER_SECOND
 from studio.engine.body import Body
 from studio.engine.completion.floor import FloorContact
 from studio.engine.completion.hands import Hands
@@ -61,9 +62,9 @@ def record(stage: Stage) -> Figures:
 
         def work(item: tuple[int, tuple[str, bytes]]) -> None:
             number, (camera, data) = item
-            time_ns = round(number / len(hello) / CAMERA_HZ * 1e9)
+            time_ns = round(number / len(hello) / FRAMES_PER_SECOND * 1e9)
             writer.frame(camera, data, arrival_ns=time_ns, device_time_ns=time_ns, sequence=number)
-            if number % (CAMERA_HZ * len(hello) // 2) == 0:
+            if number % (FRAMES_PER_SECOND * len(hello) // 2) == 0:
                 writer.flush()
 
         return per_frame(work, list(enumerate(stage.messages)))

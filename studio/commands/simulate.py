@@ -25,8 +25,8 @@ def add_parser(subparsers: Any) -> None:
     parser.add_argument(
         "--sensor",
         choices=("ideal", "kinect-v1", "kinect-v2", "azure-kinect"),
-        default="kinect-v2",
-        help="the sensor",
+        default="ideal",
+        help="the sensor (default ideal); noisy-joints have the same noise with any",
     )
     parser.add_argument(
         "--tracker", choices=("depth", "noisy-joints"), default="noisy-joints",
@@ -46,9 +46,21 @@ def add_parser(subparsers: Any) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
-    from studio.camera.simulator.take import simulate_take
+    from studio.camera.simulator.simulate import simulate_take
 
     with progress_bar("simulate") as progress:
-        take = simulate_take(args, progress=progress)
-    print(take.path)
+        path = simulate_take(
+            args.motion,
+            args.out,
+            cameras=args.cameras,
+            sensor=args.sensor,
+            tracker=args.tracker,
+            seed=args.seed,
+            unit_m=args.unit_m,
+            rig=args.rig,
+            calibration=not args.no_calibration,
+            progress=progress,
+        )
+    print(f"{path}: the take")
+    print(f"{path}.truth.csv: the true joints, for `studio evaluate --reference` alone")
     return 0
