@@ -34,5 +34,5 @@ def random_clock(rng: np.random.Generator, since_s: float = 0.0) -> SimulatedClo
 
 
 def jitter_s(rng: np.random.Generator) -> float:
-    """Return how late or early a frame is taken [s]: SD 3 ms, at most 12 ms, so that frames keep their order."""
+    """Return how late or early a frame is taken [s]: SD 3 ms, at most 12 ms, so that frames stay in order."""
     return float(np.clip(rng.normal(0.0, _JITTER_S), -0.012, 0.012))

@@ -3,9 +3,9 @@
 Per camera and joint:
 - an anatomical offset fixed in the bone's frame, SD 1 cm per axis, one for all cameras of a performer;
 - 3 cm towards the camera;
-- AR(1) noise, 0.8 per frame at 30 Hz, SD 0.0016 z^2 m (z = distance) along the ray and 1 cm across it, times 0.7 for the
-  trunk, 1 for elbow and knee, 1.5 for wrist and ankle, 2 for hand and toe; times 4 where another body part
-  hides the joint, and the confidence is then 0.2 to 0.5, else 0.85 to 1;
+- AR(1) noise, 0.8 per frame at 30 Hz, SD 0.0016 z^2 m (z = distance) along the ray and 1 cm across it, times
+  0.7 for the trunk, 1 for elbow and knee, 1.5 for wrist and ankle, 2 for hand and toe; times 4 where another
+  body part hides the joint, and the confidence is then 0.2 to 0.5, else 0.85 to 1;
 - 1 % of joint-frames 20 to 50 cm off, another way in every frame of a burst of 1 to 10, at confidence 1;
 - 3 % of joint-frames dropped in bursts of 2 to 12;
 - left and right swapped half of the time while the camera sees the performer from behind.
@@ -35,7 +35,7 @@ _SWAPS = (4, 20)  # frames until a camera behind the performer may change its mi
 
 
 def anatomical_offsets(rng: np.random.Generator) -> NDArray[np.float64]:
-    """Return one performer's offsets of tracked joints from joint centres, in bone frames [m], shape (21, 3)."""
+    """Return one performer's offsets from joint centres to tracked joints, in bone frames [m], (21, 3)."""
     return rng.normal(0.0, 0.01, (JOINT_COUNT, 3))
 
 
@@ -87,7 +87,7 @@ class NoisyJoints:
         self._swapped = False
 
     def see(self, joints_m: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Return the next frame: joints in the camera frame [m], shape (21, 3), NaN = unseen; confidence (21,).
+        """Return the next frame: joints in the camera frame [m], (21, 3), NaN = unseen; confidence, (21,).
 
         Args:
             joints_m: true joint centres in the stage frame at the frame's instant, shape (21, 3).

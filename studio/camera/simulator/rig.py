@@ -15,7 +15,7 @@ from studio.wire import is_camera_name
 _DISTANCE_M = 3.5
 _HEIGHTS_M = (1.0, 1.6)
 _AIM_M = (0.0, 0.0, 1.0)
-# Angles about the stage, seen from it: 0 = in front of a performer in T-pose, positive towards the performer's left.
+# Angles about the stage: 0 = in front of a performer in T-pose, positive towards the performer's left.
 _ANGLES_DEG: dict[int, tuple[float, ...]] = {
     1: (0.0,),
     2: (-35.0, 35.0),
@@ -43,7 +43,7 @@ def look_at(position_m: NDArray[np.float64], target_m: NDArray[np.float64]) -> N
     right = np.cross(forward, [0.0, 0.0, 1.0])
     if np.linalg.norm(right) < 1e-6 * max(float(np.linalg.norm(forward)), 1e-6):
         raise FormatError(
-            f"a camera at {list(position_m)} cannot look straight up or down at {list(target_m)}; move one aside"
+            f"a camera at {list(position_m)} cannot look straight up or down at {list(target_m)}; move it"
         )
     forward = forward / np.linalg.norm(forward)
     right = right / np.linalg.norm(right)

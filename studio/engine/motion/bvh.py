@@ -39,7 +39,7 @@ class _Lines:
         if self.next == len(self.lines):
             last = self.lines[-1][0] if self.lines else 0
             raise FormatError(
-                f"{self.path} is cut off after line {last}: expected {expected}; export or copy the file again"
+                f"{self.path} is cut off after line {last}: expected {expected}; export or copy it again"
             )
         self.next += 1
         return self.lines[self.next - 1][1]
@@ -167,7 +167,7 @@ def _read_frames(lines: _Lines, channel_count: int) -> tuple[float, NDArray[np.f
     rows = lines.lines[lines.next :]
     if len(rows) > frames:
         raise FormatError(
-            f"{lines.path}, line {rows[frames][0]}: more rows than the {frames} frames that the file announces; "
+            f"{lines.path}, line {rows[frames][0]}: more rows than the {frames} frames announced; "
             "export the file again"
         )
     values = np.empty((len(rows), channel_count))
@@ -175,7 +175,7 @@ def _read_frames(lines: _Lines, channel_count: int) -> tuple[float, NDArray[np.f
         values[row] = lines.numbers(lines.take("a frame"), channel_count, f"frame {row}")
     if len(rows) < frames:
         raise FormatError(
-            f"{lines.path} is cut off: {len(rows)} of {frames} frames, the last in line {lines.lines[-1][0]}; "
+            f"{lines.path} is cut off: {len(rows)} of {frames} frames, up to line {lines.lines[-1][0]}; "
             "export or copy the file again"
         )
     return frame_s, values

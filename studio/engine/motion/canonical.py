@@ -85,8 +85,8 @@ def canonical_joints(motion: Motion) -> dict[str, int]:
     ]
     if missing:
         raise FormatError(
-            f"the BVH has no joint for {', '.join(missing)} under any known name (as in CMU, HumanIK, Mixamo or "
-            f"Xsens skeletons); it has {', '.join(n for n in motion.joint_names if END not in n)[:400]}; "
+            f"the BVH has no joint for {', '.join(missing)} under any known name (CMU, HumanIK, Mixamo or "
+            f"Xsens); it has {', '.join(n for n in motion.joint_names if END not in n)[:400]}; "
             "rename its joints"
         )
     joints = {name: index for name, index in found.items() if index is not None}

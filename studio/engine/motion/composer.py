@@ -5,7 +5,7 @@ Channels (`Keys`), all 0 in a relaxed stand with the arms hanging straight down:
     lean, bend, twist            pelvis forwards, chest further forwards, chest turned to the left [rad]
     nod                          head forwards [rad]
     tiptoe                       heels up, both feet [rad]
-    <side>_raise, <side>_plane   upper arm away from hanging down, in a plane: 0 = sideways, pi/2 = forwards [rad]
+    <side>_raise, <side>_plane   upper arm raised from hanging, in a plane: 0 = sideways, pi/2 = forwards [rad]
     <side>_roll, <side>_elbow    upper arm turned about itself, elbow bent [rad]
     <side>_fist                  1 = the hand is a fist
     swing                        share of arm swing while walking

@@ -66,7 +66,7 @@ class CanonicalMotion:
         return np.arange(self.frame_count) * self.frame_s
 
     def at(self, time_s: float) -> NDArray[np.float64]:
-        """Return the joints at one time, between frames by straight lines, held at both ends, shape (21, 3)."""
+        """Return the joints at one time [m], shape (21, 3): linear between frames, held at both ends."""
         place = min(max(time_s / self.frame_s, 0.0), self.frame_count - 1.0)
         first = min(int(place), self.frame_count - 2) if self.frame_count > 1 else 0
         if self.frame_count == 1:

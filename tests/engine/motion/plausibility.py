@@ -7,7 +7,7 @@ from studio.engine.motion.motion import CanonicalMotion
 
 
 def figures(motion: CanonicalMotion) -> dict[str, float]:
-    """Return slide of standing toes [m/s], lowest foot joint [m], change of bones [m], speeds [m/s] and knees."""
+    """Return slide of standing toes, lowest foot joint, change of bones, speeds and knees."""
     positions, rate = motion.positions_m, 1 / motion.frame_s
     speed = np.linalg.norm(np.diff(positions, axis=0), axis=-1) * rate
     toes = [INDEX["left_toe"], INDEX["right_toe"]]
