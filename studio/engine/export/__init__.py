@@ -74,5 +74,5 @@ def _choose(option: str, value: str, known: tuple[str, ...], available: tuple[st
         raise SettingsError(f"{option}={value}: allowed are {', '.join(known)}")
     if value not in available:
         raise NotAvailableError(
-            f"export {option} {value} is not available in this version; available: {', '.join(available)}"
+            f"{option} {value} is not available in this version; available: {', '.join(available)}"
         )
