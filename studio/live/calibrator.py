@@ -1,0 +1,184 @@
+"""Calibrating the live stage: frames are gathered for some seconds, then a process of its own computes."""
+
+import logging
+import threading
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Any
+
+from studio.engine.calibration.calibrate import calibrate, with_performer
+from studio.engine.calibration.result import Calibration
+from studio.engine.errors import CalibrationError, StudioError
+from studio.engine.frames import CameraFrame
+from studio.live.calibrations import save_calibration
+from studio.live.worker import run_in_process
+
+_log = logging.getLogger(__name__)
+
+PROVISIONAL_FRAMES = 30
+"""Frames of one camera, about a second, from which something can be drawn before any calibration."""
+
+Frames = dict[str, list[CameraFrame]]
+
+
+@dataclass
+class Attempt:
+    """The last calibration begun, for the status; `state`: idle, gathering, computing, done or failed."""
+
+    state: str = "idle"
+    message: str = ""
+    seconds: float = 0.0
+    began_ns: int = 0
+    frames: dict[str, int] = field(default_factory=dict)
+    result: Calibration | None = None
+    number: int | None = None
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """A computed calibration; None where nothing could be computed, then `problem` says why."""
+
+    calibration: Calibration | None
+    number: int | None
+    problem: str
+    provisional: bool
+
+
+class Calibrator:
+    """Runs one calibration at a time; `start`, `add` and `update` belong to the engine thread.
+
+    `report` is called from a worker thread with the outcome; it must hand over to the engine thread.
+    """
+
+    def __init__(self, folder: Path, report: Callable[[Outcome], None]) -> None:
+        self.attempt = Attempt()
+        self._folder = folder
+        self._report = report
+        self._frames: Frames = {}
+        self._busy = False
+
+    @property
+    def busy(self) -> bool:
+        """Whether frames are gathered or something is computed."""
+        return self._busy or self.attempt.state in ("gathering", "computing")
+
+    def start(self, seconds: float, now_ns: int) -> None:
+        """Begin to gather frames.
+
+        Raises:
+            CalibrationError: one is under way.
+        """
+        if self.attempt.state in ("gathering", "computing"):
+            raise CalibrationError("a calibration is under way; wait until it is done")
+        self._frames = {}
+        self.attempt = Attempt("gathering", "hold the T-pose for 3 s, then walk about", seconds, now_ns)
+
+    def add(self, frame: CameraFrame) -> None:
+        """Take in a frame where frames are being gathered."""
+        if self.attempt.state == "gathering":
+            self._frames.setdefault(frame.camera, []).append(frame)
+            self.attempt.frames[frame.camera] = self.attempt.frames.get(frame.camera, 0) + 1
+
+    def update(self, now_ns: int, reference: str | None, place: Callable[[CameraFrame], CameraFrame]) -> None:
+        """Compute once the time is over; `place` puts a frame on the stage clock by its exchanges."""
+        attempt = self.attempt
+        if attempt.state != "gathering" or now_ns - attempt.began_ns < attempt.seconds * 1e9 or self._busy:
+            return
+        if reference is None or reference not in self._frames:
+            attempt.state = "failed"
+            attempt.message = (
+                f"the reference camera {reference or ''} sent no frames; connect it and calibrate again"
+            )
+            return
+        frames = {
+            name: sorted((place(frame) for frame in frames), key=lambda frame: frame.device_time_ns)
+            for name, frames in self._frames.items()
+        }
+        self._frames = {}
+        attempt.state, attempt.message = "computing", "computing the calibration"
+        self._begin(frames, reference, provisional=False)
+
+    def start_provisional(self, frames: list[CameraFrame]) -> None:
+        """Compute a calibration of one camera alone from its last frames."""
+        self._begin({frames[0].camera: frames}, frames[0].camera, provisional=True)
+
+    def _begin(self, frames: Frames, reference: str, *, provisional: bool) -> None:
+        self._busy = True
+        threading.Thread(
+            target=self._compute, args=(frames, reference, provisional), name="calibration", daemon=True
+        ).start()
+
+    def _compute(self, frames: Frames, reference: str, provisional: bool) -> None:
+        calibration, number, problem = None, None, ""
+        try:
+            if provisional:
+                calibration = calibrate_stage(frames, reference)
+            else:
+                calibration = run_in_process(calibrate_stage, frames, reference)
+                if not calibration.refused:
+                    number = save_calibration(self._folder, calibration)
+        except StudioError as error:
+            problem = str(error)
+        except Exception as error:  # the boundary of the thread
+            _log.exception("calibration failed")
+            problem = f"calibration failed: {error!r}; see the server's log"
+        self._report(Outcome(calibration, number, problem, provisional))
+
+    def finish(self, outcome: Outcome) -> bool:
+        """Take in an outcome on the engine thread; return whether its calibration is to be used."""
+        self._busy = False
+        calibration = outcome.calibration
+        if outcome.provisional:
+            return calibration is not None and calibration.performer is not None
+        good = outcome.number is not None
+        message = "calibrated"
+        if not good:
+            reasons = outcome.problem or "; ".join(calibration.reasons() if calibration is not None else [])
+            message = f"refused, the last calibration stays in use: {reasons}"
+        self.attempt = replace(
+            self.attempt,
+            state="done" if good else "failed",
+            message=message,
+            result=calibration,
+            number=outcome.number,
+        )
+        return good
+
+    def status(self, now_ns: int) -> dict[str, Any]:
+        """Return the state of the last attempt as JSON."""
+        attempt = self.attempt
+        share = {"idle": 0.0, "gathering": 0.0, "computing": 0.9, "done": 1.0, "failed": 1.0}[attempt.state]
+        if attempt.state == "gathering":
+            share = 0.9 * min(1.0, (now_ns - attempt.began_ns) * 1e-9 / max(attempt.seconds, 1e-3))
+        return {
+            "state": attempt.state,
+            "message": attempt.message,
+            "progress": round(share, 3),
+            "seconds": attempt.seconds,
+            "frames": dict(attempt.frames),
+            "number": attempt.number,
+            "cameras": {} if attempt.result is None else camera_verdicts(attempt.result),
+        }
+
+
+def calibrate_stage(frames: Frames, reference: str) -> Calibration:
+    """Return the calibration of these frames with a performer; runs in a worker process."""
+    calibration = calibrate(frames, reference=reference)
+    if calibration.performer is not None or (calibration.refused and len(frames) > 1):
+        return calibration
+    return with_performer(calibration, frames)
+
+
+def camera_verdicts(calibration: Calibration) -> dict[str, Any]:
+    """Return verdict, reasons and residuals by camera, as JSON."""
+    return {
+        name: {
+            "verdict": camera.verdict,
+            "reasons": list(camera.reasons),
+            "residual_median_mm": camera.residual_median_mm,
+            "residual_p95_mm": camera.residual_p95_mm,
+            "coverage": camera.coverage,
+        }
+        for name, camera in calibration.cameras.items()
+    }

@@ -1,0 +1,67 @@
+"""The stage clock of the live stage: the reference camera's own clock, carried on where that camera leaves.
+
+Each camera's clock maps to the server's by its exchanges (`engine.clock`). That leaves how long a device
+takes from the light to the time stamp: a constant per camera, its latency correction, which a calibration by
+motion finds. The reference camera's clock is the stage clock as it stands.
+"""
+
+from dataclasses import dataclass
+
+from studio.engine.clock import chain, invert, shifted
+from studio.engine.frames import ClockModel
+
+MAX_CORRECTION_NS = 300_000_000
+"""A latency correction above this is an error of the calibration and is not used."""
+
+
+@dataclass(frozen=True)
+class Anchor:
+    """The camera whose clock is the stage clock; a restarted client has another clock (`boot_id`)."""
+
+    camera: str
+    boot_id: str
+
+
+class StageClock:
+    """Maps cameras' clocks and the server's to the stage clock."""
+
+    def __init__(self) -> None:
+        self.anchor: Anchor | None = None
+        self._corrections: dict[str, int] = {}
+        self._common_to_stage: ClockModel | None = None
+
+    def is_anchor(self, camera: str, boot_id: str) -> bool:
+        return self.anchor == Anchor(camera, boot_id)
+
+    def set_anchor(self, camera: str, boot_id: str) -> None:
+        """Make this camera's clock the stage clock."""
+        self.anchor = Anchor(camera, boot_id)
+        self._common_to_stage = None
+
+    def set_corrections(self, corrections_ns: dict[str, int]) -> None:
+        """Use these latency corrections [ns] from now on; cameras that are not named have none."""
+        self._corrections = {k: v for k, v in corrections_ns.items() if abs(v) <= MAX_CORRECTION_NS}
+
+    def correction_ns(self, camera: str) -> int:
+        """How much later than by its exchanges the camera's frames are placed on the stage clock [ns]."""
+        anchor = 0 if self.anchor is None else self._corrections.get(self.anchor.camera, 0)
+        return self._corrections.get(camera, 0) - anchor
+
+    def follow(self, device_to_server: ClockModel) -> None:
+        """Take in the newest clock of the anchor; while the anchor is away, the last one stays in use."""
+        assert self.anchor is not None
+        correction = self._corrections.get(self.anchor.camera, 0)
+        self._common_to_stage = invert(shifted(device_to_server, correction))
+
+    def camera_to_stage(self, camera: str, boot_id: str, device_to_server: ClockModel) -> ClockModel | None:
+        """Return the clock model of a camera's frames; None while the stage has no clock yet."""
+        if self.is_anchor(camera, boot_id):
+            return ClockModel()
+        if self._common_to_stage is None:
+            return None
+        common = shifted(device_to_server, self._corrections.get(camera, 0))
+        return chain(common, self._common_to_stage)
+
+    def server_to_stage_ns(self, server_ns: int) -> int | None:
+        """Return the stage time of a server time [ns]; None while the stage has no clock yet."""
+        return None if self._common_to_stage is None else self._common_to_stage.stage_ns(server_ns)

@@ -1,0 +1,332 @@
+"""The engine thread of the live stage: it owns the pipeline and decides what happens when.
+
+Frames come from the inbox; each is recorded, then given to the pipeline, and `Schedule` says which output
+frames are due. Whatever is done to the pipeline goes through `LoggedPipeline` as an event, which a recording
+keeps. All methods but `put`, `call` and `close` run on the engine thread.
+"""
+
+import logging
+import threading
+from collections import Counter
+from collections.abc import Callable
+from concurrent.futures import Future
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+from studio.engine.calibration.result import Calibration
+from studio.engine.errors import SettingsError, StudioError, TakeError
+from studio.engine.frames import StepResult
+from studio.engine.schedule import Schedule
+from studio.engine.settings import SolveSettings
+from studio.live import log
+from studio.live.calibrator import PROVISIONAL_FRAMES, Calibrator, Outcome
+from studio.live.camera import LiveCamera
+from studio.live.figures import PipelineFigures
+from studio.live.inbox import Arrived, Call, Inbox, Item, Left, Measured, Reported
+from studio.live.latest import Latest
+from studio.live.recorder import Recorder
+from studio.live.recording import Recording
+from studio.live.roster import Roster
+from studio.live.status import stage_status
+from studio.wire import Hello
+
+_log = logging.getLogger(__name__)
+
+MAX_PENDING = 12
+"""Frames of one camera that may wait; older ones are recorded but kept from the pipeline."""
+
+MAX_TICKS = 15
+"""Output frames made in one go; where more are due, the oldest are left out."""
+
+IDLE_S = 0.01
+STATUS_NS = 200_000_000
+RETRY_NS = 2_000_000_000
+
+
+class Engine(threading.Thread):
+    """The live stage's state and the thread that changes it.
+
+    Attributes:
+        results: the newest step.
+        status: the newest status, as JSON.
+        stage_calibration: in use; a camera's `clock` is its latency correction (see `calibrations`).
+        number: its number on disk; None for a provisional one, which knows one camera only.
+    """
+
+    def __init__(
+        self,
+        *,
+        clock_ns: Callable[[], int],
+        settings: SolveSettings,
+        folder: Path,
+        calibration: tuple[int, Calibration] | None,
+        notify: Callable[[StepResult], None],
+    ) -> None:
+        super().__init__(name="engine", daemon=True)
+        self.results: Latest[StepResult] = Latest()
+        self.settings = settings
+        self.number: int | None = None
+        self.stage_calibration: Calibration | None = None
+        self.roster = Roster()
+        self.recording: Recording | None = None
+        self.figures = PipelineFigures()
+        self.problem = ""
+        self.folder = folder
+        self.calibrator = Calibrator(folder / "calibrations", self._computed)
+        self.status: dict[str, Any] = {}
+        self._clock_ns = clock_ns
+        self._notify = notify
+        self._inbox = Inbox()
+        self._pipeline = log.LoggedPipeline()
+        self._schedule = Schedule(settings.output_hz)
+        self._status_ns: int | None = None
+        self._retry_ns: int | None = None
+        self._stopping = False
+        if calibration is not None:
+            self.use_calibration(calibration[1], calibration[0])
+        else:
+            self._restart()
+        self._refresh()
+
+    # --- from other threads
+
+    def put(self, item: Item) -> None:
+        """Hand something over; never waits."""
+        self._inbox.put(item)
+
+    def call(self, function: Callable[[], Any]) -> Any:
+        """Return what the function returns on the engine thread, or raise what it raises.
+
+        Raises:
+            StudioError: the thread has ended.
+        """
+        if not self.is_alive():
+            raise StudioError("the live stage has ended; start the studio again")
+        future: Future[Any] = Future()
+        self.put(Call(function, future))
+        return future.result()
+
+    def close(self) -> None:
+        """End the thread once it has done what was handed over before."""
+        if self.is_alive():
+            self.call(self._stop)
+            self.join()
+
+    def _computed(self, outcome: Outcome) -> None:
+        self.put(Call(lambda: self._calibrated(outcome), Future()))
+
+    # --- the thread
+
+    def _stop(self) -> None:
+        self._stopping = True
+
+    def run(self) -> None:
+        while not self._stopping:
+            items = self._inbox.take(IDLE_S)
+            try:
+                self._handle(items)
+                self._tick()
+                self._housekeeping()
+            except Exception as error:  # the boundary of the thread: the stage goes on with a fresh pipeline
+                _log.exception("the live pipeline failed and starts afresh")
+                self.problem = f"the pipeline failed and was started afresh: {error!r}"
+                self.figures.failures += 1
+                self._restart()
+
+    def _handle(self, items: list[Item]) -> None:
+        waiting = Counter(item.frame.camera for item in items if isinstance(item, Arrived))
+        for index, item in enumerate(items):
+            try:
+                self._handle_one(item, waiting)
+            except Exception:
+                self._inbox.put_back(items[index + 1 :])
+                raise
+
+    def _handle_one(self, item: Item, waiting: "Counter[str]") -> None:
+        match item:
+            case Arrived(frame=frame):
+                waiting[frame.camera] -= 1
+                self._frame(item, late=waiting[frame.camera] >= MAX_PENDING)
+            case Measured(camera=camera, sample=sample):
+                self._log_clocks(self.roster.measured(camera, sample))
+            case Reported(camera=camera, status=status):
+                self.roster.cameras[camera].client = status
+            case Left(camera=camera, reason=reason, error=error):
+                self.roster.cameras[camera].leave(reason, error=error)
+            case Call(function=function, future=future):
+                self._called(function, future)
+
+    def _called(self, function: Callable[[], Any], future: "Future[Any]") -> None:
+        try:
+            value = function()
+        except Exception as error:  # it belongs to the caller
+            future.set_exception(error)
+        else:
+            self._refresh()
+            future.set_result(value)
+
+    # --- cameras
+
+    def join_camera(self, hello: Hello) -> bool:
+        """Take in a camera; return whether it is the reference."""
+        if self.roster.join(hello, keep_clock=self.recording is not None):
+            self._restart()
+        if self.recording is not None:
+            self.recording.recorder.camera(hello)
+        return self.roster.reference == hello.name
+
+    def _frame(self, item: Arrived, *, late: bool) -> None:
+        frame = item.frame
+        camera = self.roster.cameras[frame.camera]
+        self._log_clocks(self.roster.arrived(frame, item.arrival_ns))
+        usable = self.roster.is_present(frame, self._clock_ns()) and not late
+        if not usable:
+            camera.skipped += 1
+            self._perform(log.skipped_event(frame))
+        if self.recording is not None:
+            self.recording.recorder.frame(frame, item.data, item.arrival_ns)
+        if usable:
+            camera.took(frame)
+            self.calibrator.add(frame)
+        self._pipeline.frame(frame)
+
+    def _log_clocks(self, cameras: list[LiveCamera]) -> None:
+        for camera in cameras:
+            self._perform(log.clock_event(camera.name, self.roster.clock_of(camera.name)))
+
+    # --- the pipeline
+
+    def _perform(self, event: dict[str, Any]) -> StepResult | None:
+        """Do something to the pipeline, and let the recording know: the only way to change it."""
+        if self.recording is not None:
+            self.recording.recorder.event(self._clock_ns(), event)
+        return self._pipeline.event(event)
+
+    def _restart(self) -> None:
+        """Begin with a fresh pipeline."""
+        self._schedule = Schedule(self.settings.output_hz)
+        self._perform(log.start_event(self.placed_calibration(), self.settings))
+
+    def placed_calibration(self) -> Calibration | None:
+        """The calibration in use with every camera's present clock, as a take keeps it."""
+        if self.stage_calibration is None:
+            return None
+        cameras = {
+            name: replace(camera, clock=self.roster.clock_of(name))
+            for name, camera in self.stage_calibration.cameras.items()
+        }
+        return replace(self.stage_calibration, cameras=cameras)
+
+    def _tick(self) -> None:
+        if self._pipeline.pipeline is None or self.stage_calibration is None:
+            return
+        used = self.settings.camera_names(tuple(self.stage_calibration.cameras))
+        now = self.roster.clock.server_to_stage_ns(self._clock_ns())
+        due = self._schedule.due(self.roster.newest_stage_ns(used), now)
+        self.figures.left_out += max(0, len(due) - MAX_TICKS)
+        for stage_time_ns in due[-MAX_TICKS:]:
+            begin_ns = self._clock_ns()
+            result = self._perform(log.tick_event(stage_time_ns))
+            self.figures.stepped(begin_ns, self._clock_ns())
+            if result is not None:
+                if self.recording is not None:
+                    self.recording.add(result)
+                self.results.publish(result)
+                self._notify(result)
+
+    def set_settings(self, settings: SolveSettings) -> None:
+        """Work with other settings from now on.
+
+        Raises:
+            SettingsError: a camera is named that the calibration does not have.
+        """
+        if self.stage_calibration is not None:
+            settings.camera_names(tuple(self.stage_calibration.cameras))
+        if settings.output_hz != self.settings.output_hz:
+            self._schedule = Schedule(settings.output_hz)
+        self.settings = settings
+        self._perform(log.settings_event(settings))
+
+    # --- recording
+
+    def attach(self, recorder: Recorder) -> Calibration | None:
+        """Record from now on, from a fresh pipeline; return the calibration in use, clocks included.
+
+        Raises:
+            TakeError: a take is being recorded.
+        """
+        if self.recording is not None:
+            raise TakeError("a take is being recorded already; stop it first")
+        for camera in self.roster.connected():
+            recorder.camera(camera.hello)
+        self.recording = Recording(recorder, self._clock_ns())
+        self._restart()
+        return self.placed_calibration()
+
+    def detach(self) -> Recording:
+        """Stop recording and return what is to be saved.
+
+        Raises:
+            TakeError: nothing is being recorded.
+        """
+        if self.recording is None:
+            raise TakeError("nothing is being recorded; start a recording first")
+        recording, self.recording = self.recording, None
+        recording.end(self._clock_ns(), self.settings, self.placed_calibration())
+        return recording
+
+    # --- calibration
+
+    def start_calibration(self, seconds: float) -> None:
+        """Begin a calibration of all cameras.
+
+        Raises:
+            CalibrationError: one is under way.
+        """
+        self.calibrator.start(seconds, self._clock_ns())
+
+    def use_calibration(self, calibration: Calibration, number: int | None) -> None:
+        """Work with another calibration from now on; its clocks are latency corrections."""
+        self.stage_calibration, self.number = calibration, number
+        try:
+            self.settings.camera_names(tuple(calibration.cameras))
+        except SettingsError:  # the settings name a camera that is not there any more
+            self.settings = replace(self.settings, cameras="all")
+        self.roster.set_corrections(
+            {name: camera.clock.offset_ns for name, camera in calibration.cameras.items()}
+        )
+        self._restart()
+
+    def covered(self) -> bool:
+        """Whether a connected camera is in the calibration in use."""
+        known = () if self.stage_calibration is None else tuple(self.stage_calibration.cameras)
+        return any(camera.name in known for camera in self.roster.connected())
+
+    def _calibrated(self, outcome: Outcome) -> None:
+        use = self.calibrator.finish(outcome)
+        if use and outcome.calibration is not None and not (outcome.provisional and self.covered()):
+            self.use_calibration(outcome.calibration, outcome.number)
+
+    def _housekeeping(self) -> None:
+        now = self._clock_ns()
+        self.calibrator.update(now, self.roster.reference, self.roster.by_exchange)
+        if not self.calibrator.busy and not self.covered():
+            self._calibrate_provisionally(now)
+        if self._status_ns is None or now - self._status_ns >= STATUS_NS:
+            self._refresh()
+
+    def _calibrate_provisionally(self, now_ns: int) -> None:
+        """Calibrate one camera alone, so that something is drawn."""
+        if self._retry_ns is not None and now_ns - self._retry_ns < RETRY_NS:
+            return
+        for camera in self.roster.connected():
+            if len(camera.recent) >= PROVISIONAL_FRAMES:
+                self._retry_ns = now_ns
+                self.calibrator.start_provisional(list(camera.recent))
+                return
+
+    def _refresh(self) -> None:
+        """Make the status anew."""
+        self._status_ns = self._clock_ns()
+        self.status = stage_status(self, self._status_ns)

@@ -1,0 +1,131 @@
+"""The cameras of the live stage and their clocks: who is here, whose clock is the stage clock."""
+
+from dataclasses import replace
+
+from studio.engine.frames import CameraFrame, ClockModel
+from studio.live.camera import LiveCamera
+from studio.live.clocks import StageClock
+from studio.wire import ClockSample, Hello
+
+CLOCK_STEP_NS = 100_000
+"""A camera's clock model is replaced once it is off by more than this."""
+
+FUTURE_NS = 1_000_000_000
+PAST_NS = 5_000_000_000
+"""A frame whose stage time lies further from the present than this is not used."""
+
+
+class Roster:
+    """All cameras that were here since the start; times are on the server's clock unless said otherwise."""
+
+    def __init__(self) -> None:
+        self.cameras: dict[str, LiveCamera] = {}
+        self.clock = StageClock()
+
+    @property
+    def reference(self) -> str | None:
+        """The camera whose clock is the stage clock."""
+        return None if self.clock.anchor is None else self.clock.anchor.camera
+
+    def connected(self) -> list[LiveCamera]:
+        return [camera for camera in self.cameras.values() if camera.connected]
+
+    def join(self, hello: Hello, *, keep_clock: bool) -> bool:
+        """Take in a camera; return whether the stage clock is another from now on.
+
+        The first camera's clock is the stage clock. A camera that comes to an empty stage takes its place,
+        unless `keep_clock`.
+        """
+        alone = not self.connected()
+        camera = self.cameras.get(hello.name)
+        if camera is None:
+            camera = self.cameras[hello.name] = LiveCamera(hello)
+        else:
+            camera.rejoin(hello)
+        if self.clock.anchor is None or (alone and not keep_clock):
+            if not self.clock.is_anchor(hello.name, hello.boot_id):
+                self.clock.set_anchor(hello.name, hello.boot_id)
+                for each in self.cameras.values():
+                    each.clock = None
+                return True
+        return False
+
+    def arrived(self, frame: CameraFrame, arrival_ns: int) -> list[LiveCamera]:
+        """Count a frame; return the cameras whose clock changed by it."""
+        camera = self.cameras[frame.camera]
+        camera.saw(frame, arrival_ns)
+        if not camera.estimator.exchanged:
+            camera.estimator.add_arrival(frame.device_time_ns, arrival_ns)
+            return self._follow(camera)
+        return self._moved([camera]) if camera.clock is None else []
+
+    def measured(self, name: str, sample: ClockSample) -> list[LiveCamera]:
+        """Take in a clock exchange; return the cameras whose clock changed by it."""
+        camera = self.cameras[name]
+        possible = camera.estimator.add_exchange(
+            sample.client_send_ns, sample.server_receive_ns, sample.server_send_ns, sample.client_receive_ns
+        )
+        return self._follow(camera) if possible else []
+
+    def set_corrections(self, corrections_ns: dict[str, int]) -> None:
+        """Use other latency corrections from now on."""
+        self.clock.set_corrections(corrections_ns)
+        for camera in self.cameras.values():
+            if self.clock.is_anchor(camera.name, camera.hello.boot_id) and camera.estimator.model is not None:
+                self.clock.follow(camera.estimator.model)
+        self._moved(list(self.cameras.values()))
+
+    def _follow(self, camera: LiveCamera) -> list[LiveCamera]:
+        """The reference camera's clock moves all the others."""
+        if not self.clock.is_anchor(camera.name, camera.hello.boot_id):
+            return self._moved([camera])
+        assert camera.estimator.model is not None
+        self.clock.follow(camera.estimator.model)
+        return self._moved(self.connected())
+
+    def _moved(self, cameras: list[LiveCamera]) -> list[LiveCamera]:
+        """Renew the clocks of these cameras; return those that changed by more than a step."""
+        changed = []
+        for camera in cameras:
+            model = camera.estimator.model
+            if model is None:
+                continue
+            clock = self.clock.camera_to_stage(camera.name, camera.hello.boot_id, model)
+            at, old = model.reference_ns, camera.clock
+            if clock is None:
+                continue
+            if old is None or abs(old.stage_ns(at) - clock.stage_ns(at)) > CLOCK_STEP_NS:
+                camera.clock = clock
+                changed.append(camera)
+        return changed
+
+    def is_present(self, frame: CameraFrame, now_ns: int) -> bool:
+        """Whether the frame's time is near the present; if not, the camera's status says so."""
+        camera = self.cameras[frame.camera]
+        now = self.clock.server_to_stage_ns(now_ns)
+        if now is None or camera.clock is None:
+            return False
+        ahead_ns = camera.clock.stage_ns(frame.device_time_ns) - now
+        present = -PAST_NS <= ahead_ns <= FUTURE_NS
+        camera.reason = (
+            "" if present else f"its frames are {ahead_ns * 1e-9:+.1f} s off the present: check its clock"
+        )
+        return present
+
+    def newest_stage_ns(self, names: tuple[str, ...]) -> dict[str, int]:
+        """Stage time of the newest frame of each connected camera among `names`."""
+        return {
+            camera.name: camera.clock.stage_ns(camera.newest_device_ns)
+            for camera in self.connected()
+            if camera.name in names and camera.clock is not None and camera.newest_device_ns is not None
+        }
+
+    def clock_of(self, name: str) -> ClockModel:
+        """The clock model of a camera's frames; the identity where it is not known yet."""
+        camera = self.cameras.get(name)
+        return ClockModel() if camera is None or camera.clock is None else camera.clock
+
+    def by_exchange(self, frame: CameraFrame) -> CameraFrame:
+        """The frame with its time on the stage clock by exchanges alone, without latency corrections."""
+        stage_ns = self.clock_of(frame.camera).stage_ns(frame.device_time_ns)
+        return replace(frame, device_time_ns=stage_ns - self.clock.correction_ns(frame.camera))
