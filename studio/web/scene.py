@@ -12,8 +12,8 @@ from studio.web.skeletons import Frustum, FusedFigure, RawSkeleton
 
 LAYERS: dict[str, tuple[str, bool]] = {
     "character": ("Character", True),
-    "fused": ("Fused skeleton", True),
-    "raw": ("Camera skeletons", True),
+    "fused": ("Fused", True),
+    "raw": ("Raw", True),
     "cameras": ("Cameras", True),
     "floor": ("Floor", True),
 }

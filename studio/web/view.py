@@ -18,6 +18,8 @@ from studio.web.scene import LAYERS, Scene
 _log = logging.getLogger(__name__)
 
 DRAW_HZ = 30.0
+Look = Callable[[], tuple[Calibration | None, list[str]]]
+
 LOST_AFTER_S = 0.6
 """A performer whom no camera has seen for this long is hidden."""
 
@@ -36,10 +38,12 @@ def _sees_performer(result: StepResult) -> bool:
 class View:
     """Draws what the engine makes, latest wins: `show` never waits for the browser.
 
-    `clock` is a monotonic clock [s].
+    `look` returns the calibration in use, if there is one, and the cameras' names in the order of their colours;
+    it is called from the drawing thread. `clock` is a monotonic clock [s].
     """
 
-    def __init__(self, *, clock: Callable[[], float] = time.monotonic) -> None:
+    def __init__(self, *, look: Look, clock: Callable[[], float] = time.monotonic) -> None:
+        self._look = look
         self._clock = clock
         with redirect_stdout(io.StringIO()):  # viser prints a banner with its loopback address
             self._server = viser.ViserServer(
@@ -48,8 +52,6 @@ class View:
         self._server.gui.configure_theme(show_logo=False, show_share_button=False)
         self._changed = threading.Condition()
         self._result: StepResult | None = None
-        self._calibration: Calibration | None = None
-        self._cameras: list[str] = []
         self._layers = {name: shown for name, (_, shown) in LAYERS.items()}
         self._stopping = False
         self._scene = Scene(self._server)
@@ -78,11 +80,6 @@ class View:
             self._result = result
             self._changed.notify()
 
-    def set_stage(self, calibration: Calibration | None, cameras: list[str]) -> None:
-        """Show these cameras where the calibration places them; colours follow the order of `cameras`."""
-        with self._changed:
-            self._calibration, self._cameras = calibration, list(cameras)
-
     def set_layers(self, layers: dict[str, bool]) -> None:
         """Show or hide layers (keys of `LAYERS`)."""
         with self._changed:
@@ -105,12 +102,13 @@ class View:
                 if self._stopping:
                     return
                 result, self._result = self._result, None
-                calibration, cameras, layers = self._calibration, self._cameras, dict(self._layers)
+                layers = dict(self._layers)
             now_s = self._clock()
             if result is not None and _sees_performer(result):
                 last_seen_s = now_s
             visible = now_s - last_seen_s < LOST_AFTER_S
             try:
+                calibration, cameras = self._look()
                 with self._server.atomic():
                     self._scene.use_cameras(cameras)
                     self._scene.use_calibration(calibration)

@@ -26,9 +26,9 @@ function grouped(catalogue) {
 }
 
 export class Switches {
-  /** `catalogue`: [{key, kind, values, unavailable, low, high, help}]; `presets`: {name: {key: text}}. */
-  constructor(catalogue, presets, onChange) {
-    this.catalogue = catalogue;
+  /** `switches`: [{key, kind, values, unavailable, low, high, help}]; `presets`: {name: {key: text}}. */
+  constructor({ switches, presets }, onChange) {
+    this.catalogue = switches;
     this.presets = presets;
     this.onChange = onChange;
     this.controls = new Map();
@@ -44,10 +44,10 @@ export class Switches {
     return Object.fromEntries(Object.entries(this.values).filter(([key, value]) => value !== base[key]));
   }
 
-  /** Show settings that came from the server (another browser changed them). */
-  show(preset, values) {
+  /** Show settings as the server has them. */
+  show({ preset, set }) {
     if (preset in this.presets) this.preset = preset;
-    this.values = { ...this.presets[this.preset], ...values };
+    this.values = { ...this.presets[this.preset], ...set };
     this.refresh();
   }
 

@@ -1,27 +1,18 @@
 // The 3D view: the layers' checkboxes, the notice over it, and keys pressed inside it.
 import { byId, h, setText } from "./dom.js";
-import { getView, putLayers } from "./api.js";
+import { putLayers } from "./api.js";
 import { attempt } from "./messages.js";
 
-/** Draw the checkboxes of the view's layers. Returns the view's state (layers, colours by camera). */
-export async function startViewer() {
-  const view = await getView();
-  const boxes = Object.entries(view.layers).map(([name, layer]) =>
-    h("label", { title: `Show or hide: ${layer.label}` },
+/** Show a checkbox per layer of the view. */
+export function showLayers(layers) {
+  for (const label of byId("layers").querySelectorAll("label")) label.remove();
+  byId("layers").append(...Object.entries(layers).map(([name, layer]) =>
+    h("label", { title: `Show or hide in the 3D view: ${layer.label}` },
       h("input", {
         type: "checkbox", name, checked: layer.shown,
         onchange: (event) => attempt(() => putLayers({ [name]: event.target.checked })),
       }),
-      layer.label));
-  byId("layers").append(...boxes);
-  return view;
-}
-
-/** Follow what another browser changed. */
-export function updateLayers(view) {
-  for (const box of byId("layers").querySelectorAll("input")) {
-    if (view.layers[box.name]) box.checked = view.layers[box.name].shown;
-  }
+      layer.label)));
 }
 
 /** Show a sentence over the view, or nothing. */

@@ -1,0 +1,60 @@
+"""Puts the page and the 3D view on the server's app."""
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any, Protocol
+
+from fastapi import FastAPI
+
+from studio.engine.calibration.result import Calibration
+from studio.engine.frames import StepResult
+from studio.web.page import add_page
+from studio.web.proxy import viewer_routes
+from studio.web.routes import view_routes
+from studio.web.view import View
+
+
+class Stage(Protocol):
+    """What the view needs of a live stage."""
+
+    def subscribe(self, callback: Callable[[StepResult], None]) -> Callable[[], None]:
+        """Call `callback` with every step, on the engine thread, until the function that comes back is called."""
+
+    def calibration(self) -> Calibration | None:
+        """Return the calibration in use."""
+
+    def status(self) -> dict[str, Any]:
+        """The stage's status as JSON; `cameras` is an object by name."""
+
+
+class ViewHandle:
+    """The mounted view; `close` it with the server."""
+
+    def __init__(self, view: View, unsubscribe: Callable[[], None]) -> None:
+        self.view = view
+        self._unsubscribe = unsubscribe
+
+    def close(self) -> None:
+        """Stop drawing and close viser."""
+        self._unsubscribe()
+        self.view.close()
+
+
+def mount(app: FastAPI, stage: Stage, *, sessions: Path) -> ViewHandle:
+    """Serve the page at `/` and the 3D view at `/viewer/`, and draw what the stage makes.
+
+    Args:
+        app: the server's app; routes are added to it.
+        stage: the live stage.
+        sessions: folder of the recorded takes.
+    """
+
+    def look() -> tuple[Calibration | None, list[str]]:
+        return stage.calibration(), list(stage.status().get("cameras", {}))
+
+    view = View(look=look)
+    unsubscribe = stage.subscribe(view.show)
+    app.include_router(viewer_routes(view.port))
+    app.include_router(view_routes(view))
+    add_page(app)
+    return ViewHandle(view, unsubscribe)

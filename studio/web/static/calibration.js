@@ -1,0 +1,82 @@
+// The calibration panel: what is in use, the Calibrate button, its progress and verdict.
+import { byId, h, redraw, setText } from "./dom.js";
+import { startCalibration } from "./api.js";
+import { attempt } from "./messages.js";
+
+const TONES = { good: "good", usable: "fair", refused: "bad" };
+const BUSY = ["gathering", "computing"];
+
+function mm(value) {
+  return value === null || value === undefined ? "–" : `${value.toFixed(0)} mm`;
+}
+
+function table(cameras, colours, reference) {
+  const rows = Object.entries(cameras).map(([name, camera]) => h("tr", {},
+    h("td", {}, h("span", { class: "row" },
+      h("span", { class: "swatch", style: `background:${colours[name] ?? "var(--muted)"}`, aria: { hidden: "true" } }), name)),
+    h("td", { class: "num" }, name === reference ? "reference" : mm(camera.residual_median_mm)),
+    h("td", { class: `num ${TONES[camera.verdict] ?? ""}` }, camera.verdict)));
+  return h("table", {},
+    h("thead", {}, h("tr", {}, h("th", { scope: "col" }, "Camera"),
+      h("th", { scope: "col", class: "num", title: "Median distance to the reference camera's joints" }, "Disagreement"),
+      h("th", { scope: "col", class: "num" }, "Verdict"))),
+    h("tbody", {}, rows));
+}
+
+function reasons(cameras) {
+  const list = Object.entries(cameras).flatMap(([name, camera]) => camera.reasons.map((reason) => `${name}: ${reason}`));
+  return list.length ? h("ul", { class: "reasons" }, list.map((reason) => h("li", {}, reason))) : null;
+}
+
+function steps(progress) {
+  const left = Math.max(0, Math.ceil(progress.seconds * (1 - progress.progress / 0.9)));
+  if (progress.state === "computing") return "Computing where the cameras stand";
+  return progress.seconds - left < 4 ? "Hold the T-pose, facing the reference camera" : `Walk all over the stage and turn: ${left} s left`;
+}
+
+function build(state, colours, ready) {
+  const progress = state.attempt;
+  const busy = BUSY.includes(progress.state);
+  const parts = [];
+  if (busy) {
+    parts.push(h("p", { id: "calibration-step", role: "status" }, steps(progress)),
+      h("progress", { id: "calibration-progress", max: 1, value: progress.progress, aria: { label: "Calibration progress" } }));
+  } else if (progress.state === "failed") {
+    parts.push(h("p", { class: "bad", role: "status" }, progress.message));
+  }
+  if (!busy && state.state !== "good") {
+    parts.push(h("p", { class: "empty" }, "The performer holds a T-pose for 3 s, then walks all over the stage and turns."));
+  }
+  if (!busy && state.state !== "none") parts.push(table(state.cameras, colours, state.reference), reasons(state.cameras));
+  parts.push(h("div", { class: "row" },
+    h("button", {
+      id: "calibrate", type: "button", class: state.state === "good" ? "" : "primary", disabled: busy || !ready,
+      onclick: () => attempt(() => startCalibration()),
+    }, busy ? "Calibrating" : "Calibrate"),
+    state.height_m && h("span", { class: "muted" }, `Performer ${state.height_m.toFixed(2)} m`)));
+  return h("div", { class: "stack" }, parts.filter(Boolean));
+}
+
+function badge(state, busy) {
+  if (busy) return ["calibrating", "fair"];
+  if (state.state === "none") return ["none", "muted"];
+  if (state.state === "provisional") return ["provisional", "fair"];
+  const verdicts = Object.values(state.cameras).map((camera) => camera.verdict);
+  return verdicts.every((verdict) => verdict === "good") ? ["good", "good"] : ["usable", "fair"];
+}
+
+/** Show the status' calibration; `ready`: whether a camera is connected. */
+export function updateCalibration(state, colours, ready) {
+  const busy = BUSY.includes(state.attempt.state);
+  const [words, tone] = badge(state, busy);
+  const mark = byId("calibration-badge");
+  setText(mark, words);
+  mark.className = `badge ${tone}`;
+  const { progress } = state.attempt;
+  const still = { ...state, attempt: { ...state.attempt, progress: 0, frames: 0 } };
+  redraw(byId("calibration"), [still, colours, ready], () => [build(state, colours, ready)]);
+  if (busy && byId("calibration-progress")) {
+    byId("calibration-progress").value = progress;
+    setText(byId("calibration-step"), steps(state.attempt));
+  }
+}

@@ -1,0 +1,55 @@
+// Record and stop: the button, the R key, the timer and the take's name.
+import { byId, clock, setText } from "./dom.js";
+import { startRecording, stopRecording } from "./api.js";
+import { attempt } from "./messages.js";
+import { onKey } from "./viewer.js";
+
+let recording = null; // {take, seconds} as the server last said
+let receivedAt = 0;
+let busy = false;
+
+async function toggle() {
+  const button = byId("record");
+  if (busy || button.disabled) return;
+  busy = true;
+  await attempt(() => (recording ? stopRecording() : startRecording(byId("take-name").value.trim())));
+  busy = false;
+}
+
+function inTextField(event) {
+  return event.target.closest?.("input[type=text], input[type=number], select, textarea");
+}
+
+function tick() {
+  const seconds = recording ? recording.seconds + (performance.now() - receivedAt) / 1000 : 0;
+  setText(byId("timer"), clock(seconds, true));
+  if (recording) requestAnimationFrame(tick);
+}
+
+/** Connect the button and the key. */
+export function startTransport() {
+  byId("record").addEventListener("click", toggle);
+  onKey((event) => {
+    if (event.key.toLowerCase() !== "r" || event.ctrlKey || event.metaKey || event.altKey || event.repeat) return;
+    if (inTextField(event)) return;
+    event.preventDefault();
+    toggle();
+  });
+}
+
+/** Show whether the stage records (`{take, seconds}` or null) and whether it could. */
+export function updateTransport(now, possible) {
+  const began = now && !recording;
+  const ended = !now && recording;
+  recording = now;
+  receivedAt = performance.now();
+  const button = byId("record");
+  button.disabled = !possible && !now;
+  button.setAttribute("aria-pressed", String(Boolean(now)));
+  button.title = now ? `Stop recording ${now.take} (R)` : possible ? "Record a take (R)" : "Connect a camera to record";
+  setText(button.querySelector(".label"), now ? "Stop" : "Record");
+  document.body.classList.toggle("recording", Boolean(now));
+  byId("take-name").disabled = Boolean(now);
+  if (began) { byId("take-name").value = now.take; tick(); }
+  if (ended) { byId("take-name").value = ""; tick(); }
+}
