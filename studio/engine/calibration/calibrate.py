@@ -20,7 +20,7 @@ from studio.engine.calibration.result import Calibration, CameraCalibration, Per
 from studio.engine.calibration.rigid import RigidFit, fit_robust, middle_points, mirrored, spread_m
 from studio.engine.calibration.swaps import find_swaps
 from studio.engine.calibration.time_offset import find_shift
-from studio.engine.calibration.tpose import facing, find_tpose
+from studio.engine.calibration.tpose import ACROSS_BODY, ACROSS_TPOSE, facing, find_tpose
 from studio.engine.errors import CalibrationError
 from studio.engine.frames import CameraFrame, ClockModel
 from studio.engine.geometry import make_transform, transform_points
@@ -30,6 +30,7 @@ _DEFAULT_HEIGHT_M = 1.75
 _MARGIN_S = 1.0
 _SAME_CLOCK_S = 2.0
 _EYE_LEVEL_M = 1.2
+_FIRST_INSTANTS = 30
 
 
 @dataclass
@@ -75,12 +76,12 @@ def calibrate(
     halves: list[Refined] = []
     if len(placed) > 1:
         start = refined.cameras
-        refined = _refine(tracks, start, times, swapped, fit_clocks, refined, 4)
+        refined = _refine(tracks, start, times, swapped, fit_clocks, refined, 4, 3)
         swapped = _swaps(tracks, refined.cameras, times, refined.depth_bias_m)
-        refined = _refine(tracks, start, times, swapped, fit_clocks, refined, 6)
+        refined = _refine(tracks, start, times, swapped, fit_clocks, refined, 6, 2)
         even = quality.even_blocks(times)
         halves = [
-            _refine(tracks, start, times[half], swapped[:, half], fit_clocks, refined, 5)
+            _refine(tracks, start, times[half], swapped[:, half], fit_clocks, refined, 4, 2)
             for half in (even, ~even)
         ]
     walk = merge(tracks, refined.cameras, times, swapped, refined.depth_bias_m)
@@ -179,14 +180,15 @@ def _refine(
     fit_clocks: NDArray[np.bool_],
     best: Refined,
     iterations: int,
+    every: int,
 ) -> Refined:
-    """Refine from the best placements so far, every second instant: neighbours say nearly the same."""
+    """Refine from the best placements so far, with every second or third instant: neighbours say nearly the same."""
     begin = [
         Placed(now.T, replace(first.clock, offset_s=now.clock.offset_s))
         for now, first in zip(best.cameras, start, strict=True)
     ]
     return refine(
-        tracks, begin, times[::2], swapped[:, ::2],
+        tracks, begin, times[::every], swapped[:, ::every],
         depth_bias_m=best.depth_bias_m, fit_clocks=fit_clocks, iterations=iterations,
     )  # fmt: skip
 
@@ -198,7 +200,7 @@ def _stage(walk: Walk) -> tuple[NDArray[np.float64], Performer | None]:
         return make_transform(
             np.array([[1.0, 0, 0], [0, 0, 1], [0, -1, 0]]), np.array([0, 0, _EYE_LEVEL_M])
         ), None
-    floor = Floor(up, 0.0, 0)
+    floor = Floor(up, 0.0)
     height = _DEFAULT_HEIGHT_M
     performer = None
     for _ in range(
@@ -213,14 +215,20 @@ def _stage(walk: Walk) -> tuple[NDArray[np.float64], Performer | None]:
 
 
 def _stage_frame(walk: Walk, floor: Floor) -> NDArray[np.float64]:
+    """Return T_stage_walk: from the T-pose, else origin under the middle of the walk, facing as it starts."""
     hold = find_tpose(walk, floor.up)
-    part = walk.merged[hold.frames] if hold is not None else walk.merged[:30]
-    turned = facing(part, floor.up)
-    forward = turned[0] if turned is not None else np.cross(floor.up, [1.0, 0.0, 0.0])
-    hips = walk.merged[hold.frames if hold is not None else slice(None), INDEX["hips"]]
+    start, across = slice(0, _FIRST_INSTANTS), ACROSS_BODY
+    place = slice(None)
+    if hold is not None:
+        start, across, place = hold.frames, ACROSS_TPOSE, hold.frames
+    forward = facing(walk.merged[start], floor.up, across)
+    if forward is None:
+        forward = facing(walk.merged, floor.up, ACROSS_BODY)
+    if forward is None:  # no body was seen from the side: towards the reference camera
+        forward = np.array([0.0, 0.0, -1.0])
+    hips = walk.merged[place, INDEX["hips"]]
     hips = hips[np.isfinite(hips).all(axis=1)]
-    origin = np.median(hips, axis=0) if len(hips) else np.zeros(3)
-    return stage_from_walk(floor.up, floor.height_m, origin, forward)
+    return stage_from_walk(floor, np.median(hips, axis=0) if len(hips) else np.zeros(3), forward)
 
 
 def _result(

@@ -9,47 +9,48 @@ from studio.engine.calibration.merge import Walk
 from studio.engine.geometry import make_transform, rotation_between
 from studio.engine.joints import INDEX
 
-ANKLE_HEIGHT = 0.046
-TOE_HEIGHT = 0.018
+ANKLE_HEIGHT = 0.050
+TOE_HEIGHT = 0.025
 """Heights of the ankle's and the ball of the foot's centre over the floor, as shares of the standing height.
 
 Source: Winter, "Biomechanics and motor control of human movement", 4th edition, figure 4.1 (ankle 0.039 H
-without shoes), with 1 cm for a shoe's sole at 1.75 m.
+without shoes), with 2 cm for a shoe's sole at 1.75 m.
 """
+_FEET = {
+    "left_ankle": ANKLE_HEIGHT,
+    "right_ankle": ANKLE_HEIGHT,
+    "left_toe": TOE_HEIGHT,
+    "right_toe": TOE_HEIGHT,
+}
 _STANCE_SPEED_M_S = 0.35
-_UP_PRIOR_SD = np.radians(2.0)
-_FEET = (("ankle", ANKLE_HEIGHT), ("toe", TOE_HEIGHT))
+_OTHER_FOOT_M = 0.04
+_UP_PRIOR_SD = np.radians(1.0)
+_HEIGHT_PRIOR_SD_M = 0.015
+_INDEPENDENT_SHARE = 0.02
+_MIN_UPRIGHT = 10
+_MIN_STANDING = 10
 
 
 @dataclass(frozen=True)
 class Floor:
-    """The floor in the frame of the walk: points p on it have up @ p = height_m.
-
-    `tilt_sd_rad` says how sure the up direction is; `stance_count` how many foot placements it rests on.
-    """
+    """The floor in the frame of the walk: points p on it have up @ p = height_m."""
 
     up: NDArray[np.float64]
     height_m: float
-    stance_count: int
 
 
 def body_up(walk: Walk) -> NDArray[np.float64] | None:
     """Return the direction in which the body stands, on average; None where no legs or trunk were seen."""
     joints = walk.merged
-    feet = (
-        np.nanmean(joints[:, [INDEX["left_ankle"], INDEX["right_ankle"]]], axis=1)
-        if len(joints)
-        else joints[:, 0]
-    )
-    top = joints[:, INDEX["neck"]]
-    direction = top - feet
-    seen = np.isfinite(direction).all(axis=1)
-    if seen.sum() < 10:
-        direction = top - joints[:, INDEX["hips"]]
-        seen = np.isfinite(direction).all(axis=1)
-    if seen.sum() < 10:
+    feet = (joints[:, INDEX["left_ankle"]] + joints[:, INDEX["right_ankle"]]) / 2
+    for bottom in (feet, joints[:, INDEX["hips"]]):
+        direction = joints[:, INDEX["neck"]] - bottom
+        direction = direction[np.isfinite(direction).all(axis=1)]
+        if len(direction) >= _MIN_UPRIGHT:
+            break
+    else:
         return None
-    unit = direction[seen] / np.linalg.norm(direction[seen], axis=1, keepdims=True)
+    unit = direction / np.linalg.norm(direction, axis=1, keepdims=True)
     mean = np.median(unit, axis=0)
     for _ in range(10):  # most of the time upright: bows and squats lose their weight
         weight = (1.0 + ((1.0 - unit @ (mean / np.linalg.norm(mean))) / 0.03) ** 2) ** -2
@@ -58,10 +59,11 @@ def body_up(walk: Walk) -> NDArray[np.float64] | None:
 
 
 def find_floor(walk: Walk, height_m: float) -> Floor | None:
-    """Return the floor under the feet that stand.
+    """Return the floor under the feet that stand; None where feet or body were not seen.
 
-    A foot stands when it is slow and not higher than the other one; a plane is fitted robustly to the standing
-    feet's joints lowered by their heights in the foot, and held near the body's mean upright by a prior of 2 degrees.
+    A foot stands when it is slow and not higher than the other one. A plane is fitted robustly to the standing
+    ankles and toes, each at its height in the foot (known to 1.5 cm), and held near the body's mean upright by a
+    prior of 1 degree.
 
     Args:
         walk: the calibration part in any one frame.
@@ -71,51 +73,70 @@ def find_floor(walk: Walk, height_m: float) -> Floor | None:
     if up is None:
         return None
     smooth = walk.smooth()
-    rate = 1.0 / np.median(np.diff(walk.times_s))
-    points, height_of = [], []
-    for joint, share in _FEET:
-        left, right = smooth[:, INDEX[f"left_{joint}"]], smooth[:, INDEX[f"right_{joint}"]]
-        for name, mine, other in ((f"left_{joint}", left, right), (f"right_{joint}", right, left)):
-            speed = np.linalg.norm(np.gradient(mine, axis=0), axis=1) * rate
-            standing = (speed < _STANCE_SPEED_M_S) & ((mine - other) @ up < 0.04)
-            standing &= np.isfinite(walk.merged[:, INDEX[name], 0])
-            points.append(walk.merged[standing, INDEX[name]])
-            height_of.append(np.full(int(standing.sum()), share * height_m))
-    feet, lowered = np.concatenate(points), np.concatenate(height_of)
-    if len(feet) < 10:
+    rate_hz = 1.0 / float(np.median(np.diff(walk.times_s)))
+    points, kinds = [], []
+    for kind, name in enumerate(_FEET):
+        mine, other = smooth[:, INDEX[name]], smooth[:, INDEX[_other_side(name)]]
+        speed = np.linalg.norm(np.gradient(mine, axis=0), axis=1) * rate_hz
+        standing = (speed < _STANCE_SPEED_M_S) & ((mine - other) @ up < _OTHER_FOOT_M)
+        standing &= np.isfinite(walk.merged[:, INDEX[name], 0])
+        points.append(walk.merged[standing, INDEX[name]])
+        kinds.append(np.full(int(standing.sum()), kind))
+    feet = np.concatenate(points)
+    if len(feet) < _MIN_STANDING:
         return None
-    return _fit_plane(feet, lowered, up)
+    return _fit_plane(feet, np.concatenate(kinds), np.array(list(_FEET.values())) * height_m, up)
 
 
-def _fit_plane(feet: NDArray[np.float64], lowered: NDArray[np.float64], up: NDArray[np.float64]) -> Floor:
-    """Return the plane under foot joints, shape (count, 3), each `lowered` by its height over the floor [m]."""
+def _other_side(name: str) -> str:
+    side, joint = name.split("_")
+    return f"{'right' if side == 'left' else 'left'}_{joint}"
+
+
+def _fit_plane(
+    feet: NDArray[np.float64], kinds: NDArray[np.int64], usual_m: NDArray[np.float64], up: NDArray[np.float64]
+) -> Floor:
+    """Return the plane under standing foot joints.
+
+    Unknowns: slope along two axes, height, and how much higher than usual each kind of joint is carried.
+
+    Args:
+        feet: joints [m], shape (count, 3); kinds: which of the foot joints each is, shape (count,).
+        usual_m: usual height of each kind over the floor [m], shape (kind_count,).
+        up: first guess, unit vector.
+    """
     to_up = rotation_between(np.array([0.0, 0.0, 1.0]), up)
     local = feet @ to_up  # z is up
     centre = np.median(local, axis=0)
-    A = np.column_stack([local[:, 0] - centre[0], local[:, 1] - centre[1], np.ones(len(local))])
-    h = local[:, 2] - lowered
-    solution = np.array([0.0, 0.0, np.median(h)])
+    own = np.eye(len(usual_m))[kinds]
+    A = np.column_stack([local[:, :2] - centre[:2], np.ones(len(local)), own])
+    prior = np.array([_UP_PRIOR_SD, _UP_PRIOR_SD, np.inf, *(_HEIGHT_PRIOR_SD_M,) * len(usual_m)]) ** -2.0
+    h = local[:, 2] - usual_m[kinds]
+    solution = np.zeros(A.shape[1])
+    solution[2] = np.median(h)
     for _ in range(20):
         residual = h - A @ solution
         scale = max(1.48 * float(np.median(np.abs(residual))), 0.005)
-        weight = (1.0 + (residual / (2.5 * scale)) ** 2) ** -2 / scale**2 * 0.1
-        normal = (A * weight[:, None]).T @ A
-        normal[0, 0] += 1.0 / _UP_PRIOR_SD**2
-        normal[1, 1] += 1.0 / _UP_PRIOR_SD**2
+        weight = (1.0 + (residual / (2.5 * scale)) ** 2) ** -2 / scale**2 * _INDEPENDENT_SHARE
+        normal = (A * weight[:, None]).T @ A + np.diag(prior)
         solution = np.linalg.solve(normal, (A * weight[:, None]).T @ h)
-    normal_local = np.array([-solution[0], -solution[1], 1.0])
-    normal_local /= np.linalg.norm(normal_local)
+    upright = np.array([-solution[0], -solution[1], 1.0])
+    upright /= np.linalg.norm(upright)
     on_floor = np.array([centre[0], centre[1], solution[2]])
-    return Floor(to_up @ normal_local, float(normal_local @ on_floor), len(feet))
+    return Floor(to_up @ upright, float(upright @ on_floor))
 
 
 def stage_from_walk(
-    up: NDArray[np.float64], height_m: float, hips: NDArray[np.float64], forward: NDArray[np.float64]
+    floor: Floor, hips: NDArray[np.float64], forward: NDArray[np.float64]
 ) -> NDArray[np.float64]:
-    """Return T_stage_walk: z up from the floor, origin under `hips`, `forward` along -y (all in the walk's frame)."""
-    z = up / np.linalg.norm(up)
+    """Return T_stage_walk: z up from the floor, origin under `hips`, `forward` along -y.
+
+    Args:
+        floor: in the walk's frame, as are `hips` [m], shape (3,), and `forward`, a direction, shape (3,).
+    """
+    z = floor.up / np.linalg.norm(floor.up)
     y = -(forward - (forward @ z) * z)
     y /= np.linalg.norm(y)
     rotation = np.array([np.cross(y, z), y, z])
-    origin = hips - (hips @ z - height_m) * z
+    origin = hips - (hips @ z - floor.height_m) * z
     return make_transform(rotation, -rotation @ origin)

@@ -13,107 +13,126 @@ from numpy.typing import NDArray
 from studio.engine.calibration.floor import ANKLE_HEIGHT
 from studio.engine.calibration.merge import Walk
 from studio.engine.calibration.result import Performer
-from studio.engine.joints import CANONICAL, INDEX, JOINT_COUNT, MIRROR, PARENTS
+from studio.engine.joints import INDEX, JOINT_COUNT, MIRROR, PARENTS
 
-TOP_OF_HEAD = 0.075
-"""Top of the head over the head joint (the middle of the head), as a share of the standing height."""
+TOP_OF_HEAD = 0.065
+"""Top of the head over the head joint (the middle of the head), as a share of the standing height: half of the
+0.130 from chin to top in Winter's figure 4.1."""
 
 ANTHROPOMETRIC: dict[str, tuple[float, float, float]] = {
-    "hips": (0.0, 0.0, 0.530), "spine": (0.0, 0.0, 0.080), "chest": (0.0, 0.0, 0.170), "neck": (0.0, 0.0, 0.060),
-    "head": (0.0, 0.0, 0.085),
-    "left_shoulder": (0.129, 0.0, -0.012), "left_elbow": (0.186, 0.0, 0.0), "left_wrist": (0.146, 0.0, 0.0),
-    "left_hand": (0.054, 0.0, 0.0), "left_hip": (0.052, 0.0, -0.020), "left_knee": (0.0, 0.0, -0.245),
-    "left_ankle": (0.0, 0.0, -0.246), "left_toe": (0.0, -0.075, -0.025),
-}  # fmt: skip
-"""Offsets from the parent in a T-pose as shares of the height, for joints that no camera reports.
+    "hips": (0.0, 0.0, 0.530),
+    "spine": (0.0, 0.0, 0.610),
+    "chest": (0.0, 0.0, 0.770),
+    "neck": (0.0, 0.0, 0.830),
+    "head": (0.0, 0.0, 0.935),
+    "left_shoulder": (0.129, 0.0, 0.818),
+    "left_elbow": (0.315, 0.0, 0.818),
+    "left_wrist": (0.461, 0.0, 0.818),
+    "left_hand": (0.515, 0.0, 0.818),
+    "left_hip": (0.052, 0.0, 0.530),
+    "left_knee": (0.052, 0.0, 0.285),
+    "left_ankle": (0.052, 0.0, 0.039),
+    "left_toe": (0.052, -0.075, 0.015),
+}
+"""Joints of an average person in a T-pose (left x, back y, up z) as shares of the standing height.
 
 Source: Drillis and Contini, "Body segment parameters", 1966, as in Winter, "Biomechanics and motor control of
 human movement", 4th edition, figure 4.1 (upper arm 0.186, forearm 0.146, half hand 0.054, half shoulder width
-0.129, thigh 0.245, shank 0.246, hip height 0.530, half of the foot's length 0.075); half the distance of the hip
-joints' centres 0.052 from Bell, Pedersen and Brand, "A comparison of the accuracy of several hip center location
-prediction methods", 1990; the trunk is divided as canonical joints lie on it.
+0.129, shoulder 0.818, hip 0.530, knee 0.285, ankle 0.039, chin 0.870, half of the foot's length 0.075); half the
+distance of the hip joints' centres 0.052 from Bell, Pedersen and Brand, "A comparison of the accuracy of several
+hip center location prediction methods", 1990. Spine and chest divide the trunk where canonical joints lie.
 """
 
+_CENTRE = ("spine", "chest", "neck", "head")
+_TRUNK = (*_CENTRE, "left_shoulder", "right_shoulder", "left_hip", "right_hip")
 _MIN_SAMPLES = 20
 _SURE = 0.25
+"""A joint counts as sure with this share of the usual weight; hidden joints have a sixteenth."""
 
 
-def anthropometric_offsets(height_m: float) -> NDArray[np.float64]:
-    """Return T-pose offsets of an average person [m], shape (21, 3), as `Performer.offsets_m`."""
+def anthropometric_positions(height_m: float) -> NDArray[np.float64]:
+    """Return joints of an average person in a T-pose on the stage [m], shape (21, 3)."""
     out = np.zeros((JOINT_COUNT, 3))
-    for name, offset in ANTHROPOMETRIC.items():
-        out[INDEX[name]] = offset
-        out[MIRROR[INDEX[name]]] = np.array(offset) * ([-1.0, 1.0, 1.0] if "_" in name else [1.0, 1.0, 1.0])
+    for name, position in ANTHROPOMETRIC.items():
+        out[INDEX[name]] = position
+        if name.startswith("left_"):
+            out[MIRROR[INDEX[name]]] = np.array(position) * [-1.0, 1.0, 1.0]
     return out * height_m
 
 
 def measure(walk: Walk) -> Performer | None:
-    """Return the performer of a walk in the stage frame (z up); None where too little of a body was seen."""
+    """Return the performer of a walk in the stage frame (z up); None where too little of a body was seen.
+
+    The trunk's joints are where they are on average in the trunk's own axes, arms and legs straight lines of the
+    measured lengths; both sides are made the same. Joints that no camera reports are placed as on an average person
+    of the same height.
+    """
     lengths = bone_lengths(walk)
-    offsets = np.full((JOINT_COUNT, 3), np.nan)
-    local = _trunk_offsets(walk)
-    for name in (
-        "spine",
-        "chest",
-        "neck",
-        "head",
-        "left_shoulder",
-        "right_shoulder",
-        "left_hip",
-        "right_hip",
-    ):
-        offsets[INDEX[name]] = local[INDEX[name]]
-    for name in ("elbow", "wrist", "hand"):
-        offsets[INDEX[f"left_{name}"]] = [lengths[INDEX[f"left_{name}"]], 0.0, 0.0]
-    for name in ("knee", "ankle"):
-        offsets[INDEX[f"left_{name}"]] = [0.0, 0.0, -lengths[INDEX[f"left_{name}"]]]
-    offsets = _symmetric(offsets)
-    height = _height(offsets, lengths, walk)
+    trunk = _symmetric(_trunk_positions(walk))
+    height = _height(trunk, lengths, walk)
     if height is None:
         return None
-    usual = anthropometric_offsets(height)
-    usual_foot, foot = usual[INDEX["left_toe"]], lengths[INDEX["left_toe"]]
-    offsets[INDEX["left_toe"]] = (
-        usual_foot if np.isnan(foot) else foot * usual_foot / np.linalg.norm(usual_foot)
-    )
-    offsets = _symmetric(offsets)
-    missing = ~np.isfinite(offsets).all(axis=1)
-    offsets = _fill(offsets, usual, missing)
+    usual = anthropometric_positions(height)
+    usual_offsets = usual - usual[np.maximum(PARENTS, 0)]
+    positions = np.zeros((JOINT_COUNT, 3))
+    for name in _TRUNK:
+        j = INDEX[name]
+        positions[j] = trunk[j] if np.isfinite(trunk[j]).all() else _between(name, trunk, usual)
+    offsets = positions - positions[np.maximum(PARENTS, 0)]
+    for name in ("elbow", "wrist", "hand", "knee", "ankle", "toe"):
+        for side in ("left", "right"):
+            j = INDEX[f"{side}_{name}"]
+            way = usual_offsets[j] / np.linalg.norm(usual_offsets[j])
+            offsets[j] = usual_offsets[j] if np.isnan(lengths[j]) else lengths[j] * way
     legs = [INDEX[f"left_{name}"] for name in ("hip", "knee", "ankle")]
     offsets[0] = [0.0, 0.0, ANKLE_HEIGHT * height - offsets[legs, 2].sum()]
-    return Performer(height_m=float(height), offsets_m=offsets)
+    return Performer(height_m=height, offsets_m=offsets)
 
 
 def bone_lengths(walk: Walk) -> NDArray[np.float64]:
-    """Return the length of each joint's bone to its parent [m], shape (21,), the same on both sides; NaN = unseen."""
-    squares: list[list[tuple[float, int]]] = [[] for _ in range(JOINT_COUNT)]
-    cameras = len(walk.positions)
+    """Return the length of each joint's bone to its parent [m], the same on both sides, shape (21,); NaN = unseen."""
     parents = np.maximum(PARENTS, 0)
     bones = walk.positions - walk.positions[:, :, parents]
-    sure = np.minimum(walk.weights, walk.weights[:, :, parents])
-    bones[
-        sure < _SURE * np.median(walk.weights[walk.weights > 0]) if (walk.weights > 0).any() else sure < 0
-    ] = np.nan
-    if cameras == 1:
-        length = np.linalg.norm(bones[0], axis=2)
-        for j in range(1, JOINT_COUNT):
-            seen = length[np.isfinite(length[:, j]), j]
-            if len(seen) >= _MIN_SAMPLES:
-                middle = float(np.median(seen))
-                spread = 1.48 * float(np.median(np.abs(seen - middle)))
-                squares[j].append((max(middle**2 - 2.0 * spread**2, (0.7 * middle) ** 2), len(seen)))
-    for a, b in combinations(range(cameras), 2):
-        product = (bones[a] * bones[b]).sum(axis=2)
-        for j in range(1, JOINT_COUNT):
-            seen = product[np.isfinite(product[:, j]), j]
-            if len(seen) >= _MIN_SAMPLES:
-                squares[j].append((_robust_mean(seen), len(seen)))
+    weights = np.minimum(walk.weights, walk.weights[:, :, parents])
+    used = np.where(weights > 0, weights, np.nan)
+    counts = np.isfinite(used).sum(axis=(0, 1))
     out = np.full(JOINT_COUNT, np.nan)
     for j in range(1, JOINT_COUNT):
-        both = squares[j] + (squares[MIRROR[j]] if MIRROR[j] != j else [])
-        if both:
-            values, counts = np.array(both).T
-            out[j] = np.sqrt(max(float(values @ counts / counts.sum()), 0.0))
+        if counts[j] == 0:
+            continue
+        sure = used[:, :, j] >= _SURE * np.nanmedian(used[:, :, j])
+        squares = _squared_lengths(np.where(sure[..., None], bones[:, :, j], np.nan))
+        if squares:
+            value, count = np.array(squares).T
+            out[j] = np.sqrt(max(float(value @ count / count.sum()), 0.0))
+    both = np.stack([out, out[MIRROR]])
+    seen = np.isfinite(both)
+    return np.divide(
+        np.where(seen, both, 0.0).sum(axis=0), seen.sum(axis=0), out=np.full(JOINT_COUNT, np.nan), where=seen.any(axis=0)
+    )
+
+
+def _squared_lengths(bone: NDArray[np.float64]) -> list[tuple[float, int]]:
+    """Return estimates of a bone's squared length [m^2] with their sample counts.
+
+    Args:
+        bone: the bone's vector by camera and instant [m], shape (camera_count, instant_count, 3); NaN = unseen.
+    """
+    out = []
+    for a, b in combinations(bone, 2):
+        product = (a * b).sum(axis=1)
+        product = product[np.isfinite(product)]
+        if len(product) >= _MIN_SAMPLES:
+            out.append((_robust_mean(product), len(product)))
+    if out:
+        return out
+    for mine in bone:
+        length = np.linalg.norm(mine, axis=1)
+        length = length[np.isfinite(length)]
+        if len(length) >= _MIN_SAMPLES:
+            middle = float(np.median(length))
+            spread = 1.48 * float(np.median(np.abs(length - middle)))
+            out.append((max(middle**2 - 2.0 * spread**2, (0.7 * middle) ** 2), len(length)))
     return out
 
 
@@ -126,69 +145,62 @@ def _robust_mean(values: NDArray[np.float64]) -> float:
     return mean
 
 
-def _trunk_offsets(walk: Walk) -> NDArray[np.float64]:
-    """Return median offsets from the parent in the trunk's axes (left x, back y, up z) [m], shape (21, 3)."""
+def _trunk_positions(walk: Walk) -> NDArray[np.float64]:
+    """Return the trunk's joints from the hips in the trunk's axes (left x, back y, up z) [m], shape (21, 3).
+
+    Medians over the walk, NaN where a joint was not seen; up is from the hips to the neck, else between the
+    shoulders, and left is along shoulders and hips.
+    """
     joints = walk.merged
-    across = np.nansum(
-        [
-            joints[:, INDEX[f"left_{name}"]] - joints[:, INDEX[f"right_{name}"]]
-            for name in ("shoulder", "hip")
-        ],
-        axis=0,
-    )
-    up = joints[:, INDEX["neck"]] - joints[:, INDEX["hips"]]
-    z = up / np.linalg.norm(up, axis=1, keepdims=True)
-    x = across - (across * z).sum(axis=1, keepdims=True) * z
-    x = x / np.maximum(np.linalg.norm(x, axis=1, keepdims=True), 1e-9)
+    lines = [joints[:, INDEX[f"left_{name}"]] - joints[:, INDEX[f"right_{name}"]] for name in ("shoulder", "hip")]
+    across = np.where(np.isfinite(lines), lines, 0.0).sum(axis=0)
+    shoulders = (joints[:, INDEX["left_shoulder"]] + joints[:, INDEX["right_shoulder"]]) / 2
+    neck = joints[:, INDEX["neck"]]
+    top = np.where(np.isfinite(neck), neck, shoulders)
+    z = _unit(top - joints[:, INDEX["hips"]])
+    x = _unit(across - (across * z).sum(axis=1, keepdims=True) * z)
     axes = np.stack([x, np.cross(z, x), z], axis=1)  # rows are the trunk's axes
-    toes = np.nansum(
-        [joints[:, INDEX[f"{s}_toe"]] - joints[:, INDEX[f"{s}_ankle"]] for s in ("left", "right")], axis=0
-    )
-    exchanged = (toes * axes[:, 1]).sum(axis=1) > 0  # the toes point backwards: left and right are exchanged
-    offsets = joints - joints[:, np.maximum(PARENTS, 0)]
-    offsets[exchanged] = offsets[exchanged][:, MIRROR]
+    toes = [joints[:, INDEX[f"{side}_toe"]] - joints[:, INDEX[f"{side}_ankle"]] for side in ("left", "right")]
+    toes = np.where(np.isfinite(toes), toes, 0.0).sum(axis=0)
+    exchanged = (toes * axes[:, 1]).sum(axis=1) > 0  # toes that point backwards: left and right are exchanged
+    from_hips = joints - joints[:, :1]
+    from_hips[exchanged] = from_hips[exchanged][:, MIRROR]
     axes[exchanged, :2] *= -1
-    local = np.einsum("fij,fkj->fki", axes, offsets)
+    local = np.einsum("fij,fkj->fki", axes, from_hips)
     out = np.full((JOINT_COUNT, 3), np.nan)
-    for j in range(1, JOINT_COUNT):
+    for j in (INDEX[name] for name in _TRUNK):
         seen = local[np.isfinite(local[:, j]).all(axis=1), j]
         if len(seen) >= _MIN_SAMPLES:
             out[j] = np.median(seen, axis=0)
     return out
 
 
-def _symmetric(offsets: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return offsets that are the same on both sides; a side that is missing takes the other's."""
-    flipped = offsets[MIRROR] * [-1.0, 1.0, 1.0]
-    both = np.where(np.isfinite(offsets) & np.isfinite(flipped), (offsets + flipped) / 2, np.nan)
-    one = np.where(np.isfinite(offsets), offsets, flipped)
-    return np.where(np.isfinite(both), both, one)
+def _unit(vectors: NDArray[np.float64]) -> NDArray[np.float64]:
+    return vectors / np.maximum(np.linalg.norm(vectors, axis=-1, keepdims=True), 1e-9)
 
 
-def _height(offsets: NDArray[np.float64], lengths: NDArray[np.float64], walk: Walk) -> float | None:
-    """Return the standing height [m] from the chain of bones, else from the body's extent; None where unseen."""
-    chain = [INDEX[name] for name in ("spine", "chest", "neck", "head")]
-    legs = [INDEX[f"left_{name}"] for name in ("hip", "knee", "ankle")]
-    parts = offsets[chain + legs, 2]
-    if np.isfinite(parts).all():
-        return float((offsets[chain, 2].sum() - offsets[legs, 2].sum()) / (1.0 - TOP_OF_HEAD - ANKLE_HEIGHT))
+def _symmetric(positions: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return positions made the same on both sides; a side that is missing takes the other's."""
+    flipped = positions[MIRROR] * [-1.0, 1.0, 1.0]
+    here, there = np.isfinite(positions), np.isfinite(flipped)
+    return np.where(here & there, (positions + flipped) / 2, np.where(here, positions, flipped))
+
+
+def _between(name: str, trunk: NDArray[np.float64], usual: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return where a missing joint of the trunk is, from the hips: as on an average person, on the line to the neck."""
+    here = usual[INDEX[name]] - usual[0]
+    neck, usual_neck = trunk[INDEX["neck"]], usual[INDEX["neck"]] - usual[0]
+    if name in ("spine", "chest") and np.isfinite(neck).all():
+        return neck * here[2] / usual_neck[2]
+    return here
+
+
+def _height(trunk: NDArray[np.float64], lengths: NDArray[np.float64], walk: Walk) -> float | None:
+    """Return the standing height [m] from the chain of bones, else from how high the head is; None where unseen."""
+    chain = trunk[[INDEX["head"], INDEX["left_hip"]], 2]
+    legs = lengths[[INDEX["left_knee"], INDEX["left_ankle"]]]
+    if np.isfinite(chain).all() and np.isfinite(legs).all():
+        return float((chain[0] - chain[1] + legs.sum()) / (1.0 - TOP_OF_HEAD - ANKLE_HEIGHT))
     heads = walk.merged[:, INDEX["head"], 2]
     heads = heads[np.isfinite(heads)]
-    if len(heads) >= _MIN_SAMPLES:
-        return float(np.median(heads) / (1.0 - TOP_OF_HEAD))
-    return None
-
-
-def _fill(
-    offsets: NDArray[np.float64], usual: NDArray[np.float64], missing: NDArray[np.bool_]
-) -> NDArray[np.float64]:
-    """Return the offsets with missing joints placed as on an average person.
-
-    A missing joint inside the chain (no camera reports a chest) takes its usual share of the way to the next joint
-    that was seen: offsets of its children were measured from nothing and are taken as usual too.
-    """
-    out = np.where(missing[:, None], usual, offsets)
-    for j in range(1, JOINT_COUNT):
-        if missing[PARENTS[j]] and PARENTS[j] != 0:
-            out[j] = usual[j]
-    return out
+    return float(np.median(heads) / (1.0 - TOP_OF_HEAD)) if len(heads) >= _MIN_SAMPLES else None

@@ -27,6 +27,8 @@ _INDEPENDENT_SHARE = 0.2
 """Noise of neighbouring frames is alike, so that observations count for less than their number."""
 _KERNEL = 3.0
 _UNKNOWNS = 8
+_CONVERGED = 2e-5
+"""Steps [m, rad, s] that are too small to matter: 0.02 mm, 0.001 degrees, 0.02 ms."""
 
 
 @dataclass(frozen=True)
@@ -95,7 +97,7 @@ def refine(
             _moved(camera, step[_UNKNOWNS * i : _UNKNOWNS * (i + 1)]) for i, camera in enumerate(cameras[1:])
         ]
         bias += float(step[-1])
-        if np.abs(step).max() < 1e-6:
+        if np.abs(step).max() < _CONVERGED:
             break
     variance = np.diag(np.linalg.pinv(hessian, hermitian=True)) / _INDEPENDENT_SHARE
     offset_sd = np.sqrt(np.maximum(np.append(0.0, variance[6:-1:_UNKNOWNS]), 0.0))

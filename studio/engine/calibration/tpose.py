@@ -10,9 +10,11 @@ from studio.engine.joints import INDEX
 
 _MIN_HOLD_S = 1.0
 _MAX_SLOPE = np.sin(np.radians(25.0))
-_MIN_STRAIGHT = 0.93
+_MIN_STRAIGHT = np.cos(np.radians(35.0))
 _MAX_SPEED_M_S = 0.25
 _SHARE = 0.8
+ACROSS_BODY = ("shoulder", "hip")
+ACROSS_TPOSE = ("shoulder", "elbow", "wrist")
 
 
 @dataclass(frozen=True)
@@ -71,23 +73,24 @@ def _is_tpose(joints: NDArray[np.float64], up: NDArray[np.float64], rate_hz: flo
     return good
 
 
-def facing(joints: NDArray[np.float64], up: NDArray[np.float64]) -> tuple[NDArray[np.float64], bool] | None:
-    """Return which way a body faces over some instants, and whether its left and right are exchanged.
+def facing(
+    joints: NDArray[np.float64], up: NDArray[np.float64], names: tuple[str, ...]
+) -> NDArray[np.float64] | None:
+    """Return which way a body faces over some instants, a unit vector; None where it was not seen.
 
-    The line across hips and shoulders gives the direction but for its sign, which the toes decide (they point
+    The line from right to left joints gives the direction but for its sign, which the toes decide (they point
     forwards whatever the labels say); without toes the labels do.
 
     Args:
         joints: shape (instant_count, 21, 3), of one pose or a short time; NaN = unseen.
         up: unit vector, shape (3,).
+        names: joints of both sides that lie across the body, such as `shoulder`; in a T-pose also the arms'.
     """
-    across = np.concatenate(
-        [joints[:, INDEX[f"left_{name}"]] - joints[:, INDEX[f"right_{name}"]] for name in ("shoulder", "hip")]
-    )
-    across = across[np.isfinite(across).all(axis=1)]
-    if len(across) == 0:
+    lines = [joints[:, INDEX[f"left_{name}"]] - joints[:, INDEX[f"right_{name}"]] for name in names]
+    medians = [np.median(x[np.isfinite(x).all(axis=1)], axis=0) for x in lines if np.isfinite(x).all(axis=1).any()]
+    if not medians:
         return None
-    line = np.median(across, axis=0)
+    line = np.sum(medians, axis=0)  # long lines count for more: they are the surer ones
     line = _unit(line - (line @ up) * up)
     forward = np.cross(line, up)
     toes = np.concatenate(
@@ -95,7 +98,7 @@ def facing(joints: NDArray[np.float64], up: NDArray[np.float64]) -> tuple[NDArra
     )
     toes = toes[np.isfinite(toes).all(axis=1)]
     exchanged = len(toes) > 0 and float(np.median(toes @ forward)) < 0
-    return (-forward if exchanged else forward), exchanged
+    return -forward if exchanged else forward
 
 
 def _unit(vectors: NDArray[np.float64]) -> NDArray[np.float64]:
