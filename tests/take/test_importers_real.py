@@ -1,0 +1,113 @@
+"""Importing the real recordings in the folder of outside data."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from studio.engine.errors import NotAvailableError
+from studio.engine.geometry import fit_rigid, transform_points
+from studio.engine.joints import INDEX
+from studio.take.importers import import_recording
+from studio.take.raw import camera_frames, inspect_raw
+
+PAIRS = {
+    "Study_13_Kinect_2_Time_5_22_05_PM": (1540, 1470),
+    "Study_16_Kinect_0_Time_6_13_59_PM": (2044, 1991),
+    "Study_16_Kinect_1_Time_6_18_45_PM": (1507, 1536),
+    "Study_18_Kinect_2_Time_10_55_24_PM": (125, 131),
+    "Study_20_Kinect_1_Time_1_30_34_PM": (581, 679),
+}
+
+
+def left_is_left(positions: np.ndarray) -> float:
+    """Share of frames in which the left hip is to the left of where the feet point; camera frames, y down."""
+    forward = sum(
+        positions[:, INDEX[f"{s}_toe"]] - positions[:, INDEX[f"{s}_ankle"]] for s in ("left", "right")
+    )
+    left = positions[:, INDEX["left_hip"]] - positions[:, INDEX["right_hip"]]
+    return float((np.einsum("fi,fi->f", np.cross([0.0, -1.0, 0.0], forward), left) > 0).mean())
+
+
+@pytest.mark.parametrize("name", PAIRS)
+def test_kinect_pairs(test_data: Path, tmp_path: Path, name: str) -> None:
+    take = import_recording(test_data / "kinect2_pairs" / f"{name}.csv", tmp_path / "take")
+    summary = inspect_raw(take.raw_path)
+    assert summary.complete and summary.frames == dict(
+        zip(("camera_0", "camera_1"), PAIRS[name], strict=True)
+    )
+    frames = camera_frames(take.raw_path)
+    times = {camera: np.array([f.device_time_ns for f in of]) for camera, of in frames.items()}
+    positions = {camera: np.array([f.positions for f in of]) for camera, of in frames.items()}
+    for camera in frames:
+        assert (np.diff(times[camera]) >= 30e6).all()
+        assert 30 < take.meta["cameras"][0]["frames_per_second"] < 30.5
+        assert left_is_left(positions[camera]) > 0.97
+        head, ankle = positions[camera][:, INDEX["head"], 1], positions[camera][:, INDEX["left_ankle"], 1]
+        assert (head < ankle).all()
+    assert abs(int(times["camera_0"][0]) - int(times["camera_1"][0])) < 100e6
+    same = np.abs(times["camera_1"][:, None] - times["camera_0"][None]).argmin(axis=0)
+    near = np.abs(times["camera_1"][same] - times["camera_0"]) < 20e6
+    a, b = positions["camera_0"][near].reshape(-1, 3), positions["camera_1"][same[near]].reshape(-1, 3)
+    weights = np.ones(len(a))
+    for _ in range(5):
+        T = fit_rigid(a, b, weights)
+        distance = np.linalg.norm(transform_points(T, a) - b, axis=1)
+        weights = 1 / (1 + (distance / 0.05) ** 2)
+    assert np.median(distance) < 0.07  # the same person in both cameras
+
+
+def test_a_person_who_faces_the_camera_has_the_left_hand_at_positive_x(
+    test_data: Path, tmp_path: Path
+) -> None:
+    take = import_recording(test_data / "kinect2_tracking_state" / "Ges01_wavehand.csv", tmp_path / "take")
+    ((first, *_),) = camera_frames(take.raw_path).values()
+    assert first.positions[INDEX["left_shoulder"], 0] > first.positions[INDEX["right_shoulder"], 0] + 0.2
+    assert first.positions[INDEX["head"], 1] < first.positions[INDEX["hips"], 1] - 0.5
+    assert 2 < first.positions[INDEX["hips"], 2] < 3.5
+
+
+@pytest.mark.parametrize(
+    ("name", "count"),
+    [("Ges01_wavehand", 154), ("Ges02_balancinghands", 161), ("Ges06_chickenwing", 160), ("joints", 371)],
+)
+def test_kinect_tracking_states(test_data: Path, tmp_path: Path, name: str, count: int) -> None:
+    take = import_recording(test_data / "kinect2_tracking_state" / f"{name}.csv", tmp_path / "take")
+    frames = camera_frames(take.raw_path)["camera_0"]
+    assert len(frames) == count
+    confidence = np.array([f.confidence for f in frames])
+    assert set(np.unique(confidence.round(6))) <= {0.0, 0.4, 1.0} and (confidence > 0).all()
+    assert left_is_left(np.array([f.positions for f in frames])) > 0.9
+
+
+@pytest.mark.parametrize(
+    ("name", "cameras", "count"),
+    [
+        ("punches_2_cameras", 2, 1419),
+        ("jumps_2_cameras", 2, 1449),
+        ("jumping_jacks_3_cameras", 3, 1449),
+        ("ballet_4_cameras", 4, 1250),
+    ],
+)
+def test_noisy_joints(test_data: Path, tmp_path: Path, name: str, cameras: int, count: int) -> None:
+    take = import_recording(test_data / "noisy_joints" / name, tmp_path / "take")
+    assert (
+        take.meta["calibration_s"] == 34.3 and take.meta["calibration"] is None and take.meta["notes"] == ""
+    )
+    frames = camera_frames(take.raw_path)
+    assert {camera: len(of) for camera, of in frames.items()} == {
+        f"camera_{k}": count for k in range(cameras)
+    }
+    unseen = np.isnan([f.positions[:, 0] for f in frames["camera_0"]]).mean()
+    assert 0.01 < unseen < 0.1
+    lines = (test_data / "noisy_joints" / name / "camera_0" / "joints.csv").read_text().splitlines()
+    assert frames["camera_0"][-1].device_time_ns == round(float(lines[-1].split(",")[0]) * 1e9)
+
+
+@pytest.mark.parametrize(
+    "name", ["depth/walk_2_kinect_v1", "mocap/02_01.bvh", "sensor_files/pyk4a_recording.mkv"]
+)
+def test_kinds_that_are_not_read_yet(test_data: Path, tmp_path: Path, name: str) -> None:
+    with pytest.raises(NotAvailableError, match="not available in this version"):
+        import_recording(test_data / name, tmp_path / "take")
+    assert list(tmp_path.iterdir()) == []

@@ -1,0 +1,194 @@
+"""take.json, calibrations, solves, names, and takes that are made in one piece."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from studio import wire
+from studio.engine.calibration.result import Calibration, CameraCalibration
+from studio.engine.errors import CalibrationError, TakeError
+from studio.take.lock import is_held
+from studio.take.names import check_name, inside, is_safe_name
+from studio.take.new import new_take
+from studio.take.take import Take, TakeVersionError
+from tests.take.helpers import hello
+
+HOSTILE = [
+    "",
+    ".",
+    "..",
+    "../x",
+    "a/b",
+    "/etc",
+    "a\\b",
+    "C:x",
+    "x\0y",
+    "a\nb",
+    ".hidden",
+    " x",
+    "x ",
+    "x.",
+    "y" * 64,
+    "a*",
+]
+
+
+def calibration(verdict: str = "good") -> Calibration:
+    T = np.eye(4)
+    T[:3, 3] = [0.125, 0.25, 3.0]
+    return Calibration("camera_0", {"camera_0": CameraCalibration(T, verdict=verdict)})
+
+
+def test_a_new_take_opens_again_as_it_was(tmp_path: Path) -> None:
+    take = Take.create(tmp_path / "t", session="day 1", name="take_001", source="live", performer="Ada")
+    camera = wire.Hello(
+        1,
+        "camera_0",
+        "Kinect v2",
+        "kinect-v2",
+        "b1",
+        serial="7",
+        intrinsics=wire.Intrinsics(1, 2, 3, 4, 5, 6),
+    )
+    take.add_camera(camera)
+    take.add_camera(hello("camera_0", boot_id="b2"))
+    take.add_camera(hello("camera_1"))
+    take.save_meta()
+    meta = Take.open(tmp_path / "t").meta
+    assert meta == take.meta
+    assert meta["format_version"] == 1 and meta["id"] == "day 1/take_001" and meta["performer"] == "Ada"
+    assert meta["recording"] == "recording" and meta["calibration"] is None and meta["rating"] is None
+    assert meta["created"].endswith("+00:00") and meta["notes"] == ""
+    assert take.camera_names == ("camera_0", "camera_1")
+    assert meta["cameras"][0]["boot_ids"] == ["b1", "b2"] and meta["cameras"][0]["intrinsics"]["height"] == 6
+
+
+def test_a_take_never_overwrites(tmp_path: Path) -> None:
+    (tmp_path / "empty").mkdir()
+    Take.create(tmp_path / "empty", session="s", name="t", source="live")
+    with pytest.raises(TakeError, match="not empty"):
+        Take.create(tmp_path / "empty", session="s", name="t", source="live")
+    (tmp_path / "file").write_text("x")
+    with pytest.raises(TakeError, match="not empty"):
+        Take.create(tmp_path / "file", session="s", name="t", source="live")
+    with pytest.raises(TakeError, match="allowed: live, import, simulate"):
+        Take.create(tmp_path / "other", session="s", name="t", source="film")
+    with pytest.raises(TakeError, match="cannot make a take"):
+        Take.create(tmp_path / "file" / "t", session="s", name="t", source="live")
+
+
+def test_what_is_no_take_is_told(tmp_path: Path) -> None:
+    with pytest.raises(TakeError, match="no such folder"):
+        Take.open(tmp_path / "missing")
+    with pytest.raises(TakeError, match="has no take"):
+        Take.open(tmp_path)
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("", "cannot be read"),
+        ("\xff{", "doctor"),
+        ("[]", "not the take.json"),
+        ("{}", "not the take.json"),
+        ('{"format_version": 1}', "session, name"),
+        ("[" * 100_000, "doctor"),
+    ],
+)
+def test_a_broken_take_json_is_told(tmp_path: Path, text: str, message: str) -> None:
+    (tmp_path / "take.json").write_text(text, encoding="latin-1")
+    with pytest.raises(TakeError, match=message):
+        Take.open(tmp_path)
+
+
+def test_another_version_has_its_own_error(tmp_path: Path) -> None:
+    take = Take.create(tmp_path / "t", session="s", name="t", source="live")
+    take.meta["format_version"] = 2
+    take.save_meta()
+    with pytest.raises(TakeVersionError, match=r"format version 2.*version 1"):
+        Take.open(tmp_path / "t")
+
+
+def test_calibrations_are_numbered_and_kept(tmp_path: Path) -> None:
+    take = Take.create(tmp_path / "t", session="s", name="t", source="live")
+    with pytest.raises(CalibrationError, match="studio calibrate"):
+        take.calibration()
+    assert take.add_calibration(calibration(), use=True) == 1
+    assert take.add_calibration(calibration("refused"), use=False) == 2
+    again = Take.open(tmp_path / "t")
+    np.testing.assert_array_equal(
+        again.calibration().cameras["camera_0"].T_stage_camera,
+        calibration().cameras["camera_0"].T_stage_camera,
+    )
+    assert again.meta["calibration"] == 1 and again.calibration_numbers() == [1, 2]
+    again.calibration_path(1).write_text("{")
+    with pytest.raises(CalibrationError, match="calibrate again"):
+        again.calibration()
+
+
+@pytest.mark.parametrize("name", HOSTILE)
+def test_hostile_names_are_refused(tmp_path: Path, name: str) -> None:
+    assert not is_safe_name(name)
+    take = Take.create(tmp_path / "t", session="s", name="t", source="live")
+    for attempt in (
+        lambda: take.solve_folder(name),
+        lambda: Take.create(tmp_path / "u", session=name, name="t", source="live"),
+        lambda: Take.create(tmp_path / "u", session="s", name=name, source="live"),
+    ):
+        with pytest.raises(TakeError, match="not allowed"):
+            attempt()
+    assert not (tmp_path / "u").exists()
+
+
+@given(st.text(max_size=70))
+def test_a_safe_name_stays_inside(name: str) -> None:
+    if is_safe_name(name):
+        assert inside(Path("/srv/sessions"), check_name("take", name)).parent == Path("/srv/sessions")
+
+
+def test_a_link_does_not_lead_out(tmp_path: Path) -> None:
+    take = Take.create(tmp_path / "t", session="s", name="t", source="live")
+    (take.path / "solves" / "studio").symlink_to(tmp_path)
+    with pytest.raises(TakeError, match="leads out"):
+        take.solve_folder("studio")
+
+
+def test_solves_are_those_with_poses(tmp_path: Path) -> None:
+    take = Take.create(tmp_path / "t", session="s", name="t", source="live")
+    for name in ("studio", "raw", "unfinished"):
+        take.solve_folder(name).mkdir()
+    for name in ("studio", "raw"):
+        (take.solve_folder(name) / "poses.npz").write_bytes(b"")
+    assert take.solve_names() == ["raw", "studio"]
+
+
+def test_a_new_take_is_there_whole(tmp_path: Path) -> None:
+    with new_take(tmp_path / "day" / "take_007", source="simulate", calibration_s=34.0) as take:
+        assert not (tmp_path / "day" / "take_007").exists()
+        assert is_held(take.path)
+        (take.path / "raw.mcap").write_bytes(b"x")
+    assert take.path == tmp_path / "day" / "take_007"
+    meta = json.loads((tmp_path / "day" / "take_007" / "take.json").read_text())
+    assert (meta["session"], meta["name"], meta["recording"]) == ("day", "take_007", "done")
+    assert [f.name for f in (tmp_path / "day").iterdir()] == ["take_007"]
+
+
+@pytest.mark.parametrize("error", [ValueError, KeyboardInterrupt])
+def test_a_new_take_that_fails_leaves_nothing(tmp_path: Path, error: type[BaseException]) -> None:
+    with pytest.raises(error), new_take(tmp_path / "a" / "b" / "t", source="import") as take:
+        (take.path / "raw.mcap").write_bytes(b"x")
+        raise error
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_new_take_does_not_replace_what_appeared_meanwhile(tmp_path: Path) -> None:
+    with pytest.raises(TakeError, match="cannot finish"), new_take(tmp_path / "t", source="import"):
+        (tmp_path / "t").mkdir()
+        (tmp_path / "t" / "mine").write_text("x")
+    assert [f.name for f in tmp_path.iterdir()] == ["t"]
+    with pytest.raises(TakeError, match="not empty"), new_take(tmp_path / "t", source="import"):
+        pass
