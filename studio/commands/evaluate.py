@@ -5,6 +5,7 @@ from pathlib import Path
 from typing import Any
 
 from studio.commands.common import add_command, add_json, add_take, figure, progress_bar, table, write_result
+from studio.commands.export import choose_solve
 
 _TEXT = """\
 Measure a take's solves against a reference motion.
@@ -68,13 +69,10 @@ def run(args: argparse.Namespace) -> int:
     if args.report is not None:
         raise NotAvailableError("--report is not available in this version; use --json")
     take = Take.open(args.take)
-    names = list(dict.fromkeys(args.solve)) or take.solve_names()
-    missing = [name for name in names if not (take.solve_folder(name) / "poses.npz").is_file()]
-    if not names or missing:
-        raise TakeError(
-            f"take {take.path} has no solve {', '.join(missing)}".rstrip()
-            + f"; it has: {', '.join(take.solve_names()) or 'none'}; run `studio solve {take.path}`"
-        )
+    available = take.solve_names()
+    names = [choose_solve(available, name, str(take.path)) for name in dict.fromkeys(args.solve)] or available
+    if not names:
+        raise TakeError(f"take {take.path} has no solve yet; run `studio solve {take.path}`")
     reference = read_reference(args.reference, unit_m=args.unit_m)
     solves: dict[str, dict[str, Any]] = {}
     with progress_bar("evaluate") as progress:
@@ -95,6 +93,7 @@ def run(args: argparse.Namespace) -> int:
 def summary(solves: dict[str, dict[str, Any]]) -> str:
     """The figures as tables: one line per figure and a column per solve, then the joints."""
     rows = [["", *solves]]
+    rows.append(["joints", *(str(len(figures["matched_joints"])) for figures in solves.values())])
     rows += [
         [title, *(figure(figures[key], digits) for figures in solves.values())]
         for key, (title, digits) in _COLUMNS.items()

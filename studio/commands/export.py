@@ -77,10 +77,8 @@ def choose_solve(available: list[str], wanted: str | None, take: str) -> str:
 
     if wanted is not None and wanted in available:
         return wanted
-    if wanted is not None or not available:
-        asked = "" if wanted is None else f" {wanted!r}"
-        raise TakeError(
-            f"take {take} has no solve{asked}; it has: {', '.join(available) or 'none'}; "
-            f"run `studio solve {take}`"
-        )
+    if not available:
+        raise TakeError(f"take {take} has no solve yet; run `studio solve {take}`")
+    if wanted is not None:
+        raise TakeError(f"take {take} has no solve {wanted!r}; it has: {', '.join(available)}")
     return next((name for name in PREFERRED if name in available), available[0])

@@ -4,6 +4,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import minimize_scalar
 
+from studio.engine.joints import INDEX
 from studio.engine.metrics.matching import Matched
 from studio.engine.metrics.reference import Reference
 
@@ -26,11 +27,11 @@ def latency_ms(matched: Matched, reference: Reference) -> float | None:
     if window.sum() < max(4, 1.0 / step):
         return None
     time = matched.time_s
-    solve = _velocity(matched.pick(matched.joints)[0], time)
+    joints = [INDEX[name] for name in matched.joints]
+    solve = _velocity(matched.solve_m[:, joints], time)
 
     def correlation(lag_s: float) -> float:
-        moved = Matched(time, matched.solve_m, reference.at(time - lag_s), matched.seen)
-        velocity = _velocity(moved.pick(matched.joints)[1], time)
+        velocity = _velocity(reference.at(time - lag_s)[:, joints], time)
         valid = np.isfinite(solve) & np.isfinite(velocity) & window[1:-1, None, None]
         a, b = solve[valid], velocity[valid]
         power = float(np.sqrt((a @ a) * (b @ b)))

@@ -1,6 +1,7 @@
 """A solve and a reference brought to the same joints and the same instants."""
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -39,11 +40,12 @@ class Matched:
 
     def has(self, *names: str) -> bool:
         """Whether both have every one of these canonical joints at some instant."""
-        return all(self._both[:, INDEX[name]].any() for name in names)
+        return all(self._common[INDEX[name]] for name in names)
 
-    @property
-    def _both(self) -> NDArray[np.bool_]:
-        return np.isfinite(self.solve_m).all(axis=2) & np.isfinite(self.reference_m).all(axis=2)
+    @cached_property
+    def _common(self) -> NDArray[np.bool_]:
+        """Which canonical joints both have at some instant, shape (21,)."""
+        return np.isfinite(self.solve_m + self.reference_m).all(axis=2).any(axis=0)
 
     def pick(self, names: list[str]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Return these joints of solve and reference, each of shape (frame_count, len(names), 3)."""
