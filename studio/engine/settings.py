@@ -38,7 +38,7 @@ class SolveSettings:
     human_limits: str = "on"
     flexibility: float = 1.0
     relax_pose: float = 0.0
-    bone_length_limit: str = "2"
+    bone_length_limit: str = "off"
     displacement_limit: str = "none"
     displacement_limits_m_s: dict[str, float] = field(default_factory=dict)
     smoothing: str = "none"

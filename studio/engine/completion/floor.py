@@ -1,11 +1,10 @@
-"""Floor contact: feet stay above the floor, and a foot that stands stays where it stands.
+"""Floor contact: feet stay above the floor, and what stands on it stays where it stands.
 
-Before the solve, `FloorContact.targets` lifts the joints of feet that are under the floor and holds those
-that stand; after it, `lift` raises a pose whose feet are still under the floor. A foot is let go as soon as
-it rises or moves away from where it was held, so that jumps and slides remain possible.
+Before the solve, `FloorContact.targets` lifts ankles and toes that are under the floor and holds those that
+stand, each by itself, so that a heel may rise while the toe stays; after it, `lift` raises a pose whose feet
+are still under the floor. A joint is let go as soon as it rises or moves away from where it was held, so that
+jumps and slides remain possible.
 """
-
-from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,89 +12,78 @@ from numpy.typing import NDArray
 from studio.engine.human.skeleton import Skeleton
 from studio.engine.joints import INDEX, OUTPUT_INDEX
 
-STAND_HEIGHT_M = 0.045
-"""A standing foot's joints are at most this far above their resting height."""
+STAND_HEIGHT_M = 0.04
+"""A standing joint is at most this far above its height in the T-pose."""
 
-STAND_SPEED_M_S = 0.30
+LEAST_HEIGHT = 0.4
+"""A joint may sink to this share of its height in the T-pose: feet roll, shoes give, and the T-pose's own height
+is known to a centimetre or two."""
+
+STAND_SPEED_M_S = 0.25
 LEAVE_SPEED_M_S = 0.60
-"""A foot stands below the first speed, and leaves above the second."""
+"""A joint stands below the first speed, and leaves above the second."""
 
-LEAVE_M = 0.05
-"""A foot this far from where it is held is let go."""
+LEAVE_M = 0.06
+"""A joint this far from where it is held is let go."""
 
-HOLD_S = 0.15
-"""Time in which a standing foot is taken hold of, and let go."""
+HOLD_S = 0.12
+"""Time in which a standing joint is taken hold of; it is let go in half of it."""
 
-HOLD_SIGMA_M = 0.004
+HOLD_SIGMA_M = 0.008
 """Deviation given to a held joint."""
 
 _SPEED_S = 0.06
-_FOOT = {side: np.array([INDEX[f"{side}_ankle"], INDEX[f"{side}_toe"]]) for side in ("left", "right")}
-_FOOT_OUTPUTS = np.array([OUTPUT_INDEX[n] for n in ("LeftFoot", "LeftToeBase", "RightFoot", "RightToeBase")])
-
-
-@dataclass
-class _Foot:
-    anchor: NDArray[np.float64] | None = None  # ankle and toe where the foot stands, (2, 3)
-    held: float = 0.0  # 0 = free, 1 = held
-    last: NDArray[np.float64] | None = None
-    velocity: NDArray[np.float64] = field(default_factory=lambda: np.zeros((2, 3)))
+_ANCHOR_S = 0.5
+_JOINTS = np.array([INDEX[n] for n in ("left_ankle", "left_toe", "right_ankle", "right_toe")])
+_OUTPUTS = np.array([OUTPUT_INDEX[n] for n in ("LeftFoot", "LeftToeBase", "RightFoot", "RightToeBase")])
 
 
 class FloorContact:
-    """Holds standing feet, frame by frame."""
+    """Holds standing ankles and toes, frame by frame; rows are left ankle, left toe, right ankle, right toe."""
 
     def __init__(self, skeleton: Skeleton) -> None:
-        rest = skeleton.rest_positions_m
-        self._height = {
-            side: np.maximum(rest[[OUTPUT_INDEX[f"{side.capitalize()}Foot"], OUTPUT_INDEX[f"{side.capitalize()}ToeBase"]], 2], 0.0)
-            for side in ("left", "right")
-        }  # fmt: skip
-        self._rest_height = np.concatenate([self._height["left"], self._height["right"]])
-        self._feet = {"left": _Foot(), "right": _Foot()}
+        self._height = np.maximum(skeleton.rest_positions_m[_OUTPUTS, 2], 0.0)
+        self._anchor = np.full((4, 3), np.nan)
+        self._held = np.zeros(4)  # 0 = free, 1 = held
+        self._last = np.full((4, 3), np.nan)
+        self._velocity = np.zeros((4, 3))
 
     def targets(
         self, joints: NDArray[np.float64], sigma: NDArray[np.float64], dt: float
     ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Return canonical joints [m], shape (21, 3), and deviations, shape (21,), with the feet on the floor."""
         joints, sigma = joints.copy(), sigma.copy()
-        for side, foot in self._feet.items():
-            rows, height = _FOOT[side], self._height[side]
-            here = joints[rows]
-            if np.isnan(here).any():
-                foot.last = None
-                foot.held = max(0.0, foot.held - dt / HOLD_S)
-                continue
-            here[:, 2] = np.maximum(here[:, 2], height)
-            self._follow(foot, here, height, dt)
-            if foot.anchor is not None and foot.held > 0.0:
-                here = (1.0 - foot.held) * here + foot.held * foot.anchor
-                sigma[rows] = (1.0 - foot.held) * sigma[rows] + foot.held * HOLD_SIGMA_M
-            joints[rows] = here
+        here = joints[_JOINTS]
+        here[:, 2] = np.maximum(here[:, 2], LEAST_HEIGHT * self._height)  # keeps NaN
+        self._follow(here, dt)
+        held = np.where(np.isnan(here[:, 0]), 0.0, self._held)
+        anchored = np.where(np.isnan(self._anchor), here, self._anchor)
+        joints[_JOINTS] = here + held[:, None] * (anchored - here)
+        sigma[_JOINTS] += held * (np.minimum(HOLD_SIGMA_M, sigma[_JOINTS]) - sigma[_JOINTS])
         return joints, sigma
 
-    @staticmethod
-    def _follow(foot: _Foot, here: NDArray[np.float64], height: NDArray[np.float64], dt: float) -> None:
-        """Update whether the foot stands, and how firmly it is held."""
-        if foot.last is not None and dt > 0:
+    def _follow(self, here: NDArray[np.float64], dt: float) -> None:
+        """Update which joints stand, where, and how firmly they are held."""
+        if dt > 0:
+            velocity = (here - self._last) / dt
             share = 1.0 - np.exp(-dt / _SPEED_S)
-            foot.velocity += share * ((here - foot.last) / dt - foot.velocity)
-        foot.last = here.copy()
-        speed = float(np.linalg.norm(foot.velocity.mean(axis=0)))
-        low = bool((here[:, 2] - height < STAND_HEIGHT_M).all())
-        if foot.anchor is None:
-            if low and speed < STAND_SPEED_M_S:
-                foot.anchor = np.column_stack([here[:, :2], height])
-        else:
-            away = float(np.linalg.norm((here - foot.anchor).mean(axis=0)))
-            if not low or speed > LEAVE_SPEED_M_S or away > LEAVE_M:
-                foot.held = max(0.0, foot.held - dt / (0.5 * HOLD_S))
-                if foot.held == 0.0:
-                    foot.anchor = None
-            else:
-                foot.held = min(1.0, foot.held + dt / HOLD_S)
-                foot.anchor[:, :2] += (1.0 - np.exp(-dt / 1.0)) * (here - foot.anchor)[:, :2]
+            self._velocity = np.where(
+                np.isnan(velocity), 0.0, self._velocity + share * (velocity - self._velocity)
+            )
+        self._last = here
+        speed = np.linalg.norm(self._velocity, axis=1)
+        low = here[:, 2] - self._height < STAND_HEIGHT_M
+        free = np.isnan(self._anchor[:, 0])
+        lands = free & low & (speed < STAND_SPEED_M_S)
+        away = np.linalg.norm(here - self._anchor, axis=1) > LEAVE_M
+        stands = ~free & low & (speed < LEAVE_SPEED_M_S) & ~away
+        rate = np.where(stands | lands, 1.0, -2.0) * dt / HOLD_S
+        self._held = np.clip(self._held + rate, 0.0, 1.0)
+        self._anchor[lands] = here[lands]
+        drift = (1.0 - np.exp(-dt / _ANCHOR_S)) * (here - self._anchor)
+        self._anchor[stands] += drift[stands]
+        self._anchor[~stands & ~lands & (self._held == 0.0)] = np.nan
 
     def lift(self, positions: NDArray[np.float64]) -> float:
         """Return how far a pose, shape (52, 3) [m], has to rise so that no foot is under the floor."""
-        return max(0.0, float((self._rest_height - positions[_FOOT_OUTPUTS, 2]).max()))
+        return max(0.0, float((LEAST_HEIGHT * self._height - positions[_OUTPUTS, 2]).max()))

@@ -47,7 +47,7 @@ _ACCELERATION = {
     "toe": 30.0,
 }
 ACCELERATION_M_S2: NDArray[np.float64] = np.array(
-    [_ACCELERATION.get(n.split("_")[-1], 9.0) for n in CANONICAL]
+    [_ACCELERATION.get(n.split("_")[-1], 15.0) for n in CANONICAL]
 )
 """Usual acceleration of each joint [m/s2]."""
 

@@ -26,7 +26,7 @@ FIRST_ITERATIONS = 12
 MAX_STEP_RAD = 0.6
 """Longest turn of a hinge in an iteration: beyond it the linear model of the pose is not worth following."""
 
-MODEL_SIGMA_M = 0.012
+MODEL_SIGMA_M = 0.01
 """How far a real joint centre strays from a rigid body's [m]; added to the joints' own deviation."""
 
 VELOCITY_SHARE = 0.8
@@ -36,13 +36,13 @@ DAMPING = 1e-3
 
 # Deviation of each hinge from where its velocity carries it, per second of time [rad/s], by output joint; the
 # free hips come first, as [m/s] and [rad/s].
-_HIPS_SIGMA = (1.0, 1.0, 1.0, 2.0, 2.0, 2.0)
+_HIPS_SIGMA = (1.5, 1.5, 1.5, 3.0, 3.0, 3.0)
 _SIGMA = {
-    "Spine": 1.2, "Spine1": 1.2, "Spine2": 1.2, "Neck": 2.5, "Head": 2.5, "Shoulder": 1.5, "Arm": 6.0,
-    "ForeArm": 7.0, "Hand": 4.0, "UpLeg": 5.0, "Leg": 6.0, "Foot": 4.0, "ToeBase": 3.0,
+    "Spine": 3.5, "Spine1": 3.5, "Spine2": 3.5, "Neck": 7.5, "Head": 7.5, "Shoulder": 4.5, "Arm": 18.0,
+    "ForeArm": 21.0, "Hand": 12.0, "UpLeg": 15.0, "Leg": 18.0, "Foot": 12.0, "ToeBase": 9.0,
 }  # fmt: skip
 
-REST_WEIGHT = 0.15
+REST_WEIGHT = 0.4
 """Pull to the resting stance, in units of each hinge's usual spread: it settles what no joint shows."""
 
 LOST_M = 0.35

@@ -6,6 +6,7 @@ elbow or knee; where a limb is straight, it swings from its parent without twist
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
 
 from studio.engine.geometry import rotation_between
 from studio.engine.human.skeleton import Skeleton
@@ -55,6 +56,12 @@ def _limb(
     return swing, rotation_between(swing @ lower_rest, lower) @ swing
 
 
+def _halfway(a: NDArray[np.float64], b: NDArray[np.float64]) -> NDArray[np.float64]:
+    """The rotation in the middle of two."""
+    turn = Rotation.from_matrix(a.T @ b).as_rotvec()
+    return a @ Rotation.from_rotvec(0.5 * turn).as_matrix()
+
+
 def swing_rotations(skeleton: Skeleton, joints: NDArray[np.float64]) -> NDArray[np.float64] | None:
     """Return world rotations of the output joints, shape (52, 3, 3), that point along canonical joints.
 
@@ -84,9 +91,8 @@ def swing_rotations(skeleton: Skeleton, joints: NDArray[np.float64]) -> NDArray[
         rotations[OUTPUT_INDEX[name]] = rotation
 
     put("Hips", hips)
-    half = rotation_between(chest[:, 2], hips[:, 2])
     put("Spine", hips)
-    put("Spine1", half @ chest if np.isfinite(half).all() else chest)
+    put("Spine1", _halfway(hips, chest))
     neck = p["head"] - p["neck"]
     if np.isfinite(neck).all():
         swing = rotation_between(chest @ (rest["head"] - rest["neck"]), neck) @ chest
