@@ -96,7 +96,7 @@ class Link:
         self.name = source.name if name is None else name
         if not wire.is_camera_name(self.name):
             raise SettingsError(
-                f"camera name {self.name!r} is not allowed; allowed: 1 to 63 letters, digits, `_`, `.` and `-`"
+                f"camera name {self.name!r} is not allowed; allowed: 1 to 63 letters, digits, `_`, `.`, `-`"
             )
         self._source = source
         self._hello = wire.Hello(

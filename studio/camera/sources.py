@@ -92,7 +92,7 @@ def open_source(text: str) -> Source:
         )
     if kind not in SOURCES:
         raise SettingsError(
-            f"unknown source {text!r}; allowed: simulated:<index>/<count>[:<seed>], such as simulated:0/2, or "
-            "recording:<path>[#<camera>]"
+            f"unknown source {text!r}; allowed: simulated:<index>/<count>[:<seed>], such as simulated:0/2, "
+            "or recording:<path>[#<camera>]"
         )
     return SOURCES[kind](argument)

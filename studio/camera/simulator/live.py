@@ -34,14 +34,14 @@ def open_simulated(argument: str) -> "SimulatedSource":
     match = re.fullmatch(r"(\d{1,3})/(\d{1,3})(?::(\d{1,18}))?", argument)
     if match is None or not int(match[1]) < int(match[2]) <= MAX_CAMERAS:
         raise SettingsError(
-            f"source 'simulated:{argument}' is not allowed; allowed: simulated:<index>/<count>[:<seed>] with a "
-            f"count from 1 to {MAX_CAMERAS} and an index from 0 to count - 1, such as simulated:0/2"
+            f"source 'simulated:{argument}' is not allowed; allowed: simulated:<index>/<count>[:<seed>] with "
+            f"a count from 1 to {MAX_CAMERAS} and an index from 0 to count - 1, such as simulated:0/2"
         )
     return SimulatedSource(int(match[1]), int(match[2]), seed=int(match[3] or 0))
 
 
 class SimulatedSource:
-    """Camera `index` of the standard rig of `count` cameras; `seed` is the same for all cameras of a stage."""
+    """Camera `index` of the standard rig of `count` cameras; one `seed` for all cameras of a stage."""
 
     device = "simulated camera"
     joint_set = "canonical"

@@ -5,11 +5,13 @@ Channels (`Keys`), all 0 in a relaxed stand with the arms hanging straight down:
     lean, bend, twist            pelvis forwards, chest further forwards, chest turned to the left [rad]
     nod                          head forwards [rad]
     tiptoe                       heels up, both feet [rad]
-    <side>_raise, <side>_plane   upper arm raised from hanging, in a plane: 0 = sideways, pi/2 = forwards [rad]
+    <side>_raise, <side>_plane   upper arm raised from hanging, in a plane: 0 = aside, pi/2 = forwards [rad]
     <side>_roll, <side>_elbow    upper arm turned about itself, elbow bent [rad]
     <side>_fist                  1 = the hand is a fist
     swing                        share of arm swing while walking
 """
+
+from collections.abc import Callable
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,12 +24,13 @@ from studio.engine.motion.gait import Feet, step_after
 from studio.engine.motion.keys import RATE_HZ, FloorPath, Keys
 from studio.engine.motion.motion import CanonicalMotion
 
+Array = NDArray[np.float64]
 _SIDES = ("left", "right")
 _LEG_STRETCH = 0.998  # of the leg's length, so that a knee never locks
 _SOFT_KNEES_M = 0.004
 
 
-def compose(offsets: NDArray[np.float64], keys: Keys, path: FloorPath, duration_s: float) -> CanonicalMotion:
+def compose(offsets: Array, keys: Keys, path: FloorPath, duration_s: float) -> CanonicalMotion:
     """Return the motion of a body with T-pose `offsets`, shape (21, 3), from time 0 to `duration_s`."""
     times = np.arange(round(duration_s * RATE_HZ) + 1) / RATE_HZ
     channel = {name: keys.sample(name, times) for name in keys.channels}
@@ -35,7 +38,7 @@ def compose(offsets: NDArray[np.float64], keys: Keys, path: FloorPath, duration_
     channel["rise"] = sum((jump.rise(times) for jump in keys.jumps), np.zeros(len(times)))
     zero = np.zeros(len(times))
 
-    def get(name: str) -> NDArray[np.float64]:
+    def get(name: str) -> Array:
         return channel.get(name, zero)
 
     place, yaw = path.sample(times)
@@ -50,7 +53,8 @@ def compose(offsets: NDArray[np.float64], keys: Keys, path: FloorPath, duration_
     chest = _turn(turn, get("lean") + get("bend"))
     head = _turn(yaw + 0.6 * get("twist"), 0.4 * get("lean") + 0.4 * get("bend") + get("nod"))
     for joint, parent, rotation in (
-        ("spine", "hips", pelvis), ("chest", "spine", spine), ("neck", "chest", chest), ("head", "neck", head),
+        ("spine", "hips", pelvis), ("chest", "spine", spine),
+        ("neck", "chest", chest), ("head", "neck", head),
         ("left_hip", "hips", pelvis), ("right_hip", "hips", pelvis),
         ("left_shoulder", "chest", chest), ("right_shoulder", "chest", chest),
     ):  # fmt: skip
@@ -64,25 +68,23 @@ def compose(offsets: NDArray[np.float64], keys: Keys, path: FloorPath, duration_
     return CanonicalMotion(1 / RATE_HZ, positions, offsets, np.clip(1 - fists, 0.0, 1.0))
 
 
-def _standing_toes(offsets: NDArray[np.float64]) -> NDArray[np.float64]:
+def _standing_toes(offsets: Array) -> Array:
     return np.array(
         [sum(offsets[INDEX[f"{s}_{j}"], :2] for j in ("hip", "knee", "ankle", "toe")) for s in _SIDES]
     )
 
 
-def _turn(yaw: NDArray[np.float64], forwards: NDArray[np.float64]) -> NDArray[np.float64]:
+def _turn(yaw: Array, forwards: Array) -> Array:
     """Rotations by a heading and a lean forwards (towards -y at yaw 0), shape (F, 3, 3)."""
     return Rotation.from_euler("ZX", np.stack([yaw, forwards], axis=-1)).as_matrix()
 
 
-def _stride(feet: Feet, place: NDArray[np.float64], yaw: NDArray[np.float64]) -> NDArray[np.float64]:
+def _stride(feet: Feet, place: Array, yaw: Array) -> Array:
     forward = np.stack([np.sin(yaw), -np.cos(yaw)], axis=-1)
     return ((feet.toes_m[:, 0, :2] - feet.toes_m[:, 1, :2]) * forward).sum(axis=-1)
 
 
-def _ankles(
-    offsets: NDArray[np.float64], feet: Feet, tiptoe: NDArray[np.float64], lift: NDArray[np.float64]
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def _ankles(offsets: Array, feet: Feet, tiptoe: Array, lift: Array) -> tuple[Array, Array]:
     """Toe and ankle joints [m], shape (F, 2, 3); the foot turns about its toes."""
     toes = feet.toes_m.copy()
     toes[..., 2] += TOE_HEIGHT_M + lift[:, None]
@@ -93,7 +95,15 @@ def _ankles(
     return toes, ankles
 
 
-def _hips(offsets, place, yaw, pelvis, feet, ankles, get) -> NDArray[np.float64]:
+def _hips(
+    offsets: Array,
+    place: Array,
+    yaw: Array,
+    pelvis: Array,
+    feet: Feet,
+    ankles: Array,
+    get: Callable[[str], Array],
+) -> Array:
     """The hips [m], shape (F, 3): as high as wanted, but no higher than both legs reach."""
     sway = 0.35 * (feet.toes_m[:, 1, 2] - feet.toes_m[:, 0, 2])  # over the foot that stands
     aside = np.stack([np.cos(yaw), np.sin(yaw)], axis=-1)
@@ -117,7 +127,7 @@ def _hips(offsets, place, yaw, pelvis, feet, ankles, get) -> NDArray[np.float64]
     return hips
 
 
-def _arm(positions, offsets, side, chest, arm, swing) -> None:
+def _arm(positions: Array, offsets: Array, side: str, chest: Array, arm: list[Array], swing: Array) -> None:
     """Fill in elbow, wrist and hand. The arm hangs down at 0; its elbow bends forwards."""
     raise_, plane, roll, elbow = arm
     sign = 1.0 if side == "left" else -1.0
@@ -139,7 +149,9 @@ def _arm(positions, offsets, side, chest, arm, swing) -> None:
     positions[:, INDEX[f"{side}_hand"]] = shoulder + lengths[0] * upper + (lengths[1] + lengths[2]) * fore
 
 
-def _leg(positions, offsets, side, foot_yaw, yaw, toes, ankles) -> None:
+def _leg(
+    positions: Array, offsets: Array, side: str, foot_yaw: Array, yaw: Array, toes: Array, ankles: Array
+) -> None:
     """Fill in knee, ankle and toe: the knee bends forwards, between where the foot and the body face."""
     thigh, shin = (float(np.linalg.norm(offsets[INDEX[f"{side}_{joint}"]])) for joint in ("knee", "ankle"))
     hip = positions[:, INDEX[f"{side}_hip"]]
