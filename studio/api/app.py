@@ -1,0 +1,47 @@
+"""The server's app: all routes of `/api/v1` on one live stage."""
+
+from importlib import metadata
+from pathlib import Path
+
+from fastapi import FastAPI
+
+from studio.api.errors import add_error_handlers
+from studio.api.events import events_router
+from studio.api.jobs import Jobs
+from studio.api.link import HELLO_TIMEOUT_S, link_router
+from studio.api.origin import OriginGuard
+from studio.api.stage import stage_router
+from studio.api.takes import takes_router
+from studio.live import LiveStage
+
+_DESCRIPTION = """
+Operate the studio: cameras, recording, settings, calibration, takes. The page does all it does through these
+routes. Failures have one shape, `{"error": {"code", "message"}}`. Two WebSockets are not listed below:
+`/api/v1/link` for camera clients (docs/protocol.md) and `/api/v1/events`, which sends the status.
+"""
+
+
+def create_app(stage: LiveStage, sessions: Path, *, hello_timeout_s: float = HELLO_TIMEOUT_S) -> FastAPI:
+    """Return the app of a stage that the caller starts and closes.
+
+    Args:
+        stage: the live stage.
+        sessions: folder of the takes; nothing outside it is served.
+        hello_timeout_s: a camera link that says nothing for so long is refused.
+    """
+    app = FastAPI(
+        title="Capture Studio",
+        version=metadata.version("capture-studio"),
+        description=_DESCRIPTION,
+        docs_url="/api/docs",
+        redoc_url=None,
+        openapi_url="/api/v1/openapi.json",
+    )
+    jobs = Jobs()
+    add_error_handlers(app)
+    app.add_middleware(OriginGuard)
+    app.include_router(link_router(stage, hello_timeout_s=hello_timeout_s))
+    app.include_router(events_router(stage, jobs))
+    app.include_router(stage_router(stage))
+    app.include_router(takes_router(stage, sessions, jobs))
+    return app

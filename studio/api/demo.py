@@ -1,0 +1,85 @@
+"""The simulated stage: two camera clients as processes of their own, kept running, calibrated once."""
+
+import logging
+import subprocess
+import sys
+import threading
+
+from studio.engine.errors import StudioError
+from studio.live import LiveStage
+
+_log = logging.getLogger(__name__)
+
+CAMERAS = 2
+CHECK_S = 0.5
+SLOWEST_RESTART_S = 10.0
+STOP_S = 3.0
+
+
+class DemoCameras(threading.Thread):
+    """Starts the cameras, starts them again when they end, and begins a calibration where there is none."""
+
+    def __init__(self, stage: LiveStage, url: str) -> None:
+        super().__init__(name="demo", daemon=True)
+        self._stage = stage
+        self._url = url
+        self._stop_event = threading.Event()
+        self._processes: dict[str, subprocess.Popen[bytes]] = {}
+        self._calibrated = False
+
+    def run(self) -> None:
+        pause_s = CHECK_S
+        while not self._stop_event.is_set():
+            ended = self._start_missing()
+            pause_s = min(2 * pause_s, SLOWEST_RESTART_S) if ended else CHECK_S
+            self._calibrate_once()
+            self._stop_event.wait(pause_s)
+
+    def close(self) -> None:
+        """Stop the cameras."""
+        self._stop_event.set()
+        if self.is_alive():
+            self.join()
+        for process in self._processes.values():
+            process.terminate()
+        for process in self._processes.values():
+            try:
+                process.wait(STOP_S)
+            except subprocess.TimeoutExpired:
+                process.kill()
+                process.wait()
+
+    def _start_missing(self) -> bool:
+        """Start every camera that is not running; return whether one had ended."""
+        ended = False
+        for index in range(CAMERAS):
+            name = f"camera_{index}"
+            process = self._processes.get(name)
+            if process is not None and process.poll() is None:
+                continue
+            if process is not None:
+                ended = True
+                _log.warning("simulated %s ended with code %d and is started again", name, process.returncode)
+            source = f"simulated:{index}/{CAMERAS}"
+            command = [sys.executable, "-m", "studio", "camera", "--source", source]
+            self._processes[name] = subprocess.Popen(
+                [*command, "--server", self._url, "--name", name],
+                stdin=subprocess.DEVNULL,
+                stdout=subprocess.DEVNULL,
+                start_new_session=True,  # Ctrl-C is for the server, which stops them
+            )
+        return ended
+
+    def _calibrate_once(self) -> None:
+        status = self._stage.status()
+        if self._calibrated:
+            return
+        cameras = [camera for camera in status["cameras"].values() if camera["state"] == "live"]
+        if len(cameras) < CAMERAS or any(camera["clock"]["source"] != "exchange" for camera in cameras):
+            return
+        self._calibrated = True
+        if status["calibration"]["state"] != "good":
+            try:
+                self._stage.start_calibration()
+            except StudioError as error:
+                _log.warning("the simulated stage was not calibrated: %s", error)

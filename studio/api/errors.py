@@ -1,0 +1,107 @@
+"""Every failure as one JSON shape, `{"error": {"code": ..., "message": ...}}`, with a fitting HTTP status.
+
+StudioError                             500 failed
+├── SettingsError                       422 settings
+├── FormatError                         422 format
+├── CalibrationError                    409 calibration
+├── TakeError                           409 take
+├── NotAvailableError                   501 not_available
+└── NotFoundError                       404 not_found
+a request that does not fit its route   422 invalid_request
+anything else                           500 internal (the traceback is in the server's log)
+"""
+
+import logging
+from typing import Any
+
+from fastapi import FastAPI, Request
+from fastapi.exceptions import RequestValidationError
+from fastapi.responses import JSONResponse
+from pydantic import BaseModel
+from starlette.exceptions import HTTPException
+
+from studio.engine.errors import (
+    CalibrationError,
+    FormatError,
+    NotAvailableError,
+    SettingsError,
+    StudioError,
+    TakeError,
+)
+
+_log = logging.getLogger(__name__)
+
+
+class NotFoundError(StudioError):
+    """A take, solve or job that does not exist."""
+
+
+class ErrorDetail(BaseModel):
+    """What went wrong: `code` for programs, `message` for people."""
+
+    code: str
+    message: str
+
+
+class ErrorBody(BaseModel):
+    """The body of every answer that is not a success."""
+
+    error: ErrorDetail
+
+
+KINDS: tuple[tuple[type[StudioError], int, str], ...] = (
+    (NotFoundError, 404, "not_found"),
+    (SettingsError, 422, "settings"),
+    (FormatError, 422, "format"),
+    (CalibrationError, 409, "calibration"),
+    (TakeError, 409, "take"),
+    (NotAvailableError, 501, "not_available"),
+    (StudioError, 500, "failed"),
+)
+
+RESPONSES: dict[int | str, dict[str, Any]] = {
+    status: {"model": ErrorBody, "description": text}
+    for status, text in (
+        (404, "No such take, solve or job."),
+        (409, "Not possible in the present state of the stage or the take."),
+        (422, "A value that is not allowed; the message lists what is."),
+        (501, "Not available in this version."),
+    )
+}
+"""The failures that routes document."""
+
+
+def error_response(status: int, code: str, message: str) -> JSONResponse:
+    """Return an answer in the one error shape."""
+    return JSONResponse({"error": {"code": code, "message": message}}, status)
+
+
+async def _studio_error(_: Request, error: Exception) -> JSONResponse:
+    status, code = next((s, c) for kind, s, c in KINDS if isinstance(error, kind))
+    return error_response(status, code, str(error))
+
+
+async def _invalid(_: Request, error: Exception) -> JSONResponse:
+    assert isinstance(error, RequestValidationError)
+    parts = [f"{'.'.join(str(place) for place in item['loc'])}: {item['msg']}" for item in error.errors()]
+    return error_response(422, "invalid_request", "; ".join(parts))
+
+
+async def _http(request: Request, error: Exception) -> JSONResponse:
+    assert isinstance(error, HTTPException)
+    codes = {404: "not_found", 405: "method_not_allowed"}
+    message = {404: f"there is nothing at {request.url.path}"}.get(error.status_code, str(error.detail))
+    return error_response(error.status_code, codes.get(error.status_code, "http"), message)
+
+
+async def _internal(request: Request, error: Exception) -> JSONResponse:
+    _log.error("%s %s failed", request.method, request.url.path, exc_info=error)
+    return error_response(500, "internal", f"the server failed: {error!r}; the server's log has the details")
+
+
+def add_error_handlers(app: FastAPI) -> None:
+    """Have every failure of the app answered in the one shape."""
+    app.add_exception_handler(StudioError, _studio_error)
+    app.add_exception_handler(RequestValidationError, _invalid)
+    app.add_exception_handler(HTTPException, _http)
+    app.add_exception_handler(Exception, _internal)

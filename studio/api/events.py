@@ -1,0 +1,38 @@
+"""The events WebSocket: the status four times a second, for every page that listens."""
+
+import asyncio
+
+from fastapi import APIRouter, WebSocket, WebSocketDisconnect
+
+from studio.api.jobs import Jobs
+from studio.live import LiveStage
+
+PERIOD_S = 0.25
+EVENTS_PATH = "/api/v1/events"
+
+
+def events_router(stage: LiveStage, jobs: Jobs) -> APIRouter:
+    """Return the route of the events; a message is `{"type": "status", "status": ..., "jobs": [...]}`."""
+    router = APIRouter()
+
+    @router.websocket(EVENTS_PATH)
+    async def events(websocket: WebSocket) -> None:
+        await websocket.accept()
+        gone = asyncio.create_task(_wait_until_gone(websocket))
+        try:
+            while not gone.done():
+                message = {"type": "status", "status": stage.status(), "jobs": jobs.list()}
+                await websocket.send_json(message)
+                await asyncio.wait({gone}, timeout=PERIOD_S)
+        except (WebSocketDisconnect, RuntimeError):
+            return  # the page was closed while it was being told
+        finally:
+            gone.cancel()
+
+    return router
+
+
+async def _wait_until_gone(websocket: WebSocket) -> None:
+    """Return once the page has left; what it sends is ignored."""
+    while (await websocket.receive())["type"] != "websocket.disconnect":
+        pass

@@ -1,0 +1,107 @@
+"""Routes of the live stage: status, recording, settings, calibration."""
+
+from typing import Any
+
+from fastapi import APIRouter
+from pydantic import BaseModel, ConfigDict, Field
+
+from studio.api import switches
+from studio.api.errors import RESPONSES
+from studio.live import LiveStage
+from studio.live.stage import CALIBRATION_S
+
+
+class Request(BaseModel):
+    """A request's body; unknown fields are refused."""
+
+    model_config = ConfigDict(extra="forbid")
+
+
+class RecordRequest(Request):
+    """Names of the take; both may be left out."""
+
+    session: str | None = Field(None, description="session; the date where left out")
+    take: str | None = Field(None, description="take; the session's next number where left out")
+
+
+class RecordStarted(BaseModel):
+    """The take that is being recorded."""
+
+    session: str
+    take: str
+
+
+class RecordStopped(RecordStarted):
+    """What was recorded."""
+
+    seconds: float
+    frames: int = Field(description="camera frames")
+    poses: int = Field(description="frames of the live solve; 0 means that there is none")
+    problem: str = Field(description="why the recording is incomplete, else empty")
+
+
+class SettingsRequest(Request):
+    """A preset and what differs from it."""
+
+    preset: str = "studio"
+    set: dict[str, str | float] = Field(
+        default_factory=dict, description="switches by key, as --set KEY=VALUE"
+    )
+
+
+class CalibrationRequest(Request):
+    """How a calibration is made."""
+
+    seconds: float = Field(CALIBRATION_S, description="how long frames are gathered: a T-pose, then a walk")
+
+
+def stage_router(stage: LiveStage) -> APIRouter:
+    """Return the routes of the live stage."""
+    router = APIRouter(prefix="/api/v1", tags=["stage"], responses=RESPONSES)
+
+    @router.get("/status")
+    async def get_status() -> dict[str, Any]:
+        """Cameras, pipeline, recording and calibration, at most a fifth of a second old."""
+        return stage.status()
+
+    @router.post("/record/start", status_code=201)
+    def start_recording(request: RecordRequest | None = None) -> RecordStarted:
+        """Begin a take. The live pipeline starts afresh with it."""
+        request = request or RecordRequest()
+        return RecordStarted(**stage.start_recording(request.session, request.take))
+
+    @router.post("/record/stop")
+    def stop_recording() -> RecordStopped:
+        """End the take; its live solve is saved as `live`."""
+        return RecordStopped(**stage.stop_recording())
+
+    @router.get("/switches")
+    def get_switches() -> dict[str, Any]:
+        """Every switch with its values and explanation, and the presets."""
+        return switches.catalogue()
+
+    @router.get("/settings")
+    def get_settings() -> dict[str, Any]:
+        """The live settings: the nearest preset, what differs from it, and every switch as text."""
+        return switches.describe(stage.settings())
+
+    @router.put("/settings")
+    def put_settings(request: SettingsRequest) -> dict[str, Any]:
+        """Use a preset with changes from now on, also within a recording."""
+        stage.set_settings(switches.from_request(request.preset, request.set))
+        return switches.describe(stage.settings())
+
+    @router.post("/calibration/start", status_code=202)
+    def start_calibration(request: CalibrationRequest | None = None) -> dict[str, Any]:
+        """Gather frames of all cameras, then calibrate; `calibration.attempt` of the status tells how it goes."""
+        stage.start_calibration((request or CalibrationRequest()).seconds)
+        return stage.status()["calibration"]
+
+    @router.get("/calibration")
+    def get_calibration() -> dict[str, Any]:
+        """The state, as in the status, and as `calibration` the one in use (null: none), as `calibrate --json`."""
+        calibration = stage.calibration()
+        value = None if calibration is None else calibration.to_json()
+        return {**stage.status()["calibration"], "calibration": value}
+
+    return router

@@ -1,0 +1,87 @@
+"""The switches of a solve as the page shows them: values, explanations, presets, differences."""
+
+from typing import Any
+
+from studio.engine.errors import NotAvailableError
+from studio.engine.settings import (
+    CHOICES,
+    EXPLANATIONS,
+    PRESETS,
+    RANGES,
+    SolveSettings,
+    parse_settings,
+    set_switch,
+)
+
+_NESTED = ("effectors", "displacement_limits_m_s")
+
+
+def catalogue() -> dict[str, Any]:
+    """Return every switch and every preset.
+
+    `switches`: `key`, `kind` (choice, range, text), `help`, `default` (as text), and for a choice `values` and those
+    `unavailable` in this version, for a range `low` and `high`. `presets`: text by key, by name.
+    """
+    defaults = texts(SolveSettings())
+    switches = []
+    for key, help_text in EXPLANATIONS.items():
+        if key in _NESTED:
+            continue
+        item: dict[str, Any] = {"key": key, "help": help_text, "default": defaults[key]}
+        if key in CHOICES:
+            item |= {"kind": "choice", "values": list(CHOICES[key]), "unavailable": _unavailable(key)}
+        elif key in RANGES:
+            low, high = RANGES[key]
+            item |= {"kind": "range", "low": low, "high": high}
+        else:
+            item |= {"kind": "text"}
+        switches.append(item)
+    return {"switches": switches, "presets": {name: texts(value) for name, value in PRESETS.items()}}
+
+
+def _unavailable(key: str) -> list[str]:
+    out = []
+    for value in CHOICES[key]:
+        try:
+            set_switch(SolveSettings(), key, value)
+        except NotAvailableError:
+            out.append(value)
+    return out
+
+
+def texts(settings: SolveSettings, *, nested: bool = False) -> dict[str, str]:
+    """Return the switches as `--set KEY=VALUE` writes them; with `nested`, those per joint too."""
+    value = settings.to_json()
+    out = {key: _text(item) for key, item in value.items() if key not in _NESTED}
+    if nested:
+        for joint, effector in value["effectors"].items():
+            out |= {f"effectors.{joint}.{name}": _text(number) for name, number in effector.items()}
+        limits = value["displacement_limits_m_s"]
+        out |= {f"displacement_limits_m_s.{joint}": _text(number) for joint, number in limits.items()}
+    return out
+
+
+def _text(value: Any) -> str:
+    if isinstance(value, list):
+        return ",".join(_text(item) for item in value)
+    return f"{value:g}" if isinstance(value, float) and float(f"{value:g}") == value else str(value)
+
+
+def describe(settings: SolveSettings) -> dict[str, Any]:
+    """Return settings as the nearest preset and what differs: `preset`, `set`; and `switches`, all as text."""
+    mine = texts(settings, nested=True)
+    differences = {}
+    for name, value in PRESETS.items():
+        base = texts(value, nested=True)
+        differences[name] = {key: text for key, text in mine.items() if base.get(key) != text}
+    nearest = min(differences, key=lambda name: len(differences[name]))
+    return {"preset": nearest, "set": differences[nearest], "switches": texts(settings)}
+
+
+def from_request(preset: str, changes: dict[str, Any]) -> SolveSettings:
+    """Return a preset's settings with changes by key.
+
+    Raises:
+        SettingsError: an unknown preset, key or value. NotAvailableError: see `set_switch`.
+    """
+    return parse_settings(preset, [f"{key}={_text(value)}" for key, value in changes.items()])

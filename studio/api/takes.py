@@ -1,0 +1,154 @@
+"""Routes of the takes on disk: list, detail, solve again, export."""
+
+import json
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+from fastapi import APIRouter, Query
+from fastapi.responses import FileResponse
+from pydantic import Field
+
+from studio.api.errors import RESPONSES, NotFoundError
+from studio.api.jobs import Jobs
+from studio.api.stage import Request
+from studio.api.switches import from_request
+from studio.engine.errors import TakeError
+from studio.engine.export import DEFAULT_INTERPOLATION, export
+from studio.engine.poses import Poses
+from studio.engine.settings import SolveSettings
+from studio.live import LiveStage
+from studio.live.worker import run_in_process
+from studio.replay import solve_take
+from studio.take.names import inside
+from studio.take.sessions import TakeInfo, list_takes, take_info, take_path
+from studio.take.take import Take
+
+
+class SolveRequest(Request):
+    """How a take is solved again."""
+
+    preset: str = "studio"
+    set: dict[str, str | float] = Field(
+        default_factory=dict, description="switches by key, as --set KEY=VALUE"
+    )
+    name: str | None = Field(None, description="name of the solve; the preset's where left out")
+    as_live: bool = Field(False, description="repeat the live stage bit for bit; preset and set are not used")
+
+
+Format = Literal["fbx", "bvh", "glb", "c3d", "trc", "csv", "npz", "usd"]
+
+
+def takes_router(stage: LiveStage, sessions: Path, jobs: Jobs) -> APIRouter:
+    """Return the routes of the takes in `sessions`."""
+    router = APIRouter(prefix="/api/v1", tags=["takes"], responses=RESPONSES)
+
+    def find(session: str, name: str) -> Take:
+        path = take_path(sessions, session, name)
+        if not (path / "take.json").is_file():
+            raise NotFoundError(f"there is no take {session}/{name}; GET /api/v1/takes lists them")
+        if stage.recording_name() == f"{session}/{name}":
+            raise TakeError(f"take {session}/{name} is being recorded; stop it first")
+        return Take.open(path)
+
+    @router.get("/takes")
+    def get_takes() -> list[dict[str, Any]]:
+        """All takes, the newest first."""
+        infos = [_info(info) for info in list_takes(sessions)]
+        return sorted(infos, key=lambda info: (info["created"], info["id"]), reverse=True)
+
+    @router.get("/takes/{session}/{take}")
+    def get_take(session: str, take: str) -> dict[str, Any]:
+        """A take: its line of the list, its `take.json`, and settings and metrics of its solves."""
+        path = take_path(sessions, session, take)
+        if not (path / "take.json").is_file():
+            raise NotFoundError(f"there is no take {session}/{take}; GET /api/v1/takes lists them")
+        opened = Take.open(path)
+        solves = {name: _solve_detail(opened.solve_folder(name)) for name in opened.solve_names()}
+        return {**_info(take_info(path)), "meta": opened.meta, "solve_details": solves}
+
+    @router.post("/takes/{session}/{take}/solves", status_code=202)
+    def solve(session: str, take: str, request: SolveRequest) -> dict[str, Any]:
+        """Solve the take's raw frames again; returns the job."""
+        opened = find(session, take)
+        settings = from_request(request.preset, request.set)
+        name = request.name or ("as-live" if request.as_live else request.preset)
+        opened.solve_folder(name)
+        if not request.as_live:
+            settings.camera_names(tuple(opened.calibration().cameras))
+        args = (opened.path, settings.to_json(), name, request.as_live)
+        job = jobs.submit("solve", f"{session}/{take}", name, solve_in_process, *args)
+        return jobs.get(job.id)
+
+    @router.get("/takes/{session}/{take}/solves/{solve}/export", response_class=FileResponse)
+    def export_solve(
+        session: str,
+        take: str,
+        solve: str,
+        format: Format,
+        fps: Annotated[float | None, Query(gt=0, le=1000, description="frame rate of the keys [Hz]")] = None,
+        interpolation: Literal["cubic", "linear", "constant"] = DEFAULT_INTERPOLATION,
+    ) -> FileResponse:
+        """Export a solve and download the file, which is kept in the take's `exports/`."""
+        opened = find(session, take)
+        if solve not in opened.solve_names():
+            raise NotFoundError(f"take {session}/{take} has no solve {solve!r}")
+        out = inside(opened.path / "exports", f"{take}_{solve}.{format}")
+        poses = opened.solve_folder(solve) / "poses.npz"
+        run_in_process(export_in_process, poses, out, format, fps, interpolation)
+        return FileResponse(out, filename=out.name, media_type="application/octet-stream")
+
+    @router.get("/jobs", tags=["jobs"])
+    async def get_jobs() -> list[dict[str, Any]]:
+        """The last jobs, the oldest first."""
+        return jobs.list()
+
+    @router.get("/jobs/{job_id}", tags=["jobs"])
+    async def get_job(job_id: str) -> dict[str, Any]:
+        """One job: `state` is waiting, running, done or failed."""
+        return jobs.get(job_id)
+
+    return router
+
+
+def solve_in_process(
+    path: Path, settings: dict[str, Any], name: str, as_live: bool, *, progress: Any
+) -> None:
+    """Solve a take; runs in a worker process."""
+    solve_take(
+        Take.open(path), SolveSettings.from_json(settings), name=name, as_live=as_live, progress=progress
+    )
+
+
+def export_in_process(poses: Path, out: Path, format: str, fps: float | None, interpolation: str) -> None:
+    """Export a solve; runs in a worker process."""
+    export(Poses.load(poses), out, format, fps=fps, interpolation=interpolation)
+
+
+def _info(info: TakeInfo) -> dict[str, Any]:
+    return {
+        "id": f"{info.session}/{info.name}",
+        "session": info.session,
+        "name": info.name,
+        "created": info.created,
+        "seconds": None if info.length_s is None else round(info.length_s, 3),
+        "cameras": list(info.cameras),
+        "solves": list(info.solves),
+        "state": info.state,
+        "recording": info.state == "recording",
+        "source": info.source,
+        "performer": info.performer,
+        "notes": info.notes,
+        "rating": info.rating,
+        "problem": info.problem,
+    }
+
+
+def _solve_detail(folder: Path) -> dict[str, Any]:
+    """`settings` and `metrics` of a solve; null where the file is missing or broken."""
+    out: dict[str, Any] = {}
+    for key in ("settings", "metrics"):
+        try:
+            out[key] = json.loads((folder / f"{key}.json").read_text(encoding="utf-8"))
+        except (OSError, ValueError):
+            out[key] = None
+    return out
