@@ -8,12 +8,18 @@ from studio.commands.common import add_command
 _TEXT = """\
 Run a camera client: read a source and send its frames to the studio.
 
+SOURCE is one of
+  simulated:INDEX/COUNT[:SEED]           a camera of a standard rig that watches the simulated performer
+  recording:PATH[#CAMERA][?speed=max]    a take or a recording, over and over in real time, or once at full speed
+
 When the link drops, frames are kept and sent once it is back. Stop it with Ctrl-C."""
 
 
 def add_parser(subparsers: Any) -> None:
     parser = add_command(subparsers, "camera", run, _TEXT)
-    parser.add_argument("--source", metavar="SOURCE", required=True, help="where frames come from")
+    parser.add_argument(
+        "--source", metavar="SOURCE", required=True, help="where frames come from, such as simulated:0/2"
+    )
     parser.add_argument(
         "--server",
         metavar="URL",

@@ -43,8 +43,7 @@ def run(args: argparse.Namespace) -> int:
     from studio.api.server import serve
 
     demo = args.demo or (args.demo_on_first_run and is_first_run(args.sessions))
-    serve(host=args.host, port=args.port, sessions=args.sessions, demo=demo)
-    return 0
+    return serve(host=args.host, port=args.port, sessions=args.sessions, demo=demo)
 
 
 def is_first_run(sessions: Path) -> bool:

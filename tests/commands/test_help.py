@@ -1,0 +1,127 @@
+"""Every command of the design parses and explains itself."""
+
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from studio.__main__ import COMMANDS, make_parser
+from studio.commands.common import spread_settings, table
+from studio.commands.serve import is_first_run
+from tests.commands.program import one_line, studio
+
+DESIGNED = ("serve", "camera", "simulate", "import", "calibrate", "solve", "evaluate", "study", "export", "bench",
+            "doctor")  # fmt: skip
+
+OPTIONS = {
+    "serve": ("--host", "--port", "--sessions", "--demo"),
+    "camera": ("--source", "--server", "--name", "--token"),
+    "simulate": (
+        "--out",
+        "--cameras",
+        "--sensor",
+        "--tracker",
+        "--seed",
+        "--unit-m",
+        "--rig",
+        "--no-calibration",
+    ),
+    "import": ("--out",),
+    "calibrate": ("--json",),
+    "solve": ("--preset", "--set", "--name", "--as-live", "--json"),
+    "evaluate": ("--reference", "--solve", "--json", "--report"),
+    "study": ("--seeds", "--out"),
+    "export": (
+        "--format",
+        "--out",
+        "--solve",
+        "--target",
+        "--fps",
+        "--interpolation",
+        "--root-motion",
+        "--mesh",
+    ),
+    "bench": ("--json",),
+    "doctor": ("--json",),
+    "picture": ("--out", "--solve", "--times"),
+}
+
+
+def test_the_commands_of_the_design_are_there():
+    assert set(DESIGNED) <= set(COMMANDS)
+    assert set(OPTIONS) == set(COMMANDS)
+
+
+@pytest.mark.parametrize("command", COMMANDS)
+def test_a_command_explains_itself(command, capsys):
+    with pytest.raises(SystemExit) as left:
+        make_parser().parse_args([command, "--help"])
+    assert left.value.code == 0
+    text = capsys.readouterr().out
+    assert len(text) > 200
+    assert [option for option in OPTIONS[command] if option not in text] == []
+
+
+def test_help_and_version_of_the_program(tmp_path):
+    done = studio("--help", cwd=tmp_path)
+    assert (done.returncode, done.stderr) == (0, "")
+    assert [command for command in COMMANDS if command not in done.stdout] == []
+    assert studio("--version", cwd=tmp_path).stdout.startswith("studio ")
+
+
+def test_help_does_not_load_what_it_does_not_need():
+    code = (
+        "import sys\nfrom studio.__main__ import make_parser\nmake_parser().format_help()\n"
+        "print(*(m for m in ('numpy', 'scipy', 'mujoco', 'fastapi', 'mcap', 'tqdm') if m in sys.modules))"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", code],
+        capture_output=True,
+        text=True,
+        check=True,
+        cwd=Path(__file__).parents[2],
+    )
+    assert done.stdout.strip() == ""
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [("dance",), ("solve",), ("solve", "T", "--loud"), ("export", "T", "--format", "doc", "--out", "x"),
+     ("serve", "--port", "70000"), ("simulate", "m.bvh", "--out", "t", "--cameras", "9"),
+     ("evaluate", "T"), ("bench", "--frames", "5")],
+    ids=" ".join,
+)  # fmt: skip
+def test_wrong_use_exits_2(arguments, tmp_path):
+    done = studio(*arguments, cwd=tmp_path)
+    assert done.returncode == 2
+    assert "Traceback" not in done.stderr
+    assert done.stderr.strip()
+
+
+def test_what_does_not_exist_yet_says_so(tmp_path):
+    assert "not available in this version" in one_line(studio("study", "--out", "s", cwd=tmp_path), 1)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_several_settings_after_one_set():
+    assert spread_settings(["solve", "T", "--set", "ik=none", "hands=off", "--name", "x"]) == [
+        "solve", "T", "--set", "ik=none", "--set", "hands=off", "--name", "x",
+    ]  # fmt: skip
+    assert spread_settings(["solve", "--set", "ik=none", "T"]) == ["solve", "--set", "ik=none", "T"]
+    assert spread_settings(["solve", "--set=ik=none", "T"]) == ["solve", "--set=ik=none", "T"]
+
+
+def test_columns_are_aligned():
+    assert (
+        table([["", "a"], ["long name", "1.0"], ["x", "-"]])
+        == "             a\nlong name  1.0\nx            -"
+    )
+
+
+def test_first_run_is_before_the_first_take(tmp_path):
+    assert is_first_run(tmp_path / "sessions")
+    (tmp_path / "day" / "walk").mkdir(parents=True)
+    assert is_first_run(tmp_path)
+    (tmp_path / "day" / "walk" / "take.json").write_text("{}")
+    assert not is_first_run(tmp_path)
