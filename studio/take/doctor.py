@@ -70,12 +70,19 @@ def _folders(root: Path) -> tuple[list[Path], list[Path]]:
     takes: list[Path] = []
     level = [root]
     for _ in range(2):
-        below = sorted(f for folder in level for f in folder.iterdir() if f.is_dir() and not f.is_symlink())
+        below = sorted(f for folder in level for f in _subfolders(folder))
         partial += [f for f in below if f.name.startswith(".") and PARTIAL_MARK in f.name]
         visible = [f for f in below if not f.name.startswith(".")]
         takes += [f for f in visible if _is_take(f)]
         level = [f for f in visible if not _is_take(f)]
     return [f for f in partial if not is_held(f)], takes
+
+
+def _subfolders(folder: Path) -> list[Path]:
+    try:
+        return [f for f in folder.iterdir() if f.is_dir() and not f.is_symlink()]
+    except OSError as error:
+        raise TakeError(f"cannot read {folder}: {error.strerror}; check the rights") from error
 
 
 def _is_take(folder: Path) -> bool:

@@ -9,6 +9,7 @@ crash loses nothing that came before it. `raw_reader` reads what there is of a d
 
 import os
 from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -52,7 +53,7 @@ class RawWriter:
     """Writes a new `raw.mcap`. Not thread-safe: one thread writes.
 
     Raises:
-        TakeError: the file exists already, or cannot be written.
+        TakeError: the file exists already; from any method: it cannot be written, or the disk is full.
     """
 
     def __init__(self, path: str | Path) -> None:
@@ -89,27 +90,30 @@ class RawWriter:
         Raises:
             KeyError: `add_camera` was not called for the camera.
         """
-        self._writer.add_message(
-            self._channels[camera],
-            log_time=arrival_ns,
-            data=data,
-            publish_time=device_time_ns,
-            sequence=sequence & 0xFFFFFFFF,
-        )
+        channel = self._channels[camera]
+        with self._disk_errors():
+            self._writer.add_message(
+                channel,
+                log_time=arrival_ns,
+                data=data,
+                publish_time=device_time_ns,
+                sequence=sequence & 0xFFFFFFFF,
+            )
         self._dirty = True
 
     def event(self, time_ns: int, event: dict[str, Any]) -> None:
         """Write an event of the live log, in its place between the frames; numbers must be finite."""
-        self._writer.add_message(
-            self._live, log_time=time_ns, data=msgspec.json.encode(event), publish_time=time_ns
-        )
+        data = msgspec.json.encode(event)
+        with self._disk_errors():
+            self._writer.add_message(self._live, log_time=time_ns, data=data, publish_time=time_ns)
         self._dirty = True
 
     def flush(self) -> None:
         """End the chunk in progress and wait until all is on the disk."""
         if self._dirty:
-            self._writer.flush()
-            os.fsync(self._file.fileno())
+            with self._disk_errors():
+                self._writer.flush()
+                os.fsync(self._file.fileno())
             self._dirty = False
 
     def close(self) -> None:
@@ -117,12 +121,21 @@ class RawWriter:
         if self._file.closed:
             return
         try:
-            self._writer.finish()
-            self._file.flush()
-            os.fsync(self._file.fileno())
+            with self._disk_errors():
+                self._writer.finish()
+                self._file.flush()
+                os.fsync(self._file.fileno())
         finally:
-            self._file.close()
             release(self._lock)
+            with self._disk_errors():
+                self._file.close()
+
+    @contextmanager
+    def _disk_errors(self) -> Iterator[None]:
+        try:
+            yield
+        except OSError as error:
+            raise TakeError(f"cannot write {self.path}: {error.strerror}; free some space") from error
 
 
 def read_raw(path: str | Path) -> Iterator[RawRecord]:

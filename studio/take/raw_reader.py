@@ -18,8 +18,17 @@ from studio.engine.errors import FormatError, TakeError
 from studio.take.raw_records import LIVE_TOPIC, RawCamera, RawEvent, RawFrame, RawRecord, camera_frame
 
 _RECORD_BYTES_LIMIT = 256 * 1024 * 1024
-# What the MCAP reader raises on bytes that are not MCAP; ValueError covers checksums, text and JSON.
-_DAMAGE = (McapError, struct.error, zstandard.ZstdError, ValueError, EOFError, MemoryError, OverflowError)
+# What reading raises on a bad disk and on bytes that are not MCAP; ValueError covers checksums and text.
+_DAMAGE = (
+    OSError,
+    McapError,
+    struct.error,
+    zstandard.ZstdError,
+    ValueError,
+    EOFError,
+    MemoryError,
+    OverflowError,
+)
 _hello_decoder = msgspec.json.Decoder(wire.Hello)
 
 

@@ -1,6 +1,7 @@
 """raw.mcap: round trips, and whatever a crash or a bad disk leaves can be read."""
 
 import os
+import resource
 import shutil
 import signal
 import subprocess
@@ -125,6 +126,24 @@ def test_raw_is_never_overwritten_and_marked_while_written(tmp_path: Path) -> No
     writer.close()
     writer.close()
     assert not is_held(tmp_path / "raw.mcap")
+
+
+def test_a_full_disk_is_a_clear_error(tmp_path: Path) -> None:
+    soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
+    writer = RawWriter(tmp_path / "raw.mcap")
+    writer.add_camera(hello("camera_0"))
+    resource.setrlimit(resource.RLIMIT_FSIZE, (4096, hard))
+    try:
+        with pytest.raises(TakeError, match="cannot write"):
+            for k in range(20):
+                write_frames(writer, ["camera_0"], 10 * k, 10)
+                writer.flush()
+        with pytest.raises(TakeError, match="cannot write"):
+            writer.close()
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
+    assert not is_held(tmp_path / "raw.mcap")
+    assert len(frame_keys(tmp_path / "raw.mcap")) >= 10
 
 
 def test_a_missing_file_is_a_clear_error(tmp_path: Path) -> None:
