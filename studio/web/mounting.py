@@ -18,7 +18,7 @@ class Stage(Protocol):
     """What the view needs of a live stage."""
 
     def subscribe(self, callback: Callable[[StepResult], None]) -> Callable[[], None]:
-        """Call `callback` with every step, on the engine thread, until the function that comes back is called."""
+        """Call `callback` with every step, on the engine thread; the function returned ends that."""
 
     def calibration(self) -> Calibration | None:
         """Return the calibration in use."""
@@ -56,5 +56,5 @@ def mount(app: FastAPI, stage: Stage, *, sessions: Path) -> ViewHandle:
     unsubscribe = stage.subscribe(view.show)
     app.include_router(viewer_routes(view.port))
     app.include_router(view_routes(view))
-    add_page(app)
+    add_page(app, sessions=sessions)
     return ViewHandle(view, unsubscribe)

@@ -13,7 +13,7 @@ _POLICY = "default-src 'self'; style-src 'self' 'unsafe-inline'; img-src 'self' 
 
 
 class _FreshFiles(StaticFiles):
-    """Static files that a browser asks about every time, so that a new version is never mixed with an old one."""
+    """Static files that a browser asks about every time: a new version is never mixed with an old one."""
 
     def file_response(self, *args, **kwargs):  # type: ignore[no-untyped-def]
         response = super().file_response(*args, **kwargs)
@@ -21,14 +21,14 @@ class _FreshFiles(StaticFiles):
         return response
 
 
-def add_page(app: FastAPI) -> None:
-    """Serve the page at `/` and its files at `/static`."""
+def add_page(app: FastAPI, *, sessions: Path) -> None:
+    """Serve the page at `/` and its files at `/static`; the page says that takes lie in `sessions`."""
     templates = Jinja2Templates(directory=_HERE / "templates")
     router = APIRouter(include_in_schema=False)
 
     @router.get("/")
     async def stage_page(request: Request) -> HTMLResponse:
-        context = {"version": metadata.version("capture-studio")}
+        context = {"version": metadata.version("capture-studio"), "sessions": sessions.resolve()}
         headers = {"Content-Security-Policy": _POLICY, "Cache-Control": "no-cache"}
         return templates.TemplateResponse(request, "stage.html", context, headers=headers)
 

@@ -27,8 +27,7 @@ _REFUSED, _TOO_BIG, _GONE = 1008, 1009, 1001
 
 _INSERT = """<style>
 html, body, #root { background: #e6e9ed !important; }
-[data-testid="floating-panel"], [data-dock-floating], [data-dock-panel],
-.mantine-Notifications-root { display: none !important; }
+.mantine-Paper-root, .mantine-Notifications-root { display: none !important; }
 </style>
 <script>
 console.warn = ((warn) => (...words) => {

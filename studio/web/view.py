@@ -38,8 +38,8 @@ def _sees_performer(result: StepResult) -> bool:
 class View:
     """Draws what the engine makes, latest wins: `show` never waits for the browser.
 
-    `look` returns the calibration in use, if there is one, and the cameras' names in the order of their colours;
-    it is called from the drawing thread. `clock` is a monotonic clock [s].
+    `look` returns the calibration in use, if there is one, and the cameras' names in the order of their
+    colours; it is called from the drawing thread. `clock` is a monotonic clock [s].
     """
 
     def __init__(self, *, look: Look, clock: Callable[[], float] = time.monotonic) -> None:
@@ -92,7 +92,8 @@ class View:
             self._stopping = True
             self._changed.notify()
         self._thread.join(timeout=5.0)
-        self._server.stop()
+        with redirect_stdout(io.StringIO()):  # and a line when it stops
+            self._server.stop()
 
     def _run(self) -> None:
         last_seen_s, last_draw_s, shown = -np.inf, -np.inf, False

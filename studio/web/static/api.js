@@ -4,7 +4,7 @@ const ROOT = new URL("api/v1/", document.baseURI);
 /** Address of the events WebSocket. */
 export const eventsUrl = () => new URL("events", ROOT).href.replace(/^http/, "ws");
 
-async function call(method, path, body) {
+async function request(method, path, body) {
   let response;
   try {
     response = await fetch(new URL(path, ROOT), {
@@ -15,25 +15,30 @@ async function call(method, path, body) {
   } catch {
     throw new Error("The server does not answer.");
   }
-  const text = await response.text();
-  let value = null;
-  try {
-    value = text ? JSON.parse(text) : null;
-  } catch {
-    // not JSON: the status says enough
-  }
-  if (!response.ok) throw new Error(value?.error?.message ?? value?.detail ?? `The server answered ${response.status}.`);
-  return value;
+  if (response.ok) return response;
+  const value = await response.json().catch(() => null);
+  throw new Error(value?.error?.message ?? `The server answered ${response.status}.`);
 }
+
+const call = async (method, path, body) => (await request(method, path, body)).json();
 
 export const getView = () => call("GET", "view");
 export const putLayers = (layers) => call("PUT", "view", { layers });
 export const getSwitches = () => call("GET", "switches");
 export const getSettings = () => call("GET", "settings");
 export const putSettings = (preset, set) => call("PUT", "settings", { preset, set });
-export const startRecording = (name) => call("POST", "recording", name ? { name } : {});
-export const stopRecording = () => call("DELETE", "recording");
-export const startCalibration = () => call("POST", "calibration", {});
+export const startRecording = (take) => call("POST", "record/start", take ? { take } : {});
+export const stopRecording = () => call("POST", "record/stop");
+export const startCalibration = () => call("POST", "calibration/start");
 export const getTakes = () => call("GET", "takes");
-export const solveTake = (take, settings) => call("POST", `takes/${take.id}/solves`, settings);
-export const exportLink = (take, solve, format) => new URL(`takes/${take.id}/solves/${solve}/export?format=${format}`, ROOT).href;
+
+const takePath = (take) => `takes/${encodeURIComponent(take.session)}/${encodeURIComponent(take.name)}`;
+
+/** Begin to solve a take again with `{preset, set}` as solve `name`. */
+export const solveTake = (take, name, settings) => call("POST", `${takePath(take)}/solves`, { ...settings, name });
+
+/** Return a solve's export as a Blob. */
+export async function exportSolve(take, solve, format) {
+  const path = `${takePath(take)}/solves/${encodeURIComponent(solve)}/export?format=${format}`;
+  return (await request("GET", path)).blob();
+}

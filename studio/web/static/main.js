@@ -2,7 +2,7 @@
 import { byId, setText } from "./dom.js";
 import { eventsUrl, getSettings, getSwitches, getTakes, getView, putSettings } from "./api.js";
 import { follow } from "./events.js";
-import { attempt } from "./messages.js";
+import { attempt, showError, showNote } from "./messages.js";
 import { updateCalibration } from "./calibration.js";
 import { updateCameras } from "./cameras.js";
 import { Switches } from "./switches.js";
@@ -16,7 +16,7 @@ const CONNECTION_WORDS = {
   gone: "The server does not answer. Trying again",
 };
 
-const state = { colours: {}, takes: [], jobs: {}, cameras: "", switches: null };
+const state = { colours: {}, takes: [], jobs: [], cameras: "", recording: false, switches: null };
 
 function showConnection(connection) {
   document.body.dataset.connection = connection;
@@ -44,7 +44,24 @@ async function loadTakes() {
 }
 
 function drawTakes() {
-  updateTakes(state.takes, state.jobs, () => ({ preset: state.switches.preset, set: state.switches.changes() }));
+  const running = state.jobs.filter((job) => isUnderWay(job));
+  const byTake = Object.fromEntries(running.map((job) => [job.take, job]));
+  updateTakes(state.takes, byTake, () => ({ preset: state.switches.preset, set: state.switches.changes() }));
+}
+
+const isUnderWay = (job) => job.state === "waiting" || job.state === "running";
+
+/** Show how solves go; one that has ended brings new files. */
+function showJobs(jobs) {
+  const before = Object.fromEntries(state.jobs.map((job) => [job.id, job]));
+  state.jobs = jobs;
+  const ended = jobs.filter((job) => before[job.id] && isUnderWay(before[job.id]) && !isUnderWay(job));
+  for (const job of ended) {
+    if (job.state === "failed") showError(`${job.take}, solve ${job.name}: ${job.message}`);
+    else showNote(`${job.take} is solved as ${job.name}`);
+  }
+  if (ended.length) attempt(loadTakes);
+  else drawTakes();
 }
 
 function noticeOf(status) {
@@ -64,10 +81,20 @@ function showStatus(status) {
   }
   updateCameras(status.cameras, state.colours);
   updateCalibration(status.calibration, state.colours, ready);
-  const { active, take, seconds } = status.recording;
+  const { active, take, seconds, problem } = status.recording;
+  if (active !== state.recording) {
+    state.recording = active;
+    attempt(loadTakes);
+  }
+  if (problem) showError(problem);
   updateTransport(active ? { take, seconds } : null, ready);
   setNotice(noticeOf(status));
 }
 
+function showMessage(message) {
+  showStatus(message.status);
+  if (state.switches) showJobs(message.jobs);
+}
+
 startTransport();
-follow(eventsUrl(), { onState: showConnection, onMessage: (message) => showStatus(message) });
+follow(eventsUrl(), { onState: showConnection, onMessage: showMessage });

@@ -8,8 +8,14 @@ const GROUPS = [
   ["Completion", ["look_at", "look_at_point_m", "hands", "floor_contact"]],
 ];
 
+const NAMES = {
+  ik: "Inverse kinematics", output_hz: "Output rate", look_at_point_m: "Look-at point [m]", look_at: "Look at",
+  bone_length_limit: "Bone length limit [%]",
+};
 const plain = (text) => text.replaceAll("_", " ").replace(/^./, (first) => first.toUpperCase());
 const VALUE_WORDS = { one_euro: "One-Euro", holt: "Holt", "output_hz:30": "30 Hz", "output_hz:60": "60 Hz", "output_hz:120": "120 Hz" };
+
+const nameOf = (key) => NAMES[key] ?? plain(key);
 
 function valueWords(key, value) {
   return VALUE_WORDS[`${key}:${value}`]
@@ -66,8 +72,8 @@ export class Switches {
   row(item) {
     const id = `switch-${item.key}`;
     const control = this.control(item, id);
-    const row = h("div", { class: "switch", title: item.help },
-      h("label", { htmlFor: id }, plain(item.key)), control.element, h("p", { class: "help", id: `${id}-help` }, item.help));
+    const row = h("div", { class: "switch" },
+      h("label", { htmlFor: id }, nameOf(item.key)), control.element, h("p", { class: "help", id: `${id}-help`, role: "tooltip" }, item.help));
     this.controls.set(item.key, { ...control, row });
     return row;
   }
@@ -86,7 +92,7 @@ export class Switches {
       const range = h("input", { type: "range", id, min: item.low, max: item.high, step, aria: described,
         oninput: () => { number.value = range.value; }, onchange: () => change(range.value) });
       const number = h("input", { type: "number", min: item.low, max: item.high, step,
-        aria: { label: plain(item.key), ...described }, onchange: () => change(number.value) });
+        aria: { label: nameOf(item.key), ...described }, onchange: () => change(number.value) });
       return { element: h("div", { class: "slider" }, range, number), set: (value) => { range.value = value; number.value = value; } };
     }
     const text = h("input", { type: "text", id, aria: described, spellcheck: false, onchange: () => change(text.value) });

@@ -1,0 +1,113 @@
+"""A stage for tests of the view: a performer who steps aside, seen by two calibrated cameras."""
+
+import threading
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+
+import numpy as np
+import uvicorn
+from fastapi import FastAPI
+
+from studio.engine.calibration.result import Calibration, CameraCalibration
+from studio.engine.frames import FrameSet, FusedSkeleton, StepResult
+from studio.engine.geometry import make_transform
+from studio.engine.joints import JOINT_COUNT, OUTPUT_OF_CANONICAL_INDEX
+from tests.render.figures import t_pose
+
+CAMERAS = ("left", "right")
+
+
+def step(shift_m: float = 0.0, *, seen: bool = True) -> StepResult:
+    """A step of the pipeline: the T-pose moved along x; `seen`: whether cameras see it."""
+    positions, wxyz = t_pose()
+    positions = positions + np.array([shift_m, 0.0, 0.0])
+    canonical = positions[OUTPUT_OF_CANONICAL_INDEX]
+    raw = np.stack([canonical + 0.02, canonical - 0.02])
+    raw[0, 10] = np.nan
+    if not seen:
+        raw[:] = np.nan
+    cameras = len(CAMERAS)
+    return StepResult(
+        frame_set=FrameSet(
+            0, CAMERAS, raw, np.full((cameras, JOINT_COUNT), 0.9), np.zeros((cameras, 3))
+        ),
+        fused=FusedSkeleton(
+            canonical, np.linspace(0, 1, JOINT_COUNT), np.full(JOINT_COUNT, 0.01),
+            np.ones((cameras, JOINT_COUNT), dtype=bool),
+        ),
+        positions_m=positions,
+        rotations_wxyz=wxyz,
+        confidence=np.ones(52),
+        uncertainty_mm=np.full(52, np.nan),
+    )  # fmt: skip
+
+
+def calibration() -> Calibration:
+    """Two cameras 3 m in front of the stage's origin, looking at it."""
+    looking_north = np.array([[1.0, 0, 0], [0, 0, 1], [0, -1, 0]])
+    cameras = {
+        name: CameraCalibration(make_transform(looking_north, np.array([x, -3.0, 1.0])))
+        for name, x in zip(CAMERAS, (-1.0, 1.0), strict=True)
+    }
+    return Calibration(CAMERAS[0], cameras)
+
+
+class FakeStage:
+    """A stage that shows what a test gives it."""
+
+    def __init__(self) -> None:
+        self.callbacks: list[Callable[[StepResult], None]] = []
+
+    def subscribe(self, callback: Callable[[StepResult], None]) -> Callable[[], None]:
+        self.callbacks.append(callback)
+        return lambda: self.callbacks.remove(callback)
+
+    def calibration(self) -> Calibration:
+        return calibration()
+
+    def status(self) -> dict[str, object]:
+        return {"cameras": {name: {} for name in CAMERAS}}
+
+    @contextmanager
+    def performing(self) -> Iterator[None]:
+        """Somebody is on stage, at 60 Hz, while the block runs."""
+        stop = threading.Event()
+
+        def perform() -> None:
+            n = 0
+            while not stop.wait(1 / 60):
+                n += 1
+                for callback in self.callbacks:
+                    callback(step(0.2 * np.sin(n / 20)))
+
+        thread = threading.Thread(target=perform)
+        thread.start()
+        try:
+            yield
+        finally:
+            stop.set()
+            thread.join()
+
+
+def until(condition: Callable[[], bool], timeout_s: float = 10.0) -> None:
+    """Wait until the condition holds; fail when it does not in time."""
+    end_s = time.monotonic() + timeout_s
+    while not condition():
+        assert time.monotonic() < end_s, "it did not happen in time"
+        time.sleep(0.02)
+
+
+@contextmanager
+def serving(app: FastAPI) -> Iterator[str]:
+    """Serve the app on a free loopback port while the block runs; yields its address."""
+    server = uvicorn.Server(uvicorn.Config(app, host="127.0.0.1", port=0, log_level="warning"))
+    thread = threading.Thread(target=server.run)
+    thread.start()
+    until(lambda: server.started)
+    port = server.servers[0].sockets[0].getsockname()[1]
+    try:
+        yield f"http://127.0.0.1:{port}"
+    finally:
+        server.should_exit = True
+        thread.join(timeout=10)
