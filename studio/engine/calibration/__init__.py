@@ -1,6 +1,8 @@
 """Calibration: camera poses, clocks, floor and the performer's proportions from one walking performer.
 
 `result` holds what a calibration is (and its JSON); `calibrate` finds it, step by step:
-`pairs` gathers joints of two cameras at common instants, `time_offset` finds clocks from the motion,
-`rigid` the transforms, `floor` floor and up, `proportions` the performer.
+`pairs` brings cameras to common instants, `time_offset` finds first clocks from the motion, `rigid` first
+transforms (`first` does both), `swaps` puts left and right in order, `refine` fits all cameras, clocks and the depth
+bias at once (with the noise of `noise`), `merge` makes one skeleton, `stage` the stage frame (`floor`, `tpose`) and
+the performer (`proportions`), `quality` the figures and `verdict` the verdict.
 """

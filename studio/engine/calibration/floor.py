@@ -1,4 +1,4 @@
-"""Up and floor, from the upright body and from feet that stand; and the stage frame on them."""
+"""Up and floor, from the upright body and from feet that stand."""
 
 from dataclasses import dataclass
 
@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from studio.engine.calibration.merge import Walk
-from studio.engine.geometry import make_transform, rotation_between
+from studio.engine.geometry import rotation_between
 from studio.engine.joints import INDEX
 
 ANKLE_HEIGHT = 0.050
@@ -124,19 +124,3 @@ def _fit_plane(
     upright /= np.linalg.norm(upright)
     on_floor = np.array([centre[0], centre[1], solution[2]])
     return Floor(to_up @ upright, float(upright @ on_floor))
-
-
-def stage_from_walk(
-    floor: Floor, hips: NDArray[np.float64], forward: NDArray[np.float64]
-) -> NDArray[np.float64]:
-    """Return T_stage_walk: z up from the floor, origin under `hips`, `forward` along -y.
-
-    Args:
-        floor: in the walk's frame, as are `hips` [m], shape (3,), and `forward`, a direction, shape (3,).
-    """
-    z = floor.up / np.linalg.norm(floor.up)
-    y = -(forward - (forward @ z) * z)
-    y /= np.linalg.norm(y)
-    rotation = np.array([np.cross(y, z), y, z])
-    origin = hips - (hips @ z - floor.height_m) * z
-    return make_transform(rotation, -rotation @ origin)

@@ -108,7 +108,10 @@ def bone_lengths(walk: Walk) -> NDArray[np.float64]:
     both = np.stack([out, out[MIRROR]])
     seen = np.isfinite(both)
     return np.divide(
-        np.where(seen, both, 0.0).sum(axis=0), seen.sum(axis=0), out=np.full(JOINT_COUNT, np.nan), where=seen.any(axis=0)
+        np.where(seen, both, 0.0).sum(axis=0),
+        seen.sum(axis=0),
+        out=np.full(JOINT_COUNT, np.nan),
+        where=seen.any(axis=0),
     )
 
 
@@ -152,7 +155,9 @@ def _trunk_positions(walk: Walk) -> NDArray[np.float64]:
     shoulders, and left is along shoulders and hips.
     """
     joints = walk.merged
-    lines = [joints[:, INDEX[f"left_{name}"]] - joints[:, INDEX[f"right_{name}"]] for name in ("shoulder", "hip")]
+    lines = [
+        joints[:, INDEX[f"left_{name}"]] - joints[:, INDEX[f"right_{name}"]] for name in ("shoulder", "hip")
+    ]
     across = np.where(np.isfinite(lines), lines, 0.0).sum(axis=0)
     shoulders = (joints[:, INDEX["left_shoulder"]] + joints[:, INDEX["right_shoulder"]]) / 2
     neck = joints[:, INDEX["neck"]]
@@ -187,7 +192,7 @@ def _symmetric(positions: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 def _between(name: str, trunk: NDArray[np.float64], usual: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return where a missing joint of the trunk is, from the hips: as on an average person, on the line to the neck."""
+    """Return where a missing joint of the trunk is from the hips [m]: as usual, on the line to the neck."""
     here = usual[INDEX[name]] - usual[0]
     neck, usual_neck = trunk[INDEX["neck"]], usual[INDEX["neck"]] - usual[0]
     if name in ("spine", "chest") and np.isfinite(neck).all():

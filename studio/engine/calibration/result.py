@@ -48,7 +48,7 @@ class CameraCalibration:
     """
 
     T_stage_camera: NDArray[np.float64]
-    clock: ClockModel = ClockModel()
+    clock: ClockModel = field(default_factory=ClockModel)
     depth_bias_m: float = 0.0
     residual_median_mm: float | None = None
     residual_p95_mm: float | None = None

@@ -39,7 +39,7 @@ def find_tpose(walk: Walk, up: NDArray[np.float64]) -> Hold | None:
     if len(walk.times_s) < 3:
         return None
     good = _is_tpose(walk.smooth(), up, 1.0 / float(np.median(np.diff(walk.times_s))))
-    half = int(round(0.25 / float(np.median(np.diff(walk.times_s)))))
+    half = round(0.25 / float(np.median(np.diff(walk.times_s))))
     window = np.ones(2 * half + 1)
     mostly = np.convolve(good, window, mode="same") >= _SHARE * np.convolve(
         np.ones(len(good)), window, mode="same"
@@ -87,7 +87,9 @@ def facing(
         names: joints of both sides that lie across the body, such as `shoulder`; in a T-pose also the arms'.
     """
     lines = [joints[:, INDEX[f"left_{name}"]] - joints[:, INDEX[f"right_{name}"]] for name in names]
-    medians = [np.median(x[np.isfinite(x).all(axis=1)], axis=0) for x in lines if np.isfinite(x).all(axis=1).any()]
+    medians = [
+        np.median(x[np.isfinite(x).all(axis=1)], axis=0) for x in lines if np.isfinite(x).all(axis=1).any()
+    ]
     if not medians:
         return None
     line = np.sum(medians, axis=0)  # long lines count for more: they are the surer ones

@@ -1,0 +1,75 @@
+"""The stage frame and the performer on it, from the walk in the reference camera's frame."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from studio.engine.calibration.floor import Floor, body_up, find_floor
+from studio.engine.calibration.merge import Walk
+from studio.engine.calibration.proportions import measure
+from studio.engine.calibration.result import Performer
+from studio.engine.calibration.tpose import ACROSS_BODY, ACROSS_TPOSE, facing, find_tpose
+from studio.engine.geometry import make_transform
+from studio.engine.joints import INDEX
+
+_USUAL_HEIGHT_M = 1.75
+_EYE_LEVEL_M = 1.2
+_FIRST_INSTANTS = 30
+_UPRIGHT_CAMERA = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, -1.0, 0.0]])
+
+
+def find_stage(walk: Walk) -> tuple[NDArray[np.float64], Performer | None]:
+    """Return T_stage_walk and the performer.
+
+    The origin is the floor under the hips in the T-pose, where the performer faces -y; without a T-pose it is under
+    the middle of the walk, facing as it starts. Where no body was seen, the stage is that of an upright camera at
+    eye level, and there is no performer.
+    """
+    up = body_up(walk)
+    if up is None:
+        return make_transform(_UPRIGHT_CAMERA, np.array([0.0, 0.0, _EYE_LEVEL_M])), None
+    T, performer, height = np.eye(4), None, _USUAL_HEIGHT_M
+    for _ in range(
+        2
+    ):  # the heights of ankles and toes follow from the performer's height, and this from the floor
+        floor = find_floor(walk, height)
+        T = _frame(walk, Floor(up, _lowest(walk, up)) if floor is None else floor)
+        performer = measure(walk.moved(T))
+        height = height if performer is None else performer.height_m
+    return T, performer
+
+
+def _lowest(walk: Walk, up: NDArray[np.float64]) -> float:
+    """Return how low the seen joints reach along `up` [m], for a floor without feet."""
+    heights = walk.merged @ up
+    return float(np.percentile(heights[np.isfinite(heights)], 1))
+
+
+def _frame(walk: Walk, floor: Floor) -> NDArray[np.float64]:
+    hold = find_tpose(walk, floor.up)
+    start, place, across = slice(0, _FIRST_INSTANTS), slice(None), ACROSS_BODY
+    if hold is not None:
+        start, place, across = hold.frames, hold.frames, ACROSS_TPOSE
+    forward = facing(walk.merged[start], floor.up, across)
+    if forward is None:
+        forward = facing(walk.merged, floor.up, ACROSS_BODY)
+    if forward is None:  # neither shoulders nor hips: towards the reference camera
+        forward = np.array([0.0, 0.0, -1.0])
+    hips = walk.merged[place, INDEX["hips"]]
+    hips = hips[np.isfinite(hips).all(axis=1)]
+    return stage_from_walk(floor, np.median(hips, axis=0) if len(hips) else np.zeros(3), forward)
+
+
+def stage_from_walk(
+    floor: Floor, hips: NDArray[np.float64], forward: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """Return T_stage_walk: z up from the floor, origin under `hips`, `forward` along -y.
+
+    Args:
+        floor: in the walk's frame, as are `hips` [m], shape (3,), and `forward`, a direction, shape (3,).
+    """
+    z = floor.up / np.linalg.norm(floor.up)
+    y = -(forward - (forward @ z) * z)
+    y /= np.linalg.norm(y)
+    rotation = np.array([np.cross(y, z), y, z])
+    origin = hips - (hips @ z - floor.height_m) * z
+    return make_transform(rotation, -rotation @ origin)

@@ -1,0 +1,103 @@
+"""The verdict on a camera's calibration, with its reasons and what to do."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+MIN_PAIRS = 2000
+MIN_SPREAD_M = 0.25
+GOOD_BLOCKS_M, GOOD_BLOCKS_DEG = 0.01, 0.5
+REFUSED_BLOCKS_M, REFUSED_BLOCKS_DEG = 0.06, 3.0
+GOOD_AGREEMENT_M, REFUSED_AGREEMENT_M = 0.10, 0.20
+GOOD_OFFSET_SD_S = 0.01
+MAX_TILT_DEG = 60.0
+HEIGHTS_M = (1.0, 2.3)
+
+
+@dataclass(frozen=True)
+class Facts:
+    """What a camera's verdict rests on. None = not measured or not applicable.
+
+    Attributes:
+        pairs: joints that camera and reference both reported at one instant.
+        spread_m: standard deviations of the walked places along their principal axes [m], largest first.
+        agreement_m: median distance to the reference's joints, left and right in order [m].
+        blocks: how far fits on even and odd blocks differ: over the stage [m] and in angle [degrees].
+        camera_height_m: over the floor [m].
+        tilt_deg: angle between the camera's up and the stage's.
+        performer_height_m: as measured with this calibration [m].
+        mirrored: a reflection explains the camera's joints far better.
+        clock_reason: why the motion did not give the clock, empty where it did.
+        offset_sd_s: standard deviation of the clock offset [s].
+    """
+
+    pairs: int | None = None
+    spread_m: NDArray[np.float64] | None = None
+    agreement_m: float | None = None
+    blocks: tuple[float, float] | None = None
+    camera_height_m: float | None = None
+    tilt_deg: float | None = None
+    performer_height_m: float | None = None
+    mirrored: bool = False
+    clock_reason: str = ""
+    offset_sd_s: float = 0.0
+
+
+def verdict(facts: Facts) -> tuple[str, tuple[str, ...]]:
+    """Return `good`, `usable` or `refused`, and why, for one camera."""
+    refused = _place_refusals(facts)
+    doubts = []
+    if facts.agreement_m is not None and facts.agreement_m > GOOD_AGREEMENT_M:
+        (refused if facts.agreement_m > REFUSED_AGREEMENT_M else doubts).append(
+            f"joints disagree with the reference camera by {facts.agreement_m * 100:.0f} cm (median): "
+            "let one performer alone walk, in view of both cameras"
+        )
+    if facts.blocks is not None:
+        metres, degrees = facts.blocks
+        if metres > GOOD_BLOCKS_M or degrees > GOOD_BLOCKS_DEG:
+            gross = metres > REFUSED_BLOCKS_M or degrees > REFUSED_BLOCKS_DEG
+            (refused if gross else doubts).append(
+                f"fits on even and odd 5 s blocks differ by {metres * 100:.1f} cm and {degrees:.1f} degrees "
+                f"(good: {GOOD_BLOCKS_M * 100:.0f} cm and {GOOD_BLOCKS_DEG} degrees): walk for longer"
+            )
+    if facts.clock_reason:
+        doubts.append(
+            f"clock offset not found from the motion ({facts.clock_reason}): move livelier, or sync the clocks"
+        )
+    elif facts.offset_sd_s > GOOD_OFFSET_SD_S:
+        doubts.append(f"clock offset known to {facts.offset_sd_s * 1e3:.0f} ms only: move livelier")
+    if refused:
+        return "refused", tuple(refused + doubts)
+    return ("usable", tuple(doubts)) if doubts else ("good", ())
+
+
+def _place_refusals(facts: Facts) -> list[str]:
+    """Return why the camera's place cannot be right."""
+    reasons = []
+    if facts.mirrored:
+        reasons.append("the stream is mirrored: switch the camera's mirror mode off and record again")
+    if facts.pairs is not None and facts.pairs < MIN_PAIRS:
+        reasons.append(
+            f"only {facts.pairs} joint pairs with the reference camera, at least {MIN_PAIRS} are needed: "
+            "walk for longer where both cameras see you"
+        )
+    if facts.spread_m is not None and facts.spread_m[1] < MIN_SPREAD_M:
+        reasons.append(
+            "too little spread: walk through the whole stage, forwards and sideways, not on one spot or line"
+        )
+    if facts.camera_height_m is not None and facts.camera_height_m < 0.0:
+        reasons.append(
+            f"the camera comes out {-facts.camera_height_m * 100:.0f} cm under the floor: "
+            "walk with both feet in view and calibrate again"
+        )
+    if facts.tilt_deg is not None and facts.tilt_deg > MAX_TILT_DEG:
+        reasons.append(
+            f"the camera comes out tilted by {facts.tilt_deg:.0f} degrees: mount it upright, or check its stream"
+        )
+    if facts.performer_height_m is not None and not HEIGHTS_M[0] < facts.performer_height_m < HEIGHTS_M[1]:
+        reasons.append(
+            f"the performer comes out {facts.performer_height_m:.2f} m tall: "
+            "let one performer alone walk, and check the camera's unit (metres)"
+        )
+    return reasons
