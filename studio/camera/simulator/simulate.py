@@ -66,7 +66,7 @@ def simulate_take(
     """
     _check(sensor, tracker, seed)
     out = Path(out)
-    truth_path = out.with_name(out.name + ".truth.csv")
+    truth_path = out.resolve().parent / f"{out.resolve().name}.truth.csv"
     if truth_path.exists():
         raise TakeError(f"{truth_path} exists; choose another take, or delete it")
     stage_rig = standard_rig(cameras) if rig is None else read_rig(rig)

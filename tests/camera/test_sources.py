@@ -1,0 +1,133 @@
+import asyncio
+
+import numpy as np
+import pytest
+
+from studio.camera.simulator.live import SimulatedSource
+from studio.camera.simulator.simulate import simulate_take
+from studio.camera.sources import LATER, SOURCES, open_source
+from studio.engine.errors import FormatError, NotAvailableError, SettingsError
+from studio.engine.joints import CANONICAL, JOINT_SETS
+from studio.take.raw import camera_frames
+from studio.wire import is_camera_name
+from tests.engine.motion.bvh_files import MIXAMO, bvh_text, channel_count
+
+
+@pytest.fixture(scope="module")
+def take(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("recording")
+    frame = [0.0, 95.0, 0.0] + [0.0] * (channel_count(MIXAMO) - 3)
+    (folder / "motion.bvh").write_text(bvh_text(MIXAMO, [frame] * 61, frame_s=1 / 30))
+    return simulate_take(folder / "motion.bvh", folder / "take", cameras=2, unit_m=0.01, calibration=False)
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    """A recording of two cameras in which only the hips are seen, 0.2 s long."""
+    folder = tmp_path_factory.mktemp("folder")
+    header = "time_s," + ",".join(
+        f"{name}_{part}" for name in CANONICAL for part in ("x", "y", "z", "confidence")
+    )
+    for k in range(2):
+        rows = [f"{1 + i / 30:.5f},0.1,0.2,3.{i},0.9" + "," * 80 for i in range(7)]
+        (folder / f"camera_{k}").mkdir()
+        (folder / f"camera_{k}" / "joints.csv").write_text("\n".join([header, *rows, ""]))
+    return folder
+
+
+async def take_frames(source, count):
+    return [frame async for _, frame in _zip(range(count), source.frames())]
+
+
+async def _zip(numbers, frames):
+    for number in numbers:
+        try:
+            yield number, await anext(frames)
+        except StopAsyncIteration:
+            return
+
+
+def arguments(take, folder):
+    return [
+        "simulated:0/1",
+        "simulated:3/4:7",
+        f"recording:{take}#camera_1",
+        f"recording:{folder}#camera_0?speed=max",
+    ]
+
+
+@pytest.mark.parametrize("index", range(4))
+def test_every_source_keeps_the_contract(take, folder, index):
+    source = open_source(arguments(take, folder)[index])
+    assert is_camera_name(source.name) and source.joint_set in JOINT_SETS and source.device
+    assert 20 < source.frames_per_second < 40
+    frames = asyncio.run(asyncio.wait_for(take_frames(source, 5), 10))
+    joints = len(JOINT_SETS[source.joint_set])
+    stamps = [frame.device_time_ns for frame in frames]
+    assert stamps == sorted(set(stamps)) and stamps[0] >= 0
+    assert abs(source.clock_ns() - stamps[-1]) < 200_000_000
+    for frame in frames:
+        assert frame.positions.shape == (joints, 3) and frame.confidence.shape == (joints,)
+        assert ((frame.confidence >= 0) & (frame.confidence <= 1)).all()
+
+
+def test_the_registry_names_its_kinds():
+    assert set(SOURCES) == {"simulated", "recording"}
+    assert not set(SOURCES) & set(LATER)
+
+
+@pytest.mark.parametrize(
+    ("text", "error"),
+    [
+        ("", SettingsError),
+        ("webcam", SettingsError),
+        ("simulated", SettingsError),
+        ("simulated:2/2", SettingsError),
+        ("simulated:0/9", SettingsError),
+        ("simulated:-1/2", SettingsError),
+        ("simulated:0/2:x", SettingsError),
+        ("recording:/nowhere", FormatError),
+        ("recording:/etc/hostname", FormatError),
+        *((kind, NotAvailableError) for kind in LATER),
+    ],
+)
+def test_sources_that_cannot_be_opened(text, error):
+    with pytest.raises(error):
+        open_source(text)
+
+
+def test_cameras_of_one_stage_watch_the_same_performer_with_clocks_of_their_own():
+    a, b, c = SimulatedSource(0, 2), SimulatedSource(1, 2), SimulatedSource(0, 2)
+    now = 1_700_000_000_123_456_789
+    assert a.performer_s(now) == b.performer_s(now)
+    np.testing.assert_array_equal(a.frame_at(now).positions, c.frame_at(now).positions)
+    assert abs(a.clock_ns() - b.clock_ns()) > 1_000_000
+    assert abs(a.clock_ns() - c.clock_ns()) < 50_000_000
+
+
+def test_a_take_once_as_fast_as_it_goes(take):
+    frames = asyncio.run(take_frames(open_source(f"recording:{take}#camera_1?speed=max"), 1000))
+    recorded = camera_frames(take / "raw.mcap")["camera_1"]
+    assert [frame.device_time_ns for frame in frames] == [frame.device_time_ns for frame in recorded]
+    np.testing.assert_array_equal([f.positions for f in frames], [f.positions for f in recorded])
+
+
+def test_a_recording_repeats_in_step_for_all_clients(folder):
+    async def both():
+        sources = [open_source(f"recording:{folder}#camera_{k}") for k in (0, 1)]
+        return await asyncio.gather(*(take_frames(source, 10) for source in sources))
+
+    first, second = asyncio.run(both())
+    by_time = {frame.device_time_ns: frame.positions[0, 2] for frame in first}
+    shared = [frame for frame in second if frame.device_time_ns in by_time]
+    assert len(shared) >= 5
+    assert all(frame.positions[0, 2] == by_time[frame.device_time_ns] for frame in shared)
+
+
+def test_a_recording_of_several_cameras_needs_one(folder):
+    with pytest.raises(SettingsError, match="camera_0, camera_1"):
+        open_source(f"recording:{folder}")
+    with pytest.raises(SettingsError, match="camera_0, camera_1"):
+        open_source(f"recording:{folder}#camera_7")
+    with pytest.raises(SettingsError, match="allowed: 1, max"):
+        open_source(f"recording:{folder}#camera_0?speed=fast")
