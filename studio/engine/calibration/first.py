@@ -27,7 +27,7 @@ class Candidate:
         name: the camera's.
         track: its frames of the calibration part.
         placed: its first placement, reference <- camera.
-        fit_clock: whether its clock was found from the motion and may be refined; `clock_reason` says why not.
+        fit_clock: whether its clock may be refined from the motion; `clock_reason` says why not.
         pairs: joints that it and the reference reported at one instant.
         spread_m: of the places where the reference saw the hips [m], see `rigid.spread_m`.
         mirrored: its stream is a mirror image.
@@ -91,13 +91,14 @@ def _place(name: str, track: Track, reference: Track, until_s: float | None) -> 
         problem = f"only {pairs} joint pairs with the reference camera: walk where both cameras see you"
         return Candidate(name, track, pairs=pairs, problem=problem)
     fit = fit_robust(source[seen], target[seen])
+    fit_clock = shift.found or (shift.lively and near_s is not None)  # near enough for `refine`
     hips = there[:, INDEX["hips"]]
     return Candidate(
         name,
         track,
         Placed(fit.T, clock),
-        fit_clock=shift.found,
-        clock_reason=shift.reason,
+        fit_clock=fit_clock,
+        clock_reason="" if fit_clock else shift.reason,
         pairs=pairs,
         spread_m=spread_m(hips[np.isfinite(hips).all(axis=1)]),
         mirrored=mirrored(source[seen], target[seen], fit),

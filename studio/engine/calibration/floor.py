@@ -41,7 +41,7 @@ class Floor:
 
 def body_up(walk: Walk) -> NDArray[np.float64] | None:
     """Return the direction in which the body stands, on average; None where no legs or trunk were seen."""
-    joints = walk.merged
+    joints = walk.sure()
     feet = (joints[:, INDEX["left_ankle"]] + joints[:, INDEX["right_ankle"]]) / 2
     for bottom in (feet, joints[:, INDEX["hips"]]):
         direction = joints[:, INDEX["neck"]] - bottom
@@ -72,15 +72,15 @@ def find_floor(walk: Walk, height_m: float) -> Floor | None:
     up = body_up(walk)
     if up is None:
         return None
-    smooth = walk.smooth()
+    smooth, joints = walk.smooth(), walk.sure()
     rate_hz = 1.0 / float(np.median(np.diff(walk.times_s)))
     points, kinds = [], []
     for kind, name in enumerate(_FEET):
         mine, other = smooth[:, INDEX[name]], smooth[:, INDEX[_other_side(name)]]
         speed = np.linalg.norm(np.gradient(mine, axis=0), axis=1) * rate_hz
         standing = (speed < _STANCE_SPEED_M_S) & ((mine - other) @ up < _OTHER_FOOT_M)
-        standing &= np.isfinite(walk.merged[:, INDEX[name], 0])
-        points.append(walk.merged[standing, INDEX[name]])
+        standing &= np.isfinite(joints[:, INDEX[name], 0])
+        points.append(joints[standing, INDEX[name]])
         kinds.append(np.full(int(standing.sum()), kind))
     feet = np.concatenate(points)
     if len(feet) < _MIN_STANDING:

@@ -14,6 +14,8 @@ from studio.engine.geometry import transform_points
 
 _OUTLIER_M = 0.15
 _MEDIAN_FRAMES = 15
+_SURE = 0.3
+"""A joint is sure with this share of its usual weight; one that all cameras see hidden has a sixteenth."""
 
 
 @dataclass(frozen=True)
@@ -33,8 +35,18 @@ class Walk:
     merged: NDArray[np.float64]
 
     def smooth(self) -> NDArray[np.float64]:
-        """Return the merged joints as running medians over half a second [m], shape (instant_count, 21, 3)."""
-        return running_median(self.merged)
+        """Return the sure joints as running medians over half a second [m], shape (instant_count, 21, 3)."""
+        return running_median(self.sure())
+
+    def sure(self) -> NDArray[np.float64]:
+        """Return the merged joints, NaN where no camera was as sure of the joint as usual."""
+        total = self.weights.sum(axis=0)
+        out = self.merged.copy()
+        for j in range(out.shape[1]):
+            seen = total[:, j] > 0
+            if seen.any():
+                out[total[:, j] < _SURE * np.median(total[seen, j]), j] = np.nan
+        return out
 
     def moved(self, T: NDArray[np.float64]) -> "Walk":
         """Return the walk with every point moved by the rigid transform `T`."""

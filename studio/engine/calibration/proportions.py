@@ -154,7 +154,7 @@ def _trunk_positions(walk: Walk) -> NDArray[np.float64]:
     Medians over the walk, NaN where a joint was not seen; up is from the hips to the neck, else between the
     shoulders, and left is along shoulders and hips.
     """
-    joints = walk.merged
+    joints = walk.sure()
     lines = [
         joints[:, INDEX[f"left_{name}"]] - joints[:, INDEX[f"right_{name}"]] for name in ("shoulder", "hip")
     ]

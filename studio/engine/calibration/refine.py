@@ -21,7 +21,7 @@ BIAS_PRIOR_M = 0.02
 _BIAS_PRIOR_SD_M = 0.02
 BIAS_RANGE_M = (0.0, 0.06)
 """A surface lies in front of a joint's centre, and by no more than a body's half thickness."""
-_OFFSET_PRIOR_SD_S = 0.05
+_OFFSET_PRIOR_SD_S = 0.1
 _DRIFT_PRIOR_SD = 1e-4
 _INDEPENDENT_SHARE = 0.2
 """Noise of neighbouring frames is alike, so that observations count for less than their number."""

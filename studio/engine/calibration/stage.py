@@ -45,16 +45,16 @@ def _lowest(walk: Walk, up: NDArray[np.float64]) -> float:
 
 
 def _frame(walk: Walk, floor: Floor) -> NDArray[np.float64]:
-    hold = find_tpose(walk, floor.up)
+    hold, joints = find_tpose(walk, floor.up), walk.sure()
     start, place, across = slice(0, _FIRST_INSTANTS), slice(None), ACROSS_BODY
     if hold is not None:
         start, place, across = hold.frames, hold.frames, ACROSS_TPOSE
-    forward = facing(walk.merged[start], floor.up, across)
+    forward = facing(joints[start], floor.up, across)
     if forward is None:
-        forward = facing(walk.merged, floor.up, ACROSS_BODY)
+        forward = facing(joints, floor.up, ACROSS_BODY)
     if forward is None:  # neither shoulders nor hips: towards the reference camera
         forward = np.array([0.0, 0.0, -1.0])
-    hips = walk.merged[place, INDEX["hips"]]
+    hips = joints[place, INDEX["hips"]]
     hips = hips[np.isfinite(hips).all(axis=1)]
     return stage_from_walk(floor, np.median(hips, axis=0) if len(hips) else np.zeros(3), forward)
 

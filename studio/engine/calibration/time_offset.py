@@ -29,13 +29,15 @@ _HALF_STEP_S = 0.1
 class Shift:
     """A clock offset from the motion: reference time = device time + offset_s (both since the first frames).
 
-    `found` is False where the motion is too slow or too different; `reason` then says why.
+    `found` is False where the motion is too slow or too different; `reason` then says why. `lively` says whether
+    the motion is fast enough for `refine` to find the clock even so.
     """
 
     offset_s: float
     correlation: float
     found: bool
     reason: str = ""
+    lively: bool = False
 
 
 def speeds(track: Track, hz: float = GRID_HZ) -> NDArray[np.float64]:
@@ -72,11 +74,12 @@ def find_shift(track: Track, reference: Track, *, near_s: float | None) -> Shift
         return Shift(near_s or 0.0, 0.0, False, "the cameras saw nothing at the same time")
     best = int(np.flatnonzero(allowed)[np.argmax(values[allowed])])
     offset = (lags[best] + _peak(values, best)) / GRID_HZ
-    if values[best] < MIN_CORRELATION:
-        return Shift(near_s or 0.0, float(values[best]), False, "the motion does not match the reference's")
     if variation < MIN_SPEED_M_S:
         return Shift(near_s or 0.0, float(values[best]), False, "the motion is too slow to compare clocks")
-    return Shift(float(offset), float(values[best]), True)
+    if values[best] < MIN_CORRELATION:
+        reason = "the motion does not match the reference's"
+        return Shift(near_s or 0.0, float(values[best]), False, reason, lively=True)
+    return Shift(float(offset), float(values[best]), True, lively=True)
 
 
 def _overlap(count_a: int, count_b: int, lags: NDArray[np.int64]) -> NDArray[np.float64]:

@@ -12,6 +12,7 @@ _MIN_HOLD_S = 1.0
 _MAX_SLOPE = np.sin(np.radians(25.0))
 _MIN_STRAIGHT = np.cos(np.radians(35.0))
 _MAX_SPEED_M_S = 0.25
+_SPEED_OVER_S = 0.5
 _SHARE = 0.8
 ACROSS_BODY = ("shoulder", "hip")
 ACROSS_TPOSE = ("shoulder", "elbow", "wrist")
@@ -65,7 +66,9 @@ def _is_tpose(joints: NDArray[np.float64], up: NDArray[np.float64], rate_hz: flo
         )
         arm = _unit(wrist - shoulder)
         straight = (_unit(elbow - shoulder) * _unit(wrist - elbow)).sum(axis=1)
-        speed = np.linalg.norm(np.gradient(wrist, axis=0), axis=1) * rate_hz
+        half = max(round(_SPEED_OVER_S / 2 * rate_hz), 1)
+        ends = np.pad(wrist, ((half, half), (0, 0)), mode="edge")
+        speed = np.linalg.norm(ends[2 * half :] - ends[: -2 * half], axis=1) * rate_hz / (2 * half)
         good &= np.abs(arm @ up) < _MAX_SLOPE
         good &= straight > _MIN_STRAIGHT
         good &= (arm * outward).sum(axis=1) > 0.85
