@@ -50,7 +50,7 @@ def mount(app: FastAPI, stage: Stage, *, sessions: Path) -> ViewHandle:
     """
 
     def look() -> tuple[Calibration | None, list[str]]:
-        return stage.calibration(), list(stage.status().get("cameras", {}))
+        return stage.calibration(), sorted(stage.status().get("cameras", {}))
 
     view = View(look=look)
     unsubscribe = stage.subscribe(view.show)

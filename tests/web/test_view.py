@@ -21,7 +21,7 @@ def pixels(page: Page) -> np.ndarray:
 def body_pixels(page: Page) -> int:
     """Pixels of the mannequin's joints: blue-grey, darker than anything else on the stage."""
     colour = pixels(page)
-    return int(((colour.max(axis=2) < 130) & (np.ptp(colour, axis=2) < 40)).sum())
+    return int(((colour.max(axis=2) < 170) & (np.ptp(colour, axis=2) < 40)).sum())
 
 
 def open_stage(page: Page, address: str) -> None:

@@ -11,7 +11,7 @@ function mm(value) {
 }
 
 function table(cameras, colours, reference) {
-  const rows = Object.entries(cameras).map(([name, camera]) => h("tr", {},
+  const rows = Object.entries(cameras).sort().map(([name, camera]) => h("tr", {},
     h("td", {}, h("span", { class: "row" },
       h("span", { class: "swatch", style: `background:${colours[name] ?? "var(--muted)"}`, aria: { hidden: "true" } }), name)),
     h("td", { class: "num" }, name === reference ? "reference" : mm(camera.residual_median_mm)),

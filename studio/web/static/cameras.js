@@ -44,7 +44,7 @@ function nobody() {
 
 /** Show the cameras of a status (by name) in their colours. */
 export function updateCameras(cameras, colours) {
-  const names = Object.keys(cameras);
+  const names = Object.keys(cameras).sort();
   const connected = names.filter((name) => cameras[name].connected).length;
   setText(byId("cameras-count"), names.length ? `${connected} of ${plural(names.length, "camera")} connected` : "");
   const key = names.map((name) => [name, health(cameras[name]), figures(cameras[name]), cameras[name].reason, colours[name]]);
