@@ -70,12 +70,18 @@ def matrices(quaternions_wxyz: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 def rotation_between(a: NDArray[np.float64], b: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the smallest rotation, 3x3, that turns direction `a` to direction `b` (swing without twist)."""
-    a, b = a / np.linalg.norm(a), b / np.linalg.norm(b)
-    v, c = np.cross(a, b), float(a @ b)
-    if c < -1 + 1e-9:  # opposite: half a turn about any axis across a
+    """Return the smallest rotation, 3x3, that turns direction `a` to direction `b` (swing without twist).
+
+    A vector without length has no direction: nothing turns.
+    """
+    a_length, b_length = np.linalg.norm(a), np.linalg.norm(b)
+    if not (a_length > 0 and b_length > 0):
+        return np.eye(3)
+    a, b = a / a_length, b / b_length
+    v, one_plus_cosine = np.cross(a, b), 0.5 * float((a + b) @ (a + b))
+    if one_plus_cosine < 1e-9:  # opposite: half a turn about any axis across a
         axis = np.cross(a, np.eye(3)[np.argmin(np.abs(a))])
         axis /= np.linalg.norm(axis)
         return 2 * np.outer(axis, axis) - np.eye(3)
     k = np.array([[0, -v[2], v[1]], [v[2], 0, -v[0]], [-v[1], v[0], 0]])
-    return np.eye(3) + k + k @ k / (1 + c)
+    return np.eye(3) + k + k @ k / one_plus_cosine

@@ -48,6 +48,12 @@ REST_WEIGHT = 0.4
 LOST_M = 0.35
 """Trunk joints further than this from the last pose mean another place: the solve starts anew."""
 
+FAR_M = 100.0
+"""A joint further than this from the stage's origin, along any axis, is an error: it counts as unseen."""
+
+CARRY_S = 0.2
+"""A pose's velocity carries it on for no longer than this."""
+
 _TRUNK = [
     INDEX[n] for n in ("hips", "chest", "neck", "left_shoulder", "right_shoulder", "left_hip", "right_hip")
 ]
@@ -85,16 +91,18 @@ class Solver:
         """Return the configuration, shape (nq,), that follows the joints.
 
         Args:
-            joints: canonical joints [m], shape (21, 3), stage frame; NaN = unseen.
+            joints: canonical joints [m], shape (21, 3), stage frame; NaN = unseen, as is one beyond `FAR_M`.
             sigma: their deviation [m], shape (21,); ignored where unseen.
             dt: time since the last frame [s].
 
         Returns:
             None until the joints have once shown how the performer stands.
         """
+        joints = np.where((np.abs(joints) < FAR_M).all(axis=1, keepdims=True), joints, np.nan)
         seen = np.isfinite(joints[:, 0])
         if not self._started or self._lost(joints):
-            self._started = self._start(joints, np.where(seen, 0.03, np.nan))
+            found = self._start(joints, np.where(seen, 0.03, np.nan))
+            self._started = self._started or found  # once begun, a pose that is lost goes on from where it is
             if not self._started:
                 return None
         weights = np.zeros(len(seen))
@@ -126,7 +134,7 @@ class Solver:
             if shown is not None:
                 return shown
         guess = before.copy()
-        mujoco.mj_integratePos(self.humanoid.model, guess, VELOCITY_SHARE * self._velocity, dt)
+        mujoco.mj_integratePos(self.humanoid.model, guess, VELOCITY_SHARE * self._velocity, min(dt, CARRY_S))
         if self._limited:
             guess[7:] = np.clip(guess[7:], *self.humanoid.range_rad.T)
         return guess

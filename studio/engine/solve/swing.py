@@ -15,18 +15,22 @@ from studio.engine.joints import INDEX, OUTPUT_INDEX, OUTPUT_JOINTS, OUTPUT_OF_C
 BEND_MIN_SINE = 0.25
 """A limb bent by less than this (the sine of the angle) does not tell its twist."""
 
+PLANE_MIN_SINE = 1e-3
+"""Two directions closer to one line than this (the sine of the angle) do not span a plane."""
+
 
 def _frame(up: NDArray[np.float64], left: NDArray[np.float64]) -> NDArray[np.float64] | None:
     """Rotation whose z is along `up` and whose x is nearest to `left`; None where they do not span a plane."""
-    norm = np.linalg.norm(up)
-    if not norm > 1e-6:
+    up_length, left_length = np.linalg.norm(up), np.linalg.norm(left)
+    if not (up_length > 1e-6 and left_length > 1e-6):
         return None
-    z = up / norm
-    x = left - (left @ z) * z
-    norm = np.linalg.norm(x)
-    if not norm > 1e-6:
+    z = up / up_length
+    x = left / left_length
+    x = x - (x @ z) * z
+    sine = np.linalg.norm(x)
+    if not sine > PLANE_MIN_SINE:
         return None
-    x = x / norm
+    x = x / sine
     return np.column_stack([x, np.cross(z, x), z])
 
 

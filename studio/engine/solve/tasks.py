@@ -8,6 +8,9 @@ from numpy.typing import NDArray
 
 from studio.engine.human.model import FREE_DOFS, Humanoid
 
+MAX_ERROR_M = 1.0
+"""A joint further than this from its target pulls no harder: beyond, the pose's linear model means nothing."""
+
 
 class JointPositionsTask(Task):
     """Moves the sites of the canonical joints to their targets, three rows per joint.
@@ -39,8 +42,10 @@ class JointPositionsTask(Task):
         self._active = [int(i) for i in np.flatnonzero(used)]
 
     def compute_error(self, configuration: mink.Configuration) -> NDArray[np.float64]:
-        """Site positions minus targets [m], shape (63,)."""
-        return (configuration.data.site_xpos[self._site_index] - self._targets).ravel()
+        """Site positions minus targets [m], each at most `MAX_ERROR_M` long, shape (63,)."""
+        error = configuration.data.site_xpos[self._site_index] - self._targets
+        length = np.sqrt((error * error).sum(axis=1, keepdims=True))
+        return (error * (MAX_ERROR_M / np.maximum(length, MAX_ERROR_M))).ravel()
 
     def compute_jacobian(self, configuration: mink.Configuration) -> NDArray[np.float64]:
         """Positions' Jacobian, shape (63, nv); rows of joints that take no part are stale and weigh nothing."""
