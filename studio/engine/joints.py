@@ -153,6 +153,7 @@ def _matrix(joint_set: str) -> NDArray[np.float64]:
 
 
 _MATRICES = {name: _matrix(name) for name in JOINT_SETS}
+_USED = {name: matrix > 0 for name, matrix in _MATRICES.items()}
 
 
 def to_canonical(
@@ -181,19 +182,18 @@ def to_canonical(
             f"joint set {joint_set!r} has {matrix.shape[1]} joints of 3 numbers; got shape {positions.shape}"
         )
     confidence = np.asarray(confidence, dtype=np.float64)
+    seen = np.isfinite(positions).all(axis=1)
     if joint_set == "canonical":
         out, conf = positions.copy(), confidence.copy()
     else:
-        seen = np.isfinite(positions).all(axis=1)
+        used = _USED[joint_set]
         out = matrix @ np.where(seen[:, None], positions, 0.0)
-        used = matrix > 0
-        complete = used.any(axis=1) & ~(used & ~seen[None, :]).any(axis=1)
-        out[~complete] = np.nan
-        conf = np.where(used, confidence[None, :], np.inf).min(axis=1)
-    unseen = ~np.isfinite(out).all(axis=1)
-    out[unseen] = np.nan
-    conf[unseen] = 0.0
-    return out, np.clip(np.nan_to_num(conf), 0.0, 1.0)
+        conf = np.where(used, confidence, np.inf).min(axis=1)
+        seen = used.any(axis=1) & ~(used & ~seen).any(axis=1)
+    out[~seen] = np.nan
+    conf[~seen] = 0.0
+    conf = np.fmax(np.minimum(conf, 1.0), 0.0)  # a confidence that is no number is none
+    return out, conf
 
 
 FINGERS: tuple[str, ...] = ("Thumb", "Index", "Middle", "Ring", "Pinky")

@@ -79,7 +79,7 @@ class Poses:
         if not Path(path).is_file():
             raise FormatError(f"no poses at {path}; run `studio solve` first")
         try:
-            with np.load(path, allow_pickle=False) as data:
+            with open(path, "rb") as file, np.load(file, allow_pickle=False) as data:
                 values = {key: data[key] for key in _KEYS}
         except (KeyError, ValueError, OSError, EOFError) as error:
             raise FormatError(f"{path} is not a poses.npz: {error}; solve the take again") from error
