@@ -96,13 +96,13 @@ def test_anatomical_offsets_are_one_for_all_cameras_and_turn_with_the_body(walk)
     pose = walk[0]
     mean = []
     for camera in (standard_rig(4)[1], standard_rig(4)[3]):
-        positions, confidence = tracker(camera=camera).see_all(np.broadcast_to(pose, (4000, 21, 3)))
+        positions, confidence = tracker(camera=camera).see_all(np.broadcast_to(pose, (1500, 21, 3)))
         positions[confidence == 1] = np.nan
         T = camera.T_stage_camera
         mean.append(np.nanmean(positions, axis=0) @ T[:3, :3].T + T[:3, 3] - pose)
     anatomy = anatomical_offsets(np.random.default_rng(5))
     joints = [INDEX["head"], INDEX["left_shoulder"], INDEX["right_shoulder"]]
-    np.testing.assert_allclose(((mean[0] + mean[1]) / 2)[joints], anatomy[joints], atol=0.004)
+    np.testing.assert_allclose(((mean[0] + mean[1]) / 2)[joints], anatomy[joints], atol=0.006)
 
 
 def test_a_hand_behind_the_back_is_hidden_and_unsure():

@@ -14,6 +14,7 @@ _AXES = {"X": 0, "Y": 1, "Z": 2}
 _CHANNELS = tuple(f"{axis}{kind}" for kind in ("position", "rotation") for axis in _AXES)
 _HEIGHT_M = 1.75
 _MAX_BYTES = 1 << 30
+_LARGEST = 1e9  # no length or angle of a BVH comes near; NaN fails the comparison
 # stage (x, y, z) = file (x, -z, y)
 _STAGE_FILE = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]])
 
@@ -53,7 +54,7 @@ class _Lines:
             values = [float(word) for word in words]
         except ValueError:
             values = []
-        if len(values) != count or not np.isfinite(values).all():
+        if len(values) != count or not all(abs(value) < _LARGEST for value in values):
             raise self.fail(f"{what} needs {count} finite numbers, got {' '.join(words)[:60]!r}")
         return values
 
@@ -170,14 +171,14 @@ def _read_frames(lines: _Lines, channel_count: int) -> tuple[float, NDArray[np.f
             f"{lines.path}, line {rows[frames][0]}: more rows than the {frames} frames announced; "
             "export the file again"
         )
-    values = np.empty((len(rows), channel_count))
-    for row in range(len(rows)):
-        values[row] = lines.numbers(lines.take("a frame"), channel_count, f"frame {row}")
     if len(rows) < frames:
         raise FormatError(
             f"{lines.path} is cut off: {len(rows)} of {frames} frames, up to line {lines.lines[-1][0]}; "
             "export or copy the file again"
         )
+    values = np.empty((len(rows), channel_count))
+    for row in range(len(rows)):
+        values[row] = lines.numbers(lines.take("a frame"), channel_count, f"frame {row}")
     return frame_s, values
 
 

@@ -156,7 +156,9 @@ def _pick(
         hand, wrist, elbow = (INDEX[f"{side}_{joint}"] for joint in ("hand", "wrist", "elbow"))
         if f"{side}_hand" not in joints:
             along = out[:, wrist] - out[:, elbow]
-            out[:, hand] = out[:, wrist] + 0.08 * along / np.linalg.norm(along, axis=-1, keepdims=True)
+            out[:, hand] = out[:, wrist] + 0.08 * along / np.maximum(
+                np.linalg.norm(along, axis=-1, keepdims=True), 1e-9
+            )
         if f"{side}_toe" not in joints:
             ankle = joints[f"{side}_ankle"]
             out[:, INDEX[f"{side}_toe"]] = positions[:, ankle] + rotations[:, ankle] @ np.array(

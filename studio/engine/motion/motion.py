@@ -68,11 +68,9 @@ class CanonicalMotion:
     def at(self, time_s: float) -> NDArray[np.float64]:
         """Return the joints at one time [m], shape (21, 3): linear between frames, held at both ends."""
         place = min(max(time_s / self.frame_s, 0.0), self.frame_count - 1.0)
-        first = min(int(place), self.frame_count - 2) if self.frame_count > 1 else 0
-        if self.frame_count == 1:
-            return self.positions_m[0].copy()
-        share = place - first
-        return (1 - share) * self.positions_m[first] + share * self.positions_m[first + 1]
+        first = int(place)
+        share, after = place - first, min(first + 1, self.frame_count - 1)
+        return (1 - share) * self.positions_m[first] + share * self.positions_m[after]
 
     def hands_open_at(self, time_s: float) -> tuple[float, float]:
         """Return how open the left and the right hand are at the frame nearest to one time."""
