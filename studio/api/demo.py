@@ -1,17 +1,20 @@
 """The simulated stage: two camera clients as processes of their own, kept running, calibrated once."""
 
 import logging
+import math
 import subprocess
 import sys
 import threading
 
 from studio.engine.errors import StudioError
+from studio.engine.motion.authored import demo_motion
 from studio.live import LiveStage
 
 _log = logging.getLogger(__name__)
 
 CAMERAS = 2
 CHECK_S = 0.5
+ATTEMPTS = 3
 SLOWEST_RESTART_S = 10.0
 STOP_S = 3.0
 
@@ -25,14 +28,14 @@ class DemoCameras(threading.Thread):
         self._url = url
         self._stop_event = threading.Event()
         self._processes: dict[str, subprocess.Popen[bytes]] = {}
-        self._calibrated = False
+        self._attempts = 0
 
     def run(self) -> None:
         pause_s = CHECK_S
         while not self._stop_event.is_set():
             ended = self._start_missing()
             pause_s = min(2 * pause_s, SLOWEST_RESTART_S) if ended else CHECK_S
-            self._calibrate_once()
+            self._calibrate()
             self._stop_event.wait(pause_s)
 
     def close(self) -> None:
@@ -70,16 +73,18 @@ class DemoCameras(threading.Thread):
             )
         return ended
 
-    def _calibrate_once(self) -> None:
+    def _calibrate(self) -> None:
+        """Calibrate with one round of the performance once all cameras are here, unless it was done before."""
         status = self._stage.status()
-        if self._calibrated:
-            return
+        calibration = status["calibration"]
         cameras = [camera for camera in status["cameras"].values() if camera["state"] == "live"]
-        if len(cameras) < CAMERAS or any(camera["clock"]["source"] != "exchange" for camera in cameras):
+        if self._attempts == ATTEMPTS or calibration["state"] == "good" or len(cameras) < CAMERAS:
             return
-        self._calibrated = True
-        if status["calibration"]["state"] != "good":
+        if calibration["attempt"]["state"] not in ("idle", "failed"):
+            return
+        if all(camera["clock"]["source"] == "exchange" for camera in cameras):
+            self._attempts += 1
             try:
-                self._stage.start_calibration()
+                self._stage.start_calibration(math.ceil(demo_motion().duration_s))
             except StudioError as error:
                 _log.warning("the simulated stage was not calibrated: %s", error)

@@ -33,8 +33,9 @@ def link_router(stage: LiveStage, *, hello_timeout_s: float = HELLO_TIMEOUT_S) -
             if gone.code == _TOO_BIG:
                 reason, error = f"it sent a message above {wire.MAX_MESSAGE_BYTES} bytes", True
         except StudioError as refusal:
-            reason, error = str(refusal), True
-            stage.refuse(reason)
+            stage.refuse(str(refusal))
+            if link is not None:
+                stage.leave(link, str(refusal), error=True)
             await _refuse(websocket, refusal)
         finally:
             if link is not None:

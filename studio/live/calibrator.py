@@ -59,9 +59,9 @@ class Calibrator:
         self._busy = False
 
     @property
-    def busy(self) -> bool:
-        """Whether frames are gathered or something is computed."""
-        return self._busy or self.attempt.state in ("gathering", "computing")
+    def computing(self) -> bool:
+        """Whether a calibration, also a provisional one, is being computed."""
+        return self._busy
 
     def start(self, seconds: float, now_ns: int) -> None:
         """Begin to gather frames.
@@ -135,7 +135,7 @@ class Calibrator:
         message = "calibrated"
         if not good:
             reasons = outcome.problem or "; ".join(calibration.reasons() if calibration is not None else [])
-            message = f"refused, the last calibration stays in use: {reasons}"
+            message = f"refused, what was in use before stays: {reasons}"
         self.attempt = replace(
             self.attempt,
             state="done" if good else "failed",

@@ -311,7 +311,7 @@ class Engine(threading.Thread):
     def _housekeeping(self) -> None:
         now = self._clock_ns()
         self.calibrator.update(now, self.roster.reference, self.roster.by_exchange)
-        if not self.calibrator.busy and not self.covered():
+        if not self.calibrator.computing and not self.covered():
             self._calibrate_provisionally(now)
         if self._status_ns is None or now - self._status_ns >= STATUS_NS:
             self._refresh()

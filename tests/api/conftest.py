@@ -1,0 +1,62 @@
+"""A real server on a free port, with a live stage, for clients over real sockets."""
+
+import threading
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+import httpx
+import pytest
+
+from studio.api.app import create_app
+from studio.api.server import Server, make_server, open_socket
+from studio.live import LiveStage
+
+
+@dataclass
+class Studio:
+    """A running server: its live stage, its folder, its address, a client for its routes."""
+
+    stage: LiveStage
+    sessions: Path
+    port: int
+    http: httpx.Client
+
+    def url(self, path: str) -> str:
+        """Address of a WebSocket."""
+        return f"ws://127.0.0.1:{self.port}/api/v1/{path}"
+
+
+class _Running:
+    def __init__(self, sessions: Path, **options: float) -> None:
+        listening = open_socket("127.0.0.1", 0)
+        port = listening.getsockname()[1]
+        self._stage = LiveStage(sessions)
+        self._stage.start()
+        self._server: Server = make_server(create_app(self._stage, sessions, **options))
+        self._socket = listening
+        self._thread = threading.Thread(target=self._server.run, args=([listening],))
+        self._thread.start()
+        http = httpx.Client(base_url=f"http://127.0.0.1:{port}/api/v1", timeout=60.0)
+        self.studio = Studio(self._stage, sessions, port, http)
+
+    def close(self) -> None:
+        self.studio.http.close()
+        self._server.should_exit = True
+        self._thread.join()
+        self._stage.close()
+        self._socket.close()
+
+
+@pytest.fixture
+def start_studio() -> Iterator[Callable[..., Studio]]:
+    """A function that starts a server on a folder of sessions; all are closed at the end."""
+    running: list[_Running] = []
+
+    def start(sessions: Path, **options: float) -> Studio:
+        running.append(_Running(sessions, **options))
+        return running[-1].studio
+
+    yield start
+    for each in running:
+        each.close()
