@@ -6,9 +6,9 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
 import numpy as np
-import uvicorn
 from fastapi import FastAPI
 
+from studio.api.server import make_server, open_socket
 from studio.engine.calibration.result import Calibration, CameraCalibration
 from studio.engine.frames import FrameSet, FusedSkeleton, StepResult
 from studio.engine.geometry import make_transform
@@ -99,15 +99,16 @@ def until(condition: Callable[[], bool], timeout_s: float = 10.0) -> None:
 
 
 @contextmanager
-def serving(app: FastAPI) -> Iterator[str]:
-    """Serve the app on a free loopback port while the block runs; yields its address."""
-    server = uvicorn.Server(uvicorn.Config(app, host="127.0.0.1", port=0, log_level="warning"))
-    thread = threading.Thread(target=server.run)
+def serving(app: FastAPI, port: int = 0) -> Iterator[str]:
+    """Serve the app on a loopback port (0: a free one) while the block runs; yields its address."""
+    listening = open_socket("127.0.0.1", port)
+    server = make_server(app)
+    thread = threading.Thread(target=server.run, args=([listening],))
     thread.start()
-    until(lambda: server.started)
-    port = server.servers[0].sockets[0].getsockname()[1]
     try:
-        yield f"http://127.0.0.1:{port}"
+        until(lambda: server.started)
+        yield f"http://127.0.0.1:{listening.getsockname()[1]}"
     finally:
         server.should_exit = True
-        thread.join(timeout=10)
+        thread.join()
+        listening.close()

@@ -16,6 +16,8 @@ const CONNECTION_WORDS = {
   gone: "The server does not answer. Trying again",
 };
 
+const SAVED_MS = 2500; // a take that another browser stopped is on disk by then
+
 const state = { colours: {}, takes: [], jobs: [], cameras: "", recording: false, switches: null };
 
 function showConnection(connection) {
@@ -33,9 +35,19 @@ async function load() {
   const [view, switches, settings] = await Promise.all([getView(), getSwitches(), getSettings()]);
   state.colours = view.colours;
   showLayers(view.layers);
-  state.switches ??= new Switches(switches, (chosen) => attempt(() => putSettings(chosen.preset, chosen.changes())));
+  state.switches ??= new Switches(switches, applySettings);
   state.switches.show(settings);
   await loadTakes();
+}
+
+/** Use the switches as set for the live stage; where that is refused, show what is in use. */
+async function applySettings(chosen) {
+  try {
+    await putSettings(chosen.preset, chosen.changes());
+  } catch (error) {
+    showError(error.message);
+    await attempt(async () => chosen.show(await getSettings()));
+  }
 }
 
 async function loadTakes() {
@@ -85,6 +97,7 @@ function showStatus(status) {
   if (active !== state.recording) {
     state.recording = active;
     attempt(loadTakes);
+    if (!active) setTimeout(() => attempt(loadTakes), SAVED_MS);
   }
   if (problem) showError(problem);
   updateTransport(active ? { take, seconds } : null, ready);
@@ -96,5 +109,9 @@ function showMessage(message) {
   if (state.switches) showJobs(message.jobs);
 }
 
-startTransport();
+startTransport((summary) => {
+  showNote(`${summary.take}: ${summary.seconds.toFixed(1)} s recorded`);
+  if (summary.problem) showError(summary.problem);
+  attempt(loadTakes);
+});
 follow(eventsUrl(), { onState: showConnection, onMessage: showMessage });

@@ -8,11 +8,16 @@ let recording = null; // {take, seconds} as the server last said
 let receivedAt = 0;
 let busy = false;
 
-async function toggle() {
+async function toggle(onStopped) {
   const button = byId("record");
   if (busy || button.disabled) return;
   busy = true;
-  await attempt(() => (recording ? stopRecording() : startRecording(byId("take-name").value.trim())));
+  if (recording) {
+    const summary = await attempt(stopRecording);
+    if (summary) onStopped(summary);
+  } else {
+    await attempt(() => startRecording(byId("take-name").value.trim()));
+  }
   busy = false;
 }
 
@@ -26,14 +31,14 @@ function tick() {
   if (recording) requestAnimationFrame(tick);
 }
 
-/** Connect the button and the key. */
-export function startTransport() {
-  byId("record").addEventListener("click", toggle);
+/** Connect the button and the key; `onStopped` hears the summary of a take that is on disk. */
+export function startTransport(onStopped) {
+  byId("record").addEventListener("click", () => toggle(onStopped));
   onKey((event) => {
     if (event.key.toLowerCase() !== "r" || event.ctrlKey || event.metaKey || event.altKey || event.repeat) return;
     if (inTextField(event)) return;
     event.preventDefault();
-    toggle();
+    toggle(onStopped);
   });
 }
 

@@ -1,0 +1,220 @@
+"""The page in a real browser, on the real routes: states, switches, recording, solving, exporting."""
+
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import httpx
+import pytest
+from fastapi import FastAPI
+from playwright.sync_api import Browser, Page, expect
+
+from studio.api.app import create_app
+from studio.live import LiveStage
+from studio.web import mount
+from tests.api.camera import Camera
+from tests.live.performer import save_stage_calibration
+from tests.web.stages import serving
+
+SIZES = ((1280, 720), (1920, 1080), (390, 844))
+NAMES = ["camera_0", "camera_1"]
+
+# Controls without a name that a screen reader could say.
+NAMELESS = """() => [...document.querySelectorAll("button, input, select, iframe, progress, a")].filter((e) =>
+    !(e.getAttribute("aria-label") || e.title || e.innerText?.trim()
+      || [...(e.labels ?? [])].some((label) => label.innerText.trim())))
+  .map((e) => e.outerHTML)"""
+
+# Texts whose contrast with what is behind them is under 4.5:1.
+FAINT = """() => {
+  const rgb = (text) => text.match(/[\\d.]+/g).map(Number);
+  const luminance = ([r, g, b]) => [r, g, b].map((v) => v / 255)
+    .map((v) => v <= 0.03928 ? v / 12.92 : ((v + 0.055) / 1.055) ** 2.4)
+    .reduce((sum, v, i) => sum + v * [0.2126, 0.7152, 0.0722][i], 0);
+  const behind = (e) => {
+    for (; e; e = e.parentElement) {
+      const colour = rgb(getComputedStyle(e).backgroundColor);
+      if (colour.length < 4 || colour[3] > 0.8) return colour;
+    }
+    return [255, 255, 255];
+  };
+  return [...document.querySelectorAll("body *")].filter((e) => e.checkVisibility()
+      && !e.closest(":disabled, [aria-hidden=true], option, head")
+      && [...e.childNodes].some((n) => n.nodeType === 3 && n.textContent.trim()))
+    .map((e) => {
+      const [a, b] = [luminance(rgb(getComputedStyle(e).color)), luminance(behind(e))];
+      return [(Math.max(a, b) + 0.05) / (Math.min(a, b) + 0.05), e.outerHTML];
+    }).filter(([ratio]) => ratio < 4.5);
+}"""
+
+
+@contextmanager
+def studio(sessions: Path) -> Iterator[tuple[FastAPI, LiveStage]]:
+    stage = LiveStage(sessions)
+    stage.start()
+    app = create_app(stage, sessions)
+    view = mount(app, stage, sessions=sessions)
+    try:
+        yield app, stage
+    finally:
+        stage.close()
+        view.close()
+
+
+@pytest.fixture
+def empty(tmp_path: Path) -> Iterator[str]:
+    """Address of a studio without cameras and takes."""
+    with studio(tmp_path) as (app, _), serving(app) as url:
+        yield url
+
+
+@contextmanager
+def performing(url: str) -> Iterator[None]:
+    """Two calibrated cameras see the made-up performer at 30 Hz."""
+    stop = threading.Event()
+    cameras = [Camera(url.replace("http", "ws") + "/api/v1/link", index) for index in range(2)]
+    for camera in cameras:
+        camera.greet()
+        camera.exchange_clocks()
+
+    def send() -> None:
+        while not stop.wait(1 / 30):
+            for camera in cameras:
+                camera.send_frame()
+
+    thread = threading.Thread(target=send)
+    thread.start()
+    try:
+        yield
+    finally:
+        stop.set()
+        thread.join()
+        for camera in cameras:
+            camera.socket.close()
+
+
+@pytest.fixture
+def live(tmp_path: Path) -> Iterator[str]:
+    """Address of a studio with two calibrated cameras and a performer."""
+    save_stage_calibration(tmp_path, NAMES)
+    with studio(tmp_path) as (app, _), serving(app) as url, performing(url):
+        yield url
+
+
+def open_page(page: Page, url: str) -> None:
+    page.goto(url)
+    expect(page.locator("#connection")).to_have_text("Connected")
+    expect(page.locator("#preset")).to_be_visible()
+
+
+def test_empty_states_say_what_to_do(empty: str, page: Page) -> None:
+    open_page(page, empty)
+    expect(page.locator("#notice")).to_have_text("No camera is connected")
+    expect(page.locator("#cameras code")).to_contain_text(f"studio camera --source SOURCE --server {empty}")
+    expect(page.locator("#takes")).to_contain_text("No takes yet")
+    expect(page.locator("#record")).to_be_disabled()
+    expect(page.locator("#calibrate")).to_be_disabled()
+    expect(page.locator("#calibration-badge")).to_have_text("none")
+
+
+def test_every_switch_of_the_catalogue_has_a_labelled_control(empty: str, page: Page) -> None:
+    open_page(page, empty)
+    page.locator("summary").click()
+    for switch in httpx.get(f"{empty}/api/v1/switches").json()["switches"]:
+        control = page.locator(f"#switch-{switch['key']}")
+        expect(control).to_be_visible()
+        expect(page.locator(f"#switch-{switch['key']}-help")).to_have_text(switch["help"])
+    assert page.evaluate(NAMELESS) == []
+    assert page.evaluate(FAINT) == []
+
+
+def test_a_switch_changes_the_live_settings(empty: str, page: Page) -> None:
+    open_page(page, empty)
+    page.locator("summary").click()
+    page.select_option("#switch-smoothing", "one_euro:before")
+    expect(page.locator("#solve-summary")).to_have_text("1 change")
+    assert httpx.get(f"{empty}/api/v1/settings").json()["set"] == {"smoothing": "one_euro:before"}
+    page.reload()
+    expect(page.locator("#switch-smoothing")).to_have_value("one_euro:before")
+    page.get_by_role("button", name="Reset").click()
+    expect(page.locator("#solve-summary")).to_have_text("")
+    page.select_option("#preset", "thesis")
+    page.wait_for_timeout(300)
+    settings = httpx.get(f"{empty}/api/v1/settings").json()
+    assert (settings["preset"], settings["set"]) == ("thesis", {})
+
+
+def test_a_refused_value_is_explained_and_taken_back(empty: str, chromium: Browser) -> None:
+    page = chromium.new_page()  # the browser itself logs the refused request
+    open_page(page, empty)
+    page.locator("summary").click()
+    page.fill("#switch-look_at_point_m", "over there")
+    page.keyboard.press("Enter")
+    expect(page.locator("#messages")).to_contain_text("allowed: x,y,z in metres")
+    expect(page.locator("#switch-look_at_point_m")).not_to_have_value("over there")
+    page.get_by_role("button", name="Dismiss").click()
+    expect(page.locator("#messages")).to_be_empty()
+    page.close()
+
+
+def test_layers_follow_their_checkboxes(empty: str, page: Page) -> None:
+    open_page(page, empty)
+    page.get_by_label("Fused").uncheck()
+    page.wait_for_timeout(300)
+    assert httpx.get(f"{empty}/api/v1/view").json()["layers"]["fused"]["shown"] is False
+
+
+def test_record_solve_and_export(live: str, page: Page, tmp_path: Path) -> None:
+    open_page(page, live)
+    expect(page.locator("#cameras")).to_contain_text("Good")
+    page.fill("#take-name", "walk")
+    page.locator("#take-name").press("r")  # a letter, not the shortcut
+    expect(page.locator("#record .label")).to_have_text("Record")
+    page.fill("#take-name", "walk")
+    page.locator("h1").click()
+    page.keyboard.press("r")
+    expect(page.locator("#record .label")).to_have_text("Stop")
+    expect(page.locator("#timer")).not_to_have_text("00:00.0")
+    page.wait_for_timeout(2000)
+    page.locator("#record").click()
+    expect(page.locator("#record .label")).to_have_text("Record")
+    take = page.locator(".take").filter(has_text="walk")
+    expect(take.locator(".solve-row")).to_have_text(["liveBVHFBX"], timeout=20000)
+    page.select_option("#preset", "raw")
+    take.get_by_role("button", name="Solve walk", exact=True).click()
+    expect(take.locator(".solve-row")).to_have_count(2, timeout=60000)
+    with page.expect_download() as download:
+        take.get_by_role("button", name="Export walk, solve raw, as BVH").click()
+    assert download.value.suggested_filename == "walk_raw.bvh"
+    assert Path(download.value.path()).read_text().startswith("HIERARCHY")
+
+
+@pytest.mark.parametrize(("width", "height"), SIZES)
+def test_nothing_overflows_or_jumps(live: str, page: Page, width: int, height: int) -> None:
+    page.set_viewport_size({"width": width, "height": height})
+    page.add_init_script(
+        "window.shift = 0; new PerformanceObserver((list) => {"
+        " for (const entry of list.getEntries()) window.shift += entry.value; })"
+        '.observe({ type: "layout-shift", buffered: true });'
+    )
+    open_page(page, live)
+    page.wait_for_timeout(1500)
+    assert page.evaluate("document.documentElement.scrollWidth <= innerWidth")
+    record, viewer = page.locator("#record").bounding_box(), page.locator("#viewer").bounding_box()
+    assert record is not None and record["y"] + record["height"] <= height
+    assert viewer is not None and viewer["width"] >= 0.6 * width and viewer["height"] >= 0.45 * height
+    assert page.evaluate("window.shift") < 0.1
+    assert page.evaluate(FAINT) == []
+
+
+def test_a_server_that_goes_is_noticed_and_found_again(tmp_path: Path, chromium: Browser) -> None:
+    page = chromium.new_page()  # failed connections are logged by the browser itself
+    with studio(tmp_path) as (app, _):
+        with serving(app) as url:
+            open_page(page, url)
+        expect(page.locator("#connection")).to_have_text("The server does not answer. Trying again")
+        expect(page.locator("#record")).to_be_disabled()
+        with serving(app, port=int(url.rsplit(":")[-1])):
+            expect(page.locator("#connection")).to_have_text("Connected", timeout=15000)
+    page.close()
