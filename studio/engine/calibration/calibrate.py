@@ -24,6 +24,9 @@ from studio.engine.calibration.verdict import Facts, verdict
 from studio.engine.frames import CameraFrame, ClockModel
 from studio.engine.geometry import transform_points
 
+_SAME_PLACE_M = 0.05
+_SAME_STREAM_M = 0.002
+
 
 def calibrate(
     frames: dict[str, list[CameraFrame]], *, reference: str | None = None, until_s: float | None = None
@@ -132,6 +135,11 @@ def _swaps(
     return find_swaps(np.array(points))
 
 
+def _same_place(T: NDArray[np.float64]) -> bool:
+    """Whether a camera stands and looks as the reference does; T: reference <- camera."""
+    return float(np.linalg.norm(T[:3, 3])) < _SAME_PLACE_M and float(np.trace(T[:3, :3])) > 2.999
+
+
 def _result(
     camera: Candidate,
     i: int,
@@ -162,6 +170,7 @@ def _result(
             agreement_m=rest.agreement_m,
             blocks=quality.disagreement(fit.even.cameras[i].T, fit.odd.cameras[i].T, T_stage),
             mirrored=camera.mirrored,
+            same_stream=_same_place(fit.whole.cameras[i].T) and (rest.agreement_m or 1.0) < _SAME_STREAM_M,
             clock_reason=camera.clock_reason,
             offset_sd_s=float(fit.whole.offset_sd_s[i]),
         )

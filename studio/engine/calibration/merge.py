@@ -13,7 +13,7 @@ from studio.engine.calibration.swaps import exchange
 from studio.engine.geometry import transform_points
 
 _OUTLIER_M = 0.15
-_MEDIAN_FRAMES = 15
+_OUTLIER_WINDOW = 15
 _SURE = 0.3
 """A joint is sure with this share of its usual weight; one that all cameras see hidden has a sixteenth."""
 
@@ -34,9 +34,10 @@ class Walk:
     weights: NDArray[np.float64]
     merged: NDArray[np.float64]
 
-    def smooth(self) -> NDArray[np.float64]:
-        """Return the sure joints as running medians over half a second [m], shape (instant_count, 21, 3)."""
-        return running_median(self.sure())
+    def smooth(self, over_s: float = 0.5) -> NDArray[np.float64]:
+        """Return the sure joints as running medians over a time [m], shape (instant_count, 21, 3)."""
+        step_s = float(np.median(np.diff(self.times_s))) if len(self.times_s) > 1 else 1.0
+        return running_median(self.sure(), 2 * round(over_s / 2 / step_s) + 1)
 
     def sure(self) -> NDArray[np.float64]:
         """Return the merged joints, NaN where no camera was as sure of the joint as usual."""
@@ -55,8 +56,8 @@ class Walk:
         )
 
 
-def running_median(positions: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return running medians over time of joints, shape (instant_count, 21, 3); gaps are bridged first."""
+def running_median(positions: NDArray[np.float64], window: int) -> NDArray[np.float64]:
+    """Return running medians over `window` instants of joints, shape (instant_count, 21, 3); gaps are bridged."""
     filled = positions.copy()
     for j in range(positions.shape[1]):
         seen = np.flatnonzero(np.isfinite(positions[:, j, 0]))
@@ -64,7 +65,7 @@ def running_median(positions: NDArray[np.float64]) -> NDArray[np.float64]:
             continue
         for k in range(3):
             filled[:, j, k] = np.interp(np.arange(len(positions)), seen, positions[seen, j, k])
-    return median_filter(filled, size=(_MEDIAN_FRAMES, 1, 1), mode="nearest")
+    return median_filter(filled, size=(window, 1, 1), mode="nearest")
 
 
 def merge(
@@ -86,7 +87,7 @@ def merge(
         along, across = sigmas(local, confidence)
         weights[i] = np.nan_to_num(3.0 / (along**2 + 2 * across**2))
         positions[i] = transform_points(camera.T, local + depth_bias_m * rays(local))
-    first = running_median(_mean(positions, weights))
+    first = running_median(_mean(positions, weights), _OUTLIER_WINDOW)
     far = ~(np.linalg.norm(positions - first, axis=3) < _OUTLIER_M)
     moving = np.linalg.norm(np.gradient(first, axis=0), axis=2) * 8 if len(times_s) > 1 else 0.0
     far &= ~(np.linalg.norm(positions - first, axis=3) < _OUTLIER_M + moving)

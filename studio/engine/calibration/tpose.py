@@ -39,7 +39,7 @@ def find_tpose(walk: Walk, up: NDArray[np.float64]) -> Hold | None:
     """
     if len(walk.times_s) < 3:
         return None
-    good = _is_tpose(walk.smooth(), up, 1.0 / float(np.median(np.diff(walk.times_s))))
+    good = _is_tpose(walk.smooth(over_s=1.0), up, 1.0 / float(np.median(np.diff(walk.times_s))))
     half = round(0.25 / float(np.median(np.diff(walk.times_s))))
     window = np.ones(2 * half + 1)
     mostly = np.convolve(good, window, mode="same") >= _SHARE * np.convolve(

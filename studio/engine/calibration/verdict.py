@@ -28,6 +28,7 @@ class Facts:
         tilt_deg: angle between the camera's up and the stage's.
         performer_height_m: as measured with this calibration [m].
         mirrored: a reflection explains the camera's joints far better.
+        same_stream: the camera stands where the reference stands and reports the same joints.
         clock_reason: why the motion did not give the clock, empty where it did.
         offset_sd_s: standard deviation of the clock offset [s].
     """
@@ -40,6 +41,7 @@ class Facts:
     tilt_deg: float | None = None
     performer_height_m: float | None = None
     mirrored: bool = False
+    same_stream: bool = False
     clock_reason: str = ""
     offset_sd_s: float = 0.0
 
@@ -77,6 +79,8 @@ def _place_refusals(facts: Facts) -> list[str]:
     reasons = []
     if facts.mirrored:
         reasons.append("the stream is mirrored: switch the camera's mirror mode off and record again")
+    if facts.same_stream:
+        reasons.append("the stream is the reference camera's own: give each camera client its own device")
     if facts.pairs is not None and facts.pairs < MIN_PAIRS:
         reasons.append(
             f"only {facts.pairs} joint pairs with the reference camera, at least {MIN_PAIRS} are needed: "

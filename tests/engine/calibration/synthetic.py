@@ -12,10 +12,20 @@ from studio.engine.geometry import invert_transform, make_transform, transform_p
 from studio.engine.joints import CANONICAL, INDEX, MIRROR, PARENTS
 
 OFFSETS_M = {
-    "hips": (0, 0, 0.97), "spine": (0, 0.01, 0.12), "chest": (0, 0.01, 0.22), "neck": (0, 0, 0.13), "head": (0, -0.02, 0.17),
-    "left_shoulder": (0.18, 0, 0.08), "left_elbow": (0.29, 0, 0), "left_wrist": (0.25, 0, 0), "left_hand": (0.09, 0, 0),
-    "left_hip": (0.10, 0, -0.03), "left_knee": (0, 0, -0.43), "left_ankle": (0, 0, -0.425), "left_toe": (0, -0.13, -0.043),
-}  # fmt: skip
+    "hips": (0, 0, 0.97),
+    "spine": (0, 0.01, 0.12),
+    "chest": (0, 0.01, 0.22),
+    "neck": (0, 0, 0.13),
+    "head": (0, -0.02, 0.17),
+    "left_shoulder": (0.18, 0, 0.08),
+    "left_elbow": (0.29, 0, 0),
+    "left_wrist": (0.25, 0, 0),
+    "left_hand": (0.09, 0, 0),
+    "left_hip": (0.10, 0, -0.03),
+    "left_knee": (0, 0, -0.43),
+    "left_ankle": (0, 0, -0.425),
+    "left_toe": (0, -0.13, -0.043),
+}
 """T-pose offsets from the parent on the stage; the right side mirrors the left."""
 
 T_POSE_S = 3.0
@@ -79,14 +89,20 @@ def performer(times_s: NDArray[np.float64], *, walking: bool = True) -> NDArray[
     """Return the true joints at stage times [m], shape (instant_count, 21, 3): T-pose, then walking all round."""
     t = np.maximum(times_s - T_POSE_S, 0.0)
     go = np.clip(t / 1.0, 0.0, 1.0) * (1.0 if walking else 0.0)
-    place = 1.1 * go[:, None] * np.column_stack([np.sin(0.45 * t), 0.8 * np.sin(0.9 * t + 0.3) - 0.3 * np.sin(0.3)])
+    place = (
+        1.1
+        * go[:, None]
+        * np.column_stack([np.sin(0.45 * t), 0.8 * np.sin(0.9 * t + 0.3) - 0.3 * np.sin(0.3)])
+    )
     heading = go * (1.4 * np.sin(0.5 * t) + 0.45 * t)
     stride = go * np.sin(2 * np.pi * 0.95 * t)
     arms_down = np.clip(t / 1.0, 0.0, 1.0) * 1.35
     turn = _about(2, heading)
     rotations: dict[str, NDArray[np.float64]] = {}
     joints = np.zeros((len(t), len(CANONICAL), 3))
-    own = {f"{side}_{name}": None for side in ("left", "right") for name in ("shoulder", "elbow", "hip", "knee")}
+    own = {
+        f"{side}_{name}": None for side in ("left", "right") for name in ("shoulder", "elbow", "hip", "knee")
+    }
     for side, sign in (("left", 1.0), ("right", -1.0)):
         swing = sign * stride
         own[f"{side}_shoulder"] = _about(0, 0.5 * swing) @ _about(1, sign * arms_down)
@@ -138,7 +154,8 @@ def record(
         local, confidence = _observe(rng, performer(stage_s, walking=walking), T, options)
         device_s = stage_s * (1 + truth.drift[name]) + truth.offset_s[name] + 100.0
         frames[name] = [
-            CameraFrame(name, i, round(device_s[i] * 1e9), local[i], confidence[i]) for i in range(len(stage_s))
+            CameraFrame(name, i, round(device_s[i] * 1e9), local[i], confidence[i])
+            for i in range(len(stage_s))
         ]
     return frames, truth
 

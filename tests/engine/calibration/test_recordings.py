@@ -1,0 +1,116 @@
+"""Calibration of outside recordings: simulated cameras with known truth, and pairs of real Kinects without."""
+
+import csv
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from studio.engine.calibration.calibrate import calibrate
+from studio.engine.frames import CameraFrame
+from studio.engine.joints import CANONICAL, JOINT_SETS, to_canonical
+from tests.engine.calibration.scoring import clock_error_ms, stage_error, transform_error
+
+SETS = {
+    "punches_2_cameras": (0.015, 0.5),
+    "jumps_2_cameras": (0.015, 0.5),
+    "jumping_jacks_3_cameras": (0.015, 0.5),
+    "ballet_4_cameras": (0.02, 0.8),
+}
+PAIRS = {
+    "Study_16_Kinect_0_Time_6_13_59_PM.csv": 17.0,
+    "Study_16_Kinect_1_Time_6_18_45_PM.csv": 34.0,
+    "Study_13_Kinect_2_Time_5_22_05_PM.csv": 52.0,
+}
+
+
+def joint_frames(folder: Path) -> list[CameraFrame]:
+    """The frames of a `joints.csv`."""
+    with (folder / "joints.csv").open() as file:
+        header = file.readline().strip().split(",")
+    table = np.genfromtxt(folder / "joints.csv", delimiter=",", skip_header=1)
+    columns = [
+        [header.index(f"{name}_{field}") for field in ("x", "y", "z", "confidence")] for name in CANONICAL
+    ]
+    values = table[:, np.array(columns)]
+    confidence = np.nan_to_num(values[:, :, 3])
+    return [
+        CameraFrame(folder.name, i, round(table[i, 0] * 1e9), values[i, :, :3], confidence[i])
+        for i in range(len(table))
+    ]
+
+
+@pytest.fixture
+def noisy_joints(test_data: Path) -> Path:
+    if not (test_data / "noisy_joints").is_dir():
+        pytest.skip(f"no noisy_joints in {test_data}")
+    return test_data / "noisy_joints"
+
+
+@pytest.mark.parametrize("name", SETS)
+def test_simulated_cameras_come_out_where_they_are(noisy_joints, name):
+    folder = noisy_joints / name
+    frames = {camera.name: joint_frames(camera) for camera in sorted(folder.glob("camera_*"))}
+    until_s = json.loads((folder / "recording.json").read_text())["calibration_s"]
+    found = calibrate(frames, until_s=until_s)
+    cameras = json.loads((folder / "truth" / "cameras.json").read_text())["cameras"]
+    truth = {camera: np.array(values["T_stage_camera"]) for camera, values in cameras.items()}
+    assert not found.refused, found.reasons()
+    for camera in list(frames)[1:]:
+        error = transform_error(found, truth, camera)
+        assert error.rms_m <= SETS[name][0]
+        assert error.angle_deg <= SETS[name][1]
+        clock = cameras[camera]
+        for stage_s in (1.0, 33.0):
+            ms = clock_error_ms(found, camera, stage_s, clock["clock_offset_s"], clock["clock_drift"])
+            assert ms <= 8.0
+    tilt, height, turn = stage_error(found, truth["camera_0"])
+    assert tilt < 1.0
+    assert abs(height) < 0.04
+    assert abs(turn) < 3.0
+
+
+@pytest.mark.parametrize("name", SETS)
+def test_one_simulated_camera_gives_a_stage(noisy_joints, name):
+    camera = noisy_joints / name / "camera_0"
+    found = calibrate({"camera_0": joint_frames(camera)}, until_s=34.3)
+    truth = json.loads((camera.parent / "truth" / "cameras.json").read_text())["cameras"]["camera_0"]
+    assert found.cameras["camera_0"].verdict == "good"
+    tilt, height, turn = stage_error(found, np.array(truth["T_stage_camera"]))
+    assert tilt < 1.5
+    assert abs(height) < 0.06
+    assert abs(turn) < 5.0
+
+
+def kinect_frames(path: Path) -> dict[str, list[CameraFrame]]:
+    """The first person of a CSV of two Kinects, in camera axes; each Kinect on its own clock."""
+    names = JOINT_SETS["kinect-v2"]
+    frames: dict[str, dict[int, CameraFrame]] = {}
+    with path.open() as file:
+        for row in csv.DictReader(file, skipinitialspace=True):
+            if row["Person_Id"] != "0":
+                continue
+            points = np.array([[float(row[f"{name}_{axis}"]) for axis in "XYZ"] for name in names])
+            points[(points == -9999).any(axis=1)] = np.nan
+            points = points * [1, -1, 1]
+            seen = np.isfinite(points).all(axis=1).astype(float)
+            time_ns = int(row["Skeleton_Time"]) * 100
+            mine = frames.setdefault(row["Kinect_Id"], {})
+            mine[time_ns] = CameraFrame(
+                row["Kinect_Id"], len(mine), time_ns, *to_canonical("kinect-v2", points, seen)
+            )
+    return {name: [mine[t] for t in sorted(mine)] for name, mine in frames.items()}
+
+
+@pytest.mark.parametrize("name", PAIRS)
+def test_real_kinects_agree(test_data, name):
+    path = test_data / "kinect2_pairs" / name
+    if not path.is_file():
+        pytest.skip(f"no {path}")
+    found = calibrate(kinect_frames(path))
+    second = list(found.cameras.values())[1]
+    assert second.verdict in ("good", "usable"), second.reasons
+    assert second.residual_median_mm <= PAIRS[name]
+    assert second.residual_pairs > 10_000
+    assert 1.4 < found.performer.height_m < 2.0

@@ -1,0 +1,92 @@
+"""What cannot be calibrated is refused with its reason, and nothing wrong is accepted."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from studio.engine.calibration.calibrate import calibrate
+from studio.engine.geometry import make_transform, transform_points
+from studio.engine.joints import MIRROR
+from tests.engine.calibration.synthetic import RIGS, Options, record
+
+
+@pytest.fixture(scope="module")
+def frames():
+    return record(21, RIGS[2])[0]
+
+
+def changed(frames, camera, change):
+    """The same frames with one camera's positions changed by `change(index, positions)`."""
+    mine = [replace(frame, positions=change(i, frame.positions)) for i, frame in enumerate(frames[camera])]
+    return {**frames, camera: mine}
+
+
+def refused(frames, reason, camera="camera_1"):
+    found = calibrate(frames).cameras[camera]
+    assert found.verdict == "refused"
+    assert any(reason in text for text in found.reasons), found.reasons
+
+
+@pytest.mark.parametrize("relabelled", [False, True])
+@pytest.mark.parametrize("camera", ["camera_0", "camera_1"])
+def test_mirrored_stream(frames, camera, relabelled):
+    order = MIRROR if relabelled else slice(None)
+    refused(changed(frames, camera, lambda _, p: (p * [-1, 1, 1])[order]), "mirror")
+
+
+@pytest.mark.parametrize("camera", ["camera_0", "camera_1"])
+def test_upside_down_camera(frames, camera):
+    refused(changed(frames, camera, lambda _, p: p * [-1, -1, 1]), "tilted", camera)
+
+
+def test_performer_who_stands_still():
+    refused(record(22, RIGS[2], Options(duration_s=20), walking=False)[0], "too little spread")
+
+
+def test_one_stream_twice(frames):
+    refused({**frames, "camera_1": frames["camera_0"]}, "the reference camera's own")
+
+
+def test_millimetres(frames):
+    refused(changed(frames, "camera_1", lambda _, p: p * 1000), "disagree")
+
+
+def test_two_performers(frames):
+    other = record(23, RIGS[2])[0]["camera_1"][::-1]
+    refused(
+        changed(frames, "camera_1", lambda i, p: other[i % len(other)].positions - np.array([0.5, 0, 0])),
+        "disagree",
+    )
+
+
+def test_bystander_in_half_of_the_walk(frames):
+    other = record(24, RIGS[2])[0]["camera_1"][::-1]
+    refused(
+        changed(frames, "camera_1", lambda i, p: p if i < 500 else other[i % len(other)].positions),
+        "blocks differ",
+    )
+
+
+def test_camera_bumped_while_walking(frames):
+    c, s = np.cos(0.2), np.sin(0.2)
+    bump = make_transform(np.array([[c, 0, s], [0, 1, 0], [-s, 0, c]]), np.array([0.1, 0, 0]))
+    refused(
+        changed(frames, "camera_1", lambda i, p: p if i < 500 else transform_points(bump, p)), "blocks differ"
+    )
+
+
+def test_two_seconds_only(frames):
+    refused({**frames, "camera_1": frames["camera_1"][:60]}, "joint pairs")
+
+
+def test_camera_without_frames(frames):
+    refused({**frames, "camera_1": []}, "no frames")
+
+
+def test_camera_that_saw_nobody(frames):
+    refused(changed(frames, "camera_1", lambda _, p: np.full_like(p, np.nan)), "joint pairs")
+
+
+def test_reference_that_saw_nobody(frames):
+    refused(changed(frames, "camera_0", lambda _, p: np.full_like(p, np.nan)), "joint pairs")
