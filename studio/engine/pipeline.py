@@ -77,8 +77,11 @@ class Pipeline:
         return self._sync.newest_stage_ns()
 
     def step(self, stage_time_ns: int) -> StepResult | None:
-        """Return the output frame at a stage time, or None until some camera has shown the performer."""
-        dt = 0.0 if self._last_ns is None else (stage_time_ns - self._last_ns) * 1e-9
+        """Return the output frame at a stage time, or None until some camera has shown the performer.
+
+        A time before the last one's is taken as if no time had passed.
+        """
+        dt = 0.0 if self._last_ns is None else max(stage_time_ns - self._last_ns, 0) * 1e-9
         self._last_ns = stage_time_ns
         frames = self._sync.frame_set(stage_time_ns)
         fused = self._conditioned(self._fusion.fuse(frames), dt)

@@ -5,6 +5,7 @@ transform, and the joint's bias towards its camera (`depth_bias_m`) taken back a
 """
 
 from collections import deque
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,6 +21,9 @@ MAX_GAP_NS = 100_000_000
 MAX_AGE_NS = 60_000_000
 """A frame further than this from the wanted instant does not stand for it."""
 
+FAR_M = 100.0
+"""A joint that a camera reports further away than this, along any axis, is an error: it counts as unseen."""
+
 HISTORY = 32
 """Frames kept per camera."""
 
@@ -28,6 +32,12 @@ def unbiased(positions: NDArray[np.float64], depth_bias_m: float) -> NDArray[np.
     """Return joints in the camera frame, shape (..., 3), moved away from the camera along their rays by the bias."""
     distance = np.linalg.norm(positions, axis=-1, keepdims=True)
     return positions * (1.0 + depth_bias_m / np.maximum(distance, 0.1))
+
+
+def _is_rotation(wxyz: tuple[float, float, float, float]) -> bool:
+    """Whether a quaternion stands for a rotation: finite and not zero."""
+    length = float(np.abs(wxyz).max())
+    return 1e-3 < length < 1e3
 
 
 class _Camera:
@@ -100,9 +110,10 @@ class Synchroniser:
         calibration = self._calibrations.get(frame.camera)
         if calibration is None:
             return
-        joints = transform_points(
-            calibration.T_stage_camera, unbiased(frame.positions, calibration.depth_bias_m)
-        )
+        possible = (np.abs(frame.positions) < FAR_M).all(axis=1)
+        positions = np.where(possible[:, None], frame.positions, np.nan)
+        frame = replace(frame, confidence=np.where(possible, frame.confidence, 0.0))
+        joints = transform_points(calibration.T_stage_camera, unbiased(positions, calibration.depth_bias_m))
         self._cameras[frame.camera].add(
             self._clocks[frame.camera].stage_ns(frame.device_time_ns), joints, frame
         )
@@ -124,7 +135,7 @@ class Synchroniser:
             positions[i], confidence[i] = found
             newest = camera.frames[-1]
             hands.extend(newest.hands)
-            if newest.head_wxyz is not None and head is None:
+            if newest.head_wxyz is not None and head is None and _is_rotation(newest.head_wxyz):
                 rotation = self._calibrations[name].T_stage_camera[:3, :3] @ matrices(
                     np.array(newest.head_wxyz)
                 )

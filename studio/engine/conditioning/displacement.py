@@ -23,6 +23,7 @@ DEFAULT_M_S: dict[str, float] = {name: _FAST.get(name.split("_")[-1], 2.0) for n
 hand reaches 9 m/s, shared by shoulder and elbow (Whiting et al. 1988)."""
 
 _FINGER_M_S = 1.5
+_ANY_RAD_S = 1e6  # of a joint that carries no other
 
 
 def limits_m_s(overrides: dict[str, float]) -> dict[str, float]:
@@ -66,7 +67,7 @@ class DisplacementLimitAfter:
     def __init__(self, skeleton: Skeleton, limits: dict[str, float]) -> None:
         by_output = {OUTPUT_OF_CANONICAL[name]: limit for name, limit in limits.items()}
         length = np.linalg.norm(skeleton.offsets_m, axis=1)
-        self._max_rad_s = np.full(len(OUTPUT_JOINTS), np.inf)
+        self._max_rad_s = np.full(len(OUTPUT_JOINTS), _ANY_RAD_S)
         for joint, name in enumerate(OUTPUT_JOINTS[1:], start=1):
             finger = "Hand" in name and name not in ("LeftHand", "RightHand")
             limit = _FINGER_M_S if finger else by_output.get(name, 2.0)

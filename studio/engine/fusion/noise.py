@@ -13,6 +13,7 @@ from studio.engine.joints import CANONICAL
 
 AXIAL_PER_M = 0.0016
 LATERAL_PER_M = 0.0032
+LEAST_DISTANCE_M = 0.1
 _FACTOR = {"elbow": 1.0, "knee": 1.0, "wrist": 1.5, "ankle": 1.5, "hand": 2.0, "toe": 2.0}
 JOINT_FACTOR: NDArray[np.float64] = np.array([_FACTOR.get(name.split("_")[-1], 0.75) for name in CANONICAL])
 """Noise of each canonical joint relative to an elbow's."""
@@ -29,7 +30,7 @@ def covariances(
         camera_positions: optical centres [m], shape (camera_count, 3).
     """
     ray = positions - camera_positions[:, None, :]
-    distance = np.sqrt(np.einsum("cjk,cjk->cj", ray, ray))
+    distance = np.maximum(np.sqrt(np.einsum("cjk,cjk->cj", ray, ray)), LEAST_DISTANCE_M)
     ray = ray / distance[:, :, None]
     doubt = JOINT_FACTOR * np.clip(1.0 + 5.0 * (0.85 - confidence), 1.0, 4.5)
     axial = (AXIAL_PER_M * distance**2 * doubt) ** 2

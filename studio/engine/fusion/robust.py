@@ -85,10 +85,10 @@ class RobustFusion:
         seen = ~np.isnan(positions[:, :, 0])
         noise = INFLATION * covariances(np.nan_to_num(positions), confidence, frames.camera_positions)
         accepted = self._gate(positions, noise, seen)
-        self._believe_again(positions, noise, seen, accepted, dt)
+        adopted = self._believe_again(positions, noise, seen, accepted, dt)
         for camera in range(len(positions)):
             self._update(positions[camera], noise[camera], accepted[camera])
-        return self._result(frames, confidence, seen, accepted, dt)
+        return self._result(frames, confidence, seen, accepted | adopted, dt)
 
     def _predict(self, dt: float) -> None:
         transition = np.eye(6)
@@ -131,8 +131,8 @@ class RobustFusion:
         seen: NDArray[np.bool_],
         accepted: NDArray[np.bool_],
         dt: float,
-    ) -> None:
-        """Set joints anew that are new, that cameras agree on elsewhere, or that insist."""
+    ) -> NDArray[np.bool_]:
+        """Set joints anew that are new, that cameras agree on elsewhere, or that insist; return from which camera."""
         nobody = seen.any(axis=0) & ~accepted.any(axis=0)
         self._rejected_s = np.where(nobody, self._rejected_s + dt, 0.0)
         others = np.where((seen & ~accepted)[:, :, None], positions, np.nan)
@@ -140,6 +140,7 @@ class RobustFusion:
         agree = nobody & ((seen & ~accepted).sum(axis=0) >= 2) & (high - low < AGREE_M).all(axis=1)
         self._agreed_s = np.where(agree, self._agreed_s + dt, 0.0)
         anew = seen.any(axis=0) & (~self._known | (self._rejected_s > INSIST_S) | (self._agreed_s > AGREE_S))
+        adopted = np.zeros_like(accepted)
         for joint in np.flatnonzero(anew):
             cameras = np.flatnonzero(seen[:, joint])
             best = self._most_central(positions[cameras, joint], noise[cameras, joint])
@@ -147,6 +148,8 @@ class RobustFusion:
             self._state[joint, :3] = positions[cameras[best], joint]
             self._covariance[joint] = np.diag([0.05**2] * 3 + [2.0**2] * 3)
             self._known[joint], self._rejected_s[joint], self._agreed_s[joint] = True, 0.0, 0.0
+            adopted[cameras[best], joint] = True
+        return adopted
 
     @staticmethod
     def _most_central(points: NDArray[np.float64], noise: NDArray[np.float64]) -> int:
