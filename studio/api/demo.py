@@ -19,32 +19,41 @@ SLOWEST_RESTART_S = 10.0
 STOP_S = 3.0
 
 
-class DemoCameras(threading.Thread):
+class DemoCameras:
     """Starts the cameras, starts them again when they end, and begins a calibration where there is none."""
 
     def __init__(self, stage: LiveStage, url: str) -> None:
-        super().__init__(name="demo", daemon=True)
+        self._thread = threading.Thread(target=self._run, name="demo", daemon=True)
         self._stage = stage
         self._url = url
-        self._stop_event = threading.Event()
+        self._stopped = threading.Event()
         self._processes: dict[str, subprocess.Popen[bytes]] = {}
         self._attempts = 0
 
-    def run(self) -> None:
+    def start(self) -> None:
+        """Start the cameras and the thread that looks after them."""
+        self._thread.start()
+
+    def _run(self) -> None:
         pause_s = CHECK_S
-        while not self._stop_event.is_set():
+        while not self._stopped.is_set():
             ended = self._start_missing()
             pause_s = min(2 * pause_s, SLOWEST_RESTART_S) if ended else CHECK_S
             self._calibrate()
-            self._stop_event.wait(pause_s)
+            self._stopped.wait(pause_s)
+
+    def end(self) -> None:
+        """Ask the cameras to stop; does not wait."""
+        self._stopped.set()
+        for process in list(self._processes.values()):
+            process.terminate()
 
     def close(self) -> None:
         """Stop the cameras."""
-        self._stop_event.set()
-        if self.is_alive():
-            self.join()
-        for process in self._processes.values():
-            process.terminate()
+        self._stopped.set()
+        if self._thread.is_alive():
+            self._thread.join()
+        self.end()
         for process in self._processes.values():
             try:
                 process.wait(STOP_S)

@@ -9,7 +9,7 @@ from typing import Any
 
 from studio.api.errors import NotFoundError
 from studio.engine.errors import StudioError
-from studio.live.worker import run_in_process
+from studio.worker import run_in_process
 
 _log = logging.getLogger(__name__)
 

@@ -99,7 +99,7 @@ def serve(
             cameras.start()
         print(f"Capture Studio is open on {url} (Ctrl-C stops it)", flush=True)
         sys.setswitchinterval(SWITCH_S)
-        with _stopped_by_signals(server):
+        with _stopped_by_signals(server, cameras):
             server.run(sockets=[listening])
     finally:
         if cameras is not None:
@@ -128,7 +128,7 @@ def make_server(app: object) -> Server:
 
 
 @contextmanager
-def _stopped_by_signals(server: Server) -> Iterator[None]:
+def _stopped_by_signals(server: Server, cameras: DemoCameras | None) -> Iterator[None]:
     """Have the first Ctrl-C or SIGTERM end the server in order, the second at once."""
     if threading.current_thread() is not threading.main_thread():
         yield
@@ -137,6 +137,8 @@ def _stopped_by_signals(server: Server) -> Iterator[None]:
     def stop(_number: int, _frame: FrameType | None) -> None:
         server.force_exit = server.should_exit
         server.should_exit = True
+        if cameras is not None:
+            cameras.end()
 
     old = {number: signal.signal(number, stop) for number in (signal.SIGINT, signal.SIGTERM)}
     try:

@@ -12,16 +12,14 @@ from studio.api.errors import RESPONSES, NotFoundError
 from studio.api.jobs import Jobs
 from studio.api.stage import Request
 from studio.api.switches import from_request
+from studio.api.work import export_work, solve_work
 from studio.engine.errors import TakeError
-from studio.engine.export import DEFAULT_INTERPOLATION, export
-from studio.engine.poses import Poses
-from studio.engine.settings import SolveSettings
+from studio.engine.export import DEFAULT_INTERPOLATION
 from studio.live import LiveStage
-from studio.live.worker import run_in_process
-from studio.replay import solve_take
 from studio.take.names import inside
 from studio.take.sessions import TakeInfo, list_takes, take_info, take_path
 from studio.take.take import Take
+from studio.worker import run_in_process
 
 
 class SolveRequest(Request):
@@ -76,7 +74,7 @@ def takes_router(stage: LiveStage, sessions: Path, jobs: Jobs) -> APIRouter:
         if not request.as_live:
             settings.camera_names(tuple(opened.calibration().cameras))
         args = (opened.path, settings.to_json(), name, request.as_live)
-        job = jobs.submit("solve", f"{session}/{take}", name, solve_in_process, *args)
+        job = jobs.submit("solve", f"{session}/{take}", name, solve_work, *args)
         return jobs.get(job.id)
 
     @router.get("/takes/{session}/{take}/solves/{solve}/export", response_class=FileResponse)
@@ -94,7 +92,7 @@ def takes_router(stage: LiveStage, sessions: Path, jobs: Jobs) -> APIRouter:
             raise NotFoundError(f"take {session}/{take} has no solve {solve!r}")
         out = inside(opened.path / "exports", f"{take}_{solve}.{format}")
         poses = opened.solve_folder(solve) / "poses.npz"
-        run_in_process(export_in_process, poses, out, format, fps, interpolation)
+        run_in_process(export_work, poses, out, format, fps, interpolation)
         return FileResponse(out, filename=out.name, media_type="application/octet-stream")
 
     @router.get("/jobs", tags=["jobs"])
@@ -108,20 +106,6 @@ def takes_router(stage: LiveStage, sessions: Path, jobs: Jobs) -> APIRouter:
         return jobs.get(job_id)
 
     return router
-
-
-def solve_in_process(
-    path: Path, settings: dict[str, Any], name: str, as_live: bool, *, progress: Any
-) -> None:
-    """Solve a take; runs in a worker process."""
-    solve_take(
-        Take.open(path), SolveSettings.from_json(settings), name=name, as_live=as_live, progress=progress
-    )
-
-
-def export_in_process(poses: Path, out: Path, format: str, fps: float | None, interpolation: str) -> None:
-    """Export a solve; runs in a worker process."""
-    export(Poses.load(poses), out, format, fps=fps, interpolation=interpolation)
 
 
 def _info(info: TakeInfo) -> dict[str, Any]:

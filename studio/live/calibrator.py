@@ -12,7 +12,7 @@ from studio.engine.calibration.result import Calibration
 from studio.engine.errors import CalibrationError, StudioError
 from studio.engine.frames import CameraFrame
 from studio.live.calibrations import save_calibration
-from studio.live.worker import run_in_process
+from studio.worker import run_in_process
 
 _log = logging.getLogger(__name__)
 

@@ -2,7 +2,7 @@
 
 Frames come from the inbox; each is recorded, then given to the pipeline, and `Schedule` says which output
 frames are due. Whatever is done to the pipeline goes through `LoggedPipeline` as an event, which a recording
-keeps. All methods but `put`, `call` and `close` run on the engine thread.
+keeps. All methods but `start`, `put`, `call` and `close` run on that thread.
 """
 
 import logging
@@ -44,7 +44,7 @@ STATUS_NS = 200_000_000
 RETRY_NS = 2_000_000_000
 
 
-class Engine(threading.Thread):
+class Engine:
     """The live stage's state and the thread that changes it.
 
     Attributes:
@@ -63,7 +63,7 @@ class Engine(threading.Thread):
         calibration: tuple[int, Calibration] | None,
         notify: Callable[[StepResult], None],
     ) -> None:
-        super().__init__(name="engine", daemon=True)
+        self._thread = threading.Thread(target=self._run, name="engine", daemon=True)
         self.results: Latest[StepResult] = Latest()
         self.settings = settings
         self.number: int | None = None
@@ -91,6 +91,10 @@ class Engine(threading.Thread):
 
     # --- from other threads
 
+    def start(self) -> None:
+        """Start the thread."""
+        self._thread.start()
+
     def put(self, item: Item) -> None:
         """Hand something over; never waits."""
         self._inbox.put(item)
@@ -101,7 +105,7 @@ class Engine(threading.Thread):
         Raises:
             StudioError: the thread has ended.
         """
-        if not self.is_alive():
+        if not self._thread.is_alive():
             raise StudioError("the live stage has ended; start the studio again")
         future: Future[Any] = Future()
         self.put(Call(function, future))
@@ -109,19 +113,19 @@ class Engine(threading.Thread):
 
     def close(self) -> None:
         """End the thread once it has done what was handed over before."""
-        if self.is_alive():
-            self.call(self._stop)
-            self.join()
+        if self._thread.is_alive():
+            self.call(self._end)
+            self._thread.join()
 
     def _computed(self, outcome: Outcome) -> None:
         self.put(Call(lambda: self._calibrated(outcome), Future()))
 
     # --- the thread
 
-    def _stop(self) -> None:
+    def _end(self) -> None:
         self._stopping = True
 
-    def run(self) -> None:
+    def _run(self) -> None:
         while not self._stopping:
             items = self._inbox.take(IDLE_S)
             try:
