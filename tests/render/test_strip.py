@@ -10,6 +10,7 @@ from PIL import Image
 from studio.engine.errors import FormatError
 from studio.render import render_strip
 from studio.render.__main__ import main
+from studio.render.strip import default_times
 from tests.render.figures import sidestep
 
 
@@ -24,6 +25,12 @@ def test_a_strip_has_a_row_per_solve_and_a_column_per_time(tmp_path: Path) -> No
         for column in range(3):
             top, left = 14 + 22 + row * 172, 14 + column * 106
             assert dark[top : top + 150, left : left + 100].mean() > 0.02  # somebody stands there
+
+
+def test_times_of_a_live_take_count_from_its_first_frame() -> None:
+    poses = sidestep()
+    live = replace(poses, time_s=poses.time_s + 1.7e9)
+    np.testing.assert_allclose(default_times(live, 4), default_times(poses, 4), atol=1e-6)
 
 
 def test_no_frames_is_one_clear_error_and_no_file(tmp_path: Path) -> None:

@@ -17,6 +17,7 @@ from tests.api.camera import Camera
 from tests.live.performer import save_stage_calibration
 from tests.web.stages import serving
 
+pytestmark = pytest.mark.browser
 SIZES = ((1280, 720), (1920, 1080), (390, 844))
 NAMES = ["camera_0", "camera_1"]
 

@@ -5,6 +5,7 @@ import time
 
 import httpx
 import numpy as np
+import pytest
 from PIL import Image
 from playwright.sync_api import Page
 
@@ -30,6 +31,7 @@ def open_stage(page: Page, address: str) -> None:
     until(lambda: len(np.unique(pixels(page).reshape(-1, 3), axis=0)) > 200, timeout_s=30)
 
 
+@pytest.mark.browser
 def test_a_performer_is_drawn_and_hidden_when_lost(address: str, stage: FakeStage, page: Page) -> None:
     with stage.performing():
         open_stage(page, address)
@@ -37,6 +39,7 @@ def test_a_performer_is_drawn_and_hidden_when_lost(address: str, stage: FakeStag
     until(lambda: body_pixels(page) < 200, timeout_s=15)
 
 
+@pytest.mark.browser
 def test_layers_are_switched_by_the_api(address: str, stage: FakeStage, page: Page) -> None:
     with stage.performing():
         open_stage(page, address)
