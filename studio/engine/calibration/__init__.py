@@ -4,5 +4,5 @@
 `pairs` brings cameras to common instants, `time_offset` finds first clocks from the motion, `rigid` first
 transforms (`first` does both), `swaps` puts left and right in order, `refine` fits all cameras, clocks and the depth
 bias at once (with the noise of `noise`), `merge` makes one skeleton, `stage` the stage frame (`floor`, `tpose`) and
-the performer (`proportions`), `quality` the figures and `verdict` the verdict.
+the performer (`proportions`), `quality` the figures, `handedness` finds mirrored streams, `verdict` judges.
 """

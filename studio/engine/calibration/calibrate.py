@@ -1,8 +1,8 @@
 """Calibrates a stage from one performer who walks through it: clocks, camera poses, floor and proportions.
 
 The steps: `first` (first clocks by `time_offset`, first transforms by `rigid`) -> `swaps` (left and right) ->
-`refine` (all at once) -> `merge` (one skeleton) -> `stage` (`floor`, `tpose`, `proportions`) -> `quality` and
-`verdict`.
+`refine` (all at once) -> `merge` (one skeleton) -> `stage` (`floor`, `tpose`, `proportions`) -> `quality`,
+`handedness` and `verdict`.
 """
 
 from dataclasses import dataclass, replace
@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from studio.engine.calibration import quality
 from studio.engine.calibration.first import Candidate, first_placements
+from studio.engine.calibration.handedness import mirrored_bodies
 from studio.engine.calibration.merge import Walk, merge
 from studio.engine.calibration.noise import unbiased
 from studio.engine.calibration.pairs import LocalClock, Track, grid, make_track, sample
@@ -49,7 +50,7 @@ def calibrate(
     T_stage, performer = find_stage(fit.walk)
     walk = fit.walk.moved(T_stage)
     results = {}
-    coverage = quality.coverage(walk)
+    coverage, backwards = quality.coverage(walk), mirrored_bodies(walk, np.array([0.0, 0.0, 1.0]))
     for camera in cameras:
         if camera.problem:
             results[camera.name] = CameraCalibration(
@@ -57,6 +58,7 @@ def calibrate(
             )
         else:
             i = fit.names.index(camera.name)
+            camera = replace(camera, mirrored=camera.mirrored or bool(backwards[i]))
             results[camera.name] = _result(camera, i, fit, T_stage, performer, float(coverage[i]))
     return Calibration(reference=cameras[0].name, cameras=results, performer=performer)
 
@@ -154,6 +156,7 @@ def _result(
         camera_height_m=float(T[2, 3]),
         tilt_deg=float(np.degrees(np.arccos(np.clip(-T[2, 1], -1.0, 1.0)))),
         performer_height_m=None if performer is None else performer.height_m,
+        mirrored=camera.mirrored,
     )
     rest, clock = quality.Residuals(0.0, 0.0, 0.0, 0), ClockModel()
     if i > 0:
@@ -169,7 +172,6 @@ def _result(
             spread_m=camera.spread_m,
             agreement_m=rest.agreement_m,
             blocks=quality.disagreement(fit.even.cameras[i].T, fit.odd.cameras[i].T, T_stage),
-            mirrored=camera.mirrored,
             same_stream=_same_place(fit.whole.cameras[i].T) and (rest.agreement_m or 1.0) < _SAME_STREAM_M,
             clock_reason=camera.clock_reason,
             offset_sd_s=float(fit.whole.offset_sd_s[i]),

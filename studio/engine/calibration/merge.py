@@ -39,14 +39,18 @@ class Walk:
         step_s = float(np.median(np.diff(self.times_s))) if len(self.times_s) > 1 else 1.0
         return running_median(self.sure(), 2 * round(over_s / 2 / step_s) + 1)
 
-    def sure(self) -> NDArray[np.float64]:
-        """Return the merged joints, NaN where no camera was as sure of the joint as usual."""
-        total = self.weights.sum(axis=0)
-        out = self.merged.copy()
+    def sure(self, camera: int | None = None) -> NDArray[np.float64]:
+        """Return joints [m], shape (instant_count, 21, 3), NaN where they are less sure than usual.
+
+        Args:
+            camera: index of the camera whose joints are meant; the merged ones where None.
+        """
+        weights = self.weights.sum(axis=0) if camera is None else self.weights[camera]
+        out = (self.merged if camera is None else self.positions[camera]).copy()
         for j in range(out.shape[1]):
-            seen = total[:, j] > 0
+            seen = weights[:, j] > 0
             if seen.any():
-                out[total[:, j] < _SURE * np.median(total[seen, j]), j] = np.nan
+                out[weights[:, j] < _SURE * np.median(weights[seen, j]), j] = np.nan
         return out
 
     def moved(self, T: NDArray[np.float64]) -> "Walk":

@@ -93,7 +93,7 @@ def kinect_frames(path: Path) -> dict[str, list[CameraFrame]]:
                 continue
             points = np.array([[float(row[f"{name}_{axis}"]) for axis in "XYZ"] for name in names])
             points[(points == -9999).any(axis=1)] = np.nan
-            points = points * [1, -1, 1]
+            points = points * [-1, -1, 1]
             seen = np.isfinite(points).all(axis=1).astype(float)
             time_ns = int(row["Skeleton_Time"]) * 100
             mine = frames.setdefault(row["Kinect_Id"], {})

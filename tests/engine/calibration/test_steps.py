@@ -159,7 +159,7 @@ def test_floor_is_found_in_any_frame(T):
     floor = find_floor(walk, 1.70)
     up = T[:3, 2]
     assert np.degrees(np.arccos(np.clip(floor.up @ up, -1, 1))) < 1.0
-    assert floor.height_m == pytest.approx(up @ T[:3, 3], abs=0.03)
+    assert floor.height_m == pytest.approx(floor.up @ T[:3, 3], abs=0.03)
 
 
 @given(TRANSFORMS)

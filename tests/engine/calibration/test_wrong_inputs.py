@@ -35,6 +35,14 @@ def test_mirrored_stream(frames, camera, relabelled):
     refused(changed(frames, camera, lambda _, p: (p * [-1, 1, 1])[order]), "mirror")
 
 
+@pytest.mark.parametrize("rig", [1, 2, 4])
+def test_all_streams_mirrored_alike(rig):
+    frames = record(25, RIGS[rig])[0]
+    for camera in list(frames):
+        frames = changed(frames, camera, lambda _, p: p * [-1, 1, 1])
+    refused(frames, "mirror", "camera_0")
+
+
 @pytest.mark.parametrize("camera", ["camera_0", "camera_1"])
 def test_upside_down_camera(frames, camera):
     refused(changed(frames, camera, lambda _, p: p * [-1, -1, 1]), "tilted", camera)

@@ -1,0 +1,37 @@
+"""Whether a stream shows bodies as in a mirror: then the toes point backwards, by its own left and right."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from studio.engine.calibration.merge import Walk
+from studio.engine.joints import INDEX
+
+_MIN_FEET = 200
+_MIRRORED_SHARE = 0.58
+"""Seen from behind, left and right are exchanged half of the time at most; in front never."""
+
+
+def mirrored_bodies(walk: Walk, up: NDArray[np.float64]) -> NDArray[np.bool_]:
+    """Return which cameras show mirrored bodies, shape (camera_count,); False where too few toes were seen.
+
+    A stream whose left and right were exchanged as well as mirrored shows a possible body, and cannot be told by
+    itself; `rigid.mirrored` tells it from the other cameras.
+
+    Args:
+        walk: the calibration part in any one frame.
+        up: unit vector in that frame, shape (3,).
+    """
+    return np.array([_mirrored(mine, up) for mine in (walk.sure(i) for i in range(len(walk.positions)))])
+
+
+def _mirrored(joints: NDArray[np.float64], up: NDArray[np.float64]) -> bool:
+    """Whether the toes of joints, shape (instant_count, 21, 3), mostly point backwards."""
+    lines = [
+        joints[:, INDEX[f"left_{name}"]] - joints[:, INDEX[f"right_{name}"]] for name in ("shoulder", "hip")
+    ]
+    across = np.where(np.isfinite(lines), lines, 0.0).sum(axis=0)
+    forward = np.cross(across, up)
+    feet = [joints[:, INDEX[f"{side}_toe"]] - joints[:, INDEX[f"{side}_ankle"]] for side in ("left", "right")]
+    ahead = np.concatenate([(foot * forward).sum(axis=1) for foot in feet])
+    ahead = ahead[np.isfinite(ahead) & (ahead != 0.0)]
+    return len(ahead) >= _MIN_FEET and float((ahead < 0.0).mean()) > _MIRRORED_SHARE
