@@ -1,0 +1,57 @@
+"""What a person at a terminal sees: a progress bar there and nowhere else, and a quiet end on Ctrl-C."""
+
+import fcntl
+import os
+import pty
+import signal
+import struct
+import subprocess
+import sys
+import termios
+import time
+
+from studio.commands.common import progress_bar
+
+WORK = """
+import time
+from studio.commands.common import progress_bar
+with progress_bar("solve") as progress:
+    for k in range(16):
+        time.sleep(0.1)
+        if progress is not None:
+            progress(k / 15)
+"""
+
+
+def test_no_bar_where_there_is_no_terminal(capsys):
+    with progress_bar("solve") as progress:
+        assert progress is None
+    assert capsys.readouterr().err == ""
+
+
+def test_a_bar_on_a_terminal():
+    ours, theirs = pty.openpty()
+    fcntl.ioctl(theirs, termios.TIOCSWINSZ, struct.pack("HHHH", 24, 80, 0, 0))
+    done = subprocess.run([sys.executable, "-c", WORK], stdout=theirs, stderr=theirs, check=True, timeout=60)
+    os.close(theirs)
+    seen = os.read(ours, 100_000).decode()
+    os.close(ours)
+    assert done.returncode == 0
+    assert "solve" in seen
+    assert "%|" in seen
+    assert " 0%|" not in seen  # nothing for the first second
+
+
+def test_ctrl_c_is_quiet(tmp_path):
+    process = subprocess.Popen(
+        [sys.executable, "-m", "studio", "bench", "--frames", "100000"],
+        cwd=tmp_path,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+    time.sleep(6.0)
+    process.send_signal(signal.SIGINT)
+    out, errors = process.communicate(timeout=30)
+    assert process.returncode == 130
+    assert (out, errors) == ("", "")
