@@ -201,6 +201,12 @@ def test_nothing_overflows_or_jumps(live: str, page: Page, width: int, height: i
     )
     open_page(page, live)
     page.wait_for_timeout(1500)
+    stage = page.locator("#viewer").bounding_box()
+    page.keyboard.press("r")
+    expect(page.locator("#record .label")).to_have_text("Stop")
+    page.keyboard.press("r")
+    expect(page.locator(".message")).to_contain_text("recorded")
+    assert page.locator("#viewer").bounding_box() == stage
     assert page.evaluate("document.documentElement.scrollWidth <= innerWidth")
     record, viewer = page.locator("#record").bounding_box(), page.locator("#viewer").bounding_box()
     assert record is not None and record["y"] + record["height"] <= height

@@ -1,4 +1,4 @@
-// The message bar under the top bar: errors stay until they are dismissed, notes leave by themselves.
+// The message bar over the 3D view: errors stay until they are dismissed, notes leave by themselves.
 import { byId, h } from "./dom.js";
 
 const NOTE_MS = 6000;
@@ -7,7 +7,7 @@ function show(text, kind) {
   const bar = byId("messages");
   for (const old of bar.children) if (old.dataset.text === text) old.remove();
   const close = h("button", { class: "small", type: "button", onclick: () => item.remove() }, "Dismiss");
-  const item = h("div", { class: `message ${kind}` }, h("p", {}, text), close);
+  const item = h("div", { class: `message ${kind}`, role: kind === "error" ? "alert" : "status" }, h("p", {}, text), close);
   item.dataset.text = text;
   bar.append(item);
   if (kind === "note") setTimeout(() => item.remove(), NOTE_MS);
