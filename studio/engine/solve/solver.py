@@ -45,6 +45,15 @@ _SIGMA = {
 REST_WEIGHT = 0.4
 """Pull to the resting stance, in units of each hinge's usual spread: it settles what no joint shows."""
 
+JUMP_M_S = 7.0
+"""A joint off its expected place by more than this speed explains has turned up elsewhere."""
+
+EASE_S = 0.05
+"""Time constant with which the pose follows a joint that turned up elsewhere [s]."""
+
+MAX_CARRY_S = 0.05
+"""A pose is carried on by its velocity for this long at most."""
+
 LOST_M = 0.35
 """Trunk joints further than this from the last pose mean another place: the solve starts anew."""
 
@@ -83,6 +92,7 @@ class Solver:
         self._reach = np.array([settings.effectors[name].reach for name in CANONICAL])
         self._sigma = np.concatenate([_HIPS_SIGMA, _hinge_values(_SIGMA)]) / _resist_scale(settings)
         self._velocity = np.zeros(humanoid.model.nv)
+        self._offset = np.zeros((len(CANONICAL), 3))
         self._started = False
 
     def solve(
@@ -105,20 +115,31 @@ class Solver:
             self._started = self._started or found  # once begun, a pose that is lost goes on from where it is
             if not self._started:
                 return None
-        weights = np.zeros(len(seen))
-        weights[seen] = self._reach[seen] / np.hypot(sigma[seen], MODEL_SIGMA_M)
-        self._task.set_targets(joints, weights)
         before = self._configuration.q.copy()
         guess = self._guess(joints, before, dt)
         self._prior.predicted = guess
         self._prior.stiffness = 1.0 / (self._sigma * max(dt, 1e-3)) ** 2
         self._prior.rest_stiffness = self._rest_stiffness(REST_WEIGHT)
         self._configuration.update(guess)
+        weights = np.zeros(len(seen))
+        weights[seen] = self._reach[seen] / np.hypot(sigma[seen], MODEL_SIGMA_M)
+        self._task.set_targets(self._eased(joints, dt), weights)
         self._iterate(ITERATIONS)
         after = self._configuration.q
         if dt > 0:
             mujoco.mj_differentiatePos(self.humanoid.model, self._velocity, dt, before, after)
         return after.copy()
+
+    def _eased(self, joints: NDArray[np.float64], dt: float) -> NDArray[np.float64]:
+        """The joints, but one that turns up elsewhere is brought there over `EASE_S` instead of in one frame."""
+        if self._combined:
+            return joints
+        self._offset *= np.exp(-dt / EASE_S)
+        expected = self._configuration.data.site_xpos[self.humanoid.site_ids]
+        away = np.linalg.norm(joints + self._offset - expected, axis=1)
+        jumped = away > JUMP_M_S * max(dt, 1e-3)  # False where unseen
+        self._offset[jumped] = (expected - joints)[jumped]
+        return joints + self._offset
 
     def _lost(self, joints: NDArray[np.float64]) -> bool:
         trunk = joints[_TRUNK] - self._configuration.data.site_xpos[self.humanoid.site_ids[_TRUNK]]
@@ -161,6 +182,7 @@ class Solver:
         self._configuration.update(shown)
         self._iterate(FIRST_ITERATIONS)
         self._velocity[:] = 0.0
+        self._offset[:] = 0.0
         return True
 
     def _rest_stiffness(self, weight: float) -> NDArray[np.float64]:
