@@ -65,7 +65,9 @@ class Body:
         self._floor = FloorContact(self._skeleton) if settings.floor_contact == "on" else None
         self._look_at = None
         if settings.look_at != "off":
-            self._look_at = LookAt(settings.look_at, settings.look_at_point_m)
+            self._look_at = LookAt(
+                settings.look_at, settings.look_at_point_m, flexibility=settings.flexibility
+            )
         self._hands = Hands(settings.hands) if settings.hands != "off" else None
         self._displacement = None
         if settings.displacement_limit == "after":

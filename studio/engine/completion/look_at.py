@@ -1,7 +1,7 @@
 """Look-at: where the head turns when its orientation is not measured (Ménard 2014, 5.4).
 
-The head turns towards a target and the neck takes a share of it, both about axes that leave the measured
-joints in place, within what a neck can do, and no faster than a head turns.
+The head turns towards a target and the neck takes a share of it, within the ranges of both and no faster than
+a head turns; the neck leans so that the head joint stays where it was measured.
 """
 
 import numpy as np
@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from studio.engine.geometry import matrices
+from studio.engine.human.ranges import dofs_of, range_rad
 from studio.engine.joints import OUTPUT_INDEX
 
 MAX_YAW_RAD, MAX_PITCH_RAD = np.radians(75.0), np.radians(40.0)
@@ -16,6 +17,9 @@ MAX_YAW_RAD, MAX_PITCH_RAD = np.radians(75.0), np.radians(40.0)
 
 FOLLOW_S = 0.25
 """Time constant of the head's turn [s]."""
+
+NECK_SHARE = 0.5
+"""How much of the turn is the neck's."""
 
 NEAR_M = 1.2
 """`near` looks at the ground this far ahead."""
@@ -27,9 +31,12 @@ _HANDS = (OUTPUT_INDEX["LeftHand"], OUTPUT_INDEX["RightHand"])
 class LookAt:
     """Turns the head: `hands`, `far`, `near`, `point`, or `measured` (else as `far`)."""
 
-    def __init__(self, mode: str, point_m: tuple[float, float, float]) -> None:
+    def __init__(self, mode: str, point_m: tuple[float, float, float], *, flexibility: float = 1.0) -> None:
         self._mode, self._point = mode, np.array(point_m)
         self._turn = np.zeros(2)
+        self._neck_range, self._head_range = (
+            np.array([range_rad(dof, flexibility) for dof in dofs_of(name)]).T for name in ("Neck", "Head")
+        )
 
     def apply(
         self,
@@ -58,9 +65,29 @@ class LookAt:
         wanted = np.clip(wanted, [-MAX_YAW_RAD, -MAX_PITCH_RAD], [MAX_YAW_RAD, MAX_PITCH_RAD])
         self._turn += (1.0 - np.exp(-dt / FOLLOW_S)) * (wanted - self._turn)
         yaw, pitch = self._turn
-        rotations[_HEAD] = chest @ Rotation.from_euler("ZX", [yaw, -pitch]).as_matrix()
-        neck_axis = rotations[_NECK][:, 2]
-        rotations[_NECK] = Rotation.from_rotvec(0.4 * yaw * neck_axis).as_matrix() @ rotations[_NECK]
+        head = chest @ Rotation.from_euler("ZX", [yaw, -pitch]).as_matrix()
+        rise = positions[_HEAD] - positions[_NECK]
+        neck = chest @ self._turned_neck(chest.T @ rotations[_NECK], chest.T @ rise, NECK_SHARE * yaw)
+        hinges = Rotation.from_matrix(neck.T @ head).as_euler("XYZ")
+        rotations[_NECK] = neck
+        rotations[_HEAD] = neck @ Rotation.from_euler("XYZ", np.clip(hinges, *self._head_range)).as_matrix()
+
+    def _turned_neck(
+        self, neck: NDArray[np.float64], rise: NDArray[np.float64], yaw: float
+    ) -> NDArray[np.float64]:
+        """The neck, 3x3 in the chest, twisted further by `yaw`, bent so that the head, at `rise`, stays in place."""
+        low, high = self._neck_range
+        twist = np.clip(Rotation.from_matrix(neck).as_euler("XYZ")[2] + yaw, low[2], high[2])
+        x, y, z = Rotation.from_euler("Z", twist).apply(
+            neck.T @ rise
+        )  # rise = R(x, bend) R(y, side) (x, y, z)
+        reach = max(float(np.hypot(x, z)), 1e-9)
+        side = np.arcsin(np.clip(rise[0] / reach, -1.0, 1.0)) - np.arctan2(x, z)
+        z = z * np.cos(side) - x * np.sin(side)
+        bend = np.arctan2(rise[2], rise[1]) - np.arctan2(z, y)
+        bend = (bend + np.pi) % (2 * np.pi) - np.pi
+        angles = np.clip([bend, side, twist], low, high)
+        return Rotation.from_euler("XYZ", angles).as_matrix()
 
     def _gaze(self, positions: NDArray[np.float64], chest: NDArray[np.float64]) -> NDArray[np.float64]:
         """Direction from the head to the target, stage frame."""

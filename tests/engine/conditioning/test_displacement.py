@@ -77,7 +77,7 @@ SKELETON = Skeleton.of(performer())
 
 def pose(rng, spread_rad):
     local = Rotation.from_rotvec(rng.normal(0, spread_rad, (len(OUTPUT_JOINTS), 3))).as_matrix()
-    return rng.normal(0, 0.2, 3) + [0, 0, 1], local
+    return rng.normal(0, 0.2, 3) + np.array([0, 0, 1]), local
 
 
 def positions(root, local):
