@@ -81,7 +81,7 @@ def _place(name: str, track: Track, reference: Track, until_s: float | None) -> 
     if until_s is not None:
         track = track.until(reference.times_s[-1] - (near_s or 0.0) + _MARGIN_S)
     shift = find_shift(track, reference, near_s=near_s)
-    clock = LocalClock(shift.offset_s, 0.0, float(track.times_s[-1] / 2) if len(track.times_s) else 0.0)
+    clock = LocalClock(shift.offset_s, 0.0, float(np.median(track.times_s)) if len(track.times_s) else 0.0)
     times = grid(reference)
     here, there = sample(track, clock.device_s(times))[0], sample(reference, times)[0]
     pairs = int((np.isfinite(here) & np.isfinite(there)).all(axis=2).sum())

@@ -29,6 +29,7 @@ _HEIGHT_PRIOR_SD_M = 0.015
 _INDEPENDENT_SHARE = 0.02
 _MIN_UPRIGHT = 10
 _MIN_STANDING = 10
+_MIN_BODY_M = 0.1
 
 
 @dataclass(frozen=True)
@@ -45,7 +46,7 @@ def body_up(walk: Walk) -> NDArray[np.float64] | None:
     feet = (joints[:, INDEX["left_ankle"]] + joints[:, INDEX["right_ankle"]]) / 2
     for bottom in (feet, joints[:, INDEX["hips"]]):
         direction = joints[:, INDEX["neck"]] - bottom
-        direction = direction[np.isfinite(direction).all(axis=1)]
+        direction = direction[np.linalg.norm(direction, axis=1) > _MIN_BODY_M]  # NaN is not more
         if len(direction) >= _MIN_UPRIGHT:
             break
     else:

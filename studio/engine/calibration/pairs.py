@@ -110,7 +110,11 @@ def velocity(track: Track, device_s: NDArray[np.float64], half_step_s: float = 0
 
 
 def grid(reference: Track, hz: float = GRID_HZ) -> NDArray[np.float64]:
-    """Return common instants over the reference track, on its clock [s], shape (instant_count,)."""
+    """Return common instants on the reference track's clock [s], shape (instant_count,), where it has frames."""
     if len(reference.times_s) < 2:
         return np.zeros(0)
-    return np.arange(0.0, reference.times_s[-1] + 1e-9, 1.0 / hz)
+    steps = np.floor(reference.times_s * hz).astype(np.int64)
+    near = np.unique(
+        np.concatenate([steps, steps + 1])
+    )  # a clock that jumped leaves a gap, not a million instants
+    return near[near <= reference.times_s[-1] * hz + 1e-6] / hz

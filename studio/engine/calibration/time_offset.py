@@ -23,6 +23,9 @@ MIN_SPEED_M_S = 0.05
 """A lesser variation of the speeds is too slow to find a shift."""
 _MAX_SPEED_M_S = 4.0
 _HALF_STEP_S = 0.1
+_SHORTEST_S = 3.0
+_LONGEST_S = 600.0
+"""More motion tells no more, and a clock that jumped would make it endless."""
 
 
 @dataclass(frozen=True)
@@ -58,9 +61,9 @@ def find_shift(track: Track, reference: Track, *, near_s: float | None) -> Shift
         near_s: the offset around which to search (`WINDOW_S`); None searches every overlap of at least half
             of the shorter track.
     """
-    if min(len(track.times_s), len(reference.times_s)) < 3 * GRID_HZ:
+    if min(_seconds(track), _seconds(reference)) < _SHORTEST_S:
         return Shift(near_s or 0.0, 0.0, False, "too short to compare the motion")
-    a, b = speeds(reference), speeds(track)
+    a, b = speeds(reference.until(_LONGEST_S)), speeds(track.until(_LONGEST_S))
     variation = float(
         np.nanmedian([np.nanstd(x[np.isfinite(x)]) for x in b.T if np.isfinite(x).sum() > 30] or [0])
     )
@@ -80,6 +83,14 @@ def find_shift(track: Track, reference: Track, *, near_s: float | None) -> Shift
         reason = "the motion does not match the reference's"
         return Shift(near_s or 0.0, float(values[best]), False, reason, lively=True)
     return Shift(float(offset), float(values[best]), True, lively=True)
+
+
+def _seconds(track: Track) -> float:
+    """Return how many seconds of frames the track has at most."""
+    return min(
+        len(track.times_s) / GRID_HZ,
+        float(track.until(_LONGEST_S).times_s[-1]) if len(track.times_s) else 0.0,
+    )
 
 
 def _overlap(count_a: int, count_b: int, lags: NDArray[np.int64]) -> NDArray[np.float64]:

@@ -26,7 +26,7 @@ class Facts:
         blocks: how far fits on even and odd blocks differ: over the stage [m] and in angle [degrees].
         camera_height_m: over the floor [m].
         tilt_deg: angle between the camera's up and the stage's.
-        performer_height_m: as measured with this calibration [m].
+        performer_height_m: as measured with this calibration [m]; None where no whole body was seen.
         mirrored: a reflection explains the camera's joints far better.
         same_stream: the camera stands where the reference stands and reports the same joints.
         clock_reason: why the motion did not give the clock, empty where it did.
@@ -99,7 +99,9 @@ def _place_refusals(facts: Facts) -> list[str]:
         reasons.append(
             f"the camera comes out tilted by {facts.tilt_deg:.0f} degrees: mount it upright, or check its stream"
         )
-    if facts.performer_height_m is not None and not HEIGHTS_M[0] < facts.performer_height_m < HEIGHTS_M[1]:
+    if facts.performer_height_m is None:
+        reasons.append("no whole body was seen: walk with head and both feet in view")
+    elif not HEIGHTS_M[0] < facts.performer_height_m < HEIGHTS_M[1]:
         reasons.append(
             f"the performer comes out {facts.performer_height_m:.2f} m tall: "
             "let one performer alone walk, and check the camera's unit (metres)"

@@ -1,5 +1,6 @@
 """What cannot be calibrated is refused with its reason, and nothing wrong is accepted."""
 
+import json
 from dataclasses import replace
 
 import numpy as np
@@ -98,3 +99,30 @@ def test_camera_that_saw_nobody(frames):
 
 def test_reference_that_saw_nobody(frames):
     refused(changed(frames, "camera_0", lambda _, p: np.full_like(p, np.nan)), "joint pairs")
+
+
+DEGENERATE = {
+    "all at the lens": lambda _, p: p * 0,
+    "all in one point": lambda _, p: np.tile(p[:1], (21, 1)),
+    "infinite": lambda _, p: p * np.inf,
+    "frozen": lambda _, p: np.arange(63.0).reshape(21, 3) * 0.03,
+    "one joint": lambda _, p: np.where(np.arange(21)[:, None] == 4, p, np.nan),
+}
+
+
+@pytest.mark.parametrize("cameras", [("camera_0",), ("camera_1",), ("camera_0", "camera_1")])
+@pytest.mark.parametrize("kind", DEGENERATE)
+def test_degenerate_streams_are_refused_without_a_crash(frames, kind, cameras):
+    for camera in cameras:
+        frames = changed(frames, camera, DEGENERATE[kind])
+    found = calibrate(frames)
+    assert found.refused
+    json.dumps(found.to_json(), allow_nan=False)
+
+
+def test_device_clock_that_jumps_far_ahead(frames):
+    late = [
+        replace(frame, device_time_ns=frame.device_time_ns + (10**15 if i >= 500 else 0))
+        for i, frame in enumerate(frames["camera_0"])
+    ]
+    json.dumps(calibrate({**frames, "camera_0": late}).to_json(), allow_nan=False)
