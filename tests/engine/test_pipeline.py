@@ -338,7 +338,7 @@ def demo_errors():
     motion, calibration = demo_motion(), stage(*TWO)
     out = {}
     for preset in ("raw", "studio"):
-        frames = recorded(calibration, motion.at, 12.0, noise_m=0.03, seed=5, start_s=3.0)
+        frames = recorded(calibration, motion.at, 8.0, noise_m=0.03, seed=5, start_s=3.0)
         results = run(calibration, frames, preset=preset)
         if preset == "studio":
             assert_human(results)

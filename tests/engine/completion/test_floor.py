@@ -48,7 +48,7 @@ def test_a_standing_foot_is_held_against_noise():
         joints[FEET] += rng.normal(0, 0.008, (4, 3)) + np.array([0.01 * np.sin(2 * np.pi * time_s), 0, 0])
         return joints
 
-    held, free = solved(noisy, 3.0)[60:], solved(noisy, 3.0, "floor_contact=off")[60:]
+    held, free = solved(noisy, 2.0)[60:], solved(noisy, 2.0, "floor_contact=off")[60:]
     for foot in range(4):
         speed = np.linalg.norm(np.diff(held[:, foot], axis=0), axis=1).mean() / DT
         free_speed = np.linalg.norm(np.diff(free[:, foot], axis=0), axis=1).mean() / DT
