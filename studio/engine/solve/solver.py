@@ -93,6 +93,7 @@ class Solver:
         self._sigma = np.concatenate([_HIPS_SIGMA, _hinge_values(_SIGMA)]) / _resist_scale(settings)
         self._velocity = np.zeros(humanoid.model.nv)
         self._offset = np.zeros((len(CANONICAL), 3))
+        self._last_joints = np.full((len(CANONICAL), 3), np.nan)
         self._started = False
 
     def solve(
@@ -135,10 +136,12 @@ class Solver:
         if self._combined:
             return joints
         self._offset *= np.exp(-dt / EASE_S)
+        reach = JUMP_M_S * max(dt, 1e-3)
         expected = self._configuration.data.site_xpos[self.humanoid.site_ids]
-        away = np.linalg.norm(joints + self._offset - expected, axis=1)
-        jumped = away > JUMP_M_S * max(dt, 1e-3)  # False where unseen
-        self._offset[jumped] = (expected - joints)[jumped]
+        away = np.linalg.norm(joints + self._offset - expected, axis=1) > reach  # False where unseen
+        moved = ~(np.linalg.norm(joints - self._last_joints, axis=1) < reach)  # True where it was unseen
+        self._offset[away & moved] = (expected - joints)[away & moved]
+        self._last_joints = joints
         return joints + self._offset
 
     def _lost(self, joints: NDArray[np.float64]) -> bool:
@@ -183,6 +186,7 @@ class Solver:
         self._iterate(FIRST_ITERATIONS)
         self._velocity[:] = 0.0
         self._offset[:] = 0.0
+        self._last_joints = joints
         return True
 
     def _rest_stiffness(self, weight: float) -> NDArray[np.float64]:
