@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import Any
 
 from studio.engine.calibration.result import Calibration
-from studio.engine.errors import SettingsError, StudioError, TakeError
+from studio.engine.errors import CalibrationError, SettingsError, StudioError, TakeError
 from studio.engine.frames import StepResult
 from studio.engine.schedule import Schedule
 from studio.engine.settings import SolveSettings
@@ -286,8 +286,10 @@ class Engine:
         """Begin a calibration of all cameras.
 
         Raises:
-            CalibrationError: one is under way.
+            CalibrationError: no camera is here, or one is under way.
         """
+        if not self.roster.connected():
+            raise CalibrationError("no camera is connected; connect the cameras, then calibrate")
         self.calibrator.start(seconds, self._clock_ns())
 
     def use_calibration(self, calibration: Calibration, number: int | None) -> None:
