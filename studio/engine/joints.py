@@ -164,7 +164,7 @@ def to_canonical(
     Args:
         joint_set: a key of `JOINT_SETS`.
         positions: device joints [m] in any one frame, shape (device_joint_count, 3); NaN = unseen.
-        confidence: shape (device_joint_count,), 0..1.
+        confidence: shape (device_joint_count,), 0..1; 0 = unseen.
 
     Returns:
         Positions, shape (21, 3), NaN where the device lacks or did not see the joint, and confidence,
@@ -182,7 +182,7 @@ def to_canonical(
             f"joint set {joint_set!r} has {matrix.shape[1]} joints of 3 numbers; got shape {positions.shape}"
         )
     confidence = np.asarray(confidence, dtype=np.float64)
-    seen = np.isfinite(positions).all(axis=1)
+    seen = np.isfinite(positions).all(axis=1) & (confidence > 0.0)
     if joint_set == "canonical":
         out, conf = positions.copy(), confidence.copy()
     else:

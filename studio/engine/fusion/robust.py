@@ -28,6 +28,10 @@ AGREE_S = 0.07
 INSIST_S = 0.4
 """A joint that one camera reports off its expected place for this long is believed again."""
 
+ELSEWHERE_SHARE = 0.5
+ELSEWHERE_S = 0.1
+"""Where this share of all joints insists on other places, the performer is elsewhere, and is believed sooner."""
+
 FORGET_S = 0.5
 """A joint that nobody has seen for this long is unseen."""
 
@@ -139,7 +143,9 @@ class RobustFusion:
         low, high = _spread(others)
         agree = nobody & ((seen & ~accepted).sum(axis=0) >= 2) & (high - low < AGREE_M).all(axis=1)
         self._agreed_s = np.where(agree, self._agreed_s + dt, 0.0)
-        anew = seen.any(axis=0) & (~self._known | (self._rejected_s > INSIST_S) | (self._agreed_s > AGREE_S))
+        elsewhere = nobody.sum() > ELSEWHERE_SHARE * max(1, int(seen.any(axis=0).sum()))
+        insist_s = ELSEWHERE_S if elsewhere else INSIST_S
+        anew = seen.any(axis=0) & (~self._known | (self._rejected_s > insist_s) | (self._agreed_s > AGREE_S))
         adopted = np.zeros_like(accepted)
         for joint in np.flatnonzero(anew):
             cameras = np.flatnonzero(seen[:, joint])

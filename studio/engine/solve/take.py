@@ -16,9 +16,6 @@ from studio.engine.settings import SolveSettings
 ProgressCallback = Callable[[float], None]
 """Called with the share done, 0..1."""
 
-WARM_UP_S = 1.0
-"""Solved before `start_s` and not kept, so that filters have settled where the result begins."""
-
 
 def collect_poses(results: list[StepResult]) -> Poses:
     """Return steps' results, in time order, as `Poses`.
@@ -55,7 +52,8 @@ def solve_frames(
         frames: of all cameras, in any order.
         calibration: gives cameras, clocks and performer.
         settings: the switches.
-        start_s: stage time [s] before which nothing is returned; None = from the first frame.
+        start_s: frames before this stage time [s] are left out; None = none are. Nothing is carried over from
+            before it: a performer may stand elsewhere after the calibration part.
         progress: told the share done.
 
     Raises:
@@ -65,14 +63,14 @@ def solve_frames(
     placed = [(clocks[f.camera].stage_ns(f.device_time_ns), f) for f in frames if f.camera in clocks]
     placed.sort(key=lambda item: (item[0], item[1].camera, item[1].sequence))
     if start_s is not None:
-        placed = [item for item in placed if item[0] >= (start_s - WARM_UP_S) * 1e9]
+        placed = [item for item in placed if item[0] >= start_s * 1e9]
     pipeline, schedule = Pipeline(calibration, settings), Schedule(settings.output_hz)
     results: list[StepResult] = []
     for done, (_, frame) in enumerate(placed):
         pipeline.add_frame(frame)
         for stage_ns in schedule.due(pipeline.newest_stage_ns()):
             result = pipeline.step(stage_ns)
-            if result is not None and (start_s is None or stage_ns >= start_s * 1e9):
+            if result is not None:
                 results.append(result)
         if progress is not None and done % 64 == 0:
             progress(done / len(placed))
