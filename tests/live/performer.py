@@ -69,7 +69,12 @@ def save_stage_calibration(sessions: Path, cameras: list[str]) -> None:
 
 def hello(name: str, **changes: object) -> wire.Hello:
     """A camera's first message."""
-    values = {"protocol_version": wire.PROTOCOL_VERSION, "name": name, "device": "test", "joint_set": "canonical"}
+    values = {
+        "protocol_version": wire.PROTOCOL_VERSION,
+        "name": name,
+        "device": "test",
+        "joint_set": "canonical",
+    }
     return wire.Hello(**(values | {"boot_id": "boot-1"} | changes))
 
 
