@@ -106,7 +106,7 @@ class Body:
     def _solved(
         self, solver: Solver, fused: FusedSkeleton, dt: float
     ) -> tuple[NDArray[np.float64], NDArray[np.float64]] | None:
-        """Positions (52, 3) and world rotations (52, 3, 3) of the humanoid following the joints."""
+        """Positions (52, 3), fingers' unset, and world rotations (52, 3, 3) of the humanoid following the joints."""
         joints, sigma = fused.positions, fused.sigma
         if self._floor is not None:
             joints, sigma = self._floor.targets(joints, sigma, dt)
@@ -122,7 +122,9 @@ class Body:
         rotations[humanoid.body_outputs] = self._data.xmat[humanoid.body_ids].reshape(-1, 3, 3)
         for finger in _FINGER_JOINTS:
             rotations[finger] = rotations[OUTPUT_PARENTS[finger]]
-        return forward_positions(self._skeleton, q[:3], rotations), rotations
+        positions = np.empty((len(OUTPUT_JOINTS), 3))
+        positions[humanoid.body_outputs] = self._data.xpos[humanoid.body_ids]
+        return positions, rotations
 
     def _unsolved(self, fused: FusedSkeleton) -> tuple[NDArray[np.float64], NDArray[np.float64]] | None:
         """Positions and world rotations of the joints as they are; an unseen joint stays at its last place."""

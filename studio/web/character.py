@@ -8,6 +8,9 @@ from studio.render import shapes
 from studio.render.body import JOINT, PARTS, body_scale, place
 from studio.web.palette import BODY_RGB, JOINT_RGB
 
+OPACITY = 0.7
+"""Below 1, so that the skeletons inside the body can be seen."""
+
 _ROUNDING = 4  # decimals of lengths [m]: a bone that does not change is not sent again
 _SCALE_MEMORY = 0.98  # share of the old body scale kept per frame
 
@@ -35,6 +38,7 @@ class Character:
                     batched_scales=np.full((len(rows), 3), 1e-4),
                     batched_colors=np.array(colours, dtype=np.uint8),
                     lod="off",
+                    opacity=OPACITY,
                 )
             )
 

@@ -4,11 +4,12 @@ The head turns towards a target and the neck takes a share of it, within the ran
 a head turns; the neck leans so that the head joint stays where it was measured.
 """
 
+import math
+
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial.transform import Rotation
 
-from studio.engine.geometry import matrices
+from studio.engine.geometry import angles_xyz, matrices, rotation_xyz
 from studio.engine.human.ranges import dofs_of, range_rad
 from studio.engine.joints import OUTPUT_INDEX
 
@@ -65,29 +66,27 @@ class LookAt:
         wanted = np.clip(wanted, [-MAX_YAW_RAD, -MAX_PITCH_RAD], [MAX_YAW_RAD, MAX_PITCH_RAD])
         self._turn += (1.0 - np.exp(-dt / FOLLOW_S)) * (wanted - self._turn)
         yaw, pitch = self._turn
-        head = chest @ Rotation.from_euler("ZX", [yaw, -pitch]).as_matrix()
+        head = chest @ rotation_xyz(0.0, 0.0, yaw) @ rotation_xyz(-pitch, 0.0, 0.0)
         rise = positions[_HEAD] - positions[_NECK]
         neck = chest @ self._turned_neck(chest.T @ rotations[_NECK], chest.T @ rise, NECK_SHARE * yaw)
-        hinges = Rotation.from_matrix(neck.T @ head).as_euler("XYZ")
+        hinges = np.array(angles_xyz(neck.T @ head))
         rotations[_NECK] = neck
-        rotations[_HEAD] = neck @ Rotation.from_euler("XYZ", np.clip(hinges, *self._head_range)).as_matrix()
+        rotations[_HEAD] = neck @ rotation_xyz(*np.clip(hinges, *self._head_range).tolist())
 
     def _turned_neck(
         self, neck: NDArray[np.float64], rise: NDArray[np.float64], yaw: float
     ) -> NDArray[np.float64]:
         """The neck, 3x3 in the chest, twisted further by `yaw`, bent so that the head, at `rise`, stays in place."""
         low, high = self._neck_range
-        twist = np.clip(Rotation.from_matrix(neck).as_euler("XYZ")[2] + yaw, low[2], high[2])
-        x, y, z = Rotation.from_euler("Z", twist).apply(
-            neck.T @ rise
-        )  # rise = R(x, bend) R(y, side) (x, y, z)
-        reach = max(float(np.hypot(x, z)), 1e-9)
-        side = np.arcsin(np.clip(rise[0] / reach, -1.0, 1.0)) - np.arctan2(x, z)
-        z = z * np.cos(side) - x * np.sin(side)
-        bend = np.arctan2(rise[2], rise[1]) - np.arctan2(z, y)
-        bend = (bend + np.pi) % (2 * np.pi) - np.pi
-        angles = np.clip([bend, side, twist], low, high)
-        return Rotation.from_euler("XYZ", angles).as_matrix()
+        twist = min(max(angles_xyz(neck)[2] + yaw, low[2]), high[2])
+        # rise = R(x, bend) R(y, side) (x, y, z)
+        x, y, z = (rotation_xyz(0.0, 0.0, twist) @ (neck.T @ rise)).tolist()
+        reach = max(math.hypot(x, z), 1e-9)
+        side = math.asin(max(-1.0, min(1.0, float(rise[0]) / reach))) - math.atan2(x, z)
+        z = z * math.cos(side) - x * math.sin(side)
+        bend = math.atan2(float(rise[2]), float(rise[1])) - math.atan2(z, y)
+        bend = (bend + math.pi) % (2 * math.pi) - math.pi
+        return rotation_xyz(*np.clip([bend, side, twist], low, high).tolist())
 
     def _gaze(self, positions: NDArray[np.float64], chest: NDArray[np.float64]) -> NDArray[np.float64]:
         """Direction from the head to the target, stage frame."""
