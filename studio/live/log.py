@@ -1,7 +1,7 @@
 """The live log: every decision of the live stage as an event, performed here both live and in replay.
 
 Since the live stage changes its pipeline only through `LoggedPipeline`, a replay that gives the same events
-and frames in the same order gives the same poses, bit for bit. The events are described in docs/formats.
+and frames in the same order gives the same poses, bit for bit. The events are described in docs/formats.md.
 """
 
 import json

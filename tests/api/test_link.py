@@ -111,8 +111,8 @@ def test_a_camera_that_sends_garbage_is_closed_and_the_others_go_on(studio, mess
 def test_a_message_that_is_too_large_closes_the_link(studio):
     with Camera(studio.url("link"), 0) as camera:
         camera.greet()
-        camera.socket.send(b"\0" * (wire.MAX_MESSAGE_BYTES + 1))
-        with pytest.raises(ConnectionClosed):
+        with pytest.raises(ConnectionClosed):  # while it is sent, or afterwards
+            camera.socket.send(b"\0" * (wire.MAX_MESSAGE_BYTES + 1))
             camera.socket.recv(timeout=30)
     wait_until(lambda: studio.stage.status()["cameras"]["camera_0"]["errors"] == 1, "the error is counted")
 

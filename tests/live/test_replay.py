@@ -1,0 +1,68 @@
+"""Replay of takes that lack something: one clear error, and nothing half-written."""
+
+import pytest
+
+from studio.engine.errors import CalibrationError, TakeError
+from studio.engine.poses import Poses
+from studio.engine.settings import preset
+from studio.replay import solve_take
+from studio.take.raw import RawWriter
+from studio.take.take import Take
+from studio.wire import encode
+from tests.live.performer import calibration, frame, hello
+
+CALIBRATION_S = 1.0
+
+
+@pytest.fixture
+def take(tmp_path):
+    """A take as an import makes it: two cameras, 2 s, the first of them for calibration, no live log."""
+    take = Take.create(tmp_path / "t", session="s", name="t", source="import", calibration_s=CALIBRATION_S)
+    with RawWriter(take.raw_path) as writer:
+        for index in range(2):
+            writer.add_camera(hello(f"camera_{index}"))
+        for k in range(60):
+            for index in range(2):
+                message = frame(index, k, k * 33_333_333, k / 30)
+                writer.frame(
+                    f"camera_{index}",
+                    encode(message),
+                    arrival_ns=message.device_time_ns,
+                    device_time_ns=message.device_time_ns,
+                    sequence=k,
+                )
+    return take
+
+
+def nothing_written(take):
+    return list((take.path / "solves").iterdir()) == []
+
+
+def test_a_take_without_calibration(take):
+    with pytest.raises(CalibrationError, match="studio calibrate"):
+        solve_take(take, preset("studio"), name="studio")
+    assert nothing_written(take)
+
+
+def test_a_take_without_live_log(take):
+    take.add_calibration(calibration(["camera_0", "camera_1"]), use=True)
+    with pytest.raises(TakeError, match="no live log"):
+        solve_take(take, preset("studio"), name="again", as_live=True)
+    assert nothing_written(take)
+
+
+def test_a_name_that_leads_elsewhere(take):
+    with pytest.raises(TakeError, match="not allowed"):
+        solve_take(take, preset("studio"), name="../up")
+
+
+def test_the_calibration_part_is_left_out_and_a_solve_is_replaced_whole(take):
+    take.add_calibration(calibration(["camera_0", "camera_1"]), use=True)
+    shares: list[float] = []
+    folder = solve_take(take, preset("studio"), name="studio", progress=shares.append)
+    poses = Poses.load(folder / "poses.npz")
+    assert poses.time_s[0] >= CALIBRATION_S and poses.frame_count > 50 and shares[-1] == 1.0
+    (folder / "old.txt").write_text("of the solve before")
+    solve_take(take, preset("raw"), name="studio")
+    assert sorted(file.name for file in folder.iterdir()) == ["metrics.json", "poses.npz", "settings.json"]
+    assert [file.name for file in folder.parent.iterdir()] == ["studio"]
