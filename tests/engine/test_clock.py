@@ -34,7 +34,9 @@ def test_drift_is_not_guessed_from_a_short_span():
     truth = ClockModel(offset_ns=5 * SECOND)
     estimator = ClockEstimator()
     for second in range(10):
-        estimator.add_exchange(*exchange(truth, 100 * SECOND + second * SECOND, 100_000 + 90_000 * second, 100_000))
+        estimator.add_exchange(
+            *exchange(truth, 100 * SECOND + second * SECOND, 100_000 + 90_000 * second, 100_000)
+        )
     assert estimator.model.drift_ppm == 0.0
     assert abs(estimator.model.offset_ns - truth.offset_ns) < 100_000
 
