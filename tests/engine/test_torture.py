@@ -1,0 +1,64 @@
+"""No limb lost, no flip: torture motions through the pipeline, with ideal and with noisy cameras."""
+
+import numpy as np
+import pytest
+
+from studio.engine.joints import INDEX, PARENTS
+from studio.engine.motion.torture import TORTURE_OFFSETS, TORTURES, arm_bent, leg_bent
+from tests.engine.torture import LOST_S, figures, solved
+
+LARGEST_AXIS_TURN_DEG = 90.0
+FASTEST_TURN_RAD_S = 40.0
+LIMIT_TOLERANCE_DEG = 0.1
+
+
+def assert_followed(motion, results, mean_mm):
+    found = figures(motion, results)
+    assert found.finite
+    assert found.lost_s <= LOST_S, found
+    assert found.axis_turn_deg < LARGEST_AXIS_TURN_DEG, found
+    assert found.turn_rad_s < FASTEST_TURN_RAD_S, found
+    assert found.excess_deg < LIMIT_TOLERANCE_DEG, found
+    assert found.mean_mm < mean_mm, found
+
+
+@pytest.mark.parametrize("name", TORTURES)
+def test_ideal_joints(name):
+    motion = TORTURES[name]()
+    assert_followed(motion, solved(motion, seed=None), mean_mm=6.0)
+
+
+@pytest.mark.parametrize("name", TORTURES)
+def test_noisy_joints(name):
+    motion = TORTURES[name]()
+    assert_followed(motion, solved(motion, seed=1), mean_mm=25.0)
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("seed", range(2, 8))
+@pytest.mark.parametrize("name", TORTURES)
+def test_noisy_joints_of_many_seeds(name, seed):
+    motion = TORTURES[name]()
+    assert_followed(motion, solved(motion, seed=seed), mean_mm=25.0)
+
+
+@pytest.mark.long
+@pytest.mark.timeout(900)
+@pytest.mark.parametrize("seed", [None, 1])
+@pytest.mark.parametrize("bent", [arm_bent, leg_bent])
+def test_a_limb_bent_a_thousand_times(bent, seed):
+    motion = bent(1000)
+    assert_followed(motion, solved(motion, seed=seed), mean_mm=6.0 if seed is None else 25.0)
+
+
+@pytest.mark.parametrize("name", TORTURES)
+def test_the_motions_are_a_humans(name):
+    motion = TORTURES[name]()
+    positions = motion.positions_m
+    bones = np.linalg.norm(positions[:, 1:] - positions[:, PARENTS[1:]], axis=2)
+    assert np.abs(bones - np.linalg.norm(TORTURE_OFFSETS[1:], axis=1)).max() < 1e-6
+    speed = np.linalg.norm(np.diff(positions, axis=0), axis=2) / motion.frame_s
+    assert speed.max() < 13
+    assert positions[..., 2].min() > -0.02
+    feet = positions[:, [INDEX["left_toe"], INDEX["right_toe"]], 2]
+    assert name == "cartwheel" or feet.min(axis=1).max() < 0.03, "a foot is always on the floor"

@@ -1,0 +1,163 @@
+"""Torture motions through the pipeline, and what must not happen to them: limbs lost, joints flipped."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from studio.camera.simulator.noisy_joints import FRAMES_PER_SECOND, NoisyJoints, anatomical_offsets
+from studio.camera.simulator.rig import standard_rig
+from studio.engine.calibration.result import Calibration, CameraCalibration, Performer
+from studio.engine.frames import CameraFrame, StepResult
+from studio.engine.geometry import invert_transform, matrices, transform_points
+from studio.engine.human.model import Humanoid, build_humanoid
+from studio.engine.human.skeleton import Skeleton
+from studio.engine.joints import (
+    INDEX,
+    JOINT_COUNT,
+    MEASURED_JOINTS,
+    OUTPUT_INDEX,
+    OUTPUT_OF_CANONICAL_INDEX,
+)
+from studio.engine.motion.motion import CanonicalMotion
+from studio.engine.motion.torture import TORTURE_OFFSETS
+from studio.engine.pipeline import Pipeline
+from studio.engine.settings import parse_settings
+from studio.engine.solve.angles import configuration_of
+
+SECOND = 1_000_000_000
+OUTPUT_HZ = 60
+SETTLED_S = 0.5
+LOST_M, LOST_S = 0.20, 0.3
+_MEASURED = [INDEX[name] for name in MEASURED_JOINTS]
+_BENDS = {"LeftArm": 2, "RightArm": 2, "LeftLeg": 0, "RightLeg": 0}  # column of the elbow's or knee's axis
+_BIAS_M = 0.03
+PERFORMER = Performer(1.68, TORTURE_OFFSETS)
+
+
+def known_calibration(cameras: int = 2, *, bias_m: float = _BIAS_M) -> Calibration:
+    """The true calibration of the standard rig, with the performer of the torture motions."""
+    placed = {c.name: CameraCalibration(c.T_stage_camera, depth_bias_m=bias_m) for c in standard_rig(cameras)}
+    return Calibration("camera_0", placed, PERFORMER)
+
+
+def seen(
+    motion: CanonicalMotion, calibration: Calibration, seed: int | None
+) -> list[tuple[NDArray[np.float64], NDArray[np.float64]]]:
+    """Positions and confidence per camera at 30 Hz, shapes (F, 21, 3) and (F, 21); seed None = no error."""
+    count = int(motion.duration_s * FRAMES_PER_SECOND) + 1
+    joints = np.array([motion.at(k / FRAMES_PER_SECOND) for k in range(count)])
+    places = [camera.T_stage_camera for camera in calibration.cameras.values()]
+    if seed is None:
+        return [
+            (transform_points(invert_transform(T), joints), np.full((count, JOINT_COUNT), 0.95))
+            for T in places
+        ]
+    performer, *streams = np.random.SeedSequence(seed).spawn(1 + len(places))
+    anatomy = anatomical_offsets(np.random.default_rng(performer))
+    return [
+        NoisyJoints(T, motion.offsets_m, anatomy, np.random.default_rng(stream)).see_all(joints)
+        for T, stream in zip(places, streams, strict=True)
+    ]
+
+
+def solved(
+    motion: CanonicalMotion, *assignments: str, seed: int | None, cameras: int = 2
+) -> list[StepResult]:
+    """The pipeline's results at 60 Hz, preset studio, known calibration."""
+    calibration = known_calibration(cameras, bias_m=0.0 if seed is None else _BIAS_M)
+    pipeline = Pipeline(calibration, parse_settings("studio", assignments))
+    views = seen(motion, calibration, seed)
+    results: list[StepResult | None] = []
+    for k in range(len(views[0][0])):
+        for (positions, confidence), name in zip(views, calibration.cameras, strict=True):
+            time_ns = k * SECOND // FRAMES_PER_SECOND
+            pipeline.add_frame(CameraFrame(name, k, time_ns, positions[k], confidence[k]))
+        results += [pipeline.step(t * SECOND // OUTPUT_HZ) for t in ((2 * k - 1, 2 * k) if k else (0,))]
+    assert all(r is not None for r in results)
+    return [r for r in results if r is not None]
+
+
+@dataclass(frozen=True)
+class Figures:
+    """What became of a motion.
+
+    Attributes:
+        mean_mm: mean error of the measured joints.
+        lost_s: longest time that a joint was further off than `LOST_M`; `lost_joint` is which.
+        axis_turn_deg: largest turn of an elbow's or knee's axis from frame to frame; `axis_joint` is which.
+        turn_rad_s: fastest turn of an output rotation; `turn_joint` is which, `turn_s` when.
+        excess_deg: furthest that a hinge is beyond its range.
+        finite: whether all numbers are.
+    """
+
+    mean_mm: float
+    lost_s: float
+    lost_joint: str
+    axis_turn_deg: float
+    axis_joint: str
+    turn_rad_s: float
+    turn_joint: str
+    turn_s: float
+    excess_deg: float
+    finite: bool
+
+
+def figures(motion: CanonicalMotion, results: list[StepResult]) -> Figures:
+    """Return the figures of a motion's results, from `SETTLED_S` on."""
+    results = results[round(SETTLED_S * OUTPUT_HZ) :]
+    times = [r.frame_set.stage_time_ns / SECOND for r in results]
+    truth = np.array([motion.at(t) for t in times])[:, _MEASURED]
+    error = np.linalg.norm(_canonical(results)[:, _MEASURED] - truth, axis=2)
+    rotations = matrices(np.array([r.rotations_wxyz for r in results]))
+    lost = [_longest_s(error[:, j] > LOST_M) for j in range(len(_MEASURED))]
+    turns = _turn_rad(rotations) * OUTPUT_HZ
+    axes = {
+        name: np.degrees(_angle(rotations[:, OUTPUT_INDEX[name], :, column])).max()
+        for name, column in _BENDS.items()
+    }
+    frame, joint = np.unravel_index(turns.argmax(), turns.shape)
+    axis_joint = max(axes, key=lambda name: axes[name])
+    return Figures(
+        mean_mm=1e3 * float(error.mean()),
+        lost_s=max(lost),
+        lost_joint=MEASURED_JOINTS[int(np.argmax(lost))],
+        axis_turn_deg=float(axes[axis_joint]),
+        axis_joint=axis_joint,
+        turn_rad_s=float(turns.max()),
+        turn_joint=list(OUTPUT_INDEX)[joint],
+        turn_s=times[frame],
+        excess_deg=_excess_deg(results[::4]),
+        finite=bool(np.isfinite(rotations).all() and np.isfinite(error).all()),
+    )
+
+
+def _canonical(results: list[StepResult]) -> NDArray[np.float64]:
+    return np.array([r.positions_m[OUTPUT_OF_CANONICAL_INDEX] for r in results])
+
+
+def _longest_s(bad: NDArray[np.bool_]) -> float:
+    """The longest run of True [s]."""
+    edges = np.flatnonzero(np.diff(np.concatenate([[0], bad.astype(int), [0]])))
+    return float((edges[1::2] - edges[::2]).max()) / OUTPUT_HZ if len(edges) else 0.0
+
+
+def _angle(directions: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Angle between one frame's unit direction and the next's, shape (F - 1,)."""
+    return np.arccos(np.clip((directions[1:] * directions[:-1]).sum(axis=1), -1.0, 1.0))
+
+
+def _turn_rad(rotations: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Turn from each frame to the next, shape (F - 1, 52), of rotations (F, 52, 3, 3)."""
+    trace = np.einsum("fjab,fjab->fj", rotations[1:], rotations[:-1])
+    return np.arccos(np.clip((trace - 1.0) / 2.0, -1.0, 1.0))
+
+
+def _excess_deg(results: list[StepResult]) -> float:
+    body: Humanoid = build_humanoid(Skeleton.of(PERFORMER))
+    low, high = body.range_rad.T
+    worst = 0.0
+    for r in results:
+        q = configuration_of(body, r.positions_m[0], matrices(r.rotations_wxyz), limited=False)[7:]
+        worst = max(worst, float(np.maximum(low - q, q - high).max()))
+    return float(np.degrees(worst))
