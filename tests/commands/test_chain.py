@@ -13,7 +13,8 @@ FIGURES = {
     "mpjpe_mm", "matched_joints", "mpjpe_root_aligned_mm", "per_joint_mm", "rms_mm", "acceleration_error_m_s2",
     "latency_ms", "absolute_difference_cm", "shortest_distance_cm", "spike_difference", "deviations", "jerk_m_s3",
     "reference_jerk_m_s3", "foot_slide_cm_s", "reference_foot_slide_cm_s", "bone_length_sd_mm", "unseen_share",
-    "cleanup_events_per_min", "time_offset_ms", "clock_drift_ppm", "frames",
+    "uncertainty_coverage", "uncertainty_median_ratio", "cleanup_events_per_min", "time_offset_ms", "clock_drift_ppm",
+    "frames",
 }  # fmt: skip
 
 

@@ -75,8 +75,7 @@ def _velocity(reference: Reference, time_s: NDArray[np.float64], matched: Matche
 def _speed_offset(poses: Poses, reference: Reference, start_s: float | None) -> float:
     """Offset [s] at which the summed speeds of the common joints agree best."""
     first = poses.time_s[0] if start_s is None else max(start_s, float(poses.time_s[0]))
-    positions, _ = canonical_positions(poses)
-    positions = np.where(reference.known[None, :, None], positions, np.nan)
+    positions = np.where(reference.known[None, :, None], canonical_positions(poses), np.nan)
     solve_grid = np.arange(first, poses.time_s[-1], 1 / _GRID_HZ)
     reference_grid = np.arange(reference.time_s[0], reference.time_s[-1], 1 / _GRID_HZ)
     if min(len(solve_grid), len(reference_grid)) < 2 * _GRID_HZ:

@@ -1,22 +1,23 @@
-"""How constant a solve's bone lengths are; a human's are."""
+"""How constant a solve's bone lengths are; a human's are.
+
+A bone goes from a joint of the solve to its parent, as `poses.npz` names them. Canonical joints are not enough:
+from the spine to the chest they span two bones, and what bends between them would count as stretching.
+"""
 
 import numpy as np
 
-from studio.engine.joints import CANONICAL, INDEX, PARENT_OF_CANONICAL
 from studio.engine.metrics.matching import Matched
 
+ARITHMETIC_MM = 1e-6
+"""A deviation below this is rounding of the arithmetic: such a bone is rigid."""
 
-def bone_length_sd_mm(matched: Matched) -> float:
-    """Standard deviation of each canonical bone's length over time, as the mean over bones [mm].
 
-    Bones with an end that the solve lacks are left out.
+def bone_length_sd_mm(matched: Matched) -> float | None:
+    """Standard deviation of each bone's length over the compared frames, as the mean over bones [mm].
+
+    The bones are those of `Matched.bone_lengths_m`; exactly 0 for a rigid skeleton, None without a bone.
     """
-    deviations = []
-    for name in CANONICAL:
-        if name not in PARENT_OF_CANONICAL:
-            continue
-        child, parent = INDEX[name], INDEX[PARENT_OF_CANONICAL[name]]
-        length = np.linalg.norm(matched.solve_m[:, child] - matched.solve_m[:, parent], axis=1)
-        if np.isfinite(length).all():
-            deviations.append(float(length.std()))
-    return float(np.mean(deviations)) * 1e3
+    if not matched.bone_lengths_m.shape[1]:
+        return None
+    deviations = matched.bone_lengths_m.std(axis=0) * 1e3
+    return float(np.where(deviations < ARITHMETIC_MM, 0.0, deviations).mean())

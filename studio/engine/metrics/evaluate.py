@@ -2,11 +2,12 @@
 
 from typing import Any
 
-from studio.engine.joints import CANONICAL, INDEX
+from studio.engine.joints import CANONICAL
 from studio.engine.metrics import thesis
 from studio.engine.metrics.alignment import align, clock_of
 from studio.engine.metrics.bones import bone_length_sd_mm
 from studio.engine.metrics.feet import foot_slides_cm_s
+from studio.engine.metrics.honesty import uncertainty_coverage, uncertainty_median_ratio
 from studio.engine.metrics.latency import latency_ms
 from studio.engine.metrics.matching import Matched, match
 from studio.engine.metrics.position import mpjpe_mm, mpjpe_root_aligned_mm, per_joint_mm, rms_mm
@@ -34,7 +35,6 @@ def evaluate(
     offset_s, drift_ppm = (0.0, 0.0) if same_clock else clock_of(poses, reference, start_s=start_s)
     matched, _ = align(match(poses, reference, start_s=start_s, offset_s=offset_s, drift_ppm=drift_ppm))
     foot_slide, reference_foot_slide = foot_slides_cm_s(matched)
-    measured = [INDEX[name] for name in matched.joints]
     return {
         "mpjpe_mm": mpjpe_mm(matched),
         "matched_joints": matched.joints,
@@ -49,7 +49,9 @@ def evaluate(
         "foot_slide_cm_s": foot_slide,
         "reference_foot_slide_cm_s": reference_foot_slide,
         "bone_length_sd_mm": bone_length_sd_mm(matched),
-        "unseen_share": float(1.0 - matched.seen[:, measured].mean()),
+        "unseen_share": float(1.0 - matched.seen[:, matched.columns(matched.joints)].mean()),
+        "uncertainty_coverage": uncertainty_coverage(matched),
+        "uncertainty_median_ratio": uncertainty_median_ratio(matched),
         "cleanup_events_per_min": None,
         "time_offset_ms": offset_s * 1e3,
         "clock_drift_ppm": drift_ppm,

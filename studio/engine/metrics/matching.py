@@ -7,7 +7,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from studio.engine.errors import FormatError
-from studio.engine.joints import CANONICAL, INDEX, JOINT_COUNT, MEASURED_JOINTS, OUTPUT_OF_CANONICAL
+from studio.engine.joints import (
+    CANONICAL,
+    INDEX,
+    JOINT_COUNT,
+    MEASURED_JOINTS,
+    OUTPUT_OF_CANONICAL,
+    PARENT_OF_CANONICAL,
+)
 from studio.engine.metrics.reference import Reference
 from studio.engine.poses import Poses
 
@@ -21,12 +28,16 @@ class Matched:
         solve_m: shape (frame_count, 21, 3); NaN = a joint that the solve lacks altogether.
         reference_m: shape (frame_count, 21, 3); NaN = unknown then.
         seen: whether the solve saw the joint then, shape (frame_count, 21).
+        radius_mm: the solve's own 90 % ball around each joint, shape (frame_count, 21); NaN = not known.
+        bone_lengths_m: the solve's own bones (`bones_of`), shape (frame_count, bone_count).
     """
 
     time_s: NDArray[np.float64]
     solve_m: NDArray[np.float64]
     reference_m: NDArray[np.float64]
     seen: NDArray[np.bool_]
+    radius_mm: NDArray[np.float64]
+    bone_lengths_m: NDArray[np.float64]
 
     @property
     def rate_hz(self) -> float:
@@ -47,26 +58,56 @@ class Matched:
         """Which canonical joints both have at some instant, shape (21,)."""
         return np.isfinite(self.solve_m + self.reference_m).all(axis=2).any(axis=0)
 
+    def columns(self, names: list[str]) -> list[int]:
+        """Where these canonical joints stand in the arrays."""
+        return [INDEX[name] for name in names]
+
     def pick(self, names: list[str]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Return these joints of solve and reference, each of shape (frame_count, len(names), 3)."""
-        index = [INDEX[name] for name in names]
+        index = self.columns(names)
         return self.solve_m[:, index], self.reference_m[:, index]
 
 
-def canonical_positions(poses: Poses) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return the poses' canonical joints, shape (frame_count, 21, 3), NaN = lacking, and their confidence.
+def canonical_columns(poses: Poses) -> NDArray[np.int64]:
+    """Return which of the poses' joints stands for each canonical one, shape (21,); -1 = none.
 
     The poses' joints carry the output skeleton's names, or canonical ones where the take was imported so.
     """
     index = {name: i for i, name in enumerate(poses.joint_names)}
-    positions = np.full((poses.frame_count, JOINT_COUNT, 3), np.nan)
-    confidence = np.zeros((poses.frame_count, JOINT_COUNT))
-    for k, name in enumerate(CANONICAL):
-        column = index.get(OUTPUT_OF_CANONICAL[name], index.get(name))
-        if column is not None:
-            positions[:, k] = poses.positions_m[:, column]
-            confidence[:, k] = poses.confidence[:, column]
-    return positions, confidence
+    return np.array([index.get(OUTPUT_OF_CANONICAL[name], index.get(name, -1)) for name in CANONICAL])
+
+
+def canonical_positions(poses: Poses) -> NDArray[np.float64]:
+    """Return the poses' canonical joints [m], shape (frame_count, 21, 3); NaN = lacking."""
+    return _canonical(poses.positions_m, canonical_columns(poses), np.nan)
+
+
+def _canonical(
+    values: NDArray[np.float64], columns: NDArray[np.int64], lacking: float
+) -> NDArray[np.float64]:
+    """Values per joint of the poses, shape (frame_count, joint_count, ...), as values per canonical joint."""
+    out = np.full((len(values), JOINT_COUNT, *values.shape[2:]), lacking)
+    out[:, columns >= 0] = values[:, columns[columns >= 0]]
+    return out
+
+
+def bones_of(poses: Poses) -> NDArray[np.int64]:
+    """Return the (joint, parent) pairs, shape (bone_count, 2), that carry a canonical joint.
+
+    Fingers carry none but the base of the middle one, and would only dilute the rest. Poses without a
+    hierarchy have the canonical one.
+    """
+    columns, parents = canonical_columns(poses), poses.parents
+    if (parents < 0).all():
+        pairs = [(columns[INDEX[a]], columns[INDEX[b]]) for a, b in PARENT_OF_CANONICAL.items()]
+        return np.array([pair for pair in pairs if min(pair) >= 0], dtype=np.int64).reshape(-1, 2)
+    carrying = np.zeros(len(parents), dtype=bool)
+    carrying[columns[columns >= 0]] = True
+    for joint in range(len(parents) - 1, 0, -1):  # parents come before children
+        if carrying[joint] and parents[joint] >= 0:
+            carrying[parents[joint]] = True
+    joints = np.flatnonzero(carrying & (parents >= 0))
+    return np.stack([joints, parents[joints]], axis=1)
 
 
 def match(
@@ -101,12 +142,15 @@ def match(
             f"({reference.time_s[0]:.2f} to {reference.time_s[-1]:.2f} s) share fewer than 4 instants; "
             "is it the reference of this take?"
         )
-    positions, confidence = canonical_positions(poses)
+    columns, positions = canonical_columns(poses), poses.positions_m[keep]
+    child, parent = bones_of(poses).T
     matched = Matched(
         time_s=poses.time_s[keep],
-        solve_m=positions[keep],
+        solve_m=_canonical(positions, columns, np.nan),
         reference_m=reference.at(reference_time[keep]),
-        seen=confidence[keep] > 0,
+        seen=_canonical(poses.confidence[keep], columns, 0.0) > 0,
+        radius_mm=_canonical(poses.uncertainty_mm[keep], columns, np.nan),
+        bone_lengths_m=np.linalg.norm(positions[:, child] - positions[:, parent], axis=2),
     )
     if len(matched.joints) < 3:
         raise FormatError(
