@@ -59,6 +59,12 @@ def open_socket(host: str, port: int) -> socket.socket:
     return opened
 
 
+OPEN_WARNING = (
+    "whoever reaches this address can operate the studio and send as a camera: this version has no sign-in; "
+    "use a network that you trust"
+)
+
+
 def serve(
     host: str = "127.0.0.1",
     port: int = 8000,
@@ -98,6 +104,8 @@ def serve(
             cameras = DemoCameras(stage, url.replace("0.0.0.0", "127.0.0.1"))
             cameras.start()
         print(f"Capture Studio is open on {url} (Ctrl-C stops it)", flush=True)
+        if host not in LOOPBACK:
+            print(f"warning: {OPEN_WARNING}", file=sys.stderr, flush=True)
         sys.setswitchinterval(SWITCH_S)
         with _stopped_by_signals(server, cameras):
             server.run(sockets=[listening])

@@ -7,7 +7,7 @@ from typing import Any
 from studio.commands.common import add_command, progress_bar
 
 _TEXT = """\
-Record a take of simulated cameras that watch the performer of a BVH.
+Record a take of simulated cameras that watch the performer of a BVH, or the embedded one (`demo`).
 
 The take begins with a part for calibration (T-pose for 3 s, then 30 s of walking); the true joint centres go
 to TAKE.truth.csv beside the take, for `studio evaluate` alone."""
@@ -16,7 +16,10 @@ to TAKE.truth.csv beside the take, for `studio evaluate` alone."""
 def add_parser(subparsers: Any) -> None:
     parser = add_command(subparsers, "simulate", run, _TEXT)
     parser.add_argument(
-        "motion", metavar="MOTION.bvh", type=Path, help="the motion; its first frame, a rest pose, is dropped"
+        "motion",
+        metavar="MOTION.bvh",
+        type=Path,
+        help="the motion, whose first frame, a rest pose, is dropped; or `demo`",
     )
     parser.add_argument("--out", metavar="TAKE", type=Path, required=True, help="folder of the new take")
     parser.add_argument(

@@ -6,11 +6,8 @@ with programs that were not written here. Screenshots stay in the test's tempora
 
 import os
 import re
-import signal
 import subprocess
 import sys
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 
 import numpy as np
@@ -20,29 +17,13 @@ from playwright.sync_api import Page, expect
 from studio.engine.joints import OUTPUT_INDEX
 from studio.engine.poses import Poses
 from studio.take.take import Take
+from tests.acceptance.program import studio_program
 from tests.engine.export.readers.programs import read_with_bvhio, read_with_ufbx
 from tests.engine.export.scoring import position_error_cm
 from tests.web.browser import chromium_browser, quiet_page
 
 CALIBRATED_MS = 150_000
 SOLVED_MS = 120_000
-
-
-@contextmanager
-def studio_program(sessions: Path) -> Iterator[str]:
-    """`studio serve --demo` while the block runs; yields its address. Ends with Ctrl-C, as a user would."""
-    command = [sys.executable, "-m", "studio", "serve", "--demo", "--port", "0", "--sessions", str(sessions)]
-    log = (sessions.parent / "serve.log").open("w")
-    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=log, text=True) as program:
-        assert program.stdout is not None
-        line = program.stdout.readline()
-        assert "http://" in line, (sessions.parent / "serve.log").read_text()
-        try:
-            yield line.split("http://")[1].split()[0]
-        finally:
-            program.send_signal(signal.SIGINT)
-            assert program.wait(timeout=30) == 0
-    log.close()
 
 
 def check_human(poses: Poses) -> None:

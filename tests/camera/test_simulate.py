@@ -125,3 +125,9 @@ def test_nothing_is_overwritten(tmp_path, motion):
     with pytest.raises(TakeError, match="not empty"):
         simulate_take(motion, tmp_path / "other", unit_m=0.01)
     assert not (tmp_path / "other.truth.csv").exists()
+
+
+def test_the_embedded_performer_can_be_simulated(tmp_path):
+    simulate_take("demo", tmp_path / "take", cameras=2, calibration=False)
+    assert set(camera_frames(tmp_path / "take" / "raw.mcap")) == {"camera_0", "camera_1"}
+    assert (tmp_path / "take.truth.csv").is_file()

@@ -14,7 +14,7 @@ from studio.camera.simulator.rig import RigCamera, read_rig, standard_rig
 from studio.engine.errors import FormatError, NotAvailableError, SettingsError, TakeError
 from studio.engine.files import write_atomically
 from studio.engine.joints import CANONICAL, INDEX
-from studio.engine.motion.authored import calibration_motion
+from studio.engine.motion.authored import calibration_motion, demo_motion
 from studio.engine.motion.body import TOE_HEIGHT_M
 from studio.engine.motion.bvh import read_bvh
 from studio.engine.motion.canonical import to_canonical
@@ -25,6 +25,9 @@ from studio.take.raw import RawWriter
 from studio.take.take import Take
 
 SENSORS = ("ideal", "kinect-v1", "kinect-v2", "azure-kinect")
+DEMO = "demo"
+"""The motion that is not a file: the embedded performer's."""
+
 TRACKERS = ("noisy-joints", "depth")
 _START_S = 0.2  # the first frames, so that no clock is before its zero
 _FEET = [INDEX[f"{side}_{joint}"] for side in ("left", "right") for joint in ("ankle", "toe")]
@@ -43,12 +46,12 @@ def simulate_take(
     calibration: bool = True,
     progress: Callable[[float], None] | None = None,
 ) -> Path:
-    """Record a BVH's motion with simulated cameras; return the path of the take.
+    """Record a motion with simulated cameras; return the path of the take.
 
     The true joint centres go to `<out>.truth.csv`, on the clock of the reference camera (the first), 120 Hz.
 
     Args:
-        motion_path: a BVH, y up; its first frame, a rest pose, is dropped.
+        motion_path: a BVH, y up, whose first frame, a rest pose, is dropped; or `demo`, the embedded performer.
         out: folder of the new take.
         cameras: 1 to 4 of the standard rigs; ignored with `rig`.
         sensor: the sensor that a depth tracker would have. The noise of `noisy-joints` is the same contract
@@ -99,15 +102,16 @@ def _check(sensor: str, tracker: str, seed: int) -> None:
 def stage_motion(
     path: str | Path, *, unit_m: float | None = None, calibration: bool = True
 ) -> tuple[CanonicalMotion, float | None]:
-    """Return a BVH's motion on the stage at 120 Hz, after its calibration part, and that part's length [s].
+    """Return a motion on the stage at 120 Hz, after its calibration part, and that part's length [s].
 
     The path of the hips is centred over the stage's origin; the feet at their lowest stand on the floor.
 
     Raises:
         FormatError: see `read_bvh` and `to_canonical`; or fewer than two frames are left.
     """
-    source = to_canonical(read_bvh(path, unit_m=unit_m))
-    positions = source.positions_m[1:]
+    embedded = str(path) == DEMO
+    source = demo_motion() if embedded else to_canonical(read_bvh(path, unit_m=unit_m))
+    positions = source.positions_m[0 if embedded else 1 :]
     if len(positions) < 2:
         raise FormatError(
             f"{path} has {source.frame_count} frames; the first is dropped and two more are needed"

@@ -70,7 +70,7 @@ def solve_frames(
         pipeline.add_frame(frame)
         for stage_ns in schedule.due(pipeline.newest_stage_ns()):
             result = pipeline.step(stage_ns)
-            if result is not None:
+            if result is not None and (start_s is None or stage_ns >= start_s * 1e9):
                 results.append(result)
         if progress is not None and done % 64 == 0:
             progress(done / len(placed))
