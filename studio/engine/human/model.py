@@ -1,8 +1,10 @@
 """The MuJoCo humanoid: built from a performer's skeleton, driven by the solve.
 
 Bodies carry HumanIK names and stand with stage axes in the T-pose, so that a body's world rotation is the
-output joint's rotation. Fingers are not bodies: `completion` poses them. A site per canonical joint (named
-as the joint) is what the solve moves towards the measured joints.
+output joint's rotation. The solve's humanoid has no fingers: `completion` poses them; `fingers=True` builds all
+52 output joints, for physics. A site per canonical joint (named as the joint) is what the solve moves towards
+the measured joints. Masses are those of `masses`; joints that move together (`COUPLINGS`) are equality
+constraints, which kinematics and mink pass over and MuJoCo's dynamics keeps.
 """
 
 from dataclasses import dataclass
@@ -11,10 +13,12 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
+from studio.engine.human.masses import body_inertias
 from studio.engine.human.ranges import dofs_of, range_rad
 from studio.engine.human.skeleton import Skeleton
 from studio.engine.joints import (
     CANONICAL,
+    FINGERS,
     OUTPUT_INDEX,
     OUTPUT_JOINTS,
     OUTPUT_OF_CANONICAL,
@@ -24,9 +28,33 @@ from studio.engine.joints import (
 BODY_JOINTS: tuple[str, ...] = tuple(
     name for name in OUTPUT_JOINTS if "Hand" not in name or name in ("LeftHand", "RightHand")
 )
-"""Output joints that are bodies of the humanoid: all but the fingers."""
+"""Output joints that are bodies of the solve's humanoid: all but the fingers."""
 
 FREE_DOFS = 6
+
+_COUPLING_SOLREF = [0.004, 1.0]
+_COUPLING_SOLIMP = [0.99, 0.999, 0.001, 0.5, 2.0]
+"""MuJoCo's constraints are soft in proportion to acceleration; a finger bone of 4 g needs firm ones."""
+
+
+def _couplings() -> dict[str, tuple[str, float]]:
+    """The spine bends evenly; a finger's last joint follows the one before at two thirds."""
+    spine = {
+        f"{name}_{dof.name}": (f"Spine_{dof.name}", 1.0)
+        for name in ("Spine1", "Spine2")
+        for dof in dofs_of(name)
+    }
+    fingers = {
+        f"{side}Hand{finger}3_bend": (f"{side}Hand{finger}2_bend", 2.0 / 3.0)
+        for side in ("Left", "Right")
+        for finger in FINGERS[1:]
+    }
+    return spine | fingers
+
+
+COUPLINGS: dict[str, tuple[str, float]] = _couplings()
+"""Hinge -> the hinge it follows and its share of that one's angle. Source of the fingers' two thirds: Rijpkema &
+Girard, "Computer animation of knowledge-based human grasping", SIGGRAPH 1991; of the spine: equal ranges."""
 
 
 @dataclass(frozen=True)
@@ -40,7 +68,7 @@ class Humanoid:
         body_ids: MuJoCo body of each output joint that is a body, in the order of `body_outputs`.
         body_outputs: index of those in the output skeleton.
         range_rad: (low, high) of each hinge, shape (hinge_count, 2).
-        rest_q: resting stance [rad], shape (hinge_count,).
+        rest_q: resting stance [rad], shape (hinge_count,), the first guess of a solve.
         spread_rad: usual distance from the resting stance, shape (hinge_count,).
     """
 
@@ -59,32 +87,48 @@ class Humanoid:
         return np.concatenate([self.skeleton.offsets_m[0], [1.0, 0.0, 0.0, 0.0], self.rest_q])
 
 
-def _add_sites(body: mujoco.MjsBody, output: str, skeleton: Skeleton) -> None:
-    """Add the sites of the canonical joints that this body carries, the knuckle of the hand included."""
+def _add_sites(body: mujoco.MjsBody, output: str, skeleton: Skeleton, *, fingers: bool) -> None:
+    """Add the sites of the canonical joints that this body carries; a hand without fingers carries its knuckle."""
     for canonical, carrier in OUTPUT_OF_CANONICAL.items():
         if carrier == output:
             body.add_site(name=canonical, pos=[0, 0, 0])
-        elif carrier.endswith("HandMiddle1") and carrier.removesuffix("Middle1") == output:
+        elif not fingers and carrier.endswith("HandMiddle1") and carrier.removesuffix("Middle1") == output:
             body.add_site(name=canonical, pos=skeleton.offsets_m[OUTPUT_INDEX[carrier]])
 
 
-def build_humanoid(skeleton: Skeleton, *, human_limits: bool = True, flexibility: float = 1.0) -> Humanoid:
+def _add_couplings(spec: mujoco.MjSpec) -> None:
+    for follower, (leader, share) in COUPLINGS.items():
+        data = np.zeros(mujoco.mjNEQDATA)
+        data[1] = share  # follower = 0 + share * leader
+        spec.add_equality(
+            type=mujoco.mjtEq.mjEQ_JOINT, objtype=mujoco.mjtObj.mjOBJ_JOINT, name1=follower, name2=leader,
+            data=data, solref=_COUPLING_SOLREF, solimp=_COUPLING_SOLIMP,
+        )  # fmt: skip
+
+
+def build_humanoid(
+    skeleton: Skeleton, *, human_limits: bool = True, flexibility: float = 1.0, fingers: bool = False
+) -> Humanoid:
     """Return the humanoid of a skeleton.
 
     Args:
         skeleton: the performer at rest.
         human_limits: whether hinges are limited to what a human can reach.
         flexibility: 0..2, scales the limits.
+        fingers: whether fingers are bodies, and coupled joints constrained: the model for physics.
     """
     spec = mujoco.MjSpec()
     spec.compiler.degree = False
+    names = OUTPUT_JOINTS if fingers else BODY_JOINTS
+    inertias = body_inertias(skeleton, fingers=fingers)
     bodies: dict[str, mujoco.MjsBody] = {}
     ranges, rest, spread = [], [], []
-    for name in BODY_JOINTS:
+    for name in names:
         parent = OUTPUT_PARENT[name]
         carrier = spec.worldbody if parent is None else bodies[parent]
         body = carrier.add_body(name=name, pos=skeleton.offsets_m[OUTPUT_INDEX[name]])
-        body.mass, body.inertia, body.explicitinertial = 1.0, [0.01, 0.01, 0.01], True
+        body.mass, body.ipos = inertias[name].mass_kg, inertias[name].centre_m
+        body.inertia, body.explicitinertial = inertias[name].inertia_kg_m2, True
         if parent is None:
             body.add_freejoint(name=name)
         for dof in dofs_of(name):
@@ -96,15 +140,17 @@ def build_humanoid(skeleton: Skeleton, *, human_limits: bool = True, flexibility
             ranges.append(limits)
             rest.append(np.clip(np.radians(dof.rest_deg), *limits))
             spread.append(np.radians(dof.spread_deg))
-        _add_sites(body, name, skeleton)
+        _add_sites(body, name, skeleton, fingers=fingers)
         bodies[name] = body
+    if fingers:
+        _add_couplings(spec)
     model = spec.compile()
     return Humanoid(
         model=model,
         skeleton=skeleton,
         site_ids=np.array([model.site(name).id for name in CANONICAL]),
-        body_ids=np.array([model.body(name).id for name in BODY_JOINTS]),
-        body_outputs=np.array([OUTPUT_INDEX[name] for name in BODY_JOINTS]),
+        body_ids=np.array([model.body(name).id for name in names]),
+        body_outputs=np.array([OUTPUT_INDEX[name] for name in names]),
         range_rad=np.array(ranges),
         rest_q=np.array(rest),
         spread_rad=np.array(spread),

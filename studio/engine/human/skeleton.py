@@ -67,9 +67,11 @@ class Skeleton:
     Attributes:
         offsets_m: T-pose position of each output joint minus its parent's, stage axes, shape (52, 3); the
             hips' row is their T-pose position (0, 0, height above the floor).
+        height_m: the performer's stature.
     """
 
     offsets_m: NDArray[np.float64]
+    height_m: float
 
     @classmethod
     def of(cls, performer: Performer) -> "Skeleton":
@@ -90,7 +92,14 @@ class Skeleton:
             fingers = _finger_offsets(side, hand_length, measured[f"{side.lower()}_hand"])
             for name, offset in fingers.items():
                 offsets[OUTPUT_INDEX[name]] = offset
-        return cls(offsets)
+        return cls(offsets, performer.height_m)
+
+    def finger_tip_m(self, joint: str) -> NDArray[np.float64]:
+        """Return where a finger ends, from its last joint (such as `LeftHandIndex3`), in the T-pose [m]."""
+        last_bone = self.offsets_m[OUTPUT_INDEX[joint]]
+        finger = joint.removeprefix("Left").removeprefix("Right").removeprefix("Hand")[:-1]
+        length = _FINGER_TABLE[finger][2][2] * HAND_LENGTH_OF_HEIGHT * self.height_m
+        return last_bone * (length / np.linalg.norm(last_bone))
 
     @cached_property
     def rest_positions_m(self) -> NDArray[np.float64]:
