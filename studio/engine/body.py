@@ -9,12 +9,11 @@ from studio.engine.completion.floor import FloorContact
 from studio.engine.completion.hands import Hands
 from studio.engine.completion.look_at import LookAt
 from studio.engine.completion.relax import relaxed
-from studio.engine.conditioning.displacement import DisplacementLimitAfter, limits_m_s
-from studio.engine.conditioning.filters import FILTERS, RotationFilter
+from studio.engine.conditioning.after import ConditioningAfter
 from studio.engine.frames import FrameSet, FusedSkeleton
-from studio.engine.geometry import matrices, quaternions
+from studio.engine.geometry import quaternions
 from studio.engine.human.model import build_humanoid
-from studio.engine.human.skeleton import Skeleton, forward_positions, local_rotations, world_rotations
+from studio.engine.human.skeleton import Skeleton, forward_positions
 from studio.engine.joints import (
     CANONICAL,
     INDEX,
@@ -69,15 +68,8 @@ class Body:
                 settings.look_at, settings.look_at_point_m, flexibility=settings.flexibility
             )
         self._hands = Hands(settings.hands) if settings.hands != "off" else None
-        self._displacement = None
-        if settings.displacement_limit == "after":
-            limits = limits_m_s(settings.displacement_limits_m_s)
-            self._displacement = DisplacementLimitAfter(self._skeleton, limits)
-        smoothing = settings.smoothing_filter
-        self._filters = None
-        if smoothing is not None and smoothing[1] == "after":
-            make = FILTERS[smoothing[0]]
-            self._filters = (make(), RotationFilter(make()))
+        humanoid = None if self._solver is None else self._solver.humanoid
+        self._after = ConditioningAfter(settings, self._skeleton, humanoid)
 
     def pose(self, fused: FusedSkeleton, frames: FrameSet, dt: float) -> PoseArrays | None:
         """Return the pose, or None until the performer has been seen."""
@@ -93,7 +85,9 @@ class Body:
             self._look_at.apply(positions, rotations, frames.head_wxyz, dt)
         if self._hands is not None:
             self._hands.apply(rotations, frames.hands, dt)
-        root, rotations = self._conditioned(positions[0], rotations, dt)
+        if free:
+            positions[OUTPUT_OF_CANONICAL_INDEX] = self._after.joints(positions[OUTPUT_OF_CANONICAL_INDEX], dt)
+        root, rotations = self._after.apply(positions[0], rotations, dt)
         solved = forward_positions(self._skeleton, root, rotations)
         if free:  # joints that were measured stay where they were measured
             solved[OUTPUT_OF_CANONICAL_INDEX] = positions[OUTPUT_OF_CANONICAL_INDEX]
@@ -140,20 +134,6 @@ class Body:
         measured = np.isfinite(joints[:, 0])
         positions[OUTPUT_OF_CANONICAL_INDEX[measured]] = joints[measured]
         return positions, rotations
-
-    def _conditioned(
-        self, root: NDArray[np.float64], rotations: NDArray[np.float64], dt: float
-    ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Step 9: limits and filters after the solve."""
-        if self._displacement is None and self._filters is None:
-            return root, rotations
-        local = local_rotations(rotations)
-        if self._displacement is not None:
-            root, local = self._displacement.apply(root, local, dt)
-        if self._filters is not None:
-            root = self._filters[0].apply(root[None], dt)[0]
-            local = matrices(self._filters[1].apply(quaternions(local), dt))
-        return root, world_rotations(local)
 
 
 _FINGER_JOINTS = [

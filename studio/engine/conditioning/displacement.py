@@ -17,12 +17,23 @@ from studio.engine.joints import (
     PARENTS,
 )
 
-_FAST = {"elbow": 5.0, "wrist": 7.0, "hand": 5.0, "knee": 5.0, "ankle": 6.0, "toe": 4.0, "hips": 5.0}
-DEFAULT_M_S: dict[str, float] = {name: _FAST.get(name.split("_")[-1], 2.0) for name in CANONICAL}
-"""Fastest movement of each canonical joint relative to its parent [m/s]; of the hips, on the stage. A boxer's
-hand reaches 9 m/s, shared by shoulder and elbow (Whiting et al. 1988)."""
+_FAST = {
+    "hips": 6.0,  # on the stage; a runner's, and a jumper's at take-off (3 to 4 m/s upward)
+    "shoulder": 3.5,  # trunk turning at 15 rad/s: a pitcher's 20 (Fleisig et al. 1999) is the fastest known
+    "elbow": 5.0,  # upper arm at 17 rad/s; with the forearm, a boxer's fist at 9 m/s (Whiting et al. 1988)
+    "wrist": 7.0,  # forearm at 25 rad/s: a boxer's straight; a pitcher's elbow reaches 40 (Werner et al. 1993)
+    "hand": 5.0,  # the fist's share
+    "hip": 3.0,
+    "knee": 5.0,  # thigh at 12 rad/s: a sprinter's (Novacheck 1998)
+    "ankle": 8.0,  # shank at 19 rad/s: a sprinter's; a footballer's kick reaches 26 to 35 (Lees & Nolan 1998)
+    "toe": 4.0,
+}
+_OTHER_M_S = 2.0  # spine, chest, neck, head: 10 rad/s
+DEFAULT_M_S: dict[str, float] = {name: _FAST.get(name.split("_")[-1], _OTHER_M_S) for name in CANONICAL}
+"""Fastest movement of each canonical joint relative to its parent [m/s]; of the hips, on the stage. An adult's
+bones times the turn named beside it."""
 
-_FINGER_M_S = 1.5
+_FINGER_M_S = 1.0  # bones of 2 to 4 cm at 25 to 50 rad/s; the fastest tapping, 7 Hz over 60 degrees, has 23
 _ANY_RAD_S = 1e6  # of a joint that carries no other
 
 
@@ -70,7 +81,7 @@ class DisplacementLimitAfter:
         self._max_rad_s = np.full(len(OUTPUT_JOINTS), _ANY_RAD_S)
         for joint, name in enumerate(OUTPUT_JOINTS[1:], start=1):
             finger = "Hand" in name and name not in ("LeftHand", "RightHand")
-            limit = _FINGER_M_S if finger else by_output.get(name, 2.0)
+            limit = _FINGER_M_S if finger else by_output.get(name, _OTHER_M_S)
             parent = OUTPUT_PARENTS[joint]
             self._max_rad_s[parent] = min(self._max_rad_s[parent], limit / max(length[joint], 0.02))
         self._root_m_s = limits["hips"]
@@ -79,18 +90,27 @@ class DisplacementLimitAfter:
     def apply(
         self, root: NDArray[np.float64], local: NDArray[np.float64], dt: float
     ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Return the hips' position [m] and the rotations in the parent, shape (52, 3, 3), held back."""
-        if self._last is not None:
-            last_root, last_local = self._last
-            step = root - last_root
-            root = last_root + step * min(1.0, self._root_m_s * dt / max(float(np.linalg.norm(step)), 1e-9))
-            turn = Rotation.from_matrix(np.einsum("jba,jbc->jac", last_local, local)).as_rotvec()
-            angle = np.linalg.norm(turn, axis=1)
-            share = np.minimum(1.0, self._max_rad_s * dt / np.maximum(angle, 1e-9))
-            local = np.where(
-                (share < 1.0)[:, None, None],
-                last_local @ Rotation.from_rotvec(turn * share[:, None]).as_matrix(),
-                local,
-            )
-        self._last = (root, local)
+        """Return the hips' position [m] and the rotations in the parent, shape (52, 3, 3), held back; the next
+        frame's go on from these."""
+        root, local = self.held(root, local, dt)
+        self.put_out(root, local)
         return root, local
+
+    def put_out(self, root: NDArray[np.float64], local: NDArray[np.float64]) -> None:
+        """Tell what was really put out, where more was done after `held`."""
+        self._last = (root, local)
+
+    def held(
+        self, root: NDArray[np.float64], local: NDArray[np.float64], dt: float
+    ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Return hips and rotations as `apply` does, without taking them as put out."""
+        if self._last is None:
+            return root, local
+        last_root, last_local = self._last
+        step = root - last_root
+        root = last_root + step * min(1.0, self._root_m_s * dt / max(float(np.linalg.norm(step)), 1e-9))
+        turn = Rotation.from_matrix(np.einsum("jba,jbc->jac", last_local, local)).as_rotvec()
+        angle = np.linalg.norm(turn, axis=1)
+        share = np.minimum(1.0, self._max_rad_s * dt / np.maximum(angle, 1e-9))
+        held = last_local @ Rotation.from_rotvec(turn * share[:, None]).as_matrix()
+        return root, np.where((share < 1.0)[:, None, None], held, local)
