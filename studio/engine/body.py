@@ -25,26 +25,12 @@ from studio.engine.joints import (
 from studio.engine.settings import SolveSettings
 from studio.engine.solve.solver import Solver
 from studio.engine.solve.swing import swing_rotations
-
-BALL_90 = 2.5
-"""Radius of the ball that holds 90 % of a 3D normal distribution, in its deviation per axis."""
+from studio.engine.uncertainty import Uncertainty
 
 PoseArrays = tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]
 """positions_m (52, 3), rotations_wxyz (52, 4), confidence (52,), uncertainty_mm (52,)."""
 
 _HIPS = INDEX["hips"]
-
-
-def _carriers() -> NDArray[np.int64]:
-    """For each output joint, the canonical joint whose confidence stands for it: its own, else its parent's."""
-    of = {int(output): canonical for canonical, output in enumerate(OUTPUT_OF_CANONICAL_INDEX)}
-    carriers = np.zeros(len(OUTPUT_JOINTS), dtype=np.int64)
-    for joint, parent in enumerate(OUTPUT_PARENTS):
-        carriers[joint] = of.get(joint, carriers[max(parent, 0)])
-    return carriers
-
-
-_CARRIERS = _carriers()
 
 
 class Body:
@@ -59,6 +45,7 @@ class Body:
             humanoid = build_humanoid(self._skeleton, human_limits=limited, flexibility=settings.flexibility)
             self._solver = Solver(humanoid, settings)
             self._data = mujoco.MjData(humanoid.model)
+        self._uncertainty = Uncertainty(filtered=settings.fusion == "robust", solved=self._solver is not None)
         self._last_joints = np.full((len(CANONICAL), 3), np.nan)
         self._last_rotations: NDArray[np.float64] | None = None
         self._floor = FloorContact(self._skeleton) if settings.floor_contact == "on" else None
@@ -86,7 +73,9 @@ class Body:
         if self._hands is not None:
             self._hands.apply(rotations, frames.hands, dt)
         if free:
-            positions[OUTPUT_OF_CANONICAL_INDEX] = self._after.joints(positions[OUTPUT_OF_CANONICAL_INDEX], dt)
+            positions[OUTPUT_OF_CANONICAL_INDEX] = self._after.joints(
+                positions[OUTPUT_OF_CANONICAL_INDEX], dt
+            )
         root, rotations = self._after.apply(positions[0], rotations, dt)
         solved = forward_positions(self._skeleton, root, rotations)
         if free:  # joints that were measured stay where they were measured
@@ -94,8 +83,8 @@ class Body:
             solved = _fingers_with_hand(solved, self._skeleton, rotations)
         elif self._floor is not None:
             solved[:, 2] += self._floor.lift(solved)
-        confidence = fused.confidence[_CARRIERS]
-        return solved, quaternions(rotations), confidence, (BALL_90 * 1e3 * fused.sigma)[_CARRIERS]
+        confidence, uncertainty_mm = self._uncertainty.of(solved, fused, frames, dt)
+        return solved, quaternions(rotations), confidence, uncertainty_mm
 
     def _solved(
         self, solver: Solver, fused: FusedSkeleton, dt: float

@@ -361,8 +361,8 @@ def test_confidence_and_uncertainty_come_by_output_joint():
 
     last = run(calibration, recorded(calibration, hidden, 1.0))[-1]
     for name in ("LeftForeArm", "LeftHand", "LeftHandIndex3"):
-        assert last.confidence[OUTPUT_INDEX[name]] == 0 and np.isnan(last.uncertainty_mm[OUTPUT_INDEX[name]])
-    for name in ("RightHand", "RightHandIndex3", "Hips", "Spine1"):
+        assert last.confidence[OUTPUT_INDEX[name]] == 0 and last.uncertainty_mm[OUTPUT_INDEX[name]] > 250
+    for name in ("RightHand", "RightHandIndex1", "Hips", "Spine1"):
         assert last.confidence[OUTPUT_INDEX[name]] > 0.8
         assert 0 < last.uncertainty_mm[OUTPUT_INDEX[name]] < 150
     assert len(CANONICAL) == JOINT_COUNT == last.fused.positions.shape[0]
