@@ -2,8 +2,9 @@
 its ray, and leaves out what cannot be.
 
 A camera's joint that is too far from where the joint can be is left out (`outlier`). A joint is believed
-again when two cameras agree on the new place, or when it insists for `INSIST_S`, so that no limb is lost for
-good. A camera that sees left for right (a performer from behind) is recognised and turned round.
+again when two cameras agree on the new place, when it comes back from a jump on a steady course (`courses`), or
+when it insists for `INSIST_S`, so that no limb is lost for good; until then it goes with the body. A camera that
+sees left for right (a performer from behind) is recognised and turned round.
 
 Source: the filter is the textbook one (Bar-Shalom, Li, Kirubarajan, "Estimation with applications to
 tracking and navigation", 2001, sections 5.2 and 6.2: validation gate, discrete white noise acceleration).
@@ -13,11 +14,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from studio.engine.frames import FrameSet, FusedSkeleton
+from studio.engine.fusion.courses import Courses
 from studio.engine.fusion.noise import covariances
-from studio.engine.joints import CANONICAL, JOINT_COUNT, MIRROR
+from studio.engine.joints import CANONICAL, JOINT_COUNT, MIRROR, PARENTS
 
 GATE = 20.0
 """Squared Mahalanobis distance beyond which a joint is an outlier (99.98 % of a chi-square of 3)."""
+
+JUMP_GATE = 9.0
+"""The same for a joint that has just jumped."""
 
 AGREE_M = 0.10
 """Two cameras within this distance agree on a new place."""
@@ -32,6 +37,16 @@ ELSEWHERE_SHARE = 0.5
 ELSEWHERE_S = 0.1
 """Where this share of all joints insists on other places, the performer is elsewhere, and is believed sooner."""
 
+REJECTED_SIGMA_M = 0.08
+"""A joint that is being rejected counts as known to this deviation at least: what was left out must not become
+believable merely because time has passed."""
+
+STEADY_S = 0.03
+"""A joint without a jump for this long is on a steady course."""
+
+ONSET_S = 0.05
+"""A steady course that began this soon after a joint was first rejected began with that very jump."""
+
 FORGET_S = 0.5
 """A joint that nobody has seen for this long is unseen."""
 
@@ -39,7 +54,10 @@ INFLATION = 2.0
 """Noise is alike from frame to frame, not white: each frame tells less than its covariance says."""
 
 VELOCITY_MEMORY_S = 0.25
-"""An unseen joint's velocity decays over this time."""
+"""A joint's velocity decays over this time."""
+
+OWN_WAY_S = 0.08
+"""A joint that is not seen goes its own way for about this long, and with the body after it."""
 
 _ACCELERATION = {
     "shoulder": 15.0,
@@ -55,6 +73,9 @@ ACCELERATION_M_S2: NDArray[np.float64] = np.array(
 )
 """Usual acceleration of each joint [m/s2]."""
 
+_TRUNK = np.isin(
+    CANONICAL, ["hips", "spine", "chest", "neck", "left_shoulder", "right_shoulder", "left_hip", "right_hip"]
+)
 _PAIRED = np.flatnonzero(MIRROR != np.arange(JOINT_COUNT))
 
 
@@ -76,6 +97,9 @@ class RobustFusion:
         self._unseen_s = np.zeros(JOINT_COUNT)
         self._rejected_s = np.zeros(JOINT_COUNT)
         self._agreed_s = np.zeros(JOINT_COUNT)
+        self._followed = np.ones(JOINT_COUNT, dtype=bool)
+        self._doubtful = np.zeros(JOINT_COUNT, dtype=bool)
+        self._courses: Courses | None = None
 
     def fuse(self, frames: FrameSet) -> FusedSkeleton:
         """Return the skeleton at the frame set's time."""
@@ -88,13 +112,18 @@ class RobustFusion:
         positions, confidence = self._unswapped(frames)
         seen = ~np.isnan(positions[:, :, 0])
         noise = INFLATION * covariances(np.nan_to_num(positions), confidence, frames.camera_positions)
-        accepted = self._gate(positions, noise, seen)
-        adopted = self._believe_again(positions, noise, seen, accepted, dt)
+        steady = self._steady(positions, seen, dt)
+        accepted = self._gate(positions, noise, seen, steady, dt)
+        adopted = self._believe_again(positions, noise, seen, accepted, steady, dt)
+        used = accepted | adopted
+        self._doubtful = np.where(used.any(axis=0), ~(used & steady).any(axis=0), self._doubtful)
         for camera in range(len(positions)):
             self._update(positions[camera], noise[camera], accepted[camera])
-        return self._result(frames, confidence, seen, accepted | adopted, dt)
+        return self._result(frames, confidence, seen, used, dt)
 
     def _predict(self, dt: float) -> None:
+        if not self._followed.all():
+            self._carry_along(dt)
         transition = np.eye(6)
         transition[:3, 3:] = dt * np.eye(3)
         transition[3:, 3:] *= np.exp(-dt / VELOCITY_MEMORY_S)
@@ -104,6 +133,20 @@ class RobustFusion:
         for row, column, factor in ((0, 0, dt**4 / 4), (0, 3, dt**3 / 2), (3, 0, dt**3 / 2), (3, 3, dt**2)):
             for k in range(3):
                 self._covariance[:, row + k, column + k] += factor * variance
+
+    def _carry_along(self, dt: float) -> None:
+        """Let joints that the last frame did not show go with the nearest joint inward that it did."""
+        with_joint = []
+        for joint, parent in enumerate(PARENTS):
+            with_joint.append(joint if self._followed[joint] or parent < 0 else with_joint[parent])
+        velocity = self._state[with_joint, 3:]
+        if not self._followed[0]:
+            trunk = self._followed & _TRUNK
+            of_trunk = self._state[trunk, 3:].mean(axis=0) if trunk.any() else np.zeros(3)
+            velocity[np.array(with_joint) == 0] = of_trunk
+        share = np.exp(-dt / OWN_WAY_S)
+        own = self._state[:, 3:]
+        self._state[:, 3:] = np.where(self._followed[:, None], own, velocity + share * (own - velocity))
 
     def _unswapped(self, frames: FrameSet) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Joints and confidence with left and right put right, where a camera sees them swapped."""
@@ -120,13 +163,41 @@ class RobustFusion:
                 confidence[camera] = confidence[camera][MIRROR]
         return positions, confidence
 
-    def _gate(
-        self, positions: NDArray[np.float64], noise: NDArray[np.float64], seen: NDArray[np.bool_]
+    def _steady(
+        self, positions: NDArray[np.float64], seen: NDArray[np.bool_], dt: float
     ) -> NDArray[np.bool_]:
+        """Which joints of which cameras are on a course without a jump, shape (camera_count, 21)."""
+        if self._courses is None or len(self._courses.steady_s) != len(positions):
+            self._courses = Courses(len(positions))
+        return self._courses.follow(positions, seen, dt) > STEADY_S
+
+    def _gate(
+        self,
+        positions: NDArray[np.float64],
+        noise: NDArray[np.float64],
+        seen: NDArray[np.bool_],
+        steady: NDArray[np.bool_],
+        dt: float,
+    ) -> NDArray[np.bool_]:
+        """Which joints can be where they are reported, shape (camera_count, 21).
+
+        One that just jumped must come nearer than one on a steady course; one that is being rejected must not
+        become believable merely because time passes, unless it jumped again since, and so came back.
+        """
+        assert self._courses is not None
+        there_since_s = self._rejected_s - self._courses.steady_s
+        came_back = steady & ((there_since_s > ONSET_S) | (there_since_s < -2.5 * dt))
         innovation = np.where(seen[:, :, None], positions, 0.0) - self._state[None, :, :3]
-        total = noise + self._covariance[None, :, :3, :3]
+        place = self._covariance[:, :3, :3]
+        share = np.minimum(3.0 * REJECTED_SIGMA_M**2 / np.trace(place, axis1=1, axis2=2), 1.0)
+        share = np.where(came_back | (self._rejected_s == 0.0), 1.0, share)
+        total = noise + share[:, :, None, None] * place
         distance = np.einsum("cji,cji->cj", innovation, np.linalg.solve(total, innovation[..., None])[..., 0])
-        return seen & self._known[None, :] & (distance < GATE)
+        return (
+            seen
+            & self._known[None, :]
+            & (distance < np.where(steady | _agreed(positions, seen), GATE, JUMP_GATE))
+        )
 
     def _believe_again(
         self,
@@ -134,21 +205,23 @@ class RobustFusion:
         noise: NDArray[np.float64],
         seen: NDArray[np.bool_],
         accepted: NDArray[np.bool_],
+        steady: NDArray[np.bool_],
         dt: float,
     ) -> NDArray[np.bool_]:
-        """Set joints anew that are new, that cameras agree on elsewhere, or that insist; return from which camera."""
+        """Set joints anew that are new, that cameras agree on elsewhere, that insist, or that are steady where the
+        last to be believed was not; return from which camera."""
         nobody = seen.any(axis=0) & ~accepted.any(axis=0)
         self._rejected_s = np.where(nobody, self._rejected_s + dt, 0.0)
-        others = np.where((seen & ~accepted)[:, :, None], positions, np.nan)
-        low, high = _spread(others)
-        agree = nobody & ((seen & ~accepted).sum(axis=0) >= 2) & (high - low < AGREE_M).all(axis=1)
+        agree = nobody & _agreed(positions, seen)
         self._agreed_s = np.where(agree, self._agreed_s + dt, 0.0)
         elsewhere = nobody.sum() > ELSEWHERE_SHARE * max(1, int(seen.any(axis=0).sum()))
         insist_s = ELSEWHERE_S if elsewhere else INSIST_S
-        anew = seen.any(axis=0) & (~self._known | (self._rejected_s > insist_s) | (self._agreed_s > AGREE_S))
+        settled = nobody & self._doubtful & (seen & steady).any(axis=0)
+        insists = (self._rejected_s > insist_s) | (self._agreed_s > AGREE_S)
+        anew = seen.any(axis=0) & (~self._known | insists | settled)
         adopted = np.zeros_like(accepted)
         for joint in np.flatnonzero(anew):
-            cameras = np.flatnonzero(seen[:, joint])
+            cameras = np.flatnonzero((seen & steady if settled[joint] else seen)[:, joint])
             best = self._most_central(positions[cameras, joint], noise[cameras, joint])
             self._state[joint] = 0.0
             self._state[joint, :3] = positions[cameras[best], joint]
@@ -184,6 +257,7 @@ class RobustFusion:
         dt: float,
     ) -> FusedSkeleton:
         used_any = accepted.any(axis=0)
+        self._followed = used_any
         self._unseen_s = np.where(used_any, 0.0, self._unseen_s + dt)
         self._known &= self._unseen_s < FORGET_S
         positions = np.where(self._known[:, None], self._state[:, :3], np.nan)
@@ -200,8 +274,11 @@ class RobustFusion:
         )
 
 
-def _spread(points: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Lowest and highest coordinates over cameras, shape (21, 3) each, NaN ignored (inf where there is none)."""
-    return np.where(np.isnan(points), np.inf, points).min(axis=0), np.where(
-        np.isnan(points), -np.inf, points
-    ).max(axis=0)
+def _agreed(positions: NDArray[np.float64], seen: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """Which joints two or more cameras see, all within `AGREE_M` along each axis, shape (21,)."""
+    if len(positions) < 2:
+        return np.zeros(JOINT_COUNT, dtype=bool)
+    unseen = ~seen[:, :, None]
+    high = np.where(unseen, -np.inf, positions).max(axis=0)
+    low = np.where(unseen, np.inf, positions).min(axis=0)
+    return (seen.sum(axis=0) >= 2) & (high - low < AGREE_M).all(axis=1)

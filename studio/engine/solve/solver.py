@@ -14,6 +14,7 @@ from studio.engine.human.ranges import dofs_of
 from studio.engine.joints import CANONICAL, INDEX, OUTPUT_OF_CANONICAL
 from studio.engine.settings import SolveSettings
 from studio.engine.solve.angles import configuration_of
+from studio.engine.solve.reseed import LimbWatch
 from studio.engine.solve.swing import swing_rotations
 from studio.engine.solve.tasks import HingeLimit, JointPositionsTask, MotionPriorTask
 
@@ -89,6 +90,7 @@ class Solver:
         limited = settings.human_limits == "on"
         self._limited = limited
         self._limits: list[mink.limits.Limit] = [HingeLimit(humanoid, MAX_STEP_RAD, limited=limited)]
+        self._watch = None if self._combined else LimbWatch(humanoid, limited=limited)
         self._reach = np.array([settings.effectors[name].reach for name in CANONICAL])
         self._sigma = np.concatenate([_HIPS_SIGMA, _hinge_values(_SIGMA)]) / _resist_scale(settings)
         self._velocity = np.zeros(humanoid.model.nv)
@@ -124,12 +126,33 @@ class Solver:
         self._configuration.update(guess)
         weights = np.zeros(len(seen))
         weights[seen] = self._reach[seen] / np.hypot(sigma[seen], MODEL_SIGMA_M)
-        self._task.set_targets(self._eased(joints, dt), weights)
+        targets = self._eased(joints, dt)
+        self._task.set_targets(targets, weights)
         self._iterate(ITERATIONS)
         after = self._configuration.q
         if dt > 0:
             mujoco.mj_differentiatePos(self.humanoid.model, self._velocity, dt, before, after)
-        return after.copy()
+        return (
+            after.copy() if self._watch is None else self._unstuck(self._watch, joints, targets, weights, dt)
+        )
+
+    def _unstuck(
+        self,
+        watch: LimbWatch,
+        joints: NDArray[np.float64],
+        targets: NDArray[np.float64],
+        weights: NDArray[np.float64],
+        dt: float,
+    ) -> NDArray[np.float64]:
+        """The configuration to show, with a stuck limb started anew."""
+        q = self._configuration.q
+        sites = self._configuration.data.site_xpos[self.humanoid.site_ids]
+        found = watch.found(q, sites, targets, weights, lambda: self._shown(joints), dt)
+        if found is not None:
+            q, hinges = found
+            self._configuration.update(q)
+            self._velocity[FREE_DOFS + hinges] = 0.0
+        return watch.led(q, dt).copy()
 
     def _eased(self, joints: NDArray[np.float64], dt: float) -> NDArray[np.float64]:
         """The joints, but one that turns up elsewhere is brought there over `EASE_S` instead of in one frame."""
@@ -186,6 +209,8 @@ class Solver:
         self._iterate(FIRST_ITERATIONS)
         self._velocity[:] = 0.0
         self._offset[:] = 0.0
+        if self._watch is not None:
+            self._watch.forget()
         self._last_joints = joints
         return True
 

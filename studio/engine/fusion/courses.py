@@ -1,0 +1,44 @@
+"""Courses of cameras' joints: for how long each has moved without a jump."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from studio.engine.joints import JOINT_COUNT
+
+SLACK_M = 0.02
+SPEED_CHANGE_M_S = 2.5
+"""From one frame to the next a joint's velocity changes by less than this, beside `SLACK_M` of noise."""
+
+GAP_S = 0.1
+"""A joint unseen for longer than this begins a new course."""
+
+
+class Courses:
+    """Follows what cameras report, frame by frame, each joint of each camera by itself.
+
+    Attributes:
+        steady_s: for how long each joint has moved without a jump [s], shape (camera_count, 21).
+    """
+
+    def __init__(self, camera_count: int) -> None:
+        shape = (camera_count, JOINT_COUNT)
+        self.steady_s = np.zeros(shape)
+        self._last = np.zeros((*shape, 3))
+        self._velocity = np.zeros((*shape, 3))
+        self._elapsed_s = np.full(shape, np.inf)
+
+    def follow(
+        self, positions: NDArray[np.float64], seen: NDArray[np.bool_], dt: float
+    ) -> NDArray[np.float64]:
+        """Take in joints [m], shape (camera_count, 21, 3), at `dt` after the last, and return `steady_s`."""
+        elapsed = self._elapsed_s + dt
+        step = np.where(seen[:, :, None], positions, 0.0) - self._last
+        usable = np.clip(elapsed, 1e-3, GAP_S)[:, :, None]
+        surprise = step - usable * self._velocity
+        allowed = SLACK_M + SPEED_CHANGE_M_S * usable[:, :, 0]
+        smooth = (elapsed < GAP_S) & ((surprise * surprise).sum(axis=2) < allowed * allowed)
+        self.steady_s = np.where(seen, np.where(smooth, self.steady_s + dt, 0.0), self.steady_s)
+        self._velocity = np.where(seen[:, :, None], step / usable, self._velocity)
+        self._last = np.where(seen[:, :, None], positions, self._last)
+        self._elapsed_s = np.where(seen, 0.0, elapsed)
+        return self.steady_s

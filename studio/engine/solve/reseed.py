@@ -1,0 +1,223 @@
+"""Finding a stuck limb again: an arm or a leg that stays off its joints is started anew from several poses.
+
+A limb follows its joints step by step, so it can be caught behind the end of a range on the wrong side, where
+no small step helps. `LimbWatch` notices, tries other starts for that limb alone, and takes the best where it is
+clearly better. The pose is led there: the hinges' difference fades over `FADE_S`.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+
+from studio.engine.human.model import FREE_DOFS, Humanoid
+from studio.engine.joints import INDEX
+
+Array = NDArray[np.float64]
+
+STUCK_M = 0.07
+STUCK_S = 4 / 30
+"""A limb whose joints are off by more than this on average, for this long, is stuck."""
+
+FIRST_WAIT_S, LONGEST_WAIT_S = 0.5, 8.0
+"""Where no start is better, the next trial waits, each time about twice as long."""
+
+BETTER = 0.6
+"""A start is taken if it leaves at most this share of the distance."""
+
+FADE_S = 0.2
+"""Time over which a limb is led to where it was found."""
+
+STARTS = 10
+"""Starts spread over the limb's ranges, beside where it is, the pose that the joints show, and rest."""
+
+UNSURE_M = 0.06
+"""A joint that is less sure than this does not tell that its limb is stuck."""
+
+_ITERATIONS = 10
+_LONGEST_STEP_RAD = 0.6
+_DAMPING = 1e-3
+_REST_M = 0.01
+"""Distance [m] that weighs as much as a hinge a spread away from rest."""
+
+_LIMBS: tuple[tuple[tuple[str, ...], tuple[str, ...]], ...] = tuple(
+    (tuple(f"{side}_{joint}" for joint in joints), tuple(side.capitalize() + body for body in bodies))
+    for joints, bodies in (
+        (("elbow", "wrist", "hand"), ("Shoulder", "Arm", "ForeArm", "Hand")),
+        (("knee", "ankle", "toe"), ("UpLeg", "Leg", "Foot", "ToeBase")),
+    )
+    for side in ("left", "right")
+)
+_WATCHED = np.array([[INDEX[name] for name in joints] for joints, _ in _LIMBS])
+
+
+def _spread_starts(low: Array, high: Array) -> Array:
+    """Poses spread evenly over hinge ranges, shape (STARTS, hinge_count): a Kronecker sequence."""
+    root = 2.0
+    for _ in range(40):  # the root of x^(d + 1) = x + 1 spreads d dimensions best (M. Roberts, 2018)
+        root = (1.0 + root) ** (1.0 / (len(low) + 1))
+    steps = root ** -np.arange(1.0, len(low) + 1)
+    share = (0.5 + np.arange(1, STARTS + 1)[:, None] * steps) % 1.0
+    return low + (0.1 + 0.8 * share) * (high - low)
+
+
+@dataclass(frozen=True)
+class _Limb:
+    joints: NDArray[np.int64]  # canonical
+    sites: list[int]
+    hinges: NDArray[np.int64]  # among all hinges
+    starts: Array  # (STARTS, hinge_count)
+
+
+class LimbWatch:
+    """Watches arms and legs, frame by frame, and starts a stuck one anew."""
+
+    def __init__(self, humanoid: Humanoid, *, limited: bool) -> None:
+        self._humanoid = humanoid
+        self._data = mujoco.MjData(humanoid.model)
+        ends = humanoid.range_rad if limited else np.pi * np.array([[-1.0, 1.0]] * len(humanoid.range_rad))
+        self._low, self._high = ends.T
+        self._limbs = [self._limb(joints, bodies) for joints, bodies in _LIMBS]
+        self._stuck_s = np.zeros(len(_LIMBS))
+        self._wait_s = np.full(len(_LIMBS), STUCK_S)
+        self._fading = np.zeros(len(humanoid.range_rad))
+        self._left_s = np.zeros(len(humanoid.range_rad))
+
+    def _limb(self, joints: tuple[str, ...], bodies: tuple[str, ...]) -> _Limb:
+        model = self._humanoid.model
+        indices = np.array([INDEX[name] for name in joints])
+        hinges = [
+            int(model.jnt_dofadr[joint]) - FREE_DOFS
+            for joint in range(model.njnt)
+            if model.body(model.jnt_bodyid[joint]).name in [*bodies]
+        ]
+        starts = _spread_starts(self._low[hinges], self._high[hinges])
+        return _Limb(indices, [int(i) for i in self._humanoid.site_ids[indices]], np.array(hinges), starts)
+
+    def found(
+        self,
+        q: Array,
+        sites: Array,
+        targets: Array,
+        weights: Array,
+        shown: Callable[[], Array | None],
+        dt: float,
+    ) -> tuple[Array, NDArray[np.int64]] | None:
+        """Return a better configuration, shape (nq,), and which hinges moved, where a limb was stuck; else None.
+
+        Args:
+            q: the configuration that the solve ended with.
+            sites: its canonical joints [m], shape (21, 3).
+            targets: where they should be [m], shape (21, 3); NaN where the weight is 0.
+            weights: 1 / expected deviation [1/m], shape (21,); 0 = no part.
+            shown: gives the configuration that the joints themselves show, or None.
+            dt: time since the last frame [s].
+        """
+        error = (sites - targets)[_WATCHED]
+        off = np.where(weights[_WATCHED] > 1.0 / UNSURE_M, (error * error).sum(axis=2), 0.0)
+        stuck = off.max(axis=1) > STUCK_M**2
+        if not stuck.any():
+            self._stuck_s[:], self._wait_s[:] = 0.0, STUCK_S
+            return None
+        self._stuck_s = np.where(stuck, self._stuck_s + dt, 0.0)
+        self._wait_s[~stuck] = STUCK_S
+        due = np.flatnonzero(self._stuck_s > self._wait_s)
+        moved = [self._try(int(limb), q, targets, weights, shown) for limb in due]
+        changed = [
+            (self._limbs[limb].hinges, hinges)
+            for limb, hinges in zip(due, moved, strict=True)
+            if hinges is not None
+        ]
+        if not changed:
+            return None
+        better = q.copy()
+        for at, hinges in changed:
+            better[7 + at] = hinges
+        hinges = np.concatenate([at for at, _ in changed])
+        out = self._faded(q[7:])
+        self._fading[hinges] = out[hinges] - better[7 + hinges]
+        self._left_s[hinges] = FADE_S
+        return better, hinges
+
+    def _try(
+        self, limb: int, q: Array, targets: Array, weights: Array, shown: Callable[[], Array | None]
+    ) -> Array | None:
+        """The limb's hinges from the best of all starts, or None where none is clearly better."""
+        part = self._limbs[limb]
+        targets = np.where(weights[:, None] > 0, targets, 0.0)
+        starts = [q[7 + part.hinges], self._humanoid.rest_q[part.hinges], *part.starts]
+        pose = shown()
+        if pose is not None:
+            starts.append(pose[7 + part.hinges])
+        share = weights[part.joints] / weights[part.joints].max()
+        trials = [self._refined(part, q, start, targets, share) for start in starts]
+        best_cost, best = min(trials, key=lambda trial: trial[0])
+        now = self._cost(part, q, q[7 + part.hinges], targets, share)
+        if best_cost < BETTER**2 * now:
+            self._stuck_s[limb], self._wait_s[limb] = 0.0, STUCK_S
+            return best
+        wait_s = (
+            self._stuck_s[limb] + FIRST_WAIT_S if self._wait_s[limb] == STUCK_S else 2.0 * self._stuck_s[limb]
+        )
+        self._wait_s[limb] = min(wait_s, self._stuck_s[limb] + LONGEST_WAIT_S)
+        return None
+
+    def _place(self, q: Array, part: _Limb, hinges: Array) -> None:
+        self._data.qpos[:] = q
+        self._data.qpos[7 + part.hinges] = hinges
+        mujoco.mj_kinematics(self._humanoid.model, self._data)
+
+    def _cost(self, part: _Limb, q: Array, hinges: Array, targets: Array, share: Array) -> float:
+        self._place(q, part, hinges)
+        error = share[:, None] * (self._data.site_xpos[part.sites] - targets[part.joints])
+        stray = (
+            _REST_M * (hinges - self._humanoid.rest_q[part.hinges]) / self._humanoid.spread_rad[part.hinges]
+        )
+        return float((error * error).sum() + stray @ stray)
+
+    def _refined(
+        self, part: _Limb, q: Array, hinges: Array, targets: Array, share: Array
+    ) -> tuple[float, Array]:
+        """Cost and hinges after a few Gauss-Newton steps of the limb alone, within its ranges."""
+        model, data, at = self._humanoid.model, self._data, part.hinges
+        low, high = self._low[at], self._high[at]
+        pull = (_REST_M / self._humanoid.spread_rad[at]) ** 2
+        rows = np.repeat(share, 3)
+        jacobian = np.empty((3 * len(part.sites), model.nv))
+        hinges = np.clip(hinges, low, high)
+        for _ in range(_ITERATIONS):
+            self._place(q, part, hinges)
+            mujoco.mj_comPos(model, data)
+            for row, site in enumerate(part.sites):
+                mujoco.mj_jacSite(model, data, jacobian[3 * row : 3 * row + 3], None, site)
+            J = rows[:, None] * jacobian[:, FREE_DOFS + at]
+            error = rows * (data.site_xpos[part.sites] - targets[part.joints]).ravel()
+            gradient = J.T @ error + pull * (hinges - self._humanoid.rest_q[at])
+            free = ~((hinges <= low) & (gradient > 0) | (hinges >= high) & (gradient < 0))
+            if not free.any():
+                break
+            H = J.T @ J + np.diag(pull + _DAMPING)
+            step = np.linalg.solve(H[np.ix_(free, free)], -gradient[free])
+            hinges = hinges.copy()
+            hinges[free] += np.clip(step, -_LONGEST_STEP_RAD, _LONGEST_STEP_RAD)
+            hinges = np.clip(hinges, low, high)
+        return self._cost(part, q, hinges, targets, share), hinges
+
+    def led(self, q: Array, dt: float) -> Array:
+        """Return the configuration to show: `q`, but a limb that was found anew is led there; `dt` after the last."""
+        if not self._left_s.any():
+            return q
+        out = q.copy()
+        out[7:] = self._faded(q[7:])
+        self._left_s = np.maximum(self._left_s - dt, 0.0)
+        return out
+
+    def _faded(self, hinges: Array) -> Array:
+        share = self._left_s / FADE_S
+        return np.clip(hinges + share * share * (3.0 - 2.0 * share) * self._fading, self._low, self._high)
+
+    def forget(self) -> None:
+        """Begin anew: the performer was found elsewhere."""
+        self._stuck_s[:], self._wait_s[:], self._left_s[:] = 0.0, STUCK_S, 0.0
