@@ -6,6 +6,12 @@ MAX_WAIT_NS = 80_000_000
 ACTIVE_NS = 500_000_000
 """A camera whose newest frame is older than this beside the newest of all is not active."""
 
+AHEAD_NS = 10_000_000_000
+"""A frame this far ahead of all before it counts only when another follows: a clock may show a wrong time once."""
+
+BACK_NS = 1_000_000_000
+"""When frames are this far behind the next output frame, time has gone back, and output goes on from there."""
+
 
 class Schedule:
     """Says which output frames can be made now.
@@ -18,6 +24,8 @@ class Schedule:
     def __init__(self, output_hz: int) -> None:
         self._output_hz = output_hz
         self._next: int | None = None
+        self._ready_ns: int | None = None
+        self._held_back_ns: int | None = None
 
     def _time_ns(self, index: int) -> int:
         return index * 1_000_000_000 // self._output_hz
@@ -29,17 +37,32 @@ class Schedule:
             newest_stage_ns: stage time of each camera's newest frame.
             now_stage_ns: the present on the stage clock, live; None in replay.
         """
-        if not newest_stage_ns:
+        times_ns = self._possible(list(newest_stage_ns.values()))
+        if not times_ns:
             return []
-        newest = max(newest_stage_ns.values())
-        ready = min(t for t in newest_stage_ns.values() if newest - t <= ACTIVE_NS)
+        newest = max(times_ns)
+        ready = min(t for t in times_ns if newest - t <= ACTIVE_NS)
         if now_stage_ns is not None:
             ready = max(ready, min(newest, now_stage_ns - MAX_WAIT_NS))
+        self._ready_ns = ready
         last = ready * self._output_hz // 1_000_000_000
-        if (
-            self._next is None or self._time_ns(self._next) < ready - 4 * ACTIVE_NS
-        ):  # the start, or a long gap
-            self._next = last
+        if self._next is None or not -4 * ACTIVE_NS <= self._time_ns(self._next) - ready <= BACK_NS:
+            self._next = last  # the start, a long gap, or time that went back
         times = [self._time_ns(i) for i in range(self._next, last + 1)]
         self._next = max(self._next, last + 1)
         return times
+
+    def _possible(self, times_ns: list[int]) -> list[int]:
+        """The times but those that are far ahead and were not followed by another yet."""
+        if self._ready_ns is None:
+            return times_ns
+        latest = self._ready_ns + AHEAD_NS
+        ahead = max(times_ns, default=latest)
+        if ahead <= latest:
+            self._held_back_ns = None
+            return times_ns
+        followed = self._held_back_ns is not None and 0 < ahead - self._held_back_ns <= AHEAD_NS
+        if followed:
+            return times_ns
+        self._held_back_ns = ahead
+        return [t for t in times_ns if t <= latest]

@@ -24,6 +24,9 @@ MAX_AGE_NS = 60_000_000
 FAR_M = 100.0
 """A joint that a camera reports further away than this, along any axis, is an error: it counts as unseen."""
 
+AHEAD_NS = 10_000_000_000
+"""A frame this far ahead of its camera's last counts only when another follows: a clock may be wrong for once."""
+
 HISTORY = 32
 """Frames kept per camera."""
 
@@ -48,9 +51,16 @@ class _Camera:
         self.joints: deque[NDArray[np.float64]] = deque(maxlen=HISTORY)
         self.confidence: deque[NDArray[np.float64]] = deque(maxlen=HISTORY)
         self.frames: deque[CameraFrame] = deque(maxlen=HISTORY)
+        self._held_back_ns: int | None = None
 
     def add(self, stage_ns: int, joints: NDArray[np.float64], frame: CameraFrame) -> None:
-        """Keep a frame; one that is not newer than the last is dropped (a clock that went back)."""
+        """Keep a frame; one that is not newer than the last is dropped (a clock that went back), and so is the
+        first that is far ahead of it."""
+        if self.times and stage_ns > self.times[-1] + AHEAD_NS:
+            first, self._held_back_ns = self._held_back_ns, stage_ns
+            if first is None or not 0 < stage_ns - first <= AHEAD_NS:
+                return
+        self._held_back_ns = None
         if self.times and stage_ns <= self.times[-1]:
             if stage_ns > self.times[-1] - 1_000_000_000:
                 return

@@ -86,3 +86,29 @@ def test_nothing_is_due_without_frames_and_nothing_twice():
     assert schedule.due({"a": SECOND}) == [SECOND]
     assert schedule.due({"a": SECOND}) == []
     assert schedule.due({"a": SECOND - 100 * MS}) == []
+
+
+def test_one_frame_of_a_wrong_time_far_ahead_does_not_stop_the_output():
+    for cameras in ("a", "ab"):
+        schedule, newest, ticks = Schedule(60), {}, []
+        for k in range(90):
+            for camera in cameras:
+                wrong = 3600 * SECOND if (k, camera) == (30, "a") else 0
+                newest[camera] = SECOND + round(k * SECOND / 30) + wrong
+                ticks += schedule.due(newest)
+        assert np.diff(ticks).max() < 20 * MS and max(ticks) < 4 * SECOND
+        assert len(ticks) >= 2.9 * 60
+
+
+def test_output_goes_on_where_time_goes_back():
+    schedule = Schedule(60)
+    feed(schedule, [("a", 3600 * SECOND), ("a", 3601 * SECOND)])
+    ticks = feed(schedule, [("a", 5 * SECOND), ("a", 5 * SECOND + 40 * MS)])
+    assert ticks[0] == 5 * SECOND and len(ticks) == 3
+
+
+def test_a_camera_that_stays_far_ahead_is_followed():
+    schedule = Schedule(60)
+    feed(schedule, [("a", SECOND), ("b", SECOND)])
+    assert feed(schedule, [("a", 20 * SECOND)]) == []
+    assert max(feed(schedule, [("a", 20 * SECOND + 40 * MS)])) >= 20 * SECOND

@@ -112,6 +112,18 @@ def test_time_that_goes_back_a_little_is_dropped_and_a_lot_starts_anew():
     assert np.isnan(sync.frame_set(5000 * MS).positions).all()
 
 
+def test_one_frame_far_ahead_is_dropped_and_followed_once_another_comes():
+    sync = one_camera()
+    for time_ms in (1000, 1033, 3_600_000, 1066):
+        sync.add(plain(time_ms * MS, time_ms / 1000))
+    assert sync.newest_stage_ns() == {"a": 1066 * MS}
+    assert sync.frame_set(1066 * MS).positions[0] == pytest.approx(1.066)
+    sync.add(plain(20_000 * MS, 1.0))
+    assert sync.newest_stage_ns() == {"a": 1066 * MS}
+    sync.add(plain(20_033 * MS, 2.0))
+    assert sync.newest_stage_ns() == {"a": 20_033 * MS}
+
+
 def test_only_so_many_frames_are_kept():
     sync = one_camera()
     for k in range(HISTORY + 10):
