@@ -13,8 +13,8 @@ The truth is not known live, so the radius is built from what is, each contribut
 - the **timing**: clocks, interpolation and filters leave a moving joint some milliseconds behind or ahead.
 - the **time unseen**: what nobody sees may be carried on wrongly, up to the reach of the limb.
 
-The coefficients were fitted by quantile regression (Koenker, Bassett, "Regression quantiles", Econometrica 1978) on
-two of four recordings with known truth, the offset held at its known size; `ARCHITECTURE.md` has the figures.
+The coefficients come from quantile regression (Koenker, Bassett, "Regression quantiles", Econometrica 1978) on two of
+four recordings with known truth, the offset held at its known size; `ARCHITECTURE.md` says more.
 """
 
 import numpy as np
@@ -35,13 +35,12 @@ from studio.engine.joints import (
 BALL_90 = 2.5
 """Radius of the ball that holds 90 % of a 3D normal distribution, in its deviation per axis."""
 
-OFFSET_M = 0.0095
-"""Deviation per axis of a device's joint from the anatomical centre, fixed in the bone, less what the body's own
-rigidity tells [m]."""
+OFFSET_M = 0.01
+"""Deviation per axis of a device's joint from the anatomical centre, fixed in the bone [m]."""
 
 NOISE_SHARE = 0.9
-FILTERED_SHARE = 0.6
-SOLVED_SHARE = 0.7
+FILTERED_SHARE = 0.5
+SOLVED_SHARE = 0.55
 """Share of the cameras' noise that stays in the joints as they are, after a fusion that filters over time, and after
 fitting a body with its motion prior; the last two multiply."""
 
@@ -51,7 +50,7 @@ DISAGREEMENT = 1.35
 MISFIT = 1.0
 """Radius per distance between the fused joint and the solved one."""
 
-TIMING_S = 0.0155
+TIMING_S = 0.015
 """Radius per speed [s]."""
 
 UNSEEN_S = 0.3
