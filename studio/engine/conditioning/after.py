@@ -1,7 +1,7 @@
-"""Conditioning after the solve (step 9): smoothing, then the displacement limit, then the human limits again.
+"""Conditioning after the solve (step 9): smoothing, the human limits again, then the displacement limit.
 
-Filters overshoot and turns are cut short on the way, either of which can leave a joint outside its range; so the
-ranges are enforced last, and the displacement limit goes on from what was really put out.
+Filters overshoot, which can leave a joint outside its range, and so can a turn cut short on its way; both are
+brought back, and the displacement limit goes on from what was really put out.
 """
 
 import mujoco
@@ -21,6 +21,7 @@ from studio.engine.settings import SolveSettings
 from studio.engine.solve.angles import configuration_of
 
 _TOLERANCE_RAD = 1e-6
+_HOLDS = 4  # times that a step is shortened until every joint is slow enough
 
 
 class ConditioningAfter:
@@ -61,14 +62,15 @@ class ConditioningAfter:
             if self._joints is None and self._place_filter is not None:
                 root = self._place_filter.apply(root[None], dt)[0]
             local = matrices(self._turn_filter.apply(quaternions(local), dt))
-        if self._turns is not None:
-            root, local = self._turns.held(root, local, dt)
-        world = world_rotations(local)
         if self._ranges is not None:
-            world = self._ranges.kept(root, world, local)
+            local = self._ranges.kept(root, local)
         if self._turns is not None:
-            self._turns.put_out(root, local_rotations(world))
-        return root, world
+            aim = local
+            root, local = self._turns.held(root, aim, dt)
+            if self._ranges is not None and local is not aim:
+                local = self._ranges.on_the_way(root, local, aim, self._turns, dt)
+            self._turns.put_out(root, local)
+        return root, world_rotations(local)
 
     def joints(self, joints: NDArray[np.float64], dt: float) -> NDArray[np.float64]:
         """Return canonical joints [m], shape (21, 3), conditioned; for a pose without a humanoid."""
@@ -84,20 +86,52 @@ class _Ranges:
         self._humanoid = humanoid
         self._data = mujoco.MjData(humanoid.model)
         self._low, self._high = humanoid.range_rad.T
+        place = {int(body): k for k, body in enumerate(humanoid.body_ids)}
+        self._body_of_hinge = np.array([place[int(body)] for body in humanoid.model.jnt_bodyid[1:]])
 
-    def kept(
-        self, root: NDArray[np.float64], world: NDArray[np.float64], local: NDArray[np.float64]
-    ) -> NDArray[np.float64]:
-        """Return world rotations, shape (52, 3, 3); fingers keep their turn in the hand."""
-        q = configuration_of(self._humanoid, root, world, limited=False)
+    def kept(self, root: NDArray[np.float64], local: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return the rotations in the parent, shape (52, 3, 3), within the ranges; fingers keep theirs."""
+        q = configuration_of(self._humanoid, root, world_rotations(local), limited=False)
         inside = np.clip(q[7:], self._low, self._high)
         if np.abs(inside - q[7:]).max() < _TOLERANCE_RAD:
-            return world
-        self._data.qpos[:7], self._data.qpos[7:] = q[:7], inside
+            return local
+        q[7:] = inside
+        return self._local(q, local)
+
+    def on_the_way(
+        self,
+        root: NDArray[np.float64],
+        held: NDArray[np.float64],
+        aim: NDArray[np.float64],
+        turns: DisplacementLimitAfter,
+        dt: float,
+    ) -> NDArray[np.float64]:
+        """Return rotations between the last ones and `aim` that no hinge leaves its range for.
+
+        Turning straight towards the aim, as `held` does, can lead outside; going there hinge by hinge cannot.
+        """
+        last = turns.last_local
+        start = configuration_of(self._humanoid, root, world_rotations(last))[7:]
+        q = configuration_of(self._humanoid, root, world_rotations(aim))
+        way, share = q[7:] - start, np.ones(len(start))
+        q[3:7] = quaternions(held[:1])[0]
+        local = held
+        for _ in range(_HOLDS):
+            q[7:] = start + share * way
+            local = self._local(q, held)
+            allowed = turns.shares(local, dt)[self._humanoid.body_outputs]
+            if (allowed > 0.999).all():
+                break
+            share *= allowed[self._body_of_hinge]
+        return local
+
+    def _local(self, q: NDArray[np.float64], fingers: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Rotations in the parent of a configuration, with the fingers' from `fingers`."""
+        self._data.qpos[:] = q
         mujoco.mj_kinematics(self._humanoid.model, self._data)
         bodies = self._humanoid.body_outputs
-        local = local.copy()
-        world = world.copy()
+        world = np.tile(np.eye(3), (len(fingers), 1, 1))
         world[bodies] = self._data.xmat[self._humanoid.body_ids].reshape(-1, 3, 3)
+        local = fingers.copy()
         local[bodies] = local_rotations(world)[bodies]
-        return world_rotations(local)
+        return local

@@ -100,17 +100,36 @@ class DisplacementLimitAfter:
         """Tell what was really put out, where more was done after `held`."""
         self._last = (root, local)
 
+    @property
+    def last_local(self) -> NDArray[np.float64]:
+        """Rotations in the parent that were put out last; there must have been a frame."""
+        assert self._last is not None
+        return self._last[1]
+
+    def shares(self, local: NDArray[np.float64], dt: float) -> NDArray[np.float64]:
+        """Return how much of its turn since the last frame each joint may make, 0..1, shape (52,)."""
+        return self._allowed(self._turn(local), dt)
+
     def held(
         self, root: NDArray[np.float64], local: NDArray[np.float64], dt: float
     ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Return hips and rotations as `apply` does, without taking them as put out."""
+        """Return hips and rotations as `apply` does, without taking them as put out; `local` itself where no
+        joint turns too fast."""
         if self._last is None:
             return root, local
         last_root, last_local = self._last
         step = root - last_root
         root = last_root + step * min(1.0, self._root_m_s * dt / max(float(np.linalg.norm(step)), 1e-9))
-        turn = Rotation.from_matrix(np.einsum("jba,jbc->jac", last_local, local)).as_rotvec()
-        angle = np.linalg.norm(turn, axis=1)
-        share = np.minimum(1.0, self._max_rad_s * dt / np.maximum(angle, 1e-9))
+        turn = self._turn(local)
+        share = self._allowed(turn, dt)
+        if (share == 1.0).all():
+            return root, local
         held = last_local @ Rotation.from_rotvec(turn * share[:, None]).as_matrix()
         return root, np.where((share < 1.0)[:, None, None], held, local)
+
+    def _turn(self, local: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Rotation vectors since the last frame [rad], shape (52, 3)."""
+        return Rotation.from_matrix(np.einsum("jba,jbc->jac", self.last_local, local)).as_rotvec()
+
+    def _allowed(self, turn: NDArray[np.float64], dt: float) -> NDArray[np.float64]:
+        return np.minimum(1.0, self._max_rad_s * dt / np.maximum(np.linalg.norm(turn, axis=1), 1e-9))
