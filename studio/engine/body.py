@@ -8,7 +8,7 @@ from studio.engine.calibration.result import Performer
 from studio.engine.completion.floor import FloorContact
 from studio.engine.completion.hands import Hands
 from studio.engine.completion.look_at import LookAt
-from studio.engine.completion.relax import relaxed
+from studio.engine.completion.relax import RelaxPose
 from studio.engine.conditioning.after import ConditioningAfter
 from studio.engine.frames import FrameSet, FusedSkeleton
 from studio.engine.geometry import quaternions
@@ -38,13 +38,15 @@ class Body:
 
     def __init__(self, performer: Performer, settings: SolveSettings) -> None:
         self._skeleton = Skeleton.of(performer)
-        self._relax = settings.relax_pose
+        self._relax: RelaxPose | None = None
         self._solver: Solver | None = None
         if settings.ik != "none":
             limited = settings.human_limits == "on"
             humanoid = build_humanoid(self._skeleton, human_limits=limited, flexibility=settings.flexibility)
             self._solver = Solver(humanoid, settings)
             self._data = mujoco.MjData(humanoid.model)
+            if settings.relax_pose > 0:
+                self._relax = RelaxPose(humanoid, settings.relax_pose)
         self._uncertainty = Uncertainty(filtered=settings.fusion == "robust", solved=self._solver is not None)
         self._last_joints = np.full((len(CANONICAL), 3), np.nan)
         self._last_rotations: NDArray[np.float64] | None = None
@@ -96,8 +98,8 @@ class Body:
         q = solver.solve(joints, sigma, dt)
         if q is None:
             return None
-        if self._relax > 0:
-            q = relaxed(solver.humanoid, q, self._relax)
+        if self._relax is not None:
+            q = self._relax.apply(q)
         humanoid = solver.humanoid
         self._data.qpos[:] = q
         mujoco.mj_kinematics(humanoid.model, self._data)

@@ -1,16 +1,35 @@
-"""Relax pose: the solved pose blended with the resting stance (Ménard 2014, 5.3: 10 % relaxed)."""
+"""Relax pose: the solved pose blended with the middle of each joint's range (Ménard 2014, 5.3: 10 % relaxed)."""
 
+import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
 from studio.engine.human.model import Humanoid
 
+_FEET = ("left_ankle", "left_toe", "right_ankle", "right_toe")
 
-def relaxed(humanoid: Humanoid, q: NDArray[np.float64], weight: float) -> NDArray[np.float64]:
-    """Return the configuration with each hinge moved `weight` (0..1) of the way to the middle of its range.
 
-    The hips keep their place.
+class RelaxPose:
+    """Moves each hinge `weight` (0..1) of the way to the middle of its range.
+
+    Knees in the middle of their range are bent, so that legs get shorter: the hips sink with them until the lower
+    foot is as high as it was. Nothing else moves the hips.
     """
-    out = q.copy()
-    out[7:] = (1.0 - weight) * q[7:] + weight * humanoid.range_rad.mean(axis=1)
-    return out
+
+    def __init__(self, humanoid: Humanoid, weight: float) -> None:
+        self._humanoid, self._weight = humanoid, weight
+        self._middle = humanoid.range_rad.mean(axis=1)
+        self._data = mujoco.MjData(humanoid.model)
+        self._feet = [humanoid.model.site(name).id for name in _FEET]
+
+    def apply(self, q: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return the configuration, shape (nq,), relaxed."""
+        out = q.copy()
+        out[7:] = (1.0 - self._weight) * q[7:] + self._weight * self._middle
+        out[2] += self._lowest_foot_m(q) - self._lowest_foot_m(out)
+        return out
+
+    def _lowest_foot_m(self, q: NDArray[np.float64]) -> float:
+        self._data.qpos[:] = q
+        mujoco.mj_kinematics(self._humanoid.model, self._data)
+        return float(self._data.site_xpos[self._feet, 2].min())
