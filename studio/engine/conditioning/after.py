@@ -62,8 +62,8 @@ class ConditioningAfter:
             if self._joints is None and self._place_filter is not None:
                 root = self._place_filter.apply(root[None], dt)[0]
             local = matrices(self._turn_filter.apply(quaternions(local), dt))
-        if self._ranges is not None:
-            local = self._ranges.kept(root, local)
+            if self._ranges is not None:
+                local = self._ranges.kept(root, local)
         if self._turns is not None:
             aim = local
             root, local = self._turns.held(root, aim, dt)
