@@ -42,7 +42,7 @@ class SolveSettings:
     displacement_limit: str = "none"
     displacement_limits_m_s: dict[str, float] = field(default_factory=dict)
     smoothing: str = "none"
-    look_at: str = "far"
+    look_at: str = "measured"
     look_at_point_m: tuple[float, float, float] = (0.0, -2.0, 1.6)
     hands: str = "shape"
     floor_contact: str = "on"
