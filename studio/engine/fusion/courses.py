@@ -5,9 +5,9 @@ from numpy.typing import NDArray
 
 from studio.engine.joints import JOINT_COUNT
 
-SLACK_M = 0.02
 SPEED_CHANGE_M_S = 2.5
-"""From one frame to the next a joint's velocity changes by less than this, beside `SLACK_M` of noise."""
+NOISE_SHARE = 0.4
+"""From one frame to the next a joint's velocity changes by less than this, beside this share of its noise."""
 
 GAP_S = 0.1
 """A joint unseen for longer than this begins a new course."""
@@ -28,14 +28,22 @@ class Courses:
         self._elapsed_s = np.full(shape, np.inf)
 
     def follow(
-        self, positions: NDArray[np.float64], seen: NDArray[np.bool_], dt: float
+        self, positions: NDArray[np.float64], noise: NDArray[np.float64], seen: NDArray[np.bool_], dt: float
     ) -> NDArray[np.float64]:
-        """Take in joints [m], shape (camera_count, 21, 3), at `dt` after the last, and return `steady_s`."""
+        """Return `steady_s` with the next frame's joints.
+
+        Args:
+            positions: joints [m], shape (camera_count, 21, 3).
+            noise: their covariances [m2], shape (camera_count, 21, 3, 3).
+            seen: shape (camera_count, 21).
+            dt: time since the last frame [s].
+        """
         elapsed = self._elapsed_s + dt
         step = np.where(seen[:, :, None], positions, 0.0) - self._last
         usable = np.clip(elapsed, 1e-3, GAP_S)[:, :, None]
         surprise = step - usable * self._velocity
-        allowed = SLACK_M + SPEED_CHANGE_M_S * usable[:, :, 0]
+        spread = np.sqrt(np.trace(noise, axis1=2, axis2=3))
+        allowed = SPEED_CHANGE_M_S * usable[:, :, 0] + NOISE_SHARE * spread
         smooth = (elapsed < GAP_S) & ((surprise * surprise).sum(axis=2) < allowed * allowed)
         self.steady_s = np.where(seen, np.where(smooth, self.steady_s + dt, 0.0), self.steady_s)
         self._velocity = np.where(seen[:, :, None], step / usable, self._velocity)

@@ -37,7 +37,7 @@ ELSEWHERE_SHARE = 0.5
 ELSEWHERE_S = 0.1
 """Where this share of all joints insists on other places, the performer is elsewhere, and is believed sooner."""
 
-REJECTED_SIGMA_M = 0.08
+REJECTED_SIGMA_M = 0.1
 """A joint that is being rejected counts as known to this deviation at least: what was left out must not become
 believable merely because time has passed."""
 
@@ -100,6 +100,7 @@ class RobustFusion:
         self._followed = np.ones(JOINT_COUNT, dtype=bool)
         self._doubtful = np.zeros(JOINT_COUNT, dtype=bool)
         self._courses: Courses | None = None
+        self._left_out = np.zeros((0, JOINT_COUNT), dtype=bool)
 
     def fuse(self, frames: FrameSet) -> FusedSkeleton:
         """Return the skeleton at the frame set's time."""
@@ -112,10 +113,11 @@ class RobustFusion:
         positions, confidence = self._unswapped(frames)
         seen = ~np.isnan(positions[:, :, 0])
         noise = INFLATION * covariances(np.nan_to_num(positions), confidence, frames.camera_positions)
-        steady = self._steady(positions, seen, dt)
+        steady = self._steady(positions, noise, seen, dt)
         accepted = self._gate(positions, noise, seen, steady, dt)
         adopted = self._believe_again(positions, noise, seen, accepted, steady, dt)
         used = accepted | adopted
+        self._left_out = np.where(seen, ~used | (self._left_out & ~steady), self._left_out)
         self._doubtful = np.where(used.any(axis=0), ~(used & steady).any(axis=0), self._doubtful)
         for camera in range(len(positions)):
             self._update(positions[camera], noise[camera], accepted[camera])
@@ -164,12 +166,13 @@ class RobustFusion:
         return positions, confidence
 
     def _steady(
-        self, positions: NDArray[np.float64], seen: NDArray[np.bool_], dt: float
+        self, positions: NDArray[np.float64], noise: NDArray[np.float64], seen: NDArray[np.bool_], dt: float
     ) -> NDArray[np.bool_]:
         """Which joints of which cameras are on a course without a jump, shape (camera_count, 21)."""
         if self._courses is None or len(self._courses.steady_s) != len(positions):
             self._courses = Courses(len(positions))
-        return self._courses.follow(positions, seen, dt) > STEADY_S
+            self._left_out = np.zeros(seen.shape, dtype=bool)
+        return self._courses.follow(positions, noise, seen, dt) > STEADY_S
 
     def _gate(
         self,
@@ -181,23 +184,23 @@ class RobustFusion:
     ) -> NDArray[np.bool_]:
         """Which joints can be where they are reported, shape (camera_count, 21).
 
-        One that just jumped must come nearer than one on a steady course; one that is being rejected must not
-        become believable merely because time passes, unless it jumped again since, and so came back.
+        One that just jumped must come nearer than one on a steady course, and where others see the joint it is
+        left out if it was before: spikes come in bursts, and some come near. One that is being rejected by all
+        must not become believable merely because time passes, unless it jumped again since, and so came back.
         """
         assert self._courses is not None
         there_since_s = self._rejected_s - self._courses.steady_s
         came_back = steady & ((there_since_s > ONSET_S) | (there_since_s < -2.5 * dt))
+        burst = self._left_out & (seen.sum(axis=0) > 1)
+        trusted = steady & (came_back | (self._rejected_s == 0.0)) | _agreed(positions, seen)
+        limit = np.where(trusted, GATE, np.where(burst & ~steady, 0.0, JUMP_GATE))
         innovation = np.where(seen[:, :, None], positions, 0.0) - self._state[None, :, :3]
         place = self._covariance[:, :3, :3]
         share = np.minimum(3.0 * REJECTED_SIGMA_M**2 / np.trace(place, axis1=1, axis2=2), 1.0)
         share = np.where(came_back | (self._rejected_s == 0.0), 1.0, share)
         total = noise + share[:, :, None, None] * place
         distance = np.einsum("cji,cji->cj", innovation, np.linalg.solve(total, innovation[..., None])[..., 0])
-        return (
-            seen
-            & self._known[None, :]
-            & (distance < np.where(steady | _agreed(positions, seen), GATE, JUMP_GATE))
-        )
+        return seen & self._known[None, :] & (distance < limit)
 
     def _believe_again(
         self,

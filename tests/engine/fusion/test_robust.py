@@ -73,6 +73,67 @@ def test_a_spike_in_the_only_camera_is_left_out_while_it_is_short():
     assert run.feed(DT)[0].used.all(), "and it is back as soon as the spike ends"
 
 
+def burst(rng, joint, frames):
+    """Another 20 to 50 cm off in every camera frame (two output frames), at first half of it: interpolated."""
+    ways = rng.normal(size=(frames + 1, 3))
+    ways *= (rng.uniform(0.2, 0.5, frames + 1) / np.linalg.norm(ways, axis=1))[:, None]
+    ways[0] = 0.0
+    for k in range(1, frames + 1):
+        yield moved(0, joint, 0.5 * (ways[k - 1] + ways[k]))
+        yield moved(0, joint, ways[k])
+
+
+@pytest.mark.parametrize("joint", ["left_wrist", "head", "right_knee"])
+def test_bursts_of_spikes_in_the_only_camera_are_left_out_to_their_end(joint):
+    rng, j, used, back = np.random.default_rng(5), INDEX[joint], [], []
+    for _ in range(8):
+        run = Run(cameras=1)
+        run.feed(0.5)
+        for change in burst(rng, j, 10):
+            used.append(run.feed(DT, change=change, confidence=1.0)[0].used[0, j])
+        back.append(np.linalg.norm(run.feed(0.1)[-1].positions[j] - standing()[j]))
+    assert np.mean(used) < 0.25, "but for those that come near"
+    assert max(back) < 0.03, "and it is believed as soon as it is back"
+
+
+def test_one_that_jumps_there_and_stays_must_insist():
+    run, off = Run(cameras=1), np.array([0.3, 0.0, 0.1])
+    run.feed(0.5)
+    results = run.feed(INSIST_S + 0.2, change=moved(0, WRIST, off), confidence=1.0)
+    away = np.array([np.linalg.norm(r.positions[WRIST] - standing()[WRIST]) for r in results])
+    assert away[: round(INSIST_S / DT) - 2].max() < 0.05
+    assert abs(away[-1] - np.linalg.norm(off)) < 0.02
+
+
+@pytest.mark.parametrize("cameras", [1, 2])
+def test_a_fast_limb_is_followed(cameras):
+    def punching(time_s):
+        joints = standing().copy()
+        phase = 2 * np.pi * 2.0 * (time_s - 1.0)
+        joints[WRIST] += np.array([0.0, -0.3, 0.3]) * (1 - np.cos(phase))  # up to 5 m/s, 67 m/s2
+        return joints
+
+    run = Run(cameras=cameras)
+    run.feed(0.2, punching)
+    results = run.feed(2.0, punching)
+    assert all(r.used[:, WRIST].all() for r in results)
+
+
+def test_an_unseen_joint_goes_with_the_body():
+    def walking(time_s):
+        return standing() + np.array([1.2 * (time_s - 1.0), 0.0, 0.0])
+
+    run = Run()
+
+    def hide(positions):
+        positions[:, [WRIST, INDEX["neck"]]] = np.nan
+
+    run.feed(0.6, walking)
+    for result in run.feed(0.4, walking, change=hide):
+        error = np.linalg.norm(result.positions - walking(run.time_s - DT), axis=1)
+    assert max(error[WRIST], error[INDEX["neck"]]) < 0.16, "of 0.48 m that it went"
+
+
 def test_one_camera_that_insists_is_believed():
     run, off = Run(cameras=1), np.array([0.0, -1.5, 0.3])
     run.feed(0.5)
