@@ -34,7 +34,11 @@ _HIPS = INDEX["hips"]
 
 
 class Body:
-    """Poses one performer's skeleton after fused joints, frame by frame."""
+    """Poses one performer's skeleton after fused joints, frame by frame.
+
+    Attributes:
+        configuration: the humanoid's last solved configuration, shape (nq,); None without one.
+    """
 
     def __init__(self, performer: Performer, settings: SolveSettings) -> None:
         self._skeleton = Skeleton.of(performer)
@@ -50,6 +54,7 @@ class Body:
         self._uncertainty = Uncertainty(filtered=settings.fusion == "robust", solved=self._solver is not None)
         self._last_joints = np.full((len(CANONICAL), 3), np.nan)
         self._last_rotations: NDArray[np.float64] | None = None
+        self.configuration: NDArray[np.float64] | None = None
         self._floor = FloorContact(self._skeleton) if settings.floor_contact == "on" else None
         self._look_at = None
         if settings.look_at != "off":
@@ -65,10 +70,26 @@ class Body:
         if self._solver is None:
             posed = self._unsolved(fused)
         else:
-            posed = self._solved(self._solver, fused, dt)
-        if posed is None:
-            return None
-        positions, rotations = posed
+            self.configuration = self._solved(self._solver, fused, dt)
+            posed = None if self.configuration is None else self._posed(self._solver, self.configuration)
+        return None if posed is None else self._completed(*posed, fused, frames, dt)
+
+    def pose_of(
+        self, q: NDArray[np.float64], fused: FusedSkeleton, frames: FrameSet, dt: float
+    ) -> PoseArrays:
+        """Return the pose of a configuration that was found elsewhere (finishing), completed as any other."""
+        assert self._solver is not None
+        return self._completed(*self._posed(self._solver, q), fused, frames, dt)
+
+    def _completed(
+        self,
+        positions: NDArray[np.float64],
+        rotations: NDArray[np.float64],
+        fused: FusedSkeleton,
+        frames: FrameSet,
+        dt: float,
+    ) -> PoseArrays:
+        """Steps 8 and 9 on positions (52, 3) and world rotations (52, 3, 3)."""
         free = self._solver is None
         if self._look_at is not None:
             self._look_at.apply(positions, rotations, frames.head_wxyz, dt)
@@ -88,16 +109,17 @@ class Body:
         confidence, uncertainty_mm = self._uncertainty.of(solved, fused, frames, dt)
         return solved, quaternions(rotations), confidence, uncertainty_mm
 
-    def _solved(
-        self, solver: Solver, fused: FusedSkeleton, dt: float
-    ) -> tuple[NDArray[np.float64], NDArray[np.float64]] | None:
-        """Positions (52, 3), fingers' unset, and world rotations (52, 3, 3) of the humanoid following the joints."""
+    def _solved(self, solver: Solver, fused: FusedSkeleton, dt: float) -> NDArray[np.float64] | None:
+        """The configuration of the humanoid following the joints."""
         joints, sigma = fused.positions, fused.sigma
         if self._floor is not None:
             joints, sigma = self._floor.targets(joints, sigma, dt)
-        q = solver.solve(joints, sigma, dt)
-        if q is None:
-            return None
+        return solver.solve(joints, sigma, dt)
+
+    def _posed(
+        self, solver: Solver, q: NDArray[np.float64]
+    ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Positions (52, 3), fingers' unset, and world rotations (52, 3, 3) of a configuration."""
         if self._relax is not None:
             q = self._relax.apply(q)
         humanoid = solver.humanoid

@@ -107,7 +107,8 @@ class StepResult:
     """All that one step of the pipeline made, for the view, the take and the metrics.
 
     `positions_m`, `rotations_wxyz`, `confidence` and `uncertainty_mm` are one frame of `Poses`:
-    shapes (52, 3), (52, 4), (52,), (52,).
+    shapes (52, 3), (52, 4), (52,), (52,). `configuration` is the humanoid's, before completion, shape (nq,);
+    None without inverse kinematics.
     """
 
     frame_set: FrameSet
@@ -116,3 +117,4 @@ class StepResult:
     rotations_wxyz: NDArray[np.float64]
     confidence: NDArray[np.float64]
     uncertainty_mm: NDArray[np.float64]
+    configuration: NDArray[np.float64] | None = None

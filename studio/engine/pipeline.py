@@ -88,7 +88,7 @@ class Pipeline:
         pose = self._body.pose(fused, frames, dt)
         if pose is None:
             return None
-        return StepResult(frames, fused, *pose)
+        return StepResult(frames, fused, *pose, configuration=self._body.configuration)
 
     def _conditioned(self, fused: FusedSkeleton, dt: float) -> FusedSkeleton:
         """Step 6: limits and filters before the solve."""

@@ -6,6 +6,9 @@ MAX_WAIT_NS = 80_000_000
 ACTIVE_NS = 500_000_000
 """A camera whose newest frame is older than this beside the newest of all is not active."""
 
+START_NS = 100_000_000
+"""The first output frame waits for this long: who stands where, and which side is left, is told by all cameras."""
+
 AHEAD_NS = 10_000_000_000
 """A frame this far ahead of all before it counts only when another follows: a clock may show a wrong time once."""
 
@@ -24,6 +27,7 @@ class Schedule:
     def __init__(self, output_hz: int) -> None:
         self._output_hz = output_hz
         self._next: int | None = None
+        self._first_ns: int | None = None
         self._ready_ns: int | None = None
         self._held_back_ns: int | None = None
 
@@ -45,12 +49,24 @@ class Schedule:
         if now_stage_ns is not None:
             ready = max(ready, min(newest, now_stage_ns - MAX_WAIT_NS))
         self._ready_ns = ready
+        if self._next is None and not self._started(newest):
+            return []
         last = ready * self._output_hz // 1_000_000_000
-        if self._next is None or not -4 * ACTIVE_NS <= self._time_ns(self._next) - ready <= BACK_NS:
-            self._next = last  # the start, a long gap, or time that went back
+        assert self._next is not None
+        if not -4 * ACTIVE_NS <= self._time_ns(self._next) - ready <= BACK_NS:
+            self._next = last  # a long gap, or time that went back
         times = [self._time_ns(i) for i in range(self._next, last + 1)]
         self._next = max(self._next, last + 1)
         return times
+
+    def _started(self, newest_ns: int) -> bool:
+        """Whether every camera has had the time to show the performer; output then begins with the first frame."""
+        if self._first_ns is None or newest_ns < self._first_ns:
+            self._first_ns = newest_ns
+        if newest_ns - self._first_ns < START_NS:
+            return False
+        self._next = self._first_ns * self._output_hz // 1_000_000_000
+        return True
 
     def _possible(self, times_ns: list[int]) -> list[int]:
         """The times but those that are far ahead and were not followed by another yet."""

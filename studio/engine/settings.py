@@ -134,7 +134,7 @@ RANGES: dict[str, tuple[float, float]] = {
 }
 """Switches that are a number, with their least and greatest value."""
 
-_LATER = {("tracker", "per_camera"), ("tracker", "points"), ("physics", "on"), ("finish", "on")}
+_LATER = {("tracker", "per_camera"), ("tracker", "points"), ("physics", "on")}
 
 EXPLANATIONS: dict[str, str] = {
     "cameras": "Which cameras are used: all, or names separated by commas.",
@@ -154,7 +154,7 @@ EXPLANATIONS: dict[str, str] = {
     "hands": "Opens and closes the fingers by the hand states: the thesis's circles, or the hand's shape.",
     "floor_contact": "Keeps feet above the floor and holds a standing foot in place.",
     "physics": "Makes the motion obey forces (with finish).",
-    "finish": "Solves the whole take at once, knowing the future.",
+    "finish": "Solves the whole take at once, knowing the future; live poses are as without it.",
     "effectors": "Per joint: how strongly it follows (reach), drags (pull) and resists (resist).",
     "output_hz": "Frames per second of the result.",
 }
@@ -242,6 +242,7 @@ PRESETS: dict[str, SolveSettings] = {
         look_at="far", hands="circles", floor_contact="off",
     ),
     "studio": SolveSettings(),
+    "finish": SolveSettings(finish="on"),
 }  # fmt: skip
 """Named settings; `finish` joins them with the whole-take solve."""
 
@@ -252,8 +253,6 @@ def preset(name: str) -> SolveSettings:
     Raises:
         SettingsError: no such preset. NotAvailableError: one that this version does not do yet.
     """
-    if name == "finish":
-        raise NotAvailableError("preset finish is not available in this version")
     if name not in PRESETS:
         raise SettingsError(f"unknown preset {name!r}; allowed: {', '.join(PRESETS)}")
     return PRESETS[name]

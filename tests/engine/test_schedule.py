@@ -32,9 +32,23 @@ def test_each_tick_comes_once_and_in_order(hz):
     assert len(ticks) >= 2.9 * hz
 
 
-def test_it_waits_for_every_active_camera():
+def begun(*cameras):
+    """A schedule whose output has begun with frames at SECOND, and gone on to just before it."""
     schedule = Schedule(60)
-    feed(schedule, [("a", SECOND), ("b", SECOND)])
+    assert feed(schedule, [(camera, SECOND - 100 * MS) for camera in cameras]) == []
+    feed(schedule, [(camera, SECOND) for camera in cameras])
+    return schedule
+
+
+def test_output_begins_once_every_camera_could_speak_and_with_the_first_frame():
+    schedule = Schedule(60)
+    assert feed(schedule, [("a", SECOND), ("b", SECOND + 20 * MS), ("a", SECOND + 60 * MS)]) == []
+    ticks = feed(schedule, [("b", SECOND + 110 * MS), ("a", SECOND + 120 * MS)])
+    assert ticks[0] == SECOND and max(ticks) <= SECOND + 110 * MS
+
+
+def test_it_waits_for_every_active_camera():
+    schedule = begun("a", "b")
     assert feed(schedule, [("b", SECOND), ("a", SECOND + 100 * MS)]) == []
     due = schedule.due({"a": SECOND + 100 * MS, "b": SECOND + 50 * MS})
     assert due and max(due) <= SECOND + 50 * MS
@@ -62,8 +76,7 @@ def test_live_it_waits_for_no_camera_longer_than_the_bound():
 
 
 def test_live_it_never_runs_ahead_of_the_frames():
-    schedule = Schedule(60)
-    schedule.due({"a": SECOND}, SECOND)
+    schedule = begun("a")
     assert max(schedule.due({"a": SECOND + 40 * MS}, 50 * SECOND)) <= SECOND + 40 * MS
 
 
@@ -81,10 +94,10 @@ def test_a_short_gap_is_filled():
 
 
 def test_nothing_is_due_without_frames_and_nothing_twice():
-    schedule = Schedule(60)
-    assert schedule.due({}) == []
-    assert schedule.due({"a": SECOND}) == [SECOND]
-    assert schedule.due({"a": SECOND}) == []
+    assert Schedule(60).due({}) == []
+    schedule = begun("a")
+    assert schedule.due({"a": SECOND + 17 * MS}) == [SECOND + SECOND // 60]
+    assert schedule.due({"a": SECOND + 17 * MS}) == []
     assert schedule.due({"a": SECOND - 100 * MS}) == []
 
 

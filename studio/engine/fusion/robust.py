@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from studio.engine.frames import FrameSet, FusedSkeleton
 from studio.engine.fusion.courses import Courses
+from studio.engine.fusion.facing import Facing, exchanged_at_first
 from studio.engine.fusion.noise import covariances
 from studio.engine.joints import CANONICAL, JOINT_COUNT, MIRROR, PARENTS
 
@@ -99,6 +100,7 @@ class RobustFusion:
         self._agreed_s = np.zeros(JOINT_COUNT)
         self._followed = np.ones(JOINT_COUNT, dtype=bool)
         self._doubtful = np.zeros(JOINT_COUNT, dtype=bool)
+        self._facing = Facing()
         self._courses: Courses | None = None
         self._left_out = np.zeros((0, JOINT_COUNT), dtype=bool)
 
@@ -121,6 +123,8 @@ class RobustFusion:
         self._doubtful = np.where(used.any(axis=0), ~(used & steady).any(axis=0), self._doubtful)
         for camera in range(len(positions)):
             self._update(positions[camera], noise[camera], accepted[camera])
+        if self._facing.backwards(np.where(self._known[:, None], self._state[:, :3], np.nan), dt):
+            self._turn_round()
         return self._result(frames, confidence, seen, used, dt)
 
     def _predict(self, dt: float) -> None:
@@ -154,16 +158,22 @@ class RobustFusion:
         """Joints and confidence with left and right put right, where a camera sees them swapped."""
         positions, confidence = frames.positions, frames.confidence
         if not self._known[_PAIRED].any():
-            return positions, confidence
-        expected = np.where(self._known[:, None], self._state[:, :3], np.nan)
-        for camera in range(len(positions)):
-            as_is = _disagreement(positions[camera], expected)
-            swapped = _disagreement(positions[camera][MIRROR], expected)
-            if swapped < 0.7 * as_is and as_is > 0.06:
-                positions, confidence = positions.copy(), confidence.copy()
-                positions[camera] = positions[camera][MIRROR]
-                confidence[camera] = confidence[camera][MIRROR]
+            exchanged = exchanged_at_first(positions, confidence)
+        else:
+            expected = np.where(self._known[:, None], self._state[:, :3], np.nan)
+            as_is = np.array([_disagreement(joints, expected) for joints in positions])
+            mirrored = np.array([_disagreement(joints[MIRROR], expected) for joints in positions])
+            exchanged = (mirrored < 0.7 * as_is) & (as_is > 0.06)
+        if exchanged.any():
+            positions = np.where(exchanged[:, None, None], positions[:, MIRROR], positions)
+            confidence = np.where(exchanged[:, None], confidence[:, MIRROR], confidence)
         return positions, confidence
+
+    def _turn_round(self) -> None:
+        """Exchange left and right of all that is known."""
+        for name in ("_state", "_covariance", "_known", "_unseen_s", "_rejected_s", "_agreed_s", "_followed"):
+            setattr(self, name, getattr(self, name)[MIRROR])
+        self._doubtful = self._doubtful[MIRROR]
 
     def _steady(
         self, positions: NDArray[np.float64], noise: NDArray[np.float64], seen: NDArray[np.bool_], dt: float

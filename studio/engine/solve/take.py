@@ -1,4 +1,4 @@
-"""A whole take through the pipeline: all frames, final clocks."""
+"""A whole take through the pipeline: all frames, final clocks, and finishing where it is on."""
 
 from collections.abc import Callable, Iterable
 
@@ -6,6 +6,7 @@ import numpy as np
 
 from studio.engine.calibration.result import Calibration
 from studio.engine.errors import TakeError
+from studio.engine.finish.finisher import Finisher
 from studio.engine.frames import CameraFrame, StepResult
 from studio.engine.joints import OUTPUT_JOINTS, OUTPUT_PARENTS
 from studio.engine.pipeline import Pipeline
@@ -65,15 +66,24 @@ def solve_frames(
     if start_s is not None:
         placed = [item for item in placed if item[0] >= start_s * 1e9]
     pipeline, schedule = Pipeline(calibration, settings), Schedule(settings.output_hz)
+    finisher = _finisher(calibration, settings)
     results: list[StepResult] = []
     for done, (_, frame) in enumerate(placed):
         pipeline.add_frame(frame)
         for stage_ns in schedule.due(pipeline.newest_stage_ns()):
             result = pipeline.step(stage_ns)
             if result is not None and (start_s is None or stage_ns >= start_s * 1e9):
-                results.append(result)
+                results += [result] if finisher is None else finisher.add(result)
         if progress is not None and done % 64 == 0:
             progress(done / len(placed))
+    if finisher is not None:
+        results += finisher.flush()
     if progress is not None:
         progress(1.0)
     return collect_poses(results)
+
+
+def _finisher(calibration: Calibration, settings: SolveSettings) -> Finisher | None:
+    if settings.finish == "off" or calibration.performer is None:
+        return None
+    return Finisher(calibration.performer, settings)

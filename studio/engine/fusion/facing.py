@@ -1,0 +1,94 @@
+"""Which way a skeleton faces, and so whether its left and right are exchanged.
+
+A tracker that takes a performer's back for the front exchanges left and right, and nothing in the positions of
+one frame says so, except that feet then point backwards: toes lie in front of ankles.
+"""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from studio.engine.joints import INDEX, MIRROR
+
+WRONG = -0.3
+"""Below this share of the feet's length to the front, on average, a skeleton faces backwards."""
+
+MEMORY_S = 0.6
+"""Time over which the average is taken."""
+
+SURE = 0.7
+"""Confidence from which a camera's foot tells where it points."""
+
+UPRIGHT = 0.75
+"""Trunk and thighs are upright where their direction is this much vertical; only then do feet tell."""
+
+_LEFT = [INDEX[name] for name in ("left_hip", "left_shoulder")]
+_RIGHT = [INDEX[name] for name in ("right_hip", "right_shoulder")]
+_ANKLES = [INDEX["left_ankle"], INDEX["right_ankle"]]
+_TOES = [INDEX["left_toe"], INDEX["right_toe"]]
+_LEGS = [INDEX["left_hip"], INDEX["right_hip"]]
+_KNEES = [INDEX["left_knee"], INDEX["right_knee"]]
+_NECK, _HIPS = INDEX["neck"], INDEX["hips"]
+
+
+def forwardness(joints: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return how far the feet point to the front of the body, -1..1, shape (...).
+
+    NaN where it cannot be told: unseen joints, or a performer who bends, sits or lifts a leg.
+
+    Args:
+        joints: canonical joints [m], shape (..., 21, 3); NaN = unseen.
+    """
+    left = (joints[..., _LEFT, :] - joints[..., _RIGHT, :]).sum(axis=-2)
+    trunk = joints[..., _NECK, :] - joints[..., _HIPS, :]
+    front = np.cross(left, trunk)
+    thighs = joints[..., _LEGS, :] - joints[..., _KNEES, :]
+    upright = (_vertical(trunk) > UPRIGHT) & (_vertical(thighs) > UPRIGHT).all(axis=-1)
+    feet = (joints[..., _TOES, :] - joints[..., _ANKLES, :]).sum(axis=-2)
+    length = np.linalg.norm(front, axis=-1) * np.linalg.norm(feet, axis=-1)
+    return np.einsum("...k,...k->...", front, feet) / np.where(upright & (length > 1e-9), length, np.nan)
+
+
+def _vertical(vectors: NDArray[np.float64]) -> NDArray[np.float64]:
+    """How much each vector points up, -1..1; 0 for one without length."""
+    return vectors[..., 2] / np.maximum(np.linalg.norm(vectors, axis=-1), 1e-9)
+
+
+def exchanged_at_first(positions: NDArray[np.float64], confidence: NDArray[np.float64]) -> NDArray[np.bool_]:
+    """Return which cameras' left and right to exchange where nothing is known yet, shape (camera_count,).
+
+    The cameras are brought to agree with the surest one; then, where the feet of their mean point backwards, all
+    are exchanged. Feet that a camera is not sure of tell nothing.
+
+    Args:
+        positions: joints per camera in the stage frame [m], shape (camera_count, 21, 3); NaN = unseen.
+        confidence: shape (camera_count, 21).
+    """
+    first = positions[int(confidence.sum(axis=1).argmax())]
+    as_is = np.nan_to_num(np.minimum(np.linalg.norm(positions - first, axis=2), 0.3)).sum(axis=1)
+    mirrored = np.nan_to_num(np.minimum(np.linalg.norm(positions[:, MIRROR] - first, axis=2), 0.3)).sum(
+        axis=1
+    )
+    exchanged = mirrored < 0.7 * as_is
+    sure = np.where((confidence > SURE)[:, :, None], positions, np.nan)
+    agreed = np.where(exchanged[:, None, None], sure[:, MIRROR], sure)
+    known = ~np.isnan(agreed[:, :, :1])
+    middle = np.where(known, agreed, 0.0).sum(axis=0) / np.where(known.any(axis=0), known.sum(axis=0), np.nan)
+    return ~exchanged if forwardness(middle) < WRONG else exchanged
+
+
+class Facing:
+    """Watches whether a tracked skeleton faces backwards."""
+
+    def __init__(self) -> None:
+        self._ahead = 0.5
+
+    def backwards(self, joints: NDArray[np.float64], dt: float) -> bool:
+        """Take in the skeleton, shape (21, 3), `dt` [s] after the last; True once it has faced backwards for a
+        while. Then the watch begins anew."""
+        ahead = float(forwardness(joints))
+        if ahead == ahead:
+            self._ahead += (1.0 - np.exp(-dt / MEMORY_S)) * (ahead - self._ahead)
+        if self._ahead >= WRONG:
+            return False
+        self._ahead = 0.5
+        return True

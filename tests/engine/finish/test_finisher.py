@@ -1,0 +1,91 @@
+"""Finishing: the whole take at once is smoother and nearer than live, holds feet, and does not mind its chunks."""
+
+import numpy as np
+import pytest
+
+from studio.camera.simulator.simulate import simulate_take
+from studio.engine.calibration.calibrate import calibrate
+from studio.engine.errors import SettingsError
+from studio.engine.finish import finisher
+from studio.engine.human.ranges import dofs_of, range_rad
+from studio.engine.joints import OUTPUT_INDEX
+from studio.engine.metrics.evaluate import evaluate
+from studio.engine.metrics.reference import read_reference
+from studio.engine.settings import parse_settings
+from studio.engine.solve.take import solve_frames
+from studio.take.raw import camera_frames
+
+START_S = 33.5
+END_S = 50.0
+
+
+@pytest.fixture(scope="module")
+def take(tmp_path_factory):
+    """Frames of two cameras that watch the embedded performer walk, its calibration, and the truth."""
+    path = tmp_path_factory.mktemp("finish") / "take"
+    simulate_take("demo", path, cameras=2, seed=9)
+    frames = camera_frames(path / "raw.mcap")
+    calibration = calibrate(frames, until_s=33.0)
+    some = [f for camera in frames.values() for f in camera if START_S * 1e9 < f.device_time_ns < END_S * 1e9]
+    return some, calibration, read_reference(path.with_name("take.truth.csv"))
+
+
+@pytest.fixture(scope="module")
+def solves(take):
+    frames, calibration, _ = take
+    return {name: solve_frames(frames, calibration, parse_settings(name)) for name in ("studio", "finish")}
+
+
+def test_it_is_nearer_and_smoother_than_live_and_holds_feet(take, solves):
+    live, finished = (evaluate(solves[name], take[2]) for name in ("studio", "finish"))
+    assert finished["mpjpe_mm"] < live["mpjpe_mm"] + 0.5
+    assert finished["acceleration_error_m_s2"] < 0.7 * live["acceleration_error_m_s2"]
+    assert finished["foot_slide_cm_s"] < finished["reference_foot_slide_cm_s"] + 1.5
+    assert abs(finished["latency_ms"]) < 6.0
+    assert finished["bone_length_sd_mm"] < 1e-6
+
+
+def test_times_are_those_of_the_live_solve_and_the_pose_is_human(solves):
+    live, finished = solves["studio"], solves["finish"]
+    assert np.array_equal(live.time_s, finished.time_s)
+    assert np.linalg.norm(live.positions_m - finished.positions_m, axis=2).max() < 0.35
+    feet = finished.positions_m[:, [OUTPUT_INDEX["LeftToeBase"], OUTPUT_INDEX["RightToeBase"]], 2]
+    assert feet.min() > 0.0
+    knee = range_rad(dofs_of("LeftLeg")[0], 1.0)
+    q = np.abs(
+        (
+            finished.rotations_wxyz[:, OUTPUT_INDEX["LeftLeg"]]
+            * finished.rotations_wxyz[:, OUTPUT_INDEX["LeftUpLeg"]]
+        ).sum(axis=1)
+    )
+    assert (2 * np.arccos(np.clip(q, 0, 1))).max() < knee[1] + np.radians(0.1)
+
+
+def test_chunks_do_not_show(take, solves, monkeypatch):
+    monkeypatch.setattr(finisher, "CHUNK", 350)
+    other = solve_frames(take[0], take[1], parse_settings("finish"))
+    assert len(other.time_s) == len(solves["finish"].time_s)
+    away = np.linalg.norm(other.positions_m - solves["finish"].positions_m, axis=2)
+    assert away.mean() < 1e-3 and away.max() < 0.03, f"{1e3 * away.mean():.2f} mm, worst {1e3 * away.max():.1f} mm"
+
+
+def test_equal_input_gives_equal_bits(take):
+    frames = take[0][:400]
+    a, b = (solve_frames(frames, take[1], parse_settings("finish")) for _ in range(2))
+    assert np.array_equal(a.positions_m, b.positions_m) and np.array_equal(a.rotations_wxyz, b.rotations_wxyz)
+
+
+def test_a_gap_and_a_few_frames_are_no_problem(take):
+    frames, calibration, _ = take
+    begin = min(f.device_time_ns for f in frames)
+    parts = [
+        f for f in frames if not 2e9 < f.device_time_ns - begin < 5e9 and f.device_time_ns - begin < 5.15e9
+    ]
+    poses = solve_frames(parts, calibration, parse_settings("finish"))
+    assert np.diff(poses.time_s).max() > 2.0
+    assert np.isfinite(poses.positions_m).all()
+
+
+def test_there_must_be_a_solve_to_refine(take):
+    with pytest.raises(SettingsError, match="ik="):
+        solve_frames(take[0][:10], take[1], parse_settings("raw", ["finish=on"]))
