@@ -98,7 +98,7 @@ def test_a_take_without_calibration(take):
         (("--set", "fusion=median"), "allowed: mean, robust"),
         (("--set", "flexibility=3"), "from 0 to 2"),
         (("--set", "fusion"), "KEY=VALUE"),
-        (("--preset", "best"), "allowed: raw, thesis, studio"),
+        (("--preset", "best"), "allowed: raw, thesis, studio, finish"),
     ],
 )
 def test_an_unknown_setting_lists_what_is_allowed(take, arguments, says):
@@ -108,7 +108,7 @@ def test_an_unknown_setting_lists_what_is_allowed(take, arguments, says):
 
 
 def test_settings_of_a_later_version(take):
-    for arguments in (("--preset", "finish"), ("--set", "physics=on")):
+    for arguments in (("--set", "tracker=points"), ("--set", "physics=on")):
         assert "not available" in one_line(studio("solve", take, *arguments, cwd=take.parent), 1)
 
 

@@ -75,7 +75,6 @@ def test_every_value_of_the_design_parses(key, value):
             ("tracker", "per_camera"),
             ("tracker", "points"),
             ("physics", "on"),
-            ("finish", "on"),
         }
         return
     got = read(changed, key)
