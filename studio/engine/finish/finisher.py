@@ -13,22 +13,26 @@ from numpy.typing import NDArray
 from studio.engine.body import Body
 from studio.engine.calibration.result import Performer
 from studio.engine.errors import SettingsError
-from studio.engine.finish.contacts import find_contacts
+from studio.engine.finish.contacts import JOINTS, Contacts, find_contacts
 from studio.engine.finish.measurements import gather
 from studio.engine.finish.smoother import Smoother
 from studio.engine.finish.trajectory import Trajectory
 from studio.engine.frames import StepResult
 from studio.engine.human.model import build_humanoid
 from studio.engine.human.skeleton import Skeleton
+from studio.engine.joints import OUTPUT_OF_CANONICAL_INDEX
 from studio.engine.settings import SolveSettings
 
 CHUNK = 600
 OVERLAP = 90
 """Frames solved at once, and how many of them the next chunk solves again."""
 
-ITERATIONS = 6
-CONTACT_ITERATIONS = 4
+ITERATIONS = 3
+CONTACT_ITERATIONS = 3
 """Before standing feet are known, and after."""
+
+MAX_SUNK_M = 0.08
+"""A take is lifted or let down by this much at most."""
 
 MIN_FRAMES = 6
 """Fewer frames than this on their own (between gaps) are left as they are."""
@@ -54,6 +58,8 @@ class Finisher:
         self._dt = 1.0 / settings.output_hz
         self._smoother = Smoother(self._humanoid, self._dt, limited=limited)
         self._contacts = settings.floor_contact == "on"
+        rest = self._humanoid.skeleton.rest_positions_m
+        self._rest_heights_m = rest[OUTPUT_OF_CANONICAL_INDEX[list(JOINTS)], 2]
         self._body = Body(performer, settings)
         self._waiting: list[StepResult] = []
         self._tail: NDArray[np.float64] | None = None  # configurations of the overlap, by the chunk before
@@ -93,7 +99,18 @@ class Finisher:
             if self._contacts:
                 contacts = find_contacts(trajectory.sites(), self._dt)
                 self._smoother.refine(trajectory, measurements, contacts, CONTACT_ITERATIONS)
+                trajectory.q[:, 2] += self._sunk_m(contacts)
         return trajectory.q
+
+    def _sunk_m(self, contacts: Contacts) -> float:
+        """How far the floor has to come up for standing feet to be at their resting heights [m].
+
+        The floor was calibrated from another walk: a centimetre or more off. The take's own standing feet know
+        better, and a whole take that is lifted or let down keeps its motion.
+        """
+        off = self._rest_heights_m - contacts.height_m
+        off = off[np.isfinite(off)]
+        return float(np.clip(np.median(off), -MAX_SUNK_M, MAX_SUNK_M)) if len(off) else 0.0
 
     def _go_over(self, q: NDArray[np.float64]) -> None:
         """Go from the chunk before to this one over the middle third of the overlap, in place."""

@@ -188,13 +188,13 @@ def _contact_rows(
         both = np.flatnonzero(contacts.standing[:-1, column] & contacts.standing[1:, column])
         a, b = jacobians[both, rows], jacobians[both + 1, rows]
         slide = sites[both + 1, joint] - sites[both, joint]
-        np.add.at(diagonal, both, weight * np.matmul(a.transpose(0, 2, 1), a))
-        np.add.at(diagonal, both + 1, weight * np.matmul(b.transpose(0, 2, 1), b))
-        np.add.at(following, both, -weight * np.matmul(b.transpose(0, 2, 1), a))
-        np.add.at(right, both, weight * np.einsum("ta,tav->tv", slide, a))
-        np.add.at(right, both + 1, -weight * np.einsum("ta,tav->tv", slide, b))
+        diagonal[both] += weight * np.matmul(a.transpose(0, 2, 1), a)
+        diagonal[both + 1] += weight * np.matmul(b.transpose(0, 2, 1), b)
+        following[both] -= weight * np.matmul(b.transpose(0, 2, 1), a)
+        right[both] += weight * np.einsum("ta,tav->tv", slide, a)
+        right[both + 1] -= weight * np.einsum("ta,tav->tv", slide, b)
         stands = np.flatnonzero(contacts.standing[:, column])
         z = jacobians[stands, 3 * joint + 2]
         height = (contacts.height_m[column] - sites[stands, joint, 2]) / HEIGHT_SIGMA_M**2
-        np.add.at(diagonal, stands, z[:, :, None] * z[:, None, :] / HEIGHT_SIGMA_M**2)
-        np.add.at(right, stands, height[:, None] * z)
+        diagonal[stands] += z[:, :, None] * z[:, None, :] / HEIGHT_SIGMA_M**2
+        right[stands] += height[:, None] * z

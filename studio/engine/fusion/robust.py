@@ -174,6 +174,7 @@ class RobustFusion:
         for name in ("_state", "_covariance", "_known", "_unseen_s", "_rejected_s", "_agreed_s", "_followed"):
             setattr(self, name, getattr(self, name)[MIRROR])
         self._doubtful = self._doubtful[MIRROR]
+        self._courses = None  # begun anew: the cameras' joints have other names now
 
     def _steady(
         self, positions: NDArray[np.float64], noise: NDArray[np.float64], seen: NDArray[np.bool_], dt: float
