@@ -83,8 +83,7 @@ def serve(
         StudioError: the port is in use, or the folder cannot be made.
     """
     logging.basicConfig(level=logging.INFO, format="%(levelname)s %(name)s: %(message)s")
-    for name in ("websockets", "httpx"):
-        logging.getLogger(name).setLevel(logging.WARNING)
+    logging.getLogger("websockets").setLevel(logging.WARNING)
     listening = open_socket(host, port)
     try:
         stage = LiveStage(sessions)

@@ -15,7 +15,7 @@ import numpy as np
 
 PACKAGES: tuple[str, ...] = (
     "numpy", "scipy", "mujoco", "mink", "daqp", "fastapi", "uvicorn", "websockets", "jinja2", "viser", "mcap",
-    "zstandard", "msgspec", "tqdm", "httpx",
+    "zstandard", "msgspec", "tqdm",
 )  # fmt: skip
 """Packages that the program needs, by the name that is imported (the same as the distribution's)."""
 
