@@ -64,6 +64,7 @@ class Finisher:
         self._waiting: list[StepResult] = []
         self._tail: NDArray[np.float64] | None = None  # configurations of the overlap, by the chunk before
         self._last_ns: int | None = None
+        self._lifted_m = 0.0
 
     def add(self, result: StepResult) -> list[StepResult]:
         """Take in a result; return those that are finished, in time order."""
@@ -99,7 +100,8 @@ class Finisher:
             if self._contacts:
                 contacts = find_contacts(trajectory.sites(), self._dt)
                 self._smoother.refine(trajectory, measurements, contacts, CONTACT_ITERATIONS)
-                trajectory.q[:, 2] += self._sunk_m(contacts)
+                self._lifted_m = self._sunk_m(contacts)
+                trajectory.q[:, 2] += self._lifted_m
         return trajectory.q
 
     def _sunk_m(self, contacts: Contacts) -> float:
@@ -129,5 +131,12 @@ class Finisher:
         now = result.frame_set.stage_time_ns
         dt = 0.0 if self._last_ns is None else (now - self._last_ns) * 1e-9
         self._last_ns = now
-        pose = self._body.pose_of(q, result.fused, result.frame_set, dt)
+        up = np.array([0.0, 0.0, self._lifted_m])
+        fused = replace(result.fused, positions=result.fused.positions + up)
+        frames = replace(
+            result.frame_set,
+            positions=result.frame_set.positions + up,
+            camera_positions=result.frame_set.camera_positions + up,
+        )
+        pose = self._body.pose_of(q, fused, frames, dt)
         return StepResult(result.frame_set, result.fused, *pose, configuration=q)
