@@ -28,6 +28,8 @@ _COLUMNS = {
     "foot_slide_cm_s": ("slide cm/s", 1),
     "bone_length_sd_mm": ("bones mm", 1),
     "unseen_share": ("unseen", 3),
+    "uncertainty_coverage": ("in 90 % ball", 2),
+    "uncertainty_median_ratio": ("ball/error", 2),
     "frames": ("frames", 0),
 }
 

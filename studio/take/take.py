@@ -194,8 +194,12 @@ class Take:
         """
         number = self.meta["calibration"]
         if number is None:
+            refused = self.calibration_numbers()
             raise CalibrationError(
-                f"take {self.path} has no calibration in use; run `studio calibrate {self.path}` first"
+                f"take {self.path} has no calibration in use: calibration {refused[-1]} was refused; "
+                f"`studio calibrate {self.path}` says why, and record a walk that it can use"
+                if refused
+                else f"take {self.path} has no calibration in use; run `studio calibrate {self.path}` first"
             )
         return read_calibration(self.calibration_path(number))
 

@@ -113,6 +113,13 @@ def test_another_version_has_its_own_error(tmp_path: Path) -> None:
         Take.open(tmp_path / "t")
 
 
+def test_a_take_whose_only_calibration_was_refused_says_so(tmp_path: Path) -> None:
+    take = Take.create(tmp_path / "t", session="s", name="t", source="live")
+    take.add_calibration(calibration("refused"), use=False)
+    with pytest.raises(CalibrationError, match="calibration 1 was refused"):
+        take.calibration()
+
+
 def test_calibrations_are_numbered_and_kept(tmp_path: Path) -> None:
     take = Take.create(tmp_path / "t", session="s", name="t", source="live")
     with pytest.raises(CalibrationError, match="studio calibrate"):
