@@ -116,8 +116,9 @@ class RobustFusion:
         seen = ~np.isnan(positions[:, :, 0])
         noise = INFLATION * covariances(np.nan_to_num(positions), confidence, frames.camera_positions)
         steady = self._steady(positions, noise, seen, dt)
-        accepted = self._gate(positions, noise, seen, steady, dt)
-        adopted = self._believe_again(positions, noise, seen, accepted, steady, dt)
+        agreed = _agreed(positions, seen)
+        accepted = self._gate(positions, noise, seen, steady, agreed, dt)
+        adopted = self._believe_again(positions, noise, seen, accepted, steady, agreed, dt)
         used = accepted | adopted
         self._left_out = np.where(seen, ~used | (self._left_out & ~steady), self._left_out)
         self._doubtful = np.where(used.any(axis=0), ~(used & steady).any(axis=0), self._doubtful)
@@ -191,6 +192,7 @@ class RobustFusion:
         noise: NDArray[np.float64],
         seen: NDArray[np.bool_],
         steady: NDArray[np.bool_],
+        agreed: NDArray[np.bool_],
         dt: float,
     ) -> NDArray[np.bool_]:
         """Which joints can be where they are reported, shape (camera_count, 21).
@@ -203,7 +205,7 @@ class RobustFusion:
         there_since_s = self._rejected_s - self._courses.steady_s
         came_back = steady & ((there_since_s > ONSET_S) | (there_since_s < -2.5 * dt))
         burst = self._left_out & (seen.sum(axis=0) > 1)
-        trusted = steady & (came_back | (self._rejected_s == 0.0)) | _agreed(positions, seen)
+        trusted = steady & (came_back | (self._rejected_s == 0.0)) | agreed
         limit = np.where(trusted, GATE, np.where(burst & ~steady, 0.0, JUMP_GATE))
         innovation = np.where(seen[:, :, None], positions, 0.0) - self._state[None, :, :3]
         place = self._covariance[:, :3, :3]
@@ -220,13 +222,14 @@ class RobustFusion:
         seen: NDArray[np.bool_],
         accepted: NDArray[np.bool_],
         steady: NDArray[np.bool_],
+        agreed: NDArray[np.bool_],
         dt: float,
     ) -> NDArray[np.bool_]:
         """Set joints anew that are new, that cameras agree on elsewhere, that insist, or that are steady where the
         last to be believed was not; return from which camera."""
         nobody = seen.any(axis=0) & ~accepted.any(axis=0)
         self._rejected_s = np.where(nobody, self._rejected_s + dt, 0.0)
-        agree = nobody & _agreed(positions, seen)
+        agree = nobody & agreed
         self._agreed_s = np.where(agree, self._agreed_s + dt, 0.0)
         elsewhere = nobody.sum() > ELSEWHERE_SHARE * max(1, int(seen.any(axis=0).sum()))
         insist_s = ELSEWHERE_S if elsewhere else INSIST_S
