@@ -13,6 +13,7 @@ from typing import Annotated
 
 import msgspec
 import numpy as np
+import zstandard
 from msgspec import Meta
 from numpy.typing import NDArray
 
@@ -28,14 +29,18 @@ TimeNs = Annotated[int, Meta(ge=0, le=2**62)]
 
 
 class Intrinsics(msgspec.Struct, forbid_unknown_fields=True):
-    """Pinhole intrinsics in pixels: focal lengths, principal point, image size."""
+    """Pinhole intrinsics in pixels: focal lengths, principal point, image size.
+
+    `distortion`: Brown-Conrady coefficients in OpenCV's order, empty or 4 to 8 of them.
+    """
 
     fx: float
     fy: float
     cx: float
     cy: float
-    width: int
-    height: int
+    width: Annotated[int, Meta(ge=1, le=4096)]
+    height: Annotated[int, Meta(ge=1, le=4096)]
+    distortion: Annotated[tuple[float, ...], Meta(max_length=8)] = ()
 
 
 class Hello(msgspec.Struct, tag="hello", forbid_unknown_fields=True):
@@ -115,6 +120,17 @@ class SkeletonFrame(msgspec.Struct, tag="skeleton", forbid_unknown_fields=True):
     head_wxyz: tuple[float, float, float, float] | None = None
 
 
+class DepthImage(msgspec.Struct, tag="depth", forbid_unknown_fields=True):
+    """One depth image: `data` is zstd of little-endian uint16 rows, z in millimetres, 0 = no reading.
+
+    The size is that of `Hello.intrinsics`. A client that sends both gives an image its skeleton's `sequence`.
+    """
+
+    sequence: Annotated[int, Meta(ge=0)]
+    device_time_ns: TimeNs
+    data: bytes
+
+
 class Status(msgspec.Struct, tag="status", forbid_unknown_fields=True):
     """Health of the client, about once a second."""
 
@@ -131,7 +147,16 @@ class Recording(msgspec.Struct, tag="recording", forbid_unknown_fields=True):
 
 
 Message = (
-    Hello | Welcome | Refused | ClockRequest | ClockReply | ClockSample | SkeletonFrame | Status | Recording
+    Hello
+    | Welcome
+    | Refused
+    | ClockRequest
+    | ClockReply
+    | ClockSample
+    | SkeletonFrame
+    | DepthImage
+    | Status
+    | Recording
 )
 
 _encoder = msgspec.msgpack.Encoder()
@@ -190,6 +215,32 @@ def skeleton_frame(
         hands=hands or [],
         head_wxyz=head_wxyz,
     )
+
+
+def depth_image(sequence: int, device_time_ns: int, depth_mm: NDArray[np.uint16]) -> DepthImage:
+    """Return a depth image [mm], uint16, shape (height, width), as a message."""
+    data = zstandard.ZstdCompressor(level=1).compress(np.ascontiguousarray(depth_mm, dtype="<u2").tobytes())
+    return DepthImage(sequence=sequence, device_time_ns=device_time_ns, data=data)
+
+
+def depth_array(image: DepthImage, intrinsics: Intrinsics) -> NDArray[np.uint16]:
+    """Return a message's depth [mm], uint16, shape (height, width).
+
+    Raises:
+        FormatError: the data is damaged, or not of the size that `intrinsics` gives.
+    """
+    size = 2 * intrinsics.width * intrinsics.height
+    try:
+        packed = zstandard.frame_content_size(image.data)
+        rows = b"" if packed > size else zstandard.ZstdDecompressor().decompress(image.data, size)
+    except zstandard.ZstdError as error:
+        raise FormatError(f"depth image {image.sequence} cannot be unpacked: {error}") from error
+    if len(rows) != size:
+        raise FormatError(
+            f"depth image {image.sequence} has {max(packed, len(rows))} bytes; {intrinsics.width} x {intrinsics.height} "
+            f"pixels need {size}"
+        )
+    return np.frombuffer(rows, dtype="<u2").reshape(intrinsics.height, intrinsics.width)
 
 
 def joint_arrays(frame: SkeletonFrame, joint_set: str) -> tuple[NDArray[np.float64], NDArray[np.float64]]:

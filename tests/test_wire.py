@@ -195,3 +195,14 @@ def test_fields_of_any_kind_are_refused_or_a_message(message, data):
     value = msgspec.msgpack.decode(wire.encode(message))
     key = data.draw(st.sampled_from(sorted(value)))
     decoded_or_refused(msgspec.msgpack.encode(value | {key: data.draw(values)}))
+
+
+def test_depth_image_survives_the_wire():
+    depth = np.random.default_rng(1).integers(0, 9000, (6, 8)).astype(np.uint16)
+    message = wire.decode(wire.encode(wire.depth_image(3, 4, depth)))
+    intrinsics = wire.Intrinsics(100.0, 100.0, 4.0, 3.0, 8, 6)
+    assert np.array_equal(wire.depth_array(message, intrinsics), depth)
+    with pytest.raises(FormatError, match="need 98"):
+        wire.depth_array(message, wire.Intrinsics(100.0, 100.0, 4.0, 3.0, 7, 7))
+    with pytest.raises(FormatError, match="cannot be unpacked"):
+        wire.depth_array(wire.DepthImage(3, 4, b"nothing"), intrinsics)
