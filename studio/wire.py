@@ -237,8 +237,8 @@ def depth_array(image: DepthImage, intrinsics: Intrinsics) -> NDArray[np.uint16]
         raise FormatError(f"depth image {image.sequence} cannot be unpacked: {error}") from error
     if len(rows) != size:
         raise FormatError(
-            f"depth image {image.sequence} has {max(packed, len(rows))} bytes; {intrinsics.width} x {intrinsics.height} "
-            f"pixels need {size}"
+            f"depth image {image.sequence} has {max(packed, len(rows))} bytes; "
+            f"{intrinsics.width} x {intrinsics.height} pixels need {size}"
         )
     return np.frombuffer(rows, dtype="<u2").reshape(intrinsics.height, intrinsics.width)
 
