@@ -131,7 +131,9 @@ def _recover(path: Path, problem: str, summary: RawSummary | None, repair: bool)
     if summary is None:
         action = "take.json cannot be rebuilt without raw.mcap; save what is in solves/, then delete it"
         return Finding(path, problem, action, repaired=False)
-    kept = ", ".join(f"{name} {count}" for name, count in summary.frames.items()) or "none"
+    counts = [f"{name} {count}" for name, count in summary.frames.items()]
+    counts += [f"{name} {count} depth images" for name, count in summary.depth_frames.items()]
+    kept = ", ".join(counts) or "none"
     if not repair:
         return Finding(
             path, problem, f"run `studio doctor {path}`; frames to recover: {kept}", repaired=False

@@ -1,10 +1,11 @@
 """`raw.mcap`: every frame of every camera as it came, and the live log. This is the writer and the records.
 
 One channel per camera and start of its client, topic `camera/<name>/skeleton`: the message is the bytes of
-the `SkeletonFrame`, log_time = arrival [ns, server's clock], publish_time = device time [ns], sequence = the
-frame's number modulo 2**32; the channel's metadata hold the `Hello`. The channel `live` holds events as JSON.
+the `SkeletonFrame`; a camera that has intrinsics has a second one, `camera/<name>/depth`, with the bytes of each
+`DepthImage`. log_time = arrival [ns, server's clock], publish_time = device time [ns], sequence = the frame's
+number modulo 2**32; the channels' metadata hold the `Hello`. The channel `live` holds events as JSON.
 Chunks are compressed by zstd; `RawWriter.flush` ends the chunk in progress and waits for the disk, so that a
-crash loses nothing that came before it. `raw_reader` reads what there is of a damaged file.
+crash loses nothing that came before it. `raw_reader` reads what there is of a damaged file, `raw_depth` the depth.
 """
 
 import os
@@ -25,15 +26,18 @@ from studio.take.raw_records import (
     LIVE_TOPIC,
     PROFILE,
     RawCamera,
+    RawDepth,
     RawEvent,
     RawFrame,
     RawRecord,
     camera_frame,
     camera_topic,
+    depth_topic,
 )
 
 __all__ = [
     "RawCamera",
+    "RawDepth",
     "RawEvent",
     "RawFrame",
     "RawReader",
@@ -68,6 +72,7 @@ class RawWriter:
         self._writer = Writer(self._file, chunk_size=CHUNK_BYTES, compression=CompressionType.ZSTD)
         self._writer.start(profile=PROFILE, library=PROFILE)
         self._channels: dict[str, int] = {}
+        self._depth_channels: dict[str, int] = {}
         self._live = self._writer.register_channel(LIVE_TOPIC, "json", 0)
         self._dirty = True
 
@@ -79,10 +84,15 @@ class RawWriter:
 
     def add_camera(self, hello: wire.Hello) -> None:
         """Begin a camera's channel; called again when the client starts anew. The token is not written."""
-        metadata = msgspec.json.encode(msgspec.structs.replace(hello, token="")).decode()
+        metadata = {"hello": msgspec.json.encode(msgspec.structs.replace(hello, token="")).decode()}
         self._channels[hello.name] = self._writer.register_channel(
-            camera_topic(hello.name), "msgpack", 0, {"hello": metadata}
+            camera_topic(hello.name), "msgpack", 0, metadata
         )
+        self._depth_channels.pop(hello.name, None)
+        if hello.intrinsics is not None:
+            self._depth_channels[hello.name] = self._writer.register_channel(
+                depth_topic(hello.name), "msgpack", 0, metadata
+            )
 
     def frame(self, camera: str, data: bytes, *, arrival_ns: int, device_time_ns: int, sequence: int) -> None:
         """Write the bytes of a camera's `SkeletonFrame`, which the caller has decoded and found right.
@@ -90,7 +100,19 @@ class RawWriter:
         Raises:
             KeyError: `add_camera` was not called for the camera.
         """
-        channel = self._channels[camera]
+        self._message(self._channels[camera], data, arrival_ns, device_time_ns, sequence)
+
+    def depth(self, camera: str, data: bytes, *, arrival_ns: int, device_time_ns: int, sequence: int) -> None:
+        """Write the bytes of a camera's `DepthImage`, which the caller has decoded and found right.
+
+        Raises:
+            KeyError: `add_camera` was not called for the camera, or its hello has no intrinsics.
+        """
+        self._message(self._depth_channels[camera], data, arrival_ns, device_time_ns, sequence)
+
+    def _message(
+        self, channel: int, data: bytes, arrival_ns: int, device_time_ns: int, sequence: int
+    ) -> None:
         with self._disk_errors():
             self._writer.add_message(
                 channel,

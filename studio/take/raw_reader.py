@@ -11,15 +11,25 @@ import msgspec
 import zstandard
 from mcap.exceptions import McapError
 from mcap.records import Channel, Chunk, Footer, McapRecord, Message
-from mcap.stream_reader import StreamReader, breakup_chunk
+from mcap.stream_reader import MAGIC_SIZE, StreamReader, breakup_chunk
 
 from studio import wire
 from studio.engine.errors import FormatError, TakeError
-from studio.take.raw_records import LIVE_TOPIC, RawCamera, RawEvent, RawFrame, RawRecord, camera_frame
+from studio.take.raw_records import (
+    LATE_KEY,
+    LIVE_TOPIC,
+    RawCamera,
+    RawDepth,
+    RawEvent,
+    RawFrame,
+    RawRecord,
+    camera_frame,
+    depth_topic,
+)
 
 _RECORD_BYTES_LIMIT = 256 * 1024 * 1024
 # What reading raises on a bad disk and on bytes that are not MCAP; ValueError covers checksums and text.
-_DAMAGE = (
+DAMAGE = (
     OSError,
     McapError,
     struct.error,
@@ -41,6 +51,7 @@ class RawReader:
         complete: the file was finished properly and nothing was left out.
         problem: what was wrong, for a person; None where `complete`.
         channels: the MCAP channels met, by number.
+        chunk_offset: while iterating: where the chunk of the record at hand begins in the file [bytes].
     """
 
     def __init__(self, path: str | Path) -> None:
@@ -53,8 +64,11 @@ class RawReader:
         self.problem: str | None = None
         self._finished = False
         self.channels: dict[int, Channel] = {}
+        self.chunk_offset = 0
         self._cameras: dict[int, wire.Hello] = {}
+        self._depth: dict[int, wire.Hello] = {}
         self._live: set[int] = set()
+        self._late: set[int] = set()
         if not self.path.is_file():
             raise TakeError(
                 f"{self.path.parent} has no raw recording ({self.path.name}); record or import a take"
@@ -86,19 +100,21 @@ class RawReader:
         records = iter(reader.records)
         finished = False
         while True:
+            offset = file.tell()
             try:
                 record = next(records)
             except StopIteration:
                 break
-            except _DAMAGE as error:
+            except DAMAGE as error:
                 self._note("the file was not finished, or is cut or damaged", error)
                 break
             if isinstance(record, Chunk):
                 try:
                     inner = breakup_chunk(record, validate_crc=True)
-                except _DAMAGE as error:
+                except DAMAGE as error:
                     self._note("a chunk is damaged and was left out", error)
                     continue
+                self.chunk_offset = max(offset, MAGIC_SIZE)
                 yield from inner
             else:
                 finished = finished or isinstance(record, Footer)
@@ -117,22 +133,25 @@ class RawReader:
                 self._note("an event of the live log cannot be read", error)
                 return None
             return RawEvent(record.log_time, event)
-        hello = self._cameras.get(record.channel_id)
+        hello = self._cameras.get(record.channel_id) or self._depth.get(record.channel_id)
         if hello is None:
             self._note("a message belongs to a camera whose beginning was lost")
             return None
         try:
             message = wire.decode(record.data)
+            if record.channel_id in self._depth:
+                return _depth(hello, record, message)
             if not isinstance(message, wire.SkeletonFrame):
                 raise FormatError(f"a {type(message).__name__} where a SkeletonFrame belongs")
             frame = camera_frame(hello.name, hello.joint_set, message)
         except FormatError as error:
             self._note(f"a frame of {hello.name} cannot be read", error)
             return None
-        return RawFrame(hello.name, record.log_time, message, frame)
+        late = record.channel_id in self._late
+        return RawFrame(hello.name, record.log_time, message, frame, hello.boot_id, late)
 
     def _channel(self, channel: Channel) -> RawCamera | None:
-        if channel.id in self._cameras or channel.id in self._live:
+        if channel.id in self._cameras or channel.id in self._depth or channel.id in self._live:
             return None  # the summary at the end of the file repeats every channel
         self.channels[channel.id] = channel
         if channel.topic == LIVE_TOPIC:
@@ -144,7 +163,15 @@ class RawReader:
         except (msgspec.DecodeError, UnicodeDecodeError, FormatError) as error:
             self._note(f"channel {channel.topic!r} is not that of a camera", error)
             return None
+        if channel.topic == depth_topic(hello.name):
+            self._depth[channel.id] = hello
+            return None  # the camera's skeleton channel came before it
+        known = any((h.name, h.boot_id) == (hello.name, hello.boot_id) for h in self._cameras.values())
         self._cameras[channel.id] = hello
+        if LATE_KEY in channel.metadata:
+            self._late.add(channel.id)
+            if known:
+                return None
         return RawCamera(hello)
 
     def _note(self, problem: str, error: Exception | None = None) -> None:
@@ -153,13 +180,22 @@ class RawReader:
             self.problem = f"{problem}{detail}"
 
 
+def _depth(hello: wire.Hello, record: Message, message: wire.Message) -> RawDepth:
+    if not isinstance(message, wire.DepthImage):
+        raise FormatError(f"a {type(message).__name__} where a DepthImage belongs")
+    if hello.intrinsics is None:
+        raise FormatError("a depth image of a camera without intrinsics")
+    return RawDepth(hello.name, record.log_time, message, hello.intrinsics)
+
+
 @dataclass
 class RawSummary:
     """What a `raw.mcap` holds.
 
     Attributes:
         hellos: every start of every camera, in file order.
-        frames: number of frames by camera.
+        frames: number of skeletons by camera.
+        depth_frames: number of depth images by camera, of those that have any.
         events: number of events of the live log.
         duration_s: from the first to the last arrival [s]; 0 without frames.
         complete, problem: as `RawReader`.
@@ -167,6 +203,7 @@ class RawSummary:
 
     hellos: list[wire.Hello] = field(default_factory=list)
     frames: dict[str, int] = field(default_factory=dict)
+    depth_frames: dict[str, int] = field(default_factory=dict)
     events: int = 0
     duration_s: float = 0.0
     complete: bool = False
@@ -187,6 +224,9 @@ def inspect_raw(path: str | Path) -> RawSummary:
             summary.frames.setdefault(record.hello.name, 0)
         elif isinstance(record, RawFrame):
             summary.frames[record.camera] += 1
+            arrivals_ns.append(record.arrival_ns)
+        elif isinstance(record, RawDepth):
+            summary.depth_frames[record.camera] = summary.depth_frames.get(record.camera, 0) + 1
             arrivals_ns.append(record.arrival_ns)
         else:
             summary.events += 1

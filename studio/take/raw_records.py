@@ -4,11 +4,15 @@ from dataclasses import dataclass
 from typing import Any
 
 from studio import wire
+from studio.engine.depth import DepthCamera, DepthFrame
 from studio.engine.frames import CameraFrame, HandSeen
 from studio.engine.joints import to_canonical
 
 LIVE_TOPIC = "live"
 PROFILE = "capture-studio"
+
+LATE_KEY = "late"
+"""Key of a channel's metadata: its frames came when the live solve was past them."""
 
 
 @dataclass(frozen=True)
@@ -20,12 +24,17 @@ class RawCamera:
 
 @dataclass(frozen=True)
 class RawFrame:
-    """A frame as it came: camera, arrival [ns], the wire message, and its canonical form."""
+    """A frame as it came: camera, arrival [ns], the wire message, and its canonical form.
+
+    `boot_id` is the start of the client that took it; `late`: it came when the live solve was past it.
+    """
 
     camera: str
     arrival_ns: int
     message: wire.SkeletonFrame
     frame: CameraFrame
+    boot_id: str = ""
+    late: bool = False
 
 
 @dataclass(frozen=True)
@@ -36,12 +45,56 @@ class RawEvent:
     event: dict[str, Any]
 
 
-RawRecord = RawCamera | RawFrame | RawEvent
+@dataclass(frozen=True)
+class RawDepth:
+    """A depth image as it came: camera, arrival [ns], the wire message still packed, and its intrinsics."""
+
+    camera: str
+    arrival_ns: int
+    message: wire.DepthImage
+    intrinsics: wire.Intrinsics
+
+    def frame(self) -> DepthFrame:
+        """Return the image, unpacked.
+
+        Raises:
+            FormatError: damaged, or not of the size that the intrinsics give.
+        """
+        depth_mm = wire.depth_array(self.message, self.intrinsics)
+        return DepthFrame(self.camera, self.message.sequence, self.message.device_time_ns, depth_mm)
+
+
+RawRecord = RawCamera | RawFrame | RawDepth | RawEvent
 
 
 def camera_topic(name: str) -> str:
     """Return the MCAP topic of a camera's skeletons."""
     return f"camera/{name}/skeleton"
+
+
+def depth_topic(name: str) -> str:
+    """Return the MCAP topic of a camera's depth images."""
+    return f"camera/{name}/depth"
+
+
+def depth_camera(intrinsics: wire.Intrinsics) -> DepthCamera:
+    """Return the engine's camera of a hello's intrinsics."""
+    return DepthCamera(
+        intrinsics.fx,
+        intrinsics.fy,
+        intrinsics.cx,
+        intrinsics.cy,
+        intrinsics.width,
+        intrinsics.height,
+        tuple(intrinsics.distortion),
+    )
+
+
+def intrinsics_of(camera: DepthCamera) -> wire.Intrinsics:
+    """Return an engine camera as the intrinsics of a hello."""
+    return wire.Intrinsics(
+        camera.fx, camera.fy, camera.cx, camera.cy, camera.width, camera.height, tuple(camera.distortion)
+    )
 
 
 def camera_frame(camera: str, joint_set: str, message: wire.SkeletonFrame) -> CameraFrame:

@@ -18,7 +18,7 @@ from studio.engine.errors import CalibrationError, TakeError
 from studio.take.lock import is_held
 from studio.take.names import is_safe_name
 from studio.take.raw import CHUNK_BYTES, RawReader, inspect_raw
-from studio.take.raw_records import PROFILE, RawEvent, RawFrame
+from studio.take.raw_records import PROFILE, RawCamera, RawEvent
 from studio.take.take import Take, TakeVersionError, new_meta, read_calibration
 
 TEMPORARY_PREFIX = ".raw.recovered-"
@@ -140,7 +140,7 @@ def rebuild_meta(path: Path) -> Take:
     for record in reader:
         if isinstance(record, RawEvent):
             live = True
-        elif not isinstance(record, RawFrame):
+        elif isinstance(record, RawCamera):
             hellos.append(record.hello)
     if file.exists():
         os.replace(file, _free_name(path / "take.damaged.json"))

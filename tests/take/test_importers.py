@@ -175,7 +175,7 @@ def test_what_cannot_be_imported_is_told(tmp_path: Path) -> None:
             import_recording(tmp_path / name, tmp_path / "out")
     (tmp_path / "depth" / "camera_0").mkdir(parents=True)
     (tmp_path / "depth" / "camera_0" / "depth.txt").write_text("")
-    with pytest.raises(NotAvailableError, match=r"depth\.txt.* not available"):
+    with pytest.raises(FormatError, match=r"camera\.json"):
         import_recording(tmp_path / "depth", tmp_path / "out")
     (tmp_path / "letter.txt").write_text("Dear Ada,\n")
     for unknown in (tmp_path / "letter.txt", tmp_path / "depth" / "camera_0"):
@@ -184,10 +184,10 @@ def test_what_cannot_be_imported_is_told(tmp_path: Path) -> None:
     assert not (tmp_path / "out").exists()
 
 
-def test_a_camera_with_only_depth_is_not_left_out_silently(tmp_path: Path) -> None:
+def test_a_camera_without_frames_is_not_left_out_silently(tmp_path: Path) -> None:
     source = recording(tmp_path / "in")
     (source / "camera_2").mkdir()
-    with pytest.raises(NotAvailableError, match="camera_2"):
+    with pytest.raises(FormatError, match=r"camera_2 has neither joints\.csv nor depth\.txt"):
         import_recording(source, tmp_path / "out")
 
 
@@ -279,7 +279,7 @@ def test_kinect_axes_turn_without_a_mirror() -> None:
 def test_every_importer_survives_any_bytes(tmp_path: Path, kind: str) -> None:
     rng = np.random.default_rng(5)
     good = {
-        "joints-folder": ",".join(joints_header()) + "\n" + "\n".join(map(",".join, joints_rows(3))),
+        "camera-folders": ",".join(joints_header()) + "\n" + "\n".join(map(",".join, joints_rows(3))),
         "kinect-pair": ",".join(kinect_header())
         + "\n"
         + ",".join(kinect_rows(63_562_209_737_035, 9, 0, "k", 1.0)),
@@ -290,7 +290,7 @@ def test_every_importer_survives_any_bytes(tmp_path: Path, kind: str) -> None:
         for _ in range(rng.integers(1, 6)):
             data[rng.integers(len(data))] = rng.integers(256)
         path = tmp_path / f"in{k}"
-        file = path / "camera_0" / "joints.csv" if kind == "joints-folder" else path
+        file = path / "camera_0" / "joints.csv" if kind == "camera-folders" else path
         file.parent.mkdir(parents=True, exist_ok=True)
         file.write_bytes(data)
         try:

@@ -104,9 +104,7 @@ def test_noisy_joints(test_data: Path, tmp_path: Path, name: str, cameras: int, 
     assert frames["camera_0"][-1].device_time_ns == round(float(lines[-1].split(",")[0]) * 1e9)
 
 
-@pytest.mark.parametrize(
-    "name", ["depth/walk_2_kinect_v1", "mocap/02_01.bvh", "sensor_files/pyk4a_recording.mkv"]
-)
+@pytest.mark.parametrize("name", ["mocap/02_01.bvh", "sensor_files/pyk4a_recording.mkv"])
 def test_kinds_that_are_not_read_yet(test_data: Path, tmp_path: Path, name: str) -> None:
     with pytest.raises(NotAvailableError, match="not available in this version"):
         import_recording(test_data / name, tmp_path / "take")

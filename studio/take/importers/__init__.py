@@ -1,7 +1,8 @@
 """Recordings made elsewhere become takes: `import_recording` finds the kind and the importer that reads it.
 
-`recording` holds what an importer returns and writes it as a take; `joints_folder`, `kinect_pair` and
-`kinect_states` are the importers, `kinect` what the two Kinect kinds share; `table` reads their CSV.
+`recording` holds what an importer returns and writes it as a take; `camera_folders` (which reads `joints_csv`
+and `depth_folder`), `kinect_pair` and `kinect_states` are the importers, `kinect` what the two Kinect kinds
+share; `table` reads their CSV.
 """
 
 from collections.abc import Callable
@@ -9,7 +10,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from studio.engine.errors import FormatError, NotAvailableError, TakeError
-from studio.take.importers import joints_folder, kinect_pair, kinect_states
+from studio.take.importers import camera_folders, kinect_pair, kinect_states
 from studio.take.importers.recording import Progress, ReadRecording, write_recording
 from studio.take.take import Take, check_free
 
@@ -24,7 +25,9 @@ class Importer:
 
 
 IMPORTERS: dict[str, Importer] = {
-    "joints-folder": Importer("a folder with camera_K/joints.csv", joints_folder.matches, joints_folder.read),
+    "camera-folders": Importer(
+        "a folder with camera_K/joints.csv or camera_K/depth.txt", camera_folders.matches, camera_folders.read
+    ),
     "kinect-pair": Importer(
         "a CSV of several Kinect v2 with the columns Kinect_Id and Skeleton_Time",
         kinect_pair.matches,
@@ -68,8 +71,8 @@ def import_recording(path: str | Path, out: str | Path, *, progress: Progress | 
     importer = _importer(path)
     check_free(out)
     report = progress or _silent
-    recording = importer.read(path, lambda share: report(0.8 * share))
-    take = write_recording(recording, out, lambda share: report(0.8 + 0.2 * share))
+    recording = importer.read(path, lambda share: report(0.3 * share))
+    take = write_recording(recording, out, lambda share: report(0.3 + 0.7 * share))
     report(1.0)
     return take
 
@@ -95,7 +98,4 @@ def _importer(path: Path) -> Importer:
 def _not_yet(path: Path) -> list[str]:
     if path.is_file():
         return [NOT_YET[path.suffix.lower()]] if path.suffix.lower() in NOT_YET else []
-    found = ["depth recordings (depth.txt)"] if any(path.glob("camera_*/depth.txt")) else []
-    return found + [
-        NOT_YET[f.suffix.lower()] for f in path.iterdir() if f.suffix.lower() in (".db3", ".mkv", ".bag")
-    ]
+    return [NOT_YET[f.suffix.lower()] for f in path.iterdir() if f.suffix.lower() in (".db3", ".mkv", ".bag")]

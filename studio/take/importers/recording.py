@@ -1,6 +1,7 @@
 """What an importer returns, and how it becomes a take."""
 
-from collections.abc import Callable
+import heapq
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -10,6 +11,7 @@ from numpy.typing import NDArray
 from studio import wire
 from studio.engine.calibration.result import Calibration
 from studio.engine.errors import FormatError
+from studio.engine.joints import JOINT_COUNT
 from studio.take.new import new_take
 from studio.take.raw import RawWriter
 from studio.take.take import Take
@@ -20,9 +22,34 @@ Progress = Callable[[float], None]
 _LATEST_NS = 2**62
 
 
+DepthStream = Iterator[tuple[int, NDArray[np.uint16]]]
+"""Capture time on the camera's clock [ns], increasing, and depth [mm], shape (height, width), 0 = no reading."""
+
+
+@dataclass(frozen=True)
+class ReadDepth:
+    """A camera's depth images, not read yet.
+
+    Attributes:
+        device: what the camera is.
+        intrinsics: of every image.
+        frame_count: as announced; a damaged recording has fewer.
+        frames_per_second: nominal or measured.
+        stream: begins to read; what is damaged is left out and noted in the recording's notes.
+        serial: of the device, where known.
+    """
+
+    device: str
+    intrinsics: wire.Intrinsics
+    frame_count: int
+    frames_per_second: float
+    stream: Callable[[], DepthStream]
+    serial: str = ""
+
+
 @dataclass(frozen=True)
 class ReadCamera:
-    """One camera of a recording.
+    """One camera of a recording: skeletons, depth images, or both.
 
     Attributes:
         name: unique in the recording.
@@ -31,6 +58,7 @@ class ReadCamera:
         positions: device joints in the camera frame (OpenCV axes) [m], shape (frame_count, joint_count, 3);
             NaN = unseen.
         confidence: 0..1, shape (frame_count, joint_count).
+        depth: its depth images, where it has any.
     """
 
     name: str
@@ -40,9 +68,25 @@ class ReadCamera:
     positions: NDArray[np.float64]
     confidence: NDArray[np.float64]
     serial: str = ""
+    depth: ReadDepth | None = None
+
+    @staticmethod
+    def of_depth(name: str, depth: ReadDepth) -> "ReadCamera":
+        """Return a camera that gives depth only."""
+        return ReadCamera(
+            name=name,
+            device=depth.device,
+            joint_set="canonical",
+            times_ns=np.empty(0, dtype=np.int64),
+            positions=np.empty((0, JOINT_COUNT, 3)),
+            confidence=np.empty((0, JOINT_COUNT)),
+            serial=depth.serial,
+            depth=depth,
+        )
 
     def hello(self) -> wire.Hello:
         gaps_s = np.diff(self.times_ns) * 1e-9
+        frames_per_second = self.depth.frames_per_second if self.depth is not None else 30.0
         return wire.Hello(
             protocol_version=wire.PROTOCOL_VERSION,
             name=self.name,
@@ -50,7 +94,8 @@ class ReadCamera:
             joint_set=self.joint_set,
             boot_id="import",
             serial=self.serial,
-            frames_per_second=round(float(1.0 / np.median(gaps_s)), 3) if len(gaps_s) else 30.0,
+            frames_per_second=round(float(1.0 / np.median(gaps_s)) if len(gaps_s) else frames_per_second, 3),
+            intrinsics=self.depth.intrinsics if self.depth is not None else None,
         )
 
 
@@ -100,19 +145,20 @@ def write_recording(recording: ReadRecording, out: Path, progress: Progress) -> 
     """Return the new take at `out`, with all frames in the order of their times.
 
     Raises:
+        FormatError: a camera of which no frame can be read.
         TakeError: `out` holds something already or cannot be written.
     """
     with new_take(
         out,
         source="import",
         calibration_s=recording.calibration_s,
-        notes="\n".join(recording.notes),
         created=recording.created,
     ) as take:
         for camera in recording.cameras:
             take.add_camera(camera.hello())
         with RawWriter(take.raw_path) as writer:
             _write_frames(recording, writer, progress)
+        take.meta["notes"] = "\n".join(recording.notes)
         if recording.calibration is not None:
             take.add_calibration(recording.calibration, use=True)
     return take
@@ -121,14 +167,43 @@ def write_recording(recording: ReadRecording, out: Path, progress: Progress) -> 
 def _write_frames(recording: ReadRecording, writer: RawWriter, progress: Progress) -> None:
     for camera in recording.cameras:
         writer.add_camera(camera.hello())
-    order = sorted(
-        (int(time_ns), number, k)
+    announced = sum(len(c.times_ns) + (c.depth.frame_count if c.depth else 0) for c in recording.cameras)
+    streams = [
+        messages(number, camera)
         for number, camera in enumerate(recording.cameras)
-        for k, time_ns in enumerate(camera.times_ns)
-    )
-    for done, (time_ns, number, k) in enumerate(order):
-        camera = recording.cameras[number]
-        data = wire.encode(wire.skeleton_frame(k, time_ns, camera.positions[k], camera.confidence[k]))
-        writer.frame(camera.name, data, arrival_ns=time_ns, device_time_ns=time_ns, sequence=k)
-        if done % 500 == 0:
-            progress(done / len(order))
+        for messages in (_skeletons, _depth_images)
+    ]
+    written = [0] * len(recording.cameras)
+    for done, (time_ns, number, kind, message) in enumerate(heapq.merge(*streams, key=lambda m: m[:3])):
+        write = writer.depth if kind == "depth" else writer.frame
+        name = recording.cameras[number].name
+        data = wire.encode(message)
+        write(name, data, arrival_ns=time_ns, device_time_ns=time_ns, sequence=message.sequence)
+        written[number] += 1
+        if done % 100 == 0:
+            progress(min(done / max(announced, 1), 1.0))
+    for camera, count in zip(recording.cameras, written, strict=True):
+        if not count:
+            reasons = "; ".join(recording.notes) or "it has none"
+            raise FormatError(f"no frame of {camera.name} can be read: {reasons}")
+
+
+_Item = tuple[int, int, str, wire.SkeletonFrame | wire.DepthImage]
+
+
+def _skeletons(number: int, camera: ReadCamera) -> Iterator[_Item]:
+    for k, time_ns in enumerate(camera.times_ns.tolist()):
+        message = wire.skeleton_frame(k, time_ns, camera.positions[k], camera.confidence[k])
+        yield time_ns, number, "skeleton", message
+
+
+def _depth_images(number: int, camera: ReadCamera) -> Iterator[_Item]:
+    """Yield a camera's depth images; one at the time of a skeleton has its number, others go on from there."""
+    if camera.depth is None:
+        return
+    numbers = {time_ns: k for k, time_ns in enumerate(camera.times_ns.tolist())}
+    free = len(numbers)
+    for time_ns, depth_mm in camera.depth.stream():
+        sequence = numbers.get(time_ns, free)
+        free += sequence == free
+        yield time_ns, number, "depth", wire.depth_image(sequence, time_ns, depth_mm)

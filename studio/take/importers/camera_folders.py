@@ -1,0 +1,100 @@
+"""Folders of `camera_K/`, each with `joints.csv`, or `depth.txt` and `camera.json`, or both.
+
+Beside them an optional `calibration.json` and `recording.json`.
+"""
+
+import json
+import math
+import re
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+from studio.engine.calibration.result import Calibration
+from studio.engine.errors import CalibrationError, FormatError
+from studio.take.importers import depth_folder, joints_csv
+from studio.take.importers.recording import Progress, ReadCamera, ReadRecording
+from studio.take.take import read_calibration
+from studio.wire import is_camera_name
+
+_FILES = ("joints.csv", "depth.txt")
+
+
+def matches(path: Path) -> bool:
+    """Whether `path` is a folder with a `camera_K/joints.csv` or `camera_K/depth.txt`."""
+    return path.is_dir() and any(file for name in _FILES for file in path.glob(f"camera_*/{name}"))
+
+
+def read(path: Path, progress: Progress) -> ReadRecording:
+    """Return the recording in a folder; depth images are read when the recording is written.
+
+    Raises:
+        FormatError: a broken file; the message names file, line and column.
+    """
+    folders = sorted((f for f in path.glob("camera_*") if f.is_dir()), key=_natural)
+    empty = [f.name for f in folders if not any((f / name).is_file() for name in _FILES)]
+    if empty:
+        raise FormatError(
+            f"{path}: {', '.join(empty)} has neither joints.csv nor depth.txt; add one, or remove the folder"
+        )
+    notes: list[str] = []
+    cameras = []
+    for k, folder in enumerate(folders):
+        cameras.append(_read_camera(folder, notes))
+        progress((k + 1) / len(folders))
+    return ReadRecording(
+        cameras=tuple(cameras),
+        calibration=_calibration(path / "calibration.json", [camera.name for camera in cameras], notes),
+        calibration_s=_calibration_s(path / "recording.json"),
+        notes=notes,
+    )
+
+
+def _read_camera(folder: Path, notes: list[str]) -> ReadCamera:
+    if not is_camera_name(folder.name):
+        raise FormatError(
+            f"{folder}: {folder.name!r} cannot name a camera; allowed: letters, digits, _ . and -"
+        )
+    depth = depth_folder.read_depth(folder, notes) if (folder / "depth.txt").is_file() else None
+    if not (folder / "joints.csv").is_file():
+        assert depth is not None
+        return ReadCamera.of_depth(folder.name, depth)
+    return replace(joints_csv.read_camera(folder / "joints.csv", folder.name, notes), depth=depth)
+
+
+def _natural(folder: Path) -> list[int | str]:
+    return [int(part) if part.isdigit() else part for part in re.split(r"(\d+)", folder.name, flags=re.ASCII)]
+
+
+def _calibration(file: Path, names: list[str], notes: list[str]) -> Calibration | None:
+    if not file.is_file():
+        return None
+    try:
+        calibration = read_calibration(file)
+    except CalibrationError as error:
+        raise FormatError(f"{file}: mend the file, or remove it and calibrate: {error}") from error
+    missing = [name for name in names if name not in calibration.cameras]
+    if len(missing) == len(names):
+        raise FormatError(
+            f"{file} has the cameras {', '.join(calibration.cameras)}, the recording {', '.join(names)}; "
+            "use the recording's names, or remove the file and calibrate"
+        )
+    if missing:
+        notes.append(f"calibration.json lacks {', '.join(missing)}: not used until the take is calibrated")
+    return calibration
+
+
+def _calibration_s(file: Path) -> float | None:
+    """Return the length of the calibration part [s] from `recording.json`, None where it is not told."""
+    if not file.is_file():
+        return None
+    try:
+        value: Any = json.loads(file.read_text(encoding="utf-8"))
+    except (OSError, ValueError, RecursionError) as error:
+        raise FormatError(f"{file} is not JSON ({error}); mend or remove it") from error
+    seconds = value.get("calibration_s") if isinstance(value, dict) else math.nan
+    if seconds is None:
+        return None
+    if isinstance(seconds, bool) or not isinstance(seconds, int | float) or not 0 <= seconds < 1e9:
+        raise FormatError(f"{file}: calibration_s is not a number of seconds; give one, or remove the file")
+    return float(seconds)
