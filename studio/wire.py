@@ -2,8 +2,10 @@
 
 A camera client opens a WebSocket at `/api/v1/link` and sends `Hello`; the server answers `Welcome` or
 `Refused` and closes. Then, in any order: `ClockRequest` -> `ClockReply` (the exchange that gives offset and
-drift), `SkeletonFrame`, `Status` from the client, `Recording` and `Ack` from the server. Every message is one
-binary WebSocket message: a MessagePack map with a `type` key. `decode` checks it against its schema.
+drift), `SkeletonFrame`, `Status` from the client, `Recording` and `Ack` from the server. While a take is recorded
+the client keeps its frames (`Kept`) until an `Ack` says that they are on the disk, and sends again what is missing
+(`Late`). Every message is one binary WebSocket message: a MessagePack map with a `type` key. `decode` checks it
+against its schema.
 
 A `SkeletonFrame` is written to `raw.mcap` as the very bytes that arrived.
 """
@@ -26,6 +28,9 @@ LINK_PATH = "/api/v1/link"
 
 Name = Annotated[str, Meta(pattern=r"^[A-Za-z0-9][A-Za-z0-9_.-]{0,62}\Z")]
 TimeNs = Annotated[int, Meta(ge=0, le=2**62)]
+Sequence = Annotated[int, Meta(ge=0, le=2**62)]
+Id = Annotated[str, Meta(max_length=64)]
+Text = Annotated[str, Meta(max_length=500)]
 
 
 class Intrinsics(msgspec.Struct, forbid_unknown_fields=True):
@@ -51,13 +56,13 @@ class Hello(msgspec.Struct, tag="hello", forbid_unknown_fields=True):
 
     protocol_version: int
     name: Name
-    device: str
-    joint_set: str
-    boot_id: str
+    device: Text
+    joint_set: Text
+    boot_id: Id
     frames_per_second: float = 30.0
-    serial: str = ""
+    serial: Text = ""
     intrinsics: Intrinsics | None = None
-    token: str = ""
+    token: Text = ""
 
 
 class Welcome(msgspec.Struct, tag="welcome", forbid_unknown_fields=True):
@@ -100,8 +105,8 @@ class ClockSample(msgspec.Struct, tag="clock_sample", forbid_unknown_fields=True
 class HandState(msgspec.Struct, forbid_unknown_fields=True):
     """State of one hand as the client saw it, by one method (`circles` or `shape`)."""
 
-    side: str  # "left" or "right"
-    method: str
+    side: Id  # "left" or "right"
+    method: Id
     open_probability: Annotated[float, Meta(ge=0, le=1)]
 
 
@@ -112,11 +117,11 @@ class SkeletonFrame(msgspec.Struct, tag="skeleton", forbid_unknown_fields=True):
     `head_wxyz`: measured head orientation in the camera frame where known.
     """
 
-    sequence: Annotated[int, Meta(ge=0)]
+    sequence: Sequence
     device_time_ns: TimeNs
     positions: bytes
     confidence: bytes
-    hands: list[HandState] = []
+    hands: Annotated[list[HandState], Meta(max_length=8)] = []
     head_wxyz: tuple[float, float, float, float] | None = None
 
 
@@ -126,7 +131,7 @@ class DepthImage(msgspec.Struct, tag="depth", forbid_unknown_fields=True):
     The size is that of `Hello.intrinsics`. A client that sends both gives an image its skeleton's `sequence`.
     """
 
-    sequence: Annotated[int, Meta(ge=0)]
+    sequence: Sequence
     device_time_ns: TimeNs
     data: bytes
 
@@ -136,14 +141,55 @@ class Status(msgspec.Struct, tag="status", forbid_unknown_fields=True):
 
     frames_sent: int
     frames_dropped: int
-    message: str = ""
+    message: Text = ""
+    frames_kept: int = 0
+    frames_not_kept: int = 0
 
 
 class Recording(msgspec.Struct, tag="recording", forbid_unknown_fields=True):
-    """From the server: recording has begun or ended."""
+    """From the server: a take is being recorded from now on, or no longer.
+
+    `take` is `<session>/<name>`, `take_id` names it for good, `start_ns` is its beginning on the server's clock.
+    """
 
     active: bool
     take: str
+    take_id: Id = ""
+    start_ns: TimeNs = 0
+
+
+class Kept(msgspec.Struct, tag="kept", forbid_unknown_fields=True):
+    """From the client: it keeps the frames `first` to `last` of a take; more may follow while it is recorded.
+
+    `hello` comes with frames of an earlier start of the client (`boot_id`): what that start had said.
+    """
+
+    take_id: Id
+    boot_id: Id
+    first: Sequence
+    last: Annotated[int, Meta(ge=-1, le=2**62)]
+    hello: Hello | None = None
+
+
+class Ack(msgspec.Struct, tag="ack", forbid_unknown_fields=True):
+    """From the server: of the frames kept for a take, those up to `up_to` are on the disk, save `missing`.
+
+    `missing` holds ranges with both ends included. `known` = the server has this take; if not, keep the frames.
+    """
+
+    take_id: Id
+    boot_id: Id
+    up_to: Annotated[int, Meta(ge=-1, le=2**62)]
+    missing: list[tuple[int, int]] = []
+    known: bool = True
+
+
+class Late(msgspec.Struct, tag="late", forbid_unknown_fields=True):
+    """From the client: a kept frame that did not get through; `data` is the whole `SkeletonFrame` message."""
+
+    take_id: Id
+    boot_id: Id
+    data: bytes
 
 
 Message = (
@@ -157,6 +203,9 @@ Message = (
     | DepthImage
     | Status
     | Recording
+    | Kept
+    | Ack
+    | Late
 )
 
 _encoder = msgspec.msgpack.Encoder()
