@@ -20,7 +20,8 @@ from studio.engine.calibration.proportions import measure
 from studio.engine.calibration.refine import BIAS_PRIOR_M, Placed, Refined, refine
 from studio.engine.calibration.result import Calibration, CameraCalibration, Performer
 from studio.engine.calibration.stage import find_stage
-from studio.engine.calibration.swaps import find_swaps
+from studio.engine.calibration.steadiness import Shift, largest_shifts
+from studio.engine.calibration.swaps import exchange, find_swaps
 from studio.engine.calibration.verdict import Facts, verdict
 from studio.engine.frames import CameraFrame, ClockModel
 from studio.engine.geometry import transform_points
@@ -98,6 +99,7 @@ class _Fit:
     even: Refined
     odd: Refined
     walk: Walk
+    shifts: list[Shift]
 
 
 def _fit(cameras: list[Candidate]) -> _Fit:
@@ -123,18 +125,28 @@ def _fit(cameras: list[Candidate]) -> _Fit:
         even = fit(whole, even_blocks & every_second, 4)
         odd = fit(whole, ~even_blocks & every_second, 4)
     walk = merge(tracks, whole.cameras, times, swapped, whole.depth_bias_m)
-    return _Fit([camera.name for camera in cameras], tracks, times, swapped, whole, even, odd, walk)
+    joints = _joints(tracks, whole.cameras, times, whole.depth_bias_m)
+    ordered = np.array([exchange(mine, swap) for mine, swap in zip(joints, swapped, strict=True)])
+    shifts = largest_shifts(ordered, times, quality.BLOCK_S)
+    return _Fit([camera.name for camera in cameras], tracks, times, swapped, whole, even, odd, walk, shifts)
 
 
 def _swaps(
     tracks: list[Track], cameras: list[Placed], times_s: NDArray[np.float64], depth_bias_m: float
 ) -> NDArray[np.bool_]:
     """Return where each camera's left and right are exchanged, shape (camera_count, instant_count)."""
+    return find_swaps(_joints(tracks, cameras, times_s, depth_bias_m))
+
+
+def _joints(
+    tracks: list[Track], cameras: list[Placed], times_s: NDArray[np.float64], depth_bias_m: float
+) -> NDArray[np.float64]:
+    """Return the cameras' joints in the reference's frame [m], shape (camera_count, instant_count, 21, 3)."""
     points = [
         transform_points(camera.T, unbiased(sample(track, camera.clock.device_s(times_s))[0], depth_bias_m))
         for track, camera in zip(tracks, cameras, strict=True)
     ]
-    return find_swaps(np.array(points))
+    return np.array(points)
 
 
 def _same_place(T: NDArray[np.float64]) -> bool:
@@ -157,6 +169,7 @@ def _result(
         tilt_deg=float(np.degrees(np.arccos(np.clip(-T[2, 1], -1.0, 1.0)))),
         performer_height_m=None if performer is None else performer.height_m,
         mirrored=camera.mirrored,
+        shift=fit.shifts[i] if len(fit.names) > 2 or i > 0 else None,
     )
     rest, clock = quality.Residuals(0.0, 0.0, 0.0, 0), ClockModel()
     if i > 0:

@@ -5,10 +5,15 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from studio.engine.calibration.steadiness import MOVED_M, Shift
+
 MIN_PAIRS = 2000
 MIN_SPREAD_M = 0.25
 GOOD_BLOCKS_M, GOOD_BLOCKS_DEG = 0.01, 0.5
-REFUSED_BLOCKS_M, REFUSED_BLOCKS_DEG = 0.06, 3.0
+REFUSED_BLOCKS_M, REFUSED_BLOCKS_DEG = 0.025, 1.0
+"""Each half has less data than the whole: where halves differ by this, the whole is off by about half of it."""
+
+GOOD_SHIFT_M = 0.025
 GOOD_AGREEMENT_M, REFUSED_AGREEMENT_M = 0.10, 0.20
 GOOD_OFFSET_SD_S = 0.01
 MAX_TILT_DEG = 60.0
@@ -24,6 +29,7 @@ class Facts:
         spread_m: standard deviations of the walked places along their principal axes [m], largest first.
         agreement_m: median distance to the reference's joints, left and right in order [m].
         blocks: how far fits on even and odd blocks differ: over the stage [m] and in angle [degrees].
+        shift: how far the camera's joints once moved away from the other cameras', and when.
         camera_height_m: over the floor [m].
         tilt_deg: angle between the camera's up and the stage's.
         performer_height_m: as measured with this calibration [m]; None where no whole body was seen.
@@ -37,6 +43,7 @@ class Facts:
     spread_m: NDArray[np.float64] | None = None
     agreement_m: float | None = None
     blocks: tuple[float, float] | None = None
+    shift: Shift | None = None
     camera_height_m: float | None = None
     tilt_deg: float | None = None
     performer_height_m: float | None = None
@@ -63,6 +70,11 @@ def verdict(facts: Facts) -> tuple[str, tuple[str, ...]]:
                 f"fits on even and odd 5 s blocks differ by {metres * 100:.1f} cm and {degrees:.1f} degrees "
                 f"(good: {GOOD_BLOCKS_M * 100:.0f} cm and {GOOD_BLOCKS_DEG} degrees): walk for longer"
             )
+    if facts.shift is not None and facts.shift.metres > GOOD_SHIFT_M:
+        (refused if facts.shift.metres > MOVED_M else doubts).append(
+            f"its joints shifted by {facts.shift.metres * 100:.1f} cm against the other cameras' for a while from "
+            f"{facts.shift.at_s:.0f} s on: was it moved, or somebody else in view? Fix it in place and walk again"
+        )
     if facts.clock_reason:
         doubts.append(
             f"clock offset not found from the motion ({facts.clock_reason}): move livelier, or sync the clocks"

@@ -8,8 +8,11 @@ import numpy as np
 import pytest
 
 from studio.engine.calibration.calibrate import calibrate
+from studio.engine.calibration.pairs import grid, make_track, sample
+from studio.engine.calibration.swaps import find_swaps
 from studio.engine.frames import CameraFrame
-from studio.engine.joints import CANONICAL, JOINT_SETS, to_canonical
+from studio.engine.geometry import transform_points
+from studio.engine.joints import CANONICAL, JOINT_SETS, MIRROR, to_canonical
 from tests.engine.calibration.scoring import clock_error_ms, stage_error, transform_error
 
 SETS = {
@@ -114,3 +117,32 @@ def test_real_kinects_agree(test_data, name):
     assert second.residual_median_mm <= PAIRS[name]
     assert second.residual_pairs > 10_000
     assert 1.4 < found.performer.height_m < 2.0
+
+
+@pytest.mark.parametrize("name", PAIRS)
+def test_injected_swaps_are_found(test_data, name):
+    """Left and right exchanged in a tenth of one real stream, in bursts; its own swaps are known from before."""
+    path = test_data / "kinect2_pairs" / name
+    if not path.is_file():
+        pytest.skip(f"no {path}")
+    frames = kinect_frames(path)
+    calibration = calibrate(frames)
+    tracks = [make_track(mine) for mine in frames.values()]
+    cameras = list(calibration.cameras.values())
+    times_s = grid(tracks[0])
+    epoch_ns = cameras[0].clock.stage_ns(tracks[0].epoch_ns)
+    offset_s = (cameras[1].clock.stage_ns(tracks[1].epoch_ns) - epoch_ns) * 1e-9
+    joints = [
+        transform_points(camera.T_stage_camera, sample(track, times_s - shift_s)[0])
+        for camera, track, shift_s in zip(cameras, tracks, (0.0, offset_s), strict=True)
+    ]
+    own = find_swaps(np.array(joints))[1]
+    rng, injected = np.random.default_rng(1), np.zeros(len(times_s), dtype=bool)
+    while injected.mean() < 0.1:
+        begin = rng.integers(len(times_s))
+        injected[begin : begin + rng.integers(3, 45)] = True
+    joints[1] = np.where(injected[:, None, None], joints[1][:, MIRROR], joints[1])
+    seen = np.isfinite(joints).all(axis=(0, 3)).sum(axis=1) >= 10
+    changed = find_swaps(np.array(joints))[1] != own
+    assert changed[injected & seen].mean() >= 0.95
+    assert changed[~injected & seen].mean() <= 0.01

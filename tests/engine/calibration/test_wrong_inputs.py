@@ -85,6 +85,17 @@ def test_camera_bumped_while_walking(frames):
     )
 
 
+@pytest.mark.parametrize(("rig", "at"), [(2, 200), (2, 800), (3, 200), (3, 800)])
+@pytest.mark.parametrize(("metres", "degrees"), [(0.05, 1.0), (0.08, 3.0)])
+def test_camera_bumped_is_named_however_early_or_late(frames, rig, at, metres, degrees):
+    frames = frames if rig == 2 else record(27, RIGS[rig])[0]
+    c, s = np.cos(np.radians(degrees)), np.sin(np.radians(degrees))
+    bump = make_transform(np.array([[c, 0, s], [0, 1, 0], [-s, 0, c]]), np.array([metres, 0, 0]))
+    found = calibrate(changed(frames, "camera_1", lambda i, p: p if i < at else transform_points(bump, p)))
+    refused = [name for name, camera in found.cameras.items() if camera.verdict == "refused"]
+    assert refused == ["camera_1"]
+
+
 def test_two_seconds_only(frames):
     refused({**frames, "camera_1": frames["camera_1"][:60]}, "joint pairs")
 
