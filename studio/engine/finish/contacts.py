@@ -40,22 +40,29 @@ class Contacts:
         return Contacts(self.joints, self.standing[rows], self.height_m)
 
 
-def find_contacts(sites: NDArray[np.float64], dt: float) -> Contacts:
+def find_contacts(feet: NDArray[np.float64], pieces: list[tuple[int, int]], dt: float) -> Contacts:
     """Return who stands when.
 
     Args:
-        sites: canonical joints of a smooth trajectory [m], shape (frame_count, 21, 3).
+        feet: `JOINTS` of a smooth trajectory [m], shape (frame_count, 4, 3).
+        pieces: begin and end of each part of the take without a gap [frames].
         dt: time between frames [s].
     """
-    feet = sites[:, list(JOINTS)]
-    smooth = gaussian_filter1d(feet, SMOOTHING_S / dt, axis=0, mode="nearest")
-    velocity = np.gradient(smooth, dt, axis=0) if len(feet) > 1 else np.zeros_like(feet)
-    slow = np.linalg.norm(velocity, axis=2) < STAND_SPEED_M_S
+    slow = np.concatenate([_speed(feet[begin:end], dt) < STAND_SPEED_M_S for begin, end in pieces])
     height = np.array([_standing_height(feet[slow[:, k], k, 2]) for k in range(len(JOINTS))])
     standing = slow & (np.abs(feet[:, :, 2] - height) < STAND_HEIGHT_M)
     gap, least = (np.ones((max(1, round(s / dt)), 1), dtype=bool) for s in (MAX_GAP_S, MIN_STAND_S))
-    standing = binary_opening(binary_closing(standing, gap), least)
+    for begin, end in pieces:
+        standing[begin:end] = binary_opening(binary_closing(standing[begin:end], gap), least)
     return Contacts(JOINTS, standing, height)
+
+
+def _speed(feet: NDArray[np.float64], dt: float) -> NDArray[np.float64]:
+    """Speed of the smoothed paths [m/s], shape (frame_count, 4)."""
+    if len(feet) < 2:
+        return np.zeros(feet.shape[:2])
+    smooth = gaussian_filter1d(feet, SMOOTHING_S / dt, axis=0, mode="nearest")
+    return np.linalg.norm(np.gradient(smooth, dt, axis=0), axis=2)
 
 
 def _standing_height(heights: NDArray[np.float64]) -> float:

@@ -1,12 +1,16 @@
-"""Finishing a take: results of the pipeline come in, in time order, and leave refined, chunk by chunk.
+"""Finishing a take: results of the pipeline come in, in time order; when all are there, they leave refined.
 
-Chunks overlap, and where they do the poses go over from one to the next, so that time and memory grow with the
-take's length only as the poses do.
+Every Gauss-Newton step goes over the whole take before the next begins, window by window. A window is solved
+together with `MARGIN` frames on either side, whose far ends stay where they are, and only its own frames are kept
+(the restricted additive Schwarz method: Cai, Sarkis, SIAM J. Sci. Comput. 21, 1999). All that is decided (which
+joints stand, at which height, which hinges are at a limit, which measurements are believed) follows from the take as
+it is before the step. So how the take is cut into windows does not matter, and memory does not grow with it.
 """
 
+from collections.abc import Iterator
 from dataclasses import replace
+from itertools import pairwise
 
-import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
@@ -14,18 +18,22 @@ from studio.engine.body import Body
 from studio.engine.calibration.result import Performer
 from studio.engine.errors import SettingsError
 from studio.engine.finish.contacts import JOINTS, Contacts, find_contacts
-from studio.engine.finish.measurements import gather
+from studio.engine.finish.measurements import Measurements, measure, swapped
 from studio.engine.finish.smoother import Smoother
-from studio.engine.finish.trajectory import Trajectory
+from studio.engine.finish.store import Store
+from studio.engine.finish.trajectory import Kinematics
 from studio.engine.frames import StepResult
 from studio.engine.human.model import build_humanoid
 from studio.engine.human.skeleton import Skeleton
-from studio.engine.joints import OUTPUT_OF_CANONICAL_INDEX
+from studio.engine.joints import MIRROR, OUTPUT_OF_CANONICAL_INDEX
 from studio.engine.settings import SolveSettings
 
-CHUNK = 600
-OVERLAP = 90
-"""Frames solved at once, and how many of them the next chunk solves again."""
+WINDOW = 600
+MARGIN = 60
+"""Frames of a window, and how many are solved with it on either side."""
+
+HELD = 2
+"""Frames at the far end of a margin that stay: accelerations reach over two."""
 
 ITERATIONS = 3
 CONTACT_ITERATIONS = 3
@@ -39,7 +47,7 @@ MIN_FRAMES = 6
 
 
 class Finisher:
-    """Refines results; `add` each in time order, then `flush`."""
+    """Refines results: `add` all of them in time order, then take them from `results`."""
 
     def __init__(self, performer: Performer, settings: SolveSettings) -> None:
         """Prepare for a performer.
@@ -52,57 +60,99 @@ class Finisher:
                 "finish=on needs a solved pose; allowed with it: ik=previous_pose, combined_skeleton"
             )
         limited = settings.human_limits == "on"
-        self._humanoid = build_humanoid(
+        humanoid = build_humanoid(
             Skeleton.of(performer), human_limits=limited, flexibility=settings.flexibility
         )
         self._dt = 1.0 / settings.output_hz
-        self._smoother = Smoother(self._humanoid, self._dt, limited=limited)
-        self._contacts = settings.floor_contact == "on"
-        rest = self._humanoid.skeleton.rest_positions_m
+        self._kinematics = Kinematics(humanoid)
+        self._smoother = Smoother(humanoid, self._dt, limited=limited)
+        self._with_contacts = settings.floor_contact == "on"
+        rest = humanoid.skeleton.rest_positions_m
         self._rest_heights_m = rest[OUTPUT_OF_CANONICAL_INDEX[list(JOINTS)], 2]
         self._body = Body(performer, settings)
-        self._waiting: list[StepResult] = []
-        self._tail: NDArray[np.float64] | None = None  # configurations of the overlap, by the chunk before
-        self._last_ns: int | None = None
-        self._lifted_m = 0.0
+        self._store: Store | None = None
+        self._measured: tuple[tuple[int, int], Measurements] | None = None  # the last window's
+        self._exchanged = np.zeros((0, 0), dtype=bool)  # frame and camera
 
-    def add(self, result: StepResult) -> list[StepResult]:
-        """Take in a result; return those that are finished, in time order."""
-        done: list[StepResult] = []
-        if self._waiting:
-            step_s = (result.frame_set.stage_time_ns - self._waiting[-1].frame_set.stage_time_ns) * 1e-9
-            if step_s > 1.5 * self._dt:
-                done = self.flush()
-        self._waiting.append(replace(result, fused=replace(result.fused, reasons={})))
-        if len(self._waiting) == CHUNK:
-            done += self._finish(CHUNK - OVERLAP)
-        return done
+    def add(self, result: StepResult) -> None:
+        """Take in a result."""
+        if self._store is None:
+            self._store = Store(result)
+        self._store.add(result)
 
-    def flush(self) -> list[StepResult]:
-        """Return all that is still waiting, finished."""
-        return self._finish(len(self._waiting))
+    def results(self) -> Iterator[StepResult]:
+        """Yield all results, finished."""
+        if self._store is None:
+            return
+        q = self._initial(self._store)
+        pieces = self._pieces(self._store)
+        for _ in range(ITERATIONS):
+            self._step(q, pieces, None)
+        lifted_m = 0.0
+        if self._with_contacts:
+            contacts = self._contacts(q, pieces)
+            for _ in range(CONTACT_ITERATIONS):
+                self._step(q, pieces, contacts)
+            lifted_m = self._sunk_m(contacts)
+            q[:, 2] += lifted_m
+        yield from self._posed(q, lifted_m)
+        self._store.close()
 
-    def _finish(self, count: int) -> list[StepResult]:
-        """Solve all that waits at once; hand out the first `count`."""
-        q = self._refined()
-        if self._tail is not None:
-            self._go_over(q)
-        done = [self._posed(result, row) for result, row in zip(self._waiting[:count], q, strict=False)]
-        self._tail = q[count:] if count < len(q) else None
-        self._waiting = self._waiting[count:]
-        return done
+    def _initial(self, store: Store) -> NDArray[np.float64]:
+        """The first solve's configurations, shape (frame_count, nq), after noting what each camera took for left."""
+        q: list[NDArray[np.float64]] = []
+        exchanged: list[NDArray[np.bool_]] = []
+        for begin in range(0, len(store), WINDOW):
+            records = store.read(begin, min(begin + WINDOW, len(store)))
+            q.append(records["q"])
+            expected = self._kinematics.sites(records["q"])
+            exchanged.append(swapped(records["positions"].astype(np.float64), expected))
+        self._exchanged = np.concatenate(exchanged)
+        return np.concatenate(q)
 
-    def _refined(self) -> NDArray[np.float64]:
-        trajectory = Trajectory(self._humanoid, np.array([r.configuration for r in self._waiting]))
-        if len(self._waiting) >= MIN_FRAMES:
-            measurements = gather([r.frame_set for r in self._waiting], trajectory.sites())
-            self._smoother.refine(trajectory, measurements, None, ITERATIONS)
-            if self._contacts:
-                contacts = find_contacts(trajectory.sites(), self._dt)
-                self._smoother.refine(trajectory, measurements, contacts, CONTACT_ITERATIONS)
-                self._lifted_m = self._sunk_m(contacts)
-                trajectory.q[:, 2] += self._lifted_m
-        return trajectory.q
+    def _pieces(self, store: Store) -> list[tuple[int, int]]:
+        """Where the take goes on without a gap: begin and end of each piece [frames]."""
+        times = np.concatenate(
+            [store.read(b, min(b + WINDOW, len(store)))["time_ns"] for b in range(0, len(store), WINDOW)]
+        )
+        cuts = np.flatnonzero(np.diff(times) * 1e-9 > 1.5 * self._dt) + 1
+        edges = [0, *(int(cut) for cut in cuts), len(store)]
+        return list(pairwise(edges))
+
+    def _step(self, q: NDArray[np.float64], pieces: list[tuple[int, int]], contacts: Contacts | None) -> None:
+        """Move the take by one step towards the minimum, in place."""
+        for first, last in pieces:
+            if last - first < MIN_FRAMES:
+                continue
+            kept = q[:0]
+            for begin in range(first, last, WINDOW):
+                end = min(begin + WINDOW, last)
+                low, high = max(begin - MARGIN, first), min(end + MARGIN, last)
+                window = np.concatenate([kept[len(kept) - (begin - low) :], q[begin:high]])
+                kept = q[max(end - MARGIN, first) : end].copy()
+                stepped = self._smoother.stepped(
+                    window,
+                    self._measurements(low, high),
+                    None if contacts is None else contacts.part(slice(low, high)),
+                    held=(HELD if low > first else 0, HELD if high < last else 0),
+                )
+                q[begin:end] = stepped[begin - low : end - low]
+
+    def _measurements(self, begin: int, end: int) -> Measurements:
+        if self._measured is None or self._measured[0] != (begin, end):
+            assert self._store is not None
+            records, exchanged = self._store.read(begin, end), self._exchanged[begin:end]
+            positions = records["positions"].astype(np.float64)
+            confidence = records["confidence"].astype(np.float64)
+            positions[exchanged] = positions[exchanged][:, MIRROR]
+            confidence[exchanged] = confidence[exchanged][:, MIRROR]
+            found = measure(positions, confidence, self._store.camera_positions)
+            self._measured = (begin, end), found
+        return self._measured[1]
+
+    def _contacts(self, q: NDArray[np.float64], pieces: list[tuple[int, int]]) -> Contacts:
+        parts = [self._kinematics.sites(q[b : b + WINDOW])[:, list(JOINTS)] for b in range(0, len(q), WINDOW)]
+        return find_contacts(np.concatenate(parts), pieces, self._dt)
 
     def _sunk_m(self, contacts: Contacts) -> float:
         """How far the floor has to come up for standing feet to be at their resting heights [m].
@@ -114,29 +164,23 @@ class Finisher:
         off = off[np.isfinite(off)]
         return float(np.clip(np.median(off), -MAX_SUNK_M, MAX_SUNK_M)) if len(off) else 0.0
 
-    def _go_over(self, q: NDArray[np.float64]) -> None:
-        """Go from the chunk before to this one over the middle third of the overlap, in place."""
-        assert self._tail is not None
-        model, difference = self._humanoid.model, np.empty(self._humanoid.model.nv)
-        overlap = min(len(self._tail), len(q))
-        share = np.clip(3.0 * (np.arange(overlap) + 0.5) / overlap - 1.0, 0.0, 1.0)
-        for k in range(overlap):
-            here = self._tail[k].copy()
-            mujoco.mj_differentiatePos(model, difference, 1.0, here, q[k])
-            mujoco.mj_integratePos(model, here, difference, share[k])
-            q[k] = here
-
-    def _posed(self, result: StepResult, q: NDArray[np.float64]) -> StepResult:
-        """The result with the pose of a refined configuration, completed as the pipeline does."""
-        now = result.frame_set.stage_time_ns
-        dt = 0.0 if self._last_ns is None else (now - self._last_ns) * 1e-9
-        self._last_ns = now
-        up = np.array([0.0, 0.0, self._lifted_m])
-        fused = replace(result.fused, positions=result.fused.positions + up)
-        frames = replace(
-            result.frame_set,
-            positions=result.frame_set.positions + up,
-            camera_positions=result.frame_set.camera_positions + up,
-        )
-        pose = self._body.pose_of(q, fused, frames, dt)
-        return StepResult(result.frame_set, result.fused, *pose, configuration=q)
+    def _posed(self, q: NDArray[np.float64], lifted_m: float) -> Iterator[StepResult]:
+        """The poses of the refined configurations, completed as the pipeline does."""
+        assert self._store is not None
+        up, last_ns = np.array([0.0, 0.0, lifted_m]), None
+        for begin in range(0, len(q), WINDOW):
+            records = self._store.read(begin, min(begin + WINDOW, len(q)))
+            for k, (frames, fused) in enumerate(self._store.frames(begin, records), begin):
+                dt = 0.0 if last_ns is None else (frames.stage_time_ns - last_ns) * 1e-9
+                last_ns = frames.stage_time_ns
+                pose = self._body.pose_of(
+                    q[k],
+                    replace(fused, positions=fused.positions + up),
+                    replace(
+                        frames,
+                        positions=frames.positions + up,
+                        camera_positions=frames.camera_positions + up,
+                    ),
+                    dt,
+                )
+                yield StepResult(frames, fused, *pose, configuration=q[k])

@@ -5,8 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from studio.engine.frames import FrameSet
-from studio.engine.fusion.noise import covariances
+from studio.engine.fusion.noise import AXIAL_PER_M, JOINT_FACTOR, LATERAL_PER_M, LEAST_DISTANCE_M
 from studio.engine.joints import MIRROR
 
 SWAP_SHARE = 0.7
@@ -15,23 +14,28 @@ SWAP_SHARE = 0.7
 
 @dataclass(frozen=True)
 class Measurements:
-    """Joints of all cameras over a take.
+    """Joints of all cameras over some frames; a camera's covariance is `axial` along its ray, `lateral` across.
 
     Attributes:
         positions: shape (frame_count, camera_count, 21, 3), stage frame [m]; 0 where unseen.
-        information: inverse covariance [1/m2], shape (frame_count, camera_count, 21, 3, 3); 0 where unseen.
+        rays: unit vectors from the camera to the joint, same shape.
+        axial: inverse variance along the ray [1/m2], shape (frame_count, camera_count, 21); 0 where unseen.
+        lateral: the same across it.
     """
 
     positions: NDArray[np.float64]
-    information: NDArray[np.float64]
-
-    def part(self, rows: slice) -> "Measurements":
-        """The measurements of some frames."""
-        return Measurements(self.positions[rows], self.information[rows])
+    rays: NDArray[np.float64]
+    axial: NDArray[np.float64]
+    lateral: NDArray[np.float64]
 
 
-def _swapped(positions: NDArray[np.float64], expected: NDArray[np.float64]) -> NDArray[np.bool_]:
-    """Which cameras see left for right in which frames, shape (frame_count, camera_count)."""
+def swapped(positions: NDArray[np.float64], expected: NDArray[np.float64]) -> NDArray[np.bool_]:
+    """Return which cameras see left for right in which frames, shape (frame_count, camera_count).
+
+    Args:
+        positions: shape (frame_count, camera_count, 21, 3) [m]; NaN = unseen.
+        expected: the first solve's canonical joints [m], shape (frame_count, 21, 3).
+    """
 
     def cost(joints: NDArray[np.float64]) -> NDArray[np.float64]:
         distance = np.minimum(np.linalg.norm(joints - expected[:, None], axis=3), 0.3)
@@ -43,22 +47,22 @@ def _swapped(positions: NDArray[np.float64], expected: NDArray[np.float64]) -> N
     return (mirrored < SWAP_SHARE * as_is) & (as_is > 0.06)
 
 
-def gather(frames: list[FrameSet], expected: NDArray[np.float64]) -> Measurements:
-    """Return the measurements of a take.
+def measure(
+    positions: NDArray[np.float64], confidence: NDArray[np.float64], camera_positions: NDArray[np.float64]
+) -> Measurements:
+    """Return the measurements of some frames; the noise is that of `fusion.noise`.
 
     Args:
-        frames: one frame set per output frame.
-        expected: the first solve's canonical joints [m], shape (frame_count, 21, 3).
+        positions: shape (frame_count, camera_count, 21, 3), stage frame [m]; NaN = unseen.
+        confidence: shape (frame_count, camera_count, 21).
+        camera_positions: optical centres [m], shape (camera_count, 3).
     """
-    positions = np.array([f.positions for f in frames])
-    confidence = np.array([f.confidence for f in frames])
-    swapped = _swapped(positions, expected)
-    positions[swapped] = positions[swapped][:, MIRROR]
-    confidence[swapped] = confidence[swapped][:, MIRROR]
     seen = ~np.isnan(positions[..., 0])
     positions = np.where(seen[..., None], positions, 0.0)
-    information = np.zeros((*positions.shape, 3))
-    for k in range(len(frames)):  # per frame, to keep memory small
-        noise = covariances(positions[k], confidence[k], frames[k].camera_positions)
-        information[k] = np.linalg.inv(noise) * seen[k][..., None, None]
-    return Measurements(positions, information)
+    rays = positions - camera_positions[:, None, :]
+    distance = np.maximum(np.sqrt(np.einsum("tcjk,tcjk->tcj", rays, rays)), LEAST_DISTANCE_M)
+    rays /= distance[..., None]
+    doubt = JOINT_FACTOR * np.clip(1.0 + 5.0 * (0.85 - confidence), 1.0, 4.5)
+    axial = seen / (AXIAL_PER_M * distance**2 * doubt) ** 2
+    lateral = seen / (LATERAL_PER_M * distance * doubt) ** 2
+    return Measurements(positions, rays, axial, lateral)

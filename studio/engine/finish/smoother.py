@@ -9,15 +9,13 @@ Source: batch estimation with a white-noise-on-acceleration prior (Barfoot, "Sta
 2017, section 3.1 and 4.3); Cauchy reweighting (Zhang, "Parameter estimation techniques", 1997, section 9).
 """
 
-from dataclasses import dataclass
-
 import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import cho_solve_banded, cholesky_banded
 
 from studio.engine.finish.contacts import Contacts
 from studio.engine.finish.measurements import Measurements
-from studio.engine.finish.trajectory import Trajectory
+from studio.engine.finish.trajectory import Kinematics, moved, steps
 from studio.engine.human.model import BODY_JOINTS, FREE_DOFS, Humanoid
 from studio.engine.human.ranges import dofs_of
 
@@ -59,127 +57,137 @@ def acceleration_sigma() -> NDArray[np.float64]:
     return np.array([*_HIPS, *(_ACCELERATION[name] for name in sides)])
 
 
-@dataclass(frozen=True)
 class _Normal:
     """The normal equations: blocks of the matrix (lower triangle) and the right-hand side."""
 
-    diagonal: NDArray[np.float64]  # (frame_count, nv, nv)
-    next: NDArray[np.float64]  # (frame_count - 1, nv, nv): rows t + 1, columns t
-    second: NDArray[np.float64]  # (frame_count - 2, nv): diagonal of rows t + 2, columns t
-    right: NDArray[np.float64]  # (frame_count, nv)
+    def __init__(self, diagonal: NDArray[np.float64], right: NDArray[np.float64]) -> None:
+        frames, nv = right.shape
+        self.diagonal = diagonal  # (frame_count, nv, nv)
+        self.right = right  # (frame_count, nv)
+        self.next = np.zeros((frames - 1, nv, nv))  # columns t (first), rows t + 1
+        self.second = np.zeros((frames - 2, nv))  # diagonal of rows t + 2, columns t
 
     def solve(self) -> NDArray[np.float64]:
         """The steps, shape (frame_count, nv)."""
         frames, nv = self.right.shape
-        band = np.zeros((3 * nv, frames * nv))
-        columns = band.reshape(3 * nv, frames, nv)
+        columns = np.zeros(
+            (frames, nv, 2 * nv + 1)
+        )  # by LAPACK's columns: the diagonal, then what is below it
         for j in range(nv):
-            columns[: nv - j, :, j] = self.diagonal[:, j:, j].T
-            columns[nv - j : 2 * nv - j, :-1, j] = self.next[:, :, j].T
-            columns[2 * nv, :-2, j] = self.second[:, j]
-        band[0] += DAMPING
+            columns[:, j, : nv - j] = self.diagonal[:, j, j:]
+            columns[:-1, j, nv - j : 2 * nv - j] = self.next[:, j]
+        columns[:-2, :, 2 * nv] = self.second
+        columns[:, :, 0] += DAMPING
+        band = columns.reshape(frames * nv, -1).T
         factor = cholesky_banded(band, overwrite_ab=True, lower=True, check_finite=False)
         return cho_solve_banded((factor, True), self.right.ravel(), check_finite=False).reshape(frames, nv)
 
 
 class Smoother:
-    """Refines a trajectory by the measurements of its frames, `dt` apart [s]."""
+    """One Gauss-Newton step for the frames of a window, `dt` apart [s]."""
 
     def __init__(self, humanoid: Humanoid, dt: float, *, limited: bool = True) -> None:
-        self._humanoid = humanoid
+        self._kinematics = Kinematics(humanoid)
         self._stiffness = 1.0 / (acceleration_sigma() * dt**2) ** 2
         rest = REST_WEIGHT / humanoid.spread_rad**2 * dt * 60.0
         self._rest_stiffness = np.concatenate([np.zeros(FREE_DOFS), rest])
-        self._rest = np.concatenate([np.zeros(FREE_DOFS), humanoid.rest_q])
+        self._rest = humanoid.rest_q
         self._low, self._high = humanoid.range_rad.T if limited else (-np.inf, np.inf)
         self._dt = dt
 
-    def refine(
-        self, trajectory: Trajectory, measurements: Measurements, contacts: Contacts | None, iterations: int
-    ) -> None:
-        """Move the trajectory to the minimum, in place."""
-        for _ in range(iterations):
-            normal = self._normal(trajectory, measurements, contacts)
-            self._hold_at_limits(trajectory, normal)
-            trajectory.step(np.clip(normal.solve(), -MAX_STEP, MAX_STEP), self._low, self._high)
+    def stepped(
+        self,
+        q: NDArray[np.float64],
+        measurements: Measurements,
+        contacts: Contacts | None,
+        *,
+        held: tuple[int, int] = (0, 0),
+    ) -> NDArray[np.float64]:
+        """Return the window's configurations after one step towards the minimum.
 
-    def _hold_at_limits(self, trajectory: Trajectory, normal: _Normal) -> None:
+        Args:
+            q: configurations, shape (frame_count, nq).
+            measurements: of the same frames.
+            contacts: of the same frames; None = nobody stands.
+            held: how many frames at the beginning and at the end stay: their other neighbours are not here.
+        """
+        normal = self._normal(q, measurements, contacts)
+        self._hold_at_limits(q, normal)
+        for edge in (slice(0, held[0]), slice(len(q) - held[1], None)):
+            k = np.arange(q.shape[1] - 1)
+            normal.diagonal[edge, k[:, None], k[:, None]] += HELD
+            normal.right[edge] = 0.0
+        out = moved(q, np.clip(normal.solve(), -MAX_STEP, MAX_STEP))
+        out[:, 7:] = np.clip(out[:, 7:], self._low, self._high)
+        return out
+
+    def _hold_at_limits(self, q: NDArray[np.float64], normal: _Normal) -> None:
         """Hinges at a limit that are pushed beyond it stay: the others must not count on them."""
-        q, push = trajectory.q[:, 7:], normal.right[:, FREE_DOFS:]
-        held = ((q <= self._low) & (push < 0)) | ((q >= self._high) & (push > 0))
-        frames, hinges = np.nonzero(held)
-        normal.diagonal[frames, FREE_DOFS + hinges, FREE_DOFS + hinges] += HELD
+        hinges, push = q[:, 7:], normal.right[:, FREE_DOFS:]
+        held = ((hinges <= self._low) & (push < 0)) | ((hinges >= self._high) & (push > 0))
+        frames, hinge = np.nonzero(held)
+        normal.diagonal[frames, FREE_DOFS + hinge, FREE_DOFS + hinge] += HELD
         push[held] = 0.0
 
     def _normal(
-        self, trajectory: Trajectory, measurements: Measurements, contacts: Contacts | None
+        self, q: NDArray[np.float64], measurements: Measurements, contacts: Contacts | None
     ) -> _Normal:
-        sites, jacobians = trajectory.linearised()
+        sites, jacobians = self._kinematics.linearised(q)
         frames, nv = len(sites), jacobians.shape[2]
-        weight, pull = self._camera_rows(sites, measurements)
+        weight, pull = _camera_rows(sites, measurements)
         j = jacobians.reshape(frames, -1, 3, nv)
         weighted = np.matmul(weight, j).reshape(frames, -1, nv)
-        diagonal = np.matmul(jacobians.transpose(0, 2, 1), weighted)
-        right = np.matmul(pull.reshape(frames, 1, -1), jacobians)[:, 0]
-        following = np.zeros((frames - 1, nv, nv))
-        second = np.zeros((frames - 2, nv))
-        self._rest_rows(trajectory, diagonal, right)
-        self._acceleration_rows(trajectory, diagonal, following, second, right)
+        normal = _Normal(
+            np.matmul(jacobians.transpose(0, 2, 1), weighted),
+            np.matmul(pull.reshape(frames, 1, -1), jacobians)[:, 0],
+        )
+        self._rest_rows(q, normal)
+        self._acceleration_rows(q, normal)
         if contacts is not None:
-            _contact_rows(contacts, sites, jacobians, diagonal, following, right)
-        return _Normal(diagonal, following, second, right)
+            _contact_rows(contacts, sites, jacobians, normal)
+        return normal
 
-    @staticmethod
-    def _camera_rows(
-        sites: NDArray[np.float64], measurements: Measurements
-    ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Per frame and joint: the cameras' information, reweighted, and information times difference."""
-        difference = measurements.positions - sites[:, None]
-        information = measurements.information / INFLATION
-        whole = np.einsum("tcjab,tcjb->tcja", information, difference)
-        squared = INFLATION * np.einsum("tcja,tcja->tcj", difference, whole)
-        cauchy = 1.0 / (1.0 + squared / CAUCHY**2)
-        weight = np.einsum("tcj,tcjab->tjab", cauchy, information)
-        return weight, np.einsum("tcj,tcja->tja", cauchy, whole)
+    def _rest_rows(self, q: NDArray[np.float64], normal: _Normal) -> None:
+        k = np.arange(len(self._rest_stiffness))
+        normal.diagonal[:, k, k] += self._rest_stiffness
+        normal.right[:, FREE_DOFS:] -= self._rest_stiffness[FREE_DOFS:] * (q[:, 7:] - self._rest)
 
-    def _rest_rows(
-        self, trajectory: Trajectory, diagonal: NDArray[np.float64], right: NDArray[np.float64]
-    ) -> None:
-        nv = len(self._rest)
-        diagonal[:, np.arange(nv), np.arange(nv)] += self._rest_stiffness
-        away = trajectory.q[:, 7:] - self._rest[FREE_DOFS:]
-        right[:, FREE_DOFS:] -= self._rest_stiffness[FREE_DOFS:] * away
-
-    def _acceleration_rows(
-        self,
-        trajectory: Trajectory,
-        diagonal: NDArray[np.float64],
-        following: NDArray[np.float64],
-        second: NDArray[np.float64],
-        right: NDArray[np.float64],
-    ) -> None:
-        velocity = trajectory.velocities()
-        acceleration = velocity[1:] - velocity[:-1]
+    def _acceleration_rows(self, q: NDArray[np.float64], normal: _Normal) -> None:
+        acceleration = np.diff(steps(q), axis=0)
         stiffness = self._stiffness / (1.0 + self._stiffness * acceleration**2 / TAIL**2)
         pull = stiffness * acceleration
-        right[:-2] -= pull
-        right[1:-1] += 2.0 * pull
-        right[2:] -= pull
+        normal.right[:-2] -= pull
+        normal.right[1:-1] += 2.0 * pull
+        normal.right[2:] -= pull
         k = np.arange(stiffness.shape[1])
         for rows, factor in ((slice(None, -2), 1.0), (slice(1, -1), 4.0), (slice(2, None), 1.0)):
-            diagonal[rows, k, k] += factor * stiffness
-        following[:-1, k, k] -= 2.0 * stiffness
-        following[1:, k, k] -= 2.0 * stiffness
-        second += stiffness
+            normal.diagonal[rows, k, k] += factor * stiffness
+        normal.next[:-1, k, k] -= 2.0 * stiffness
+        normal.next[1:, k, k] -= 2.0 * stiffness
+        normal.second += stiffness
+
+
+def _camera_rows(
+    sites: NDArray[np.float64], measurements: Measurements
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Per frame and joint: the cameras' information, reweighted, shape (frame_count, 21, 3, 3), and information
+    times difference, shape (frame_count, 21, 3)."""
+    rays, lateral = measurements.rays, measurements.lateral
+    difference = measurements.positions - sites[:, None]
+    along = np.einsum("tcja,tcja->tcj", difference, rays)
+    beyond = measurements.axial - lateral  # along the ray
+    squared = lateral * np.einsum("tcja,tcja->tcj", difference, difference) + beyond * along**2
+    cauchy = 1.0 / (1.0 + squared / CAUCHY**2) / INFLATION
+    lateral, beyond = cauchy * lateral, cauchy * beyond
+    weight = np.einsum("tcj,tcja,tcjb->tjab", beyond, rays, rays)
+    k = np.arange(3)
+    weight[:, :, k, k] += lateral.sum(axis=1)[..., None]
+    pull = np.einsum("tcj,tcja->tja", lateral, difference) + np.einsum("tcj,tcja->tja", beyond * along, rays)
+    return weight, pull
 
 
 def _contact_rows(
-    contacts: Contacts,
-    sites: NDArray[np.float64],
-    jacobians: NDArray[np.float64],
-    diagonal: NDArray[np.float64],
-    following: NDArray[np.float64],
-    right: NDArray[np.float64],
+    contacts: Contacts, sites: NDArray[np.float64], jacobians: NDArray[np.float64], normal: _Normal
 ) -> None:
     """Standing joints do not move from one frame to the next, and stand at their height."""
     weight = 1.0 / SLIDE_SIGMA_M**2
@@ -188,13 +196,13 @@ def _contact_rows(
         both = np.flatnonzero(contacts.standing[:-1, column] & contacts.standing[1:, column])
         a, b = jacobians[both, rows], jacobians[both + 1, rows]
         slide = sites[both + 1, joint] - sites[both, joint]
-        diagonal[both] += weight * np.matmul(a.transpose(0, 2, 1), a)
-        diagonal[both + 1] += weight * np.matmul(b.transpose(0, 2, 1), b)
-        following[both] -= weight * np.matmul(b.transpose(0, 2, 1), a)
-        right[both] += weight * np.einsum("ta,tav->tv", slide, a)
-        right[both + 1] -= weight * np.einsum("ta,tav->tv", slide, b)
+        normal.diagonal[both] += weight * np.matmul(a.transpose(0, 2, 1), a)
+        normal.diagonal[both + 1] += weight * np.matmul(b.transpose(0, 2, 1), b)
+        normal.next[both] -= weight * np.matmul(a.transpose(0, 2, 1), b)
+        normal.right[both] += weight * np.einsum("ta,tav->tv", slide, a)
+        normal.right[both + 1] -= weight * np.einsum("ta,tav->tv", slide, b)
         stands = np.flatnonzero(contacts.standing[:, column])
         z = jacobians[stands, 3 * joint + 2]
         height = (contacts.height_m[column] - sites[stands, joint, 2]) / HEIGHT_SIGMA_M**2
-        diagonal[stands] += z[:, :, None] * z[:, None, :] / HEIGHT_SIGMA_M**2
-        right[stands] += height[:, None] * z
+        normal.diagonal[stands] += z[:, :, None] * z[:, None, :] / HEIGHT_SIGMA_M**2
+        normal.right[stands] += height[:, None] * z

@@ -4,51 +4,80 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from studio.engine.human.model import Humanoid
+from studio.engine.human.kinematics import moving_dofs
+from studio.engine.human.model import FREE_DOFS, Humanoid
 
 
-class Trajectory:
-    """Configurations over time, shape (frame_count, nq), and what follows from them."""
+class Kinematics:
+    """Canonical joints and their Jacobians of many configurations of a humanoid."""
 
-    def __init__(self, humanoid: Humanoid, q: NDArray[np.float64]) -> None:
-        self._humanoid = humanoid
+    def __init__(self, humanoid: Humanoid) -> None:
+        self._model, self._ids = humanoid.model, humanoid.site_ids
         self._data = mujoco.MjData(humanoid.model)
-        self.q = q.copy()
+        self._mask = np.repeat(moving_dofs(humanoid), 3, axis=0).astype(np.float64)
 
-    def sites(self) -> NDArray[np.float64]:
-        """Canonical joints [m], shape (frame_count, 21, 3)."""
-        model, data, ids = self._humanoid.model, self._data, self._humanoid.site_ids
-        out = np.empty((len(self.q), len(ids), 3))
-        for t, q in enumerate(self.q):
-            data.qpos[:] = q
-            mujoco.mj_kinematics(model, data)
-            out[t] = data.site_xpos[ids]
+    def sites(self, q: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Canonical joints [m], shape (frame_count, 21, 3), of configurations, shape (frame_count, nq)."""
+        out = np.empty((len(q), len(self._ids), 3))
+        for t, configuration in enumerate(q):
+            self._data.qpos[:] = configuration
+            mujoco.mj_kinematics(self._model, self._data)
+            self._data.site_xpos.take(self._ids, axis=0, out=out[t], mode="clip")
         return out
 
-    def linearised(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Canonical joints [m], shape (frame_count, 21, 3), and their Jacobians, shape (frame_count, 63, nv)."""
-        model, data, ids = self._humanoid.model, self._data, self._humanoid.site_ids
-        out = np.empty((len(self.q), len(ids), 3))
-        jacobians = np.zeros((len(self.q), 3 * len(ids), model.nv))
-        sites = [(3 * i, int(site)) for i, site in enumerate(ids)]
-        for t, q in enumerate(self.q):
-            data.qpos[:] = q
+    def linearised(self, q: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Canonical joints [m], shape (frame_count, 21, 3), and their Jacobians, shape (frame_count, 63, nv);
+        see `human.kinematics`."""
+        data, model = self._data, self._model
+        sites = np.empty((len(q), len(self._ids), 3))
+        motion = np.empty((len(q), model.nv, 6))
+        centre = np.empty((len(q), 1, 3))
+        for t, configuration in enumerate(q):
+            data.qpos[:] = configuration
             mujoco.mj_kinematics(model, data)
             mujoco.mj_comPos(model, data)
-            out[t] = data.site_xpos[ids]
-            for row, site in sites:
-                mujoco.mj_jacSite(model, data, jacobians[t, row : row + 3], None, site)
-        return out, jacobians
+            data.site_xpos.take(self._ids, axis=0, out=sites[t], mode="clip")
+            motion[t] = data.cdof
+            centre[t] = data.subtree_com[1]
+        x, y, z = np.moveaxis(sites - centre, 2, 0)
+        arms = np.zeros((*sites.shape, 6))
+        arms[:, :, 0, 1], arms[:, :, 0, 2] = z, -y
+        arms[:, :, 1, 2], arms[:, :, 1, 0] = x, -z
+        arms[:, :, 2, 0], arms[:, :, 2, 1] = y, -x
+        arms[:, :, range(3), range(3, 6)] = 1.0
+        jacobians = np.matmul(arms.reshape(len(q), -1, 6), motion.transpose(0, 2, 1))
+        jacobians *= self._mask
+        return sites, jacobians
 
-    def step(self, dq: NDArray[np.float64], low: NDArray[np.float64], high: NDArray[np.float64]) -> None:
-        """Move by tangent steps, shape (frame_count, nv), and keep hinges within (low, high)."""
-        for t in range(len(self.q)):
-            mujoco.mj_integratePos(self._humanoid.model, self.q[t], dq[t], 1.0)
-        self.q[:, 7:] = np.clip(self.q[:, 7:], low, high)
 
-    def velocities(self) -> NDArray[np.float64]:
-        """Tangent steps from each frame to the next, shape (frame_count - 1, nv)."""
-        out = np.empty((len(self.q) - 1, self._humanoid.model.nv))
-        for t in range(len(out)):
-            mujoco.mj_differentiatePos(self._humanoid.model, out[t], 1.0, self.q[t], self.q[t + 1])
-        return out
+def moved(q: NDArray[np.float64], step: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return configurations, shape (frame_count, nq), moved by tangent steps, shape (frame_count, nv)."""
+    out = np.empty_like(q)
+    out[:, :3] = q[:, :3] + step[:, :3]
+    out[:, 7:] = q[:, 7:] + step[:, FREE_DOFS:]
+    half = 0.5 * step[:, 3:6]
+    angle = np.linalg.norm(half, axis=1, keepdims=True)
+    turn = np.concatenate([np.cos(angle), half * np.sinc(angle / np.pi)], axis=1)
+    out[:, 3:7] = _product(q[:, 3:7], turn)
+    out[:, 3:7] /= np.linalg.norm(out[:, 3:7], axis=1, keepdims=True)
+    return out
+
+
+def steps(q: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the tangent steps from each frame to the next, shape (frame_count - 1, nv)."""
+    out = np.empty((len(q) - 1, q.shape[1] - 1))
+    out[:, :3] = np.diff(q[:, :3], axis=0)
+    out[:, FREE_DOFS:] = np.diff(q[:, 7:], axis=0)
+    turn = _product(q[:-1, 3:7] * [1.0, -1.0, -1.0, -1.0], q[1:, 3:7])
+    turn *= np.where(turn[:, :1] < 0.0, -1.0, 1.0)
+    sine = np.linalg.norm(turn[:, 1:], axis=1, keepdims=True)
+    angle = 2.0 * np.arctan2(sine, turn[:, :1])
+    out[:, 3:6] = turn[:, 1:] * np.where(sine > 1e-9, angle / np.maximum(sine, 1e-9), 2.0)
+    return out
+
+
+def _product(a: NDArray[np.float64], b: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Products of quaternions wxyz, shape (frame_count, 4)."""
+    w, v = a[:, :1], a[:, 1:]
+    scalar = w * b[:, :1] - (v * b[:, 1:]).sum(axis=1, keepdims=True)
+    return np.concatenate([scalar, w * b[:, 1:] + b[:, :1] * v + np.cross(v, b[:, 1:])], axis=1)

@@ -73,11 +73,11 @@ def solve_frames(
         for stage_ns in schedule.due(pipeline.newest_stage_ns()):
             result = pipeline.step(stage_ns)
             if result is not None and (start_s is None or stage_ns >= start_s * 1e9):
-                results += [result] if finisher is None else finisher.add(result)
+                results.append(result) if finisher is None else finisher.add(result)
         if progress is not None and done % 64 == 0:
             progress(done / len(placed))
     if finisher is not None:
-        results += finisher.flush()
+        results.extend(finisher.results())
     if progress is not None:
         progress(1.0)
     return collect_poses(results)

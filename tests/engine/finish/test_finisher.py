@@ -62,11 +62,11 @@ def test_times_are_those_of_the_live_solve_and_the_pose_is_human(solves):
 
 
 def test_chunks_do_not_show(take, solves, monkeypatch):
-    monkeypatch.setattr(finisher, "CHUNK", 350)
+    monkeypatch.setattr(finisher, "WINDOW", 350)
     other = solve_frames(take[0], take[1], parse_settings("finish"))
     assert len(other.time_s) == len(solves["finish"].time_s)
     away = np.linalg.norm(other.positions_m - solves["finish"].positions_m, axis=2)
-    assert away.mean() < 1e-3 and away.max() < 0.03, f"{1e3 * away.mean():.2f} mm, worst {1e3 * away.max():.1f} mm"
+    assert away.max() < 1e-3, f"{1e3 * away.mean():.2f} mm, worst {1e3 * away.max():.1f} mm"
 
 
 def test_equal_input_gives_equal_bits(take):
