@@ -137,7 +137,7 @@ def _camera_to_json(camera: CameraCalibration) -> dict[str, Any]:
             "drift_ppm": camera.clock.drift_ppm,
             "reference_ns": camera.clock.reference_ns,
         },
-        "depth_bias_mm": camera.depth_bias_m * 1e3,
+        "depth_bias_m": camera.depth_bias_m,
         "coverage": camera.coverage,
         "verdict": camera.verdict,
         "reasons": list(camera.reasons),
@@ -153,7 +153,9 @@ def _camera_from_json(value: dict[str, Any]) -> CameraCalibration:
             drift_ppm=float(clock.get("drift_ppm", 0.0)),
             reference_ns=int(clock.get("reference_ns", 0)),
         ),
-        depth_bias_m=float(value.get("depth_bias_mm", 0.0)) * 1e-3,
+        depth_bias_m=float(
+            value.get("depth_bias_m", value.get("depth_bias_mm", 0.0) * 1e-3)
+        ),  # mm in old files
         residual_median_mm=value.get("residual_median_mm"),
         residual_p95_mm=value.get("residual_p95_mm"),
         residual_pairs=int(value.get("residual_pairs", 0)),

@@ -169,3 +169,8 @@ def test_nothing_to_calibrate_from(two_cameras):
 
 def test_the_same_frames_give_the_same_calibration(two_cameras, two_calibrated):
     assert calibrate(two_cameras[0]).to_json() == two_calibrated.to_json()
+
+
+def test_depth_bias_of_older_files_is_read():
+    camera = {"T_stage_camera": np.eye(4).tolist(), "depth_bias_mm": 28.0}
+    assert Calibration.from_json({"cameras": {"a": camera}}).cameras["a"].depth_bias_m == pytest.approx(0.028)
