@@ -41,20 +41,25 @@ def largest_shifts(
     blocks = np.floor(times_s / block_s).astype(int)
     for block in np.unique(blocks):
         inside = blocks == block
-        for camera, metres in _block_shifts(positions[:, inside]).items():
+        for camera, metres in block_shifts(positions[:, inside], MOVED_M).items():
             if metres > largest[camera].metres:
                 largest[camera] = Shift(metres, float(times_s[inside][0]))
     return largest
 
 
-def _block_shifts(positions: NDArray[np.float64]) -> dict[int, float]:
-    """Return each camera's median shift [m] in one block, those that moved left out of the comparison."""
+def block_shifts(positions: NDArray[np.float64], moved_m: float) -> dict[int, float]:
+    """Return each camera's median shift [m] over some instants, cameras that moved left out of the comparison.
+
+    Args:
+        positions: as for `largest_shifts`.
+        moved_m: a camera that shifted by more has moved.
+    """
     cameras = list(range(len(positions)))
     moved: dict[int, float] = {}
     while True:
         shifts = {camera: _shift(positions, camera, cameras) for camera in cameras}
         worst = max(shifts, key=lambda camera: shifts[camera])
-        if shifts[worst] <= MOVED_M or len(cameras) <= 2:
+        if shifts[worst] <= moved_m or len(cameras) <= 2:
             return {**moved, **shifts}
         moved[worst] = shifts[worst]
         cameras.remove(worst)
