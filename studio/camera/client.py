@@ -2,14 +2,31 @@
 
 import asyncio
 import contextlib
+import os
+import re
 import signal
+from pathlib import Path
+from urllib.parse import urlsplit
 
-from studio.camera.link import Link
+from studio.camera.link import Link, link_url
 from studio.camera.sources import Source, open_source
+from studio.camera.spool import MAX_BYTES, Spool
+
+
+def default_spool(server: str, name: str) -> Path:
+    """Return the folder for a camera's spool: one for each studio and name, where programs keep their state."""
+    state = os.environ.get("XDG_STATE_HOME") or os.path.join(os.path.expanduser("~"), ".local", "state")
+    place = re.sub(r"[^A-Za-z0-9.-]+", "_", urlsplit(link_url(server)).netloc)
+    return Path(state) / "capture-studio" / "spool" / place / name
 
 
 def run_camera(
-    source: str, server: str = "http://127.0.0.1:8000", name: str | None = None, token: str = ""
+    source: str,
+    server: str = "http://127.0.0.1:8000",
+    name: str | None = None,
+    token: str = "",
+    spool: Path | None = None,
+    spool_bytes: int = MAX_BYTES,
 ) -> int:
     """Send a source's frames to a server until Ctrl-C, SIGTERM or the source's end; return the exit code 0.
 
@@ -18,18 +35,31 @@ def run_camera(
         server: its address, such as http://127.0.0.1:8000.
         name: the camera's name; the source's own where None.
         token: the studio's token for cameras, where it asks for one.
+        spool: folder in which frames of recordings are kept until they are on the server's disk; by default
+            `default_spool`.
+        spool_bytes: how large it may become.
 
     Raises:
         StudioError: a source, server or name that cannot be used, or a server that refuses the camera.
     """
     opened = open_source(source)
     with contextlib.suppress(asyncio.CancelledError, KeyboardInterrupt):
-        asyncio.run(_run(opened, server, name, token))
+        asyncio.run(_run(opened, server, name, token, spool, spool_bytes))
     return 0
 
 
-async def _run(source: Source, server: str, name: str | None, token: str) -> None:
-    link = Link(source, server, name=name, token=token)
+async def _run(
+    source: Source, server: str, name: str | None, token: str, folder: Path | None, spool_bytes: int
+) -> None:
+    Link(source, server, name=name)  # a wrong address or name is told before a folder is made
+    spool = Spool(folder or default_spool(server, name or source.name), max_bytes=spool_bytes)
+    try:
+        await _run_link(Link(source, server, name=name, token=token, spool=spool))
+    finally:
+        spool.close()
+
+
+async def _run_link(link: Link) -> None:
     task = asyncio.current_task()
     assert task is not None
     loop = asyncio.get_running_loop()

@@ -1,19 +1,23 @@
 """The link of a camera client to the server: says hello, keeps the clocks, sends frames, comes back.
 
-While the link is down or slow, the newest frames wait in a short queue; older ones are dropped and counted.
+While the link is down or slow, the newest frames wait in a short queue; older ones are dropped and counted. Frames
+of a recording are also in the spool (`keeper`), and what did not get through is sent again between the new ones.
 """
 
 import asyncio
 import logging
+import time
 import uuid
-from collections import deque
 from urllib.parse import urlsplit
 
 from websockets.asyncio.client import ClientConnection, connect
 from websockets.exceptions import WebSocketException
 
 from studio import wire
+from studio.camera.frame_queue import FrameQueue
+from studio.camera.keeper import Keeper
 from studio.camera.sources import Source, SourceFrame
+from studio.camera.spool import Spool
 from studio.engine.errors import FormatError, SettingsError, StudioError
 
 QUEUE_FRAMES = 60
@@ -21,12 +25,22 @@ _FIRST_DELAY_S, _LONGEST_DELAY_S = 0.25, 5.0
 _OPEN_TIMEOUT_S = 5.0
 _CLOCK_BURST, _BURST_GAP_S, _CLOCK_GAP_S = 8, 0.02, 1.0
 _STATUS_GAP_S = 1.0
+_LATE_BATCH, _LATE_PAUSE_S = 10, 0.02
+"""Kept frames go out in batches, about 500 a second, so that new ones are not held up."""
+_SYNC_GAP_S = 1.0
+_NAME_TAKEN_S = 7.0
+"""The server needs 5 s to notice that an earlier start of this camera is gone without a word."""
+_ACK_WAIT_S = 5.0
 
 log = logging.getLogger(__name__)
 
 
 class RefusedError(StudioError):
-    """The server does not take this camera; the message is the server's reason."""
+    """The server does not take this camera; the message is the server's reason, `code` is for programs."""
+
+    def __init__(self, message: str, code: str) -> None:
+        super().__init__(message)
+        self.code = code
 
 
 def link_url(server: str) -> str:
@@ -47,51 +61,31 @@ def link_url(server: str) -> str:
     return f"{scheme}://{parts.netloc}{path}{wire.LINK_PATH}"
 
 
-class FrameQueue:
-    """Encoded frames on their way; at most `capacity`, the oldest goes first."""
-
-    def __init__(self, capacity: int) -> None:
-        self._frames: deque[bytes] = deque()
-        self._capacity = capacity
-        self._changed = asyncio.Condition()
-        self._ended = False
-        self.dropped = 0
-
-    async def put(self, frame: bytes, *, wait: bool) -> None:
-        """Add a frame: drop the oldest where there is no room, or wait for room."""
-        async with self._changed:
-            if wait:
-                await self._changed.wait_for(lambda: len(self._frames) < self._capacity)
-            elif len(self._frames) == self._capacity:
-                self._frames.popleft()
-                self.dropped += 1
-            self._frames.append(frame)
-            self._changed.notify_all()
-
-    async def get(self) -> bytes | None:
-        """Return the oldest frame, or None once the source has ended and all are gone."""
-        async with self._changed:
-            await self._changed.wait_for(lambda: self._frames or self._ended)
-            frame = self._frames.popleft() if self._frames else None
-            self._changed.notify_all()
-            return frame
-
-    async def end(self) -> None:
-        """Say that no frame comes any more."""
-        async with self._changed:
-            self._ended = True
-            self._changed.notify_all()
-
-
 class Link:
     """One camera's link; `run` it once.
 
+    Args:
+        source: what is sent.
+        server: address of the studio.
+        name: of the camera; the source's where None.
+        token: the studio's token for cameras.
+        spool: where frames of recordings are kept until they are on the server's disk; None: nowhere.
+
     Attributes:
-        frames_sent: frames handed to the network.
+        frames_sent: frames handed to the network as they came.
+        frames_late: kept frames that were sent again.
         connections: how often the server has welcomed this camera.
     """
 
-    def __init__(self, source: Source, server: str, *, name: str | None = None, token: str = "") -> None:
+    def __init__(
+        self,
+        source: Source,
+        server: str,
+        *,
+        name: str | None = None,
+        token: str = "",
+        spool: Spool | None = None,
+    ) -> None:
         self.url = link_url(server)
         self.name = source.name if name is None else name
         if not wire.is_camera_name(self.name):
@@ -109,7 +103,10 @@ class Link:
             token=token,
         )
         self._queue = FrameQueue(QUEUE_FRAMES)
+        self._spool = spool
+        self._keeper = Keeper(spool, self._hello, self._queue.wake)
         self.frames_sent = 0
+        self.frames_late = 0
         self.connections = 0
 
     async def run(self) -> None:
@@ -120,23 +117,34 @@ class Link:
             StudioError: the source fails.
         """
         producer = asyncio.create_task(self._produce())
-        keeper = asyncio.create_task(self._keep_connected())
+        connector = asyncio.create_task(self._keep_connected())
+        syncer = asyncio.create_task(self._sync_spool())
         try:
-            done, _ = await asyncio.wait((producer, keeper), return_when=asyncio.FIRST_EXCEPTION)
+            done, _ = await asyncio.wait((producer, connector), return_when=asyncio.FIRST_EXCEPTION)
             for task in done:
                 task.result()
         finally:
-            await _cancel(producer, keeper)
+            await _cancel(producer, connector, syncer)
+
+    async def _sync_spool(self) -> None:
+        while self._spool is not None:
+            await asyncio.sleep(_SYNC_GAP_S)
+            await asyncio.to_thread(self._spool.sync)
 
     async def _produce(self) -> None:
         sequence = 0
         async for frame in self._source.frames():
-            await self._queue.put(_encode(sequence, frame), wait=not self._source.realtime)
+            data = _encode(sequence, frame)
+            self._keeper.frame(sequence, data)
+            dropped = await self._queue.put(sequence, data, wait=not self._source.realtime)
+            if dropped is not None:
+                self._keeper.dropped(dropped)
             sequence += 1
-        await self._queue.end()
+        self._queue.end()
 
     async def _keep_connected(self) -> None:
         delay_s = _FIRST_DELAY_S
+        refused_until = time.monotonic() + _NAME_TAKEN_S
         while True:
             before = self.connections
             try:
@@ -153,7 +161,8 @@ class Link:
                     await self._session(socket)
                 return
             except RefusedError as error:
-                if self.connections == 0:
+                taken = error.code == "name_taken" and time.monotonic() < refused_until
+                if self.connections == 0 and not taken:
                     raise
                 reason = str(error)  # a server that has not noticed yet that the last link is gone
             except (OSError, TimeoutError, WebSocketException, FormatError) as error:
@@ -167,11 +176,12 @@ class Link:
         await socket.send(wire.encode(self._hello))
         answer = await asyncio.wait_for(_receive(socket), _OPEN_TIMEOUT_S)
         if isinstance(answer, wire.Refused):
-            raise RefusedError(f"the server refuses camera {self.name}: {answer.reason}")
+            raise RefusedError(f"the server refuses camera {self.name}: {answer.reason}", answer.code)
         if not isinstance(answer, wire.Welcome):
             raise FormatError(f"{self.url} answers hello with {type(answer).__name__}; is it a studio?")
         self.connections += 1
         log.info("camera %s: linked to %s", self.name, self.url)
+        await self._say(socket, self._keeper.connected())
         frames = asyncio.create_task(self._send_frames(socket))
         others = [
             asyncio.create_task(work(socket)) for work in (self._listen, self._ask_clock, self._send_status)
@@ -186,9 +196,38 @@ class Link:
             await _cancel(frames, *others)
 
     async def _send_frames(self, socket: ClientConnection) -> None:
-        while (frame := await self._queue.get()) is not None:
-            await socket.send(frame)
-            self.frames_sent += 1
+        """Send new frames as they come and kept ones in between; returns when all are sent for good."""
+        ended_s: float | None = None
+        while True:
+            item = self._queue.pop()
+            if item is not None:
+                sequence, data = item
+                await socket.send(data)
+                self._keeper.sent(sequence)
+                self.frames_sent += 1
+            elif self._keeper.has_late:
+                await self._send_late(socket)
+            elif self._queue.ended:
+                ended_s = time.monotonic() if ended_s is None else ended_s
+                if self._keeper.owed == 0 or time.monotonic() - ended_s > _ACK_WAIT_S:
+                    return
+                await asyncio.sleep(_LATE_PAUSE_S)
+            else:
+                await self._queue.wait()
+
+    async def _send_late(self, socket: ClientConnection) -> None:
+        for _ in range(_LATE_BATCH):
+            late = self._keeper.next_late()
+            if late is None:
+                return
+            await socket.send(wire.encode(late))
+            self.frames_late += 1
+        await asyncio.sleep(_LATE_PAUSE_S)
+
+    @staticmethod
+    async def _say(socket: ClientConnection, messages: list[wire.Kept]) -> None:
+        for message in messages:
+            await socket.send(wire.encode(message))
 
     async def _listen(self, socket: ClientConnection) -> None:
         while True:
@@ -202,7 +241,11 @@ class Link:
                 )
                 await socket.send(wire.encode(sample))
             elif isinstance(message, wire.Refused):
-                raise RefusedError(f"the server refuses camera {self.name}: {message.reason}")
+                raise RefusedError(f"the server refuses camera {self.name}: {message.reason}", message.code)
+            elif isinstance(message, wire.Recording):
+                await self._say(socket, self._keeper.recording_changed(message))
+            elif isinstance(message, wire.Ack):
+                self._keeper.acknowledged(message)
 
     async def _ask_clock(self, socket: ClientConnection) -> None:
         asked = 0
@@ -217,7 +260,13 @@ class Link:
             await asyncio.sleep(_STATUS_GAP_S)
 
     def _status(self) -> wire.Status:
-        return wire.Status(frames_sent=self.frames_sent, frames_dropped=self._queue.dropped)
+        return wire.Status(
+            frames_sent=self.frames_sent,
+            frames_dropped=self._queue.dropped,
+            message=self._keeper.problem[:500],
+            frames_kept=self._keeper.owed,
+            frames_not_kept=self._keeper.refused,
+        )
 
 
 def _encode(sequence: int, frame: SourceFrame) -> bytes:

@@ -1,6 +1,7 @@
 """`studio camera`: a camera client."""
 
 import argparse
+from pathlib import Path
 from typing import Any
 
 from studio.commands.common import add_command
@@ -12,7 +13,8 @@ SOURCE is one of
   simulated:INDEX/COUNT[:SEED]           a camera of a standard rig that watches the simulated performer
   recording:PATH[#CAMERA][?speed=max]    a take or a recording, over and over in real time, or once at full speed
 
-When the link drops, frames are kept and sent once it is back. Stop it with Ctrl-C."""
+While a take is recorded, every frame is also kept in a spool on this machine until the studio has it on its disk;
+when the link drops, it is sent once the link is back, also by the next start. Stop it with Ctrl-C."""
 
 
 def add_parser(subparsers: Any) -> None:
@@ -30,9 +32,32 @@ def add_parser(subparsers: Any) -> None:
     parser.add_argument(
         "--token", metavar="T", default="", help="the studio's token for cameras, where it asks for one"
     )
+    parser.add_argument(
+        "--spool",
+        metavar="DIR",
+        type=Path,
+        help="folder of the spool (default: one per studio and name, for you)",
+    )
+    parser.add_argument(
+        "--spool-mb",
+        metavar="MB",
+        type=int,
+        default=2048,
+        help="how large the spool may become (default 2048)",
+    )
 
 
 def run(args: argparse.Namespace) -> int:
     from studio.camera.client import run_camera
+    from studio.engine.errors import SettingsError
 
-    return run_camera(source=args.source, server=args.server, name=args.name, token=args.token)
+    if args.spool_mb < 1:
+        raise SettingsError(f"--spool-mb {args.spool_mb} is not allowed; allowed: 1 or more")
+    return run_camera(
+        source=args.source,
+        server=args.server,
+        name=args.name,
+        token=args.token,
+        spool=args.spool,
+        spool_bytes=args.spool_mb << 20,
+    )

@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 from studio import wire
-from studio.camera.link import QUEUE_FRAMES, FrameQueue, Link, RefusedError, link_url
+from studio.camera.frame_queue import FrameQueue
+from studio.camera.link import QUEUE_FRAMES, Link, RefusedError, link_url
 from studio.camera.simulator.live import SimulatedSource
 from studio.camera.sources import SourceFrame
 from studio.engine.errors import SettingsError, StudioError
@@ -161,11 +162,10 @@ def test_the_queue_drops_the_oldest():
     async def scenario():
         queue = FrameQueue(3)
         for k in range(5):
-            await queue.put(bytes([k]), wait=False)
-        await queue.end()
-        return [await queue.get() for _ in range(4)], queue.dropped
+            await queue.put(k, bytes([k]), wait=False)
+        return [queue.pop() for _ in range(4)], queue.dropped
 
-    assert asyncio.run(scenario()) == ([b"\x02", b"\x03", b"\x04", None], 2)
+    assert asyncio.run(scenario()) == ([(2, b"\x02"), (3, b"\x03"), (4, b"\x04"), None], 2)
     assert QUEUE_FRAMES >= 30
 
 

@@ -1,0 +1,143 @@
+"""What a client owes the server: frames of recordings that are not known to be on the server's disk.
+
+While a take is recorded, every frame goes into the spool as well as to the network. What was sent on a connection
+that broke counts as not sent. On each connection the client says what it keeps (`Kept`); the server's answer
+(`Ack`) tells what it has; the rest is sent again, oldest first (`Late`).
+"""
+
+import logging
+from collections.abc import Callable
+
+from studio import wire
+from studio.camera.spool import Origin, Spool
+
+log = logging.getLogger(__name__)
+
+Key = tuple[str, str]
+"""Take id and boot id."""
+
+
+class Keeper:
+    """Keeps the frames of recordings in a spool; all methods belong to the client's event loop.
+
+    Args:
+        spool: where frames are kept; None keeps nothing.
+        hello: of this start of the client.
+        wake: called when there may be something to send.
+    """
+
+    def __init__(self, spool: Spool | None, hello: wire.Hello, wake: Callable[[], None]) -> None:
+        self._spool = spool
+        self._hello = hello
+        self._wake = wake
+        self._active: Origin | None = None
+        self._answered: set[Key] = set()
+        self._unsent: dict[Key, dict[int, None]] = {}  # sets in order
+        self._newest = -1
+
+    @property
+    def recording(self) -> bool:
+        """Whether frames are kept now, as far as this client knows."""
+        return self._active is not None
+
+    @property
+    def owed(self) -> int:
+        """Frames kept that are not acknowledged."""
+        return 0 if self._spool is None else self._spool.frames
+
+    @property
+    def refused(self) -> int:
+        """Frames of recordings that there was no room for."""
+        return 0 if self._spool is None else self._spool.refused
+
+    @property
+    def problem(self) -> str:
+        """Why frames are not kept, for people; "" while all is well."""
+        return "" if self._spool is None or not self._spool.problem else self._spool.problem
+
+    def frame(self, sequence: int, data: bytes) -> None:
+        """Take note of a frame that the source gave, before it is sent."""
+        self._newest = sequence
+        if self._active is not None and self._spool is not None:
+            self._spool.append(self._active, sequence, data)
+
+    def dropped(self, sequence: int) -> None:
+        """A frame did not go to the network, since it was slow: send it later, if it is kept."""
+        if self._active is not None:
+            self._unsent.setdefault(self._active.key, {})[sequence] = None
+
+    def connected(self) -> list[wire.Kept]:
+        """A connection begins: return what to say on it."""
+        self._answered = set()
+        self._unsent = {}
+        if self._spool is None:
+            return []
+        out = []
+        for origin in self._spool.origins():
+            kept = self._spool.sequences(origin.key)
+            if kept:
+                self._unsent[origin.key] = dict.fromkeys(kept)
+                out.append(self._kept(origin, kept[0], kept[-1]))
+        if self._active is not None and self._active.key not in self._unsent:
+            out.append(self._begin(self._active))
+        return out
+
+    def _begin(self, origin: Origin) -> wire.Kept:
+        """Say that frames are kept from the next one on; no answer is needed, since there is none yet."""
+        self._answered.add(origin.key)
+        return self._kept(origin, self._newest + 1, self._newest)
+
+    def recording_changed(self, message: wire.Recording) -> list[wire.Kept]:
+        """The server tells whether it records: return what to say to that."""
+        if not message.active or not message.take_id:
+            self._active = None
+            return []
+        if self._active is not None and self._active.take_id == message.take_id:
+            return []
+        self._active = Origin(message.take, message.take_id, self._hello)
+        if self._spool is None or self._active.key in self._unsent:
+            return []
+        return [self._begin(self._active)]
+
+    def acknowledged(self, message: wire.Ack) -> None:
+        """The server tells what it has on its disk."""
+        key = (message.take_id, message.boot_id)
+        if self._spool is None:
+            return
+        if not message.known:
+            log.warning("the server does not know a take that frames are kept for; they stay in the spool")
+            self._unsent.pop(key, None)
+            return
+        for sequence in self._spool.acknowledge(key, message.up_to, message.missing):
+            self._unsent.get(key, {}).pop(sequence, None)
+        if key not in self._answered:
+            self._answered.add(key)
+            self._wake()
+
+    def sent(self, sequence: int) -> None:
+        """A frame of this start was handed to the network."""
+        for (_, boot_id), waiting in self._unsent.items():
+            if boot_id == self._hello.boot_id:
+                waiting.pop(sequence, None)
+
+    @property
+    def has_late(self) -> bool:
+        """Whether a kept frame is to be sent now."""
+        return any(waiting for key, waiting in self._unsent.items() if key in self._answered)
+
+    def next_late(self) -> wire.Late | None:
+        """Return the oldest kept frame that is to be sent again, None where there is none."""
+        assert self._spool is not None
+        for key in self._answered:
+            waiting = self._unsent.get(key)
+            while waiting:
+                sequence = next(iter(waiting))
+                del waiting[sequence]
+                data = self._spool.read(key, sequence)
+                if data is not None:
+                    return wire.Late(*key, data)
+        return None
+
+    def _kept(self, origin: Origin, first: int, last: int) -> wire.Kept:
+        earlier = origin.hello.boot_id != self._hello.boot_id
+        return wire.Kept(origin.take_id, origin.hello.boot_id, first, last, origin.hello if earlier else None)
