@@ -11,6 +11,7 @@ from studio.engine.joints import INDEX
 _MIN_HOLD_S = 1.0
 _MAX_SLOPE = np.sin(np.radians(25.0))
 _MIN_STRAIGHT = np.cos(np.radians(35.0))
+_MIN_OUTWARD = 0.85
 _MAX_SPEED_M_S = 0.25
 _SPEED_OVER_S = 0.5
 _SHARE = 0.8
@@ -55,25 +56,84 @@ def find_tpose(walk: Walk, up: NDArray[np.float64]) -> Hold | None:
     return Hold(int(first), int(end))
 
 
+@dataclass(frozen=True)
+class _Arm:
+    """One arm over some instants, each of shape (instant_count,); NaN = unseen.
+
+    Attributes:
+        slope: sine of the angle to the floor, up positive.
+        straight: cosine of the bend at the elbow.
+        outward: cosine of the angle to the line across the shoulders.
+        speed_m_s: of the wrist.
+    """
+
+    slope: NDArray[np.float64]
+    straight: NDArray[np.float64]
+    outward: NDArray[np.float64]
+    speed_m_s: NDArray[np.float64]
+
+    def good(self) -> NDArray[np.bool_]:
+        return (
+            (np.abs(self.slope) < _MAX_SLOPE)
+            & (self.straight > _MIN_STRAIGHT)
+            & (self.outward > _MIN_OUTWARD)
+            & (self.speed_m_s < _MAX_SPEED_M_S)
+        )
+
+
 def _is_tpose(joints: NDArray[np.float64], up: NDArray[np.float64], rate_hz: float) -> NDArray[np.bool_]:
     """Return whether each instant's joints, shape (instant_count, 21, 3), form a still T-pose."""
-    shoulders = [joints[:, INDEX[f"{side}_shoulder"]] for side in ("left", "right")]
-    across = _unit(shoulders[0] - shoulders[1])
-    good = np.ones(len(joints), dtype=bool)
+    return np.logical_and.reduce([arm.good() for arm in _arms(joints, up, rate_hz).values()])
+
+
+def tpose_problems(joints: NDArray[np.float64], up: NDArray[np.float64], rate_hz: float) -> list[str]:
+    """Return what is wrong with a T-pose that is being held, in words for the performer; empty = it is good.
+
+    Args:
+        joints: the last instants, half a second or more, in any one frame [m], shape (instant_count, 21, 3).
+        up: unit vector in that frame, shape (3,).
+        rate_hz: instants per second.
+    """
+    problems = []
+    for side, arm in _arms(joints, up, rate_hz).items():
+        slope, straight, outward = (_percentile(v, 50) for v in (arm.slope, arm.straight, arm.outward))
+        speed = _percentile(arm.speed_m_s, 80)
+        if np.isnan([slope, straight, outward]).any():
+            problems.append(f"{side} arm not seen")
+        elif straight <= _MIN_STRAIGHT:
+            problems.append(
+                f"{side} arm bent by {np.degrees(np.arccos(max(straight, -1.0))):.0f} degrees: straighten it"
+            )
+        elif abs(slope) >= _MAX_SLOPE:
+            problems.append(f"{side} arm too {'high' if slope > 0 else 'low'}: hold it level")
+        elif outward <= _MIN_OUTWARD:
+            problems.append(f"{side} arm not out sideways, or the shoulders are turned: arms in one line")
+        if speed >= _MAX_SPEED_M_S:
+            problems.append(f"{side} arm moves at {speed:.1f} m/s: hold still")
+    return problems
+
+
+def _percentile(values: NDArray[np.float64], percent: float) -> float:
+    """Return a percentile of those that are finite; NaN where none is."""
+    seen = values[np.isfinite(values)]
+    return float(np.percentile(seen, percent)) if len(seen) else np.nan
+
+
+def _arms(joints: NDArray[np.float64], up: NDArray[np.float64], rate_hz: float) -> dict[str, _Arm]:
+    """Return both arms of joints, shape (instant_count, 21, 3)."""
+    across = _unit(joints[:, INDEX["left_shoulder"]] - joints[:, INDEX["right_shoulder"]])
+    arms = {}
     for side, outward in (("left", across), ("right", -across)):
         shoulder, elbow, wrist = (
             joints[:, INDEX[f"{side}_{name}"]] for name in ("shoulder", "elbow", "wrist")
         )
         arm = _unit(wrist - shoulder)
-        straight = (_unit(elbow - shoulder) * _unit(wrist - elbow)).sum(axis=1)
         half = max(round(_SPEED_OVER_S / 2 * rate_hz), 1)
         ends = np.pad(wrist, ((half, half), (0, 0)), mode="edge")
         speed = np.linalg.norm(ends[2 * half :] - ends[: -2 * half], axis=1) * rate_hz / (2 * half)
-        good &= np.abs(arm @ up) < _MAX_SLOPE
-        good &= straight > _MIN_STRAIGHT
-        good &= (arm * outward).sum(axis=1) > 0.85
-        good &= speed < _MAX_SPEED_M_S
-    return good
+        straight = (_unit(elbow - shoulder) * _unit(wrist - elbow)).sum(axis=1)
+        arms[side] = _Arm(arm @ up, straight, (arm * outward).sum(axis=1), speed)
+    return arms
 
 
 def facing(

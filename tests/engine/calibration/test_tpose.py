@@ -1,0 +1,62 @@
+"""What is said of a T-pose that is not one."""
+
+import numpy as np
+import pytest
+
+from studio.engine.calibration.proportions import anthropometric_positions
+from studio.engine.calibration.tpose import tpose_problems
+from studio.engine.joints import INDEX
+
+UP = np.array([0.0, 0.0, 1.0])
+
+
+def held(change=None) -> np.ndarray:
+    """A second of a T-pose at 30 Hz with noise, one joint moved by `change(instant, joints)`."""
+    rng = np.random.default_rng(1)
+    joints = np.tile(anthropometric_positions(1.75), (30, 1, 1)) + rng.normal(0, 0.003, (30, 21, 3))
+    for i, mine in enumerate(joints):
+        if change is not None:
+            change(i, mine)
+    return joints
+
+
+def bent(_, joints):
+    joints[INDEX["left_wrist"]] = joints[INDEX["left_elbow"]] + [0.02, -0.25, 0]
+
+
+def low(_, joints):
+    joints[INDEX["right_elbow"]] = joints[INDEX["right_shoulder"]] + [-0.2, 0, -0.2]
+    joints[INDEX["right_wrist"]] = joints[INDEX["right_shoulder"]] + [-0.4, 0, -0.4]
+
+
+def forwards(_, joints):
+    joints[INDEX["left_elbow"]] = joints[INDEX["left_shoulder"]] + [0.2, -0.22, 0]
+    joints[INDEX["left_wrist"]] = joints[INDEX["left_shoulder"]] + [0.4, -0.44, 0]
+
+
+def waving(i, joints):
+    joints[INDEX["right_wrist"]] += [0, 0.1 * np.sin(i / 30 * 2 * np.pi), 0]
+
+
+def unseen(_, joints):
+    joints[INDEX["left_wrist"]] = np.nan
+
+
+def test_a_good_one_has_no_problem():
+    assert tpose_problems(held(), UP, 30.0) == []
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        (bent, "left arm bent"),
+        (low, "right arm too low"),
+        (forwards, "left arm not out sideways"),
+        (waving, "right arm moves"),
+        (unseen, "left arm not seen"),
+    ],
+)
+def test_a_poor_one_says_which(change, words):
+    problems = tpose_problems(held(change), UP, 30.0)
+    assert len(problems) == 1
+    assert problems[0].startswith(words)
