@@ -11,12 +11,15 @@ from numpy.typing import NDArray
 
 from studio.engine.human.model import BODY_JOINTS, FREE_DOFS, Humanoid
 from studio.engine.human.ranges import dofs_of
-from studio.engine.joints import CANONICAL, INDEX, OUTPUT_OF_CANONICAL
+from studio.engine.joints import CANONICAL, INDEX
 from studio.engine.settings import SolveSettings
 from studio.engine.solve.angles import configuration_of
+from studio.engine.solve.box_qp import UNBOUNDED, BoxQP
+from studio.engine.solve.effectors import pull_scale, resist_scale
 from studio.engine.solve.reseed import LimbWatch
 from studio.engine.solve.swing import swing_rotations
 from studio.engine.solve.tasks import HingeLimit, JointPositionsTask, MotionPriorTask
+from studio.engine.solve.twist import LimbTwists
 
 ITERATIONS = 2
 """Per frame; the second cuts the lag of fast motion, a third gives nothing."""
@@ -64,9 +67,9 @@ FAR_M = 100.0
 CARRY_S = 0.2
 """A pose's velocity carries it on for no longer than this."""
 
-_TRUNK = [
-    INDEX[n] for n in ("hips", "chest", "neck", "left_shoulder", "right_shoulder", "left_hip", "right_hip")
-]
+_TRUNK = np.array(
+    [INDEX[n] for n in ("hips", "chest", "neck", "left_shoulder", "right_shoulder", "left_hip", "right_hip")]
+)
 
 
 def _hinge_values(table: dict[str, float]) -> NDArray[np.float64]:
@@ -83,18 +86,25 @@ class Solver:
 
     def __init__(self, humanoid: Humanoid, settings: SolveSettings) -> None:
         self.humanoid = humanoid
+        model = humanoid.model
         self._combined = settings.ik == "combined_skeleton"
-        self._configuration = mink.Configuration(humanoid.model, humanoid.rest_qpos)
-        self._task = JointPositionsTask(humanoid, _pull_scale(humanoid, settings))
+        self._limited = settings.human_limits == "on"
+        self._configuration = mink.Configuration(model, humanoid.rest_qpos)
+        self._task = JointPositionsTask(humanoid, pull_scale(humanoid, settings.effectors))
         self._prior = MotionPriorTask(humanoid)
-        limited = settings.human_limits == "on"
-        self._limited = limited
-        self._limits: list[mink.limits.Limit] = [HingeLimit(humanoid, MAX_STEP_RAD, limited=limited)]
-        self._watch = None if self._combined else LimbWatch(humanoid, limited=limited)
+        self._limit = HingeLimit(humanoid, MAX_STEP_RAD, limited=self._limited)
+        self._qp = BoxQP(model.nv)
+        self._low, self._high = np.full(model.nv, -UNBOUNDED), np.full(model.nv, UNBOUNDED)
+        self._watch = None if self._combined else LimbWatch(humanoid, limited=self._limited)
         self._reach = np.array([settings.effectors[name].reach for name in CANONICAL])
-        self._sigma = np.concatenate([_HIPS_SIGMA, _hinge_values(_SIGMA)]) / _resist_scale(settings)
-        self._velocity = np.zeros(humanoid.model.nv)
+        self._let_be = (self._reach == 0.0) & ~np.isin(np.arange(len(CANONICAL)), _TRUNK)
+        sigma = np.concatenate([_HIPS_SIGMA, _hinge_values(_SIGMA)])
+        self._stiffness = 1.0 / (sigma * resist_scale(humanoid, settings.effectors)) ** 2
+        self._twists = LimbTwists(humanoid)
+        self._rest_stiffness = 1.0 / humanoid.spread_rad**2
+        self._velocity = np.zeros(model.nv)
         self._offset = np.zeros((len(CANONICAL), 3))
+        self._offset_left = False
         self._last_joints = np.full((len(CANONICAL), 3), np.nan)
         self._started = False
 
@@ -111,30 +121,30 @@ class Solver:
         Returns:
             None until the joints have once shown how the performer stands.
         """
-        joints = np.where((np.abs(joints) < FAR_M).all(axis=1, keepdims=True), joints, np.nan)
-        seen = np.isfinite(joints[:, 0])
+        seen = (np.abs(joints) < FAR_M).all(axis=1)
+        if not seen.all():
+            joints = np.where(seen[:, None], joints, np.nan)
         if not self._started or self._lost(joints):
             found = self._start(joints, np.where(seen, 0.03, np.nan))
             self._started = self._started or found  # once begun, a pose that is lost goes on from where it is
             if not self._started:
                 return None
-        before = self._configuration.q.copy()
+        before = self._configuration.q
         guess = self._guess(joints, before, dt)
-        self._prior.predicted = guess
-        self._prior.stiffness = 1.0 / (self._sigma * max(dt, 1e-3)) ** 2
-        self._prior.rest_stiffness = self._rest_stiffness(REST_WEIGHT)
         self._configuration.update(guess)
-        weights = np.zeros(len(seen))
-        weights[seen] = self._reach[seen] / np.hypot(sigma[seen], MODEL_SIGMA_M)
         targets = self._eased(joints, dt)
+        weights = np.where(seen, self._reach, 0.0) / np.hypot(np.where(seen, sigma, 1.0), MODEL_SIGMA_M)
         self._task.set_targets(targets, weights)
+        self._prior.predicted = guess
+        self._prior.stiffness = self._stiffness / max(dt, 1e-3) ** 2
+        if not self._combined:
+            self._prior.stiffness[self._twists.dofs] /= self._twists.freedom(before) ** 2
+        self._prior.rest_stiffness = REST_WEIGHT * self._rest_stiffness
         self._iterate(ITERATIONS)
         after = self._configuration.q
         if dt > 0:
             mujoco.mj_differentiatePos(self.humanoid.model, self._velocity, dt, before, after)
-        return (
-            after.copy() if self._watch is None else self._unstuck(self._watch, joints, targets, weights, dt)
-        )
+        return after if self._watch is None else self._unstuck(self._watch, joints, targets, weights, dt)
 
     def _unstuck(
         self,
@@ -158,19 +168,27 @@ class Solver:
         """The joints, but one that turns up elsewhere is brought there over `EASE_S` instead of in one frame."""
         if self._combined:
             return joints
-        self._offset *= np.exp(-dt / EASE_S)
-        reach = JUMP_M_S * max(dt, 1e-3)
-        expected = self._configuration.data.site_xpos[self.humanoid.site_ids]
-        away = np.linalg.norm(joints + self._offset - expected, axis=1) > reach  # False where unseen
-        moved = ~(np.linalg.norm(joints - self._last_joints, axis=1) < reach)  # True where it was unseen
-        self._offset[away & moved] = (expected - joints)[away & moved]
+        expected = self._configuration.data.site_xpos.take(self.humanoid.site_ids, axis=0)
+        if self._offset_left:
+            self._offset *= np.exp(-dt / EASE_S)
+        reach2 = (JUMP_M_S * max(dt, 1e-3)) ** 2
+        off, moved = joints + self._offset - expected, joints - self._last_joints
+        away = np.vecdot(off, off) > reach2  # False where unseen
+        if away.any():
+            jumped = away & ~(np.vecdot(moved, moved) < reach2)  # the second is True where it was unseen
+            self._offset[jumped] = (expected - joints)[jumped]
+            self._offset_left = self._offset_left or bool(jumped.any())
         self._last_joints = joints
         return joints + self._offset
 
     def _lost(self, joints: NDArray[np.float64]) -> bool:
-        trunk = joints[_TRUNK] - self._configuration.data.site_xpos[self.humanoid.site_ids[_TRUNK]]
-        distance = np.linalg.norm(trunk[np.isfinite(trunk[:, 0])], axis=1)
-        return len(distance) > 2 and float(np.median(distance)) > LOST_M
+        apart = joints[_TRUNK] - self._configuration.data.site_xpos.take(
+            self.humanoid.site_ids[_TRUNK], axis=0
+        )
+        squared = sorted(
+            value for value in np.vecdot(apart, apart).tolist() if value == value
+        )  # NaN is not itself
+        return len(squared) > 2 and squared[(len(squared) - 1) // 2] > LOST_M**2
 
     def _guess(
         self, joints: NDArray[np.float64], before: NDArray[np.float64], dt: float
@@ -181,13 +199,18 @@ class Solver:
             if shown is not None:
                 return shown
         guess = before.copy()
-        mujoco.mj_integratePos(self.humanoid.model, guess, VELOCITY_SHARE * self._velocity, min(dt, CARRY_S))
+        velocity = VELOCITY_SHARE * self._velocity
+        velocity[self._twists.dofs] *= self._twists.freedom(before)
+        mujoco.mj_integratePos(self.humanoid.model, guess, velocity, min(dt, CARRY_S))
         if self._limited:
-            guess[7:] = np.clip(guess[7:], *self.humanoid.range_rad.T)
+            low, high = self.humanoid.range_rad.T
+            np.minimum(np.maximum(guess[7:], low), high, out=guess[7:])
         return guess
 
     def _shown(self, joints: NDArray[np.float64]) -> NDArray[np.float64] | None:
         """The configuration that the joints themselves show, or None where they do not show the trunk."""
+        if self._let_be.any():
+            joints = np.where(self._let_be[:, None], np.nan, joints)
         rotations = swing_rotations(self.humanoid.skeleton, joints)
         if rotations is None or not np.isfinite(joints[INDEX["hips"]]).all():
             return None
@@ -204,50 +227,23 @@ class Solver:
         self._task.set_targets(joints, weights)
         self._prior.predicted = shown
         self._prior.stiffness = np.full(self.humanoid.model.nv, 1.0)
-        self._prior.rest_stiffness = self._rest_stiffness(1.0)
+        self._prior.rest_stiffness = self._rest_stiffness
         self._configuration.update(shown)
         self._iterate(FIRST_ITERATIONS)
         self._velocity[:] = 0.0
-        self._offset[:] = 0.0
+        self._offset[:], self._offset_left = 0.0, False
         if self._watch is not None:
             self._watch.forget()
         self._last_joints = joints
         return True
 
-    def _rest_stiffness(self, weight: float) -> NDArray[np.float64]:
-        return np.concatenate([np.zeros(FREE_DOFS), weight / self.humanoid.spread_rad**2])
-
     def _iterate(self, count: int) -> None:
+        """Go to the least of the tasks within the limits, `count` steps of mink's problem."""
+        tasks, hinges = [self._task, self._prior], self.humanoid.model.nv - FREE_DOFS
         for _ in range(count):
-            step = mink.solve_ik(
-                self._configuration,
-                [self._task, self._prior],
-                1.0,
-                "daqp",
-                damping=DAMPING,
-                limits=self._limits,
-            )
+            problem = mink.build_ik(self._configuration, tasks, 1.0, DAMPING, limits=[])
+            ends = self._limit.compute_qp_inequalities(self._configuration, 1.0).h
+            self._high[FREE_DOFS:] = ends[:hinges]
+            np.negative(ends[hinges:], out=self._low[FREE_DOFS:])
+            step = self._qp.solve(problem.P, problem.q, self._low, self._high)
             self._configuration.integrate_inplace(step, 1.0)
-
-
-def _pull_scale(humanoid: Humanoid, settings: SolveSettings) -> NDArray[np.float64] | None:
-    """Share of each joint's pull on each degree of freedom, shape (21, nv): `pull` beyond the joint's own limb,
-    1 within it; None where every pull is whole."""
-    pulls = np.array([settings.effectors[name].pull for name in CANONICAL])
-    if (pulls == 1.0).all():
-        return None
-    trunk = np.ones(humanoid.model.nv, dtype=bool)
-    at = FREE_DOFS
-    for name in BODY_JOINTS[1:]:
-        count = len(dofs_of(name))
-        trunk[at : at + count] = name.startswith("Spine") or name.endswith("Shoulder")
-        at += count
-    limb = np.array(["_" in name and not name.endswith(("shoulder", "hip")) for name in CANONICAL])
-    return np.where(limb[:, None] & trunk[None, :], pulls[:, None], 1.0)
-
-
-def _resist_scale(settings: SolveSettings) -> NDArray[np.float64]:
-    """How much stiffer than usual each degree of freedom is, shape (nv,): 1 to 11 by the joint's `resist`."""
-    by_output = {OUTPUT_OF_CANONICAL[name]: effector.resist for name, effector in settings.effectors.items()}
-    values = [by_output.get(name, 0.0) for name in BODY_JOINTS[1:] for _ in dofs_of(name)]
-    return 1.0 + 10.0 * np.array([by_output["Hips"]] * FREE_DOFS + values)

@@ -6,6 +6,7 @@ import numpy as np
 from mink.tasks import BaseTask, Objective, Task
 from numpy.typing import NDArray
 
+from studio.engine.human.kinematics import SiteKinematics
 from studio.engine.human.model import FREE_DOFS, Humanoid
 
 MAX_ERROR_M = 1.0
@@ -16,18 +17,16 @@ class JointPositionsTask(Task):
     """Moves the sites of the canonical joints to their targets, three rows per joint.
 
     One task with all rows costs less than half of a task per joint: mink assembles each task's matrices in
-    Python. A joint of weight 0 takes no part, and its Jacobian is not computed.
+    Python. A joint of weight 0 takes no part.
     """
 
     def __init__(self, humanoid: Humanoid, pull_scale: NDArray[np.float64] | None = None) -> None:
         """`pull_scale`: share of each joint's pull on each degree of freedom, shape (21, nv); None = all."""
         super().__init__(cost=np.zeros(3 * len(humanoid.site_ids)))
         self._pull_scale = None if pull_scale is None else np.repeat(pull_scale, 3, axis=0)
-        self._site_ids = [int(i) for i in humanoid.site_ids]
-        self._site_index = humanoid.site_ids
-        self._jacobian = np.zeros((3 * len(self._site_ids), humanoid.model.nv))
-        self._targets = np.zeros((len(self._site_ids), 3))
-        self._active: list[int] = []
+        self._kinematics = SiteKinematics(humanoid)
+        self._sites = humanoid.site_ids
+        self._targets = np.zeros((len(self._sites), 3))
 
     def set_targets(self, targets: NDArray[np.float64], weights: NDArray[np.float64]) -> None:
         """Set where the joints should be.
@@ -36,23 +35,24 @@ class JointPositionsTask(Task):
             targets: shape (21, 3) [m], stage frame; NaN only where the weight is 0.
             weights: 1 / expected deviation [1/m], shape (21,); 0 = no part.
         """
-        used = weights > 0
-        self._targets = np.where(used[:, None], targets, 0.0)
-        self.cost = np.repeat(np.where(used, weights, 0.0), 3)
-        self._active = [int(i) for i in np.flatnonzero(used)]
+        self._targets = np.where(weights[:, None] > 0, targets, 0.0)
+        self.cost = np.repeat(weights, 3)
 
     def compute_error(self, configuration: mink.Configuration) -> NDArray[np.float64]:
         """Site positions minus targets [m], each at most `MAX_ERROR_M` long, shape (63,)."""
-        error = configuration.data.site_xpos[self._site_index] - self._targets
-        length = np.sqrt((error * error).sum(axis=1, keepdims=True))
-        return (error * (MAX_ERROR_M / np.maximum(length, MAX_ERROR_M))).ravel()
+        error = configuration.data.site_xpos.take(self._sites, axis=0)
+        error -= self._targets
+        squared = np.vecdot(error, error)
+        if squared.max() > MAX_ERROR_M**2:
+            error *= (MAX_ERROR_M / np.sqrt(np.maximum(squared, MAX_ERROR_M**2)))[:, None]
+        return error.ravel()
 
     def compute_jacobian(self, configuration: mink.Configuration) -> NDArray[np.float64]:
-        """Positions' Jacobian, shape (63, nv); rows of joints that take no part are stale and weigh nothing."""
-        model, data, jacobian = configuration.model, configuration.data, self._jacobian
-        for i in self._active:
-            mujoco.mj_jacSite(model, data, jacobian[3 * i : 3 * i + 3], None, self._site_ids[i])
-        return jacobian if self._pull_scale is None else jacobian * self._pull_scale
+        """Positions' Jacobian, shape (63, nv), with each joint's `pull`; overwritten by the next call."""
+        _, jacobian = self._kinematics.read(configuration.data)
+        if self._pull_scale is not None:
+            jacobian *= self._pull_scale
+        return jacobian
 
 
 class MotionPriorTask(BaseTask):
@@ -66,18 +66,21 @@ class MotionPriorTask(BaseTask):
         nv = humanoid.model.nv
         self.predicted = humanoid.rest_qpos
         self.stiffness = np.zeros(nv)
-        self.rest = humanoid.rest_qpos
-        self.rest_stiffness = np.zeros(nv)
+        self.rest_hinges = humanoid.rest_q
+        self.rest_stiffness = np.zeros(nv - FREE_DOFS)
         self._difference = np.zeros(nv)
+        self._H = np.zeros((nv, nv))
+        self._diagonal = self._H.reshape(-1)[:: nv + 1]
 
     def compute_qp_objective(self, configuration: mink.Configuration) -> Objective:
-        """H and c of the two pulls; both are diagonal."""
+        """H and c of the two pulls; H is diagonal, and overwritten by the next call."""
         q = configuration.data.qpos
         mujoco.mj_differentiatePos(self._model, self._difference, 1.0, self.predicted, q)
+        self._diagonal[:] = self.stiffness
+        self._diagonal[FREE_DOFS:] += self.rest_stiffness
         c = self.stiffness * self._difference
-        mujoco.mj_differentiatePos(self._model, self._difference, 1.0, self.rest, q)
-        c += self.rest_stiffness * self._difference
-        return Objective(np.diag(self.stiffness + self.rest_stiffness), c)
+        c[FREE_DOFS:] += self.rest_stiffness * (q[FREE_DOFS + 1 :] - self.rest_hinges)
+        return Objective(self._H, c)
 
 
 class HingeLimit(mink.limits.Limit):
@@ -91,13 +94,18 @@ class HingeLimit(mink.limits.Limit):
         pick = np.eye(humanoid.model.nv)[FREE_DOFS:]
         self._G = np.vstack([pick, -pick])
         self._h = np.empty(2 * hinges)
-        self._low, self._high = humanoid.range_rad.T if limited else (-np.inf, np.inf)
+        low, high = humanoid.range_rad.T if limited else np.full((2, hinges), np.inf) * [[-1.0], [1.0]]
+        self._ends = np.concatenate([high, -low])
+        self._signs = np.repeat([1.0, -1.0], hinges)
         self._max_step_rad = max_step_rad
 
     def compute_qp_inequalities(self, configuration: mink.Configuration, dt: float) -> mink.limits.Constraint:
-        """G dq <= h with h the distance to the ends."""
+        """G dq <= h: first how far each hinge may turn up, then how far down; overwritten by the next call."""
         q = configuration.data.qpos[FREE_DOFS + 1 :]
-        hinges = len(q)
-        np.clip(self._high - q, 0.0, self._max_step_rad, out=self._h[:hinges])
-        np.clip(q - self._low, 0.0, self._max_step_rad, out=self._h[hinges:])
-        return mink.limits.Constraint(G=self._G, h=self._h)
+        hinges, h = len(q), self._h
+        h[:hinges], h[hinges:] = q, q
+        h *= self._signs
+        np.subtract(self._ends, h, out=h)
+        np.maximum(h, 0.0, out=h)
+        np.minimum(h, self._max_step_rad, out=h)
+        return mink.limits.Constraint(G=self._G, h=h)
