@@ -33,7 +33,9 @@ def utc_now() -> str:
 
 def camera_json(hello: Hello) -> dict[str, Any]:
     """Return what `take.json` keeps of a camera: what it is, and the client's starts (`boot_ids`)."""
-    intrinsics = None if hello.intrinsics is None else msgspec.json.decode(msgspec.json.encode(hello.intrinsics))
+    intrinsics = (
+        None if hello.intrinsics is None else msgspec.json.decode(msgspec.json.encode(hello.intrinsics))
+    )
     return {
         "name": hello.name,
         "device": hello.device,

@@ -8,7 +8,7 @@ import pytest
 
 from studio.engine.errors import FormatError, NotAvailableError, StudioError, TakeError
 from studio.engine.joints import INDEX, JOINT_SETS
-from studio.take.importers import IMPORTERS, import_recording, kinect
+from studio.take.importers import import_recording, kinect
 from studio.take.raw import camera_frames, inspect_raw
 from tests.take.helpers import joints_header, joints_rows, write_csv
 
@@ -169,9 +169,13 @@ def test_a_broken_file_beside_the_cameras_is_told(tmp_path: Path, name: str, tex
 def test_what_cannot_be_imported_is_told(tmp_path: Path) -> None:
     with pytest.raises(FormatError, match="no such file"):
         import_recording(tmp_path / "missing", tmp_path / "out")
-    for name in ("x.mkv", "x.BAG", "x.db3", "x.bvh", "x.c3d", "x.trc", "x.fbx", "x.glb"):
+    for name in ("x.bvh", "x.c3d", "x.trc", "x.fbx", "x.glb"):
         (tmp_path / name).write_bytes(b"\x00")
         with pytest.raises(NotAvailableError, match="not available in this version"):
+            import_recording(tmp_path / name, tmp_path / "out")
+    for name in ("x.mkv", "x.BAG", "x.db3", "x.mcap"):
+        (tmp_path / name).write_bytes(b"\x00")
+        with pytest.raises(FormatError, match=name):
             import_recording(tmp_path / name, tmp_path / "out")
     (tmp_path / "depth" / "camera_0").mkdir(parents=True)
     (tmp_path / "depth" / "camera_0" / "depth.txt").write_text("")
@@ -275,8 +279,8 @@ def test_kinect_axes_turn_without_a_mirror() -> None:
     np.testing.assert_array_equal(kinect.to_camera(np.array([1.0, 2.0, 3.0])), [-1, -2, 3])
 
 
-@pytest.mark.parametrize("kind", IMPORTERS)
-def test_every_importer_survives_any_bytes(tmp_path: Path, kind: str) -> None:
+@pytest.mark.parametrize("kind", ["camera-folders", "kinect-pair", "kinect-states"])
+def test_every_importer_of_text_survives_any_bytes(tmp_path: Path, kind: str) -> None:
     rng = np.random.default_rng(5)
     good = {
         "camera-folders": ",".join(joints_header()) + "\n" + "\n".join(map(",".join, joints_rows(3))),

@@ -1,5 +1,7 @@
 """Importing the real recordings in the folder of outside data."""
 
+import json
+import shutil
 from pathlib import Path
 
 import numpy as np
@@ -10,6 +12,7 @@ from studio.engine.geometry import fit_rigid, transform_points
 from studio.engine.joints import INDEX
 from studio.take.importers import import_recording
 from studio.take.raw import camera_frames, inspect_raw
+from studio.take.raw_depth import depth_frames
 
 PAIRS = {
     "Study_13_Kinect_2_Time_5_22_05_PM": (1540, 1470),
@@ -104,8 +107,53 @@ def test_noisy_joints(test_data: Path, tmp_path: Path, name: str, cameras: int, 
     assert frames["camera_0"][-1].device_time_ns == round(float(lines[-1].split(",")[0]) * 1e9)
 
 
-@pytest.mark.parametrize("name", ["mocap/02_01.bvh", "sensor_files/pyk4a_recording.mkv"])
+@pytest.mark.parametrize("name", ["mocap/02_01.bvh"])
 def test_kinds_that_are_not_read_yet(test_data: Path, tmp_path: Path, name: str) -> None:
     with pytest.raises(NotAvailableError, match="not available in this version"):
         import_recording(test_data / name, tmp_path / "take")
     assert list(tmp_path.iterdir()) == []
+
+
+def test_a_genuine_azure_kinect_file(test_data: Path, tmp_path: Path) -> None:
+    take = import_recording(test_data / "sensor_files" / "pyk4a_recording.mkv", tmp_path / "take")
+    (camera,) = take.meta["cameras"]
+    assert (camera["device"], camera["serial"]) == ("Azure Kinect", "001514394512")
+    assert take.meta["created"] == "2020-08-31T15:20:37+00:00" and take.meta["notes"] == ""
+    (frame,) = depth_frames(take.raw_path)
+    assert frame.depth_mm.shape == (576, 640) and frame.device_time_ns == 336_277_000 + 463_945_000
+    seen = frame.depth_mm[frame.depth_mm > 0]
+    assert 0.7 < len(seen) / frame.depth_mm.size < 0.8 and 1400 < np.median(seen) < 1600
+    factory = json.loads((test_data / "sensor_files" / "pyk4a_calibration.json").read_text())
+    parameters = factory["CalibrationInformation"]["Cameras"][0]["Intrinsics"]["ModelParameters"]
+    intrinsics = camera["intrinsics"]
+    assert intrinsics["fx"] == pytest.approx(1024 * parameters[2])
+    assert intrinsics["cx"] == pytest.approx(1024 * parameters[0] - 192 - 0.5)
+    assert intrinsics["distortion"][2:4] == [parameters[13], parameters[12]]
+
+
+def test_a_genuine_realsense_file(test_data: Path, tmp_path: Path) -> None:
+    take = import_recording(test_data / "sensor_files" / "single_depth_color_640x480.bag", tmp_path / "take")
+    (camera,) = take.meta["cameras"]
+    assert camera["device"] == "Intel RealSense D435" and camera["intrinsics"]["fx"] == pytest.approx(
+        390.4315, abs=1e-3
+    )
+    frames = list(depth_frames(take.raw_path))
+    assert [f.device_time_ns for f in frames] == [360_815_089_000, 360_981_765_000]
+    assert 1400 < np.median(frames[0].depth_mm[frames[0].depth_mm > 0]) < 1500
+
+
+def test_depth_of_three_cameras(test_data: Path, tmp_path: Path) -> None:
+    folder = tmp_path / "few"
+    shutil.copytree(
+        test_data / "depth" / "punch_3_azure_kinect", folder, ignore=shutil.ignore_patterns("truth")
+    )
+    for camera in folder.glob("camera_*"):
+        camera.chmod(0o755)
+        (camera / "depth.txt").chmod(0o644)
+        lines = (camera / "depth.txt").read_text().splitlines()
+        (camera / "depth.txt").write_text("\n".join(lines[:12]))
+    take = import_recording(folder, tmp_path / "take")
+    assert take.meta["calibration"] == 1 and take.meta["calibration_s"] == 2.5
+    assert sum(inspect_raw(take.raw_path).depth_frames.values()) >= 34
+    times = [f.device_time_ns for f in depth_frames(take.raw_path)]
+    assert times == sorted(times)

@@ -1,8 +1,9 @@
 """Recordings made elsewhere become takes: `import_recording` finds the kind and the importer that reads it.
 
 `recording` holds what an importer returns and writes it as a take; `camera_folders` (which reads `joints_csv`
-and `depth_folder`), `kinect_pair` and `kinect_states` are the importers, `kinect` what the two Kinect kinds
-share; `table` reads their CSV.
+and `depth_folder`), `kinect_pair`, `kinect_states`, `k4a_mkv`, `ros_bag` (on `bag_files`), `recording_files` and
+`raw_file` are the importers, `kinect` what the two Kinect kinds share; `table` reads their CSV, `k4a` knows what
+Azure Kinect files hold.
 """
 
 from collections.abc import Callable
@@ -10,7 +11,15 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from studio.engine.errors import FormatError, NotAvailableError, TakeError
-from studio.take.importers import camera_folders, kinect_pair, kinect_states
+from studio.take.importers import (
+    camera_folders,
+    k4a_mkv,
+    kinect_pair,
+    kinect_states,
+    raw_file,
+    recording_files,
+    ros_bag,
+)
 from studio.take.importers.recording import Progress, ReadRecording, write_recording
 from studio.take.take import Take, check_free
 
@@ -38,13 +47,16 @@ IMPORTERS: dict[str, Importer] = {
         kinect_states.matches,
         kinect_states.read,
     ),
+    "k4a-mkv": Importer("an Azure Kinect recording (.mkv)", k4a_mkv.matches, k4a_mkv.read),
+    "ros-bag": Importer("a RealSense or ROS recording (.bag, .db3)", ros_bag.matches, ros_bag.read),
+    "recording-files": Importer(
+        "a folder of such recordings, one per camera", recording_files.matches, recording_files.read
+    ),
+    "raw-file": Importer("a raw recording of the studio (.mcap)", raw_file.matches, raw_file.read),
 }
 """Kinds of recordings by name, in the order in which they are tried."""
 
 NOT_YET: dict[str, str] = {
-    ".mkv": "Azure Kinect recordings (.mkv)",
-    ".bag": "RealSense recordings (.bag)",
-    ".db3": "ROS 2 recordings (.db3)",
     ".bvh": "motion files (.bvh)",
     ".c3d": "marker files (.c3d)",
     ".trc": "marker files (.trc)",
@@ -89,13 +101,8 @@ def _importer(path: Path) -> Importer:
     for importer in IMPORTERS.values():
         if importer.matches(path):
             return importer
-    for what in _not_yet(path):
+    if path.is_file() and path.suffix.lower() in NOT_YET:
+        what = NOT_YET[path.suffix.lower()]
         raise NotAvailableError(f"cannot import {path}: {what} are not available in this version")
     kinds = "; ".join(importer.description for importer in IMPORTERS.values())
     raise FormatError(f"{path} is no recording that can be imported; allowed: {kinds}")
-
-
-def _not_yet(path: Path) -> list[str]:
-    if path.is_file():
-        return [NOT_YET[path.suffix.lower()]] if path.suffix.lower() in NOT_YET else []
-    return [NOT_YET[f.suffix.lower()] for f in path.iterdir() if f.suffix.lower() in (".db3", ".mkv", ".bag")]

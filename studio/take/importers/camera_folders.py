@@ -42,10 +42,22 @@ def read(path: Path, progress: Progress) -> ReadRecording:
     for k, folder in enumerate(folders):
         cameras.append(_read_camera(folder, notes))
         progress((k + 1) / len(folders))
+    return read_beside(path, tuple(cameras), notes)
+
+
+def read_beside(
+    path: Path, cameras: tuple[ReadCamera, ...], notes: list[str], *, created: str | None = None
+) -> ReadRecording:
+    """Return the recording with what `calibration.json` and `recording.json` in a folder tell.
+
+    Raises:
+        FormatError: one of them is broken.
+    """
     return ReadRecording(
-        cameras=tuple(cameras),
+        cameras=cameras,
         calibration=_calibration(path / "calibration.json", [camera.name for camera in cameras], notes),
         calibration_s=_calibration_s(path / "recording.json"),
+        created=created,
         notes=notes,
     )
 
