@@ -1,4 +1,4 @@
-"""Which ankles and toes stand on the floor, and when: found in a first smooth pass over the take."""
+"""Which ankles and toes stand, when and where: found in a first smooth pass over the take."""
 
 from dataclasses import dataclass
 
@@ -6,9 +6,11 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import binary_closing, binary_opening, gaussian_filter1d
 
+from studio.engine.completion.floor import LEAST_HEIGHT
 from studio.engine.joints import INDEX
 
 JOINTS = tuple(INDEX[name] for name in ("left_ankle", "left_toe", "right_ankle", "right_toe"))
+_ANKLES, _TOES = [0, 2], [1, 3]  # of `JOINTS`
 
 STAND_SPEED_M_S = 0.3
 STAND_HEIGHT_M = 0.06
@@ -20,33 +22,51 @@ SMOOTHING_S = 0.05
 MIN_STAND_S = 0.10
 MAX_GAP_S = 0.08
 
+EASE_S = 0.05
+"""A foot is taken hold of, and let go, over this time."""
+
+PLACE_S = 0.5
+"""Where a foot stands is the mean of its path over about this time: soles roll and shoes give, slowly."""
+
+FLAT_M = 0.025
+"""A foot is flat where its ankle's height over its toe is that of rest to within this."""
+
+SURE_M = 0.015
+MAX_SUNK_M = 0.08
+"""Up to the first, the floor is where it was calibrated; by more than the second it never is elsewhere."""
+
 
 @dataclass(frozen=True)
 class Contacts:
-    """Standing joints over a take.
+    """Standing joints over a take, columns as in `JOINTS`.
 
     Attributes:
-        joints: indices of the canonical joints, one per column.
-        standing: shape (frame_count, 4).
-        height_m: height at which each stands [m], shape (4,).
+        hold: 0 = free, 1 = stands, shape (frame_count, 4).
+        place_m: where each stands [m], shape (frame_count, 4, 3); the joint's own path where it does not.
+        floor_m: height of the floor under the take.
+        least_m: height that each joint keeps at least [m], shape (4,).
     """
 
-    joints: tuple[int, ...]
-    standing: NDArray[np.bool_]
-    height_m: NDArray[np.float64]
+    hold: NDArray[np.float64]
+    place_m: NDArray[np.float64]
+    floor_m: float
+    least_m: NDArray[np.float64]
 
     def part(self, rows: slice) -> "Contacts":
         """The contacts of some frames."""
-        return Contacts(self.joints, self.standing[rows], self.height_m)
+        return Contacts(self.hold[rows], self.place_m[rows], self.floor_m, self.least_m)
 
 
-def find_contacts(feet: NDArray[np.float64], pieces: list[tuple[int, int]], dt: float) -> Contacts:
-    """Return who stands when.
+def find_contacts(
+    feet: NDArray[np.float64], pieces: list[tuple[int, int]], dt: float, rest_heights_m: NDArray[np.float64]
+) -> Contacts:
+    """Return who stands when, and where, and on which floor.
 
     Args:
         feet: `JOINTS` of a smooth trajectory [m], shape (frame_count, 4, 3).
         pieces: begin and end of each part of the take without a gap [frames].
         dt: time between frames [s].
+        rest_heights_m: heights of `JOINTS` in the T-pose [m], shape (4,).
     """
     slow = np.concatenate([_speed(feet[begin:end], dt) < STAND_SPEED_M_S for begin, end in pieces])
     height = np.array([_standing_height(feet[slow[:, k], k, 2]) for k in range(len(JOINTS))])
@@ -54,7 +74,19 @@ def find_contacts(feet: NDArray[np.float64], pieces: list[tuple[int, int]], dt: 
     gap, least = (np.ones((max(1, round(s / dt)), 1), dtype=bool) for s in (MAX_GAP_S, MIN_STAND_S))
     for begin, end in pieces:
         standing[begin:end] = binary_opening(binary_closing(standing[begin:end], gap), least)
-    return Contacts(JOINTS, standing, height)
+    floor_m = _floor_m(feet, standing, rest_heights_m)
+    least_m = floor_m + LEAST_HEIGHT * rest_heights_m
+    hold, place = np.zeros(standing.shape), feet.copy()
+    for begin, end in pieces:
+        for column in range(len(JOINTS)):
+            for first, last in _runs(standing[begin:end, column]):
+                rows = slice(begin + first, begin + last)
+                hold[rows, column] = _eased(last - first, dt)
+                place[rows, column] = gaussian_filter1d(
+                    feet[rows, column], PLACE_S / dt, axis=0, mode="reflect", truncate=3.0
+                )
+    np.maximum(place[:, :, 2], least_m, out=place[:, :, 2])
+    return Contacts(hold, place, floor_m, least_m)
 
 
 def _speed(feet: NDArray[np.float64], dt: float) -> NDArray[np.float64]:
@@ -71,3 +103,34 @@ def _standing_height(heights: NDArray[np.float64]) -> float:
         return float("inf")
     low = np.sort(heights)[: max(1, len(heights) // 2)]
     return float(np.median(low))
+
+
+def _runs(flags: NDArray[np.bool_]) -> list[tuple[int, int]]:
+    """Begin and end of each run of true flags."""
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], flags, [False]])))
+    return [(int(a), int(b)) for a, b in zip(edges[::2], edges[1::2], strict=True)]
+
+
+def _eased(count: int, dt: float) -> NDArray[np.float64]:
+    """Hold over a run of frames: up, 1, and down again."""
+    to_edge = np.minimum(np.arange(count), np.arange(count)[::-1]) + 1.0
+    return np.minimum(to_edge * dt / EASE_S, 1.0)
+
+
+def _floor_m(
+    feet: NDArray[np.float64], standing: NDArray[np.bool_], rest_heights_m: NDArray[np.float64]
+) -> float:
+    """The height of the floor on which standing feet are at their resting heights [m].
+
+    The floor was calibrated from another walk and may be some centimetres off; the take's own standing feet know
+    better. A foot on its toes or on a box may be above its resting height, but none stands below it: feet above
+    count only where most are flat. `SURE_M` tell nothing: joints are as far off the bones' true ends.
+    """
+    above = feet[:, :, 2] - rest_heights_m
+    stands = standing[:, _ANKLES] & standing[:, _TOES]
+    foot = 0.5 * (above[:, _ANKLES] + above[:, _TOES])[stands]
+    flat = (np.abs(above[:, _ANKLES] - above[:, _TOES]) < FLAT_M)[stands]
+    middle = float(np.median(foot)) if len(foot) else 0.0
+    if abs(middle) < SURE_M or (middle > 0.0 and flat.mean() < 0.5):
+        return 0.0
+    return float(np.clip(middle, -MAX_SUNK_M, MAX_SUNK_M))

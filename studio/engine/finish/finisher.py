@@ -39,9 +39,6 @@ ITERATIONS = 3
 CONTACT_ITERATIONS = 3
 """Before standing feet are known, and after."""
 
-MAX_SUNK_M = 0.08
-"""A take is lifted or let down by this much at most."""
-
 MIN_FRAMES = 6
 """Fewer frames than this on their own (between gaps) are left as they are."""
 
@@ -69,7 +66,7 @@ class Finisher:
         self._with_contacts = settings.floor_contact == "on"
         rest = humanoid.skeleton.rest_positions_m
         self._rest_heights_m = rest[OUTPUT_OF_CANONICAL_INDEX[list(JOINTS)], 2]
-        self._body = Body(performer, settings)
+        self._body = Body(performer, replace(settings, floor_contact="off"))  # it is kept here
         self._store: Store | None = None
         self._measured: tuple[tuple[int, int], Measurements] | None = None  # the last window's
         self._exchanged = np.zeros((0, 0), dtype=bool)  # frame and camera
@@ -90,12 +87,12 @@ class Finisher:
             self._step(q, pieces, None)
         lifted_m = 0.0
         if self._with_contacts:
-            contacts = self._contacts(q, pieces)
+            contacts = find_contacts(self._feet(q), pieces, self._dt, self._rest_heights_m)
             for _ in range(CONTACT_ITERATIONS):
                 self._step(q, pieces, contacts)
-            lifted_m = self._sunk_m(contacts)
+            lifted_m = -contacts.floor_m
             q[:, 2] += lifted_m
-        yield from self._posed(q, lifted_m)
+        yield from self._posed(self._smoother.within_limits(q), lifted_m)
         self._store.close()
 
     def _initial(self, store: Store) -> NDArray[np.float64]:
@@ -150,19 +147,10 @@ class Finisher:
             self._measured = (begin, end), found
         return self._measured[1]
 
-    def _contacts(self, q: NDArray[np.float64], pieces: list[tuple[int, int]]) -> Contacts:
+    def _feet(self, q: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Ankles and toes [m], shape (frame_count, 4, 3)."""
         parts = [self._kinematics.sites(q[b : b + WINDOW])[:, list(JOINTS)] for b in range(0, len(q), WINDOW)]
-        return find_contacts(np.concatenate(parts), pieces, self._dt)
-
-    def _sunk_m(self, contacts: Contacts) -> float:
-        """How far the floor has to come up for standing feet to be at their resting heights [m].
-
-        The floor was calibrated from another walk: a centimetre or more off. The take's own standing feet know
-        better, and a whole take that is lifted or let down keeps its motion.
-        """
-        off = self._rest_heights_m - contacts.height_m
-        off = off[np.isfinite(off)]
-        return float(np.clip(np.median(off), -MAX_SUNK_M, MAX_SUNK_M)) if len(off) else 0.0
+        return np.concatenate(parts)
 
     def _posed(self, q: NDArray[np.float64], lifted_m: float) -> Iterator[StepResult]:
         """The poses of the refined configurations, completed as the pipeline does."""

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import cho_solve_banded, cholesky_banded
 
-from studio.engine.finish.contacts import Contacts
+from studio.engine.finish.contacts import JOINTS, Contacts
 from studio.engine.finish.measurements import Measurements
 from studio.engine.finish.trajectory import Kinematics, moved, steps
 from studio.engine.human.model import BODY_JOINTS, FREE_DOFS, Humanoid
@@ -25,21 +25,23 @@ CAUCHY = 4.0
 INFLATION = 4.0
 """A camera's noise is alike from frame to frame: each frame tells this much less than its covariance says."""
 
-DAMPING = 100.0
-"""Keeps steps where the linear model holds [1/rad2]; a joint's own rows weigh a hundred times more."""
+DAMPING = 10.0
+"""Keeps steps where the linear model holds [1/rad2]."""
 
 MAX_STEP = 0.3
 HELD = 1e10
+LIMIT_STIFFNESS = 1e5
+"""Of hinges beyond a limit [1/rad2]; what is left beyond it is cut off in the end."""
 
 TAIL = 2.0
 """Accelerations beyond this many deviations are held back less and less: feet land, fists stop."""
 
 REST_WEIGHT = 0.1
-SLIDE_SIGMA_M = 0.0001
-"""How far a standing foot may slide in a frame [m]."""
+PLACE_SIGMA_M = 0.002
+"""How far a standing joint may be from its place [m]."""
 
-HEIGHT_SIGMA_M = 0.01
-"""How far a standing foot's height may be from the height it stands at [m]."""
+LEAST_SIGMA_M = 0.002
+"""How far a foot may sink into the floor [m]."""
 
 # Deviation of accelerations [m/s2, rad/s2] by output joint; the free hips first.
 _HIPS = (20.0, 20.0, 28.0, 50.0, 50.0, 50.0)
@@ -112,22 +114,22 @@ class Smoother:
             held: how many frames at the beginning and at the end stay: their other neighbours are not here.
         """
         normal = self._normal(q, measurements, contacts)
-        self._hold_at_limits(q, normal)
+        k = np.arange(q.shape[1] - 1)
         for edge in (slice(0, held[0]), slice(len(q) - held[1], None)):
-            k = np.arange(q.shape[1] - 1)
             normal.diagonal[edge, k[:, None], k[:, None]] += HELD
             normal.right[edge] = 0.0
-        out = moved(q, np.clip(normal.solve(), -MAX_STEP, MAX_STEP))
-        out[:, 7:] = np.clip(out[:, 7:], self._low, self._high)
-        return out
+        return moved(q, np.clip(normal.solve(), -MAX_STEP, MAX_STEP))
 
-    def _hold_at_limits(self, q: NDArray[np.float64], normal: _Normal) -> None:
-        """Hinges at a limit that are pushed beyond it stay: the others must not count on them."""
-        hinges, push = q[:, 7:], normal.right[:, FREE_DOFS:]
-        held = ((hinges <= self._low) & (push < 0)) | ((hinges >= self._high) & (push > 0))
-        frames, hinge = np.nonzero(held)
-        normal.diagonal[frames, FREE_DOFS + hinge, FREE_DOFS + hinge] += HELD
-        push[held] = 0.0
+    def within_limits(self, q: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return configurations, shape (frame_count, nq), with every hinge within its limits."""
+        return np.concatenate([q[:, :7], np.clip(q[:, 7:], self._low, self._high)], axis=1)
+
+    def _limit_rows(self, q: NDArray[np.float64], normal: _Normal) -> None:
+        """Hinges beyond a limit are pulled back to it."""
+        beyond = q[:, 7:] - np.clip(q[:, 7:], self._low, self._high)
+        k = np.arange(FREE_DOFS, q.shape[1] - 1)
+        normal.diagonal[:, k, k] += LIMIT_STIFFNESS * (beyond != 0.0)
+        normal.right[:, FREE_DOFS:] -= LIMIT_STIFFNESS * beyond
 
     def _normal(
         self, q: NDArray[np.float64], measurements: Measurements, contacts: Contacts | None
@@ -135,6 +137,8 @@ class Smoother:
         sites, jacobians = self._kinematics.linearised(q)
         frames, nv = len(sites), jacobians.shape[2]
         weight, pull = _camera_rows(sites, measurements)
+        if contacts is not None:
+            _add_contact_rows(contacts, sites, weight, pull)
         j = jacobians.reshape(frames, -1, 3, nv)
         weighted = np.matmul(weight, j).reshape(frames, -1, nv)
         normal = _Normal(
@@ -142,9 +146,8 @@ class Smoother:
             np.matmul(pull.reshape(frames, 1, -1), jacobians)[:, 0],
         )
         self._rest_rows(q, normal)
+        self._limit_rows(q, normal)
         self._acceleration_rows(q, normal)
-        if contacts is not None:
-            _contact_rows(contacts, sites, jacobians, normal)
         return normal
 
     def _rest_rows(self, q: NDArray[np.float64], normal: _Normal) -> None:
@@ -186,23 +189,15 @@ def _camera_rows(
     return weight, pull
 
 
-def _contact_rows(
-    contacts: Contacts, sites: NDArray[np.float64], jacobians: NDArray[np.float64], normal: _Normal
+def _add_contact_rows(
+    contacts: Contacts, sites: NDArray[np.float64], weight: NDArray[np.float64], pull: NDArray[np.float64]
 ) -> None:
-    """Standing joints do not move from one frame to the next, and stand at their height."""
-    weight = 1.0 / SLIDE_SIGMA_M**2
-    for column, joint in enumerate(contacts.joints):
-        rows = slice(3 * joint, 3 * joint + 3)
-        both = np.flatnonzero(contacts.standing[:-1, column] & contacts.standing[1:, column])
-        a, b = jacobians[both, rows], jacobians[both + 1, rows]
-        slide = sites[both + 1, joint] - sites[both, joint]
-        normal.diagonal[both] += weight * np.matmul(a.transpose(0, 2, 1), a)
-        normal.diagonal[both + 1] += weight * np.matmul(b.transpose(0, 2, 1), b)
-        normal.next[both] -= weight * np.matmul(a.transpose(0, 2, 1), b)
-        normal.right[both] += weight * np.einsum("ta,tav->tv", slide, a)
-        normal.right[both + 1] -= weight * np.einsum("ta,tav->tv", slide, b)
-        stands = np.flatnonzero(contacts.standing[:, column])
-        z = jacobians[stands, 3 * joint + 2]
-        height = (contacts.height_m[column] - sites[stands, joint, 2]) / HEIGHT_SIGMA_M**2
-        normal.diagonal[stands] += z[:, :, None] * z[:, None, :] / HEIGHT_SIGMA_M**2
-        normal.right[stands] += height[:, None] * z
+    """Standing joints are where they stand, and no joint of a foot is under the floor."""
+    hold = contacts.hold / PLACE_SIGMA_M**2
+    joints = list(JOINTS)
+    k = np.arange(3)
+    weight[:, np.array(joints)[:, None], k, k] += hold[..., None]
+    pull[:, joints] += hold[..., None] * (contacts.place_m - sites[:, joints])
+    sunk = np.maximum(contacts.least_m - sites[:, joints, 2], 0.0)
+    weight[:, joints, 2, 2] += (sunk > 0.0) / LEAST_SIGMA_M**2
+    pull[:, joints, 2] += sunk / LEAST_SIGMA_M**2
