@@ -1,0 +1,109 @@
+"""The trash: takes that were thrown away, kept in `sessions/.trash` until they are restored or it is emptied.
+
+`.trash/<id>/take` is the take's folder, `.trash/<id>/thrown.json` says from where it came and when.
+"""
+
+import json
+import secrets
+import shutil
+from dataclasses import dataclass
+from pathlib import Path
+
+from studio.engine.errors import TakeError
+from studio.engine.files import write_json
+from studio.take.lock import is_held
+from studio.take.names import inside, is_safe_name
+from studio.take.sessions import take_path
+from studio.take.take import check_free, utc_now
+
+FOLDER = ".trash"
+
+
+@dataclass(frozen=True)
+class Thrown:
+    """A take in the trash: its id there, its session and name before, when it was thrown away (ISO 8601, UTC)."""
+
+    id: str
+    session: str
+    name: str
+    thrown: str
+
+
+def throw_away(sessions_dir: Path, session: str, name: str) -> Thrown:
+    """Move a take to the trash.
+
+    Raises:
+        TakeError: no such take, a name that is not allowed, a take in use, or a folder that cannot be moved.
+    """
+    path = take_path(sessions_dir, session, name)
+    if not (path / "take.json").is_file():
+        raise TakeError(f"there is no take {session}/{name} to throw away")
+    if is_held(path):
+        raise TakeError(f"take {session}/{name} is in use; wait until that is done")
+    thrown = Thrown(secrets.token_hex(6), session, name, utc_now())
+    place = sessions_dir / FOLDER / thrown.id
+    try:
+        place.mkdir(parents=True)
+        write_json(place / "thrown.json", {"session": session, "name": name, "thrown": thrown.thrown})
+        path.rename(place / "take")
+    except OSError as error:
+        shutil.rmtree(place, ignore_errors=True)
+        raise TakeError(f"cannot move {session}/{name} to the trash: {error.strerror}") from error
+    return thrown
+
+
+def list_trash(sessions_dir: Path) -> list[Thrown]:
+    """Return what is in the trash, the newest first."""
+    found = []
+    for file in (sessions_dir / FOLDER).glob("*/thrown.json"):
+        try:
+            value = json.loads(file.read_text(encoding="utf-8"))
+            found.append(
+                Thrown(file.parent.name, str(value["session"]), str(value["name"]), str(value["thrown"]))
+            )
+        except (OSError, ValueError, KeyError, TypeError):
+            continue  # not one of ours
+    return sorted(found, key=lambda thrown: (thrown.thrown, thrown.id), reverse=True)
+
+
+def restore(sessions_dir: Path, trash_id: str) -> tuple[str, str]:
+    """Put a take back where it was, under another name where that is taken; return its session and name.
+
+    Raises:
+        TakeError: nothing of that id in the trash, or a folder that cannot be moved.
+    """
+    thrown = _find(sessions_dir, trash_id)
+    name, number = thrown.name, 2
+    while take_path(sessions_dir, thrown.session, name).exists():
+        name, number = f"{thrown.name[:55]}_{number}", number + 1
+    path = take_path(sessions_dir, thrown.session, name)
+    check_free(path)
+    place = sessions_dir / FOLDER / thrown.id
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        (place / "take").rename(path)
+    except OSError as error:
+        raise TakeError(f"cannot restore {thrown.session}/{name}: {error.strerror}") from error
+    shutil.rmtree(place, ignore_errors=True)
+    return thrown.session, name
+
+
+def empty_trash(sessions_dir: Path, trash_id: str | None = None) -> int:
+    """Delete one take of the trash for good, or all; return how many.
+
+    Raises:
+        TakeError: nothing of that id in the trash.
+    """
+    gone = list_trash(sessions_dir) if trash_id is None else [_find(sessions_dir, trash_id)]
+    for thrown in gone:
+        shutil.rmtree(sessions_dir / FOLDER / thrown.id, ignore_errors=True)
+    return len(gone)
+
+
+def _find(sessions_dir: Path, trash_id: str) -> Thrown:
+    if is_safe_name(trash_id):
+        inside(sessions_dir / FOLDER, trash_id)
+        for thrown in list_trash(sessions_dir):
+            if thrown.id == trash_id:
+                return thrown
+    raise TakeError(f"there is nothing with the id {trash_id[:40]!r} in the trash")
