@@ -28,6 +28,9 @@ LINK_PATH = "/api/v1/link"
 
 Name = Annotated[str, Meta(pattern=r"^[A-Za-z0-9][A-Za-z0-9_.-]{0,62}\Z")]
 TimeNs = Annotated[int, Meta(ge=0, le=2**62)]
+ENDED = 2**62
+"""`up_to` of the last `Ack` of a take."""
+
 Sequence = Annotated[int, Meta(ge=0, le=2**62)]
 Id = Annotated[str, Meta(max_length=64)]
 Text = Annotated[str, Meta(max_length=500)]
@@ -174,7 +177,8 @@ class Kept(msgspec.Struct, tag="kept", forbid_unknown_fields=True):
 class Ack(msgspec.Struct, tag="ack", forbid_unknown_fields=True):
     """From the server: of the frames kept for a take, those up to `up_to` are on the disk, save `missing`.
 
-    `missing` holds ranges with both ends included. `known` = the server has this take; if not, keep the frames.
+    `missing` holds ranges with both ends included. `up_to` = `ENDED`: the take has ended, and no frame but those in
+    `missing` belongs to it. `known` = the server has this take; if not, keep the frames.
     """
 
     take_id: Id

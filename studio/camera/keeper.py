@@ -72,12 +72,9 @@ class Keeper:
         self._unsent = {}
         if self._spool is None:
             return []
-        out = []
+        out: list[wire.Kept] = []
         for origin in self._spool.origins():
-            kept = self._spool.sequences(origin.key)
-            if kept:
-                self._unsent[origin.key] = dict.fromkeys(kept)
-                out.append(self._kept(origin, kept[0], kept[-1]))
+            out += self._offer(origin.key)
         if self._active is not None and self._active.key not in self._unsent:
             out.append(self._begin(self._active))
         return out
@@ -99,20 +96,38 @@ class Keeper:
             return []
         return [self._begin(self._active)]
 
-    def acknowledged(self, message: wire.Ack) -> None:
-        """The server tells what it has on its disk."""
+    def acknowledged(self, message: wire.Ack) -> list[wire.Kept]:
+        """The server tells what it has on its disk: return what to say to that.
+
+        Where a take has ended, what is still missing was underway: it is offered anew.
+        """
         key = (message.take_id, message.boot_id)
         if self._spool is None:
-            return
+            return []
         if not message.known:
             log.warning("the server does not know a take that frames are kept for; they stay in the spool")
             self._unsent.pop(key, None)
-            return
+            return []
         for sequence in self._spool.acknowledge(key, message.up_to, message.missing):
             self._unsent.get(key, {}).pop(sequence, None)
+        if message.up_to == wire.ENDED:
+            self._answered.discard(key)
+            return self._offer(key)
         if key not in self._answered:
             self._answered.add(key)
             self._wake()
+        return []
+
+    def _offer(self, key: Key) -> list[wire.Kept]:
+        """Say what is kept for a take, and send it once that was answered."""
+        if self._spool is None:
+            return []
+        kept = self._spool.sequences(key)
+        origin = next((origin for origin in self._spool.origins() if origin.key == key), None)
+        if not kept or origin is None:
+            return []
+        self._unsent[key] = dict.fromkeys(kept)
+        return [self._kept(origin, kept[0], kept[-1])]
 
     def sent(self, sequence: int) -> None:
         """A frame of this start was handed to the network."""

@@ -245,7 +245,7 @@ class Link:
             elif isinstance(message, wire.Recording):
                 await self._say(socket, self._keeper.recording_changed(message))
             elif isinstance(message, wire.Ack):
-                self._keeper.acknowledged(message)
+                await self._say(socket, self._keeper.acknowledged(message))
 
     async def _ask_clock(self, socket: ClientConnection) -> None:
         asked = 0

@@ -2,7 +2,9 @@
 
 A camera's clock is compared with the server's by exchanges as in NTP (RFC 5905, section 8). An exchange that
 took long says little, so that only the quickest of each few seconds is kept; once these span long enough, a
-robust line through them gives the drift.
+robust line through them gives the drift. Whatever the delays on the two ways, an exchange is wrong by half its round
+trip at most: two in a row that contradict the line by more than that prove that the camera's clock jumped, and
+begin a new segment.
 """
 
 from collections import deque
@@ -22,6 +24,12 @@ DRIFT_SPAN_NS = 20_000_000_000
 """Drift is estimated once the exchanges span this long; with less, noise would look like drift."""
 
 MAX_DRIFT_PPM = 500.0
+KNOWN_DRIFT_PPM = 50.0
+"""How far off the drift may be once it was estimated."""
+
+STEP_NS = 3_000_000
+"""A jump of a clock below this beyond what the round trips explain is left to the estimate of the drift."""
+
 MAX_ROUND_TRIP_NS = 2_000_000_000
 
 
@@ -33,9 +41,17 @@ class _Sample:
 
 
 class ClockEstimator:
-    """Estimates how one camera's clock maps to the server's clock."""
+    """Estimates how one camera's clock maps to the server's clock.
+
+    Attributes:
+        segment: how often the camera's clock has jumped; the model is that of the present segment.
+        step_ns: how far the last jump moved the offset [ns].
+    """
 
     def __init__(self) -> None:
+        self.segment = 0
+        self.step_ns = 0
+        self._suspect: _Sample | None = None
         self._samples: deque[_Sample] = deque()
         self._one_way: _Sample | None = None
         self._model: ClockModel | None = None
@@ -55,6 +71,12 @@ class ClockEstimator:
         """The least round-trip time within the window [ns]."""
         return min((sample.round_trip_ns for sample in self._samples), default=None)
 
+    @property
+    def error_ns(self) -> int | None:
+        """How wrong the model may be at most, by the network alone: half the least round trip [ns]."""
+        least = self.round_trip_ns
+        return None if least is None else least // 2
+
     def add_exchange(
         self, client_send_ns: int, server_receive_ns: int, server_send_ns: int, client_receive_ns: int
     ) -> bool:
@@ -69,9 +91,30 @@ class ClockEstimator:
         if inside_ns < 0 or not 0 <= round_trip_ns <= MAX_ROUND_TRIP_NS:
             return False
         offset_ns = (server_receive_ns - client_send_ns + server_send_ns - client_receive_ns) // 2
-        self._keep(_Sample((client_send_ns + client_receive_ns) // 2, offset_ns, round_trip_ns))
+        sample = _Sample((client_send_ns + client_receive_ns) // 2, offset_ns, round_trip_ns)
+        if self._contradicts(sample):
+            first, self._suspect = self._suspect, sample
+            if first is None or not _agree(first, sample):
+                return True
+            assert self._model is not None
+            self.step_ns = offset_ns - (self._model.stage_ns(sample.device_ns) - sample.device_ns)
+            self.segment += 1
+            self._samples.clear()
+            self._keep(first)
+        self._suspect = None
+        self._keep(sample)
         self._model = self._fit()
         return True
+
+    def _contradicts(self, sample: _Sample) -> bool:
+        """Whether no delays at all explain the difference between an exchange and the model."""
+        least = self.round_trip_ns
+        if least is None or self._model is None:
+            return False
+        ppm = MAX_DRIFT_PPM if self._model.drift_ppm == 0.0 else KNOWN_DRIFT_PPM
+        drift_ns = ppm * 1e-6 * abs(sample.device_ns - self._model.reference_ns)
+        difference = sample.offset_ns - (self._model.stage_ns(sample.device_ns) - sample.device_ns)
+        return abs(difference) > (least + sample.round_trip_ns) // 2 + drift_ns + STEP_NS
 
     def add_arrival(self, device_ns: int, arrival_ns: int) -> None:
         """Take in a frame's device time and arrival: used until the first exchange, as if without delay."""
@@ -86,8 +129,6 @@ class ClockEstimator:
     def _keep(self, sample: _Sample) -> None:
         """Keep the sample in place of a slower one of the same few seconds; forget what is too old."""
         samples = self._samples
-        if samples and sample.device_ns < samples[-1].device_ns - BUCKET_NS:
-            samples.clear()  # the camera's clock was set back: what was known is void
         if samples and samples[-1].device_ns // BUCKET_NS == sample.device_ns // BUCKET_NS:
             if sample.round_trip_ns <= samples[-1].round_trip_ns:
                 samples[-1] = sample
@@ -111,6 +152,12 @@ class ClockEstimator:
         slope = min(max(slope, -MAX_DRIFT_PPM * 1e-6), MAX_DRIFT_PPM * 1e-6)
         at_newest = float(np.median(offset - slope * time))
         return ClockModel(newest.offset_ns + round(at_newest), slope * 1e6, newest.device_ns)
+
+
+def _agree(a: _Sample, b: _Sample) -> bool:
+    """Whether two exchanges may be of one clock."""
+    drift_ns = MAX_DRIFT_PPM * 1e-6 * abs(a.device_ns - b.device_ns)
+    return abs(a.offset_ns - b.offset_ns) <= (a.round_trip_ns + b.round_trip_ns) // 2 + drift_ns + STEP_NS
 
 
 def invert(clock: ClockModel) -> ClockModel:

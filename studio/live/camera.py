@@ -1,7 +1,8 @@
 """What the live stage knows of one camera: its link, its clock, and the figures of its last seconds."""
 
 from collections import deque
-from typing import Any
+from itertools import pairwise
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -12,6 +13,15 @@ from studio.wire import Hello, Status
 
 SILENT_NS = 1_500_000_000
 """A connected camera that sent no frame for this long is called silent."""
+
+NOBODY_NS = 1_500_000_000
+"""A camera that showed no performer for this long is said to see nobody."""
+
+RECENT_NS = 2_000_000_000
+SLOW_SHARE = 0.7
+LATE_MS = 250.0
+LOSS_SHARE = 0.05
+LEAST_JOINTS = 4
 
 RECENT = 90
 """Frames kept per camera for a provisional calibration."""
@@ -25,38 +35,66 @@ class CameraRefused(StudioError):
         self.code = code
 
 
-class LiveCamera:
-    """State of one camera on the engine thread, kept when its client leaves so that the status can tell."""
+class _Arrival(NamedTuple):
+    arrival_ns: int
+    device_ns: int
+    sequence: int
 
-    def __init__(self, hello: Hello) -> None:
+
+class LiveCamera:
+    """State of one camera on the engine thread, kept when its client leaves so that the status can tell.
+
+    Attributes:
+        last_clock: the clock of an earlier start or segment, while the present one is not known yet.
+        local: its client runs on the server's own machine.
+    """
+
+    def __init__(self, hello: Hello, *, local: bool = False) -> None:
         self.hello = hello
+        self.local = local
         self.connected = True
         self.reason = ""
         self.estimator = ClockEstimator()
         self.clock: ClockModel | None = None
+        self.last_clock: ClockModel | None = None
         self.recent: deque[CameraFrame] = deque(maxlen=RECENT)
         self.newest_device_ns: int | None = None
         self.frames = 0
         self.skipped = 0
+        self.late = 0
         self.errors = 0
         self.client: Status | None = None
-        self._arrivals: deque[tuple[int, int]] = deque(maxlen=120)
+        self.heard_ns: int | None = None
+        self._seen_ns: int | None = None
+        self._arrivals: deque[_Arrival] = deque(maxlen=240)
 
     @property
     def name(self) -> str:
         return self.hello.name
 
-    def rejoin(self, hello: Hello) -> None:
+    @property
+    def clock_id(self) -> str:
+        """Names the camera's clock: the start of the client, and how often its clock jumped since."""
+        segment = self.estimator.segment
+        return self.hello.boot_id if segment == 0 else f"{self.hello.boot_id}#{segment}"
+
+    def rejoin(self, hello: Hello, *, local: bool = False) -> None:
         """Take in the camera's next connection; another start of the client has another clock."""
         if hello.boot_id != self.hello.boot_id:
             self.estimator = ClockEstimator()
-            self.clock = None
-            self.newest_device_ns = None
-            self.recent.clear()
+            self.clock_lost()
             self._arrivals.clear()
         self.hello = hello
+        self.local = local
         self.connected = True
         self.reason = ""
+
+    def clock_lost(self) -> None:
+        """Another clock stamps the camera's frames from now on."""
+        self.last_clock = self.clock or self.last_clock
+        self.clock = None
+        self.newest_device_ns = None
+        self.recent.clear()
 
     def leave(self, reason: str, *, error: bool) -> None:
         self.connected = False
@@ -66,60 +104,112 @@ class LiveCamera:
     def saw(self, frame: CameraFrame, arrival_ns: int) -> None:
         """Count a frame, given to the pipeline or not."""
         self.frames += 1
-        self._arrivals.append((arrival_ns, frame.device_time_ns))
+        self.heard_ns = arrival_ns
+        self._arrivals.append(_Arrival(arrival_ns, frame.device_time_ns, frame.sequence))
+        if np.count_nonzero(frame.confidence) >= LEAST_JOINTS:
+            self._seen_ns = arrival_ns
 
     def took(self, frame: CameraFrame) -> None:
         """Note a frame that the pipeline was given."""
         self.recent.append(frame)
         self.newest_device_ns = frame.device_time_ns
 
+    def step_sequence(self) -> int:
+        """Return the first frame stamped by the clock after its last jump, as well as arrivals tell."""
+        arrivals = list(self._arrivals)
+        moved = [
+            abs((b.arrival_ns - b.device_ns) - (a.arrival_ns - a.device_ns) - self.estimator.step_ns)
+            for a, b in pairwise(arrivals)
+        ]
+        if not moved:
+            return arrivals[0].sequence if arrivals else 0
+        best = int(np.argmin(moved))
+        found = moved[best] < abs(self.estimator.step_ns) / 2
+        return arrivals[best + 1].sequence if found else arrivals[-1].sequence + 1
+
     def status(self, now_ns: int, *, reference: bool, calibrated: bool) -> dict[str, Any]:
         """Return the camera's part of the stage's status; times on the server's clock [ns]."""
-        recent = [(a, d) for a, d in self._arrivals if now_ns - a < 2_000_000_000]
-        state, reason = self._state(now_ns, calibrated)
+        recent = [one for one in self._arrivals if now_ns - one.arrival_ns < RECENT_NS]
         model = self.estimator.model
-        round_trip = self.estimator.round_trip_ns
         latency = jitter = None
         if model is not None and recent:
-            latencies = np.array([(a - model.stage_ns(d)) * 1e-6 for a, d in recent])
+            latencies = np.array([(one.arrival_ns - model.stage_ns(one.device_ns)) * 1e-6 for one in recent])
             latency, jitter = round(float(np.median(latencies)), 2), round(float(latencies.std()), 2)
+        rate, loss = _rate([one.arrival_ns for one in recent]), _loss([one.sequence for one in recent])
+        state, starved, reason = self._state(now_ns, calibrated, rate, latency, loss)
+        client = self.client
         return {
             "device": self.hello.device,
             "joint_set": self.hello.joint_set,
             "connected": self.connected,
             "reference": reference,
+            "local": self.local,
             "calibrated": calibrated,
             "state": state,
+            "starved": starved,
             "reason": reason,
-            "fps": _rate([a for a, _ in recent]),
+            "fps": rate,
             "latency_ms": latency,
             "jitter_ms": jitter,
-            "clock": {
-                "offset_ms": None if self.clock is None else round(self.clock.offset_ns * 1e-6, 3),
-                "drift_ppm": None if self.clock is None else round(self.clock.drift_ppm, 2),
-                "round_trip_ms": None if round_trip is None else round(round_trip * 1e-6, 3),
-                "source": "exchange" if self.estimator.exchanged else "arrival",
-            },
+            "loss_percent": None if loss is None else round(100.0 * loss, 1),
+            "clock": self._clock_status(),
             "frames": self.frames,
             "skipped": self.skipped,
+            "late": self.late,
             "errors": self.errors,
-            "dropped_by_client": None if self.client is None else self.client.frames_dropped,
-            "message": "" if self.client is None else self.client.message,
+            "dropped_by_client": None if client is None else client.frames_dropped,
+            "kept_by_client": None if client is None else client.frames_kept,
+            "not_kept_by_client": None if client is None else client.frames_not_kept,
+            "message": "" if client is None else client.message,
         }
 
-    def _state(self, now_ns: int, calibrated: bool) -> tuple[str, str]:
+    def _clock_status(self) -> dict[str, Any]:
+        round_trip, error = self.estimator.round_trip_ns, self.estimator.error_ns
+        return {
+            "offset_ms": None if self.clock is None else round(self.clock.offset_ns * 1e-6, 3),
+            "drift_ppm": None if self.clock is None else round(self.clock.drift_ppm, 2),
+            "round_trip_ms": None if round_trip is None else round(round_trip * 1e-6, 3),
+            "error_ms": None if error is None else round(error * 1e-6, 3),
+            "source": "exchange" if self.estimator.exchanged else "arrival",
+            "jumps": self.estimator.segment,
+        }
+
+    def _state(
+        self, now_ns: int, calibrated: bool, rate: float, latency_ms: float | None, loss: float | None
+    ) -> tuple[str, str, str]:
+        """Return the state, what the camera is starved by ("" = nothing), and both in words."""
         if not self.connected:
-            return "gone", self.reason or "the client has left"
+            return "gone", "network", self.reason or "the client has left"
         if not self._arrivals:
-            return "silent", "connected, no frame yet"
-        silent_ns = now_ns - self._arrivals[-1][0]
+            return "silent", "no_frames", "connected, no frame yet"
+        silent_ns = now_ns - self._arrivals[-1].arrival_ns
         if silent_ns > SILENT_NS:
-            return "silent", f"no frame for {silent_ns * 1e-9:.0f} s"
+            heard = self.heard_ns is not None and now_ns - self.heard_ns < SILENT_NS
+            words = (
+                "the client is there, its camera gives none" if heard else "nothing is heard of the client"
+            )
+            return (
+                "silent",
+                "no_frames" if heard else "network",
+                f"no frame for {silent_ns * 1e-9:.0f} s: {words}",
+            )
         if self.reason:
-            return "trouble", self.reason
+            return "trouble", "clock", self.reason
+        if latency_ms is not None and latency_ms > LATE_MS:
+            return "trouble", "network", f"frames come {latency_ms:.0f} ms late: the network is slow"
+        if loss is not None and loss > LOSS_SHARE:
+            return "trouble", "network", f"{100 * loss:.0f} % of the frames do not come: the network is slow"
+        if self.client is not None and self.client.message:
+            return "trouble", "", self.client.message
+        nominal = self.hello.frames_per_second
+        if len(self._arrivals) > 2 * nominal and rate < SLOW_SHARE * nominal:
+            return "live", "no_frames", f"{rate:.0f} instead of {nominal:.0f} frames a second"
+        if self._seen_ns is None or now_ns - self._seen_ns > NOBODY_NS:
+            return "live", "no_performer", "it sees no performer"
         if not calibrated:
-            return "live", "not in the calibration: its frames are recorded but not used; calibrate the stage"
-        return "live", ""
+            text = "not in the calibration: its frames are recorded but not used; calibrate the stage"
+            return "live", "", text
+        return "live", "", ""
 
 
 def _rate(arrivals_ns: list[int]) -> float:
@@ -127,3 +217,11 @@ def _rate(arrivals_ns: list[int]) -> float:
     if len(arrivals_ns) < 2 or arrivals_ns[-1] <= arrivals_ns[0]:
         return 0.0
     return round((len(arrivals_ns) - 1) / ((arrivals_ns[-1] - arrivals_ns[0]) * 1e-9), 1)
+
+
+def _loss(sequences: list[int]) -> float | None:
+    """Share of the frames that did not come, by the gaps in their numbers."""
+    if len(sequences) < 2:
+        return None
+    expected = max(sequences) - min(sequences) + 1
+    return max(0.0, 1.0 - len(set(sequences)) / expected)

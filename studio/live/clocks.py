@@ -16,10 +16,10 @@ MAX_CORRECTION_NS = 300_000_000
 
 @dataclass(frozen=True)
 class Anchor:
-    """The camera whose clock is the stage clock; a restarted client has another clock (`boot_id`)."""
+    """The camera whose clock is the stage clock; a client that restarted, or whose clock jumped, has another."""
 
     camera: str
-    boot_id: str
+    clock_id: str
 
 
 class StageClock:
@@ -30,12 +30,12 @@ class StageClock:
         self._corrections: dict[str, int] = {}
         self._common_to_stage: ClockModel | None = None
 
-    def is_anchor(self, camera: str, boot_id: str) -> bool:
-        return self.anchor == Anchor(camera, boot_id)
+    def is_anchor(self, camera: str, clock_id: str) -> bool:
+        return self.anchor == Anchor(camera, clock_id)
 
-    def set_anchor(self, camera: str, boot_id: str) -> None:
+    def set_anchor(self, camera: str, clock_id: str) -> None:
         """Make this camera's clock the stage clock."""
-        self.anchor = Anchor(camera, boot_id)
+        self.anchor = Anchor(camera, clock_id)
         self._common_to_stage = None
 
     def set_corrections(self, corrections_ns: dict[str, int]) -> None:
@@ -47,15 +47,25 @@ class StageClock:
         anchor = 0 if self.anchor is None else self._corrections.get(self.anchor.camera, 0)
         return self._corrections.get(camera, 0) - anchor
 
+    def restore(self, anchor: Anchor, server_to_stage: ClockModel) -> None:
+        """Go on with the stage clock as it was before the server was started again."""
+        self.anchor = anchor
+        self._common_to_stage = server_to_stage
+
+    @property
+    def server_to_stage(self) -> ClockModel | None:
+        """The map from the server's clock to the stage clock; None while the stage has no clock yet."""
+        return self._common_to_stage
+
     def follow(self, device_to_server: ClockModel) -> None:
         """Take in the newest clock of the anchor; while the anchor is away, the last one stays in use."""
         assert self.anchor is not None
         correction = self._corrections.get(self.anchor.camera, 0)
         self._common_to_stage = invert(shifted(device_to_server, correction))
 
-    def camera_to_stage(self, camera: str, boot_id: str, device_to_server: ClockModel) -> ClockModel | None:
+    def camera_to_stage(self, camera: str, clock_id: str, device_to_server: ClockModel) -> ClockModel | None:
         """Return the clock model of a camera's frames; None while the stage has no clock yet."""
-        if self.is_anchor(camera, boot_id):
+        if self.is_anchor(camera, clock_id):
             return ClockModel()
         if self._common_to_stage is None:
             return None

@@ -16,20 +16,21 @@ from typing import Any
 
 from studio.engine.calibration.result import Calibration
 from studio.engine.errors import CalibrationError, SettingsError, StudioError, TakeError
-from studio.engine.frames import StepResult
+from studio.engine.frames import ClockModel, StepResult
 from studio.engine.schedule import Schedule
 from studio.engine.settings import SolveSettings
 from studio.live import log
 from studio.live.calibrator import PROVISIONAL_FRAMES, Calibrator, Outcome
 from studio.live.camera import LiveCamera
+from studio.live.clocks import Anchor
 from studio.live.figures import PipelineFigures
 from studio.live.inbox import Arrived, Call, Inbox, Item, Left, Measured, Reported
 from studio.live.latest import Latest
-from studio.live.recorder import Recorder
 from studio.live.recording import Recording
-from studio.live.roster import Roster
+from studio.live.roster import CLOCK_STEP_NS, Roster
 from studio.live.status import stage_status
-from studio.wire import Hello
+from studio.take.raw_append import RawState
+from studio.wire import ClockSample, Hello
 
 _log = logging.getLogger(__name__)
 
@@ -52,6 +53,7 @@ class Engine:
         status: the newest status, as JSON.
         stage_calibration: in use; a camera's `clock` is its latency correction (see `calibrations`).
         number: its number on disk; None for a provisional one, which knows one camera only.
+        recording: under way, or None; `ended_problem`: why the last one ended by itself.
     """
 
     def __init__(
@@ -62,6 +64,7 @@ class Engine:
         folder: Path,
         calibration: tuple[int, Calibration] | None,
         notify: Callable[[StepResult], None],
+        on_broken: Callable[[], None],
     ) -> None:
         self._thread = threading.Thread(target=self._run, name="engine", daemon=True)
         self.results: Latest[StepResult] = Latest()
@@ -77,9 +80,12 @@ class Engine:
         self.status: dict[str, Any] = {}
         self._clock_ns = clock_ns
         self._notify = notify
+        self._on_broken = on_broken
         self._inbox = Inbox()
         self._pipeline = log.LoggedPipeline()
         self._schedule = Schedule(settings.output_hz)
+        self._noted_stage_clock: tuple[Anchor, ClockModel] | None = None
+        self.ended_problem = ""
         self._status_ns: int | None = None
         self._retry_ns: int | None = None
         self._stopping = False
@@ -98,6 +104,10 @@ class Engine:
     def put(self, item: Item) -> None:
         """Hand something over; never waits."""
         self._inbox.put(item)
+
+    def pending(self) -> int:
+        """How many things wait for the thread."""
+        return len(self._inbox)
 
     def call(self, function: Callable[[], Any]) -> Any:
         """Return what the function returns on the engine thread, or raise what it raises.
@@ -152,11 +162,12 @@ class Engine:
             case Arrived(frame=frame):
                 waiting[frame.camera] -= 1
                 self._frame(item, late=waiting[frame.camera] >= MAX_PENDING)
-            case Measured(camera=camera, sample=sample):
-                self._log_clocks(self.roster.measured(camera, sample))
-            case Reported(camera=camera, status=status):
+            case Measured(camera=camera, sample=sample) if camera in self.roster.cameras:
+                self._measured(self.roster.cameras[camera], sample)
+            case Reported(camera=camera, status=status) if camera in self.roster.cameras:
                 self.roster.cameras[camera].client = status
-            case Left(camera=camera, reason=reason, error=error):
+                self.roster.cameras[camera].heard_ns = self._clock_ns()
+            case Left(camera=camera, reason=reason, error=error) if camera in self.roster.cameras:
                 self.roster.cameras[camera].leave(reason, error=error)
             case Call(function=function, future=future):
                 self._called(function, future)
@@ -172,39 +183,79 @@ class Engine:
 
     # --- cameras
 
-    def join_camera(self, hello: Hello) -> bool:
+    def join_camera(self, hello: Hello, *, local: bool = False) -> bool:
         """Take in a camera; return whether it is the reference."""
-        if self.roster.join(hello, keep_clock=self.recording is not None):
+        if self.roster.join(hello, keep_clock=self.recording is not None, local=local):
             self._restart()
         if self.recording is not None:
             self.recording.recorder.camera(hello)
         return self.roster.reference == hello.name
 
+    def choose_reference(self, name: str) -> None:
+        """Make a camera's clock the stage clock.
+
+        Raises:
+            SettingsError: no such camera is connected. TakeError: a take is being recorded.
+        """
+        if self.recording is not None:
+            raise TakeError("a take is being recorded; stop it, then choose another reference camera")
+        if self.roster.choose(name):
+            self._restart()
+
     def _frame(self, item: Arrived, *, late: bool) -> None:
-        frame = item.frame
-        camera = self.roster.cameras[frame.camera]
+        frame, recording = item.frame, self.recording
+        camera = self.roster.cameras.get(frame.camera)
+        if camera is None or (recording is not None and recording.has(item.hello, frame)):
+            return
+        if item.late:
+            camera.late += 1
+            if recording is not None:
+                recording.recorder.frame(item.hello, frame, item.data, item.arrival_ns, late=True)
+            return
         self._log_clocks(self.roster.arrived(frame, item.arrival_ns))
         usable = self.roster.is_present(frame, self._clock_ns()) and not late
         if not usable:
             camera.skipped += 1
             self._perform(log.skipped_event(frame))
-        if self.recording is not None:
-            self.recording.recorder.frame(frame, item.data, item.arrival_ns)
+        if recording is not None:
+            recording.recorder.frame(item.hello, frame, item.data, item.arrival_ns)
         if usable:
             camera.took(frame)
             self.calibrator.add(frame)
         self._pipeline.frame(frame)
 
+    def _measured(self, camera: LiveCamera, sample: ClockSample) -> None:
+        before = camera.clock_id
+        changed = self.roster.measured(camera.name, sample)
+        if camera.clock_id != before and self.recording is not None:
+            at = camera.step_sequence()
+            event = log.segment_event(camera.name, camera.hello.boot_id, at, camera.clock_id)
+            self.recording.note(self._clock_ns(), event)
+        self._log_clocks(changed)
+
     def _log_clocks(self, cameras: list[LiveCamera]) -> None:
         for camera in cameras:
-            self._perform(log.clock_event(camera.name, self.roster.clock_of(camera.name)))
+            clock = self.roster.clock_of(camera.name)
+            self._perform(log.clock_event(camera.name, camera.clock_id, clock))
+        self._note_stage_clock()
+
+    def _note_stage_clock(self) -> None:
+        """Let the recording know how the server's clock maps to the stage clock, where it has changed."""
+        anchor, clock = self.roster.clock.anchor, self.roster.clock.server_to_stage
+        if self.recording is None or anchor is None or clock is None:
+            return
+        now = self._clock_ns()
+        old = self._noted_stage_clock
+        if old is None or old[0] != anchor or abs(old[1].stage_ns(now) - clock.stage_ns(now)) > CLOCK_STEP_NS:
+            self._noted_stage_clock = (anchor, clock)
+            self.recording.note(now, log.stage_clock_event(anchor.camera, anchor.clock_id, clock))
 
     # --- the pipeline
 
     def _perform(self, event: dict[str, Any]) -> StepResult | None:
         """Do something to the pipeline, and let the recording know: the only way to change it."""
         if self.recording is not None:
-            self.recording.recorder.event(self._clock_ns(), event)
+            return self.recording.perform(self._clock_ns(), event, self._pipeline.event)
         return self._pipeline.event(event)
 
     def _restart(self) -> None:
@@ -234,8 +285,6 @@ class Engine:
             result = self._perform(log.tick_event(stage_time_ns))
             self.figures.stepped(begin_ns, self._clock_ns())
             if result is not None:
-                if self.recording is not None:
-                    self.recording.add(result)
                 self.results.publish(result)
                 self._notify(result)
 
@@ -254,7 +303,7 @@ class Engine:
 
     # --- recording
 
-    def attach(self, recorder: Recorder) -> Calibration | None:
+    def attach(self, recording: Recording) -> Calibration | None:
         """Record from now on, from a fresh pipeline; return the calibration in use, clocks included.
 
         Raises:
@@ -263,10 +312,24 @@ class Engine:
         if self.recording is not None:
             raise TakeError("a take is being recorded already; stop it first")
         for camera in self.roster.connected():
-            recorder.camera(camera.hello)
-        self.recording = Recording(recorder, self._clock_ns())
+            recording.recorder.camera(camera.hello)
+        self.recording, self._noted_stage_clock, self.ended_problem = recording, None, ""
         self._restart()
+        self._log_clocks([camera for camera in self.roster.cameras.values() if camera.clock is not None])
         return self.placed_calibration()
+
+    def resume(self, recording: Recording, state: RawState) -> None:
+        """Go on with a take that was being recorded when the server ended without warning."""
+        settings = next((e["settings"] for _, e in reversed(state.events) if "settings" in e), None)
+        if settings is not None:
+            self.settings = SolveSettings.from_json(settings)
+        clock = state.last_event("stage_clock")
+        if clock is not None:
+            self.roster.clock.restore(Anchor(clock["camera"], clock["clock_id"]), log.clock_of(clock))
+        self.recording, self._noted_stage_clock = recording, None
+        recording.note(self._clock_ns(), {"type": "restart", "gap_ms": recording.restarts[-1].gap_ms})
+        self._restart()
+        self._note_stage_clock()
 
     def detach(self) -> Recording:
         """Stop recording and return what is to be saved.
@@ -277,7 +340,9 @@ class Engine:
         if self.recording is None:
             raise TakeError("nothing is being recorded; start a recording first")
         recording, self.recording = self.recording, None
-        recording.end(self._clock_ns(), self.settings, self.placed_calibration())
+        now = self._clock_ns()
+        stage_ns = self.roster.clock.server_to_stage_ns(now)
+        recording.end(now, self.settings, self.placed_calibration(), stage_ns)
         return recording
 
     # --- calibration
@@ -317,6 +382,9 @@ class Engine:
     def _housekeeping(self) -> None:
         now = self._clock_ns()
         self.calibrator.update(now, self.roster.reference, self.roster.by_exchange)
+        if self.recording is not None and self.recording.recorder.problem and not self.recording.stopping:
+            self.recording.stopping = True
+            threading.Thread(target=self._on_broken, name="end of recording", daemon=True).start()
         if not self.calibrator.computing and not self.covered():
             self._calibrate_provisionally(now)
         if self._status_ns is None or now - self._status_ns >= STATUS_NS:

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from studio.engine.frames import CameraFrame
-from studio.wire import ClockSample, Status
+from studio.wire import ClockSample, Hello, Status
 
 
 @dataclass(frozen=True)
@@ -22,11 +22,16 @@ class Left:
 
 @dataclass(frozen=True)
 class Arrived:
-    """A frame with the bytes that it came in and its arrival on the server's clock [ns]."""
+    """A frame with the bytes that it came in and its arrival on the server's clock [ns].
+
+    `hello` is of the start of the client that took it; `late`: the client kept it and sends it again.
+    """
 
     frame: CameraFrame
     data: bytes
     arrival_ns: int
+    hello: Hello
+    late: bool = False
 
 
 @dataclass(frozen=True)
@@ -62,6 +67,9 @@ class Inbox:
     def __init__(self) -> None:
         self._changed = threading.Condition()
         self._items: deque[Item] = deque()
+
+    def __len__(self) -> int:
+        return len(self._items)
 
     def put(self, item: Item) -> None:
         with self._changed:

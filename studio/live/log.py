@@ -13,6 +13,9 @@ from studio.engine.frames import CameraFrame, ClockModel, StepResult
 from studio.engine.pipeline import Pipeline
 from studio.engine.settings import SolveSettings
 
+NOTES = ("segment", "stage_clock", "restart", "stopped")
+"""Events that tell of a recording and do nothing to the pipeline."""
+
 
 def plain(value: Any) -> Any:
     """Return the value as it comes back out of JSON, so that live and replay start from the same numbers."""
@@ -25,9 +28,25 @@ def start_event(calibration: Calibration | None, settings: SolveSettings) -> dic
     return plain({"type": "start", "calibration": value, "settings": settings.to_json()})
 
 
-def clock_event(camera: str, clock: ClockModel) -> dict[str, Any]:
-    """From now on the camera's clock maps to the stage clock by `clock`."""
-    return plain({"type": "clock", "camera": camera, **vars(clock)})
+def clock_event(camera: str, clock_id: str, clock: ClockModel) -> dict[str, Any]:
+    """From now on the camera's clock, which is the one that `clock_id` names, maps to the stage clock by `clock`."""
+    return plain({"type": "clock", "camera": camera, "clock_id": clock_id, **vars(clock)})
+
+
+def segment_event(camera: str, boot_id: str, from_sequence: int, clock_id: str) -> dict[str, Any]:
+    """The camera's clock jumped: its frames from `from_sequence` on are stamped by the clock `clock_id`."""
+    kind = {"type": "segment", "camera": camera, "boot_id": boot_id}
+    return {**kind, "from_sequence": from_sequence, "clock_id": clock_id}
+
+
+def stage_clock_event(camera: str, clock_id: str, server_to_stage: ClockModel) -> dict[str, Any]:
+    """The stage clock is that camera's; `server_to_stage` carries it on while the camera is away."""
+    return plain({"type": "stage_clock", "camera": camera, "clock_id": clock_id, **vars(server_to_stage)})
+
+
+def clock_of(event: dict[str, Any]) -> ClockModel:
+    """Return the clock model of an event that holds one."""
+    return ClockModel(event["offset_ns"], event["drift_ppm"], event["reference_ns"])
 
 
 def settings_event(settings: SolveSettings) -> dict[str, Any]:
@@ -96,12 +115,11 @@ class LoggedPipeline:
             if self.pipeline is not None:
                 self.pipeline.set_settings(self.settings)
         elif kind == "clock":
-            clock = ClockModel(event["offset_ns"], event["drift_ppm"], event["reference_ns"])
             if self.pipeline is not None:
-                self.pipeline.set_clock(event["camera"], clock)
+                self.pipeline.set_clock(event["camera"], clock_of(event))
         elif kind == "calibration":
             if self.pipeline is not None:
                 self.pipeline.set_calibration(Calibration.from_json(event["calibration"]))
-        else:
+        elif kind not in NOTES:
             raise FormatError(f"the live log has an event {kind!r} that this version does not know")
         return None

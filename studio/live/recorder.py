@@ -1,70 +1,188 @@
-"""Writing a take while it is recorded, on a thread of its own: nothing is dropped, the engine never waits."""
+"""Writing a take while it is recorded, on a thread of its own: nothing is dropped, the engine never waits.
+
+What is written is waited for on the disk every quarter of a second; then `on_synced` hears of it, and the clients
+are told that they need not keep those frames any longer.
+"""
 
 import logging
 import queue
 import shutil
 import threading
 import time
+import uuid
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from studio.engine.errors import StudioError
-from studio.engine.frames import CameraFrame
+from studio.engine.errors import StudioError, TakeError
+from studio.engine.frames import CameraFrame, StepResult
+from studio.take.pose_log import POSE_LOG, PoseLog
+from studio.take.ranges import Ranges
 from studio.take.raw import RawWriter
+from studio.take.raw_append import RawState
 from studio.take.take import Take
-from studio.wire import Hello
+from studio.wire import ENDED, Ack, Hello
 
 _log = logging.getLogger(__name__)
 
 FLUSH_S = 0.25
-"""A crash loses at most this much of a recording."""
+"""A crash loses at most this much of a recording, and the clients send it again."""
+
+RESERVE_BYTES = 32 * 1024 * 1024
+"""A recording ends while this much of the disk is left, so that it can be ended in order."""
+
+MAX_GAPS = 1000
+
+Key = tuple[str, str]
+"""Camera and start of its client (boot id)."""
 
 
 class Recorder:
-    """Writes frames and events to a take's `raw.mcap` in the order in which they are given.
+    """Writes frames, events and live poses of a take in the order in which they are given.
+
+    Args:
+        take: the take that is written.
+        state: of its raw file, where it was begun before (`raw_append.scan_raw`).
 
     Attributes:
-        take: the take that is written.
-        frames: camera frames given so far.
+        frames: camera frames in the file or on their way to it.
+        bytes_written: size of all files so far.
         problem: why writing has stopped, for a person; "" while all is well.
+        on_synced: called on the recorder's thread with the cameras of which more is on the disk now.
     """
 
-    def __init__(self, path: Path, *, session: str, name: str) -> None:
-        """Make the take and its raw file.
+    def __init__(self, take: Take, *, state: RawState | None = None) -> None:
+        """Open the files.
 
         Raises:
-            StudioError: the place is taken or cannot be written; nothing is left behind.
+            StudioError: they cannot be written.
         """
-        self.take = Take.create(path, session=session, name=name, source="live")
+        self.take = take
+        take.meta.setdefault("take_id", uuid.uuid4().hex)
+        self._writer = RawWriter(take.raw_path, state=state)
         try:
-            self._writer = RawWriter(self.take.raw_path)
-        except StudioError:
-            shutil.rmtree(self.take.path)
-            raise
-        self.frames = 0
+            self._poses = PoseLog(take.path, ticks=None if state is None else state.ticks)
+        except OSError as error:
+            self._writer.close()
+            raise TakeError(f"cannot write {take.path}: {error.strerror}; free some space") from error
         self.problem = ""
-        self._hellos: list[Hello] = []
+        self.on_synced: Callable[[set[Key]], None] = lambda keys: None
+        self.ticks = 0 if state is None else state.ticks
+        self._seen: dict[Key, Ranges] = {} if state is None else state.frames
+        self.frames = sum(ranges.count for ranges in self._seen.values())
+        self.late = 0
+        self.duplicates = 0
+        self._hellos: dict[Key, Hello] = {} if state is None else dict(state.hellos)
+        self._lock = threading.Lock()
+        self._synced: dict[Key, Ranges] = {}
+        self._kept: dict[Key, tuple[int, int]] = {}
+        for key, ranges in self._seen.items():
+            self._synced[key] = Ranges()
+            for begin, end in ranges:
+                self._synced[key].add_range(begin, end)
+        self._waiting: list[tuple[Key, int]] = []
         self._queue: queue.SimpleQueue[tuple[Any, ...]] = queue.SimpleQueue()
         self._thread = threading.Thread(target=self._run, name="recorder", daemon=True)
         self._thread.start()
 
+    @classmethod
+    def create(cls, path: Path, *, session: str, name: str) -> "Recorder":
+        """Return the recorder of a new take.
+
+        Raises:
+            StudioError: the place is taken, cannot be written, or is nearly full; nothing is left behind.
+        """
+        take = Take.create(path, session=session, name=name, source="live")
+        try:
+            free = shutil.disk_usage(path).free
+            if free < 2 * RESERVE_BYTES:
+                raise TakeError(
+                    f"only {free >> 20} MB are left on the disk; free some space before recording (at least "
+                    f"{2 * RESERVE_BYTES >> 20} MB)"
+                )
+            return cls(take)
+        except StudioError:
+            shutil.rmtree(take.path)
+            raise
+
+    @property
+    def take_id(self) -> str:
+        return str(self.take.meta["take_id"])
+
+    # --- from the engine thread
+
     def camera(self, hello: Hello) -> None:
         """A camera joins; must come before its frames."""
-        self._hellos.append(hello)
-        self._queue.put(("camera", hello))
+        if (hello.name, hello.boot_id) not in self._hellos:
+            self._hellos[hello.name, hello.boot_id] = hello
+            self._queue.put(("camera", hello))
 
-    def frame(self, frame: CameraFrame, data: bytes, arrival_ns: int) -> None:
-        """A camera's frame: `data` is the message as it came, `arrival_ns` on the server's clock."""
+    def frame(
+        self, hello: Hello, frame: CameraFrame, data: bytes, arrival_ns: int, *, late: bool = False
+    ) -> bool:
+        """A camera's frame: `data` is the message as it came, `arrival_ns` on the server's clock.
+
+        Returns False where the take has that frame already.
+        """
+        key = (hello.name, hello.boot_id)
+        if not self._seen.setdefault(key, Ranges()).add(frame.sequence):
+            self.duplicates += 1
+            return False
         self.frames += 1
-        self._queue.put(("frame", frame.camera, data, arrival_ns, frame.device_time_ns, frame.sequence))
+        self.late += late
+        self._hellos.setdefault(key, hello)
+        self._queue.put(("late" if late else "frame", hello, frame, data, arrival_ns))
+        return True
+
+    def has(self, key: Key, sequence: int) -> bool:
+        """Whether the take has this frame already."""
+        return key in self._seen and sequence in self._seen[key]
 
     def event(self, time_ns: int, event: dict[str, Any]) -> None:
         """An event of the live log at a time on the server's clock [ns]."""
         self._queue.put(("event", time_ns, event))
 
+    def tick(self, time_ns: int, event: dict[str, Any], result: StepResult | None) -> None:
+        """An output frame that was made: its event and its pose, written together."""
+        self._queue.put(("tick", time_ns, event, self.ticks, result))
+        self.ticks += 1
+
+    def missing(self) -> dict[str, int]:
+        """Frames by camera that lie between those that the take has, or that a client says it keeps."""
+        with self._lock:
+            kept = dict(self._kept)
+        out: dict[str, int] = {}
+        for key in {*self._seen, *kept}:
+            seen = self._seen.get(key, Ranges())
+            ends = [
+                bounds
+                for bounds in (kept.get(key), (seen.first, seen.last))
+                if bounds and bounds[0] is not None
+            ]
+            if not ends:
+                continue
+            gaps = seen.gaps(min(first for first, _ in ends), max(last for _, last in ends))
+            count = sum(end - begin + 1 for begin, end in gaps)
+            if count:
+                out[key[0]] = out.get(key[0], 0) + count
+        return out
+
+    # --- from any thread
+
+    def keeps(self, key: Key, first: int, last: int) -> None:
+        """A client says which frames it keeps."""
+        with self._lock:
+            old = self._kept.get(key, (first, last))
+            self._kept[key] = (min(first, old[0]), max(last, old[1]))
+
+    def ack(self, key: Key, first: int, *, ended: bool = False) -> Ack:
+        """Return what a client that keeps frames from `first` on need not keep; `ended`: no more are recorded."""
+        with self._lock:
+            return ack_of(self.take_id, key, self._synced.get(key, Ranges()), first, ended=ended)
+
     def save_cameras(self) -> None:
         """Write the cameras that have joined into `take.json`; waits for the disk."""
-        for hello in list(self._hellos):
+        for hello in list(self._hellos.values()):
             self.take.add_camera(hello)
         self.take.save_meta()
 
@@ -75,6 +193,8 @@ class Recorder:
         self.take.meta["recording"] = "done"
         self.save_cameras()
 
+    # --- the thread
+
     def _run(self) -> None:
         flushed = time.monotonic()
         while True:
@@ -84,30 +204,89 @@ class Recorder:
                 item = None
             try:
                 if item is not None and item[0] == "close":
-                    self._writer.close()
+                    self._end()
                     return
                 if item is not None and not self.problem:
                     self._write(item)
                 if not self.problem and time.monotonic() - flushed >= FLUSH_S:
-                    self._writer.flush()
+                    self._flush()
+                    self._look_at_disk()
                     flushed = time.monotonic()
-            except (OSError, ValueError) as error:  # a full disk; ValueError: the file was closed by that
-                reason = getattr(error, "strerror", None) or str(error)
-                self.problem = (
-                    f"the take cannot be written on ({reason}); stop, free some space, record again"
-                )
-                _log.error("%s: %s", self.take.path, self.problem)
+            except (OSError, ValueError, StudioError) as error:
+                self._fail(error)
                 if item is not None and item[0] == "close":
                     return
 
+    def _fail(self, error: Exception) -> None:
+        if self.problem:
+            return
+        reason = getattr(error, "strerror", None) or str(error)
+        self.problem = f"the take cannot be written on ({reason}); free some space, then record again"
+        _log.error("%s: %s", self.take.path, self.problem)
+
+    def _look_at_disk(self) -> None:
+        free = shutil.disk_usage(self.take.path).free
+        if free < RESERVE_BYTES:
+            self.problem = (
+                f"the disk is nearly full ({free >> 20} MB left): the recording was ended and is kept; free some "
+                "space, then record again"
+            )
+            _log.error("%s: %s", self.take.path, self.problem)
+
+    def _end(self) -> None:
+        try:
+            if not self.problem:
+                self._flush()
+            self._poses.close()
+        finally:
+            self._writer.close()
+
+    def _flush(self) -> None:
+        """Poses first: the log never tells of a tick whose pose is not on the disk."""
+        self._poses.sync()
+        self._writer.flush()
+        waiting, self._waiting = self._waiting, []
+        with self._lock:
+            for key, sequence in waiting:
+                self._synced.setdefault(key, Ranges()).add(sequence)
+        if waiting:
+            self.on_synced({key for key, _ in waiting})
+
     def _write(self, item: tuple[Any, ...]) -> None:
         kind, *values = item
-        if kind == "frame":
-            camera, data, arrival_ns, device_time_ns, sequence = values
-            self._writer.frame(
-                camera, data, arrival_ns=arrival_ns, device_time_ns=device_time_ns, sequence=sequence
-            )
+        if kind in ("frame", "late"):
+            hello, frame, data, arrival_ns = values
+            if kind == "late":
+                self._writer.late_frame(hello, data, arrival_ns=arrival_ns, frame=frame)
+            else:
+                self._writer.frame(
+                    frame.camera,
+                    data,
+                    arrival_ns=arrival_ns,
+                    device_time_ns=frame.device_time_ns,
+                    sequence=frame.sequence,
+                )
+            self._waiting.append(((hello.name, hello.boot_id), frame.sequence))
+        elif kind == "tick":
+            time_ns, event, tick, result = values
+            self._writer.event(time_ns, event)
+            if result is not None:
+                self._poses.add(tick, result)
         elif kind == "event":
             self._writer.event(*values)
         else:
             self._writer.add_camera(*values)
+
+    @property
+    def bytes_written(self) -> int:
+        paths = (self.take.raw_path, self.take.path / POSE_LOG)
+        return sum(path.stat().st_size for path in paths if path.exists())
+
+
+def ack_of(take_id: str, key: Key, there: Ranges, first: int, *, ended: bool = False) -> Ack:
+    """Return what to tell a client that keeps frames from `first` on, when those in `there` are safe."""
+    last = max(first - 1 if there.last is None else there.last, first - 1)
+    gaps = there.gaps(first, last)
+    if len(gaps) > MAX_GAPS:
+        return Ack(take_id, key[1], gaps[MAX_GAPS][0] - 1, gaps[:MAX_GAPS])
+    return Ack(take_id, key[1], ENDED if ended else last, gaps)

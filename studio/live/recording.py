@@ -1,38 +1,45 @@
-"""One recording of the live stage: the recorder, the live poses, and what is saved when it ends."""
+"""One recording of the live stage: the recorder, what the operator is told of it, and what is saved at its end."""
 
-from dataclasses import replace
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from studio.engine.calibration.result import Calibration
-from studio.engine.frames import FrameSet, FusedSkeleton, StepResult
-from studio.engine.joints import JOINT_COUNT
+from studio.engine.frames import CameraFrame, StepResult
 from studio.engine.settings import SolveSettings
-from studio.engine.solve.take import collect_poses
 from studio.live.recorder import Recorder
+from studio.take.pose_log import POSE_LOG, read_poses
 from studio.take.solves import write_solve
+from studio.take.take import Take
+from studio.wire import Hello
 
 LIVE_SOLVE = "live"
 
-_NO_JOINTS = np.empty((0, JOINT_COUNT, 3))
-_NO_CONFIDENCE = np.empty((0, JOINT_COUNT))
-_NO_POSITIONS = np.empty((0, 3))
-_NOT_KEPT = FusedSkeleton(
-    np.full((JOINT_COUNT, 3), np.nan),
-    np.zeros(JOINT_COUNT),
-    np.full(JOINT_COUNT, np.nan),
-    np.empty((0, JOINT_COUNT), dtype=bool),
-)
+
+@dataclass(frozen=True)
+class Restart:
+    """The server was started again within the take: when (UTC), and what was not recorded until then [ms]."""
+
+    at: str
+    gap_ms: int
 
 
 class Recording:
-    """What the engine thread keeps of a recording under way; `save` runs on another thread."""
+    """A recording under way; all but `save` belongs to the engine thread.
 
-    def __init__(self, recorder: Recorder, began_ns: int) -> None:
+    Attributes:
+        recorder: what writes it.
+        began_ns: on the server's clock.
+        restarts: of the server, within the take.
+        stopping: its end was asked for.
+    """
+
+    def __init__(self, recorder: Recorder, began_ns: int, restarts: tuple[Restart, ...] = ()) -> None:
         self.recorder = recorder
         self.began_ns = began_ns
-        self._results: list[StepResult] = []
+        self.restarts = restarts
+        self.stopping = False
         self._ended_ns = began_ns
         self._settings: SolveSettings | None = None
         self._calibration: Calibration | None = None
@@ -42,15 +49,35 @@ class Recording:
         """`<session>/<take>`."""
         return str(self.recorder.take.meta["id"])
 
-    def add(self, result: StepResult) -> None:
-        """Keep a live pose, without the frames and the skeleton that it came from."""
-        time_ns = result.frame_set.stage_time_ns
-        empty = FrameSet(time_ns, (), _NO_JOINTS, _NO_CONFIDENCE, _NO_POSITIONS)
-        self._results.append(replace(result, frame_set=empty, fused=_NOT_KEPT))
+    def perform(
+        self, time_ns: int, event: dict[str, Any], action: Callable[[dict[str, Any]], StepResult | None]
+    ) -> StepResult | None:
+        """Write an event and do it; return what it made."""
+        if event["type"] != "tick":
+            self.recorder.event(time_ns, event)
+            return action(event)
+        result = action(event)
+        self.recorder.tick(time_ns, event, result)
+        return result
 
-    def end(self, now_ns: int, settings: SolveSettings, calibration: Calibration | None) -> None:
-        """Note how the recording ended; `calibration` has the final clocks."""
+    def has(self, hello: Hello, frame: CameraFrame) -> bool:
+        """Whether the take has this frame already."""
+        return self.recorder.has((hello.name, hello.boot_id), frame.sequence)
+
+    def note(self, time_ns: int, event: dict[str, Any]) -> None:
+        """Write an event that the pipeline need not know."""
+        self.recorder.event(time_ns, event)
+
+    def end(
+        self,
+        now_ns: int,
+        settings: SolveSettings,
+        calibration: Calibration | None,
+        stage_time_ns: int | None,
+    ) -> None:
+        """Note how the recording ended; `calibration` has the final clocks, `stage_time_ns` is the last instant."""
         self._ended_ns, self._settings, self._calibration = now_ns, settings, calibration
+        self.recorder.event(now_ns, {"type": "stopped", "stage_time_ns": stage_time_ns})
 
     def save(self) -> dict[str, Any]:
         """Finish `raw.mcap`, write the live solve and the final calibration; return a summary as JSON.
@@ -62,16 +89,31 @@ class Recording:
         take = self.recorder.take
         if self._calibration is not None:
             take.add_calibration(self._calibration, use=True)
-        if self._results:
-            assert self._settings is not None
-            poses = collect_poses(self._results)
-            metrics = {"frames": poses.frame_count, "camera_frames": self.recorder.frames}
-            write_solve(take, LIVE_SOLVE, settings=self._settings, poses=poses, metrics=metrics)
+        poses = 0
+        if self._settings is not None:
+            poses = save_live_solve(take, self._settings, self.recorder.frames)
         return {
             "session": take.meta["session"],
             "take": take.meta["name"],
             "seconds": round((self._ended_ns - self.began_ns) * 1e-9, 3),
             "frames": self.recorder.frames,
-            "poses": len(self._results),
+            "poses": poses,
             "problem": self.recorder.problem,
         }
+
+
+def save_live_solve(take: Take, settings: SolveSettings, camera_frames: int) -> int:
+    """Make the solve `live` of the take's pose log, which is removed; return how many poses it has.
+
+    Raises:
+        StudioError: the disk does not take it; the pose log stays.
+    """
+    path: Path = take.path / POSE_LOG
+    poses = read_poses(path) if path.is_file() else None
+    count = 0 if poses is None else poses.frame_count
+    if poses is not None:
+        metrics = {"frames": count, "camera_frames": camera_frames}
+        write_solve(take, LIVE_SOLVE, settings=settings, poses=poses, metrics=metrics)
+    del poses
+    path.unlink(missing_ok=True)
+    return count

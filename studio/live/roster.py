@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 
+from studio.engine.errors import SettingsError
 from studio.engine.frames import CameraFrame, ClockModel
 from studio.live.camera import LiveCamera
 from studio.live.clocks import StageClock
@@ -10,17 +11,27 @@ from studio.wire import ClockSample, Hello
 CLOCK_STEP_NS = 100_000
 """A camera's clock model is replaced once it is off by more than this."""
 
+MAX_CAMERAS = 64
+"""Cameras that have left are forgotten where there are more than this."""
+
 FUTURE_NS = 1_000_000_000
 PAST_NS = 5_000_000_000
 """A frame whose stage time lies further from the present than this is not used."""
 
 
 class Roster:
-    """All cameras that were here since the start; times are on the server's clock unless said otherwise."""
+    """The cameras that were here since the start; times are on the server's clock unless said otherwise.
+
+    Attributes:
+        cameras: by name.
+        clock: the stage clock.
+        chosen: the reference camera by the operator's choice.
+    """
 
     def __init__(self) -> None:
         self.cameras: dict[str, LiveCamera] = {}
         self.clock = StageClock()
+        self.chosen: str | None = None
 
     @property
     def reference(self) -> str | None:
@@ -30,25 +41,57 @@ class Roster:
     def connected(self) -> list[LiveCamera]:
         return [camera for camera in self.cameras.values() if camera.connected]
 
-    def join(self, hello: Hello, *, keep_clock: bool) -> bool:
+    def join(self, hello: Hello, *, keep_clock: bool, local: bool = False) -> bool:
         """Take in a camera; return whether the stage clock is another from now on.
 
-        The first camera's clock is the stage clock. A camera that comes to an empty stage takes its place,
-        unless `keep_clock`.
+        The first camera's clock is the stage clock. A camera that comes to an empty stage takes its place, and so
+        does one on the server's own machine (`local`) that of one that is not, unless the operator chose the
+        reference; with `keep_clock` the stage clock stays as it is.
         """
         alone = not self.connected()
         camera = self.cameras.get(hello.name)
         if camera is None:
-            camera = self.cameras[hello.name] = LiveCamera(hello)
+            self._forget()
+            camera = self.cameras[hello.name] = LiveCamera(hello, local=local)
         else:
-            camera.rejoin(hello)
-        if self.clock.anchor is None or (alone and not keep_clock):
-            if not self.clock.is_anchor(hello.name, hello.boot_id):
-                self.clock.set_anchor(hello.name, hello.boot_id)
-                for each in self.cameras.values():
-                    each.clock = None
-                return True
-        return False
+            camera.rejoin(hello, local=local)
+        if self.clock.anchor is None:
+            return self._anchor(camera)
+        if keep_clock:
+            return False
+        if self.chosen is not None:
+            return hello.name == self.chosen and self._anchor(camera)
+        reference = self.cameras.get(self.clock.anchor.camera)
+        nearer = local and reference is not None and not reference.local
+        return (alone or nearer) and self._anchor(camera)
+
+    def choose(self, name: str) -> bool:
+        """Make a camera the reference for good; return whether the stage clock is another from now on.
+
+        Raises:
+            SettingsError: no such camera is connected.
+        """
+        if name not in [camera.name for camera in self.connected()]:
+            names = ", ".join(camera.name for camera in self.connected()) or "none"
+            raise SettingsError(f"no camera {name!r} is connected; connected: {names}")
+        self.chosen = name
+        return self._anchor(self.cameras[name])
+
+    def _anchor(self, camera: LiveCamera) -> bool:
+        if self.clock.is_anchor(camera.name, camera.clock_id):
+            return False
+        self.clock.set_anchor(camera.name, camera.clock_id)
+        for each in self.cameras.values():
+            each.clock = None
+        if camera.estimator.model is not None:
+            self._follow(camera)
+        return True
+
+    def _forget(self) -> None:
+        """Let go of a camera that has left where there are too many: a client may come under any number of names."""
+        gone = [name for name, camera in self.cameras.items() if not camera.connected]
+        if len(self.cameras) >= MAX_CAMERAS and gone:
+            del self.cameras[gone[0]]
 
     def arrived(self, frame: CameraFrame, arrival_ns: int) -> list[LiveCamera]:
         """Count a frame; return the cameras whose clock changed by it."""
@@ -60,24 +103,30 @@ class Roster:
         return self._moved([camera]) if camera.clock is None else []
 
     def measured(self, name: str, sample: ClockSample) -> list[LiveCamera]:
-        """Take in a clock exchange; return the cameras whose clock changed by it."""
+        """Take in a clock exchange; return the cameras whose clock changed by it.
+
+        Where the camera's clock has jumped, its `clock_id` is another afterwards.
+        """
         camera = self.cameras[name]
+        segment = camera.estimator.segment
         possible = camera.estimator.add_exchange(
             sample.client_send_ns, sample.server_receive_ns, sample.server_send_ns, sample.client_receive_ns
         )
+        if camera.estimator.segment != segment:
+            camera.clock_lost()
         return self._follow(camera) if possible else []
 
     def set_corrections(self, corrections_ns: dict[str, int]) -> None:
         """Use other latency corrections from now on."""
         self.clock.set_corrections(corrections_ns)
         for camera in self.cameras.values():
-            if self.clock.is_anchor(camera.name, camera.hello.boot_id) and camera.estimator.model is not None:
+            if self.clock.is_anchor(camera.name, camera.clock_id) and camera.estimator.model is not None:
                 self.clock.follow(camera.estimator.model)
         self._moved(list(self.cameras.values()))
 
     def _follow(self, camera: LiveCamera) -> list[LiveCamera]:
         """The reference camera's clock moves all the others."""
-        if not self.clock.is_anchor(camera.name, camera.hello.boot_id):
+        if not self.clock.is_anchor(camera.name, camera.clock_id):
             return self._moved([camera])
         assert camera.estimator.model is not None
         self.clock.follow(camera.estimator.model)
@@ -90,7 +139,7 @@ class Roster:
             model = camera.estimator.model
             if model is None:
                 continue
-            clock = self.clock.camera_to_stage(camera.name, camera.hello.boot_id, model)
+            clock = self.clock.camera_to_stage(camera.name, camera.clock_id, model)
             at, old = model.reference_ns, camera.clock
             if clock is None:
                 continue
@@ -121,9 +170,9 @@ class Roster:
         }
 
     def clock_of(self, name: str) -> ClockModel:
-        """The clock model of a camera's frames; the identity where it is not known yet."""
+        """The clock model of a camera's frames; the last one, else the identity, where it is not known yet."""
         camera = self.cameras.get(name)
-        return ClockModel() if camera is None or camera.clock is None else camera.clock
+        return (None if camera is None else camera.clock or camera.last_clock) or ClockModel()
 
     def by_exchange(self, frame: CameraFrame) -> CameraFrame:
         """The frame with its time on the stage clock by exchanges alone, without latency corrections."""

@@ -1,49 +1,42 @@
 """The live stage as the server uses it: safe from any thread. The work is done by `engine`."""
 
+import logging
 import shutil
 import threading
 import time
 from collections.abc import Callable
-from dataclasses import dataclass
 from datetime import datetime
 from pathlib import Path
 from typing import Any
 
 from studio.engine.calibration.result import Calibration
-from studio.engine.errors import SettingsError, TakeError
+from studio.engine.errors import FormatError, SettingsError, StudioError, TakeError
 from studio.engine.frames import StepResult
 from studio.engine.settings import SolveSettings, preset
 from studio.live.calibrations import load_last_calibration
-from studio.live.camera import CameraRefused
 from studio.live.engine import Engine
 from studio.live.inbox import Arrived, Left, Measured, Reported
+from studio.live.late import LateTakes
 from studio.live.latest import Latest
-from studio.live.recorder import Recorder
+from studio.live.links import CameraLink, Links, Send
+from studio.live.marker import STOPPING, read_marker, remove_marker, write_marker
+from studio.live.recorder import Key, Recorder
+from studio.live.recording import Recording
+from studio.live.resume import marker_of, take_up
 from studio.take.raw import camera_frame
 from studio.take.sessions import new_take_path, take_path
-from studio.wire import ClockSample, Hello, SkeletonFrame, Status
+from studio.wire import ClockSample, Hello, Kept, Late, SkeletonFrame, Status, check_hello, decode
+from studio.wire import Recording as RecordingMessage
 
 CALIBRATION_S = 34.0
 """A T-pose of 3 s and a walk of 30 s, with a second to begin."""
 
 MAX_CALIBRATION_S = 300.0
-LINK_TIMEOUT_NS = 5_000_000_000
-"""A client that sent nothing for this long may be replaced by another of its name."""
-
 RESERVED_SESSION = "calibrations"
+MAX_STARTS = 15
+"""Earlier starts of one client whose frames are taken in on one connection."""
 
-
-@dataclass
-class CameraLink:
-    """One connection of a camera; frames of a connection that was replaced are refused."""
-
-    hello: Hello
-    reference: bool
-    heard_ns: int
-
-    @property
-    def name(self) -> str:
-        return self.hello.name
+_log = logging.getLogger(__name__)
 
 
 class LiveStage:
@@ -69,29 +62,37 @@ class LiveStage:
         except OSError as error:
             raise TakeError(f"cannot make folder {sessions}: {error.strerror}; choose another") from error
         self.sessions = sessions
-        self.clock_ns = clock_ns
-        self._links: dict[str, CameraLink] = {}
-        self._links_lock = threading.Lock()
+        self._marker = read_marker(sessions)
+        offset_ns = 0 if self._marker is None else self._marker.clock_offset_ns(clock_ns)
+        self.clock_ns = clock_ns if offset_ns == 0 else lambda: clock_ns() + offset_ns
+        self._links = Links()
+        self._late = LateTakes(sessions)
         self._recording_lock = threading.Lock()
         self._subscribers: tuple[Callable[[StepResult], None], ...] = ()
         self._refused: dict[str, Any] = {"count": 0, "last": ""}
         self._engine = Engine(
-            clock_ns=clock_ns,
+            clock_ns=self.clock_ns,
             settings=preset("studio") if settings is None else settings,
             folder=sessions,
             calibration=load_last_calibration(sessions / "calibrations"),
             notify=self._notify,
+            on_broken=self._end_broken,
         )
 
     def start(self) -> None:
-        """Start the engine thread."""
+        """Start the threads; go on with a take that was being recorded when the server ended without warning."""
+        marker, self._marker = self._marker, None
+        if marker is not None:
+            take_up(self._engine, self.sessions, marker, self.clock_ns(), self._synced)
         self._engine.start()
+        self._late.start()
 
     def close(self) -> None:
         """Save a recording under way and end the threads; waits."""
         if self.recording_name() is not None:
             self.stop_recording()
         self._engine.close()
+        self._late.close()
 
     # --- what it makes
 
@@ -126,31 +127,38 @@ class LiveStage:
 
     # --- cameras
 
-    def join(self, hello: Hello) -> CameraLink:
+    def join(self, hello: Hello, *, send: Send = lambda message: None, local: bool = False) -> CameraLink:
         """Take in a camera that has passed `wire.check_hello`; waits.
+
+        Args:
+            hello: the client's.
+            send: hands the client a message; safe from any thread, never waits.
+            local: the client runs on this machine.
 
         Raises:
             CameraRefused: a camera of that name is connected.
         """
-        link = CameraLink(hello, False, self.clock_ns())
-        with self._links_lock:
-            other = self._links.get(hello.name)
-            if other is not None and self.clock_ns() - other.heard_ns < LINK_TIMEOUT_NS:
-                raise CameraRefused(
-                    "name_taken",
-                    f"a camera named {hello.name!r} is connected already; give this one another --name",
-                )
-            self._links[hello.name] = link
-        link.reference = self._engine.call(lambda: self._engine.join_camera(hello))
+        link = CameraLink(hello, False, self.clock_ns(), send)
+        self._links.add(link, self.clock_ns())
+        link.reference = self._engine.call(lambda: self._engine.join_camera(hello, local=local))
         return link
+
+    def welcomed(self, link: CameraLink) -> None:
+        """The client was welcomed: tell it whether a take is being recorded."""
+        link.send(self._recording_message(self._engine.recording))
 
     def leave(self, link: CameraLink, reason: str, *, error: bool = False) -> None:
         """A camera's connection has ended; `error`: because of what the client sent."""
-        with self._links_lock:
-            if self._links.get(link.name) is not link:
-                return
-            del self._links[link.name]
-        self._engine.put(Left(link.name, reason, error))
+        if self._links.remove(link):
+            self._engine.put(Left(link.name, reason, error))
+
+    def choose_reference(self, name: str) -> None:
+        """Make a camera's clock the stage clock; waits.
+
+        Raises:
+            SettingsError: no such camera is connected. TakeError: a take is being recorded.
+        """
+        self._engine.call(lambda: self._engine.choose_reference(name))
 
     def refuse(self, reason: str) -> None:
         """Count a connection that was refused."""
@@ -162,9 +170,69 @@ class LiveStage:
         Raises:
             FormatError: it does not fit the camera's joint set. CameraRefused: see `CameraLink`.
         """
-        self._heard(link, arrival_ns)
+        self._links.check(link, arrival_ns)
         frame = camera_frame(link.name, link.hello.joint_set, message)
-        self._engine.put(Arrived(frame, data, arrival_ns))
+        self._engine.put(Arrived(frame, data, arrival_ns, link.hello))
+
+    def kept(self, link: CameraLink, message: Kept) -> None:
+        """A client keeps frames of a take: it is told which of them are on the disk, now and whenever more are.
+
+        Raises:
+            FormatError: frames of another camera. CameraRefused: see `CameraLink`.
+        """
+        self._links.check(link, self.clock_ns())
+        if message.hello is not None:
+            if message.hello.name != link.name or message.hello.boot_id != message.boot_id:
+                raise FormatError(
+                    "kept frames must be of the camera's own name and of the start that they name"
+                )
+            check_hello(message.hello)
+            link.hellos = {**dict(list(link.hellos.items())[-MAX_STARTS:]), message.boot_id: message.hello}
+        hello = link.hello_of(message.boot_id)
+        if hello is None:
+            raise FormatError("frames of an earlier start are kept, but its hello is not told")
+        recording = self._engine.recording
+        if recording is not None and recording.recorder.take_id == message.take_id:
+            link.kept[message.take_id, message.boot_id] = message.first
+            recording.recorder.keeps((link.name, message.boot_id), message.first, message.last)
+            link.send(recording.recorder.ack((link.name, message.boot_id), message.first))
+            if self._engine.recording is recording:
+                return
+        self._late.kept(message.take_id, hello, message.first, link.send)
+
+    def late(self, link: CameraLink, message: Late, arrival_ns: int) -> None:
+        """Take in a frame that the client kept and sends again.
+
+        Raises:
+            FormatError: not a frame of the camera's. CameraRefused: see `CameraLink`.
+        """
+        self._links.check(link, arrival_ns)
+        hello = link.hello_of(message.boot_id)
+        inner = decode(message.data)
+        if hello is None or not isinstance(inner, SkeletonFrame):
+            raise FormatError(
+                "a late message must hold a skeleton of a start of the client that it has told of"
+            )
+        frame = camera_frame(link.name, hello.joint_set, inner)
+        recording = self._engine.recording
+        if recording is not None and recording.recorder.take_id == message.take_id:
+            self._engine.put(Arrived(frame, message.data, arrival_ns, hello, late=True))
+        else:
+            self._late.frame(message.take_id, hello, frame, message.data, arrival_ns, link.send)
+
+    def _synced(self, recorder: Recorder, keys: set[Key], *, ended: bool = False) -> None:
+        """More of a take is on the disk: tell those who keep its frames."""
+        for link in self._links.all():
+            for (take_id, boot_id), first in list(link.kept.items()):
+                key = (link.name, boot_id)
+                if take_id == recorder.take_id and (ended or key in keys):
+                    link.send(recorder.ack(key, first, ended=ended))
+                if take_id == recorder.take_id and ended:
+                    link.kept.pop((take_id, boot_id), None)
+
+    def pending(self) -> int:
+        """How many messages of cameras wait for the engine thread."""
+        return self._engine.pending()
 
     def clock_sample(self, link: CameraLink, sample: ClockSample) -> None:
         """Take in a finished clock exchange.
@@ -172,7 +240,7 @@ class LiveStage:
         Raises:
             CameraRefused: see `CameraLink`.
         """
-        self._heard(link, self.clock_ns())
+        self._links.check(link, self.clock_ns())
         self._engine.put(Measured(link.name, sample))
 
     def client_status(self, link: CameraLink, status: Status) -> None:
@@ -181,13 +249,8 @@ class LiveStage:
         Raises:
             CameraRefused: see `CameraLink`.
         """
-        self._heard(link, self.clock_ns())
+        self._links.check(link, self.clock_ns())
         self._engine.put(Reported(link.name, status))
-
-    def _heard(self, link: CameraLink, now_ns: int) -> None:
-        if self._links.get(link.name) is not link:
-            raise CameraRefused("replaced", f"another client took over the name {link.name!r}")
-        link.heard_ns = now_ns
 
     # --- settings
 
@@ -248,9 +311,12 @@ class LiveStage:
                 if take is None
                 else take_path(self.sessions, session, take)
             )
-            recorder = Recorder(path, session=session, name=path.name)
+            recorder = Recorder.create(path, session=session, name=path.name)
+            recorder.on_synced = lambda keys: self._synced(recorder, keys)
+            recording = Recording(recorder, self.clock_ns())
             try:
-                calibration = self._engine.call(lambda: self._engine.attach(recorder))
+                write_marker(self.sessions, marker_of(recording, self.clock_ns()))
+                calibration = self._engine.call(lambda: self._engine.attach(recording))
                 recorder.save_cameras()
                 if calibration is not None:
                     recorder.take.add_calibration(calibration, use=True)
@@ -258,8 +324,10 @@ class LiveStage:
                 if self._engine.recording is not None:
                     self._engine.call(self._engine.detach)
                 recorder.close()
+                remove_marker(self.sessions)
                 shutil.rmtree(path, ignore_errors=True)
                 raise
+            self._tell(recording)
             return {"session": session, "take": path.name}
 
     def stop_recording(self) -> dict[str, Any]:
@@ -272,4 +340,41 @@ class LiveStage:
             TakeError: nothing is being recorded. StudioError: the disk refuses.
         """
         with self._recording_lock:
-            return self._engine.call(self._engine.detach).save()
+            recording = self._engine.recording
+            if recording is None:
+                raise TakeError("nothing is being recorded; start a recording first")
+            recording.stopping = True
+            write_marker(self.sessions, marker_of(recording, self.clock_ns(), state=STOPPING))
+            self._engine.call(self._engine.detach)
+            self._tell(None, recording)
+            try:
+                summary = recording.save()
+            finally:
+                self._synced(recording.recorder, set(), ended=True)
+            remove_marker(self.sessions)
+            return summary
+
+    def _end_broken(self) -> None:
+        """The take cannot be written on: end it in order, keep what there is, and say so."""
+        recording = self._engine.recording
+        if recording is None:
+            return
+        self._engine.ended_problem = recording.recorder.problem
+        try:
+            self.stop_recording()
+        except StudioError as error:
+            self._engine.ended_problem = f"{recording.recorder.problem}; {error}"
+            _log.error("the recording ended: %s", error)
+
+    def _tell(self, recording: Recording | None, ended: Recording | None = None) -> None:
+        """Tell every client whether a take is being recorded."""
+        for link in self._links.all():
+            link.send(self._recording_message(recording, ended))
+
+    @staticmethod
+    def _recording_message(recording: Recording | None, ended: Recording | None = None) -> RecordingMessage:
+        if recording is not None:
+            return RecordingMessage(True, recording.name, recording.recorder.take_id, recording.began_ns)
+        if ended is not None:
+            return RecordingMessage(False, ended.name, ended.recorder.take_id)
+        return RecordingMessage(False, "")

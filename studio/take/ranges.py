@@ -51,6 +51,13 @@ class Ranges:
             self._ends.insert(at + 1, number)
         return True
 
+    def add_range(self, begin: int, end: int) -> None:
+        """Add a range, both ends included, that lies behind all there is."""
+        if self._ends and begin <= self._ends[-1]:
+            raise ValueError(f"range from {begin} does not lie behind {self._ends[-1]}")
+        self._begins.append(begin)
+        self._ends.append(end)
+
     def gaps(self, first: int, last: int) -> list[tuple[int, int]]:
         """Return the ranges of numbers from `first` to `last` that are not there."""
         out: list[tuple[int, int]] = []

@@ -51,6 +51,17 @@ def list_takes(sessions_dir: str | Path) -> list[TakeInfo]:
     ]
 
 
+def find_take(sessions_dir: str | Path, take_id: str) -> Path | None:
+    """Return the folder of the take that was given this id when it was recorded, None where there is none."""
+    for file in sorted(Path(sessions_dir).glob("*/*/take.json"), reverse=True):
+        try:
+            if Take.open(file.parent).meta.get("take_id") == take_id:
+                return file.parent
+        except TakeError:
+            continue
+    return None
+
+
 def take_info(path: Path) -> TakeInfo:
     """Return a take's line in the list; a take that cannot be read has a `problem`."""
     session, name = path.parent.name, path.name

@@ -207,11 +207,11 @@ def test_clients_are_told_of_the_recording(studio, cameras):
     from studio import wire
 
     studio.http.post("/record/start", json={"session": "tests", "take": "told"}).raise_for_status()
-    cameras[0].send_frame()
-    assert cameras[0].receive_kind(wire.Recording) == wire.Recording(True, "tests/told")
+    told = cameras[0].receive_kind(wire.Recording)
+    assert (told.active, told.take) == (True, "tests/told") and told.take_id and told.start_ns > 0
     studio.http.post("/record/stop").raise_for_status()
     cameras[0].send_frame()
-    assert cameras[0].receive_kind(wire.Recording) == wire.Recording(False, "tests/told")
+    assert cameras[0].receive_kind(wire.Recording) == wire.Recording(False, "tests/told", told.take_id)
 
 
 def test_a_server_that_ends_finishes_the_recording(studio, cameras):

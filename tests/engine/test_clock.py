@@ -65,8 +65,47 @@ def test_a_clock_set_back_starts_anew():
     for second in range(40):
         estimator.add_exchange(*exchange(ClockModel(offset_ns=0), (100 + second) * SECOND, 100_000, 100_000))
     restarted = ClockModel(offset_ns=200 * SECOND)
-    estimator.add_exchange(*exchange(restarted, 205 * SECOND, 100_000, 100_000))
+    for second in range(2):
+        estimator.add_exchange(*exchange(restarted, (205 + second) * SECOND, 100_000, 100_000))
     assert abs(estimator.model.offset_ns - restarted.offset_ns) < 1_000
+    assert estimator.segment == 1 and abs(estimator.step_ns - 200 * SECOND) < 10_000_000
+
+
+@pytest.mark.parametrize("step_ns", [-SECOND, -20_000_000, 20_000_000, 3600 * SECOND])
+def test_a_jump_of_the_clock_begins_a_segment_within_two_exchanges(step_ns):
+    estimator = ClockEstimator()
+    before, after = ClockModel(offset_ns=5 * SECOND), ClockModel(offset_ns=5 * SECOND + step_ns)
+    for second in range(40):
+        estimator.add_exchange(*exchange(before, (4000 + second) * SECOND, 300_000, 900_000))
+    for second in range(2):
+        assert estimator.segment == 0
+        estimator.add_exchange(*exchange(after, (4040 + second) * SECOND, 300_000, 900_000))
+    assert estimator.segment == 1
+    assert abs(estimator.model.offset_ns - after.offset_ns) <= estimator.error_ns
+    assert abs(estimator.step_ns - step_ns) < 2_000_000
+
+
+def test_one_wrong_exchange_and_slow_ones_are_no_jump():
+    rng = np.random.default_rng(2)
+    truth, estimator = ClockModel(offset_ns=5 * SECOND, drift_ppm=90.0), ClockEstimator()
+    for second in range(120):
+        there, back = 200_000 + rng.exponential(40e6, 2)
+        estimator.add_exchange(*exchange(truth, (4000 + second) * SECOND, int(there), int(back)))
+        if second == 60:
+            estimator.add_exchange(*exchange(ClockModel(), 4061 * SECOND, 100_000, 100_000))
+    assert estimator.segment == 0
+
+
+@pytest.mark.parametrize(("there_ms", "back_ms"), [(20.0, 0.2), (0.2, 20.0), (5.0, 50.0)])
+def test_the_error_by_uneven_ways_is_within_what_is_said(there_ms, back_ms):
+    truth, estimator = ClockModel(offset_ns=-7 * SECOND, drift_ppm=-60.0), ClockEstimator()
+    for second in range(90):
+        sample = exchange(truth, (100 + second) * SECOND, int(there_ms * 1e6), int(back_ms * 1e6))
+        estimator.add_exchange(*sample)
+    error = abs(estimator.model.stage_ns(sample[3]) - truth.stage_ns(sample[3]))
+    assert error <= estimator.error_ns + 100_000
+    assert estimator.error_ns == pytest.approx((there_ms + back_ms) / 2 * 1e6, rel=0.01)
+    assert abs(estimator.model.drift_ppm - truth.drift_ppm) < 5
 
 
 def test_models_chain_invert_and_shift():

@@ -10,7 +10,7 @@ from studio import wire
 from studio.engine.errors import SettingsError, StudioError
 from studio.engine.pipeline import Pipeline
 from studio.live import CameraRefused, LiveStage
-from studio.live.stage import LINK_TIMEOUT_NS
+from studio.live.links import LINK_TIMEOUT_NS
 from studio.take.raw import RawWriter, inspect_raw
 from studio.take.take import Take
 from studio.worker import run_in_process
@@ -68,10 +68,11 @@ def test_a_disk_that_fails_is_told_and_the_stage_goes_on(stage, monkeypatch, cap
     with caplog.at_level(logging.CRITICAL):
         monkeypatch.setattr(RawWriter, "flush", full)
         feed_until(stage, link, lambda: stage.status()["recording"]["problem"] != "", "it is told")
+        assert "No space left" in stage.status()["recording"]["problem"]
+        feed_until(stage, link, lambda: not stage.status()["recording"]["active"], "the recording has ended")
     assert "No space left" in stage.status()["recording"]["problem"]
     seen = stage.results.get()[0]
     feed_until(stage, link, lambda: stage.results.get()[0] > seen + 3, "poses come")
-    assert "No space left" in stage.stop_recording()["problem"]
 
 
 def test_all_that_was_sent_is_recorded_while_the_engine_is_busy(stage, tmp_path):
