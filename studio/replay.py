@@ -9,6 +9,7 @@ from studio.engine.errors import CalibrationError, TakeError
 from studio.engine.frames import StepResult
 from studio.engine.poses import Poses
 from studio.engine.settings import SolveSettings
+from studio.engine.solve.following import Following
 from studio.engine.solve.take import collect_poses, solve_frames
 from studio.live.log import LoggedPipeline
 from studio.take.raw import RawEvent, RawFrame, camera_frames, inspect_raw, read_raw
@@ -42,11 +43,11 @@ def solve_take(
         CalibrationError: the take has no calibration. SettingsError: a camera that the take does not have.
     """
     take.solve_folder(name)  # a bad name is told before the work, not after
-    began = time.perf_counter()
+    began, following = time.perf_counter(), Following()
     if as_live:
-        poses, settings, camera_frame_count = _as_live(take, progress)
+        poses, settings, camera_frame_count = _as_live(take, progress, following)
     else:
-        poses, camera_frame_count = _plain(take, settings, progress)
+        poses, camera_frame_count = _plain(take, settings, progress, following)
     seconds = time.perf_counter() - began
     metrics = {
         "frames": poses.frame_count,
@@ -55,11 +56,14 @@ def solve_take(
         "solve_s": round(seconds, 3),
         "ms_per_frame": round(seconds * 1e3 / max(poses.frame_count, 1), 4),
         "frames_per_second": round(poses.frame_count / seconds, 1),
+        **following.figures(),
     }
     return write_solve(take, name, settings=settings, poses=poses, metrics=metrics)
 
 
-def _plain(take: Take, settings: SolveSettings, progress: Progress | None) -> tuple[Poses, int]:
+def _plain(
+    take: Take, settings: SolveSettings, progress: Progress | None, following: Following
+) -> tuple[Poses, int]:
     calibration = take.calibration()
     frames = camera_frames(take.raw_path)
     calibration = with_performer(calibration, frames)
@@ -70,10 +74,13 @@ def _plain(take: Take, settings: SolveSettings, progress: Progress | None) -> tu
         )
     every = [frame for camera in frames.values() for frame in camera]
     start_s = take.meta["calibration_s"]
-    return solve_frames(every, calibration, settings, start_s=start_s, progress=progress), len(every)
+    poses = solve_frames(
+        every, calibration, settings, start_s=start_s, progress=progress, following=following
+    )
+    return poses, len(every)
 
 
-def _as_live(take: Take, progress: Progress | None) -> tuple[Poses, SolveSettings, int]:
+def _as_live(take: Take, progress: Progress | None, following: Following) -> tuple[Poses, SolveSettings, int]:
     summary = inspect_raw(take.raw_path)
     if summary.events == 0:
         raise TakeError(
@@ -94,6 +101,7 @@ def _as_live(take: Take, progress: Progress | None) -> tuple[Poses, SolveSetting
             result = pipeline.event(record.event)
             if result is not None:
                 results.append(result)
+                following.add(result)
     if progress is not None:
         progress(1.0)
     if pipeline.settings is None:

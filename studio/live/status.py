@@ -1,13 +1,24 @@
 """The status of the live stage as JSON: what `GET /api/v1/status` returns and the page shows."""
 
 import shutil
+from datetime import datetime
 from typing import TYPE_CHECKING, Any
 
 from studio.engine.settings import PRESETS
+from studio.engine.solve.following import not_followed_mm
 from studio.live.calibrator import camera_verdicts
+from studio.live.recorder import RESERVE_BYTES
+from studio.take.pose_log import RECORD
 
 if TYPE_CHECKING:
     from studio.live.engine import Engine
+    from studio.live.recording import Recording
+
+RATE_S = 5.0
+"""A recording this long tells how much a second takes."""
+
+FRAME_BYTES = 500
+POSE_BYTES = RECORD.itemsize
 
 
 def stage_status(engine: "Engine", now_ns: int) -> dict[str, Any]:
@@ -17,9 +28,12 @@ def stage_status(engine: "Engine", now_ns: int) -> dict[str, Any]:
         name: camera.status(now_ns, reference=engine.roster.reference == name, calibrated=name in known)
         for name, camera in engine.roster.cameras.items()
     }
+    _, newest = engine.results.get()
+    not_followed = {} if newest is None else not_followed_mm(newest)
     return {
         "cameras": cameras,
-        "pipeline": engine.figures.status(now_ns) | {"problem": engine.problem},
+        "pipeline": engine.figures.status(now_ns)
+        | {"problem": engine.problem, "not_followed_mm": not_followed},
         "recording": _recording(engine, now_ns),
         "calibration": _calibration(engine, now_ns),
         "settings": {
@@ -32,15 +46,48 @@ def stage_status(engine: "Engine", now_ns: int) -> dict[str, Any]:
 def _recording(engine: "Engine", now_ns: int) -> dict[str, Any]:
     recording = engine.recording
     meta = {} if recording is None else recording.recorder.take.meta
+    free = shutil.disk_usage(engine.folder).free
+    missing = {} if recording is None else recording.recorder.missing()
+    seconds = 0.0 if recording is None else (now_ns - recording.began_ns) * 1e-9
     return {
         "active": recording is not None,
         "session": meta.get("session"),
         "take": meta.get("name"),
-        "seconds": 0.0 if recording is None else round((now_ns - recording.began_ns) * 1e-9, 1),
+        "seconds": round(seconds, 1),
         "frames": 0 if recording is None else recording.recorder.frames,
-        "problem": "" if recording is None else recording.recorder.problem,
-        "disk_free_gb": round(shutil.disk_usage(engine.folder).free * 1e-9, 2),
+        "late_frames": 0 if recording is None else recording.recorder.late,
+        "missing_frames": missing,
+        "restarts": [] if recording is None else [vars(restart) for restart in recording.restarts],
+        "notice": "" if recording is None else _notice(recording, missing),
+        "problem": engine.ended_problem if recording is None else recording.recorder.problem,
+        "disk_free_gb": round(free * 1e-9, 2),
+        "minutes_left": _minutes_left(engine, free, seconds),
     }
+
+
+def _notice(recording: "Recording", missing: dict[str, int]) -> str:
+    """What the operator should know of a take that goes on after the server was started again."""
+    if not recording.restarts:
+        return ""
+    times = " and ".join(
+        datetime.fromisoformat(restart.at).astimezone().strftime("%H:%M:%S") for restart in recording.restarts
+    )
+    gap_ms = sum(restart.gap_ms for restart in recording.restarts)
+    waits = ", ".join(f"{name} {count}" for name, count in sorted(missing.items()))
+    state = f"being filled by the cameras, frames to come: {waits}" if missing else "filled by the cameras"
+    return f"The server was started again within take {recording.name} at {times}; gap {gap_ms} ms, {state}"
+
+
+def _minutes_left(engine: "Engine", free_bytes: int, seconds: float) -> float:
+    """Minutes until the disk is full: by what this recording took so far, else by what the cameras send."""
+    rate = 0.0
+    if engine.recording is not None and seconds > RATE_S:
+        rate = engine.recording.recorder.bytes_written / seconds
+    else:
+        cameras = [camera for camera in engine.roster.connected() if camera.frames]
+        frames = sum(camera.hello.frames_per_second * FRAME_BYTES for camera in cameras)
+        rate = frames + engine.settings.output_hz * POSE_BYTES
+    return round(max(free_bytes - RESERVE_BYTES, 0) / max(rate, 1.0) / 60.0, 1)
 
 
 def _calibration(engine: "Engine", now_ns: int) -> dict[str, Any]:

@@ -13,6 +13,7 @@ from studio.engine.pipeline import Pipeline
 from studio.engine.poses import Poses
 from studio.engine.schedule import Schedule
 from studio.engine.settings import SolveSettings
+from studio.engine.solve.following import Following
 
 ProgressCallback = Callable[[float], None]
 """Called with the share done, 0..1."""
@@ -46,6 +47,7 @@ def solve_frames(
     *,
     start_s: float | None = None,
     progress: ProgressCallback | None = None,
+    following: Following | None = None,
 ) -> Poses:
     """Return the poses of a take's frames.
 
@@ -56,6 +58,7 @@ def solve_frames(
         start_s: frames before this stage time [s] are left out; None = none are. Nothing is carried over from
             before it: a performer may stand elsewhere after the calibration part.
         progress: told the share done.
+        following: counts what the poses do not follow.
 
     Raises:
         TakeError: no frame, or no camera that shows the performer. CalibrationError, SettingsError: see `Pipeline`.
@@ -78,6 +81,9 @@ def solve_frames(
             progress(done / len(placed))
     if finisher is not None:
         results.extend(finisher.results())
+    if following is not None:
+        for result in results:
+            following.add(result)
     if progress is not None:
         progress(1.0)
     return collect_poses(results)

@@ -1,5 +1,6 @@
 // The page: loads the switches and the view's state, then follows the server's events.
 import { byId, setText } from "./dom.js";
+import { updateAccess } from "./access.js";
 import { eventsUrl, getSettings, getSwitches, getTakes, getView, putSettings } from "./api.js";
 import { follow } from "./events.js";
 import { attempt, showError, showNote } from "./messages.js";
@@ -16,6 +17,7 @@ const CONNECTION_WORDS = {
   gone: "The server does not answer. Trying again",
 };
 
+const MANY_JOINTS = 6; // more than a limb's: not a joint that is lost, but somebody else
 const SAVED_MS = 2500; // a take that another browser stopped is on disk by then
 
 const state = { colours: {}, takes: [], jobs: [], cameras: "", recording: false, switches: null };
@@ -37,7 +39,7 @@ async function load() {
   showLayers(view.layers);
   state.switches ??= new Switches(switches, applySettings);
   state.switches.show(settings);
-  await loadTakes();
+  await Promise.all([loadTakes(), updateAccess()]);
 }
 
 /** Use the switches as set for the live stage; where that is refused, show what is in use. */
@@ -81,6 +83,7 @@ function noticeOf(status) {
   if (!connected) return "No camera is connected";
   if (status.calibration.state === "none") return "Waiting for a performer";
   if (status.pipeline.rate_hz === 0) return "No performer in view";
+  if (Object.keys(status.pipeline.not_followed_mm).length > MANY_JOINTS) return "The pose is not where the cameras see somebody";
   return "";
 }
 
