@@ -27,14 +27,27 @@ def add_parser(subparsers: Any) -> None:
     )
     parser.add_argument(
         "--sensor",
-        choices=("ideal", "kinect-v1", "kinect-v2", "azure-kinect"),
+        choices=(
+            "ideal",
+            "kinect-v1",
+            "kinect-v2",
+            "azure-kinect",
+            "azure-kinect-unbinned",
+            "femto-bolt",
+            "d435",
+        ),
         default="ideal",
-        help="the sensor (default ideal); noisy-joints have the same noise with any",
+        help="the sensor of depth (default ideal); noisy-joints have the same noise with any",
     )
     parser.add_argument(
         "--tracker", choices=("depth", "noisy-joints"), default="noisy-joints",
-        help="noisy-joints: true joints with a tracker's errors; depth is not available yet",
+        help="noisy-joints: true joints with a tracker's errors; depth: depth images of a performer in a room",
     )  # fmt: skip
+    parser.add_argument(
+        "--performer", metavar="NAME", default="tuning-average",
+        help="whose body depth cameras see, such as tuning-slim or scoring-child (default tuning-average)",
+    )  # fmt: skip
+    parser.add_argument("--furniture", action="store_true", help="depth cameras see furniture")
     parser.add_argument("--seed", metavar="N", type=int, default=0, help="of the noise (default 0)")
     parser.add_argument(
         "--unit-m",
@@ -62,6 +75,8 @@ def run(args: argparse.Namespace) -> int:
             unit_m=args.unit_m,
             rig=args.rig,
             calibration=not args.no_calibration,
+            performer=args.performer,
+            furniture=args.furniture,
             progress=progress,
         )
     print(f"{path}: the take")

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from studio.camera.simulator.simulate import simulate_take
-from studio.engine.errors import FormatError, NotAvailableError, SettingsError, TakeError
+from studio.engine.errors import FormatError, SettingsError, TakeError
 from studio.engine.joints import CANONICAL, INDEX
 from studio.take.raw import camera_frames
 from studio.take.take import Take
@@ -84,7 +84,7 @@ def test_without_calibration_and_without_a_unit(tmp_path, motion):
 @pytest.mark.parametrize(
     ("options", "error"),
     [
-        ({"tracker": "depth"}, NotAvailableError),
+        ({"tracker": "depth", "performer": "nobody"}, SettingsError),
         ({"tracker": "magic"}, SettingsError),
         ({"sensor": "eyes"}, SettingsError),
         ({"seed": -1}, SettingsError),

@@ -1,6 +1,7 @@
 """`studio simulate`: a take of simulated cameras that watch a known motion, and the truth beside it."""
 
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -8,10 +9,12 @@ from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 
 from studio import wire
-from studio.camera.simulator.clock import SimulatedClock, jitter_s, random_clock
+from studio.camera.simulator.clock import SimulatedClock, random_clock
+from studio.camera.simulator.depth import sensors
+from studio.camera.simulator.instants import instants
 from studio.camera.simulator.noisy_joints import FRAMES_PER_SECOND, NoisyJoints, anatomical_offsets
 from studio.camera.simulator.rig import RigCamera, read_rig, standard_rig
-from studio.engine.errors import FormatError, NotAvailableError, SettingsError, TakeError
+from studio.engine.errors import FormatError, SettingsError, TakeError
 from studio.engine.files import write_atomically
 from studio.engine.joints import CANONICAL, INDEX
 from studio.engine.motion.authored import calibration_motion, demo_motion
@@ -24,12 +27,11 @@ from studio.take.new import new_take
 from studio.take.raw import RawWriter
 from studio.take.take import Take
 
-SENSORS = ("ideal", "kinect-v1", "kinect-v2", "azure-kinect")
+SENSORS: tuple[str, ...] = tuple(sensors.SENSORS)
 DEMO = "demo"
 """The motion that is not a file: the embedded performer's."""
 
 TRACKERS = ("noisy-joints", "depth")
-_START_S = 0.2  # the first frames, so that no clock is before its zero
 _FEET = [INDEX[f"{side}_{joint}"] for side in ("left", "right") for joint in ("ankle", "toe")]
 
 
@@ -44,6 +46,8 @@ def simulate_take(
     unit_m: float | None = None,
     rig: str | Path | None = None,
     calibration: bool = True,
+    performer: str = "tuning-average",
+    furniture: bool = False,
     progress: Callable[[float], None] | None = None,
 ) -> Path:
     """Record a motion with simulated cameras; return the path of the take.
@@ -54,18 +58,20 @@ def simulate_take(
         motion_path: a BVH, y up, whose first frame, a rest pose, is dropped; or `demo`, the embedded performer.
         out: folder of the new take.
         cameras: 1 to 4 of the standard rigs; ignored with `rig`.
-        sensor: the sensor that a depth tracker would have. The noise of `noisy-joints` is the same contract
-            (see `noisy_joints`) whatever the sensor, `ideal` too.
-        tracker: `noisy-joints`; `depth` does not exist yet.
+        sensor: of `depth`. The noise of `noisy-joints` is the same contract (see `noisy_joints`) whatever the
+            sensor, `ideal` too.
+        tracker: `noisy-joints`, or `depth`: the take holds depth images, from which `solve` finds the joints.
         seed: of all noise and clocks; the same seed gives the same frames.
         unit_m: metres per unit of the BVH; None = its rest pose is 1.75 m high.
         rig: JSON with the cameras instead of a standard rig; see `rig.read_rig`.
         calibration: begin with 3 s of T-pose and 30 s of walking.
+        performer: whose body depth cameras see, and whose proportions the truth has then; see `depth.performers`.
+        furniture: depth cameras see a shelf, a table and a chair.
         progress: called with the share done, 0..1.
 
     Raises:
         FormatError: a BVH or rig that cannot be used. TakeError: `out`, or the truth beside it, exists.
-        NotAvailableError: tracker `depth`. SettingsError: an unknown sensor or tracker, or a negative seed.
+        SettingsError: an unknown sensor, tracker or performer, or a negative seed.
     """
     _check(sensor, tracker, seed)
     out = Path(out)
@@ -73,13 +79,19 @@ def simulate_take(
     if truth_path.exists():
         raise TakeError(f"{truth_path} exists; choose another take, or delete it")
     stage_rig = standard_rig(cameras) if rig is None else read_rig(rig)
-    motion, calibration_s = stage_motion(motion_path, unit_m=unit_m, calibration=calibration)
-    truth = _truth_csv(motion)
+    write: Callable[[Take], None]
+    if tracker == "depth":
+        write, truth, calibration_s = _depth(
+            motion_path, stage_rig, sensor, performer, furniture, seed, unit_m, calibration, progress
+        )
+    else:
+        motion, calibration_s = stage_motion(motion_path, unit_m=unit_m, calibration=calibration)
+        write, truth = partial(_record, motion, stage_rig, sensor, seed, progress), _truth_csv(motion)
     try:
         with new_take(
             out, source="simulate", calibration_s=calibration_s, notes=f"simulated: {Path(motion_path).name}"
         ) as take:
-            _record(take, motion, stage_rig, sensor, seed, progress)
+            write(take)
             with write_atomically(truth_path) as file:
                 file.write(truth)
     except BaseException:
@@ -93,8 +105,6 @@ def _check(sensor: str, tracker: str, seed: int) -> None:
         raise SettingsError(f"unknown sensor {sensor!r}; allowed: {', '.join(SENSORS)}")
     if tracker not in TRACKERS:
         raise SettingsError(f"unknown tracker {tracker!r}; allowed: {', '.join(TRACKERS)}")
-    if tracker == "depth":
-        raise NotAvailableError("tracker depth is not available in this version; use noisy-joints")
     if seed < 0:
         raise SettingsError(f"seed {seed} is not allowed; allowed: a whole number from 0")
 
@@ -134,13 +144,40 @@ def _resample(positions: NDArray[np.float64], frame_s: float) -> NDArray[np.floa
     return CubicSpline(times, positions)(np.arange(int(times[-1] * RATE_HZ + 1e-6) + 1) / RATE_HZ)
 
 
+def _depth(
+    motion_path: str | Path,
+    rig: tuple[RigCamera, ...],
+    sensor: str,
+    performer: str,
+    furniture: bool,
+    seed: int,
+    unit_m: float | None,
+    calibration: bool,
+    progress: Callable[[float], None] | None,
+) -> tuple[Callable[[Take], None], bytes, float | None]:
+    """What records depth, the truth, and the length of the part for calibration [s]."""
+    from studio.camera.simulator.depth.motion import read_performance
+    from studio.camera.simulator.depth.performers import find_performer
+    from studio.camera.simulator.depth.recording import record_depth, truth_csv
+    from studio.camera.simulator.depth.stage import DepthStage
+
+    who = find_performer(performer)
+    performance = read_performance(motion_path, who, unit_m=unit_m, calibration=calibration)
+    stage = DepthStage.of(sensors.find_sensor(sensor), rig, performance, who, seed=seed, furniture=furniture)
+
+    def write(take: Take) -> None:
+        record_depth(take, stage, progress)
+
+    return write, truth_csv(performance), performance.calibration_s
+
+
 def _record(
-    take: Take,
     motion: CanonicalMotion,
     rig: tuple[RigCamera, ...],
     sensor: str,
     seed: int,
     progress: Callable[[float], None] | None,
+    take: Take,
 ) -> None:
     performer, *streams = np.random.SeedSequence(seed).spawn(1 + len(rig))
     anatomy = anatomical_offsets(np.random.default_rng(performer))
@@ -149,7 +186,7 @@ def _record(
         rng = np.random.default_rng(stream)
         clock = random_clock(rng)
         clock = SimulatedClock() if k == 0 else clock  # the reference camera's clock is the stage clock
-        taken = _instants(rng, motion.duration_s)
+        taken = instants(rng, motion.duration_s, FRAMES_PER_SECOND)
         tracker = NoisyJoints(camera.T_stage_camera, motion.offsets_m, anatomy, rng)
         positions, confidence = tracker.see_all(np.stack([motion.at(t) for t in taken]))
         stamps = np.round(clock.device_s(taken) * 1e9).astype(np.int64)
@@ -181,17 +218,6 @@ def _record(
             )
     if progress is not None:
         progress(1.0)
-
-
-def _instants(rng: np.random.Generator, end_s: float) -> NDArray[np.float64]:
-    """When a camera takes its frames [s]; cameras are not triggered together."""
-    start = _START_S + rng.uniform(0, 1 / FRAMES_PER_SECOND)
-    count = int((end_s - start) * FRAMES_PER_SECOND)
-    if count < 1:
-        raise FormatError(
-            f"a motion of {end_s:.2f} s is too short to be recorded; give one of at least 0.3 s"
-        )
-    return start + np.arange(count) / FRAMES_PER_SECOND + np.array([jitter_s(rng) for _ in range(count)])
 
 
 def _truth_csv(motion: CanonicalMotion) -> bytes:

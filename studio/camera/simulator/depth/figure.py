@@ -1,0 +1,84 @@
+"""A performer's mesh, posed at any instant."""
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
+
+from studio.camera.simulator.depth.body import BodyMesh, hand_axes
+from studio.camera.simulator.depth.bones import ANCHORS, BONE, BONE_COUNT, BONES
+from studio.camera.simulator.depth.cloth import Cloth
+from studio.camera.simulator.depth.frame import SIDES
+from studio.camera.simulator.depth.hand import BONES_PER_HAND
+from studio.camera.simulator.depth.motion import PerformerMotion
+from studio.camera.simulator.depth.skinning import skin
+from studio.engine.joints import INDEX
+
+Array = NDArray[np.float64]
+_ANCHOR_JOINTS = [INDEX[name] for name in ANCHORS]
+_OPENNESS_STEPS = 64
+
+
+class Figure:
+    """A performer who does a motion, for one camera: its clothes remember the frames before.
+
+    Args:
+        mesh: the body.
+        performance: what it does.
+    """
+
+    def __init__(self, mesh: BodyMesh, performance: PerformerMotion) -> None:
+        self.mesh = mesh
+        self._performance = performance
+        self._cloth = Cloth(mesh.looseness_m)
+        self._hands = _bent_hands(mesh)
+
+    def at(self, time_s: float) -> NDArray[np.float32]:
+        """Return the vertices at a time [m], shape (V, 3); times must not go back."""
+        vertices = skin(self.mesh.vertices_m, *self.mesh.skin, *self.bones_at(time_s))
+        self._cloth.follow(vertices, time_s)
+        return vertices
+
+    def bones_at(self, time_s: float) -> tuple[Array, Array, Array]:
+        """Return every bone's rotation, wxyz, (B, 4), and its anchor in the T-pose and now [m], (B, 3)."""
+        joints, turns = self._performance.at(time_s)
+        openness = self._performance.motion.hands_open_at(time_s)
+        quaternions, places = np.empty((BONE_COUNT, 4)), np.empty((BONE_COUNT, 3))
+        quaternions[: len(BONES)] = turns
+        places[: len(BONES)] = joints[_ANCHOR_JOINTS]
+        for i, (side, _) in enumerate(SIDES):
+            fingers = slice(len(BONES) + i * BONES_PER_HAND, len(BONES) + (i + 1) * BONES_PER_HAND)
+            bent, roots = (value[i, round(openness[i] * _OPENNESS_STEPS)] for value in self._hands)
+            hand = turns[BONE[f"{side}_hand"]]
+            quaternions[fingers] = _product(hand, bent)
+            matrix = Rotation.from_quat(hand[[1, 2, 3, 0]]).as_matrix()
+            places[fingers] = joints[INDEX[f"{side}_wrist"]] + roots @ matrix.T
+        return quaternions, self.mesh.anchors_m, places
+
+
+def _bent_hands(mesh: BodyMesh) -> tuple[Array, Array]:
+    """Finger rotations, shape (2, S, 15, 4), and roots from the wrist [m], shape (2, S, 15, 3), in T-pose axes."""
+    turns = np.empty((2, _OPENNESS_STEPS + 1, BONES_PER_HAND, 4))
+    roots = np.empty((2, _OPENNESS_STEPS + 1, BONES_PER_HAND, 3))
+    for step in range(_OPENNESS_STEPS + 1):
+        rotations, places = mesh.hand.bend(step / _OPENNESS_STEPS)
+        for i, (_, sign) in enumerate(SIDES):
+            axes = hand_axes(sign)
+            turned = (axes @ rotations @ axes.T).reshape(-1, 3, 3)
+            turns[i, step] = Rotation.from_matrix(turned).as_quat()[:, [3, 0, 1, 2]]
+            roots[i, step] = places.reshape(-1, 3) @ axes.T
+    return turns, roots
+
+
+def _product(a: Array, b: Array) -> Array:
+    """Quaternion products a * b, wxyz, shapes (4,) and (n, 4)."""
+    w, x, y, z = a
+    bw, bx, by, bz = b.T
+    return np.stack(
+        [
+            w * bw - x * bx - y * by - z * bz,
+            w * bx + x * bw + y * bz - z * by,
+            w * by - x * bz + y * bw + z * bx,
+            w * bz + x * by - y * bx + z * bw,
+        ],
+        axis=-1,
+    )

@@ -1,0 +1,163 @@
+"""A performer's motion: joints, the turns of all bones, hands and head over time."""
+
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
+
+from studio.camera.simulator.depth.acting import hand_changes, head_turns
+from studio.camera.simulator.depth.bones import BONE
+from studio.camera.simulator.depth.performers import Performer
+from studio.camera.simulator.depth.pose import bone_rotations
+from studio.camera.simulator.depth.proportions import carried_over, performer_offsets
+from studio.camera.simulator.simulate import DEMO, stage_motion
+from studio.engine.joints import CANONICAL, INDEX
+from studio.engine.motion.authored import demo_motion
+from studio.engine.motion.bvh import read_bvh
+from studio.engine.motion.canonical import canonical_joints
+from studio.engine.motion.keys import RATE_HZ
+from studio.engine.motion.motion import CanonicalMotion, Motion
+
+Array = NDArray[np.float64]
+
+# The bone that starts at a joint points to this one.
+_NEXT = {f"{side}_{a}": f"{side}_{b}" for side in ("left", "right")
+         for a, b in (("shoulder", "elbow"), ("elbow", "wrist"), ("wrist", "hand"),
+                      ("hip", "knee"), ("knee", "ankle"), ("ankle", "toe"))}  # fmt: skip
+
+
+@dataclass(frozen=True)
+class PerformerMotion:
+    """What a performer does on the stage.
+
+    Attributes:
+        motion: joints and hands; its positions are the truth.
+        rotations_wxyz: turn of every bone of the body from the T-pose, shape (F, BODY_BONES, 4); from frame to
+            frame of the same sign.
+        calibration_s: length of the part for calibration; None = there is none.
+    """
+
+    motion: CanonicalMotion
+    rotations_wxyz: Array
+    calibration_s: float | None = None
+
+    @property
+    def head_wxyz(self) -> Array:
+        """The head's turn from the T-pose, in which it faces -y, shape (F, 4)."""
+        return self.rotations_wxyz[:, BONE["head"]]
+
+    def at(self, time_s: float) -> tuple[Array, Array]:
+        """Return joints [m], shape (21, 3), and bone rotations, wxyz, shape (BODY_BONES, 4), at a time."""
+        place = min(max(time_s / self.motion.frame_s, 0.0), self.motion.frame_count - 1.0)
+        first = int(place)
+        after = min(first + 1, self.motion.frame_count - 1)
+        share = place - first
+        turn = (1 - share) * self.rotations_wxyz[first] + share * self.rotations_wxyz[after]
+        return self.motion.at(time_s), turn / np.linalg.norm(turn, axis=-1, keepdims=True)
+
+
+def perform(
+    motion: CanonicalMotion,
+    performer: Performer,
+    *,
+    turned: Array | None = None,
+    calibration_s: float | None = None,
+    acts: bool = True,
+) -> PerformerMotion:
+    """Return a motion as a performer does it.
+
+    Args:
+        motion: of its own skeleton, on the stage.
+        performer: whose proportions it takes.
+        turned: bone rotations from the T-pose where the motion has them, shape (F, 21, 3, 3); NaN = it has none.
+        calibration_s: see `PerformerMotion`.
+        acts: the performer looks about, and opens and closes the hands where the motion keeps them open.
+    """
+    offsets = performer_offsets(performer)
+    positions = carried_over(motion.positions_m, motion.offsets_m, offsets, turned)
+    rotations = bone_rotations(positions, offsets, turned)
+    hands = motion.hands_open
+    if acts:
+        rng = np.random.default_rng([performer.seed, 7])
+        times = motion.times_s()
+        looks, changes = head_turns(times, rng), hand_changes(times, rng)
+        still = times < (calibration_s or 0.0)
+        looks[still & (times < 3.5)] = np.eye(3)
+        changes[still] = 1.0
+        rotations = _looking(rotations, looks)
+        hands = np.minimum(hands, changes) if (hands == 1).all() else hands
+    done = replace(motion, positions_m=positions, offsets_m=offsets, hands_open=hands)
+    return PerformerMotion(done, _steady(rotations), calibration_s)
+
+
+def read_performance(
+    path: str | Path, performer: Performer, *, unit_m: float | None = None, calibration: bool = True
+) -> PerformerMotion:
+    """Return a BVH's motion, or `demo`, as a performer does it on the stage, after its part for calibration.
+
+    Raises:
+        FormatError: see `simulate.stage_motion`.
+    """
+    motion, calibration_s = stage_motion(path, unit_m=unit_m, calibration=calibration)
+    if str(path) == DEMO:
+        own = demo_motion().hands_open
+        hands = np.concatenate([np.ones((motion.frame_count - len(own), 2)), own])
+        return perform(replace(motion, hands_open=hands), performer, calibration_s=calibration_s)
+    turned = np.full((motion.frame_count, len(CANONICAL), 3, 3), np.nan)
+    source = read_bvh(path, unit_m=unit_m)
+    rotations = _file_rotations(source, motion.offsets_m)
+    if rotations is not None:
+        before = 0 if calibration_s is None else round(calibration_s * RATE_HZ)
+        count = motion.frame_count - before
+        index = (
+            np.round(np.arange(count) / RATE_HZ / source.frame_s).astype(int) + 1
+        )  # the first frame is dropped
+        turned[before:] = rotations[np.minimum(index, source.frame_count - 1)]
+    return perform(motion, performer, turned=turned, calibration_s=calibration_s)
+
+
+def _file_rotations(source: Motion, offsets_m: Array) -> Array | None:
+    """Turns from the T-pose of the bone that starts at each canonical joint, shape (F, 21, 3, 3).
+
+    A file's rotations count from its own rest pose; None where that does not stand upright.
+    """
+    joints = canonical_joints(source)
+    rest = source.rest_m
+    up = rest[joints["head"]] - 0.5 * (rest[joints["left_ankle"]] + rest[joints["right_ankle"]])
+    if up[2] < 0.8 * np.linalg.norm(up):
+        return None
+    lateral = sum(rest[joints[f"left_{j}"]] - rest[joints[f"right_{j}"]] for j in ("hip", "shoulder"))
+    to_rest = Rotation.from_euler("z", np.arctan2(lateral[1], lateral[0])).as_matrix()
+    out = np.empty((source.frame_count, len(CANONICAL), 3, 3))
+    for name in CANONICAL:
+        align = to_rest
+        if name in _NEXT and name in joints and _NEXT[name] in joints:
+            way = rest[joints[_NEXT[name]]] - rest[joints[name]]
+            own = to_rest @ offsets_m[INDEX[_NEXT[name]]]
+            if np.linalg.norm(way) > 1e-6:
+                align = Rotation.align_vectors(way[None], own[None])[0].as_matrix() @ to_rest
+        out[:, INDEX[name]] = source.rotations[:, joints.get(name, joints["hips"])] @ align
+    return out
+
+
+def _looking(rotations: Array, looks: Array) -> Array:
+    """Bone rotations with the head turned on by `looks`, and the neck half as far."""
+    out = rotations.copy()
+    head, neck = BONE["head"], BONE["neck"]
+    out[:, head] = rotations[:, head] @ looks
+    half = Rotation.from_rotvec(0.5 * Rotation.from_matrix(looks).as_rotvec()).as_matrix()
+    out[:, neck] = rotations[:, neck] @ half
+    return out
+
+
+def _steady(rotations: Array) -> Array:
+    """Quaternions wxyz, shape (F, B, 4), whose sign does not jump from frame to frame."""
+    frames, bones = rotations.shape[:2]
+    quaternions = (
+        Rotation.from_matrix(rotations.reshape(-1, 3, 3)).as_quat()[:, [3, 0, 1, 2]].reshape(frames, bones, 4)
+    )
+    sign = np.where((quaternions[1:] * quaternions[:-1]).sum(-1) < 0, -1.0, 1.0)
+    quaternions[1:] *= np.cumprod(sign, axis=0)[..., None]
+    return quaternions

@@ -1,0 +1,75 @@
+"""A stage of depth cameras that watch one performer."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from studio.camera.simulator.depth.body import BodyMesh, make_body
+from studio.camera.simulator.depth.camera import SimulatedDepthCamera
+from studio.camera.simulator.depth.figure import Figure
+from studio.camera.simulator.depth.motion import PerformerMotion
+from studio.camera.simulator.depth.performers import Performer
+from studio.camera.simulator.depth.room import Room
+from studio.camera.simulator.depth.sensors import Sensor
+from studio.camera.simulator.rig import RigCamera
+
+_DROP_SHARE = 0.004
+"""Share of the frames at which frames begin to be lost."""
+
+_DROP_LONGEST = 3
+
+
+@dataclass(frozen=True)
+class DepthStage:
+    """What all cameras of a stage have in common.
+
+    Attributes:
+        sensor: every camera's.
+        rig: where the cameras stand.
+        performance: what the performer does.
+        mesh: the performer's body.
+        room: the room around.
+        seed: of all noise.
+    """
+
+    sensor: Sensor
+    rig: tuple[RigCamera, ...]
+    performance: PerformerMotion
+    mesh: BodyMesh
+    room: Room
+    seed: int
+
+    @staticmethod
+    def of(
+        sensor: Sensor,
+        rig: tuple[RigCamera, ...],
+        performance: PerformerMotion,
+        performer: Performer,
+        *,
+        seed: int = 0,
+        furniture: bool = False,
+    ) -> "DepthStage":
+        """Return the stage of a performer in a room as large as the rig needs."""
+        places = np.stack([camera.T_stage_camera[:3, 3] for camera in rig])
+        mesh = make_body(performer, performance.motion.offsets_m)
+        return DepthStage(sensor, rig, performance, mesh, Room.around(places, furniture=furniture), seed)
+
+    def camera(self, index: int) -> SimulatedDepthCamera:
+        """Return one camera; two of the same index give the same images at the same times."""
+        return SimulatedDepthCamera(
+            self.sensor,
+            self.rig[index].T_stage_camera,
+            (Figure(self.mesh, self.performance),),
+            self.room,
+            np.random.default_rng([self.seed, index, 1]),
+            cameras=len(self.rig),
+        )
+
+
+def dropped(rng: np.random.Generator, count: int) -> NDArray[np.bool_]:
+    """Return which of `count` frames are lost, in bursts of 1 to 3, shape (count,)."""
+    lost = np.zeros(count, dtype=bool)
+    for start in np.nonzero(rng.random(count) < _DROP_SHARE)[0]:
+        lost[start : start + rng.integers(1, _DROP_LONGEST + 1)] = True
+    return lost

@@ -1,0 +1,25 @@
+"""What a noise model is given: the exact image and what it shows."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+Image32 = NDArray[np.float32]
+
+
+@dataclass(frozen=True)
+class View:
+    """An exact image of one instant, all arrays of shape (H, W).
+
+    Attributes:
+        depth_m: z; inf where there is nothing.
+        cosine: of the angle between the ray and the surface's normal.
+        albedo: what the surface reflects, 0..1.
+        corner: how near a point is to another surface of the room, 1 = in the corner, 0 = far away.
+    """
+
+    depth_m: Image32
+    cosine: Image32
+    albedo: Image32
+    corner: Image32
