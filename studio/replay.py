@@ -93,7 +93,8 @@ def _as_live(take: Take, progress: Progress | None, following: Following) -> tup
     done = 0
     for record in read_raw(take.raw_path):
         if isinstance(record, RawFrame):
-            pipeline.frame(record.frame)
+            if not record.late:  # the live solve was past those
+                pipeline.frame(record.frame)
             done += 1
             if progress is not None and done % 64 == 0:
                 progress(done / total)

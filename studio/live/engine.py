@@ -325,7 +325,7 @@ class Engine:
             self.settings = SolveSettings.from_json(settings)
         clock = state.last_event("stage_clock")
         if clock is not None:
-            self.roster.clock.restore(Anchor(clock["camera"], clock["clock_id"]), log.clock_of(clock))
+            self.roster.restore(Anchor(clock["camera"], clock["clock_id"]), log.clock_of(clock))
         self.recording, self._noted_stage_clock = recording, None
         recording.note(self._clock_ns(), {"type": "restart", "gap_ms": recording.restarts[-1].gap_ms})
         self._restart()

@@ -5,7 +5,7 @@ from dataclasses import replace
 from studio.engine.errors import SettingsError
 from studio.engine.frames import CameraFrame, ClockModel
 from studio.live.camera import LiveCamera
-from studio.live.clocks import StageClock
+from studio.live.clocks import Anchor, StageClock
 from studio.wire import ClockSample, Hello
 
 CLOCK_STEP_NS = 100_000
@@ -26,12 +26,14 @@ class Roster:
         cameras: by name.
         clock: the stage clock.
         chosen: the reference camera by the operator's choice.
+        restored: the stage clock is that of before a restart of the server, better than what arrivals tell.
     """
 
     def __init__(self) -> None:
         self.cameras: dict[str, LiveCamera] = {}
         self.clock = StageClock()
         self.chosen: str | None = None
+        self.restored = False
 
     @property
     def reference(self) -> str | None:
@@ -64,6 +66,11 @@ class Roster:
         reference = self.cameras.get(self.clock.anchor.camera)
         nearer = local and reference is not None and not reference.local
         return (alone or nearer) and self._anchor(camera)
+
+    def restore(self, anchor: Anchor, server_to_stage: ClockModel) -> None:
+        """Go on with the stage clock as it was before the server was started again."""
+        self.clock.restore(anchor, server_to_stage)
+        self.restored = True
 
     def choose(self, name: str) -> bool:
         """Make a camera the reference for good; return whether the stage clock is another from now on.
@@ -125,8 +132,10 @@ class Roster:
         self._moved(list(self.cameras.values()))
 
     def _follow(self, camera: LiveCamera) -> list[LiveCamera]:
-        """The reference camera's clock moves all the others."""
+        """The reference camera's clock moves all the others, by exchanges once there is a stage clock."""
         if not self.clock.is_anchor(camera.name, camera.clock_id):
+            return self._moved([camera])
+        if not camera.estimator.exchanged and self.clock.server_to_stage is not None and self.restored:
             return self._moved([camera])
         assert camera.estimator.model is not None
         self.clock.follow(camera.estimator.model)

@@ -12,6 +12,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from studio.engine.frames import CameraFrame
+from studio.take.raw_clocks import TakeClocks
 from studio.take.raw_reader import RawReader, RawSummary, inspect_raw
 from studio.take.raw_records import (
     RawCamera,
@@ -52,15 +53,26 @@ def read_raw(path: str | Path) -> Iterator[RawRecord]:
 def camera_frames(path: str | Path) -> dict[str, list[CameraFrame]]:
     """Return canonical frames by camera: cameras in order of their first hello, frames in device time order.
 
-    A device time that came twice (a client sent a frame again) is kept once.
+    A frame that came twice is kept once. Where a camera's client was started again within the take, or its clock
+    jumped, all its frames have times on its last clock; frames whose clock is not known are left out.
 
     Raises:
         TakeError: no such file.
     """
-    frames: dict[str, dict[int, CameraFrame]] = {}
+    names: list[str] = []
+    found: dict[tuple[str, str, int, int], CameraFrame] = {}
+    clocks = TakeClocks()
     for record in read_raw(path):
         if isinstance(record, RawCamera):
-            frames.setdefault(record.hello.name, {})
+            names.append(record.hello.name)
         elif isinstance(record, RawFrame):
-            frames[record.camera].setdefault(record.frame.device_time_ns, record.frame)
+            frame = record.frame
+            found.setdefault((frame.camera, record.boot_id, frame.sequence, frame.device_time_ns), frame)
+        elif isinstance(record, RawEvent):
+            clocks.event(record.event)
+    frames: dict[str, dict[int, CameraFrame]] = {name: {} for name in names}
+    for (camera, boot_id, _, _), frame in found.items():
+        placed = clocks.placed(frame, boot_id)
+        if placed is not None:
+            frames[camera].setdefault(placed.device_time_ns, placed)
     return {name: [by_time[t] for t in sorted(by_time)] for name, by_time in frames.items()}
