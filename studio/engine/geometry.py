@@ -59,28 +59,35 @@ def fit_rigid(
     return make_transform(rotation, target_mean - rotation @ source_mean)
 
 
+def _quaternion_rows() -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """The elements of 4 q q^T as sums of a rotation matrix's: factors, shape (9, 16), and constants, shape (16,)."""
+    plus_minus = {  # row, column of 4 q q^T: (sign, row, column of the matrix), ...
+        (0, 0): ((1, 0, 0), (1, 1, 1), (1, 2, 2)), (1, 1): ((1, 0, 0), (-1, 1, 1), (-1, 2, 2)),
+        (2, 2): ((-1, 0, 0), (1, 1, 1), (-1, 2, 2)), (3, 3): ((-1, 0, 0), (-1, 1, 1), (1, 2, 2)),
+        (0, 1): ((1, 2, 1), (-1, 1, 2)), (0, 2): ((1, 0, 2), (-1, 2, 0)), (0, 3): ((1, 1, 0), (-1, 0, 1)),
+        (1, 2): ((1, 0, 1), (1, 1, 0)), (1, 3): ((1, 0, 2), (1, 2, 0)), (2, 3): ((1, 1, 2), (1, 2, 1)),
+    }  # fmt: skip
+    factors = np.zeros((3, 3, 4, 4))
+    for (row, column), terms in plus_minus.items():
+        for sign, i, j in terms:
+            factors[i, j, row, column] = factors[i, j, column, row] = sign
+    return factors.reshape(9, 16), np.eye(4).ravel()
+
+
+_ROW_FACTORS, _ROW_CONSTANTS = _quaternion_rows()
+
+
 def quaternions(matrices: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return wxyz quaternions, shape (..., 4), w >= 0, of rotation matrices, shape (..., 3, 3).
 
     The rows of 4 q q^T are sums of the matrix's elements; the longest is normalised (Shepperd, "Quaternion from
     rotation matrix", 1978). scipy's takes five times as long for one frame's joints.
     """
-    m = np.moveaxis(matrices, (-2, -1), (0, 1))
-    x, y, z = m[2, 1] - m[1, 2], m[0, 2] - m[2, 0], m[1, 0] - m[0, 1]
-    xy, xz, yz = m[0, 1] + m[1, 0], m[0, 2] + m[2, 0], m[1, 2] + m[2, 1]
-    a, b, c = m[0, 0], m[1, 1], m[2, 2]
-    rows = np.array(
-        [
-            [1 + a + b + c, x, y, z],
-            [x, 1 + a - b - c, xy, xz],
-            [y, xy, 1 - a + b - c, yz],
-            [z, xz, yz, 1 - a - b + c],
-        ]
-    )
-    longest = rows[(0, 1, 2, 3), (0, 1, 2, 3)].argmax(axis=0)
-    q = np.take_along_axis(rows, longest[None, None], axis=0)[0]
-    q = q * np.where(q[0] < 0, -1.0, 1.0) / np.sqrt((q * q).sum(axis=0))
-    return np.moveaxis(q, 0, -1)
+    rows = matrices.reshape(-1, 9) @ _ROW_FACTORS + _ROW_CONSTANTS
+    longest = rows[:, ::5].argmax(axis=1)
+    q = rows.reshape(-1, 4, 4)[np.arange(len(rows)), longest]
+    q *= (np.where(q[:, 0] < 0, -1.0, 1.0) / np.sqrt(np.vecdot(q, q)))[:, None]
+    return q.reshape(*matrices.shape[:-2], 4)
 
 
 def rotation_xyz(x: float, y: float, z: float) -> NDArray[np.float64]:

@@ -51,7 +51,14 @@ def _bends() -> tuple[NDArray[np.int64], NDArray[np.float64], NDArray[np.float64
 
 _JOINTS, _FIST_RAD, _CROSS = _bends()
 _CROSS_TWICE = _CROSS @ _CROSS
+_PARENTS = OUTPUT_PARENTS[_JOINTS]
 _SIDES = ("left", "right")
+
+
+def _turns(closed: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Rotations of the finger joints in their parents, shape (3, 10, 3, 3), of hands closed so far, shape (2,)."""
+    angle = (np.repeat(closed, len(FINGERS)) * _FIST_RAD)[..., None, None]
+    return np.eye(3) + np.sin(angle) * _CROSS + (1.0 - np.cos(angle)) * _CROSS_TWICE
 
 
 class Hands:
@@ -60,6 +67,7 @@ class Hands:
     def __init__(self, method: str) -> None:
         self._method = method
         self._closed = np.full(2, RELAXED)
+        self._turns = _turns(self._closed)
 
     def apply(self, rotations: NDArray[np.float64], seen: tuple[HandSeen, ...], dt: float) -> None:
         """Set the fingers' world rotations, in place, in `rotations`, shape (52, 3, 3).
@@ -70,15 +78,17 @@ class Hands:
         wanted = np.array([self._wanted(side, seen) for side in _SIDES])
         unknown = np.isnan(wanted)
         wanted[unknown] = RELAXED if self._method == "shape" else self._closed[unknown]
-        step = (1.0 - np.exp(-dt / np.where(unknown, RELAX_S, CLOSE_S))) * (wanted - self._closed)
-        self._closed += np.clip(step, -FASTEST_PER_S * dt, FASTEST_PER_S * dt)
-        angle = (np.repeat(self._closed, len(FINGERS)) * _FIST_RAD)[..., None, None]
-        turns = np.eye(3) + np.sin(angle) * _CROSS + (1.0 - np.cos(angle)) * _CROSS_TWICE
-        for joints, turn in zip(_JOINTS, turns, strict=True):
-            rotations[joints] = rotations[OUTPUT_PARENTS[joints]] @ turn
+        if (wanted != self._closed).any():
+            step = (1.0 - np.exp(-dt / np.where(unknown, RELAX_S, CLOSE_S))) * (wanted - self._closed)
+            self._closed += np.clip(step, -FASTEST_PER_S * dt, FASTEST_PER_S * dt)
+            self._turns = _turns(self._closed)
+        for joints, parents, turn in zip(_JOINTS, _PARENTS, self._turns, strict=True):
+            rotations[joints] = rotations.take(parents, axis=0) @ turn
 
     def _wanted(self, side: str, seen: tuple[HandSeen, ...]) -> float:
         """How far the hand should be closed, 0..1; NaN = unknown."""
+        if not seen:
+            return float("nan")
         states = np.array([h.open_probability for h in seen if h.side == side and h.method == self._method])
         sure = np.abs(states - 0.5)
         if sure.sum() <= 0.05:

@@ -13,7 +13,7 @@ from studio.engine.geometry import angles_xyz, matrices, rotation_xyz
 from studio.engine.human.ranges import dofs_of, range_rad
 from studio.engine.joints import OUTPUT_INDEX
 
-MAX_YAW_RAD, MAX_PITCH_RAD = np.radians(75.0), np.radians(40.0)
+MAX_YAW_RAD, MAX_PITCH_RAD = math.radians(75.0), math.radians(40.0)
 """Ends of the neck's rotation and bend relative to the chest (AAOS)."""
 
 FOLLOW_S = 0.25
@@ -29,14 +29,21 @@ _HEAD, _NECK, _CHEST = OUTPUT_INDEX["Head"], OUTPUT_INDEX["Neck"], OUTPUT_INDEX[
 _HANDS = (OUTPUT_INDEX["LeftHand"], OUTPUT_INDEX["RightHand"])
 
 
+def _rotation_within(angles: tuple[float, float, float], ranges: list[list[float]]) -> NDArray[np.float64]:
+    """`rotation_xyz` of three angles, each brought within its range [rad]."""
+    return rotation_xyz(
+        *(min(max(angle, low), high) for angle, (low, high) in zip(angles, ranges, strict=True))
+    )
+
+
 class LookAt:
     """Turns the head: `hands`, `far`, `near`, `point`, or `measured` (else as `far`)."""
 
     def __init__(self, mode: str, point_m: tuple[float, float, float], *, flexibility: float = 1.0) -> None:
         self._mode, self._point = mode, np.array(point_m)
-        self._turn = np.zeros(2)
+        self._turn = (0.0, 0.0)  # yaw and pitch
         self._neck_range, self._head_range = (
-            np.array([range_rad(dof, flexibility) for dof in dofs_of(name)]).T for name in ("Neck", "Head")
+            [range_rad(dof, flexibility).tolist() for dof in dofs_of(name)] for name in ("Neck", "Head")
         )
 
     def apply(
@@ -59,26 +66,27 @@ class LookAt:
             gaze = matrices(np.array(head_wxyz)) @ np.array([0.0, -1.0, 0.0])
         else:
             gaze = self._gaze(positions, chest)
-        x, y, z = chest.T @ gaze
-        wanted = np.array([np.arctan2(x, -y), np.arctan2(z, np.hypot(x, y))])
-        if -y < 0.2 * np.hypot(x, y):  # beside or behind: as far as it goes on the side it is on already
-            wanted[0] = np.copysign(MAX_YAW_RAD, self._turn[0] if abs(self._turn[0]) > 0.3 else x)
-        wanted = np.clip(wanted, [-MAX_YAW_RAD, -MAX_PITCH_RAD], [MAX_YAW_RAD, MAX_PITCH_RAD])
-        self._turn += (1.0 - np.exp(-dt / FOLLOW_S)) * (wanted - self._turn)
-        yaw, pitch = self._turn
+        x, y, z = (chest.T @ gaze).tolist()
+        last_yaw, last_pitch = self._turn
+        yaw, pitch = math.atan2(x, -y), math.atan2(z, math.hypot(x, y))
+        if -y < 0.2 * math.hypot(x, y):  # beside or behind: as far as it goes on the side it is on already
+            yaw = math.copysign(MAX_YAW_RAD, last_yaw if abs(last_yaw) > 0.3 else x)
+        share = 1.0 - math.exp(-dt / FOLLOW_S)
+        yaw = last_yaw + share * (min(max(yaw, -MAX_YAW_RAD), MAX_YAW_RAD) - last_yaw)
+        pitch = last_pitch + share * (min(max(pitch, -MAX_PITCH_RAD), MAX_PITCH_RAD) - last_pitch)
+        self._turn = (yaw, pitch)
         head = chest @ rotation_xyz(0.0, 0.0, yaw) @ rotation_xyz(-pitch, 0.0, 0.0)
         rise = positions[_HEAD] - positions[_NECK]
         neck = chest @ self._turned_neck(chest.T @ rotations[_NECK], chest.T @ rise, NECK_SHARE * yaw)
-        hinges = np.array(angles_xyz(neck.T @ head))
         rotations[_NECK] = neck
-        rotations[_HEAD] = neck @ rotation_xyz(*np.clip(hinges, *self._head_range).tolist())
+        rotations[_HEAD] = neck @ _rotation_within(angles_xyz(neck.T @ head), self._head_range)
 
     def _turned_neck(
         self, neck: NDArray[np.float64], rise: NDArray[np.float64], yaw: float
     ) -> NDArray[np.float64]:
         """The neck, 3x3 in the chest, twisted further by `yaw`, bent so that the head, at `rise`, stays in place."""
-        low, high = self._neck_range
-        twist = min(max(angles_xyz(neck)[2] + yaw, low[2]), high[2])
+        low, high = self._neck_range[2]
+        twist = min(max(angles_xyz(neck)[2] + yaw, low), high)
         # rise = R(x, bend) R(y, side) (x, y, z)
         x, y, z = (rotation_xyz(0.0, 0.0, twist) @ (neck.T @ rise)).tolist()
         reach = max(math.hypot(x, z), 1e-9)
@@ -86,7 +94,7 @@ class LookAt:
         z = z * math.cos(side) - x * math.sin(side)
         bend = math.atan2(float(rise[2]), float(rise[1])) - math.atan2(z, y)
         bend = (bend + math.pi) % (2 * math.pi) - math.pi
-        return rotation_xyz(*np.clip([bend, side, twist], low, high).tolist())
+        return _rotation_within((bend, side, twist), self._neck_range)
 
     def _gaze(self, positions: NDArray[np.float64], chest: NDArray[np.float64]) -> NDArray[np.float64]:
         """Direction from the head to the target, stage frame."""

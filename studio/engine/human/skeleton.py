@@ -119,26 +119,35 @@ def _levels() -> list[NDArray[np.int64]]:
     return [np.flatnonzero(depth == level) for level in range(1, depth.max() + 1)]
 
 
+def _ways() -> NDArray[np.float64]:
+    """1 where a joint (row) lies on another (column) or beyond it, shape (52, 52)."""
+    ways = np.eye(len(OUTPUT_JOINTS))
+    for joint, parent in enumerate(OUTPUT_PARENTS):
+        if parent >= 0:
+            ways[joint] += ways[parent]
+    return ways
+
+
 _LEVELS = _levels()
+_WAYS = _ways()
 _NON_ROOT = np.arange(1, len(OUTPUT_JOINTS))
+_CARRIERS = OUTPUT_PARENTS[_NON_ROOT]
 
 
 def forward_positions(
     skeleton: Skeleton, root: NDArray[np.float64], rotations: NDArray[np.float64]
 ) -> NDArray[np.float64]:
     """Return joint positions [m], shape (52, 3), of world rotations, shape (52, 3, 3), and the hips' position."""
-    positions = np.empty((len(OUTPUT_JOINTS), 3))
-    positions[0] = root
-    steps = np.einsum("jab,jb->ja", rotations[OUTPUT_PARENTS[_NON_ROOT]], skeleton.offsets_m[_NON_ROOT])
-    for level in _LEVELS:
-        positions[level] = positions[OUTPUT_PARENTS[level]] + steps[level - 1]
-    return positions
+    steps = np.empty((len(OUTPUT_JOINTS), 3))
+    steps[0] = root
+    np.vecdot(rotations.take(_CARRIERS, axis=0), skeleton.offsets_m[1:, None], out=steps[1:])
+    return _WAYS @ steps
 
 
 def local_rotations(rotations: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return each joint's rotation in its parent, shape (52, 3, 3), of world rotations; the root keeps its own."""
     local = rotations.copy()
-    parents = rotations[OUTPUT_PARENTS[_NON_ROOT]]
+    parents = rotations[_CARRIERS]
     local[_NON_ROOT] = np.einsum("jba,jbc->jac", parents, rotations[_NON_ROOT])
     return local
 
