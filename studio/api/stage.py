@@ -75,6 +75,12 @@ def stage_router(stage: LiveStage) -> APIRouter:
         """End the take; its live solve is saved as `live`."""
         return RecordStopped(**stage.stop_recording())
 
+    @router.put("/cameras/{name}/reference")
+    def put_reference(name: str) -> dict[str, Any]:
+        """Make the camera's clock the stage clock; answers the cameras of the status. Not while recording."""
+        stage.choose_reference(name)
+        return stage.status()["cameras"]
+
     @router.get("/switches")
     def get_switches() -> dict[str, Any]:
         """Every switch with its values and explanation, and the presets."""

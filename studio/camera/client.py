@@ -12,6 +12,8 @@ from studio.camera.link import Link, link_url
 from studio.camera.sources import Source, open_source
 from studio.camera.spool import MAX_BYTES, Spool
 
+PARENT_CHECK_S = 0.5
+
 
 def default_spool(server: str, name: str) -> Path:
     """Return the folder for a camera's spool: one for each studio and name, where programs keep their state."""
@@ -27,6 +29,7 @@ def run_camera(
     token: str = "",
     spool: Path | None = None,
     spool_bytes: int = MAX_BYTES,
+    parent: int | None = None,
 ) -> int:
     """Send a source's frames to a server until Ctrl-C, SIGTERM or the source's end; return the exit code 0.
 
@@ -38,32 +41,50 @@ def run_camera(
         spool: folder in which frames of recordings are kept until they are on the server's disk; by default
             `default_spool`.
         spool_bytes: how large it may become.
+        parent: process number of the program that started this one: end with it, however it ends.
 
     Raises:
         StudioError: a source, server or name that cannot be used, or a server that refuses the camera.
     """
     opened = open_source(source)
     with contextlib.suppress(asyncio.CancelledError, KeyboardInterrupt):
-        asyncio.run(_run(opened, server, name, token, spool, spool_bytes))
+        asyncio.run(_run(opened, server, name, token, spool, spool_bytes, parent))
     return 0
 
 
 async def _run(
-    source: Source, server: str, name: str | None, token: str, folder: Path | None, spool_bytes: int
+    source: Source,
+    server: str,
+    name: str | None,
+    token: str,
+    folder: Path | None,
+    spool_bytes: int,
+    parent: int | None,
 ) -> None:
     Link(source, server, name=name)  # a wrong address or name is told before a folder is made
     spool = Spool(folder or default_spool(server, name or source.name), max_bytes=spool_bytes)
     try:
-        await _run_link(Link(source, server, name=name, token=token, spool=spool))
+        await _run_link(Link(source, server, name=name, token=token, spool=spool), parent=parent)
     finally:
         spool.close()
 
 
-async def _run_link(link: Link) -> None:
+async def _end_with_parent(task: asyncio.Task[None], parent: int) -> None:
+    while os.getppid() == parent:
+        await asyncio.sleep(PARENT_CHECK_S)
+    task.cancel()
+
+
+async def _run_link(link: Link, *, parent: int | None) -> None:
     task = asyncio.current_task()
     assert task is not None
+    watch = None if parent is None else asyncio.create_task(_end_with_parent(task, parent))
     loop = asyncio.get_running_loop()
     for number in (signal.SIGINT, signal.SIGTERM):
         with contextlib.suppress(NotImplementedError):  # Windows: Ctrl-C comes as KeyboardInterrupt
             loop.add_signal_handler(number, task.cancel)
-    await link.run()
+    try:
+        await link.run()
+    finally:
+        if watch is not None:
+            watch.cancel()

@@ -1,5 +1,9 @@
 // The cameras panel: name, colour, frame rate, latency and health in words.
+import { chooseReference } from "./api.js";
 import { byId, h, plural, redraw, setText } from "./dom.js";
+import { attempt } from "./messages.js";
+
+const KEPT_SHOWN = 60; // a second of two cameras is always on its way
 
 const HEALTH = {
   live: ["Good", "good"],
@@ -8,8 +12,16 @@ const HEALTH = {
   gone: ["Disconnected", "bad"],
 };
 
+const STARVED = {
+  no_frames: "Slow",
+  network: "Slow network",
+  clock: "Wrong clock",
+  no_performer: "Sees nobody",
+};
+
 function health(camera) {
-  if (camera.state === "live" && camera.fps < 20) return ["Slow", "fair"];
+  if (camera.state === "live" && camera.starved) return [STARVED[camera.starved] ?? "Starved", "fair"];
+  if (camera.state === "trouble" && camera.starved) return [STARVED[camera.starved] ?? "Trouble", "fair"];
   if (camera.state === "live" && !camera.calibrated) return ["Not calibrated", "fair"];
   return HEALTH[camera.state] ?? [camera.state, "muted"];
 }
@@ -18,19 +30,43 @@ function figures(camera) {
   const parts = [`${camera.fps.toFixed(0)} fps`];
   if (camera.latency_ms !== null) parts.push(`${camera.latency_ms.toFixed(0)} ms`);
   if (camera.jitter_ms !== null) parts.push(`±${camera.jitter_ms.toFixed(1)} ms`);
+  if (camera.loss_percent) parts.push(`${camera.loss_percent.toFixed(0)} % lost`);
   if (camera.reference) parts.push("reference");
   return parts.join("  ·  ");
 }
 
-function row(name, camera, colour) {
+const signed = (number, digits) => `${number < 0 ? "−" : "+"}${Math.abs(number).toFixed(digits)}`;
+
+/** How the camera's clock stands to the stage clock, and what the client keeps for the server. */
+function details(camera) {
+  const { offset_ms: offset, drift_ppm: drift, error_ms: error, jumps } = camera.clock;
+  const parts = [];
+  if (offset !== null && !camera.reference) {
+    parts.push(`clock ${Math.abs(offset) < 1e5 ? `${signed(offset, 1)} ms` : `${signed(offset / 1000, 0)} s`}`, `${signed(drift, 0)} ppm`);
+  }
+  if (error !== null) parts.push(`in step within ${error.toFixed(1)} ms`);
+  if (jumps) parts.push(`its clock jumped ${plural(jumps, "time")}`);
+  if (camera.kept_by_client > KEPT_SHOWN) parts.push(`${camera.kept_by_client} frames to come`);
+  if (camera.not_kept_by_client) parts.push(`${camera.not_kept_by_client} frames not kept: the client's spool is full`);
+  return parts.join("  ·  ");
+}
+
+function row(name, camera, colour, recording) {
   const [words, tone] = health(camera);
+  const choose = camera.connected && !camera.reference && !recording;
   return h("li", { class: "camera" },
     h("span", { class: "swatch", style: `background:${colour}`, aria: { hidden: "true" } }),
     h("span", { class: "name", title: camera.device }, name),
     h("span", { class: `health ${tone}` }, words),
-    camera.connected && h("span", { class: "figures", title: "Frame rate, delay from capture to arrival, its spread" },
+    camera.connected && h("span", { class: "figures", title: "Frame rate, delay from capture to arrival, its spread, frames that did not come" },
       figures(camera)),
-    camera.reason && h("span", { class: "words" }, camera.reason));
+    camera.connected && details(camera) && h("span", { class: "words", title: "Offset and drift to the stage clock, and how exactly they are known" },
+      details(camera)),
+    camera.reason && h("span", { class: "words" }, camera.reason),
+    choose && h("span", { class: "words" }, h("button", {
+      class: "small", type: "button", title: "Make this camera's clock the stage clock", aria: { label: `Use ${name} as reference` },
+      onclick: () => attempt(() => chooseReference(name)),
+    }, "Use as reference")));
 }
 
 function nobody() {
@@ -42,13 +78,16 @@ function nobody() {
   ];
 }
 
-/** Show the cameras of a status (by name) in their colours. */
-export function updateCameras(cameras, colours) {
+/** Show the cameras of a status (by name) in their colours; the reference is chosen only while nothing is recorded. */
+export function updateCameras(cameras, colours, recording) {
   const names = Object.keys(cameras).sort();
   const connected = names.filter((name) => cameras[name].connected).length;
   setText(byId("cameras-count"), names.length ? `${connected} of ${plural(names.length, "camera")} connected` : "");
-  const key = names.map((name) => [name, health(cameras[name]), figures(cameras[name]), cameras[name].reason, colours[name]]);
+  const key = names.map((name) => {
+    const camera = cameras[name];
+    return [name, health(camera), figures(camera), details(camera), camera.reason, colours[name], recording];
+  });
   redraw(byId("cameras"), key, () => names.length
-    ? h("ul", {}, names.map((name) => row(name, cameras[name], colours[name] ?? "var(--muted)")))
+    ? h("ul", {}, names.map((name) => row(name, cameras[name], colours[name] ?? "var(--muted)", recording)))
     : nobody());
 }

@@ -6,6 +6,7 @@ import { follow } from "./events.js";
 import { attempt, showError, showNote } from "./messages.js";
 import { updateCalibration } from "./calibration.js";
 import { updateCameras } from "./cameras.js";
+import { updateDisk } from "./disk.js";
 import { Switches } from "./switches.js";
 import { updateTakes } from "./takes.js";
 import { startTransport, updateTransport } from "./transport.js";
@@ -20,7 +21,7 @@ const CONNECTION_WORDS = {
 const MANY_JOINTS = 6; // more than a limb's: not a joint that is lost, but somebody else
 const SAVED_MS = 2500; // a take that another browser stopped is on disk by then
 
-const state = { colours: {}, takes: [], jobs: [], cameras: "", recording: false, switches: null };
+const state = { colours: {}, takes: [], jobs: [], cameras: "", recording: false, problem: "", switches: null };
 
 function showConnection(connection) {
   document.body.dataset.connection = connection;
@@ -94,7 +95,8 @@ function showStatus(status) {
     state.cameras = names;
     attempt(async () => { state.colours = (await getView()).colours; });
   }
-  updateCameras(status.cameras, state.colours);
+  updateCameras(status.cameras, state.colours, status.recording.active);
+  updateDisk(status.recording);
   updateCalibration(status.calibration, state.colours, ready);
   const { active, take, seconds, problem } = status.recording;
   if (active !== state.recording) {
@@ -102,7 +104,8 @@ function showStatus(status) {
     attempt(loadTakes);
     if (!active) setTimeout(() => attempt(loadTakes), SAVED_MS);
   }
-  if (problem) showError(problem);
+  if (problem && problem !== state.problem) showError(problem);
+  state.problem = problem;
   updateTransport(active ? { take, seconds } : null, ready);
   setNotice(noticeOf(status));
 }

@@ -1,0 +1,25 @@
+// What the operator must know of the disk and of a take that went through a restart of the server.
+import { byId, h, setText } from "./dom.js";
+
+const LOW_MINUTES = 20;
+
+function place(id, build, where, beside) {
+  if (!byId(id)) beside.insertAdjacentElement(where, build());
+  return byId(id);
+}
+
+function left(recording) {
+  const minutes = recording.minutes_left;
+  const time = minutes >= 120 ? `${Math.floor(minutes / 60)} h` : `${Math.floor(minutes)} min`;
+  return `${time} left · ${recording.disk_free_gb.toFixed(recording.disk_free_gb < 10 ? 1 : 0)} GB`;
+}
+
+/** Show how long the disk lasts, and the notice of a take that goes on after a restart. */
+export function updateDisk(recording) {
+  const disk = place("disk", () => h("output", { id: "disk", class: "disk", aria: { label: "Recording time left on the disk" } }), "afterend", byId("timer"));
+  setText(disk, left(recording));
+  disk.classList.toggle("low", recording.minutes_left < LOW_MINUTES);
+  const banner = place("banner", () => h("p", { id: "banner", class: "message banner", role: "status", hidden: true }), "afterbegin", byId("messages"));
+  banner.hidden = !recording.notice;
+  setText(banner, recording.notice);
+}
