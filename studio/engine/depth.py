@@ -11,6 +11,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 
+_WIDEST = 3.0
+_REACHED_PX = 0.5
+
+
 @dataclass(frozen=True)
 class DepthCamera:
     """Intrinsics of a depth camera.
@@ -31,7 +35,10 @@ class DepthCamera:
 
     @cached_property
     def rays(self) -> NDArray[np.float32]:
-        """x/z and y/z of every pixel's ray, undistorted, shape (height, width, 2)."""
+        """x/z and y/z of every pixel's ray, undistorted, shape (height, width, 2); 0 where the lens sends no ray.
+
+        A wide lens does not reach the corners of its image: there the distortion has no inverse.
+        """
         columns, rows = np.meshgrid(np.arange(self.width), np.arange(self.height))
         target = np.stack([(columns - self.cx) / self.fx, (rows - self.cy) / self.fy], axis=2)
         if not self.distortion:
@@ -39,8 +46,10 @@ class DepthCamera:
         rays = target.copy()
         for _ in range(20):  # fixed-point iteration: distortion is a small correction
             factor, shift = _distortion(rays, self.distortion)
-            rays = (target - shift) / factor[..., None]
-        return rays.astype(np.float32)
+            rays = np.clip((target - shift) / factor[..., None], -_WIDEST, _WIDEST)
+        factor, shift = _distortion(rays, self.distortion)
+        reached = np.abs(rays * factor[..., None] + shift - target).max(axis=2) * self.fx < _REACHED_PX
+        return np.where(reached[..., None], rays, 0.0).astype(np.float32)
 
 
 @dataclass(frozen=True)
@@ -69,13 +78,27 @@ def points(camera: DepthCamera, depth_mm: NDArray[np.uint16]) -> NDArray[np.floa
     return result
 
 
+def project(camera: DepthCamera, places: NDArray[np.floating]) -> NDArray[np.float64]:
+    """Return the pixels (column, row) at which points of the camera frame [m] are seen, shape (..., 3) -> (..., 2).
+
+    Points must lie before the camera.
+    """
+    rays = np.asarray(places[..., :2] / places[..., 2:], dtype=np.float64)
+    if camera.distortion:
+        factor, shift = _distortion(rays, camera.distortion)
+        rays = rays * factor[..., None] + shift
+    return rays * [camera.fx, camera.fy] + [camera.cx, camera.cy]
+
+
 def _distortion(
     rays: NDArray[np.float64], coefficients: tuple[float, ...]
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return the radial factor, shape (H, W), and the tangential shift, shape (H, W, 2), at undistorted rays."""
+    """Return the radial factor, shape (...), and the tangential shift, shape (..., 2), at undistorted rays."""
     k1, k2, p1, p2, k3, k4, k5, k6 = (*coefficients, *(0.0,) * (8 - len(coefficients)))
     x, y = rays[..., 0], rays[..., 1]
     r2 = x * x + y * y
     factor = (1 + r2 * (k1 + r2 * (k2 + r2 * k3))) / (1 + r2 * (k4 + r2 * (k5 + r2 * k6)))
-    shift = np.stack([2 * p1 * x * y + p2 * (r2 + 2 * x * x), p1 * (r2 + 2 * y * y) + 2 * p2 * x * y], axis=2)
+    shift = np.stack(
+        [2 * p1 * x * y + p2 * (r2 + 2 * x * x), p1 * (r2 + 2 * y * y) + 2 * p2 * x * y], axis=-1
+    )
     return factor, shift

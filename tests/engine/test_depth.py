@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from studio.engine.depth import DepthCamera, points
+from studio.engine.depth import DepthCamera, points, project
 
 
 def test_a_wall_seen_by_a_pinhole_camera():
@@ -27,3 +27,16 @@ def test_undistorted_rays_distort_back_to_their_pixels():
     expected = np.meshgrid(np.arange(320), np.arange(288))
     assert np.abs(columns - expected[0]).max() < 1e-2
     assert np.abs(rows - expected[1]).max() < 1e-2
+
+
+def test_points_are_seen_at_their_pixels_where_the_lens_reaches():
+    lens = (0.547940, -0.020971, 2.0558e-5, -7.2104e-5, -0.002652, 0.889679, 0.086130, -0.013910)
+    camera = DepthCamera(252.3, 252.4, 256.1, 255.7, 512, 512, lens)  # 120 degrees wide
+    seen = points(camera, np.full((512, 512), 2000, np.uint16))
+    assert np.isfinite(seen).all()
+    reached = camera.rays.any(axis=2)
+    assert 0.9 < reached.mean() < 0.97 and not reached[0, 0] and reached[100:400, 100:400].all()
+    pixels = np.stack(np.meshgrid(np.arange(512), np.arange(512)), axis=2)
+    assert np.abs(project(camera, seen[reached]) - pixels[reached]).max() < 0.51
+    inner = (slice(100, 400), slice(100, 400))
+    assert np.abs(project(camera, seen[inner]) - pixels[inner]).max() < 1e-2
