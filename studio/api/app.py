@@ -1,14 +1,19 @@
 """The server's app: all routes of `/api/v1` on one live stage."""
 
+import time
 from importlib import metadata
 from pathlib import Path
 
 from fastapi import FastAPI
 
+from studio.api.access import Access, AccessGuard, access_router
 from studio.api.errors import add_error_handlers
 from studio.api.events import events_router
+from studio.api.find import Finder
 from studio.api.jobs import Jobs
 from studio.api.link import HELLO_TIMEOUT_S, link_router
+from studio.api.manage import manage_router
+from studio.api.measure import measure_router
 from studio.api.origin import OriginGuard
 from studio.api.stage import stage_router
 from studio.api.takes import takes_router
@@ -21,12 +26,19 @@ routes. Failures have one shape, `{"error": {"code", "message"}}`. Two WebSocket
 """
 
 
-def create_app(stage: LiveStage, sessions: Path, *, hello_timeout_s: float = HELLO_TIMEOUT_S) -> FastAPI:
+def create_app(
+    stage: LiveStage,
+    sessions: Path,
+    *,
+    access: Access | None = None,
+    hello_timeout_s: float = HELLO_TIMEOUT_S,
+) -> FastAPI:
     """Return the app of a stage that the caller starts and closes.
 
     Args:
         stage: the live stage.
         sessions: folder of the takes; nothing outside it is served.
+        access: who may do what; nobody is asked for anything where None.
         hello_timeout_s: a camera link that says nothing for so long is refused.
     """
     app = FastAPI(
@@ -38,10 +50,16 @@ def create_app(stage: LiveStage, sessions: Path, *, hello_timeout_s: float = HEL
         openapi_url="/api/v1/openapi.json",
     )
     jobs = Jobs()
+    access = access or Access(sessions, required=False, now_s=time.monotonic)
     add_error_handlers(app)
-    app.add_middleware(OriginGuard)
-    app.include_router(link_router(stage, hello_timeout_s=hello_timeout_s))
+    app.add_middleware(AccessGuard, access=access)
+    app.add_middleware(OriginGuard)  # the last one added is the first to look
+    app.include_router(access_router(access))
+    app.include_router(link_router(stage, access, hello_timeout_s=hello_timeout_s))
     app.include_router(events_router(stage, jobs))
     app.include_router(stage_router(stage))
-    app.include_router(takes_router(stage, sessions, jobs))
+    finder = Finder(stage, sessions)
+    app.include_router(takes_router(sessions, finder, jobs))
+    app.include_router(manage_router(sessions, finder))
+    app.include_router(measure_router(finder))
     return app

@@ -2,6 +2,7 @@
 
 import logging
 import math
+import os
 import subprocess
 import sys
 import threading
@@ -22,10 +23,12 @@ STOP_S = 3.0
 class DemoCameras:
     """Starts the cameras, starts them again when they end, and begins a calibration where there is none."""
 
-    def __init__(self, stage: LiveStage, url: str) -> None:
+    def __init__(self, stage: LiveStage, url: str, token: str) -> None:
         self._thread = threading.Thread(target=self._run, name="demo", daemon=True)
         self._stage = stage
         self._url = url
+        self._spool = stage.sessions / ".spool"
+        self._token = token
         self._stopped = threading.Event()
         self._processes: dict[str, subprocess.Popen[bytes]] = {}
         self._attempts = 0
@@ -73,11 +76,13 @@ class DemoCameras:
                 ended = True
                 _log.warning("simulated %s ended with code %d and is started again", name, process.returncode)
             source = f"simulated:{index}/{CAMERAS}"
+            kept = ["--spool", str(self._spool / name), "--parent", str(os.getpid())]
             command = [sys.executable, "-m", "studio", "camera", "--source", source]
             self._processes[name] = subprocess.Popen(
-                [*command, "--server", self._url, "--name", name],
+                [*command, "--server", self._url, "--name", name, *kept],
                 stdin=subprocess.DEVNULL,
                 stdout=subprocess.DEVNULL,
+                env={**os.environ, "STUDIO_CAMERA_TOKEN": self._token},
                 start_new_session=True,  # Ctrl-C is for the server, which stops them
             )
         return ended

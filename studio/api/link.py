@@ -7,17 +7,22 @@ from fastapi import APIRouter, WebSocket, WebSocketDisconnect
 from starlette.concurrency import run_in_threadpool
 
 from studio import wire
+from studio.api.access import Access
+from studio.api.outbox import Outbox, Throttle
 from studio.engine.errors import FormatError, StudioError
 from studio.live import CameraRefused, LiveStage
-from studio.live.stage import CameraLink
+from studio.live.links import CameraLink
 
 _log = logging.getLogger(__name__)
 
 HELLO_TIMEOUT_S = 5.0
 _POLICY_VIOLATION, _TOO_BIG = 1008, 1009
 
+_RECHECK_NS = 1_000_000_000
+"""How often a token is looked up again, so that a camera whose token was revoked is cut off."""
 
-def link_router(stage: LiveStage, *, hello_timeout_s: float = HELLO_TIMEOUT_S) -> APIRouter:
+
+def link_router(stage: LiveStage, access: Access, *, hello_timeout_s: float = HELLO_TIMEOUT_S) -> APIRouter:
     """Return the route of the camera link."""
     router = APIRouter()
 
@@ -26,9 +31,12 @@ def link_router(stage: LiveStage, *, hello_timeout_s: float = HELLO_TIMEOUT_S) -
         await websocket.accept()
         link: CameraLink | None = None
         reason, error = "the client has left", False
+        outbox = Outbox(websocket)
         try:
-            link = await _greet(websocket, stage, hello_timeout_s)
-            await _follow(websocket, stage, link)
+            link = await _greet(websocket, stage, access, hello_timeout_s, outbox)
+            outbox.start()
+            stage.welcomed(link)
+            await _follow(websocket, stage, access, link, outbox)
         except WebSocketDisconnect as gone:
             if gone.code == _TOO_BIG:
                 reason, error = f"it sent a message above {wire.MAX_MESSAGE_BYTES} bytes", True
@@ -38,10 +46,16 @@ def link_router(stage: LiveStage, *, hello_timeout_s: float = HELLO_TIMEOUT_S) -
                 stage.leave(link, str(refusal), error=True)
             await _refuse(websocket, refusal)
         finally:
+            await outbox.close()
             if link is not None:
                 stage.leave(link, reason, error=error)
 
     return router
+
+
+def _is_local(websocket: WebSocket) -> bool:
+    """Whether the client runs on the server's own machine."""
+    return websocket.client is not None and websocket.client.host in ("127.0.0.1", "::1")
 
 
 async def _receive(websocket: WebSocket) -> bytes:
@@ -59,7 +73,19 @@ async def _receive(websocket: WebSocket) -> bytes:
     return data
 
 
-async def _greet(websocket: WebSocket, stage: LiveStage, timeout_s: float) -> CameraLink:
+def _check_token(access: Access, hello: wire.Hello) -> None:
+    """Raise CameraRefused where the studio asks for a token, and the camera's is not valid (any more)."""
+    if access.required and access.camera_token_id(hello.token) is None:
+        raise CameraRefused(
+            "token",
+            f"camera {hello.name} has no valid token; make one under Access on the studio's page and start the "
+            "camera with --token",
+        )
+
+
+async def _greet(
+    websocket: WebSocket, stage: LiveStage, access: Access, timeout_s: float, outbox: Outbox
+) -> CameraLink:
     """Wait for `Hello`, let the camera join, and answer `Welcome`."""
     try:
         data = await asyncio.wait_for(_receive(websocket), timeout_s)
@@ -69,7 +95,9 @@ async def _greet(websocket: WebSocket, stage: LiveStage, timeout_s: float) -> Ca
     if not isinstance(hello, wire.Hello):
         raise FormatError(f"the first message must be hello; got {type(hello).__name__}")
     wire.check_hello(hello)
-    link = await run_in_threadpool(stage.join, hello)
+    _check_token(access, hello)
+    local = _is_local(websocket)
+    link = await run_in_threadpool(lambda: stage.join(hello, send=outbox.put, local=local))
     try:
         await websocket.send_bytes(wire.encode(wire.Welcome(hello.name, link.reference)))
     except BaseException:
@@ -78,29 +106,34 @@ async def _greet(websocket: WebSocket, stage: LiveStage, timeout_s: float) -> Ca
     return link
 
 
-async def _follow(websocket: WebSocket, stage: LiveStage, link: CameraLink) -> None:
-    """Take in the client's messages until it leaves; tell it when a recording begins or ends."""
-    told: str | None = None
+async def _follow(
+    websocket: WebSocket, stage: LiveStage, access: Access, link: CameraLink, outbox: Outbox
+) -> None:
+    """Take in the client's messages until it leaves."""
+    throttle = Throttle()
+    checked_ns = stage.clock_ns()
     while True:
         data = await _receive(websocket)
         arrival_ns = stage.clock_ns()
+        if arrival_ns - checked_ns > _RECHECK_NS:
+            _check_token(access, link.hello)
+            checked_ns = arrival_ns
         match wire.decode(data):
             case wire.SkeletonFrame() as frame:
                 stage.frame(link, frame, data, arrival_ns)
             case wire.ClockRequest(client_send_ns=sent_ns):
-                reply = wire.ClockReply(sent_ns, arrival_ns, stage.clock_ns())
-                await websocket.send_bytes(wire.encode(reply))
+                outbox.put(wire.ClockReply(sent_ns, arrival_ns, stage.clock_ns()))
             case wire.ClockSample() as sample:
                 stage.clock_sample(link, sample)
             case wire.Status() as status:
                 stage.client_status(link, status)
+            case wire.Kept() as kept:
+                stage.kept(link, kept)
+            case wire.Late() as late:
+                stage.late(link, late, arrival_ns)
             case other:
                 raise FormatError(f"a client does not send {type(other).__name__} here")
-        recording = stage.recording_name()
-        if recording != told:
-            message = wire.Recording(recording is not None, recording or told or "")
-            told = recording
-            await websocket.send_bytes(wire.encode(message))
+        await throttle.wait(stage.pending())
 
 
 async def _refuse(websocket: WebSocket, error: StudioError) -> None:

@@ -3,16 +3,20 @@
 import logging
 import signal
 import socket
+import ssl
 import sys
 import threading
+import time
 from collections.abc import Iterator
 from contextlib import contextmanager
+from dataclasses import dataclass
 from pathlib import Path
 from types import FrameType
 
 import uvicorn
 from starlette.middleware.trustedhost import TrustedHostMiddleware
 
+from studio.api.access import Access
 from studio.api.app import create_app
 from studio.api.demo import DemoCameras
 from studio.engine.errors import StudioError
@@ -59,10 +63,27 @@ def open_socket(host: str, port: int) -> socket.socket:
     return opened
 
 
-OPEN_WARNING = (
-    "whoever reaches this address can operate the studio and send as a camera: this version has no sign-in; "
-    "use a network that you trust"
+PLAIN_WARNING = (
+    "tokens and motion can be read by others on this network; give --tls-cert and --tls-key to encrypt them"
 )
+
+
+@dataclass(frozen=True)
+class Tls:
+    """Files of a certificate chain and its private key, PEM."""
+
+    certificate: Path
+    key: Path
+
+    def check(self) -> None:
+        """Raise StudioError where the files cannot be used together."""
+        try:
+            ssl.SSLContext(ssl.PROTOCOL_TLS_SERVER).load_cert_chain(self.certificate, self.key)
+        except (OSError, ValueError) as error:  # ssl.SSLError is an OSError
+            raise StudioError(
+                f"cannot use certificate {self.certificate} with key {self.key}: {error}; "
+                "give the PEM files of a certificate and its own key, without a password"
+            ) from error
 
 
 def serve(
@@ -70,6 +91,7 @@ def serve(
     port: int = 8000,
     sessions: Path = Path("sessions"),
     demo: bool = False,
+    tls: Tls | None = None,
 ) -> int:
     """Run the studio until Ctrl-C or SIGTERM, then save a recording under way; return the exit code 0.
 
@@ -78,12 +100,15 @@ def serve(
         port: 0 takes a free one.
         sessions: folder of the takes, made where missing.
         demo: start two simulated cameras, and calibrate where there is no calibration yet.
+        tls: encrypt with this certificate.
 
     Raises:
-        StudioError: the port is in use, or the folder cannot be made.
+        StudioError: the port is in use, the folder cannot be made, or the certificate cannot be used.
     """
     logging.basicConfig(level=logging.INFO, format="%(levelname)s %(name)s: %(message)s")
     logging.getLogger("websockets").setLevel(logging.WARNING)
+    if tls is not None:
+        tls.check()
     listening = open_socket(host, port)
     try:
         stage = LiveStage(sessions)
@@ -93,18 +118,20 @@ def serve(
         raise
     cameras = view = None
     try:
-        app = create_app(stage, sessions)
+        access = Access(sessions, required=host not in LOOPBACK, now_s=time.monotonic)
+        app = create_app(stage, sessions, access=access)
         view = mount(app, stage, sessions=sessions)
         if host in LOOPBACK:  # a page that renames its own host to 127.0.0.1 is refused
             app.add_middleware(TrustedHostMiddleware, allowed_hosts=[*LOOPBACK, "[::1]"])
-        server = make_server(app)
-        url = f"http://{'localhost' if host == '::1' else host}:{listening.getsockname()[1]}"
+        server = make_server(app, tls)
+        scheme = "http" if tls is None else "https"
+        url = f"{scheme}://{'localhost' if host == '::1' else host}:{listening.getsockname()[1]}"
         if demo:
-            cameras = DemoCameras(stage, url.replace("0.0.0.0", "127.0.0.1"))
+            cameras = DemoCameras(stage, url.replace("0.0.0.0", "127.0.0.1"), access.own_camera_token)
             cameras.start()
         print(f"Capture Studio is open on {url} (Ctrl-C stops it)", flush=True)
-        if host not in LOOPBACK:
-            print(f"warning: {OPEN_WARNING}", file=sys.stderr, flush=True)
+        if access.required:
+            _say_how_to_sign_in(access, url, encrypted=tls is not None)
         sys.setswitchinterval(SWITCH_S)
         with _stopped_by_signals(server, cameras):
             server.run(sockets=[listening])
@@ -118,8 +145,24 @@ def serve(
     return 0
 
 
-def make_server(app: object) -> Server:
+def _say_how_to_sign_in(access: Access, url: str, *, encrypted: bool) -> None:
+    """Print the operator's token and, where no camera was paired yet, a first token for cameras."""
+    print(f"operators sign in with the token {access.operator_token}", flush=True)
+    paired = len(access.camera_tokens())
+    if paired:
+        print(
+            f"{paired} camera tokens are valid; Access on the page makes others and revokes them", flush=True
+        )
+    else:
+        _, token = access.add_camera("made at the first start")
+        print(f"cameras: studio camera --source SOURCE --server {url} --token {token}", flush=True)
+    if not encrypted:
+        print(f"warning: {PLAIN_WARNING}", file=sys.stderr, flush=True)
+
+
+def make_server(app: object, tls: Tls | None = None) -> Server:
     """Return the server of an app; its socket is given to `run`."""
+    files = {} if tls is None else {"ssl_certfile": str(tls.certificate), "ssl_keyfile": str(tls.key)}
     return Server(
         uvicorn.Config(
             app,  # type: ignore[arg-type]
@@ -130,6 +173,7 @@ def make_server(app: object) -> Server:
             ws_max_size=MAX_MESSAGE_BYTES,
             ws_per_message_deflate=False,
             timeout_graceful_shutdown=GRACE_S,
+            **files,
         )
     )
 

@@ -8,16 +8,15 @@ from fastapi import APIRouter, Query
 from fastapi.responses import FileResponse
 from pydantic import Field
 
-from studio.api.errors import RESPONSES, NotFoundError
+from studio.api.errors import RESPONSES
+from studio.api.find import Finder
 from studio.api.jobs import Jobs
 from studio.api.stage import Request
 from studio.api.switches import from_request
 from studio.api.work import export_work, solve_work
-from studio.engine.errors import TakeError
 from studio.engine.export import DEFAULT_INTERPOLATION
-from studio.live import LiveStage
 from studio.take.names import inside
-from studio.take.sessions import TakeInfo, list_takes, take_info, take_path
+from studio.take.sessions import list_takes, take_info
 from studio.take.take import Take
 from studio.worker import run_in_process
 
@@ -36,38 +35,28 @@ class SolveRequest(Request):
 Format = Literal["fbx", "bvh", "glb", "c3d", "trc", "csv", "npz", "usd"]
 
 
-def takes_router(stage: LiveStage, sessions: Path, jobs: Jobs) -> APIRouter:
+def takes_router(sessions: Path, finder: Finder, jobs: Jobs) -> APIRouter:
     """Return the routes of the takes in `sessions`."""
     router = APIRouter(prefix="/api/v1", tags=["takes"], responses=RESPONSES)
-
-    def find(session: str, name: str) -> Take:
-        path = take_path(sessions, session, name)
-        if not (path / "take.json").is_file():
-            raise NotFoundError(f"there is no take {session}/{name}; GET /api/v1/takes lists them")
-        if stage.recording_name() == f"{session}/{name}":
-            raise TakeError(f"take {session}/{name} is being recorded; stop it first")
-        return Take.open(path)
 
     @router.get("/takes")
     def get_takes() -> list[dict[str, Any]]:
         """All takes, the newest first."""
-        infos = [_info(info) for info in list_takes(sessions)]
+        infos = [finder.line(info) for info in list_takes(sessions)]
         return sorted(infos, key=lambda info: (info["created"], info["id"]), reverse=True)
 
     @router.get("/takes/{session}/{take}")
     def get_take(session: str, take: str) -> dict[str, Any]:
         """A take: its line of the list, its `take.json`, and settings and metrics of its solves."""
-        path = take_path(sessions, session, take)
-        if not (path / "take.json").is_file():
-            raise NotFoundError(f"there is no take {session}/{take}; GET /api/v1/takes lists them")
+        path = finder.path(session, take)
         opened = Take.open(path)
         solves = {name: _solve_detail(opened.solve_folder(name)) for name in opened.solve_names()}
-        return {**_info(take_info(path)), "meta": opened.meta, "solve_details": solves}
+        return {**finder.line(take_info(path)), "meta": opened.meta, "solve_details": solves}
 
     @router.post("/takes/{session}/{take}/solves", status_code=202)
     def solve(session: str, take: str, request: SolveRequest) -> dict[str, Any]:
         """Solve the take's raw frames again; returns the job."""
-        opened = find(session, take)
+        opened = finder.take(session, take)
         settings = from_request(request.preset, request.set)
         name = request.name or ("as-live" if request.as_live else request.preset)
         opened.solve_folder(name)
@@ -87,11 +76,9 @@ def takes_router(stage: LiveStage, sessions: Path, jobs: Jobs) -> APIRouter:
         interpolation: Literal["cubic", "linear", "constant"] = DEFAULT_INTERPOLATION,
     ) -> FileResponse:
         """Export a solve and download the file, which is kept in the take's `exports/`."""
-        opened = find(session, take)
-        if solve not in opened.solve_names():
-            raise NotFoundError(f"take {session}/{take} has no solve {solve!r}")
+        opened = finder.take(session, take)
+        poses = finder.solve(opened, solve)
         out = inside(opened.path / "exports", f"{take}_{solve}.{format}")
-        poses = opened.solve_folder(solve) / "poses.npz"
         run_in_process(export_work, poses, out, format, fps, interpolation)
         return FileResponse(out, filename=out.name, media_type="application/octet-stream")
 
@@ -106,25 +93,6 @@ def takes_router(stage: LiveStage, sessions: Path, jobs: Jobs) -> APIRouter:
         return jobs.get(job_id)
 
     return router
-
-
-def _info(info: TakeInfo) -> dict[str, Any]:
-    return {
-        "id": f"{info.session}/{info.name}",
-        "session": info.session,
-        "name": info.name,
-        "created": info.created,
-        "seconds": None if info.length_s is None else round(info.length_s, 3),
-        "cameras": list(info.cameras),
-        "solves": list(info.solves),
-        "state": info.state,
-        "recording": info.state == "recording",
-        "source": info.source,
-        "performer": info.performer,
-        "notes": info.notes,
-        "rating": info.rating,
-        "problem": info.problem,
-    }
 
 
 def _solve_detail(folder: Path) -> dict[str, Any]:

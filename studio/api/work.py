@@ -24,3 +24,50 @@ def export_work(poses: Path, out: Path, format: str, fps: float | None, interpol
     from studio.engine.poses import Poses
 
     export(Poses.load(poses), out, format, fps=fps, interpolation=interpolation)
+
+
+def evaluate_work(
+    take: Path, reference: Path, solves: list[str], align_time: bool, unit_m: float | None
+) -> dict[str, Any]:
+    """Return what `evaluate --json` holds for these solves of the take."""
+    from studio.engine.metrics.evaluate import evaluate
+    from studio.engine.metrics.reference import read_reference
+    from studio.engine.poses import Poses
+    from studio.take.take import Take
+
+    opened = Take.open(take)
+    truth = read_reference(reference, unit_m=unit_m)
+    return {
+        "solves": {
+            name: evaluate(
+                Poses.load(opened.solve_folder(name) / "poses.npz"),
+                truth,
+                start_s=opened.meta["calibration_s"],
+                same_clock=not align_time,
+            )
+            for name in solves
+        }
+    }
+
+
+def compare_work(a: Path, b: Path) -> dict[str, Any]:
+    """Return how far the solves in two `poses.npz` are apart."""
+    from studio.engine.metrics.compare import compare
+    from studio.engine.poses import Poses
+
+    return compare(Poses.load(a), Poses.load(b))
+
+
+def bundle_work(take: Path, out: Path) -> int:
+    """Write a take as one file; return its size [bytes]."""
+    from studio.take.bundle import write_bundle
+    from studio.take.take import Take
+
+    return write_bundle(Take.open(take), out)
+
+
+def unbundle_work(file: Path, out: Path) -> None:
+    """Make a take at `out` of one file."""
+    from studio.take.bundle import read_bundle
+
+    read_bundle(file, out)

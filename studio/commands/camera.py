@@ -1,6 +1,7 @@
 """`studio camera`: a camera client."""
 
 import argparse
+import os
 from pathlib import Path
 from typing import Any
 
@@ -30,7 +31,10 @@ def add_parser(subparsers: Any) -> None:
     )
     parser.add_argument("--name", metavar="NAME", help="name of the camera (default: the source's)")
     parser.add_argument(
-        "--token", metavar="T", default="", help="the studio's token for cameras, where it asks for one"
+        "--token",
+        metavar="T",
+        default=os.environ.get("STUDIO_CAMERA_TOKEN", ""),
+        help="a token for cameras, where the studio asks for one (default: STUDIO_CAMERA_TOKEN of the environment)",
     )
     parser.add_argument(
         "--spool",
@@ -45,6 +49,7 @@ def add_parser(subparsers: Any) -> None:
         default=2048,
         help="how large the spool may become (default 2048)",
     )
+    parser.add_argument("--parent", metavar="PID", type=int, help=argparse.SUPPRESS)
 
 
 def run(args: argparse.Namespace) -> int:
@@ -60,4 +65,5 @@ def run(args: argparse.Namespace) -> int:
         token=args.token,
         spool=args.spool,
         spool_bytes=args.spool_mb << 20,
+        parent=args.parent,
     )

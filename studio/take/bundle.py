@@ -22,7 +22,7 @@ MAX_FILES = 10_000
 MAX_BYTES = 200 * 1024**3
 
 _CHUNK = 1 << 20
-_SUBFOLDERS = ("calibrations", "solves", "depth")
+_SUBFOLDERS = ("calibrations", "solves", "references")
 _STORED = (".mcap", ".npz")
 """Compressed already."""
 

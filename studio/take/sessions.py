@@ -22,7 +22,7 @@ class TakeInfo:
         length_s: first to last frame [s]; None where raw.mcap is missing or unfinished.
         cameras, solves: names.
         state: recording state of `take.json`, or `damaged`.
-        source, performer, notes, rating: of `take.json`.
+        source, performer, notes, rating, starred: of `take.json`.
         problem: why `take.json` cannot be read, else None.
     """
 
@@ -38,6 +38,7 @@ class TakeInfo:
     performer: str = ""
     notes: str = ""
     rating: int | None = None
+    starred: bool = False
     problem: str | None = None
 
 
@@ -82,6 +83,7 @@ def take_info(path: Path) -> TakeInfo:
         performer=take.meta.get("performer", ""),
         notes=take.meta.get("notes", ""),
         rating=take.meta.get("rating"),
+        starred=take.meta.get("starred", False),
     )
 
 

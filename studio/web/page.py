@@ -1,7 +1,8 @@
-"""The page at `/` (Jinja2) and its static files: plain ES modules, one style sheet, nothing built."""
+"""The pages (Jinja2), `/` and `/signin`, and their static files: plain ES modules, one style sheet, nothing built."""
 
 from importlib import metadata
 from pathlib import Path
+from typing import Any
 
 from fastapi import APIRouter, FastAPI, Request
 from fastapi.responses import HTMLResponse
@@ -25,15 +26,22 @@ class _FreshFiles(StaticFiles):
 
 
 def add_page(app: FastAPI, *, sessions: Path) -> None:
-    """Serve the page at `/` and its files at `/static`; the page says that takes lie in `sessions`."""
+    """Serve the pages and their files at `/static`; the page at `/` says that takes lie in `sessions`."""
     templates = Jinja2Templates(directory=_HERE / "templates")
     router = APIRouter(include_in_schema=False)
 
     @router.get("/")
     async def stage_page(request: Request) -> HTMLResponse:
-        context = {"version": metadata.version("capture-studio"), "sessions": sessions.resolve()}
+        return page(request, "stage.html", {"sessions": sessions.resolve()})
+
+    @router.get("/signin")
+    async def sign_in_page(request: Request) -> HTMLResponse:
+        return page(request, "signin.html", {})
+
+    def page(request: Request, template: str, context: dict[str, Any]) -> HTMLResponse:
+        context = {"version": metadata.version("capture-studio"), **context}
         headers = {"Content-Security-Policy": _POLICY, "Cache-Control": "no-cache"}
-        return templates.TemplateResponse(request, "stage.html", context, headers=headers)
+        return templates.TemplateResponse(request, template, context, headers=headers)
 
     app.include_router(router)
     app.mount("/static", _FreshFiles(directory=_HERE / "static"), name="static")

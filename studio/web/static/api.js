@@ -16,6 +16,7 @@ async function request(method, path, body) {
     throw new Error("The server does not answer.");
   }
   if (response.ok) return response;
+  if (response.status === 401) location.assign(`signin?next=${encodeURIComponent(location.pathname)}`);
   const value = await response.json().catch(() => null);
   throw new Error(value?.error?.message ?? `The server answered ${response.status}.`);
 }
@@ -27,10 +28,17 @@ export const putLayers = (layers) => call("PUT", "view", { layers });
 export const getSwitches = () => call("GET", "switches");
 export const getSettings = () => call("GET", "settings");
 export const putSettings = (preset, set) => call("PUT", "settings", { preset, set });
+export const chooseReference = (name) => call("PUT", `cameras/${encodeURIComponent(name)}/reference`);
 export const startRecording = (take) => call("POST", "record/start", take ? { take } : {});
 export const stopRecording = () => call("POST", "record/stop");
 export const startCalibration = () => call("POST", "calibration/start");
 export const getTakes = () => call("GET", "takes");
+
+export const getAccess = () => call("GET", "access");
+export const addCameraToken = (label) => call("POST", "access/cameras", { label });
+export const removeCameraToken = (id) => request("DELETE", `access/cameras/${id}`);
+export const renewOperator = () => call("POST", "access/operator");
+export const signOut = () => request("POST", "access/signout");
 
 const takePath = (take) => `takes/${encodeURIComponent(take.session)}/${encodeURIComponent(take.name)}`;
 

@@ -1,0 +1,189 @@
+"""Tokens of operators and cameras, and who is signed in.
+
+Only hashes are kept, in `access.json` in the folder of sessions, which only its owner may read: a token is shown
+once, when it is made. The operator's token is a new one at every start of the server; a camera's lasts until it is
+revoked.
+"""
+
+import hashlib
+import hmac
+import json
+import secrets
+import threading
+from collections.abc import Callable
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+from studio.api.errors import NotFoundError
+from studio.engine.errors import StudioError
+from studio.engine.files import write_atomically
+from studio.take.take import utc_now
+
+FILE_NAME = "access.json"
+MAX_FAILURES, FAILURES_OVER_S = 10, 60.0
+"""So many wrong tokens of one address within this time, then it must wait."""
+
+_TOKEN_BYTES = 24
+_MAX_SIGNED_IN = 100
+
+
+@dataclass
+class CameraToken:
+    """A token that lets camera clients in: who it is for, when it was made, and the hash of it."""
+
+    id: str
+    label: str
+    created: str
+    hash: str
+
+
+class Access:
+    """The tokens of one server. All methods may be called from any thread.
+
+    Attributes:
+        required: whether anything is asked at all; False on a loopback address.
+        operator_token: what operators sign in with.
+        own_camera_token: for the cameras that the server starts itself; never written down.
+    """
+
+    def __init__(self, sessions: Path, *, required: bool, now_s: Callable[[], float]) -> None:
+        """Read the cameras' tokens, and make a new one for operators.
+
+        Args:
+            sessions: folder in which the file lies.
+            now_s: a monotonic clock [s].
+
+        Raises:
+            StudioError: the file cannot be read.
+        """
+        self.required = required
+        self._file = sessions / FILE_NAME
+        self._now_s = now_s
+        self._lock = threading.Lock()
+        self._signed_in: dict[str, None] = {}
+        self._failures: dict[str, list[float]] = {}
+        self._cameras = _read(self._file)
+        self.own_camera_token = secrets.token_urlsafe(_TOKEN_BYTES)
+        self.operator_token = ""
+        self.renew_operator()
+
+    def renew_operator(self) -> str:
+        """Return a new operator's token; the old one and everybody who signed in with it are out."""
+        with self._lock:
+            self.operator_token = secrets.token_urlsafe(_TOKEN_BYTES)
+            self._signed_in.clear()
+            return self.operator_token
+
+    def may_try(self, address: str) -> bool:
+        """Whether an address may try a token: not after too many wrong ones."""
+        with self._lock:
+            return len(self._recent(address)) < MAX_FAILURES
+
+    def check_token(self, token: str, address: str) -> bool:
+        """Whether a token is the operator's; a wrong one counts against the address."""
+        if self.is_operator_token(token):
+            return True
+        with self._lock:
+            self._failures[address] = [*self._recent(address), self._now_s()]
+        return False
+
+    def is_operator_token(self, token: str) -> bool:
+        """Whether a token is the operator's."""
+        with self._lock:
+            return _same(token, self.operator_token)
+
+    def sign_in(self, token: str, address: str) -> str | None:
+        """Return the key of a signed-in browser, or None where the token is wrong."""
+        if not self.check_token(token, address):
+            return None
+        with self._lock:
+            key = secrets.token_urlsafe(_TOKEN_BYTES)
+            self._signed_in[key] = None
+            while len(self._signed_in) > _MAX_SIGNED_IN:
+                del self._signed_in[next(iter(self._signed_in))]
+            return key
+
+    def sign_out(self, key: str) -> None:
+        """End one browser's signing in."""
+        with self._lock:
+            self._signed_in.pop(key, None)
+
+    def is_signed_in(self, key: str) -> bool:
+        """Whether a key is that of a signed-in browser."""
+        with self._lock:
+            return key in self._signed_in
+
+    def _recent(self, address: str) -> list[float]:
+        since = self._now_s() - FAILURES_OVER_S
+        self._failures = {
+            name: kept for name, times in self._failures.items() if (kept := [t for t in times if t > since])
+        }
+        return self._failures.get(address, [])
+
+    def add_camera(self, label: str) -> tuple[str, str]:
+        """Make a token for cameras; return its id and the token, which is not kept.
+
+        Raises:
+            StudioError: the file cannot be written.
+        """
+        token = secrets.token_urlsafe(_TOKEN_BYTES)
+        with self._lock:
+            made = CameraToken(secrets.token_hex(4), label, utc_now(), _hash(token))
+            self._write([*self._cameras, made])
+        return made.id, token
+
+    def remove_camera(self, token_id: str) -> None:
+        """Revoke a camera's token.
+
+        Raises:
+            NotFoundError: no such token.
+        """
+        with self._lock:
+            kept = [camera for camera in self._cameras if camera.id != token_id]
+            if len(kept) == len(self._cameras):
+                raise NotFoundError(f"there is no camera token {token_id!r}; GET /api/v1/access lists them")
+            self._write(kept)
+
+    def camera_tokens(self) -> list[dict[str, str]]:
+        """Return the cameras' tokens without their hashes: `id`, `label`, `created`."""
+        with self._lock:
+            return [{"id": c.id, "label": c.label, "created": c.created} for c in self._cameras]
+
+    def camera_token_id(self, token: str) -> str | None:
+        """Return the id of a camera's token, or None where it is wrong or was revoked."""
+        if _same(token, self.own_camera_token):
+            return "own"
+        given = _hash(token)
+        with self._lock:
+            return next((c.id for c in self._cameras if hmac.compare_digest(c.hash, given)), None)
+
+    def _write(self, cameras: list[CameraToken]) -> None:
+        value = {"format_version": 1, "cameras": [asdict(camera) for camera in cameras]}
+        with write_atomically(self._file) as file:
+            file.write(json.dumps(value, indent=2).encode())
+        self._file.chmod(0o600)
+        self._cameras = cameras
+
+
+def _read(file: Path) -> list[CameraToken]:
+    if not file.exists():
+        return []
+    try:
+        value: dict[str, Any] = json.loads(file.read_text(encoding="utf-8"))
+        return [
+            CameraToken(**{key: str(camera[key]) for key in CameraToken.__annotations__})
+            for camera in value["cameras"]
+        ]
+    except (OSError, ValueError, KeyError, TypeError) as error:
+        raise StudioError(
+            f"{file} cannot be read ({error!r}); mend it, or delete it and pair the cameras again"
+        ) from error
+
+
+def _hash(token: str) -> str:
+    return hashlib.sha256(token.encode()).hexdigest()
+
+
+def _same(given: str, right: str) -> bool:
+    return bool(given) and hmac.compare_digest(given.encode(), right.encode())

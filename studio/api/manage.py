@@ -1,0 +1,110 @@
+"""Routes that look after takes: their slate, the trash, and takes as one file."""
+
+import tempfile
+from pathlib import Path
+from typing import Annotated, Any
+
+from fastapi import APIRouter, Request
+from fastapi.responses import FileResponse
+from pydantic import Field
+from starlette.concurrency import run_in_threadpool
+
+from studio.api.errors import RESPONSES
+from studio.api.find import Finder
+from studio.api.stage import Request as Body
+from studio.api.work import bundle_work, unbundle_work
+from studio.engine.errors import FormatError
+from studio.take.bundle import ENDING, MAX_BYTES
+from studio.take.names import inside
+from studio.take.sessions import take_info, take_path
+from studio.take.slate import Slate, change_slate
+from studio.take.take import check_free
+from studio.take.trash import Thrown, empty_trash, list_trash, restore, throw_away
+from studio.worker import run_in_process
+
+
+class SlateRequest(Body):
+    """Changes to a take; what is left out stays."""
+
+    session: str | None = Field(None, examples=["monday"])
+    name: str | None = Field(None, examples=["jump_best"])
+    performer: str | None = None
+    notes: str | None = None
+    rating: Annotated[int | None, Field(ge=0, le=5, description="0: none")] = None
+    starred: bool | None = None
+
+
+def manage_router(sessions: Path, finder: Finder) -> APIRouter:
+    """Return the routes that look after the takes in `sessions`."""
+    router = APIRouter(prefix="/api/v1", tags=["takes"], responses=RESPONSES)
+
+    @router.patch("/takes/{session}/{take}")
+    def change(session: str, take: str, request: SlateRequest) -> dict[str, Any]:
+        """Change a take's names, performer, notes, rating or star; answers its line of the list."""
+        finder.take(session, take)
+        changed = change_slate(sessions, session, take, Slate(**request.model_dump()))
+        return finder.line(take_info(changed.path))
+
+    @router.delete("/takes/{session}/{take}")
+    def throw(session: str, take: str) -> Thrown:
+        """Move a take to the trash; answers its place there."""
+        finder.take(session, take)
+        return throw_away(sessions, session, take)
+
+    @router.get("/trash", tags=["trash"])
+    def get_trash() -> list[Thrown]:
+        """What is in the trash, the newest first."""
+        return list_trash(sessions)
+
+    @router.post("/trash/{trash_id}/restore", tags=["trash"])
+    def put_back(trash_id: str) -> dict[str, Any]:
+        """Put a take back, under another name where its own is taken by now; answers its line of the list."""
+        session, name = restore(sessions, trash_id)
+        return finder.line(take_info(take_path(sessions, session, name)))
+
+    @router.delete("/trash/{trash_id}", tags=["trash"])
+    def delete_one(trash_id: str) -> dict[str, int]:
+        """Delete one take of the trash for good."""
+        return {"deleted": empty_trash(sessions, trash_id)}
+
+    @router.delete("/trash", tags=["trash"])
+    def delete_all() -> dict[str, int]:
+        """Delete all that is in the trash for good."""
+        return {"deleted": empty_trash(sessions)}
+
+    @router.get("/takes/{session}/{take}/file", response_class=FileResponse)
+    def get_file(session: str, take: str) -> FileResponse:
+        """Download a take as one file, raw frames, calibrations and solves; it is kept in `exports/` meanwhile."""
+        opened = finder.take(session, take)
+        out = inside(opened.path / "exports", f"{take}{ENDING}")
+        run_in_process(bundle_work, opened.path, out)
+        return FileResponse(out, filename=out.name, media_type="application/zip")
+
+    @router.post("/takes/{session}/{take}/file", status_code=201)
+    async def put_file(session: str, take: str, request: Request) -> dict[str, Any]:
+        """Make a new take of one file, which is the request's body."""
+        path = take_path(sessions, session, take)
+        check_free(path)
+        sessions.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryDirectory(prefix=".upload-", dir=sessions) as folder:
+            file = Path(folder) / "upload.zip"
+            await _receive(request, file)
+            await run_in_threadpool(run_in_process, unbundle_work, file, path)
+        return finder.line(await run_in_threadpool(take_info, path))
+
+    return router
+
+
+async def _receive(request: Request, file: Path) -> None:
+    """Write a request's body to a file, piece by piece.
+
+    Raises:
+        FormatError: it is larger than a take may be.
+    """
+    size = 0
+    with file.open("wb") as target:
+        async for piece in request.stream():
+            size += len(piece)
+            if size > MAX_BYTES:
+                raise FormatError(f"the file is larger than {MAX_BYTES >> 30} GB")
+            await run_in_threadpool(target.write, piece)

@@ -1,0 +1,119 @@
+"""The real program opened to the network: an operator signs in with a browser, a camera pairs, all encrypted."""
+
+import os
+import re
+import shutil
+import signal
+import ssl
+import subprocess
+import sys
+from contextlib import contextmanager
+
+import httpx
+import pytest
+
+from tests.web.browser import chromium_browser, quiet_page
+
+
+@contextmanager
+def open_program(sessions, *arguments):
+    """`studio serve` on all addresses; yields address, operator token, camera token, warnings."""
+    command = [sys.executable, "-m", "studio", "serve", "--host", "0.0.0.0", "--port", "0"]
+    errors = sessions.parent / "serve.log"
+    with (
+        errors.open("w") as log,
+        subprocess.Popen(
+            [*command, "--sessions", str(sessions), *arguments], stdout=subprocess.PIPE, stderr=log, text=True
+        ) as program,
+    ):
+        lines = [program.stdout.readline() for _ in range(3)]
+        try:
+            address = re.search(r"(https?://)0\.0\.0\.0(:\d+)", lines[0])
+            assert address, (lines, errors.read_text())
+            yield f"{address[1]}127.0.0.1{address[2]}", lines[1].split()[-1], lines[2].split()[-1], errors
+        finally:
+            program.send_signal(signal.SIGINT)
+            assert program.wait(timeout=30) == 0
+
+
+def test_an_operator_signs_in_with_a_browser(tmp_path):
+    with open_program(tmp_path / "sessions") as (url, operator, _, errors), chromium_browser() as browser:
+        assert "--tls-cert" in errors.read_text()
+        with quiet_page(browser) as page:
+            page.goto(url)
+            page.wait_for_url("**/signin?next=/")
+            page.fill("#token", operator)
+            page.click("button[type=submit]")
+            page.wait_for_url(f"{url}/")
+            page.wait_for_selector("body[data-connection=open]")
+            page.fill("#camera-label", "laptop")
+            page.click("text=Pair cameras")
+            command = page.inner_text(".secret code")
+            assert f"--server {url} --token " in command
+            assert "2 camera tokens" in page.inner_text("#access-count")
+        page = browser.new_page()
+        page.goto(f"{url}/signin?next=//elsewhere.example/")
+        page.fill("#token", "wrong")
+        page.click("button[type=submit]")
+        page.wait_for_selector("#problem:not([hidden])")
+        assert "not the operator's token" in page.inner_text("#problem")
+        page.fill("#token", operator)
+        page.click("button[type=submit]")
+        page.wait_for_url(f"{url}/")
+
+
+def test_encrypted(tmp_path):
+    if shutil.which("openssl") is None:
+        pytest.skip("no openssl on this machine to make a certificate")
+    certificate, key = tmp_path / "cert.pem", tmp_path / "key.pem"
+    subprocess.run(
+        [
+            "openssl", "req", "-x509", "-newkey", "rsa:2048", "-nodes", "-days", "2", "-subj", "/CN=studio",
+            "-addext", "subjectAltName=IP:127.0.0.1", "-keyout", key, "-out", certificate,
+        ],
+        check=True, capture_output=True,
+    )  # fmt: skip
+    files = ("--tls-cert", str(certificate), "--tls-key", str(key))
+    with open_program(tmp_path / "sessions", *files) as (url, operator, token, errors):
+        assert "--tls-cert" not in errors.read_text()
+        trusted = ssl.create_default_context(cafile=certificate)
+        headers = {"Authorization": f"Bearer {operator}"}
+        with httpx.Client(base_url=f"{url}/api/v1/", verify=trusted, headers=headers) as client:
+            command = [
+                sys.executable, "-m", "studio", "camera", "--source", "simulated:0/1", "--server", url,
+                "--token", token, "--spool", str(tmp_path / "spool"),
+            ]  # fmt: skip
+            trusting = {**os.environ, "SSL_CERT_FILE": str(certificate)}
+            with subprocess.Popen(command, stdout=subprocess.DEVNULL, env=trusting) as camera:
+                try:
+                    cameras = {}
+                    while not any(c["frames"] > 5 for c in cameras.values()):
+                        assert camera.poll() is None
+                        cameras = client.get("status").json()["cameras"]
+                finally:
+                    camera.terminate()
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["--tls-cert", "cert.pem"], "belong together"),
+        (["--tls-cert", "missing.pem", "--tls-key", "missing.pem"], "PEM files"),
+    ],
+)
+def test_wrong_certificates_are_said(tmp_path, arguments, words):
+    command = [
+        sys.executable,
+        "-m",
+        "studio",
+        "serve",
+        "--port",
+        "0",
+        "--sessions",
+        str(tmp_path),
+        *arguments,
+    ]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=60)
+    assert done.returncode in (1, 2)
+    assert words in done.stderr
+    assert len(done.stderr.strip().splitlines()) == 1

@@ -1,0 +1,90 @@
+"""Routes that look after takes and measure solves."""
+
+import pytest
+
+from studio.take.take import Take
+from tests.api.test_routes import assert_error, finished_job, recorded, studio  # noqa: F401
+
+
+def test_a_slate_is_changed(recorded):  # noqa: F811
+    answer = recorded.http.patch(
+        "/takes/tests/one", json={"name": "best", "rating": 5, "notes": "n", "starred": True}
+    )
+    assert answer.status_code == 200
+    line = answer.json()
+    assert (line["id"], line["rating"], line["notes"], line["starred"]) == ("tests/best", 5, "n", True)
+    assert recorded.http.get("/takes").json() == [line]
+    assert_error(recorded.http.patch("/takes/tests/one", json={"rating": 1}), 404, "not_found")
+    assert_error(recorded.http.patch("/takes/tests/best", json={"rating": 6}), 422, "invalid_request")
+    assert_error(recorded.http.patch("/takes/tests/best", json={"name": "../x"}), 409, "take")
+
+
+def test_the_trash(recorded):  # noqa: F811
+    thrown = recorded.http.delete("/takes/tests/one").json()
+    assert recorded.http.get("/takes").json() == []
+    assert recorded.http.get("/trash").json() == [thrown]
+    line = recorded.http.post(f"/trash/{thrown['id']}/restore").json()
+    assert recorded.http.get("/takes").json() == [line]
+    assert_error(recorded.http.post(f"/trash/{thrown['id']}/restore"), 409, "take")
+    recorded.http.delete("/takes/tests/one").raise_for_status()
+    assert recorded.http.delete("/trash").json() == {"deleted": 1}
+    assert recorded.http.get("/trash").json() == []
+
+
+def test_what_is_being_recorded_stays(recorded):  # noqa: F811
+    recorded.http.post("/record/start", json={"session": "tests", "take": "two"}).raise_for_status()
+    for answer in (
+        recorded.http.delete("/takes/tests/two"),
+        recorded.http.patch("/takes/tests/two", json={"name": "three"}),
+        recorded.http.get("/takes/tests/two/file"),
+    ):
+        assert_error(answer, 409, "take", "being recorded")
+    recorded.http.post("/record/stop").raise_for_status()
+
+
+def test_a_take_as_one_file(recorded):  # noqa: F811
+    file = recorded.http.get("/takes/tests/one/file")
+    assert "one.take.zip" in file.headers["content-disposition"]
+    answer = recorded.http.post("/takes/other/copy/file", content=file.content)
+    assert answer.status_code == 201, answer.text
+    assert answer.json()["solves"] == ["live"]
+    copy, first = (Take.open(recorded.sessions / path) for path in ("other/copy", "tests/one"))
+    assert copy.raw_path.read_bytes() == first.raw_path.read_bytes()
+    assert_error(recorded.http.post("/takes/other/copy/file", content=file.content), 409, "take", "not empty")
+    assert_error(recorded.http.post("/takes/other/b/file", content=file.content[:900]), 422, "format")
+    assert not [path for path in recorded.sessions.iterdir() if path.name.startswith(".upload")]
+
+
+def test_solves_are_compared_and_measured(recorded):  # noqa: F811
+    finished_job(recorded, recorded.http.post("/takes/tests/one/solves", json={"preset": "raw"}).json())
+    same = recorded.http.get("/takes/tests/one/compare", params={"a": "live", "b": "live"}).json()
+    assert same["max_mm"] < 1e-6
+    other = recorded.http.get("/takes/tests/one/compare", params={"a": "live", "b": "raw"}).json()
+    assert other["mean_mm"] > 0
+    assert other["worst"][0]["mm"] == pytest.approx(other["max_mm"])
+    assert_error(
+        recorded.http.get("/takes/tests/one/compare", params={"a": "x", "b": "raw"}), 404, "not_found"
+    )
+    evaluate = {"reference": "truth.csv", "solves": ["live"]}
+    assert_error(
+        recorded.http.post("/takes/tests/one/evaluate", json=evaluate), 404, "not_found", "send it first"
+    )
+    rows = "".join(f"{i / 30},0,0,1,{i / 900},0,1.5\n" for i in range(90))
+    header = "time_s,hips_x,hips_y,hips_z,head_x,head_y,head_z\n"
+    sent = recorded.http.put("/takes/tests/one/references/truth.csv", content=header + rows)
+    assert sent.status_code == 201
+    assert recorded.http.get("/takes/tests/one/references").json() == ["truth.csv"]
+    found = recorded.http.post("/takes/tests/one/evaluate", json=evaluate).json()
+    assert set(found["solves"]) == {"live"}
+    assert found["solves"]["live"]["matched_joints"] == ["hips", "head"]
+
+
+@pytest.mark.parametrize("name", ["x.exe", "..%2f..%2fx.csv", ".hidden.csv", "take.json"])
+def test_references_of_other_names(recorded, name):  # noqa: F811
+    assert recorded.http.put(f"/takes/tests/one/references/{name}", content=b"x").status_code in (
+        404,
+        405,
+        409,
+        422,
+    )
+    assert not (Take.open(recorded.sessions / "tests/one").path / "references").exists()
