@@ -2,6 +2,7 @@
 
 import pytest
 
+from studio.engine.poses import Poses
 from studio.take.take import Take
 from tests.api.test_routes import assert_error, finished_job, recorded, studio  # noqa: F401
 
@@ -69,14 +70,17 @@ def test_solves_are_compared_and_measured(recorded):  # noqa: F811
     assert_error(
         recorded.http.post("/takes/tests/one/evaluate", json=evaluate), 404, "not_found", "send it first"
     )
-    rows = "".join(f"{i / 30},0,0,1,{i / 900},0,1.5\n" for i in range(90))
-    header = "time_s,hips_x,hips_y,hips_z,head_x,head_y,head_z\n"
+    start_s = Poses.load(recorded.sessions / "tests/one/solves/live/poses.npz").time_s[0]
+    rows = "".join(f"{start_s - 1 + i / 30},0,0,1,{i / 900},0,1.5,0.2,0,{1 + i / 900}\n" for i in range(120))
+    header = "time_s,hips_x,hips_y,hips_z,head_x,head_y,head_z,left_wrist_x,left_wrist_y,left_wrist_z\n"
     sent = recorded.http.put("/takes/tests/one/references/truth.csv", content=header + rows)
     assert sent.status_code == 201
     assert recorded.http.get("/takes/tests/one/references").json() == ["truth.csv"]
-    found = recorded.http.post("/takes/tests/one/evaluate", json=evaluate).json()
+    answer = recorded.http.post("/takes/tests/one/evaluate", json=evaluate)
+    assert answer.status_code == 200, answer.text
+    found = answer.json()
     assert set(found["solves"]) == {"live"}
-    assert found["solves"]["live"]["matched_joints"] == ["hips", "head"]
+    assert found["solves"]["live"]["matched_joints"] == ["hips", "head", "left_wrist"]
 
 
 @pytest.mark.parametrize("name", ["x.exe", "..%2f..%2fx.csv", ".hidden.csv", "take.json"])
