@@ -1,6 +1,6 @@
 """Writing a take while it is recorded, on a thread of its own: nothing is dropped, the engine never waits.
 
-What is written is waited for on the disk every quarter of a second; then `on_synced` hears of it, and the clients
+What is written is waited for on the disk eight times a second; then `on_synced` hears of it, and the clients
 are told that they need not keep those frames any longer.
 """
 
@@ -25,7 +25,7 @@ from studio.wire import ENDED, Ack, Hello
 
 _log = logging.getLogger(__name__)
 
-FLUSH_S = 0.25
+FLUSH_S = 0.12
 """A crash loses at most this much of a recording, and the clients send it again."""
 
 RESERVE_BYTES = 32 * 1024 * 1024

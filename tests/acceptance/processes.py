@@ -1,0 +1,242 @@
+"""Real servers and camera clients as processes that can be killed, and a link between them that can be cut."""
+
+import socket
+import subprocess
+import sys
+import threading
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import httpx
+
+from studio.take.raw import RawFrame, read_raw
+
+START_S = 120.0
+
+
+def wait_until(happened: Callable[[], Any], what: str, timeout_s: float = START_S) -> Any:
+    """Return what `happened` returns once that is true; a server that does not answer is waited for."""
+    end = time.monotonic() + timeout_s
+    while True:
+        try:
+            if value := happened():
+                return value
+        except httpx.HTTPError:
+            pass
+        assert time.monotonic() < end, f"waited {timeout_s:.0f} s in vain until {what}"
+        time.sleep(0.05)
+
+
+def free_port() -> int:
+    """A port that nothing listens on."""
+    with socket.socket() as probe:
+        probe.bind(("127.0.0.1", 0))
+        return probe.getsockname()[1]
+
+
+class ServerProcess:
+    """`studio serve` on a folder of sessions, which can be killed and started again."""
+
+    def __init__(self, sessions: Path) -> None:
+        self.sessions = sessions
+        self.port = free_port()
+        self.http = httpx.Client(base_url=f"http://127.0.0.1:{self.port}/api/v1", timeout=60.0)
+        self._log = sessions.with_suffix(".log")
+        self.process: subprocess.Popen[bytes] | None = None
+
+    @property
+    def url(self) -> str:
+        return f"http://127.0.0.1:{self.port}"
+
+    def start(self) -> None:
+        """Start it and wait until it answers."""
+        command = [sys.executable, "-m", "studio", "serve", "--port", str(self.port)]
+        with self._log.open("a") as log:
+            self.process = subprocess.Popen(
+                [*command, "--sessions", str(self.sessions)], stdout=log, stderr=subprocess.STDOUT
+            )
+        wait_until(self._answers, "the server answers")
+
+    def _answers(self) -> bool:
+        assert self.process is not None and self.process.poll() is None, self._log.read_text()
+        return self.http.get("/status").status_code == 200
+
+    def kill(self) -> int:
+        """Kill it without a warning; return when, on the server's clock [ns]."""
+        assert self.process is not None
+        self.process.kill()
+        now = time.monotonic_ns()
+        self.process.wait()
+        return now
+
+    def close(self) -> None:
+        """End it as a user would."""
+        self.http.close()
+        if self.process is not None and self.process.poll() is None:
+            self.process.terminate()
+            assert self.process.wait(60) == 0, self._log.read_text()
+
+    def status(self) -> dict[str, Any]:
+        return self.http.get("/status").json()
+
+    def record(self, name: str) -> Path:
+        """Begin a take; return its folder."""
+        answer = self.http.post("/record/start", json={"session": "tests", "take": name})
+        assert answer.status_code == 201, answer.text
+        return self.sessions / "tests" / name
+
+    def stop(self) -> dict[str, Any]:
+        answer = self.http.post("/record/stop")
+        assert answer.status_code == 200, answer.text
+        return answer.json()
+
+    def live_cameras(self) -> int:
+        """How many cameras send frames."""
+        return sum(camera["state"] in ("live", "trouble") for camera in self.status()["cameras"].values())
+
+    def kept(self) -> int:
+        """How many frames the clients still keep, as they last said."""
+        return sum(camera["kept_by_client"] or 0 for camera in self.status()["cameras"].values())
+
+
+@contextmanager
+def server_process(sessions: Path) -> Iterator[ServerProcess]:
+    """A server that is running."""
+    sessions.mkdir(parents=True, exist_ok=True)
+    server = ServerProcess(sessions)
+    try:
+        server.start()
+        yield server
+    finally:
+        server.close()
+
+
+class CameraProcess:
+    """`studio camera` with a simulated source, which can be killed and started again."""
+
+    def __init__(self, folder: Path, url: str, index: int, count: int) -> None:
+        self.name = f"camera_{index}"
+        self.spool = folder / f"spool_{index}"
+        self._log = folder / f"camera_{index}.log"
+        self._command = [sys.executable, "-m", "studio", "camera", "--source", f"simulated:{index}/{count}"]
+        self._command += ["--name", self.name, "--server", url, "--spool", str(self.spool)]
+        self.process: subprocess.Popen[bytes] | None = None
+        self.start()
+
+    def start(self) -> None:
+        with self._log.open("a") as log:
+            self.process = subprocess.Popen(self._command, stdout=log, stderr=subprocess.STDOUT)
+
+    def kill(self) -> None:
+        assert self.process is not None
+        self.process.kill()
+        self.process.wait()
+
+    def close(self) -> None:
+        if self.process is not None and self.process.poll() is None:
+            self.process.terminate()
+            assert self.process.wait(60) == 0, self._log.read_text()
+
+
+@contextmanager
+def camera_processes(folder: Path, url: str, count: int) -> Iterator[list[CameraProcess]]:
+    """So many camera clients that are running."""
+    cameras: list[CameraProcess] = []
+    try:
+        for index in range(count):
+            cameras.append(CameraProcess(folder, url, index, count))
+        yield cameras
+    finally:
+        for camera in cameras:
+            camera.close()
+
+
+class Proxy:
+    """Passes TCP connections on to a port, until it is cut; then nothing is passed, nor are ends of connections."""
+
+    def __init__(self, target: int) -> None:
+        self._target = target
+        self._cut = threading.Event()
+        self._sockets: list[socket.socket] = []
+        self._lock = threading.Lock()
+        self._listener = socket.create_server(("127.0.0.1", 0))
+        self.port = self._listener.getsockname()[1]
+        threading.Thread(target=self._accept, daemon=True).start()
+
+    def cut(self, *, silently: bool) -> None:
+        """Break all connections, noticed by both ends or (`silently`) by none, and let no new one through."""
+        self._cut.set()
+        if not silently:
+            self._close_all()
+
+    def mend(self) -> None:
+        """Let new connections through again; those that were cut are gone."""
+        self._close_all()
+        self._cut.clear()
+
+    def close(self) -> None:
+        self._listener.close()
+        self._close_all()
+
+    def _close_all(self) -> None:
+        with self._lock:
+            for each in self._sockets:
+                try:
+                    each.shutdown(socket.SHUT_RDWR)
+                except OSError:
+                    pass
+                each.close()
+            self._sockets.clear()
+
+    def _accept(self) -> None:
+        while True:
+            try:
+                client, _ = self._listener.accept()
+            except OSError:
+                return
+            if self._cut.is_set():
+                client.close()
+                continue
+            try:
+                server = socket.create_connection(("127.0.0.1", self._target))
+            except OSError:
+                client.close()
+                continue
+            with self._lock:
+                self._sockets += [client, server]
+            for pair in ((client, server), (server, client)):
+                threading.Thread(target=self._pass, args=pair, daemon=True).start()
+
+    def _pass(self, source: socket.socket, target: socket.socket) -> None:
+        try:
+            while data := source.recv(65536):
+                if self._cut.is_set():
+                    return  # swallowed, as by a cable that was pulled
+                target.sendall(data)
+            if not self._cut.is_set():
+                target.shutdown(socket.SHUT_WR)
+        except OSError:
+            return
+
+
+def sequences(raw: Path) -> dict[tuple[str, str], list[int]]:
+    """Numbers of the frames on disk, by camera and start of its client, in file order."""
+    found: dict[tuple[str, str], list[int]] = {}
+    for record in read_raw(raw):
+        if isinstance(record, RawFrame):
+            found.setdefault((record.camera, record.boot_id), []).append(record.message.sequence)
+    return found
+
+
+def check_nothing_lost(raw: Path) -> int:
+    """Assert that no frame is missing between those on disk, and none is there twice; return how many there are."""
+    total = 0
+    for key, numbers in sequences(raw).items():
+        assert len(numbers) == len(set(numbers)), f"{key}: {len(numbers) - len(set(numbers))} frames twice"
+        missing = set(range(min(numbers), max(numbers) + 1)) - set(numbers)
+        assert not missing, f"{key}: {len(missing)} frames missing, such as {sorted(missing)[:5]}"
+        total += len(numbers)
+    return total

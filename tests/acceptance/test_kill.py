@@ -1,0 +1,117 @@
+"""kill -9 of the server, and of clients, in the middle of takes: nothing is lost, and the take goes on."""
+
+import random
+import time
+from pathlib import Path
+
+import pytest
+
+from studio.engine.poses import Poses
+from studio.engine.settings import preset
+from studio.replay import solve_take
+from studio.take.doctor import check_takes
+from studio.take.raw import RawEvent, RawFrame, inspect_raw, read_raw
+from studio.take.take import Take
+from tests.acceptance.processes import (
+    ServerProcess,
+    camera_processes,
+    check_nothing_lost,
+    sequences,
+    server_process,
+    wait_until,
+)
+
+CAMERAS = 2
+ON_DISK_NS = 500_000_000
+
+
+def age_of_newest_ns(raw: Path, killed_ns: int) -> int:
+    """How old the newest frame on disk was when the server was killed [ns]."""
+    return killed_ns - max((r.arrival_ns for r in read_raw(raw) if isinstance(r, RawFrame)), default=0)
+
+
+def kill_within_take(server: ServerProcess, name: str, seconds: float) -> tuple[Path, float]:
+    """Record, kill, start again, let the clients fill the gap, stop; return the take and what was missing [s]."""
+    path = server.record(name)
+    time.sleep(seconds)
+    killed_ns = server.kill()
+    missing_s = age_of_newest_ns(path / "raw.mcap", killed_ns) * 1e-9 if seconds > 0.5 else 0.0
+    server.start()
+    recording = server.status()["recording"]
+    assert recording["active"] and recording["take"] == name and len(recording["restarts"]) == 1
+    wait_until(lambda: server.live_cameras() == CAMERAS, "the cameras are back")
+    wait_until(lambda: not server.status()["recording"]["missing_frames"], "the gap is filled")
+    assert "filled by the cameras" in server.status()["recording"]["notice"]
+    assert server.stop()["problem"] == ""
+    return path, missing_s
+
+
+def run_kills(tmp_path: Path, count: int, longest_s: float) -> None:
+    rng = random.Random(5)
+    worst_s = 0.0
+    with (
+        server_process(tmp_path / "sessions") as server,
+        camera_processes(tmp_path, server.url, CAMERAS) as cameras,
+    ):
+        wait_until(lambda: server.live_cameras() == CAMERAS, "the cameras send")
+        for k in range(count):
+            path, missing_s = kill_within_take(server, f"take_{k}", rng.uniform(0.0, longest_s))
+            worst_s = max(worst_s, missing_s)
+            wait_until(lambda: server.kept() == 0, "nothing is owed")
+            assert missing_s * 1e9 <= ON_DISK_NS, f"{missing_s:.3f} s were not on the disk"
+            assert check_nothing_lost(path / "raw.mcap") > 0 and inspect_raw(path / "raw.mcap").complete
+            assert Take.open(path).meta["recording"] == "done"
+        wait_until(
+            lambda: not any(list(camera.spool.glob("*.spool"))[1:] for camera in cameras), "no old spool"
+        )
+    print(f"{count} kills; at most {worst_s:.3f} s were not on the disk")
+    assert [f for f in check_takes(tmp_path / "sessions") if "torn" not in f.problem] == []
+
+
+@pytest.mark.timeout(600)
+def test_kill_at_random_moments(tmp_path: Path) -> None:
+    run_kills(tmp_path, 3, 2.0)
+
+
+@pytest.mark.long
+@pytest.mark.timeout(5400)
+def test_kill_at_50_random_moments(tmp_path: Path) -> None:
+    run_kills(tmp_path, 50, 4.0)
+
+
+@pytest.mark.timeout(300)
+def test_a_killed_client_delivers_with_its_next_start_and_as_live_is_equal(tmp_path: Path) -> None:
+    """The server and a client are killed at once: the client's next start brings what the first one kept."""
+    with (
+        server_process(tmp_path / "sessions") as server,
+        camera_processes(tmp_path, server.url, CAMERAS) as cameras,
+    ):
+        wait_until(lambda: server.live_cameras() == CAMERAS, "the cameras send")
+        wait_until(lambda: server.status()["pipeline"]["rate_hz"] > 10, "poses come")
+        path = server.record("both")
+        time.sleep(1.5)
+        server.kill()
+        before = sequences(path / "raw.mcap")
+        time.sleep(1.0)
+        cameras[0].kill()
+        cameras[0].start()
+        server.start()
+        wait_until(lambda: server.live_cameras() == CAMERAS, "the cameras are back")
+        wait_until(lambda: not server.status()["recording"]["missing_frames"], "the gap is filled")
+        wait_until(lambda: server.status()["pipeline"]["rate_hz"] > 10, "poses come again")
+        assert server.stop()["poses"] > 0
+        wait_until(lambda: server.kept() == 0, "nothing is owed")
+    raw = path / "raw.mcap"
+    check_nothing_lost(raw)
+    after = sequences(raw)
+    assert len([key for key in after if key[0] == "camera_0"]) == 2
+    (first,) = (key for key in before if key[0] == "camera_0")
+    assert max(after[first]) >= max(before[first]) + 20  # what it took while the server was away
+    kinds = [r.event["type"] for r in read_raw(raw) if isinstance(r, RawEvent)]
+    assert kinds.count("restart") == 1 and kinds.count("stopped") == 1
+    take = Take.open(path)
+    solve_take(take, preset("studio"), name="again", as_live=True)
+    live, again = (Poses.load(take.solve_folder(name) / "poses.npz") for name in ("live", "again"))
+    assert live.time_s.tobytes() == again.time_s.tobytes()
+    assert live.positions_m.tobytes() == again.positions_m.tobytes()
+    assert live.rotations_wxyz.tobytes() == again.rotations_wxyz.tobytes()

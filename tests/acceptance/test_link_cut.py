@@ -1,0 +1,86 @@
+"""The link is cut within takes, noticed or unnoticed, also while the take ends: nothing is lost, nothing twice."""
+
+import random
+import time
+from pathlib import Path
+
+import pytest
+
+from studio.take.raw import RawEvent, RawFrame, read_raw
+from tests.acceptance.processes import (
+    Proxy,
+    ServerProcess,
+    camera_processes,
+    check_nothing_lost,
+    server_process,
+    wait_until,
+)
+
+CAMERAS = 2
+PERIOD_S = 1 / 30
+
+
+def cut_within_take(server: ServerProcess, proxy: Proxy, cuts_s: list[float], rng: random.Random) -> Path:
+    """Record while the link is cut for so long each time; return the take, whole."""
+    path = server.record("cut")
+    for seconds in cuts_s:
+        time.sleep(rng.uniform(0.3, 1.0))
+        proxy.cut(silently=rng.random() < 0.5)
+        time.sleep(seconds)
+        proxy.mend()
+        wait_until(lambda: server.live_cameras() == CAMERAS, "the cameras are back")
+        wait_until(lambda: not server.status()["recording"]["missing_frames"], "the gap is filled")
+    time.sleep(0.5)
+    server.stop()
+    wait_until(lambda: server.kept() == 0, "nothing is owed")
+    return path
+
+
+def run_cuts(tmp_path: Path, cuts_s: list[float]) -> None:
+    with server_process(tmp_path / "sessions") as server:
+        proxy = Proxy(server.port)
+        with camera_processes(tmp_path, f"http://127.0.0.1:{proxy.port}", CAMERAS):
+            wait_until(lambda: server.live_cameras() == CAMERAS, "the cameras send")
+            path = cut_within_take(server, proxy, cuts_s, random.Random(3))
+            wait_until(lambda: check_nothing_lost(path / "raw.mcap") > 0, "the take is whole")
+            late = sum(r.late for r in read_raw(path / "raw.mcap") if isinstance(r, RawFrame))
+            print(
+                f"{len(cuts_s)} cuts: {check_nothing_lost(path / 'raw.mcap')} frames, {late} of them came late"
+            )
+            assert late > 0
+            ended_while_cut(server, proxy)
+        proxy.close()
+
+
+def ended_while_cut(server: ServerProcess, proxy: Proxy) -> None:
+    """The link is down when the take is stopped: what was taken until then is filled in afterwards."""
+    path = server.record("ended")
+    time.sleep(1.0)
+    proxy.cut(silently=True)
+    time.sleep(1.5)
+    server.stop()
+    time.sleep(0.5)
+    proxy.mend()
+    wait_until(lambda: server.live_cameras() == CAMERAS, "the cameras are back")
+    wait_until(lambda: server.kept() == 0, "nothing is owed")
+    time.sleep(3.0)  # the take is closed again
+    check_nothing_lost(path / "raw.mcap")
+    records = list(read_raw(path / "raw.mcap"))
+    (stopped,) = (r for r in records if isinstance(r, RawEvent) and r.event["type"] == "stopped")
+    (start, *_) = (r for r in records if isinstance(r, RawEvent) and r.event["type"] == "start")
+    seconds = (stopped.time_ns - start.time_ns) * 1e-9
+    for name in ("camera_0", "camera_1"):
+        count = sum(isinstance(r, RawFrame) and r.camera == name for r in records)
+        assert abs(count * PERIOD_S - seconds) < 0.25, f"{count} frames in {seconds:.2f} s"
+
+
+@pytest.mark.timeout(600)
+def test_link_cut(tmp_path: Path) -> None:
+    run_cuts(tmp_path, [0.5, 2.0, 1.0])
+
+
+@pytest.mark.long
+@pytest.mark.timeout(3600)
+def test_link_cut_20_times(tmp_path: Path) -> None:
+    rng = random.Random(7)
+    run_cuts(tmp_path, [rng.uniform(1.0, 20.0) for _ in range(20)])
