@@ -72,7 +72,7 @@ SCORING: tuple[Performer, ...] = (
               hips=0.98, hand=0.97, finger=0.97, hair="short", sleeve=1.9, looseness_m=0.012, skirt_m=0.02,
               albedo=(0.3, 0.55, 0.1, 0.63, 0.25), seed=92),
     Performer("scoring-heavy", height_m=1.74, girth=1.2, belly=1.35, bust=0.5, legs=0.97, arms=0.97, hips=1.06,
-              hand=1.0, finger=0.92, hair="tail", sleeve=1.6, looseness_m=0.022, skirt_m=0.1,
+              hand=1.01, finger=0.92, hair="tail", sleeve=1.6, looseness_m=0.022, skirt_m=0.1,
               albedo=(0.45, 0.35, 0.2, 0.6, 0.45), seed=93),
     Performer("scoring-tall", height_m=2.1, girth=0.95, legs=1.04, arms=1.05, hand=1.08, finger=1.06, hair="none",
               sleeve=0.8, trouser=1.1, looseness_m=0.018, albedo=(0.65, 0.45, 0.3, 0.55, 0.5), seed=94),

@@ -2,12 +2,19 @@
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.ndimage import gaussian_filter1d
+from scipy.spatial.transform import Rotation
 
 from studio.camera.simulator.depth.bones import BONE, BONES
 from studio.camera.simulator.depth.frame import SIDES
 from studio.engine.joints import INDEX, PARENTS
 
 Array = NDArray[np.float64]
+_SMOOTH_FRAMES = 7.0
+"""How slowly a limb turns about itself, SD in frames of 1/120 s."""
+
+_STRAIGHT = 0.06
+"""Weight of not turning a limb about itself, beside that of a bent joint, 1."""
 
 
 def bone_rotations(
@@ -69,7 +76,7 @@ def _arm(out: Array, side: str, chest: Array, way, turned: Array | None) -> None
         upper = _swung(turned[:, INDEX[f"{side}_shoulder"]], *upper_way)
         fore = _swung(turned[:, INDEX[f"{side}_elbow"]], *fore_way)
         hand = _swung(turned[:, INDEX[f"{side}_wrist"]], *way(f"{side}_wrist", f"{side}_hand"))
-        start = _swung(_between(start, upper, 0.3), *upper_way)
+        start = _swung(_between(chest, upper, 0.5), *upper_way)
     out[:, BONE[f"{side}_upper_arm"]] = start
     out[:, BONE[f"{side}_upper_arm_end"]] = upper
     out[:, BONE[f"{side}_forearm"]] = fore
@@ -87,6 +94,7 @@ def _leg(out: Array, side: str, pelvis: Array, way, turned: Array | None) -> Non
         foot = _swung(shin, *foot_way)
     else:
         thigh = _swung(turned[:, INDEX[f"{side}_hip"]], *thigh_way)
+        start = _swung(_between(pelvis, thigh, 0.5), *thigh_way)
         shin = _swung(turned[:, INDEX[f"{side}_knee"]], *shin_way)
         foot = _swung(turned[:, INDEX[f"{side}_ankle"]], *foot_way)
     out[:, BONE[f"{side}_thigh"]] = start
@@ -123,8 +131,6 @@ def _swung(rotation: Array, rest: Array, now: Array) -> Array:
 
 def _between(first: Array, second: Array, share: float) -> Array:
     """Rotations a share of the way from the first to the second, shape (F, 3, 3)."""
-    from scipy.spatial.transform import Rotation
-
     way = Rotation.from_matrix(np.swapaxes(first, -1, -2) @ second).as_rotvec()
     return first @ Rotation.from_rotvec(share * way).as_matrix()
 
@@ -139,19 +145,15 @@ def _hinged(start: Array, upper: tuple[Array, Array], lower: tuple[Array, Array]
     bent = np.linalg.norm(aside, axis=-1)
     have = start @ bends_to
     angle = np.arctan2((np.cross(have, aside) * along).sum(-1), (have * aside).sum(-1))
-    angle = np.unwrap(angle)
-    weight = np.clip((bent - 0.12) / 0.25, 0.0, 1.0)
-    angle = _smoothly(angle, weight)
-    from scipy.spatial.transform import Rotation
-
+    angle = _smoothly(angle, np.clip((bent - 0.12) / 0.25, 0.0, 1.0))
     return Rotation.from_rotvec(along * angle[:, None]).as_matrix() @ start
 
 
 def _smoothly(angle: Array, weight: Array) -> Array:
     """An angle that follows where its weight is high and is drawn to zero, slowly, where it is low."""
-    from scipy.ndimage import gaussian_filter1d
-
-    sigma = 8.0
-    top = gaussian_filter1d(angle * (weight + 1e-6), sigma, mode="nearest")
-    below = gaussian_filter1d(weight + 0.02, sigma, mode="nearest")
-    return top / below
+    direction = weight * np.exp(1j * angle) + _STRAIGHT
+    parts = [
+        gaussian_filter1d(part, _SMOOTH_FRAMES, mode="nearest") for part in (direction.real, direction.imag)
+    ]
+    steady = np.unwrap(np.arctan2(parts[1], parts[0]))
+    return gaussian_filter1d(steady, _SMOOTH_FRAMES, mode="nearest")

@@ -2,7 +2,6 @@
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import zoom
 
 from studio.camera.simulator.depth.sensors import Sensor, StructuredLight
 from studio.camera.simulator.depth.view import Image32, View
@@ -10,6 +9,9 @@ from studio.engine.compiled import compiled
 
 _BLOB_PX = 7
 """Holes and noise that others' patterns cause come in patches of about this size."""
+
+_FAR_PX = 97
+"""Numbers that many columns apart have nothing to do with each other."""
 
 DISTURBED: tuple[float, ...] = (0.004, 0.014, 0.05, 0.38)
 """Share of an image at 2.5 m that has no reading, by the number of structured-light cameras: one to three are usable,
@@ -39,8 +41,8 @@ def measure(sensor: Sensor, view: View, rng: np.random.Generator, cameras: int) 
         np.array([sensor.camera.fx * family.baseline_m, family.disparity_noise_px * (1 + 0.1 * level),
                   family.disparity_step_px, family.edge_noise_px, DISTURBED[level], *sensor.range_m]),
         noise,
-        rng.standard_normal((2, *shape), dtype=np.float32),
-        _quantiles(_patches(rng, shape, _BLOB_PX)),
+        rng.standard_normal(shape, dtype=np.float32),
+        _quantiles(_patches(rng, shape, _BLOB_PX)) if family.disturbed else np.ones(shape, np.float32),
         rng.random(shape, dtype=np.float32),
     )  # fmt: skip
 
@@ -48,9 +50,26 @@ def measure(sensor: Sensor, view: View, rng: np.random.Generator, cameras: int) 
 def _patches(rng: np.random.Generator, shape: tuple[int, ...], size: int) -> Image32:
     """Smooth noise of SD about 1 with patches of a size [pixels]."""
     coarse = rng.standard_normal((shape[0] // size + 3, shape[1] // size + 3), dtype=np.float32)
-    top, left = rng.integers(0, size, 2)
-    fine = zoom(coarse, size, order=1)[top : top + shape[0], left : left + shape[1]]
-    return fine * np.float32(1.5)
+    return _bilinear(coarse, shape[0], shape[1], size, *rng.random(2))
+
+
+@compiled
+def _bilinear(coarse: Image32, height: int, width: int, size: int, down: float, right: float) -> Image32:
+    """Values between those of a coarse grid, brought back to an SD of about 1, moved by a part of its cell."""
+    out = np.empty((height, width), np.float32)
+    for row in range(height):
+        y = row / size + down
+        i = int(y)
+        v = np.float32(y - i)
+        for column in range(width):
+            x = column / size + right
+            j = int(x)
+            u = np.float32(x - j)
+            top = (1 - u) * coarse[i, j] + u * coarse[i, j + 1]
+            out[row, column] = 1.5 * (
+                (1 - v) * top + v * ((1 - u) * coarse[i + 1, j] + u * coarse[i + 1, j + 1])
+            )
+    return out
 
 
 def _quantiles(patches: Image32) -> Image32:
@@ -65,7 +84,7 @@ def _measure(
     albedo: Image32,
     family: NDArray[np.float64],
     noise: Image32,
-    aside: NDArray[np.float32],
+    aside: Image32,
     blobs: Image32,
     chance: Image32,
 ) -> NDArray[np.uint16]:
@@ -82,8 +101,8 @@ def _measure(
             if place > reached + 0.5:
                 continue  # in the shadow of something nearer to its right
             reached = min(reached, place)
-            i = round(row + edge_px * aside[0, row, column])
-            j = round(column + edge_px * aside[1, row, column])
+            i = round(row + edge_px * aside[row, column])
+            j = round(column + edge_px * aside[row, (column + _FAR_PX) % width])
             i, j = min(max(i, 0), height - 1), min(max(j, 0), width - 1)
             if abs(depth[i, j] - z) > 0.05:
                 z = depth[i, j]  # an edge is seen a little aside

@@ -82,7 +82,7 @@ def _measure(
                     signal = 0.5 * signal
             if signal < least * (0.7 + 0.6 * draw):
                 continue
-            angle = min(np.arccos(min(cos, 1.0)), 1.45)
+            angle = min(np.arccos(min(cos, np.float32(1.0))), 1.45)
             sd = c0 + c1 * z + c2 * z * z + grazing * z**1.5 * angle**2 / (np.pi / 2 - angle) ** 2
             sd *= (0.5 / max(albedo[row, column], 0.03)) ** 0.5
             z_mm = 1e3 * z + sd * noise[row, column] + multipath * corner[row, column]
