@@ -10,6 +10,7 @@ from studio.engine.completion.hands import Hands
 from studio.engine.completion.look_at import LookAt
 from studio.engine.completion.relax import RelaxPose
 from studio.engine.conditioning.after import ConditioningAfter
+from studio.engine.filter.body_filter import BodyFilter
 from studio.engine.frames import FrameSet, FusedSkeleton
 from studio.engine.geometry import quaternions
 from studio.engine.human.model import build_humanoid
@@ -43,11 +44,12 @@ class Body:
     def __init__(self, performer: Performer, settings: SolveSettings) -> None:
         self._skeleton = Skeleton.of(performer)
         self._relax: RelaxPose | None = None
-        self._solver: Solver | None = None
+        self._solver: Solver | BodyFilter | None = None
         if settings.ik != "none":
             limited = settings.human_limits == "on"
             humanoid = build_humanoid(self._skeleton, human_limits=limited, flexibility=settings.flexibility)
-            self._solver = Solver(humanoid, settings)
+            kalman = settings.ik == "kalman_filter"
+            self._solver = BodyFilter(humanoid, settings) if kalman else Solver(humanoid, settings)
             self._data = mujoco.MjData(humanoid.model)
             if settings.relax_pose > 0:
                 self._relax = RelaxPose(humanoid, settings.relax_pose)
@@ -62,8 +64,23 @@ class Body:
                 settings.look_at, settings.look_at_point_m, flexibility=settings.flexibility
             )
         self._hands = Hands(settings.hands) if settings.hands != "off" else None
+        self._filter = self._solver if isinstance(self._solver, BodyFilter) and _fuses(settings) else None
         humanoid = None if self._solver is None else self._solver.humanoid
         self._after = ConditioningAfter(settings, self._skeleton, humanoid)
+
+    @property
+    def fuses(self) -> bool:
+        """Whether the solve takes the cameras' joints themselves (`pose_of_cameras`), not fused ones (`pose`)."""
+        return self._filter is not None
+
+    def pose_of_cameras(self, frames: FrameSet, dt: float) -> tuple[FusedSkeleton, PoseArrays | None]:
+        """Return what was used of the cameras, and the pose, or None until the performer has been seen."""
+        assert self._filter is not None
+        fused, self.configuration = self._filter.follow(frames, dt)
+        if self.configuration is None:
+            return fused, None
+        posed = self._posed(self._filter, self.configuration)
+        return fused, self._completed(*posed, fused, frames, dt)
 
     def pose(self, fused: FusedSkeleton, frames: FrameSet, dt: float) -> PoseArrays | None:
         """Return the pose, or None until the performer has been seen."""
@@ -91,6 +108,7 @@ class Body:
     ) -> PoseArrays:
         """Steps 8 and 9 on positions (52, 3) and world rotations (52, 3, 3)."""
         free = self._solver is None
+        floor_m = self._filter.floor_m if self._filter is not None else 0.0
         if self._look_at is not None:
             self._look_at.apply(positions, rotations, frames.head_wxyz, dt)
         if self._hands is not None:
@@ -105,19 +123,22 @@ class Body:
             solved[OUTPUT_OF_CANONICAL_INDEX] = positions[OUTPUT_OF_CANONICAL_INDEX]
             solved = _fingers_with_hand(solved, self._skeleton, rotations)
         elif self._floor is not None:
-            solved[:, 2] += self._floor.lift(solved)
+            solved[:, 2] += self._floor.lift(solved - [0.0, 0.0, floor_m])
         confidence, uncertainty_mm = self._uncertainty.of(solved, fused, frames, dt)
+        solved[:, 2] -= floor_m
         return solved, quaternions(rotations), confidence, uncertainty_mm
 
-    def _solved(self, solver: Solver, fused: FusedSkeleton, dt: float) -> NDArray[np.float64] | None:
+    def _solved(
+        self, solver: Solver | BodyFilter, fused: FusedSkeleton, dt: float
+    ) -> NDArray[np.float64] | None:
         """The configuration of the humanoid following the joints."""
         joints, sigma = fused.positions, fused.sigma
-        if self._floor is not None:
+        if self._floor is not None and isinstance(solver, Solver):
             joints, sigma = self._floor.targets(joints, sigma, dt)
         return solver.solve(joints, sigma, dt)
 
     def _posed(
-        self, solver: Solver, q: NDArray[np.float64]
+        self, solver: Solver | BodyFilter, q: NDArray[np.float64]
     ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Positions (52, 3), fingers' unset, and world rotations (52, 3, 3) of a configuration."""
         if self._relax is not None:
@@ -147,6 +168,15 @@ class Body:
         measured = np.isfinite(joints[:, 0])
         positions[OUTPUT_OF_CANONICAL_INDEX[measured]] = joints[measured]
         return positions, rotations
+
+
+def _fuses(settings: SolveSettings) -> bool:
+    """Whether the filter may take the cameras' joints as they are: nothing is set that changes fused ones first."""
+    before = settings.smoothing_filter is not None and settings.smoothing_filter[1] == "before"
+    bones = settings.bone_length_tolerance is not None
+    return (
+        settings.fusion == "robust" and settings.displacement_limit != "before" and not before and not bones
+    )
 
 
 _FINGER_JOINTS = [

@@ -61,6 +61,23 @@ class ClockModel:
 
 
 @dataclass(frozen=True)
+class Reading:
+    """One camera's joints as they came, in the stage frame, at their own time.
+
+    Attributes:
+        camera: index of the camera in its frame set.
+        offset_s: its time after the frame set's; negative = before [s].
+        positions: shape (21, 3) [m]; NaN = unseen.
+        confidence: shape (21,).
+    """
+
+    camera: int
+    offset_s: float
+    positions: NDArray[np.float64]
+    confidence: NDArray[np.float64]
+
+
+@dataclass(frozen=True)
 class FrameSet:
     """All cameras' skeletons at one stage time, in the stage frame.
 
@@ -72,6 +89,7 @@ class FrameSet:
         camera_positions: optical centres in the stage frame [m], shape (camera_count, 3).
         hands: hand states of the newest frame of each camera.
         head_wxyz: head orientation in the stage frame, from the surest camera, where measured.
+        readings: cameras' frames around the instant that no frame set before it had.
     """
 
     stage_time_ns: int
@@ -81,6 +99,7 @@ class FrameSet:
     camera_positions: NDArray[np.float64]
     hands: tuple[HandSeen, ...] = ()
     head_wxyz: tuple[float, float, float, float] | None = None
+    readings: tuple[Reading, ...] = ()
 
 
 @dataclass(frozen=True)

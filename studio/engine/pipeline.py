@@ -84,8 +84,11 @@ class Pipeline:
         dt = 0.0 if self._last_ns is None else max(stage_time_ns - self._last_ns, 0) * 1e-9
         self._last_ns = stage_time_ns
         frames = self._sync.frame_set(stage_time_ns)
-        fused = self._conditioned(self._fusion.fuse(frames), dt)
-        pose = self._body.pose(fused, frames, dt)
+        if self._body.fuses:
+            fused, pose = self._body.pose_of_cameras(frames, dt)
+        else:
+            fused = self._conditioned(self._fusion.fuse(frames), dt)
+            pose = self._body.pose(fused, frames, dt)
         if pose is None:
             return None
         return StepResult(frames, fused, *pose, configuration=self._body.configuration)

@@ -114,7 +114,7 @@ PLACES = ("before", "after")
 CHOICES: dict[str, tuple[str, ...]] = {
     "tracker": ("client", "per_camera", "points"),
     "fusion": ("mean", "robust"),
-    "ik": ("none", "previous_pose", "combined_skeleton"),
+    "ik": ("none", "previous_pose", "combined_skeleton", "kalman_filter"),
     "human_limits": ("on", "off"),
     "displacement_limit": ("none", "before", "after"),
     "smoothing": ("none", *(f"{name}:{place}" for name in FILTERS for place in PLACES)),
@@ -134,14 +134,14 @@ RANGES: dict[str, tuple[float, float]] = {
 }
 """Switches that are a number, with their least and greatest value."""
 
-_LATER = {("tracker", "per_camera"), ("tracker", "points"), ("physics", "on")}
+_LATER = {("tracker", "per_camera"), ("tracker", "points")}
 
 EXPLANATIONS: dict[str, str] = {
     "cameras": "Which cameras are used: all, or names separated by commas.",
     "tracker": "Where skeletons come from: as received from the clients, or tracked again from depth.",
     "confidence_threshold": "With mean fusion, a joint less sure than this is ignored.",
     "fusion": "How the cameras' skeletons become one: their mean, or weighed by distance, view and agreement.",
-    "ik": "How the humanoid follows the joints: not at all, from its last pose, or from the fused skeleton.",
+    "ik": "How the humanoid follows: not at all, from its last pose, from the fused skeleton, or as a Kalman filter.",
     "human_limits": "Keeps every joint within the range that a human can reach.",
     "flexibility": "Scales the human limits: 0 an old performer, 1 an adult, 2 a gymnast.",
     "relax_pose": "Blends the solved pose with the middle of each joint's range; the thesis used 0.1.",
@@ -153,7 +153,7 @@ EXPLANATIONS: dict[str, str] = {
     "look_at_point_m": "The point that look_at=point looks at, x,y,z on the stage [m].",
     "hands": "Opens and closes the fingers by the hand states: the thesis's circles, or the hand's shape.",
     "floor_contact": "Keeps feet above the floor and holds a standing foot in place.",
-    "physics": "Makes the motion obey forces (with finish).",
+    "physics": "Corrects a finished take so that forces can explain it, where that measures better (with finish).",
     "finish": "Solves the whole take at once, knowing the future; live poses are as without it.",
     "effectors": "Per joint: how strongly it follows (reach), drags (pull) and resists (resist).",
     "output_hz": "Frames per second of the result.",

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from studio.engine.calibration.result import CameraCalibration
-from studio.engine.frames import CameraFrame, ClockModel, FrameSet, HandSeen
+from studio.engine.frames import CameraFrame, ClockModel, FrameSet, HandSeen, Reading
 from studio.engine.geometry import matrices, quaternions, transform_points
 from studio.engine.joints import JOINT_COUNT
 
@@ -26,6 +26,9 @@ FAR_M = 100.0
 
 AHEAD_NS = 10_000_000_000
 """A frame this far ahead of its camera's last counts only when another follows: a clock may be wrong for once."""
+
+MAX_AHEAD_NS = 40_000_000
+"""A reading is used at most this long before its time; a camera's next frame is mostly known by then."""
 
 HISTORY = 32
 """Frames kept per camera."""
@@ -52,6 +55,7 @@ class _Camera:
         self.confidence: deque[NDArray[np.float64]] = deque(maxlen=HISTORY)
         self.frames: deque[CameraFrame] = deque(maxlen=HISTORY)
         self._held_back_ns: int | None = None
+        self._read_ns: int | None = None
 
     def add(self, stage_ns: int, joints: NDArray[np.float64], frame: CameraFrame) -> None:
         """Keep a frame; one that is not newer than the last is dropped (a clock that went back), and so is the
@@ -65,6 +69,7 @@ class _Camera:
             if stage_ns > self.times[-1] - 1_000_000_000:
                 return
             self.times.clear(), self.joints.clear(), self.confidence.clear(), self.frames.clear()
+            self._read_ns = None
         self.times.append(stage_ns)
         self.joints.append(joints)
         self.confidence.append(frame.confidence)
@@ -83,6 +88,27 @@ class _Camera:
             return None
         nearest = min(near, key=lambda i: abs(self.times[i] - stage_ns))
         return self.joints[nearest], self.confidence[nearest]
+
+    def unread(self, stage_ns: int) -> list[int]:
+        """Indices of the frames, oldest first, up to the first at or after an instant, that were not returned yet.
+
+        Those too old or too far ahead are left out, so that what comes back does not depend on how much more is
+        known already.
+        """
+        first = len(self.times)
+        while first > 0 and (self._read_ns is None or self.times[first - 1] > self._read_ns):
+            first -= 1
+        found = []
+        for index in range(first, len(self.times)):
+            time_ns = self.times[index]
+            if time_ns > stage_ns + MAX_AHEAD_NS:
+                break
+            self._read_ns = time_ns
+            if time_ns >= stage_ns - MAX_GAP_NS:
+                found.append(index)
+            if time_ns >= stage_ns:
+                break
+        return found
 
     def _between(self, a: int, b: int, stage_ns: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         share = (stage_ns - self.times[a]) / (self.times[b] - self.times[a])
@@ -138,7 +164,11 @@ class Synchroniser:
         confidence = np.zeros((len(self.names), JOINT_COUNT))
         hands: list[HandSeen] = []
         head: tuple[float, float, float, float] | None = None
+        readings: list[Reading] = []
         for i, (name, camera) in enumerate(self._cameras.items()):
+            for k in camera.unread(stage_time_ns):
+                late_s = (camera.times[k] - stage_time_ns) * 1e-9
+                readings.append(Reading(i, late_s, camera.joints[k], camera.confidence[k]))
             found = camera.at(stage_time_ns)
             if found is None:
                 continue
@@ -151,4 +181,13 @@ class Synchroniser:
                 )
                 w, x, y, z = (float(v) for v in quaternions(rotation))
                 head = (w, x, y, z)
-        return FrameSet(stage_time_ns, self.names, positions, confidence, self._positions, tuple(hands), head)
+        return FrameSet(
+            stage_time_ns,
+            self.names,
+            positions,
+            confidence,
+            self._positions,
+            tuple(hands),
+            head,
+            tuple(readings),
+        )

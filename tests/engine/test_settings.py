@@ -25,7 +25,7 @@ from studio.engine.settings import (
 DESIGN = {
     "tracker": ("client", "per_camera", "points"),
     "fusion": ("mean", "robust"),
-    "ik": ("none", "previous_pose", "combined_skeleton"),
+    "ik": ("none", "previous_pose", "combined_skeleton", "kalman_filter"),
     "human_limits": ("on", "off"),
     "displacement_limit": ("none", "before", "after"),
     "smoothing": ("none", "holt:before", "holt:after", "one_euro:before", "one_euro:after"),
@@ -74,7 +74,6 @@ def test_every_value_of_the_design_parses(key, value):
         assert (key, value) in {
             ("tracker", "per_camera"),
             ("tracker", "points"),
-            ("physics", "on"),
         }
         return
     got = read(changed, key)
@@ -149,9 +148,7 @@ def test_what_is_refused_says_what_is_allowed(key, value, told):
     assert told in str(error.value)
 
 
-@pytest.mark.parametrize(
-    ("key", "value"), [("tracker", "points"), ("tracker", "per_camera"), ("physics", "on")]
-)
+@pytest.mark.parametrize(("key", "value"), [("tracker", "points"), ("tracker", "per_camera")])
 def test_what_this_version_does_not_do_is_said(key, value):
     with pytest.raises(NotAvailableError, match=f"{key}={value} is not available in this version"):
         set_switch(SolveSettings(), key, value)

@@ -1,0 +1,139 @@
+"""What is known of the body: configuration, velocity, and how sure both are; and how it moves on its own."""
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+
+from studio.engine.human.model import BODY_JOINTS, FREE_DOFS, Humanoid
+from studio.engine.human.ranges import dofs_of
+
+Array = NDArray[np.float64]
+
+REFERENCE_S = 1.0 / 30.0
+"""Accelerations below are those of an interval this long; the density over time follows from it."""
+
+VELOCITY_MEMORY_S = 0.3
+"""A velocity decays over this time."""
+
+REST_PER_S = 0.5
+"""Pull to the resting stance, in units of each hinge's usual spread: it settles what no joint shows."""
+
+START_SIGMA = 0.1
+START_VELOCITY_SIGMA = 2.0
+"""Deviations at the start [m, rad] and [m/s, rad/s]."""
+
+# Deviation of accelerations [m/s2, rad/s2] by output joint; the free hips first.
+_HIPS = (6.0, 6.0, 8.0, 15.0, 15.0, 15.0)
+_ACCELERATION = {
+    "Spine": 8.0, "Spine1": 8.0, "Spine2": 8.0, "Neck": 12.0, "Head": 12.0, "Shoulder": 12.0, "Arm": 40.0,
+    "ForeArm": 50.0, "Hand": 40.0, "UpLeg": 35.0, "Leg": 50.0, "Foot": 40.0, "ToeBase": 30.0,
+}  # fmt: skip
+
+
+def acceleration_density(resist: Array) -> Array:
+    """Return the spectral density of each degree of freedom's acceleration [rad2/s3], shape (nv,).
+
+    Args:
+        resist: how many times stiffer than usual each is, shape (nv,).
+    """
+    names = [n.removeprefix("Left").removeprefix("Right") for n in BODY_JOINTS[1:] for _ in dofs_of(n)]
+    sigma = np.array([*_HIPS, *(_ACCELERATION[name] for name in names)]) / resist
+    return sigma**2 * REFERENCE_S
+
+
+class Belief:
+    """Configuration, velocity and covariance of a humanoid at one instant.
+
+    Attributes:
+        q: configuration, shape (nq,).
+        velocity: shape (nv,).
+        covariance: of the configuration's tangent (first) and the velocity, shape (2 nv, 2 nv).
+    """
+
+    def __init__(self, humanoid: Humanoid, density: Array, low: Array, high: Array) -> None:
+        """`density`: see `acceleration_density`; `low`, `high`: ends of the hinges' ranges, shape (hinge_count,)."""
+        self._humanoid, self._model, self._density = humanoid, humanoid.model, density
+        self._low, self._high = low, high
+        nv = self._model.nv
+        self._rest_rate = REST_PER_S / humanoid.spread_rad**2
+        self.covariance = np.zeros((2 * nv, 2 * nv))
+        self._places, self._speeds = np.arange(nv), np.arange(nv, 2 * nv)
+        self.begin(humanoid.rest_qpos)
+
+    @property
+    def place(self) -> Array:
+        """Covariance of the configuration's tangent, shape (nv, nv)."""
+        return self.covariance[: self._model.nv, : self._model.nv]
+
+    def begin(self, q: Array) -> None:
+        """Begin anew at a configuration, standing still."""
+        self.q = self.within(q.copy())
+        self.velocity = np.zeros(self._model.nv)
+        self.covariance[:] = 0.0
+        self.covariance[self._places, self._places] = START_SIGMA**2
+        self.covariance[self._speeds, self._speeds] = START_VELOCITY_SIGMA**2
+
+    def within(self, q: Array) -> Array:
+        """Bring a configuration's hinges within their ranges, in place."""
+        np.clip(q[7:], self._low, self._high, out=q[7:])
+        return q
+
+    def moved(self, dt: float) -> Array:
+        """The configuration `dt` [s] later, were nothing to change."""
+        q = self.q.copy()
+        mujoco.mj_integratePos(self._model, q, self.velocity, dt)
+        return self.within(q)
+
+    def predict(self, dt: float) -> None:
+        """Move on by `dt` [s]."""
+        mujoco.mj_integratePos(self._model, self.q, self.velocity, dt)
+        hinges = self.q[7:]
+        outside = (hinges < self._low) | (hinges > self._high)
+        if outside.any():
+            self.within(self.q)
+            self.velocity[FREE_DOFS:][outside] = 0.0
+        keep = float(np.exp(-dt / VELOCITY_MEMORY_S))
+        self.velocity *= keep
+        nv = self._model.nv
+        both = self.covariance
+        both[:nv] += dt * both[nv:]
+        both[:, :nv] += dt * both[:, nv:]
+        both[nv:] *= keep
+        both[:, nv:] *= keep
+        place, speed, density = self._places, self._speeds, self._density
+        both[place, place] += density * (dt**3 / 3.0)
+        both[speed, speed] += density * dt
+        both[place, speed] += density * (dt**2 / 2.0)
+        both[speed, place] += density * (dt**2 / 2.0)
+        self._rest(dt)
+
+    def _rest(self, dt: float) -> None:
+        """Hinges that nothing shows go to the resting stance: a weak measurement of each, by itself."""
+        nv = self._model.nv
+        hinges = self._places[FREE_DOFS:]
+        variance = self.covariance[hinges, hinges]
+        gain = variance / (variance + 1.0 / (self._rest_rate * max(dt, 1e-6)))
+        self.q[7:] -= gain * (self.q[7:] - self._humanoid.rest_q)
+        share = np.sqrt(1.0 - gain)
+        self.covariance[FREE_DOFS:nv] *= share[:, None]
+        self.covariance[:, FREE_DOFS:nv] *= share
+
+    def toward(self, late_s: float) -> tuple[Array, Array]:
+        """Covariance of the state with the configuration `late_s` [s] later, shape (2 nv, nv), and what the way
+        there adds to that configuration's own, shape (nv,)."""
+        nv = self._model.nv
+        with_later = self.covariance[:, :nv] + late_s * self.covariance[:, nv:]
+        return with_later, self._density * (abs(late_s) ** 3 / 3.0)
+
+    def correct(self, step: Array, gained: Array) -> None:
+        """Move by a step of configuration and velocity, shape (2 nv,); the covariance falls by `gained`."""
+        nv = self._model.nv
+        mujoco.mj_integratePos(self._model, self.q, step[:nv], 1.0)
+        self.within(self.q)
+        self.velocity += step[nv:]
+        self.covariance -= gained
+
+    def doubt(self, dofs: NDArray[np.int64], place: float, speed: float) -> None:
+        """Let some degrees of freedom be less sure, by these deviations [rad] and [rad/s]."""
+        self.covariance[self._places[dofs], self._places[dofs]] += place**2
+        self.covariance[self._speeds[dofs], self._speeds[dofs]] += speed**2

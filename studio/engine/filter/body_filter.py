@@ -1,0 +1,242 @@
+"""The humanoid followed by an iterated extended Kalman filter over its degrees of freedom (steps 5 and 7)."""
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from studio.engine.filter.belief import Belief, acceleration_density
+from studio.engine.filter.correction import Correction
+from studio.engine.filter.feet import StandingFeet
+from studio.engine.filter.readings import Gate, Rows
+from studio.engine.frames import FrameSet, FusedSkeleton, Reading
+from studio.engine.fusion.facing import Facing
+from studio.engine.fusion.robust import RobustFusion
+from studio.engine.human.kinematics import SiteKinematics
+from studio.engine.human.model import FREE_DOFS, Humanoid
+from studio.engine.joints import CANONICAL, INDEX, JOINT_COUNT, MIRROR
+from studio.engine.settings import SolveSettings
+from studio.engine.solve.angles import configuration_of
+from studio.engine.solve.effectors import pull_scale, resist_scale
+from studio.engine.solve.reseed import LimbWatch
+from studio.engine.solve.solver import Solver
+from studio.engine.solve.swing import swing_rotations
+
+Array = NDArray[np.float64]
+
+ITERATIONS = 2
+"""Per frame; in the second the rows' doubts (`readings`) count from where the first led to."""
+
+LOST_SHARE, LOST_S = 0.5, 0.1
+"""Where more than this share of the joints is left out for this long, the performer is elsewhere."""
+
+FORGET_S = 0.5
+"""After this long without a joint the filter begins anew."""
+
+LONGEST_S = 0.2
+"""The body is moved on by no more than this in one go [s]."""
+
+REJECTED_PLACE, REJECTED_SPEED = 0.3, 3.0
+"""Doubt in a limb whose joint is believed again, or that was found anew [rad], [rad/s]."""
+
+_LIMB_HINGES = 8
+
+
+class BodyFilter:
+    """Follows cameras' joints, or fused ones, frame by frame."""
+
+    def __init__(self, humanoid: Humanoid, settings: SolveSettings) -> None:
+        self.humanoid = humanoid
+        self._settings = settings
+        self._limited = settings.human_limits == "on"
+        hinges = len(humanoid.range_rad)
+        ends = humanoid.range_rad.T if self._limited else np.outer([-1.0, 1.0], np.full(hinges, np.inf))
+        self._low, self._high = ends
+        self._belief = Belief(
+            humanoid, acceleration_density(resist_scale(humanoid, settings.effectors)), *ends
+        )
+        self._kinematics = SiteKinematics(humanoid)
+        usual = SolveSettings().effectors
+        self._reach = np.array([settings.effectors[name].reach / usual[name].reach for name in CANONICAL])
+        pull = pull_scale(humanoid, settings.effectors)
+        self._pull = None if pull is None else np.repeat(pull, 3, axis=0)
+        self._gate = Gate(self._reach)
+        self._feet = StandingFeet(humanoid, *ends) if settings.floor_contact == "on" else None
+        self._watch = LimbWatch(humanoid, limited=self._limited)
+        self._facing = Facing()
+        self._used = np.zeros((0, JOINT_COUNT), dtype=bool)
+        self._sites = np.full((JOINT_COUNT, 3), np.nan)
+        self._since_rows_s = 0.0
+        self._lost_s = 0.0
+        self._started = False
+
+    @property
+    def floor_m(self) -> float:
+        """Height of the floor that the feet stand on [m]."""
+        return 0.0 if self._feet is None else self._feet.floor_m
+
+    def follow(self, frames: FrameSet, dt: float) -> tuple[FusedSkeleton, Array | None]:
+        """Return what was used of the cameras, and the configuration, shape (nq,), that follows them.
+
+        The configuration is None until the joints have once shown how the performer stands.
+
+        Args:
+            frames: with the readings that came since the last.
+            dt: time since the last frame [s].
+        """
+        if len(self._used) != len(frames.cameras):
+            self._used = np.zeros((len(frames.cameras), JOINT_COUNT), dtype=bool)
+        if self._needs_start(bool(frames.readings), dt):
+            fused = RobustFusion().fuse(frames)
+            if self._begin(fused.positions, fused.sigma):
+                self._used = fused.used.copy()
+        elif self._started:
+            self._advance(frames.readings, frames.camera_positions, dt)
+        q = self._output(dt) if self._started else None
+        return self._fused(frames), q
+
+    def solve(self, joints: Array, sigma: Array, dt: float) -> Array | None:
+        """Return the configuration, shape (nq,), that follows fused joints; None until they show how to begin.
+
+        Args:
+            joints: canonical joints [m], shape (21, 3), stage frame; NaN = unseen.
+            sigma: their deviation [m], shape (21,); ignored where unseen.
+            dt: time since the last frame [s].
+        """
+        seen = np.isfinite(joints[:, 0])
+        if self._needs_start(bool(seen.any()), dt):
+            self._begin(joints, sigma)
+        elif self._started:
+            self._predict(dt)
+            if seen.any():
+                covariance = np.where(seen, sigma, 1.0)[:, None, None] ** 2 * np.eye(3)
+                rows = Rows(joints[None], covariance[None], self._reach)
+                q = self._belief.q.copy()
+                self._correct(rows, np.zeros(1, dtype=np.int64), 0.0, q, *self._linearised(q))
+        return self._output(dt) if self._started else None
+
+    def _needs_start(self, shown: bool, dt: float) -> bool:
+        """Whether to begin now: joints are shown, and nothing is known of the performer, or only of old."""
+        late = self._since_rows_s + dt > FORGET_S
+        return shown and (not self._started or late or self._lost_s > LOST_S)
+
+    def _begin(self, joints: Array, sigma: Array) -> bool:
+        """Begin anew with what joints show; False where they do not show the trunk."""
+        q = Solver(self.humanoid, self._settings).solve(joints, sigma, 0.0)
+        if q is None:
+            return False
+        self._belief.begin(q)
+        self._sites = self._kinematics.place(q).copy()
+        self._gate.forget()
+        self._watch.forget()
+        if self._feet is not None:
+            self._feet.forget()
+        self._started, self._since_rows_s, self._lost_s = True, 0.0, 0.0
+        return True
+
+    def _advance(self, readings: Sequence[Reading], camera_positions: Array, dt: float) -> None:
+        """Move on to the output frame, and correct by the cameras' readings around it."""
+        self._predict(dt)
+        if not readings:
+            return
+        late_s = float(np.mean([r.offset_s for r in readings]))
+        q = self._belief.moved(late_s)
+        sites, jacobian = self._linearised(q)
+        velocities = (jacobian @ self._belief.velocity).reshape(-1, 3)
+        rows = self._gate.rows(readings, camera_positions, sites, velocities, late_s)
+        cameras = np.array([r.camera for r in readings])
+        self._correct(rows, cameras, late_s, q, sites, jacobian)
+        self._used[cameras] = rows.used
+        if self._facing.backwards(self._sites, dt):
+            self._begin(self._sites[MIRROR], np.full(JOINT_COUNT, 0.03))
+
+    def _predict(self, dt: float) -> None:
+        self._since_rows_s += dt
+        self._belief.predict(min(dt, LONGEST_S))
+
+    def _correct(
+        self, rows: Rows, cameras: NDArray[np.int64], late_s: float, q: Array, sites: Array, jacobian: Array
+    ) -> None:
+        """Correct the belief by rows of the configuration `q`, `late_s` [s] after the output frame."""
+        belief, elapsed = self._belief, self._since_rows_s
+        self._since_rows_s = 0.0
+        correction = Correction(*belief.toward(late_s), late_s, jacobian)
+        self._choose(rows, cameras, sites, jacobian, correction.spread(), elapsed)
+        if not rows.used.any():
+            return
+        room = np.stack([self._high - q[7:], self._low - q[7:]])
+        for _ in range(ITERATIONS):
+            correction.solve(*rows.pull(sites + correction.moved), room)
+        belief.correct(correction.step(), correction.gained())
+        self._sites = self._kinematics.place(belief.moved(late_s)).copy()
+        self._unstick(rows, elapsed)
+
+    def _choose(
+        self,
+        rows: Rows,
+        cameras: NDArray[np.int64],
+        sites: Array,
+        jacobian: Array,
+        spread: Array,
+        elapsed: float,
+    ) -> None:
+        """Leave out rows that cannot be, and notice a performer who is elsewhere."""
+        again = self._gate.choose(rows, cameras, sites, spread, elapsed)
+        for joint in np.flatnonzero(again):
+            moving = np.abs(jacobian[3 * joint : 3 * joint + 3]).max(axis=0) > 0.0
+            limb = np.flatnonzero(moving)[FREE_DOFS:][-_LIMB_HINGES:]
+            self._belief.doubt(limb, REJECTED_PLACE, REJECTED_SPEED)
+        lost = int(rows.used.sum()) < LOST_SHARE * int(rows.seen.sum())
+        self._lost_s = self._lost_s + elapsed if lost else 0.0
+
+    def _linearised(self, q: Array) -> tuple[Array, Array]:
+        sites, jacobian = self._kinematics.linearise(q)
+        return sites, jacobian if self._pull is None else jacobian * self._pull
+
+    def _unstick(self, rows: Rows, elapsed: float) -> None:
+        """Start a stuck limb anew."""
+        targets, weights = rows.middle()
+        found = self._watch.found(
+            self._belief.q, self._sites, targets, weights, lambda: self._shown(targets), elapsed
+        )
+        if found is not None:
+            q, hinges = found
+            self._belief.q = q
+            self._belief.velocity[FREE_DOFS + hinges] = 0.0
+            self._belief.doubt(FREE_DOFS + hinges, REJECTED_PLACE, REJECTED_SPEED)
+
+    def _shown(self, joints: Array) -> Array | None:
+        """The configuration that joints themselves show, or None where they do not show the trunk."""
+        rotations = swing_rotations(self.humanoid.skeleton, joints)
+        if rotations is None or not np.isfinite(joints[INDEX["hips"]]).all():
+            return None
+        return configuration_of(self.humanoid, joints[INDEX["hips"]], rotations, limited=self._limited)
+
+    def _output(self, dt: float) -> Array:
+        """The configuration at the output frame, with standing feet held."""
+        q = self._watch.led(self._belief.q, dt)
+        if self._feet is None:
+            return q
+        return self._feet.held(q, self._belief.velocity, self._belief.place, dt)
+
+    def _fused(self, frames: FrameSet) -> FusedSkeleton:
+        """What the cameras show at the output frame, of what is used of them."""
+        exchanged = self._gate.exchanged
+        positions, confidence = frames.positions, frames.confidence
+        if len(exchanged) and exchanged.any():
+            positions = np.where(exchanged[:, None, None], positions[:, MIRROR], positions)
+            confidence = np.where(exchanged[:, None], confidence[:, MIRROR], confidence)
+        seen = ~np.isnan(positions[:, :, 0])
+        used = seen & self._used
+        weight = used * np.maximum(confidence, 0.05) ** 2
+        total = weight.sum(axis=0)
+        shown = total > 0.0
+        mean = np.einsum("cj,cja->ja", weight, np.where(used[:, :, None], positions, 0.0))
+        mean /= np.where(shown, total, np.nan)[:, None]
+        reasons = {
+            (int(c), int(k)): ("disagrees" if shown[k] else "outlier") if seen[c, k] else "unseen"
+            for c, k in zip(*np.nonzero(~used), strict=True)
+        }
+        return FusedSkeleton(
+            mean, np.where(used, confidence, 0.0).max(axis=0), np.where(shown, 0.03, np.nan), used, reasons
+        )

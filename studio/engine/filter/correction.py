@@ -1,0 +1,103 @@
+"""One correction of a belief by joints: the gain form of the filter, with hinges held at the ends of their ranges."""
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg import blas, lapack
+
+from studio.engine.human.model import FREE_DOFS
+
+Array = NDArray[np.float64]
+
+_LEAST_INFORMATION = 1e-3
+"""A joint known less than this [1/m2] is not a row."""
+
+_HELD_VARIANCE = 1e-8
+
+
+class Correction:
+    """Finds the most likely configuration and velocity given joints at a configuration a little later.
+
+    Attributes:
+        moved: by how much the joints move with what was solved last [m], shape (21, 3).
+    """
+
+    def __init__(self, with_later: Array, added: Array, late_s: float, jacobian: Array) -> None:
+        """Linearise.
+
+        Args:
+            with_later: covariance of the state with the later configuration, shape (2 nv, nv).
+            added: what the way there adds to that configuration's variances, shape (nv,).
+            late_s: how much later it is [s].
+            jacobian: of the joints there, shape (63, nv).
+        """
+        nv = len(added)
+        self._with_later, self._added, self._late_s, self._jacobian = with_later, added, late_s, jacobian
+        self._state = with_later @ jacobian.T
+        self._later = self._state[:nv] + late_s * self._state[nv:] + added[:, None] * jacobian.T
+        self._spread = jacobian @ self._later
+        self._held = np.zeros(0, dtype=np.int64)
+        self.moved = np.zeros((len(jacobian) // 3, 3))
+
+    def spread(self) -> Array:
+        """Covariance of each joint's expected place [m2], shape (21, 3, 3)."""
+        count = len(self.moved)
+        joints = np.arange(count)
+        return self._spread.reshape(count, 3, count, 3)[joints, :, joints]
+
+    def solve(self, information: Array, pull: Array, room: Array) -> None:
+        """Solve for joints with this information, shape (21, 3, 3), that pull, (21, 3), from where they moved to.
+
+        Hinges that the last solve led beyond their ranges are held at their ends: `room` is the way to the upper and
+        lower ends from the later configuration, shape (2, hinge_count).
+        """
+        joints = np.flatnonzero(information[:, 0, 0] > _LEAST_INFORMATION)
+        noise = np.linalg.inv(information[joints])
+        toward = np.matmul(noise, pull[joints, :, None])[..., 0] + self.moved[joints]
+        rows = (3 * joints[:, None] + np.arange(3)).ravel()
+        total = self._spread[np.ix_(rows, rows)]
+        blocks = total.reshape(len(joints), 3, len(joints), 3)
+        own = np.arange(len(joints))
+        blocks[own, :, own] += noise
+        wanted = toward.ravel()
+        self._columns, self._rows = self._state[:, rows], rows
+        later = self._later[:, rows]
+        if len(self._held):
+            total, wanted, later = self._with_held(total, wanted, later, room)
+        self._factor, failed = lapack.dpotrf(total, lower=1, clean=0)
+        if failed:
+            raise np.linalg.LinAlgError("not positive definite")
+        self._weights, _ = lapack.dpotrs(self._factor, wanted, lower=1)
+        step = later @ self._weights
+        self.moved = (self._jacobian @ step).reshape(-1, 3)
+        beyond = (step[FREE_DOFS:] > room[0]) | (step[FREE_DOFS:] < room[1])
+        self._held = np.union1d(self._held, FREE_DOFS + np.flatnonzero(beyond))
+        self._low = step[self._held] < 0.0
+
+    def _with_held(
+        self, total: Array, wanted: Array, later: Array, room: Array
+    ) -> tuple[Array, Array, Array]:
+        """The same with a row for each held hinge."""
+        held, count = self._held, len(self._held)
+        nv = len(self._added)
+        state = self._with_later[:, held]
+        columns = state[:nv] + self._late_s * state[nv:]
+        columns[held, np.arange(count)] += self._added[held]
+        ends = np.where(self._low, room[1, held - FREE_DOFS], room[0, held - FREE_DOFS])
+        size = len(total)
+        whole = np.empty((size + count, size + count))
+        whole[:size, :size] = total
+        whole[size:, :size] = later[held]
+        whole[:size, size:] = whole[size:, :size].T
+        whole[size:, size:] = columns[held]
+        whole[np.arange(size, size + count), np.arange(size, size + count)] += _HELD_VARIANCE
+        self._columns = np.hstack([self._columns, state])
+        return whole, np.concatenate([wanted, ends]), np.hstack([later, columns])
+
+    def step(self) -> Array:
+        """Step of configuration and velocity, shape (2 nv,)."""
+        return self._columns @ self._weights
+
+    def gained(self) -> Array:
+        """By how much the state's covariance falls, shape (2 nv, 2 nv)."""
+        half = blas.dtrsm(1.0, self._factor, self._columns.T, lower=1)
+        return half.T @ half
