@@ -3,6 +3,7 @@
 import time
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 from studio.engine.calibration.calibrate import with_performer
 from studio.engine.errors import CalibrationError, TakeError
@@ -44,10 +45,11 @@ def solve_take(
     """
     take.solve_folder(name)  # a bad name is told before the work, not after
     began, following = time.perf_counter(), Following()
+    physics: dict[str, Any] = {}
     if as_live:
         poses, settings, camera_frame_count = _as_live(take, progress, following)
     else:
-        poses, camera_frame_count = _plain(take, settings, progress, following)
+        poses, camera_frame_count = _plain(take, settings, progress, following, physics)
     seconds = time.perf_counter() - began
     metrics = {
         "frames": poses.frame_count,
@@ -57,12 +59,17 @@ def solve_take(
         "ms_per_frame": round(seconds * 1e3 / max(poses.frame_count, 1), 4),
         "frames_per_second": round(poses.frame_count / seconds, 1),
         **following.figures(),
+        **physics,
     }
     return write_solve(take, name, settings=settings, poses=poses, metrics=metrics)
 
 
 def _plain(
-    take: Take, settings: SolveSettings, progress: Progress | None, following: Following
+    take: Take,
+    settings: SolveSettings,
+    progress: Progress | None,
+    following: Following,
+    physics: dict[str, Any],
 ) -> tuple[Poses, int]:
     calibration = take.calibration()
     frames = camera_frames(take.raw_path)
@@ -75,7 +82,13 @@ def _plain(
     every = [frame for camera in frames.values() for frame in camera]
     start_s = take.meta["calibration_s"]
     poses = solve_frames(
-        every, calibration, settings, start_s=start_s, progress=progress, following=following
+        every,
+        calibration,
+        settings,
+        start_s=start_s,
+        progress=progress,
+        following=following,
+        physics=physics,
     )
     return poses, len(every)
 

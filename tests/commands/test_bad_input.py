@@ -108,8 +108,12 @@ def test_an_unknown_setting_lists_what_is_allowed(take, arguments, says):
 
 
 def test_settings_of_a_later_version(take):
-    for arguments in (("--set", "tracker=points"), ("--set", "physics=on")):
-        assert "not available" in one_line(studio("solve", take, *arguments, cwd=take.parent), 1)
+    line = one_line(studio("solve", take, "--set", "tracker=points", cwd=take.parent), 1)
+    assert "not available" in line
+
+
+def test_physics_without_finishing(take):
+    assert "preset finish" in one_line(studio("solve", take, "--set", "physics=on", cwd=take.parent), 2)
 
 
 def test_a_solve_name_that_leaves_the_take(take):

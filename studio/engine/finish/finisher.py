@@ -10,6 +10,7 @@ it is before the step. So how the take is cut into windows does not matter, and 
 from collections.abc import Iterator
 from dataclasses import replace
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,6 +27,8 @@ from studio.engine.frames import StepResult
 from studio.engine.human.model import build_humanoid
 from studio.engine.human.skeleton import Skeleton
 from studio.engine.joints import MIRROR, OUTPUT_OF_CANONICAL_INDEX
+from studio.engine.physics.correction import ITERATIONS as PHYSICS_ITERATIONS
+from studio.engine.physics.whole_take import Physics
 from studio.engine.settings import SolveSettings
 
 WINDOW = 600
@@ -63,6 +66,7 @@ class Finisher:
         self._dt = 1.0 / settings.output_hz
         self._kinematics = Kinematics(humanoid)
         self._smoother = Smoother(humanoid, self._dt, limited=limited)
+        self._physics = Physics(humanoid, self._dt, limited=limited) if settings.physics == "on" else None
         self._with_contacts = settings.floor_contact == "on"
         rest = humanoid.skeleton.rest_positions_m
         self._rest_heights_m = rest[OUTPUT_OF_CANONICAL_INDEX[list(JOINTS)], 2]
@@ -70,6 +74,11 @@ class Finisher:
         self._store: Store | None = None
         self._measured: tuple[tuple[int, int], Measurements] | None = None  # the last window's
         self._exchanged = np.zeros((0, 0), dtype=bool)  # frame and camera
+
+    @property
+    def physics_report(self) -> dict[str, Any]:
+        """What physics gained, for `metrics.json`; empty without it and before `results`."""
+        return {} if self._physics is None else self._physics.report
 
     def add(self, result: StepResult) -> None:
         """Take in a result."""
@@ -85,14 +94,17 @@ class Finisher:
         pieces = self._pieces(self._store)
         for _ in range(ITERATIONS):
             self._step(q, pieces, None)
-        lifted_m = 0.0
+        lifted_m, contacts = 0.0, None
         if self._with_contacts:
             contacts = find_contacts(self._feet(q), pieces, self._dt, self._rest_heights_m)
             for _ in range(CONTACT_ITERATIONS):
                 self._step(q, pieces, contacts)
             lifted_m = -contacts.floor_m
-            q[:, 2] += lifted_m
-        yield from self._posed(self._smoother.within_limits(q), lifted_m)
+        q = self._smoother.within_limits(q)
+        if self._physics is not None:
+            q = self._with_physics(self._physics, q, pieces, contacts)
+        q[:, 2] += lifted_m
+        yield from self._posed(q, lifted_m)
         self._store.close()
 
     def _initial(self, store: Store) -> NDArray[np.float64]:
@@ -116,8 +128,34 @@ class Finisher:
         edges = [0, *(int(cut) for cut in cuts), len(store)]
         return list(pairwise(edges))
 
-    def _step(self, q: NDArray[np.float64], pieces: list[tuple[int, int]], contacts: Contacts | None) -> None:
-        """Move the take by one step towards the minimum, in place."""
+    def _with_physics(
+        self,
+        physics: Physics,
+        q: NDArray[np.float64],
+        pieces: list[tuple[int, int]],
+        contacts: Contacts | None,
+    ) -> NDArray[np.float64]:
+        """The take corrected by physics, where that measures better."""
+        assert self._store is not None
+        store, corrected = self._store, q.copy()
+        for _ in range(PHYSICS_ITERATIONS):
+            self._step(corrected, pieces, contacts, physics.correction)
+
+        def fused(begin: int, end: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+            records = store.read(begin, end)
+            return records["fused"].astype(np.float64), records["sigma"].astype(np.float64)
+
+        return physics.joined(q, self._smoother.within_limits(corrected), pieces, contacts, fused)
+
+    def _step(
+        self,
+        q: NDArray[np.float64],
+        pieces: list[tuple[int, int]],
+        contacts: Contacts | None,
+        smoother: Smoother | None = None,
+    ) -> None:
+        """Move the take by one step towards the minimum, in place; `smoother` makes the steps, None = finishing's."""
+        smoother = smoother or self._smoother
         for first, last in pieces:
             if last - first < MIN_FRAMES:
                 continue
@@ -127,7 +165,7 @@ class Finisher:
                 low, high = max(begin - MARGIN, first), min(end + MARGIN, last)
                 window = np.concatenate([kept[len(kept) - (begin - low) :], q[begin:high]])
                 kept = q[max(end - MARGIN, first) : end].copy()
-                stepped = self._smoother.stepped(
+                stepped = smoother.stepped(
                     window,
                     self._measurements(low, high),
                     None if contacts is None else contacts.part(slice(low, high)),

@@ -65,10 +65,15 @@ def moved(q: NDArray[np.float64], step: NDArray[np.float64]) -> NDArray[np.float
 
 def steps(q: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return the tangent steps from each frame to the next, shape (frame_count - 1, nv)."""
-    out = np.empty((len(q) - 1, q.shape[1] - 1))
-    out[:, :3] = np.diff(q[:, :3], axis=0)
-    out[:, FREE_DOFS:] = np.diff(q[:, 7:], axis=0)
-    turn = _product(q[:-1, 3:7] * [1.0, -1.0, -1.0, -1.0], q[1:, 3:7])
+    return steps_between(q[:-1], q[1:])
+
+
+def steps_between(a: NDArray[np.float64], b: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the tangent steps from configurations to others, frame by frame, shape (frame_count, nv)."""
+    out = np.empty((len(a), a.shape[1] - 1))
+    out[:, :3] = b[:, :3] - a[:, :3]
+    out[:, FREE_DOFS:] = b[:, 7:] - a[:, 7:]
+    turn = _product(a[:, 3:7] * [1.0, -1.0, -1.0, -1.0], b[:, 3:7])
     turn *= np.where(turn[:, :1] < 0.0, -1.0, 1.0)
     sine = np.linalg.norm(turn[:, 1:], axis=1, keepdims=True)
     angle = 2.0 * np.arctan2(sine, turn[:, :1])

@@ -1,11 +1,12 @@
 """A whole take through the pipeline: all frames, final clocks, and finishing where it is on."""
 
 from collections.abc import Callable, Iterable
+from typing import Any
 
 import numpy as np
 
 from studio.engine.calibration.result import Calibration
-from studio.engine.errors import TakeError
+from studio.engine.errors import SettingsError, TakeError
 from studio.engine.finish.finisher import Finisher
 from studio.engine.frames import CameraFrame, StepResult
 from studio.engine.joints import OUTPUT_JOINTS, OUTPUT_PARENTS
@@ -48,6 +49,7 @@ def solve_frames(
     start_s: float | None = None,
     progress: ProgressCallback | None = None,
     following: Following | None = None,
+    physics: dict[str, Any] | None = None,
 ) -> Poses:
     """Return the poses of a take's frames.
 
@@ -59,6 +61,7 @@ def solve_frames(
             before it: a performer may stand elsewhere after the calibration part.
         progress: told the share done.
         following: counts what the poses do not follow.
+        physics: receives what `physics=on` gained; see `physics.report`.
 
     Raises:
         TakeError: no frame, or no camera that shows the performer. CalibrationError, SettingsError: see `Pipeline`.
@@ -81,6 +84,8 @@ def solve_frames(
             progress(done / len(placed))
     if finisher is not None:
         results.extend(finisher.results())
+        if physics is not None:
+            physics.update(finisher.physics_report)
     if following is not None:
         for result in results:
             following.add(result)
@@ -90,6 +95,8 @@ def solve_frames(
 
 
 def _finisher(calibration: Calibration, settings: SolveSettings) -> Finisher | None:
+    if settings.physics == "on" and settings.finish == "off":
+        raise SettingsError("physics=on corrects a finished take; set finish=on too, or take preset finish")
     if settings.finish == "off" or calibration.performer is None:
         return None
     return Finisher(calibration.performer, settings)

@@ -1,0 +1,74 @@
+"""Points of the body that may bear on the floor: soles, hands, elbows, knees, seat, shoulders and head.
+
+A foot has two points under the heel, two under the ball and one at the tip of the toes. Measures are shares of
+stature; source: Drillis & Contini, "Body segment parameters", 1966 (breadth of the foot 0.055, its length
+0.152), the flesh under other joints from Winter, "Biomechanics and motor control of human movement", 2009.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from studio.engine.human.model import Humanoid
+from studio.engine.human.skeleton import Skeleton
+from studio.engine.joints import OUTPUT_INDEX
+
+_HALF_BREADTH = 0.022
+_HEEL_BACK = 0.030
+_TOE_LENGTH = 0.035
+
+_FLESH = {
+    "LeftHand": 0.015, "RightHand": 0.015, "LeftForeArm": 0.025, "RightForeArm": 0.025,
+    "LeftLeg": 0.03, "RightLeg": 0.03, "LeftUpLeg": 0.06, "RightUpLeg": 0.06,
+    "LeftArm": 0.04, "RightArm": 0.04, "Head": 0.06,
+}  # fmt: skip
+"""Thickness between a joint and the floor it rests on."""
+
+SOLE_POINTS = 10
+"""The first points are the soles': five of the left foot, five of the right."""
+
+
+@dataclass(frozen=True)
+class FloorPoints:
+    """Where the points are.
+
+    Attributes:
+        body_ids: MuJoCo body that carries each, shape (point_count,).
+        offsets_m: place in the body's frame, shape (point_count, 3).
+        flesh_m: how far above the floor each is where it rests on it, shape (point_count,).
+    """
+
+    body_ids: NDArray[np.int64]
+    offsets_m: NDArray[np.float64]
+    flesh_m: NDArray[np.float64]
+
+
+def floor_points(humanoid: Humanoid) -> FloorPoints:
+    """Return the points of a humanoid, soles first."""
+    height = humanoid.skeleton.height_m
+    carriers, offsets = _soles(humanoid.skeleton)
+    names = [*carriers, *_FLESH]
+    flesh = [0.0] * len(carriers) + [share * height for share in _FLESH.values()]
+    return FloorPoints(
+        np.array([humanoid.model.body(name).id for name in names]),
+        np.array([*offsets, *np.zeros((len(_FLESH), 3))]),
+        np.array(flesh),
+    )
+
+
+def _soles(skeleton: Skeleton) -> tuple[list[str], list[NDArray[np.float64]]]:
+    """Carrier and offset of each sole point; a sole lies on the floor in the T-pose."""
+    height = skeleton.height_m
+    carriers: list[str] = []
+    offsets: list[NDArray[np.float64]] = []
+    for side in ("Left", "Right"):
+        for name, places in (
+            ("Foot", ((-_HALF_BREADTH, _HEEL_BACK), (_HALF_BREADTH, _HEEL_BACK))),
+            ("ToeBase", ((-_HALF_BREADTH, 0.0), (_HALF_BREADTH, 0.0), (0.0, -_TOE_LENGTH))),
+        ):
+            down = -skeleton.rest_positions_m[OUTPUT_INDEX[side + name], 2]
+            for x, y in places:
+                carriers.append(side + name)
+                offsets.append(np.array([x * height, y * height, down]))
+    return carriers, offsets

@@ -1,0 +1,72 @@
+"""Where the corrected motion is kept: where it measures better, by what is known without the truth."""
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.ndimage import binary_closing, binary_opening, distance_transform_edt, gaussian_filter1d
+
+from studio.engine.physics.forces import ARM_M
+from studio.engine.physics.measure import Figures
+from studio.engine.uncertainty import BALL_90, OFFSET_M
+
+STRETCH_S = 0.15
+"""Figures are compared as means over about this time before and after a frame."""
+
+MIN_STRETCH_S = 0.2
+EASE_S = 0.15
+"""A stretch is at least this long, and the poses go over from one motion to the other in this time."""
+
+SLIDE_M_S = 0.002
+SUNK_M = 0.001
+"""By how much sliding and sinking may rise and count as equal."""
+
+STRAY_SHARE = 0.5
+"""A joint that is outside its ball already may move this share of its deviation further out."""
+
+
+def strays(
+    before: NDArray[np.float64],
+    after: NDArray[np.float64],
+    measured: NDArray[np.float64],
+    sigma: NDArray[np.float64],
+) -> NDArray[np.bool_]:
+    """Return the frames in which a joint has moved further from its measurements than their uncertainty allows.
+
+    Args:
+        before: joints of the finished motion [m], shape (F, 21, 3).
+        after: of the corrected one.
+        measured: the fused joints, same shape; NaN = unseen: nothing holds such a joint.
+        sigma: their deviation per axis [m], shape (F, 21).
+    """
+    deviation = np.hypot(sigma, OFFSET_M)
+    was, is_ = (np.linalg.norm(joints - measured, axis=2) for joints in (before, after))
+    return (is_ > np.maximum(BALL_90 * deviation, was + STRAY_SHARE * deviation)).any(
+        axis=1
+    )  # a NaN is not greater
+
+
+def kept(before: Figures, after: Figures, strayed: NDArray[np.bool_], dt: float) -> NDArray[np.float64]:
+    """Return the share of the corrected motion in each frame, 0..1, shape (F,).
+
+    Args:
+        before: figures of the finished motion, over a piece of a take without a gap.
+        after: of the corrected one.
+        strayed: frames that `strays` found.
+        dt: time between frames [s].
+    """
+
+    def smooth(values: NDArray[np.float64]) -> NDArray[np.float64]:
+        return gaussian_filter1d(values, STRETCH_S / dt, mode="nearest")
+
+    def unexplained(figures: Figures) -> NDArray[np.float64]:
+        return smooth(figures.force_n + (figures.moment_nm + figures.excess_nm) / ARM_M)
+
+    better = unexplained(after) < unexplained(before)
+    better &= smooth(after.slide_m_s) <= smooth(before.slide_m_s) + SLIDE_M_S
+    better &= smooth(after.sunk_m) <= smooth(before.sunk_m) + SUNK_M
+    better &= ~strayed
+    size = np.ones(max(1, round(MIN_STRETCH_S / dt)), dtype=bool)
+    better = binary_opening(binary_closing(better, size) & ~strayed, size)
+    if better.all():
+        return np.ones(len(better))
+    away = np.clip(distance_transform_edt(better) * dt / EASE_S, 0.0, 1.0)
+    return away * away * (3.0 - 2.0 * away)
