@@ -1,0 +1,226 @@
+"""The body fitted to the points of one instant: Gauss-Newton steps on points, free space, motion and posture.
+
+Source of the method: articulated registration of a body to points, point to surface, as in Ganapathi, Plagemann,
+Koller & Thrun, "Real-time human pose tracking from range data", ECCV 2012 (with free space), solved in the tangent of
+the chain of hinges; weights by Geman & McClure, 1987.
+"""
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from studio.engine.tracker.body import PARTS, Surface, offsets_of, surface_of
+from studio.engine.tracker.chain import ROOT_DOFS, Chain, Limits, Pose, add_row, place_bodies
+from studio.engine.tracker.silhouette import Silhouette, free_rows
+from studio.engine.tracker.surface import match_points, place_cones
+
+Array = NDArray[np.float64]
+
+POINT_SIGMA_M = 0.02
+"""Noise of a point and of the body's surface [m]."""
+POINT_SHARE = 0.3
+"""Neighbouring points err alike: each counts as this share of one."""
+FREE_WEIGHT = 3.0
+"""A sample in free space counts as so many points."""
+REACH_M = 0.09
+"""Distance at which a point's weight has fallen to a quarter [m]."""
+
+
+class Points(NamedTuple):
+    """Measured points of all cameras in the working frame.
+
+    Attributes:
+        places, views, normals: points [m], unit vectors to their cameras, measured normals (zero = unknown), each of
+            shape (point_count, 3). camera: index of each one's camera, shape (point_count,).
+    """
+
+    places: Array
+    views: Array
+    normals: Array
+    camera: NDArray[np.int64]
+
+
+@dataclass(frozen=True)
+class Figure:
+    """A body of one shape: offsets of its chain and its surface."""
+
+    shape: Array
+    offsets: Array
+    surface: Surface
+
+    @classmethod
+    def of(cls, shape: Array) -> "Figure":
+        return cls(shape, offsets_of(shape), surface_of(shape))
+
+
+@dataclass(frozen=True)
+class Prior:
+    """What is known before the points: an expected pose and the inverse variance of a tangent step from it, shape
+    (6 + dof_count,); and how strongly angles tend to their resting posture."""
+
+    pose: Pose
+    information: Array
+    posture: Array
+
+
+@dataclass(frozen=True)
+class Fit:
+    """A pose, its matches with the points, and the normal matrix of the last step.
+
+    Attributes:
+        distance: of each point to each part [m], shape (point_count, 5).
+        cone: matched cone of each point. offset: how far the point lies outside its surface [m].
+        free: metres in free space of each sample, summed over the cameras, shape (sample_count,).
+        information: normal matrix of the last step, shape (6 + dof_count, 6 + dof_count).
+    """
+
+    pose: Pose
+    distance: Array
+    cone: NDArray[np.int64]
+    offset: Array
+    information: Array
+
+
+def free_samples(surface: Surface) -> Array:
+    """Return the places on the limbs' and head's axes that are tested for free space: cone, share, shape (n, 2)."""
+    samples = []
+    for c, (part, length) in enumerate(zip(surface.part, surface.length, strict=True)):
+        if part > 0 or c < 4:
+            shares = (0.25, 0.6, 1.0) if length > 0.12 else (0.5,)
+            samples += [(c, share) for share in shares]
+    return np.array(samples, dtype=np.float64)
+
+
+@njit(cache=True)
+def _point_rows(chain, surface, places, axes, cone, place, normal, offset, distance, reach, rows, weights):  # type: ignore[no-untyped-def]
+    """Fill the points' rows and weights."""
+    for p in range(len(cone)):
+        add_row(chain, places, axes, surface.body[cone[p]], place[p], normal[p], rows[p])
+        least = distance[p, 0]
+        for part in range(1, distance.shape[1]):
+            least = min(least, distance[p, part])
+        w = 1.0 / (1.0 + (least / reach) ** 2)
+        weights[p] = w * w
+
+
+class Fitter:
+    """Fits one chain, of any shape, to points.
+
+    Attributes:
+        chain, limits: of the humanoid.
+    """
+
+    def __init__(self, chain: Chain, limits: Limits) -> None:
+        self.chain, self.limits = chain, limits
+        self._dofs = ROOT_DOFS + len(limits.names)
+
+    def place(self, figure: Figure, pose: Pose) -> tuple[Array, Array, Array, Array, Array]:
+        """Return bodies' places, rotations, hinges' axes, cones' origins and frames of a pose."""
+        places, rotations, axes = place_bodies(
+            self.chain, figure.offsets, pose.root, pose.rotation, pose.angles
+        )
+        return (places, rotations, axes, *place_cones(figure.surface, places, rotations))
+
+    def match(self, figure: Figure, pose: Pose, points: Points) -> tuple[Array, ...]:
+        """Return the fields of `Matches` of a pose."""
+        *_, origins, frames = self.place(figure, pose)
+        return match_points(
+            points.places, points.views, points.normals, figure.surface, origins, frames, True
+        )
+
+    def fit(
+        self,
+        figure: Figure,
+        pose: Pose,
+        points: Points,
+        silhouettes: tuple[Silhouette, ...],
+        prior: Prior,
+        *,
+        iterations: int,
+        reach: float = REACH_M,
+        free: NDArray[np.bool_] | None = None,
+    ) -> Fit:
+        """Return the pose nearest to the points, begun at `pose`.
+
+        Args:
+            free: which of the 6 + dof_count steps may be taken; all where None.
+        """
+        information = np.eye(self._dofs)
+        for _ in range(iterations):
+            rows, offsets, weights = self.rows(figure, pose, points, silhouettes, reach)
+            weighted = rows * weights[:, None]
+            information = rows.T @ weighted + np.diag(prior.information + prior.posture)
+            gradient = weighted.T @ offsets + prior.information * prior.pose.step_from(pose)
+            gradient[ROOT_DOFS:] += prior.posture[ROOT_DOFS:] * (self.limits.rest - pose.angles)
+            pose = pose.moved(self._step(information, gradient, pose, free), self.limits)
+        cone, _, _, offset, distance = self.match(figure, pose, points)
+        return Fit(pose, distance, cone, offset, information)
+
+    def rows(
+        self,
+        figure: Figure,
+        pose: Pose,
+        points: Points,
+        silhouettes: tuple[Silhouette, ...],
+        reach: float = REACH_M,
+    ) -> tuple[Array, Array, Array]:
+        """Return rows of points, then of samples in free space, what they lack [m], and their weights [1/m2]."""
+        samples = free_samples(figure.surface)
+        places, _, axes, origins, frames = self.place(figure, pose)
+        surface = figure.surface
+        cone, place, normal, offset, distance = match_points(
+            points.places, points.views, points.normals, surface, origins, frames, False
+        )
+        count = len(cone)
+        rows = np.zeros((count + len(samples) * len(silhouettes), self._dofs))
+        offsets = np.zeros(len(rows))
+        weights = np.zeros(len(rows))
+        offsets[:count] = offset
+        _point_rows(
+            self.chain, surface, places, axes, cone, place, normal, offset, distance, reach, rows, weights
+        )
+        end = count
+        for seen in silhouettes:
+            end = free_rows(
+                seen, self.chain, surface, places, axes, origins, frames, samples, rows, offsets, end
+            )
+        weights[count:end] = FREE_WEIGHT / (1.0 + (offsets[count:end] / 0.15) ** 2)
+        weights *= POINT_SHARE / POINT_SIGMA_M**2
+        return rows[:end], offsets[:end], weights[:end]
+
+    def _step(self, information: Array, gradient: Array, pose: Pose, free: NDArray[np.bool_] | None) -> Array:
+        """Solve for the step; angles that would leave their limits stay on them and the rest is solved again."""
+        step = np.zeros(self._dofs)
+        moving = np.ones(self._dofs, dtype=bool) if free is None else free.copy()
+        low, high = self.limits.low - pose.angles, self.limits.high - pose.angles
+        for _ in range(3):
+            held = np.flatnonzero(~moving)
+            index = np.flatnonzero(moving)
+            target = gradient[index] - information[np.ix_(index, held)] @ step[held]
+            step[index] = np.linalg.solve(information[np.ix_(index, index)], target)
+            angles = step[ROOT_DOFS:]
+            outside = moving[ROOT_DOFS:] & ((angles < low - 1e-9) | (angles > high + 1e-9))
+            if not outside.any():
+                break
+            step[ROOT_DOFS:][outside] = np.clip(angles, low, high)[outside]
+            moving[ROOT_DOFS:][outside] = False
+        size = np.abs(step)
+        step[:3] *= min(1.0, 0.3 / max(size[:3].max(), 1e-9))
+        step[3:] *= min(1.0, 0.8 / max(size[3:].max(), 1e-9))
+        return step
+
+
+def part_dofs(limits: Limits) -> dict[str, NDArray[np.bool_]]:
+    """Return by part which tangent steps move that limb alone, shape (6 + dof_count,)."""
+    out = {}
+    for part in PARTS[1:]:
+        side, limb = part.split("_")
+        bodies = (
+            ("Arm", "ForeArm", "Hand", "Shoulder") if limb == "arm" else ("UpLeg", "Leg", "Foot", "ToeBase")
+        )
+        own = [name.split("_")[0] in {side.capitalize() + body for body in bodies} for name in limits.names]
+        out[part] = np.concatenate([np.zeros(ROOT_DOFS, dtype=bool), np.array(own)])
+    return out

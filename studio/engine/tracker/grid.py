@@ -1,0 +1,130 @@
+"""A depth image thinned to a grid of points with normals, and the point where a point appears in the image."""
+
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from studio.engine.depth import DepthCamera
+
+Array = NDArray[np.float64]
+GRID_WIDTH = 160
+"""Cells in a row, about: a cell is 2 cm wide at 2.5 m."""
+
+
+class Lens(NamedTuple):
+    """How the grid's cells and the camera's rays belong together.
+
+    Attributes:
+        stride: pixels from cell to cell.
+        intrinsics: fx, fy, cx, cy [pixels] and eight Brown-Conrady coefficients, shape (12,).
+        rays: x/z and y/z of every pixel, shape (height, width, 2).
+        reach: squared tangent of the angle to which the distortion is invertible.
+    """
+
+    stride: int
+    intrinsics: Array
+    rays: NDArray[np.float32]
+    reach: float
+
+
+def lens_of(camera: DepthCamera) -> Lens:
+    """Return the lens of a camera."""
+    coefficients = (*camera.distortion, *(0.0,) * (8 - len(camera.distortion)))
+    rays = camera.rays
+    return Lens(
+        max(1, round(camera.width / GRID_WIDTH)),
+        np.array([camera.fx, camera.fy, camera.cx, camera.cy, *coefficients]),
+        rays,
+        1.2 * float((rays.astype(np.float64) ** 2).sum(axis=2).max()),
+    )
+
+
+@njit(cache=True)
+def grid_points(depth_mm, lens, rotation, translation, points, depth):  # type: ignore[no-untyped-def]
+    """Fill the grid: `points` in the working frame [m], shape (rows, columns, 3), and `depth`, z in the camera
+    frame [m], shape (rows, columns), 0 where nothing was read or the reading hangs between near and far.
+
+    A cell holds its first pixel with a reading.
+    """
+    rows, columns = depth.shape
+    stride = lens.stride
+    for i in range(rows):
+        for j in range(columns):
+            depth[i, j] = 0.0
+            for k in range(stride * stride):
+                v, u = i * stride + k // stride, j * stride + k % stride
+                if depth_mm[v, u] > 0:
+                    z = depth_mm[v, u] * 0.001
+                    depth[i, j] = z
+                    x, y = lens.rays[v, u, 0] * z, lens.rays[v, u, 1] * z
+                    for a in range(3):
+                        points[i, j, a] = (
+                            rotation[a, 0] * x + rotation[a, 1] * y + rotation[a, 2] * z + translation[a]
+                        )
+                    break
+
+
+@njit(cache=True)
+def confirmed(depth, keep):  # type: ignore[no-untyped-def]
+    """Fill `keep`, shape (rows, columns): whether a cell has two neighbours at about its depth."""
+    rows, columns = depth.shape
+    for i in range(rows):
+        for j in range(columns):
+            z = depth[i, j]
+            keep[i, j] = False
+            if z <= 0.0:
+                continue
+            near = 0.025 + 0.004 * z * z
+            count = 0
+            if i > 0 and abs(depth[i - 1, j] - z) < near:
+                count += 1
+            if j > 0 and abs(depth[i, j - 1] - z) < near:
+                count += 1
+            if i + 1 < rows and abs(depth[i + 1, j] - z) < near:
+                count += 1
+            if j + 1 < columns and abs(depth[i, j + 1] - z) < near:
+                count += 1
+            keep[i, j] = count >= 2
+
+
+@njit(cache=True)
+def normal_at(points, depth, i, j, normal):  # type: ignore[no-untyped-def]
+    """Write the unit normal of a cell's surface, towards the camera side of the grid; zeros where it is unknown."""
+    rows, columns = depth.shape
+    normal[:] = 0.0
+    reach = 2
+    z = depth[i, j]
+    near = 0.04 + 0.02 * z
+    if i < reach or j < reach or i + reach >= rows or j + reach >= columns:
+        return
+    for v, u in ((i - reach, j), (i + reach, j), (i, j - reach), (i, j + reach)):
+        if depth[v, u] <= 0.0 or abs(depth[v, u] - z) > near * reach:
+            return
+    ax = points[i, j + reach, 0] - points[i, j - reach, 0]
+    ay = points[i, j + reach, 1] - points[i, j - reach, 1]
+    az = points[i, j + reach, 2] - points[i, j - reach, 2]
+    bx = points[i + reach, j, 0] - points[i - reach, j, 0]
+    by = points[i + reach, j, 1] - points[i - reach, j, 1]
+    bz = points[i + reach, j, 2] - points[i - reach, j, 2]
+    x, y, z = by * az - bz * ay, bz * ax - bx * az, bx * ay - by * ax
+    length = np.sqrt(x * x + y * y + z * z)
+    if length > 1e-9:
+        normal[0], normal[1], normal[2] = x / length, y / length, z / length
+
+
+@njit(cache=True)
+def cell_of(lens, x, y, z):  # type: ignore[no-untyped-def]
+    """Return row and column (real numbers) of the cell in which a point of the camera frame appears, -1 outside."""
+    if z < 0.1:
+        return -1.0, -1.0
+    k = lens.intrinsics
+    a, b = x / z, y / z
+    r2 = a * a + b * b
+    if r2 > lens.reach:
+        return -1.0, -1.0
+    factor = (1 + r2 * (k[4] + r2 * (k[5] + r2 * k[8]))) / (1 + r2 * (k[9] + r2 * (k[10] + r2 * k[11])))
+    u = a * factor + 2 * k[6] * a * b + k[7] * (r2 + 2 * a * a)
+    v = b * factor + k[6] * (r2 + 2 * b * b) + 2 * k[7] * a * b
+    return (v * k[1] + k[3]) / lens.stride, (u * k[0] + k[2]) / lens.stride

@@ -1,0 +1,329 @@
+"""Lost limbs: one that no longer explains its points is searched for among poses spread over all it can reach."""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from studio.engine.human.model import BODY_JOINTS
+from studio.engine.tracker.body import PARTS, part_of
+from studio.engine.tracker.chain import ROOT_DOFS, Chain, Limits, Pose, place_bodies
+from studio.engine.tracker.fit import Figure, Fitter, Points, Prior, free_samples, part_dofs
+from studio.engine.tracker.silhouette import Silhouette, violation
+from studio.engine.tracker.surface import NORMAL_COST_M2, match_cone
+
+Array = NDArray[np.float64]
+
+CANDIDATES = 60
+"""Poses spread over all that a limb can reach."""
+_DRAWN = 3000
+_TARGETS, _PER_TARGET = 4, 10
+"""Unexplained points that the limb's end is brought to, and poses for each."""
+_CAP_M = 0.15
+"""A point further from the body than this costs no more [m]."""
+FREE_COST = 4.0
+"""A sample in free space costs as much as so many points that are as far off."""
+_POSTURE_COST_M2 = 0.004
+"""What one standard deviation from the resting posture costs, squared [m2]."""
+_REFINED = 4
+_UNEXPLAINED_M = 0.07
+_ELSEWHERE_M = 0.05
+"""A point nearer to the rest of the body is none of the limb's [m]."""
+_LOST_M2 = 0.12
+"""A limb that costs less is not searched for [m2]."""
+_BETTER = 0.75
+_BETTER_M2 = 0.08
+"""Another pose must cost less than this share, and so much less [m2]."""
+
+
+@dataclass(frozen=True)
+class Limb:
+    """One limb: its part, bodies, cones, angles and steps, and poses that it can take.
+
+    Attributes:
+        poses: angles, shape (pose_count, limb_dof_count), the first `CANDIDATES` far from each other.
+        ends: where its last joint then is in the frame of the body it hangs from [m], shape (pose_count, 3).
+    """
+
+    part: int
+    bodies: NDArray[np.int64]
+    cones: NDArray[np.int64]
+    dofs: NDArray[np.int64]
+    moving: NDArray[np.bool_]
+    poses: Array
+    ends: Array
+
+
+class LimbSearch:
+    """Searches limbs of one chain."""
+
+    def __init__(self, fitter: Fitter, figure: Figure) -> None:
+        self._fitter = fitter
+        self._moving = part_dofs(fitter.limits)
+        self._figure = figure
+        self.limbs = tuple(self._limb(part) for part in range(1, len(PARTS)))
+
+    def _limb(self, part: int) -> Limb:
+        moving = self._moving[PARTS[part]]
+        dofs = np.flatnonzero(moving[ROOT_DOFS:])
+        bodies = np.array([b for b, name in enumerate(BODY_JOINTS) if part_of(name) == part])
+        side = "Left" if PARTS[part].startswith("left") else "Right"
+        if PARTS[part].endswith("arm"):
+            bodies = np.concatenate([[BODY_JOINTS.index(f"{side}Shoulder")], bodies])
+        cones = np.flatnonzero(self._figure.surface.part == part)
+        poses, ends = spread_poses(self._fitter.chain, self._fitter.limits, self._figure, dofs, bodies)
+        return Limb(part, bodies, cones, dofs, moving, poses, ends)
+
+    def _tried(
+        self, limb: Limb, figure: Figure, pose: Pose, prior: Prior, points: Points, lost: Array
+    ) -> Array:
+        """Return angles to try: expected, spread over the reach, and with the end at points that nothing explains.
+
+        Args:
+            lost: distance of each point to the body [m].
+        """
+        places, rotations, *_ = self._fitter.place(figure, pose)
+        base = int(self._fitter.chain.parents[limb.bodies[0]])
+        targets = (points.places - places[base]) @ rotations[base]
+        distance = np.where(lost > _UNEXPLAINED_M, np.linalg.norm(targets, axis=1), 0.0)
+        out = [prior.pose.angles[limb.dofs][None], limb.poses[:CANDIDATES]]
+        for _ in range(_TARGETS):
+            if len(distance) == 0 or distance.max() <= 0.0:
+                break
+            target = targets[int(distance.argmax())]
+            near = np.argsort(np.linalg.norm(limb.ends - target, axis=1), kind="stable")[:_PER_TARGET]
+            out.append(limb.poses[near])
+            distance = np.where(np.linalg.norm(targets - target, axis=1) > 0.12, distance, 0.0)
+        return np.concatenate(out)
+
+    @cached_property
+    def samples(self) -> Array:
+        return free_samples(self._figure.surface)
+
+    def cost(
+        self, limb: Limb, figure: Figure, pose: Pose, angles: Array, points: Points, elsewhere: Array,
+        silhouettes: tuple[Silhouette, ...],
+    ) -> Array:  # fmt: skip
+        """Return what each candidate costs [m2], shape (candidate_count,).
+
+        Args:
+            angles: of the limb, shape (candidate_count, limb_dof_count).
+            elsewhere: distance of each point to the rest of the body [m], shape (point_count,).
+        """
+        full = np.repeat(pose.angles[None], len(angles), axis=0)
+        full[:, limb.dofs] = angles
+        places, rotations, _ = place_bodies(
+            self._fitter.chain, figure.offsets, pose.root, pose.rotation, pose.angles
+        )
+        origins, frames = _place_limb(
+            self._fitter.chain,
+            figure.offsets,
+            places,
+            rotations,
+            full,
+            limb.bodies,
+            figure.surface,
+            limb.cones,
+        )
+        cost = _points_cost(
+            points.places, points.views, points.normals, elsewhere,
+            figure.surface, origins, frames, limb.cones, _CAP_M,
+        )  # fmt: skip
+        samples = self.samples[np.isin(self.samples[:, 0].astype(int), limb.cones)]
+        for seen in silhouettes:
+            cost += FREE_COST * _free_cost(seen, figure.surface, origins, frames, limb.cones, samples)
+        limits = self._fitter.limits
+        away = (angles - limits.rest[limb.dofs]) / limits.spread[limb.dofs]
+        return cost + _POSTURE_COST_M2 * (away**2).mean(axis=1)
+
+    def search(
+        self, limb: Limb, figure: Figure, pose: Pose, distance: Array, points: Points,
+        silhouettes: tuple[Silhouette, ...], prior: Prior, lost_m2: float = _LOST_M2,
+    ) -> tuple[Pose, float]:  # fmt: skip
+        """Return the pose, with the limb elsewhere where that explains what is seen much better, and its cost [m2].
+
+        Args:
+            distance: of each point to each part [m], shape (point_count, 5), at `pose`.
+            lost_m2: a limb that costs less stays.
+        """
+        others = np.delete(distance, limb.part, axis=1).min(axis=1)
+        near = others > _ELSEWHERE_M
+        places, *_ = self._fitter.place(figure, pose)
+        reach = 1.15 * float(np.linalg.norm(figure.offsets[limb.bodies], axis=1).sum()) + 0.15
+        near &= np.linalg.norm(points.places - places[limb.bodies[0]], axis=1) < reach
+        some = Points(points.places[near], points.views[near], points.normals[near], points.camera[near])
+        others = others[near]
+        current = pose.angles[limb.dofs][None]
+        costs = self.cost(limb, figure, pose, current, some, others, silhouettes)
+        if costs[0] < lost_m2:
+            return pose, float(costs[0])
+        tried = self._tried(limb, figure, pose, prior, some, distance[near].min(axis=1))
+        tried_costs = self.cost(limb, figure, pose, tried, some, others, silhouettes)
+        best, best_cost = pose, float(costs[0])
+        loose = Prior(pose, np.where(limb.moving, 1.0, 1e6), prior.posture)
+        for k in np.argsort(tried_costs, kind="stable")[:_REFINED]:
+            angles = pose.angles.copy()
+            angles[limb.dofs] = tried[k]
+            begun = pose.with_angles(angles)
+            loose = Prior(begun, loose.information, loose.posture)
+            fit = self._fitter.fit(
+                figure, begun, some, silhouettes, loose, iterations=8, reach=0.15, free=limb.moving
+            )
+            new = fit.pose.angles[limb.dofs][None]
+            cost = float(self.cost(limb, figure, pose, new, some, others, silhouettes)[0])
+            if cost < best_cost:
+                best, best_cost = fit.pose, cost
+        if best_cost < _BETTER * costs[0] and best_cost < costs[0] - _BETTER_M2:
+            return best, best_cost
+        return pose, float(costs[0])
+
+
+def spread_poses(
+    chain: Chain, limits: Limits, figure: Figure, dofs: NDArray[np.int64], bodies: NDArray[np.int64]
+) -> tuple[Array, Array]:
+    """Return a limb's angles, shape (pose_count, dof_count), and where its last joint then is, (pose_count, 3).
+
+    Drawn from a Halton sequence over each angle's usual range within its limits; the first `CANDIDATES` are those
+    whose joints lie farthest from all taken before (Gonzalez, 1985).
+    """
+    drawn = np.stack([_halton(_DRAWN, prime) for prime in _PRIMES[: len(dofs)]], axis=1)
+    centre, spread = limits.rest[dofs], 2.5 * limits.spread[dofs]
+    low, high = np.maximum(limits.low[dofs], centre - spread), np.minimum(limits.high[dofs], centre + spread)
+    angles = low + drawn * (high - low)
+    base = int(chain.parents[bodies[0]])
+    joints = _joints_of(
+        chain, figure.offsets, np.repeat(limits.rest[None], _DRAWN, axis=0), dofs, angles, bodies, base
+    )
+    taken = [0]
+    flat = joints.reshape(_DRAWN, -1)
+    distance = np.linalg.norm(flat - flat[0], axis=1)
+    for _ in range(CANDIDATES - 1):
+        taken.append(int(distance.argmax()))
+        distance = np.minimum(distance, np.linalg.norm(flat - flat[taken[-1]], axis=1))
+    order = np.concatenate([taken, np.setdiff1d(np.arange(_DRAWN), taken)])
+    return angles[order], joints[order, -1]
+
+
+@njit(cache=True)
+def _joints_of(chain, offsets, full, dofs, angles, bodies, base):  # type: ignore[no-untyped-def]
+    """Return a limb's joints in the frame of body `base`, shape (pose_count, limb_body_count, 3)."""
+    out = np.empty((len(angles), len(bodies), 3))
+    for k in range(len(angles)):
+        full[k][dofs] = angles[k]
+        places, rotations, _ = place_bodies(chain, offsets, np.zeros(3), np.eye(3), full[k])
+        for n in range(len(bodies)):
+            for i in range(3):
+                out[k, n, i] = 0.0
+                for j in range(3):
+                    out[k, n, i] += rotations[base, j, i] * (places[bodies[n], j] - places[base, j])
+    return out
+
+
+_PRIMES = (2, 3, 5, 7, 11, 13, 17, 19, 23, 29)
+
+
+def _halton(count: int, base: int) -> Array:
+    """Return the first numbers of a Halton sequence, in 0..1, shape (count,)."""
+    index, share, out = np.arange(1, count + 1), 1.0, np.zeros(count)
+    while index.any():
+        share /= base
+        out += share * (index % base)
+        index //= base
+    return out
+
+
+@njit(cache=True)
+def _place_limb(chain, offsets, places, rotations, angles, bodies, surface, cones):  # type: ignore[no-untyped-def]
+    """Return the limb's cones for every candidate: origins (candidate_count, limb_cone_count, 3) and frames."""
+    origins = np.empty((len(angles), len(cones), 3))
+    frames = np.empty((len(angles), len(cones), 3, 3))
+    places, rotations = places.copy(), rotations.copy()
+    turned = np.empty((3, 3))
+    for k in range(len(angles)):
+        for b in bodies:
+            parent = chain.parents[b]
+            for i in range(3):
+                places[b, i] = places[parent, i]
+                for j in range(3):
+                    places[b, i] += rotations[parent, i, j] * offsets[b, j]
+                    rotations[b, i, j] = rotations[parent, i, j]
+            for h in range(chain.first[b], chain.first[b + 1]):
+                x, y, z = chain.axes[h]
+                angle = angles[k, chain.dofs[h]]
+                s, c = np.sin(angle), np.cos(angle)
+                d = 1.0 - c
+                for i in range(3):
+                    p, q, r = rotations[b, i, 0], rotations[b, i, 1], rotations[b, i, 2]
+                    turned[i, 0] = p * (c + x * x * d) + q * (y * x * d + z * s) + r * (z * x * d - y * s)
+                    turned[i, 1] = p * (x * y * d - z * s) + q * (c + y * y * d) + r * (z * y * d + x * s)
+                    turned[i, 2] = p * (x * z * d + y * s) + q * (y * z * d - x * s) + r * (c + z * z * d)
+                rotations[b] = turned
+        for n in range(len(cones)):
+            b = surface.body[cones[n]]
+            for i in range(3):
+                x = places[b, i]
+                for j in range(3):
+                    x += rotations[b, i, j] * surface.origin[cones[n], j]
+                    y = 0.0
+                    for m in range(3):
+                        y += rotations[b, i, m] * surface.frame[cones[n], m, j]
+                    frames[k, n, i, j] = y
+                origins[k, n, i] = x
+    return origins, frames
+
+
+@njit(cache=True, fastmath=True)
+def _points_cost(points, views, normals, elsewhere, surface, origins, frames, cones, cap):  # type: ignore[no-untyped-def]
+    """Return the capped squared distances of the points to the nearer of limb and rest, summed, per candidate."""
+    costs = np.zeros(len(origins))
+    all_origins = np.zeros((len(surface.body), 3))
+    all_frames = np.zeros((len(surface.body), 3, 3))
+    for k in range(len(origins)):
+        for n in range(len(cones)):
+            all_origins[cones[n]] = origins[k, n]
+            all_frames[cones[n]] = frames[k, n]
+        for p in range(len(points)):
+            least = min(elsewhere[p] * elsewhere[p], cap * cap)
+            for c in cones:
+                half = 0.5 * surface.length[c]
+                reach = half + max(surface.start_radius[c], surface.end_radius[c])
+                square = 0.0
+                for i in range(3):
+                    d = points[p, i] - all_origins[c, i] - half * all_frames[c, i, 2]
+                    square += d * d
+                if square > (reach + cap) ** 2:
+                    continue
+                qx, qy, qz, nx, ny, nz, _ = match_cone(
+                    points[p, 0], points[p, 1], points[p, 2], views[p, 0], views[p, 1], views[p, 2],
+                    surface, all_origins, all_frames, c,
+                )  # fmt: skip
+                cost = (points[p, 0] - qx) ** 2 + (points[p, 1] - qy) ** 2 + (points[p, 2] - qz) ** 2
+                if normals[p, 0] != 0.0 or normals[p, 1] != 0.0 or normals[p, 2] != 0.0:
+                    cost += NORMAL_COST_M2 * (
+                        1.0 - normals[p, 0] * nx - normals[p, 1] * ny - normals[p, 2] * nz
+                    )
+                least = min(least, cost)
+            costs[k] += least
+    return costs
+
+
+@njit(cache=True)
+def _free_cost(seen, surface, origins, frames, cones, samples):  # type: ignore[no-untyped-def]
+    """Return the squared distances into free space of the limb's samples, summed, per candidate."""
+    costs = np.zeros(len(origins))
+    normal = np.zeros(3)
+    point = np.zeros(3)
+    for k in range(len(origins)):
+        for m in range(len(samples)):
+            c, t = int(samples[m, 0]), samples[m, 1]
+            n = 0
+            while cones[n] != c:
+                n += 1
+            for i in range(3):
+                point[i] = origins[k, n, i] + frames[k, n, i, 2] * t * surface.length[c]
+            radius = surface.start_radius[c] + t * (surface.end_radius[c] - surface.start_radius[c])
+            away = violation(seen, point, radius / max(surface.flat[c], 1.0), normal)
+            costs[k] += away * away
+    return costs

@@ -1,0 +1,67 @@
+"""What is expected of the next frame: pose and velocity of the last, and how far each joint may have gone since."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from studio.engine.tracker.chain import ROOT_DOFS, Limits, Pose, rotation_of
+from studio.engine.tracker.fit import Prior
+
+Array = NDArray[np.float64]
+
+_PER_FRAME_S = 1.0 / 30.0
+_ROOT_MOVE, _ROOT_TURN = 0.05, 0.10
+_CHANGE = {"Spine": 0.05, "Neck": 0.15, "Shoulder": 0.05, "Arm": 0.35, "ForeArm": 0.40, "Hand": 0.20,
+           "UpLeg": 0.20, "Leg": 0.25, "Foot": 0.15, "ToeBase": 0.10}  # fmt: skip
+"""How far a joint strays from where its velocity leads, per frame of 1/30 s [rad]: loose on the arms."""
+_KEPT_VELOCITY = 0.8
+_POSTURE_SPREAD = 2.0
+"""Postures stray so many usual spreads from rest before the points have their say."""
+
+
+class Motion:
+    """Predicts poses; a Kalman filter's prediction with diagonal covariance."""
+
+    def __init__(self, limits: Limits) -> None:
+        families = [name.split("_")[0].removeprefix("Left").removeprefix("Right") for name in limits.names]
+        self._change = np.concatenate(
+            [np.full(3, _ROOT_MOVE), np.full(3, _ROOT_TURN), [_CHANGE[family] for family in families]]
+        )
+        self._most = np.concatenate([np.full(3, 0.5), np.full(3, 1.0), 2.0 * limits.spread])
+        self._limits = limits
+        self.posture = np.concatenate([np.zeros(ROOT_DOFS), 1.0 / (_POSTURE_SPREAD * limits.spread) ** 2])
+        self.pose: Pose | None = None
+        self.velocity = np.zeros(len(self._change))
+        self.variance = self._most**2
+
+    def restart(self, pose: Pose) -> None:
+        """Begin at a pose that stands still."""
+        self.pose = pose
+        self.velocity = np.zeros(len(self._change))
+        self.variance = self._change**2
+
+    def after(self, seconds: float) -> Pose:
+        """Return the pose to which the velocity leads."""
+        assert self.pose is not None
+        return self.pose.moved(self.velocity * seconds * _KEPT_VELOCITY, self._limits)
+
+    def prior(self, seconds: float) -> Prior:
+        """Return what is expected after `seconds`."""
+        share = min(max(seconds / _PER_FRAME_S, 0.3), 10.0)
+        variance = np.minimum(self.variance + share * self._change**2, self._most**2)
+        return Prior(self.after(seconds), 1.0 / variance, self.posture)
+
+    def update(self, pose: Pose, information: Array, seconds: float) -> None:
+        """Take the pose found after `seconds` with its normal matrix."""
+        assert self.pose is not None
+        step = pose.step_from(self.pose)
+        if seconds > 0:
+            limit = np.where(np.arange(len(step)) < 3, 8.0, 25.0)
+            self.velocity = np.clip(step / seconds, -limit, limit)
+        self.variance = np.minimum(np.diag(np.linalg.inv(information)), self._most**2)
+        self.pose = pose
+
+
+def about(pose: Pose, turn: float, point: Array) -> Pose:
+    """Return a pose turned about the vertical line through a point [m], shape (3,), by an angle [rad]."""
+    rotation = rotation_of(np.array([0.0, 0.0, turn]))
+    return Pose(point + rotation @ (pose.root - point), rotation @ pose.rotation, pose.angles)

@@ -1,0 +1,102 @@
+"""Which clusters are the performer: chosen once, then kept by where the body is expected."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from studio.engine.human.model import BODY_JOINTS
+from studio.engine.tracker.chain import Pose
+from studio.engine.tracker.fit import Figure, Fitter, Points
+from studio.engine.tracker.view import Seen
+
+Array = NDArray[np.float64]
+
+_HEIGHT_M = (1.0, 2.4)
+_WIDEST_M = 2.4
+_LEAST_AREA_M2, _MOST_AREA_M2 = 0.12, 1.8
+_BESIDE_M = 0.45
+_NEAR_M = 0.22
+_NEAR_SHARE = 0.4
+_LOOKED_AT = 40
+_CHEST = BODY_JOINTS.index("Spine2")
+_LIMB_AREA_M2, _LIMB_REACH_M = 0.12, 0.85
+
+
+def may_be_person(seen: Seen) -> NDArray[np.bool_]:
+    """Return which clusters have a standing person's size, shape (cluster_count,)."""
+    k = seen.clusters
+    size = k.high - k.low
+    return (
+        (k.high[:, 2] > _HEIGHT_M[0]) & (k.high[:, 2] < _HEIGHT_M[1])
+        & (np.hypot(size[:, 0], size[:, 1]) < _WIDEST_M) & (size[:, 2] > 0.5)
+        & (k.area > _LEAST_AREA_M2) & (k.area < _MOST_AREA_M2)
+    )  # fmt: skip
+
+
+def candidates(views: dict[str, Seen], centre: Array | None) -> list[Array]:
+    """Return where people may stand, x and y [m], the most likely performer first.
+
+    Args:
+        centre: middle of the stage, x and y; None for the line straight before the camera, near before far.
+    """
+    found = []
+    for seen in views.values():
+        for k in np.flatnonzero(may_be_person(seen)):
+            middle = seen.clusters.middle[k, :2]
+            away = (
+                abs(middle[0]) + 0.3 * abs(middle[1])
+                if centre is None
+                else float(np.hypot(*(middle - centre)))
+            )
+            found.append((away, -float(seen.clusters.area[k]), middle))
+    found.sort(key=lambda item: item[:2])
+    out: list[Array] = []
+    for _, _, middle in found:
+        if all(np.hypot(*(middle - other)) > _BESIDE_M for other in out):
+            out.append(middle)
+    return out
+
+
+def at_place(seen: Seen, place: Array) -> NDArray[np.bool_]:
+    """Return which clusters belong to a person who stands at x, y, shape (cluster_count,)."""
+    k = seen.clusters
+    person = may_be_person(seen) & (np.hypot(*(k.middle[:, :2] - place).T) < _BESIDE_M)
+    if not person.any():
+        return person
+    low, high = k.low[person].min(axis=0) - 0.12, k.high[person].max(axis=0) + 0.12
+    small = (k.area < 0.25) & (np.hypot(*(k.middle[:, :2] - place).T) < 0.9)
+    return person | (small & (k.middle > low).all(axis=1) & (k.middle < high).all(axis=1))
+
+
+def near_body(seen: Seen, fitter: Fitter, figure: Figure, pose: Pose, eye: Array) -> NDArray[np.bool_]:
+    """Return which clusters lie where the body is expected, shape (cluster_count,).
+
+    Args:
+        eye: the camera in the working frame [m], shape (3,).
+    """
+    labels = seen.clusters.labels.ravel()
+    order = np.argsort(labels, kind="stable")
+    begins = np.searchsorted(labels[order], np.arange(len(seen.clusters.count) + 1))
+    near = np.zeros(len(seen.clusters.count), dtype=bool)
+    reach = np.hypot(*(seen.clusters.middle[:, :2] - pose.root[:2]).T) < 1.6
+    picks, owner = [], []
+    for k in np.flatnonzero(reach):
+        cells = order[begins[k] : begins[k + 1]]
+        step = max(len(cells) // _LOOKED_AT, 1)
+        picks.append(cells[::step])
+        owner.append(np.full(len(picks[-1]), k))
+    if not picks:
+        return near
+    cells, owners = np.concatenate(picks), np.concatenate(owner)
+    places = seen.points.reshape(-1, 3)[cells]
+    views = eye - places
+    views /= np.linalg.norm(views, axis=1, keepdims=True)
+    points = Points(places, views, np.zeros_like(places), np.zeros(len(places), dtype=np.int64))
+    *_, distance = fitter.match(figure, pose, points)
+    least = distance.min(axis=1)
+    chest = fitter.place(figure, pose)[0][_CHEST]
+    for k in np.unique(owners):
+        own = least[owners == k]
+        near[k] = (own < _NEAR_M).mean() >= _NEAR_SHARE
+        if not near[k] and seen.clusters.area[k] < _LIMB_AREA_M2:  # an arm that the body's image cuts off
+            near[k] = np.linalg.norm(seen.clusters.middle[k] - chest) < _LIMB_REACH_M
+    return near

@@ -1,0 +1,82 @@
+"""The performer's shape, estimated together with the pose while the performer is watched.
+
+Lengths and girths are unknowns of the same least squares as the pose, with a prior from anthropometry; what every
+frame tells about them is added up (its errors are alike from frame to frame, so a frame counts as a part of one). A
+T-pose tells widths, girths and whole limbs; where elbows and knees lie is told once they bend.
+"""
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from studio.engine.tracker.body import SHAPE, SHAPE_SPREAD
+from studio.engine.tracker.chain import ROOT_DOFS
+from studio.engine.tracker.fit import Figure, Fit, Fitter, Points, Prior
+from studio.engine.tracker.silhouette import Silhouette
+from studio.engine.tracker.surface import match_cone, place_cones
+
+Array = NDArray[np.float64]
+
+_STEP = 0.01
+_FRAME_SHARE = 0.05
+"""What a frame tells counts as this share of an independent one."""
+_MOST = 0.25
+"""No scale leaves its usual value by more than this logarithm, but height."""
+
+
+@njit(cache=True)
+def _offsets(points, views, cones, surface, origins, frames):  # type: ignore[no-untyped-def]
+    """Return how far each point lies outside the cone it was matched with [m]."""
+    offsets = np.empty(len(points))
+    for p in range(len(points)):
+        offsets[p] = match_cone(
+            points[p, 0], points[p, 1], points[p, 2], views[p, 0], views[p, 1], views[p, 2],
+            surface, origins, frames, cones[p],
+        )[6]  # fmt: skip
+    return offsets
+
+
+class ShapeEstimate:
+    """The shape and how surely it is known.
+
+    Attributes:
+        mean: shape (11,). information: inverse covariance, shape (11, 11).
+    """
+
+    def __init__(self, shape: Array) -> None:
+        self.mean = shape.copy()
+        self._usual = shape.copy()
+        self.information = np.diag(1.0 / SHAPE_SPREAD**2)
+
+    def update(
+        self, fitter: Fitter, fit: Fit, points: Points, silhouettes: tuple[Silhouette, ...], prior: Prior
+    ) -> Figure:
+        """Take one frame's points at a fitted pose into the estimate; return the body of the new shape."""
+        figure = Figure.of(self.mean)
+        rows, offsets, weights = fitter.rows(figure, fit.pose, points, silhouettes)
+        count = len(points.places)
+        columns = np.zeros((len(rows), len(SHAPE)))
+        for k in range(len(SHAPE)):
+            shape = self.mean.copy()
+            shape[k] += _STEP
+            columns[:count, k] = -(self._shaped(fitter, shape, fit, points) - offsets[:count]) / _STEP
+        pose_weighted, shape_weighted = rows * weights[:, None], columns * weights[:, None]
+        pose_part = rows.T @ pose_weighted + np.diag(prior.information + prior.posture)
+        pose_gradient = pose_weighted.T @ offsets + prior.information * prior.pose.step_from(fit.pose)
+        pose_gradient[ROOT_DOFS:] += prior.posture[ROOT_DOFS:] * (fitter.limits.rest - fit.pose.angles)
+        cross = pose_weighted.T @ columns
+        solved = np.linalg.solve(pose_part, np.column_stack([cross, pose_gradient]))
+        told = _FRAME_SHARE * (columns.T @ shape_weighted - cross.T @ solved[:, :-1])
+        gradient = _FRAME_SHARE * (shape_weighted.T @ offsets - cross.T @ solved[:, -1])
+        self.information = self.information + told
+        step = np.linalg.solve(self.information, gradient)
+        mean = self.mean + np.clip(step, -0.03, 0.03)
+        mean[1:] = np.clip(mean[1:], -_MOST, _MOST)
+        self.mean = mean
+        return Figure.of(mean)
+
+    def _shaped(self, fitter: Fitter, shape: Array, fit: Fit, points: Points) -> Array:
+        figure = Figure.of(shape)
+        places, rotations, *_ = fitter.place(figure, fit.pose)
+        origins, frames = place_cones(figure.surface, places, rotations)
+        return _offsets(points.places, points.views, fit.cone, figure.surface, origins, frames)

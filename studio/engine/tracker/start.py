@@ -1,0 +1,102 @@
+"""A cold start: the pose of somebody of whom nothing is known but the points."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from studio.engine.tracker.body import SHAPE, USUAL_HEIGHT_M
+from studio.engine.tracker.chain import Pose, rotation_of
+from studio.engine.tracker.fit import Figure, Fit, Fitter, Points, Prior
+from studio.engine.tracker.limbs import LimbSearch
+from studio.engine.tracker.silhouette import Silhouette
+
+Array = NDArray[np.float64]
+
+_TRUNK_BAND = (0.45, 0.80)
+_HALF_DEPTH_M = 0.09
+_FACING_AWAY_COST_M2 = 1.0
+"""Who starts usually faces the cameras: the opposite must explain this much more [m2]."""
+_CAP_M = 0.15
+
+
+@dataclass(frozen=True)
+class Start:
+    """A pose found, with the figure it was found for and what it leaves unexplained, per point [m2]."""
+
+    figure: Figure
+    fit: Fit
+    cost_m2: float
+
+
+def height_of(points: Points) -> float:
+    """Return the height of who stands there [m], within what people are."""
+    return float(np.clip(np.percentile(points.places[:, 2], 99.5) + 0.005, 1.1, 2.15))
+
+
+def shape_of_height(height_m: float) -> Array:
+    """Return the usual shape of a height."""
+    shape = np.zeros(len(SHAPE))
+    shape[0] = np.log(height_m / USUAL_HEIGHT_M)
+    return shape
+
+
+def yaws(points: Points) -> list[float]:
+    """Return headings to try [rad], 0 = facing -y, towards the cameras first."""
+    towards = points.views[:, :2].mean(axis=0)
+    facing = float(np.arctan2(towards[0], -towards[1])) if np.hypot(*towards) > 0.2 else 0.0
+    return [facing + turn for turn in np.radians([0.0, 45.0, -45.0, 90.0, -90.0, 180.0])]
+
+
+def standing(figure: Figure, points: Points, yaw: float, rest: Array) -> Pose:
+    """Return the resting stance where the points' trunk is."""
+    heights = points.places[:, 2] / figure.offsets[0, 2] * 0.53
+    trunk = (heights > _TRUNK_BAND[0]) & (heights < _TRUNK_BAND[1])
+    some = points.places[trunk] if trunk.sum() > 20 else points.places
+    into = points.views[trunk] if trunk.sum() > 20 else points.views
+    middle = np.median(some, axis=0) - _HALF_DEPTH_M * into.mean(axis=0)
+    root = np.array([middle[0], middle[1], figure.offsets[0, 2]])
+    return Pose(root, rotation_of(np.array([0.0, 0.0, yaw])), rest.copy())
+
+
+def cost_of(
+    search: LimbSearch, figure: Figure, fit: Fit, points: Points, silhouettes: tuple[Silhouette, ...]
+) -> float:
+    """Return what a fit leaves unexplained [m2]: capped squared distances, and limbs in free space."""
+    unexplained = float(
+        np.minimum(fit.distance.min(axis=1), _CAP_M) @ np.minimum(fit.distance.min(axis=1), _CAP_M)
+    )
+    none = Points(*(np.zeros((0, 3)),) * 3, np.zeros(0, np.int64))
+    for limb in search.limbs:
+        angles = fit.pose.angles[limb.dofs][None]
+        unexplained += float(search.cost(limb, figure, fit.pose, angles, none, np.zeros(0), silhouettes)[0])
+    return unexplained
+
+
+def cold_start(
+    fitter: Fitter,
+    search: LimbSearch,
+    figure: Figure,
+    points: Points,
+    silhouettes: tuple[Silhouette, ...],
+    posture: Array,
+    headings: list[float],
+) -> Start:
+    """Return the best of fits begun at several headings, limbs searched for in each."""
+    best: Start | None = None
+    for yaw in headings:
+        pose = standing(figure, points, yaw, fitter.limits.rest)
+        loose = Prior(pose, np.full(len(posture), 1.0), posture)
+        fit = fitter.fit(figure, pose, points, silhouettes, loose, iterations=4, reach=0.20)
+        for _ in range(2):
+            pose = fit.pose
+            for limb in search.limbs:
+                pose, _ = search.search(limb, figure, pose, fit.distance, points, silhouettes, loose)
+            fit = fitter.fit(figure, pose, points, silhouettes, loose, iterations=4, reach=0.12)
+        cost = cost_of(search, figure, fit, points, silhouettes)
+        if np.cos(yaw - headings[0]) < -0.3:
+            cost += _FACING_AWAY_COST_M2
+        if best is None or cost < best.cost_m2:
+            best = Start(figure, fit, cost)
+    assert best is not None
+    return best

@@ -1,0 +1,168 @@
+"""One camera's depth images: floor, background and the clusters that stand before them."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from studio.engine.depth import DepthCamera
+from studio.engine.errors import FormatError
+from studio.engine.geometry import invert_transform
+from studio.engine.tracker.clusters import Clusters, clusters_of
+from studio.engine.tracker.fit import Points
+from studio.engine.tracker.floor import find_floor, stand_on
+from studio.engine.tracker.grid import confirmed, grid_points, lens_of, normal_at
+from studio.engine.tracker.silhouette import Silhouette, nearest_cells
+
+Array = NDArray[np.float64]
+
+FLOOR_M = 0.035
+"""What is lower is floor [m]."""
+_LEAST_CELLS = 12
+_MOST_CLUSTERS = 40
+_UP = np.array([0.0, -1.0, 0.0])
+_LEVEL_HEIGHT_M = 1.0
+"""A camera that sees no floor is taken to look level from this height."""
+
+
+@dataclass(frozen=True)
+class Seen:
+    """What one image shows: its grid in the working frame and the clusters on it."""
+
+    points: Array
+    depth: Array
+    clusters: Clusters
+
+
+class CameraView:
+    """A camera's grid and its background, learnt while it watches.
+
+    Attributes:
+        T_work_camera: camera points to the working frame; None until the first image where it was not given.
+    """
+
+    def __init__(self, camera: DepthCamera, T_work_camera: Array | None) -> None:
+        self.camera = camera
+        self.lens = lens_of(camera)
+        self.T_work_camera = T_work_camera
+        shape = (camera.height // self.lens.stride, camera.width // self.lens.stride)
+        self.cell_angle = self.lens.stride / camera.fx
+        self._background = np.zeros(shape)
+        self._keep = np.zeros(shape, dtype=bool)
+        self._use = np.zeros(shape, dtype=bool)
+
+    def see(self, depth_mm: NDArray[np.uint16]) -> Seen:
+        """Return the points and clusters of an image.
+
+        Raises:
+            FormatError: an image of another size than the camera's.
+        """
+        if depth_mm.shape != (self.camera.height, self.camera.width):
+            raise FormatError(
+                f"a depth image of {depth_mm.shape[1]} x {depth_mm.shape[0]} pixels came from a camera of "
+                f"{self.camera.width} x {self.camera.height}; give the intrinsics that belong to the images"
+            )
+        points = np.zeros((*self._background.shape, 3))
+        depth = np.zeros(self._background.shape)
+        if self.T_work_camera is None:
+            self.T_work_camera = self._stand(depth_mm, points, depth)
+        T = self.T_work_camera
+        grid_points(depth_mm, self.lens, T[:3, :3].copy(), T[:3, 3].copy(), points, depth)
+        confirmed(depth, self._keep)
+        _candidates(points, depth, self._keep, self._background, FLOOR_M, self._use)
+        clusters = Clusters(
+            *clusters_of(points, depth, self._use, self.cell_angle, _LEAST_CELLS, _MOST_CLUSTERS)
+        )
+        return Seen(points, depth, clusters)
+
+    def _stand(self, depth_mm: NDArray[np.uint16], points: Array, depth: Array) -> Array:
+        """Return `T_work_camera` on the floor of an image, or of a level camera where it shows none."""
+        grid_points(depth_mm, self.lens, np.eye(3), np.zeros(3), points, depth)
+        some = points[depth > 0][::7]
+        plane = find_floor(np.ascontiguousarray(some), _UP)
+        return stand_on(np.array([*_UP, -_LEVEL_HEIGHT_M]) if plane is None else plane)
+
+    def learn_background(self, seen: Seen, standing: NDArray[np.bool_]) -> None:
+        """Take what stands still behind people into the background.
+
+        Args:
+            standing: which clusters may be people, who are no background, shape (cluster_count,).
+        """
+        _learn(seen.depth, self._keep, seen.clusters.labels, standing, self._background)
+
+    def points_of(self, seen: Seen, chosen: NDArray[np.bool_], count: int, index: int) -> Points:
+        """Return about `count` points of the chosen clusters, evenly over the image."""
+        assert self.T_work_camera is not None
+        places, views, normals = _sample(
+            seen.points, seen.depth, seen.clusters.labels, chosen, count, self.T_work_camera[:3, 3].copy()
+        )
+        return Points(places, views, normals, np.full(len(places), index))
+
+    def silhouette_of(self, seen: Seen, chosen: NDArray[np.bool_]) -> Silhouette:
+        """Return the silhouette of the chosen clusters."""
+        assert self.T_work_camera is not None
+        T = invert_transform(self.T_work_camera)
+        person = np.append(chosen, False)[seen.clusters.labels]
+        nearest = np.empty(person.shape, np.int32)
+        nearest_cells(person, nearest)
+        return Silhouette(self.lens, T[:3, :3].copy(), T[:3, 3].copy(), seen.depth, nearest)
+
+
+@njit(cache=True)
+def _candidates(points, depth, keep, background, floor, use):  # type: ignore[no-untyped-def]
+    """Fill `use`: cells with a confirmed reading above the floor and before the background."""
+    rows, columns = depth.shape
+    for i in range(rows):
+        for j in range(columns):
+            z, behind = depth[i, j], background[i, j]
+            use[i, j] = (
+                keep[i, j]
+                and points[i, j, 2] > floor
+                and (behind <= 0.0 or z < behind - (0.05 + 0.004 * z * z))
+            )
+
+
+@njit(cache=True)
+def _learn(depth, keep, labels, standing, background):  # type: ignore[no-untyped-def]
+    rows, columns = depth.shape
+    for i in range(rows):
+        for j in range(columns):
+            label = labels[i, j]
+            if label >= 0 and not standing[label] and keep[i, j]:
+                behind = background[i, j]
+                background[i, j] = depth[i, j] if behind <= 0.0 else behind + 0.1 * (depth[i, j] - behind)
+
+
+@njit(cache=True)
+def _sample(points, depth, labels, chosen, count, eye):  # type: ignore[no-untyped-def]
+    rows, columns = depth.shape
+    total = 0
+    for i in range(rows):
+        for j in range(columns):
+            if labels[i, j] >= 0 and chosen[labels[i, j]]:
+                total += 1
+    step = max(total / count, 1.0)
+    size = int(total / step)
+    places = np.zeros((size, 3))
+    views = np.zeros((size, 3))
+    normals = np.zeros((size, 3))
+    seen, k = 0, 0
+    for i in range(rows):
+        for j in range(columns):
+            if labels[i, j] < 0 or not chosen[labels[i, j]]:
+                continue
+            if k < size and seen >= int((k + 0.5) * step):
+                x, y, z = eye[0] - points[i, j, 0], eye[1] - points[i, j, 1], eye[2] - points[i, j, 2]
+                length = np.sqrt(x * x + y * y + z * z)
+                views[k, 0], views[k, 1], views[k, 2] = x / length, y / length, z / length
+                places[k] = points[i, j]
+                normal_at(points, depth, i, j, normals[k])
+                facing = (
+                    normals[k, 0] * views[k, 0] + normals[k, 1] * views[k, 1] + normals[k, 2] * views[k, 2]
+                )
+                if facing < 0.0:
+                    normals[k] = -normals[k]
+                k += 1
+            seen += 1
+    return places[:k], views[:k], normals[:k]
