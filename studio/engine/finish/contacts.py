@@ -31,7 +31,7 @@ PLACE_S = 0.5
 FLAT_M = 0.025
 """A foot is flat where its ankle's height over its toe is that of rest to within this."""
 
-SURE_M = 0.015
+SURE_M = 0.012
 MAX_SUNK_M = 0.08
 """Up to the first, the floor is where it was calibrated; by more than the second it never is elsewhere."""
 

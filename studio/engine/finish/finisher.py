@@ -19,7 +19,7 @@ from studio.engine.body import Body
 from studio.engine.calibration.result import Performer
 from studio.engine.errors import SettingsError
 from studio.engine.finish.contacts import JOINTS, Contacts, find_contacts
-from studio.engine.finish.measurements import Measurements, measure, swapped
+from studio.engine.finish.measurements import Measurements, NoiseScale, measure, swapped
 from studio.engine.finish.smoother import Smoother
 from studio.engine.finish.store import Store
 from studio.engine.finish.trajectory import Kinematics
@@ -39,8 +39,12 @@ HELD = 2
 """Frames at the far end of a margin that stay: accelerations reach over two."""
 
 ITERATIONS = 3
+SCALED_ITERATIONS = 1
 CONTACT_ITERATIONS = 3
 """Before standing feet are known, and after."""
+
+CAMERA_FRAME_S = 1.0 / 30.0
+"""Depth cameras' period."""
 
 MIN_FRAMES = 6
 """Fewer frames than this on their own (between gaps) are left as they are."""
@@ -65,6 +69,7 @@ class Finisher:
         )
         self._dt = 1.0 / settings.output_hz
         self._kinematics = Kinematics(humanoid)
+        self._first = Smoother(humanoid, self._dt, limited=limited, lively=False)
         self._smoother = Smoother(humanoid, self._dt, limited=limited)
         self._physics = Physics(humanoid, self._dt, limited=limited) if settings.physics == "on" else None
         self._with_contacts = settings.floor_contact == "on"
@@ -74,6 +79,7 @@ class Finisher:
         self._store: Store | None = None
         self._measured: tuple[tuple[int, int], Measurements] | None = None  # the last window's
         self._exchanged = np.zeros((0, 0), dtype=bool)  # frame and camera
+        self._noise: NDArray[np.float64] | None = None
 
     @property
     def physics_report(self) -> dict[str, Any]:
@@ -93,6 +99,10 @@ class Finisher:
         q = self._initial(self._store)
         pieces = self._pieces(self._store)
         for _ in range(ITERATIONS):
+            self._step(q, pieces, None, self._first)
+        self._noise = self._noise_scale(q, pieces)
+        self._measured = None
+        for _ in range(SCALED_ITERATIONS):
             self._step(q, pieces, None)
         lifted_m, contacts = 0.0, None
         if self._with_contacts:
@@ -182,8 +192,21 @@ class Finisher:
             positions[exchanged] = positions[exchanged][:, MIRROR]
             confidence[exchanged] = confidence[exchanged][:, MIRROR]
             found = measure(positions, confidence, self._store.camera_positions)
+            if self._noise is not None:
+                found = found.scaled(self._noise)
             self._measured = (begin, end), found
         return self._measured[1]
+
+    def _noise_scale(self, q: NDArray[np.float64], pieces: list[tuple[int, int]]) -> NDArray[np.float64]:
+        assert self._store is not None
+        lag = max(1, round(CAMERA_FRAME_S / self._dt))
+        scale = NoiseScale(len(self._store.cameras))
+        for first, last in pieces:
+            for begin in range(first, last, WINDOW):
+                rows = slice(begin, min(begin + WINDOW + lag, last))
+                if rows.stop - begin > lag:
+                    scale.add(self._measurements(begin, rows.stop), self._kinematics.sites(q[rows]), lag)
+        return scale.factor()
 
     def _feet(self, q: NDArray[np.float64]) -> NDArray[np.float64]:
         """Ankles and toes [m], shape (frame_count, 4, 3)."""

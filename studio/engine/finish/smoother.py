@@ -12,6 +12,7 @@ Source: batch estimation with a white-noise-on-acceleration prior (Barfoot, "Sta
 import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import cho_solve_banded, cholesky_banded
+from scipy.ndimage import gaussian_filter1d
 
 from studio.engine.finish.contacts import JOINTS, Contacts
 from studio.engine.finish.measurements import Measurements
@@ -19,7 +20,7 @@ from studio.engine.finish.trajectory import Kinematics, moved, steps
 from studio.engine.human.model import BODY_JOINTS, FREE_DOFS, Humanoid
 from studio.engine.human.ranges import dofs_of
 
-CAUCHY = 4.0
+CAUCHY = 3.5
 """Deviations beyond this many sigma count less and less."""
 
 INFLATION = 4.0
@@ -36,8 +37,13 @@ LIMIT_STIFFNESS = 1e5
 TAIL = 2.0
 """Accelerations beyond this many deviations are held back less and less: feet land, fists stop."""
 
-REST_WEIGHT = 0.1
-PLACE_SIGMA_M = 0.002
+LIVELY = 4.0
+LIVELY_S = 0.15
+"""Where a degree of freedom accelerates, more is to be expected: so many times its root mean square over this time
+joins the deviation."""
+
+REST_WEIGHT = 0.05
+PLACE_SIGMA_M = 0.0015
 """How far a standing joint may be from its place [m]."""
 
 LEAST_SIGMA_M = 0.002
@@ -88,14 +94,15 @@ class _Normal:
 class Smoother:
     """One Gauss-Newton step for the frames of a window, `dt` apart [s]."""
 
-    def __init__(self, humanoid: Humanoid, dt: float, *, limited: bool = True) -> None:
+    def __init__(self, humanoid: Humanoid, dt: float, *, limited: bool = True, lively: bool = True) -> None:
+        """Prepare; `lively`: accelerations are expected where there are some."""
         self._kinematics = Kinematics(humanoid)
         self._stiffness = 1.0 / (acceleration_sigma() * dt**2) ** 2
         rest = REST_WEIGHT / humanoid.spread_rad**2 * dt * 60.0
         self._rest_stiffness = np.concatenate([np.zeros(FREE_DOFS), rest])
         self._rest = humanoid.rest_q
         self._low, self._high = humanoid.range_rad.T if limited else (-np.inf, np.inf)
-        self._dt = dt
+        self._dt, self._lively = dt, lively
 
     def stepped(
         self,
@@ -157,7 +164,13 @@ class Smoother:
 
     def _acceleration_rows(self, q: NDArray[np.float64], normal: _Normal) -> None:
         acceleration = np.diff(steps(q), axis=0)
-        stiffness = self._stiffness / (1.0 + self._stiffness * acceleration**2 / TAIL**2)
+        stiffness = self._stiffness
+        if self._lively:
+            usual = gaussian_filter1d(
+                stiffness * acceleration**2, LIVELY_S / self._dt, axis=0, mode="nearest", truncate=3.0
+            )
+            stiffness = stiffness / (1.0 + LIVELY**2 * usual)
+        stiffness = stiffness / (1.0 + stiffness * acceleration**2 / TAIL**2)
         pull = stiffness * acceleration
         normal.right[:-2] -= pull
         normal.right[1:-1] += 2.0 * pull
@@ -179,7 +192,7 @@ def _camera_rows(
     difference = measurements.positions - sites[:, None]
     along = np.einsum("tcja,tcja->tcj", difference, rays)
     beyond = measurements.axial - lateral  # along the ray
-    squared = lateral * np.einsum("tcja,tcja->tcj", difference, difference) + beyond * along**2
+    squared = measurements.squared(difference)
     cauchy = 1.0 / (1.0 + squared / CAUCHY**2) / INFLATION
     lateral, beyond = cauchy * lateral, cauchy * beyond
     weight = np.einsum("tcj,tcja,tcjb->tjab", beyond, rays, rays)
