@@ -28,7 +28,7 @@ _TABLE: dict[str, tuple[tuple[float, ...], tuple[float, ...], tuple[float, ...],
 }  # fmt: skip
 # Bend of each bone from open to fist [rad], about the axis that curls into the palm.
 _FIST: dict[str, tuple[float, float, float]] = {
-    "thumb": (0.10, 0.75, 0.80),
+    "thumb": (0.15, 0.95, 0.95),
     "index": (1.30, 1.65, 0.95),
     "middle": (1.38, 1.70, 0.95),
     "ring": (1.42, 1.70, 0.95),
@@ -94,10 +94,10 @@ class Hand:
         for i, name in enumerate(FINGERS):
             spread = _TABLE[name][3]
             if name == "thumb":  # swings in before the palm, then folds over the fingers
-                turn = Rotation.from_rotvec(closed * np.array([0.0, 0.45, 0.0])) * Rotation.from_rotvec(
-                    closed * np.array([0.0, 0.0, -0.30])
+                turn = Rotation.from_rotvec(closed * np.array([0.0, 0.05, 0.0])) * Rotation.from_rotvec(
+                    closed * np.array([0.0, 0.0, -0.25])
                 )
-                axis = np.array([0.0, 0.35, -0.94])
+                axis = np.array([0.0, 0.1, -0.995])
             else:
                 turn = Rotation.from_rotvec([0.0, 0.0, -spread * 0.8 * closed])
                 axis = np.array([0.0, 1.0, 0.0])
