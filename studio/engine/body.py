@@ -63,7 +63,9 @@ class Body:
             self._look_at = LookAt(
                 settings.look_at, settings.look_at_point_m, flexibility=settings.flexibility
             )
-        self._hands = Hands(settings.hands) if settings.hands != "off" else None
+        self._hands = None
+        if settings.hands != "off":
+            self._hands = Hands(settings.hands, flexibility=settings.flexibility)
         self._filter = self._solver if isinstance(self._solver, BodyFilter) and _fuses(settings) else None
         humanoid = None if self._solver is None else self._solver.humanoid
         self._after = ConditioningAfter(settings, self._skeleton, humanoid)

@@ -1,10 +1,13 @@
 """Hands: the cameras' hand states, fused, open and close the fingers."""
 
+import math
+
 import numpy as np
 from numpy.typing import NDArray
 
 from studio.engine.frames import HandSeen
-from studio.engine.human.ranges import dofs_of
+from studio.engine.human.model import COUPLINGS
+from studio.engine.human.ranges import Dof, dofs_of, range_rad
 from studio.engine.joints import FINGERS, OUTPUT_INDEX, OUTPUT_PARENTS
 
 CLOSE_S = 0.12
@@ -19,55 +22,56 @@ RELAXED = 0.25
 RELAX_S = 2.0
 """Time constant with which a hand of unknown state goes to rest [s]."""
 
-# Bend of a finger's three joints in a fist [deg], just within their ranges; the last is two thirds of the
-# middle one. The thumb lies over the index finger.
-_FIST_DEG = (80.0, 95.0, 95.0 * 2.0 / 3.0)
+# Bend of a finger's joints in a fist [deg], just within their ranges; the last joint follows the middle one as
+# `COUPLINGS` has it. The thumb lies over the index finger.
+_FIST_DEG = (80.0, 95.0)
 _FIST_THUMB_DEG = (15.0, 45.0, 60.0)
 
 
-def _fist_turn(name: str) -> NDArray[np.float64]:
-    """Rotation vector of a finger joint from flat to a fist [rad], about the human model's hinge."""
-    bend = next(dof for dof in dofs_of(name) if dof.name == "bend")
-    degrees = (_FIST_THUMB_DEG if "Thumb" in name else _FIST_DEG)[int(name[-1]) - 1]
-    return np.radians(degrees) * np.array(bend.axis)
+def _bend(name: str) -> Dof:
+    return next(dof for dof in dofs_of(name) if dof.name == "bend")
 
 
-def _bends() -> tuple[NDArray[np.int64], NDArray[np.float64], NDArray[np.float64]]:
-    """Finger joints of both hands, shape (3, 10), from the knuckles outward, left then right; their bend in a fist
-    [rad], shape (3, 10); and the cross-product matrices of their unit axes, shape (3, 10, 3, 3)."""
-    joints, angles, crosses = [], [], []
-    for k in (1, 2, 3):
-        for side in ("Left", "Right"):
-            for finger in FINGERS:
-                name = f"{side}Hand{finger}{k}"
-                turn = _fist_turn(name)
-                angle = float(np.linalg.norm(turn))
-                x, y, z = turn / angle
-                joints.append(OUTPUT_INDEX[name])
-                angles.append(angle)
-                crosses.append([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
-    return np.reshape(joints, (3, 10)), np.reshape(angles, (3, 10)), np.reshape(crosses, (3, 10, 3, 3))
+def _fist_rad(name: str, flexibility: float) -> float:
+    """Bend of a finger joint in the tightest fist that its range allows [rad]."""
+    thumb, k = "Thumb" in name, int(name[-1])
+    if k == 3 and not thumb:
+        return COUPLINGS[f"{name}_bend"][1] * _fist_rad(f"{name[:-1]}2", flexibility)
+    wanted = math.radians((_FIST_THUMB_DEG if thumb else _FIST_DEG)[k - 1])
+    return min(wanted, float(range_rad(_bend(name), flexibility)[1]))
 
 
-_JOINTS, _FIST_RAD, _CROSS = _bends()
-_CROSS_TWICE = _CROSS @ _CROSS
+def _cross(axis: tuple[float, float, float]) -> list[list[float]]:
+    """Cross-product matrix of an axis's direction."""
+    x, y, z = np.array(axis) / np.linalg.norm(axis)
+    return [[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]]
+
+
+_NAMES = tuple(
+    f"{side}Hand{finger}{k}" for k in (1, 2, 3) for side in ("Left", "Right") for finger in FINGERS
+)
+"""Finger joints of both hands, from the knuckles outward, left then right: rows of (3, 10)."""
+
+_JOINTS = np.reshape([OUTPUT_INDEX[name] for name in _NAMES], (3, 10))
 _PARENTS = OUTPUT_PARENTS[_JOINTS]
+_CROSS = np.reshape([_cross(_bend(name).axis) for name in _NAMES], (3, 10, 3, 3))
+_CROSS_TWICE = _CROSS @ _CROSS
 _SIDES = ("left", "right")
-
-
-def _turns(closed: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Rotations of the finger joints in their parents, shape (3, 10, 3, 3), of hands closed so far, shape (2,)."""
-    angle = (np.repeat(closed, len(FINGERS)) * _FIST_RAD)[..., None, None]
-    return np.eye(3) + np.sin(angle) * _CROSS + (1.0 - np.cos(angle)) * _CROSS_TWICE
 
 
 class Hands:
     """Closes the fingers by the hand states of one method (`circles` or `shape`)."""
 
-    def __init__(self, method: str) -> None:
+    def __init__(self, method: str, *, flexibility: float = 1.0) -> None:
         self._method = method
+        self._fist_rad = np.reshape([_fist_rad(name, flexibility) for name in _NAMES], (3, 10))
         self._closed = np.full(2, RELAXED)
-        self._turns = _turns(self._closed)
+        self._turns = self._turned()
+
+    def _turned(self) -> NDArray[np.float64]:
+        """Rotations of the finger joints in their parents, shape (3, 10, 3, 3), of hands closed as they are now."""
+        angle = (np.repeat(self._closed, len(FINGERS)) * self._fist_rad)[..., None, None]
+        return np.eye(3) + np.sin(angle) * _CROSS + (1.0 - np.cos(angle)) * _CROSS_TWICE
 
     def apply(self, rotations: NDArray[np.float64], seen: tuple[HandSeen, ...], dt: float) -> None:
         """Set the fingers' world rotations, in place, in `rotations`, shape (52, 3, 3).
@@ -81,7 +85,7 @@ class Hands:
         if (wanted != self._closed).any():
             step = (1.0 - np.exp(-dt / np.where(unknown, RELAX_S, CLOSE_S))) * (wanted - self._closed)
             self._closed += np.clip(step, -FASTEST_PER_S * dt, FASTEST_PER_S * dt)
-            self._turns = _turns(self._closed)
+            self._turns = self._turned()
         for joints, parents, turn in zip(_JOINTS, _PARENTS, self._turns, strict=True):
             rotations[joints] = rotations.take(parents, axis=0) @ turn
 
