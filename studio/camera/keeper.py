@@ -31,6 +31,7 @@ class Keeper:
         self._hello = hello
         self._wake = wake
         self._active: Origin | None = None
+        self._confirmed = False  # whether the server told of the take on this connection
         self._answered: set[Key] = set()
         self._unsent: dict[Key, dict[int, None]] = {}  # sets in order
         self._newest = -1
@@ -68,6 +69,7 @@ class Keeper:
 
     def connected(self) -> list[wire.Kept]:
         """A connection begins: return what to say on it."""
+        self._confirmed = False
         self._answered = set()
         self._unsent = {}
         if self._spool is None:
@@ -86,15 +88,21 @@ class Keeper:
 
     def recording_changed(self, message: wire.Recording) -> list[wire.Kept]:
         """The server tells whether it records: return what to say to that."""
-        if not message.active or not message.take_id:
-            self._active = None
+        before, confirmed = self._active, self._confirmed
+        if message.active and before is not None and before.take_id == message.take_id:
+            self._confirmed = True
             return []
-        if self._active is not None and self._active.take_id == message.take_id:
-            return []
-        self._active = Origin(message.take, message.take_id, self._hello)
-        if self._spool is None or self._active.key in self._unsent:
-            return []
-        return [self._begin(self._active)]
+        self._active, out = None, []
+        if (
+            before is not None and not confirmed
+        ):  # it ended while the link was down; else the last `Ack` is on its way
+            self._answered.discard(before.key)
+            out += self._offer(before.key)
+        if message.active and message.take_id:
+            self._active, self._confirmed = Origin(message.take, message.take_id, self._hello), True
+            if self._spool is not None and self._active.key not in self._unsent:
+                out.append(self._begin(self._active))
+        return out
 
     def acknowledged(self, message: wire.Ack) -> list[wire.Kept]:
         """The server tells what it has on its disk: return what to say to that.

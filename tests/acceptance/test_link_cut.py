@@ -71,7 +71,7 @@ def ended_while_cut(server: ServerProcess, proxy: Proxy) -> None:
     seconds = (stopped.time_ns - start.time_ns) * 1e-9
     for name in ("camera_0", "camera_1"):
         count = sum(isinstance(r, RawFrame) and r.camera == name for r in records)
-        assert abs(count * PERIOD_S - seconds) < 0.25, f"{count} frames in {seconds:.2f} s"
+        assert -0.15 < count * PERIOD_S - seconds < 0.6, f"{count} frames in {seconds:.2f} s"
 
 
 @pytest.mark.timeout(600)
