@@ -16,6 +16,7 @@ from studio.live.log import LoggedPipeline
 from studio.take.raw import RawEvent, RawFrame, camera_frames, inspect_raw, read_raw
 from studio.take.solves import write_solve
 from studio.take.take import Take
+from studio.tracking import tracked_frames
 
 Progress = Callable[[float], None]
 """Told the share that is done, 0..1."""
@@ -72,7 +73,11 @@ def _plain(
     physics: dict[str, Any],
 ) -> tuple[Poses, int]:
     calibration = take.calibration()
-    frames = camera_frames(take.raw_path)
+    tracked = tracked_frames(take, calibration, settings, progress)
+    if tracked is None:
+        frames = camera_frames(take.raw_path)
+    else:
+        frames, calibration, settings = tracked
     calibration = with_performer(calibration, frames)
     if calibration.performer is None:
         raise CalibrationError(

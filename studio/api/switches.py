@@ -2,7 +2,6 @@
 
 from typing import Any
 
-from studio.engine.errors import NotAvailableError
 from studio.engine.settings import (
     CHOICES,
     EXPLANATIONS,
@@ -10,7 +9,6 @@ from studio.engine.settings import (
     RANGES,
     SolveSettings,
     parse_settings,
-    set_switch,
 )
 
 _NESTED = ("effectors", "displacement_limits_m_s")
@@ -19,8 +17,8 @@ _NESTED = ("effectors", "displacement_limits_m_s")
 def catalogue() -> dict[str, Any]:
     """Return every switch and every preset.
 
-    `switches`: `key`, `kind` (choice, range, text), `help`, `default` (as text), and for a choice `values` and those
-    `unavailable` in this version, for a range `low` and `high`. `presets`: text by key, by name.
+    `switches`: `key`, `kind` (choice, range, text), `help`, `default` (as text), and for a choice `values`, for a
+    range `low` and `high`. `presets`: text by key, by name.
     """
     defaults = texts(SolveSettings())
     switches = []
@@ -29,7 +27,7 @@ def catalogue() -> dict[str, Any]:
             continue
         item: dict[str, Any] = {"key": key, "help": help_text, "default": defaults[key]}
         if key in CHOICES:
-            item |= {"kind": "choice", "values": list(CHOICES[key]), "unavailable": _unavailable(key)}
+            item |= {"kind": "choice", "values": list(CHOICES[key])}
         elif key in RANGES:
             low, high = RANGES[key]
             item |= {"kind": "range", "low": low, "high": high}
@@ -37,16 +35,6 @@ def catalogue() -> dict[str, Any]:
             item |= {"kind": "text"}
         switches.append(item)
     return {"switches": switches, "presets": {name: texts(value) for name, value in PRESETS.items()}}
-
-
-def _unavailable(key: str) -> list[str]:
-    out = []
-    for value in CHOICES[key]:
-        try:
-            set_switch(SolveSettings(), key, value)
-        except NotAvailableError:
-            out.append(value)
-    return out
 
 
 def texts(settings: SolveSettings, *, nested: bool = False) -> dict[str, str]:
@@ -82,6 +70,6 @@ def from_request(preset: str, changes: dict[str, Any]) -> SolveSettings:
     """Return a preset's settings with changes by key.
 
     Raises:
-        SettingsError: an unknown preset, key or value. NotAvailableError: see `set_switch`.
+        SettingsError: an unknown preset, key or value.
     """
     return parse_settings(preset, [f"{key}={_text(value)}" for key, value in changes.items()])

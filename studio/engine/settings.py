@@ -3,7 +3,7 @@
 from dataclasses import dataclass, field, fields, replace
 from typing import Any
 
-from studio.engine.errors import NotAvailableError, SettingsError
+from studio.engine.errors import SettingsError
 from studio.engine.joints import CANONICAL
 
 
@@ -31,7 +31,7 @@ class SolveSettings:
     """The switches of DESIGN.md. An instance is complete and valid; `parse_settings` makes one."""
 
     cameras: str = "all"
-    tracker: str = "client"
+    tracker: str = "points"
     confidence_threshold: float = 0.75
     fusion: str = "robust"
     ik: str = "previous_pose"
@@ -134,11 +134,9 @@ RANGES: dict[str, tuple[float, float]] = {
 }
 """Switches that are a number, with their least and greatest value."""
 
-_LATER = {("tracker", "per_camera"), ("tracker", "points")}
-
 EXPLANATIONS: dict[str, str] = {
     "cameras": "Which cameras are used: all, or names separated by commas.",
-    "tracker": "Where skeletons come from: as received from the clients, or tracked again from depth.",
+    "tracker": "Where skeletons come from: as received, or from depth, per camera or all points at once.",
     "confidence_threshold": "With mean fusion, a joint less sure than this is ignored.",
     "fusion": "How the cameras' skeletons become one: their mean, or weighed by distance, view and agreement.",
     "ik": "How the humanoid follows: not at all, from its last pose, from the fused skeleton, or as a Kalman filter.",
@@ -197,15 +195,12 @@ def set_switch(settings: SolveSettings, key: str, value: str) -> SolveSettings:
 
     Raises:
         SettingsError: an unknown key or value; the message lists what is allowed.
-        NotAvailableError: a value that this version does not do yet.
     """
     if "." in key:
         return _set_nested(settings, key, value)
     if key in CHOICES:
         if value not in CHOICES[key]:
             raise SettingsError(f"{key}={value!r} is not allowed; allowed: {', '.join(CHOICES[key])}")
-        if (key, value) in _LATER:
-            raise NotAvailableError(f"{key}={value} is not available in this version")
         return replace(settings, **{key: int(value) if key == "output_hz" else value})
     if key in RANGES:
         return replace(settings, **{key: _number(key, value, *RANGES[key])})
@@ -234,12 +229,12 @@ def set_switch(settings: SolveSettings, key: str, value: str) -> SolveSettings:
 
 PRESETS: dict[str, SolveSettings] = {
     "raw": SolveSettings(
-        fusion="mean", ik="none", human_limits="off", bone_length_limit="off", look_at="off", hands="off",
-        floor_contact="off",
+        tracker="client", fusion="mean", ik="none", human_limits="off", bone_length_limit="off", look_at="off",
+        hands="off", floor_contact="off",
     ),
     "thesis": SolveSettings(
-        fusion="mean", ik="previous_pose", human_limits="on", bone_length_limit="2", displacement_limit="after",
-        look_at="far", hands="circles", floor_contact="off",
+        tracker="client", fusion="mean", ik="previous_pose", human_limits="on", bone_length_limit="2",
+        displacement_limit="after", look_at="far", hands="circles", floor_contact="off",
     ),
     "studio": SolveSettings(),
     "finish": SolveSettings(finish="on"),
@@ -251,7 +246,7 @@ def preset(name: str) -> SolveSettings:
     """Return a preset's settings.
 
     Raises:
-        SettingsError: no such preset. NotAvailableError: one that this version does not do yet.
+        SettingsError: no such preset.
     """
     if name not in PRESETS:
         raise SettingsError(f"unknown preset {name!r}; allowed: {', '.join(PRESETS)}")
@@ -262,7 +257,7 @@ def parse_settings(preset_name: str, assignments: list[str] | tuple[str, ...] = 
     """Return a preset's settings with `KEY=VALUE` assignments applied in order.
 
     Raises:
-        SettingsError: an unknown preset, key or value. NotAvailableError: see `set_switch`.
+        SettingsError: an unknown preset, key or value.
     """
     settings = preset(preset_name)
     for assignment in assignments:

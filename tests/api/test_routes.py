@@ -62,7 +62,7 @@ def test_the_switch_catalogue_has_every_switch_and_preset(studio):
     assert set(EXPLANATIONS) - set(keys) == {"effectors", "displacement_limits_m_s"}
     assert list(catalogue["presets"]) == list(PRESETS)
     by_key = {item["key"]: item for item in catalogue["switches"]}
-    assert "points" in by_key["tracker"]["unavailable"] and by_key["flexibility"]["high"] == 2.0
+    assert "points" in by_key["tracker"]["values"] and by_key["flexibility"]["high"] == 2.0
     for name, values in catalogue["presets"].items():
         answer = studio.http.put("/settings", json={"preset": "raw", "set": values})
         assert answer.status_code == 200 and answer.json()["preset"] == name and answer.json()["set"] == {}
@@ -83,7 +83,6 @@ def test_settings_come_back_as_they_were_set(studio):
         ({"preset": "best"}, 422, "settings", ["best", "thesis"]),
         ({"set": {"fusion": "magic"}}, 422, "settings", ["magic", "robust"]),
         ({"set": {"colour": "red"}}, 422, "settings", ["colour", "fusion"]),
-        ({"set": {"tracker": "points"}}, 501, "not_available", ["tracker"]),
         ({"sets": {}}, 422, "invalid_request", ["sets"]),
         ({"set": {"flexibility": [1]}}, 422, "invalid_request", ["flexibility"]),
     ],

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from studio.engine.errors import NotAvailableError, SettingsError
+from studio.engine.errors import SettingsError
 from studio.engine.joints import CANONICAL
 from studio.engine.settings import (
     CHOICES,
@@ -52,11 +52,7 @@ VALUES = [(key, value) for key, values in (DESIGN | NESTED).items() for value in
 
 
 def apply(key, value):
-    """The settings, or None where this version does not do that yet."""
-    try:
-        return set_switch(SolveSettings(), key, value)
-    except NotAvailableError:
-        return None
+    return set_switch(SolveSettings(), key, value)
 
 
 def read(solve_settings, key):
@@ -70,12 +66,6 @@ def read(solve_settings, key):
 @pytest.mark.parametrize(("key", "value"), VALUES)
 def test_every_value_of_the_design_parses(key, value):
     changed = apply(key, value)
-    if changed is None:
-        assert (key, value) in {
-            ("tracker", "per_camera"),
-            ("tracker", "points"),
-        }
-        return
     got = read(changed, key)
     if isinstance(got, str):
         assert got == value
@@ -146,12 +136,6 @@ def test_what_is_refused_says_what_is_allowed(key, value, told):
     with pytest.raises(SettingsError, match="allowed") as error:
         set_switch(SolveSettings(), key, value)
     assert told in str(error.value)
-
-
-@pytest.mark.parametrize(("key", "value"), [("tracker", "points"), ("tracker", "per_camera")])
-def test_what_this_version_does_not_do_is_said(key, value):
-    with pytest.raises(NotAvailableError, match=f"{key}={value} is not available in this version"):
-        set_switch(SolveSettings(), key, value)
 
 
 def test_every_switch_of_the_design_exists_and_is_explained():
@@ -230,6 +214,6 @@ def test_derived_values():
 def test_any_text_gives_settings_or_a_settings_error(key, value):
     try:
         changed = set_switch(SolveSettings(), key, value)
-    except (SettingsError, NotAvailableError):
+    except SettingsError:
         return
     assert SolveSettings.from_json(json.loads(json.dumps(changed.to_json()))) == changed

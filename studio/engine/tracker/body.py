@@ -4,8 +4,8 @@ Lengths and radii are shares of stature. Sources: ANSUR: Gordon et al., "2012 An
 Personnel", NATICK/TR-15/007, 2014, means of men and women; lengths of bones are those of `calibration.proportions`
 (Drillis & Contini 1966). Joint centres lie under the skin where the literature has them: the hip joints 0.104
 apart (Bell, Pedersen & Brand 1990) and before the middle of the pelvis's depth; the middle of the upper arm's head a
-centimetre inside the acromion's edge (half of the biacromial breadth, 0.115, ANSUR; Nyffeler et al., "Association of a
-large lateral extension of the acromion with rotator cuff tears", JBJS 2006).
+centimetre inside the acromion's edge (half of the biacromial breadth, 0.115, ANSUR; Nyffeler et al., "Association of
+a large lateral extension of the acromion with rotator cuff tears", JBJS 2006).
 """
 
 from dataclasses import dataclass

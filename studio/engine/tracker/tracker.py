@@ -5,11 +5,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from studio.engine.calibration.result import Performer
 from studio.engine.depth import DepthCamera, DepthFrame
 from studio.engine.errors import CalibrationError
 from studio.engine.geometry import invert_transform, transform_points
 from studio.engine.joints import JOINT_COUNT
-from studio.engine.tracker.body import CANONICAL_BODIES, canonical_offsets_of, humanoid_of
+from studio.engine.tracker.body import CANONICAL_BODIES, canonical_offsets_of, humanoid_of, performer_of
 from studio.engine.tracker.chain import chain_of
 from studio.engine.tracker.fit import Figure, Fit, Fitter, Points
 from studio.engine.tracker.limbs import LimbSearch
@@ -82,6 +83,11 @@ class Tracker:
         self._seen_ns = 0
         self._fit: Fit | None = None
         self.costs = np.zeros(5)
+
+    @property
+    def performer(self) -> Performer:
+        """The performer's proportions as known by now."""
+        return performer_of(self._figure.shape)
 
     def track(self, frames: dict[str, DepthFrame]) -> TrackedSkeleton:
         """Return the skeleton at the mean time of the frames.

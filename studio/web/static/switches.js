@@ -32,7 +32,7 @@ function grouped(catalogue) {
 }
 
 export class Switches {
-  /** `switches`: [{key, kind, values, unavailable, low, high, help}]; `presets`: {name: {key: text}}. */
+  /** `switches`: [{key, kind, values, low, high, help}]; `presets`: {name: {key: text}}. */
   constructor({ switches, presets }, onChange) {
     this.catalogue = switches;
     this.presets = presets;
@@ -83,8 +83,7 @@ export class Switches {
     const described = { describedby: `${id}-help` };
     if (item.kind === "choice") {
       const select = h("select", { id, aria: described, onchange: () => change(select.value) },
-        item.values.map((value) => h("option", { value, disabled: (item.unavailable ?? []).includes(value) },
-          valueWords(item.key, value) + ((item.unavailable ?? []).includes(value) ? " (later)" : ""))));
+        item.values.map((value) => h("option", { value }, valueWords(item.key, value))));
       return { element: select, set: (value) => { select.value = value; } };
     }
     if (item.kind === "range") {
