@@ -71,7 +71,7 @@ def solved(
     results: list[StepResult | None] = []
     for k in range(len(views[0][0])):
         for (positions, confidence), name in zip(views, calibration.cameras, strict=True):
-            time_ns = k * SECOND // FRAMES_PER_SECOND
+            time_ns = round(k * SECOND / FRAMES_PER_SECOND)
             pipeline.add_frame(CameraFrame(name, k, time_ns, positions[k], confidence[k]))
         results += [pipeline.step(t * SECOND // OUTPUT_HZ) for t in ((2 * k - 1, 2 * k) if k else (0,))]
     assert all(r is not None for r in results)
