@@ -51,9 +51,8 @@ function details(camera) {
   return parts.join("  ·  ");
 }
 
-function row(name, camera, colour, recording) {
+function row(name, camera, colour) {
   const [words, tone] = health(camera);
-  const choose = camera.connected && !camera.reference && !recording;
   return h("li", { class: "camera" },
     h("span", { class: "swatch", style: `background:${colour}`, aria: { hidden: "true" } }),
     h("span", { class: "name", title: camera.device }, name),
@@ -62,11 +61,24 @@ function row(name, camera, colour, recording) {
       figures(camera)),
     camera.connected && details(camera) && h("span", { class: "words", title: "Offset and drift to the stage clock, and how exactly they are known" },
       details(camera)),
-    camera.reason && h("span", { class: "words" }, camera.reason),
-    choose && h("span", { class: "words" }, h("button", {
-      class: "small", type: "button", title: "Make this camera's clock the stage clock", aria: { label: `Use ${name} as reference` },
-      onclick: () => attempt(() => chooseReference(name)),
-    }, "Use as reference")));
+    camera.reason && h("span", { class: "words" }, camera.reason));
+}
+
+/** A choice of the camera whose clock is the stage clock; apart from the list, which is drawn anew all the time. */
+function reference(names, now) {
+  const select = h("select", {
+    id: "reference", title: "The camera whose clock is the stage clock",
+    onchange: () => attempt(() => chooseReference(select.value)),
+  }, names.map((name) => h("option", { value: name, selected: name === now }, name)));
+  return h("label", { class: "field reference" }, h("span", {}, "Reference"), select);
+}
+
+function updateReference(cameras, recording) {
+  if (!byId("cameras-reference")) byId("cameras").insertAdjacentElement("afterend", h("div", { id: "cameras-reference" }));
+  const names = Object.keys(cameras).sort().filter((name) => cameras[name].connected);
+  const now = names.find((name) => cameras[name].reference) ?? "";
+  const shown = names.length > 1 && !recording;
+  redraw(byId("cameras-reference"), [names, now, shown], () => (shown ? reference(names, now) : []));
 }
 
 function nobody() {
@@ -85,9 +97,10 @@ export function updateCameras(cameras, colours, recording) {
   setText(byId("cameras-count"), names.length ? `${connected} of ${plural(names.length, "camera")} connected` : "");
   const key = names.map((name) => {
     const camera = cameras[name];
-    return [name, health(camera), figures(camera), details(camera), camera.reason, colours[name], recording];
+    return [name, health(camera), figures(camera), details(camera), camera.reason, colours[name]];
   });
   redraw(byId("cameras"), key, () => names.length
-    ? h("ul", {}, names.map((name) => row(name, cameras[name], colours[name] ?? "var(--muted)", recording)))
+    ? h("ul", {}, names.map((name) => row(name, cameras[name], colours[name] ?? "var(--muted)")))
     : nobody());
+  updateReference(cameras, recording);
 }
