@@ -3,6 +3,7 @@
 from collections.abc import Callable
 
 from studio.bench import stages
+from studio.bench.depth import depth_simulator
 from studio.bench.stage import make_stage
 from studio.bench.timing import one_core
 from studio.camera.simulator.noisy_joints import FRAMES_PER_SECOND
@@ -33,6 +34,7 @@ def run_bench(frames: int, *, progress: Callable[[float], None] | None = None) -
         out["pipeline"], poses = stages.pipeline(stage)
         tell(0.9)
         out |= stages.exports(poses)
+        out["depth_simulator"] = depth_simulator(frames)
     plain = out["mink_frame_tasks"]["median_ms"]
     for name in ("solve", "solve_mink", "mink_frame_tasks"):
         out[name]["ratio_to_mink_frame_tasks"] = out[name]["median_ms"] / plain

@@ -27,8 +27,8 @@ from studio.engine.pipeline import Pipeline
 from studio.engine.poses import Poses
 from studio.engine.schedule import Schedule
 from studio.engine.settings import SolveSettings, preset
+from studio.engine.solve.collect import collect_poses
 from studio.engine.solve.solver import Solver
-from studio.engine.solve.take import collect_poses
 from studio.engine.sync import Synchroniser
 from studio.take.raw import RawWriter, camera_frame
 

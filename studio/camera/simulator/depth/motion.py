@@ -48,6 +48,11 @@ class PerformerMotion:
         """The head's turn from the T-pose, in which it faces -y, shape (F, 4)."""
         return self.rotations_wxyz[:, BONE["head"]]
 
+    def moved(self, x_m: float, y_m: float) -> "PerformerMotion":
+        """Return the same elsewhere on the floor."""
+        positions = self.motion.positions_m + np.array([x_m, y_m, 0.0])
+        return replace(self, motion=replace(self.motion, positions_m=positions))
+
     def at(self, time_s: float) -> tuple[Array, Array]:
         """Return joints [m], shape (21, 3), and bone rotations, wxyz, shape (BODY_BONES, 4), at a time."""
         place = min(max(time_s / self.motion.frame_s, 0.0), self.motion.frame_count - 1.0)

@@ -10,7 +10,7 @@ from studio.engine.depth import DepthCamera
 
 Array = NDArray[np.float64]
 _HALF_M = 2.7
-_BEHIND_CAMERA_M = 0.5
+_AROUND_M = 0.6
 _HEIGHT_M = 2.7
 _CORNER_M = 0.22
 """How far from a corner of the room the second way of light is noticed."""
@@ -43,9 +43,9 @@ class Room:
 
     @staticmethod
     def around(places_m: Array, *, furniture: bool = False) -> "Room":
-        """Return a room that holds the stage and the cameras at `places_m`, shape (n, 3)."""
-        low = np.minimum(places_m.min(axis=0) - _BEHIND_CAMERA_M, -_HALF_M)
-        high = np.maximum(places_m.max(axis=0) + _BEHIND_CAMERA_M, _HALF_M)
+        """Return a room that holds the stage and what is at `places_m`, cameras and people, shape (n, 3)."""
+        low = np.minimum(places_m.min(axis=0) - _AROUND_M, -_HALF_M)
+        high = np.maximum(places_m.max(axis=0) + _AROUND_M, _HALF_M)
         boxes = _furniture(high) if furniture else ()
         return Room((low[0], low[1], 0.0), (high[0], high[1], max(_HEIGHT_M, high[2])), boxes)
 

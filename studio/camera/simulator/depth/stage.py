@@ -29,6 +29,7 @@ class DepthStage:
         rig: where the cameras stand.
         performance: what the performer does.
         mesh: the performer's body.
+        others: bodies of further people in view, and what they do.
         room: the room around.
         seed: of all noise.
     """
@@ -39,6 +40,7 @@ class DepthStage:
     mesh: BodyMesh
     room: Room
     seed: int
+    others: tuple[tuple[BodyMesh, PerformerMotion], ...] = ()
 
     @staticmethod
     def of(
@@ -49,18 +51,24 @@ class DepthStage:
         *,
         seed: int = 0,
         furniture: bool = False,
+        others: tuple[tuple[Performer, PerformerMotion], ...] = (),
     ) -> "DepthStage":
-        """Return the stage of a performer in a room as large as the rig needs."""
-        places = np.stack([camera.T_stage_camera[:3, 3] for camera in rig])
+        """Return the stage of a performer, and of others in view, in a room as large as the rig needs."""
+        people = [
+            done.motion.positions_m.reshape(-1, 3) for done in (performance, *(done for _, done in others))
+        ]
+        places = np.concatenate([[camera.T_stage_camera[:3, 3] for camera in rig], *people])
         mesh = make_body(performer, performance.motion.offsets_m)
-        return DepthStage(sensor, rig, performance, mesh, Room.around(places, furniture=furniture), seed)
+        room = Room.around(places, furniture=furniture)
+        more = tuple((make_body(who, other.motion.offsets_m), other) for who, other in others)
+        return DepthStage(sensor, rig, performance, mesh, room, seed, more)
 
     def camera(self, index: int) -> SimulatedDepthCamera:
         """Return one camera; two of the same index give the same images at the same times."""
         return SimulatedDepthCamera(
             self.sensor,
             self.rig[index].T_stage_camera,
-            (Figure(self.mesh, self.performance),),
+            (Figure(self.mesh, self.performance), *(Figure(mesh, other) for mesh, other in self.others)),
             self.room,
             np.random.default_rng([self.seed, index, 1]),
             cameras=len(self.rig),
