@@ -8,7 +8,7 @@ from studio.engine.human.ranges import dofs_of
 from studio.engine.joints import CANONICAL, OUTPUT_OF_CANONICAL
 from studio.engine.settings import Effector
 
-HELD = 1e-3
+HELD = 1e-4
 """Freedom of a joint that resists wholly."""
 
 

@@ -74,8 +74,10 @@ class _Limb:
 class LimbWatch:
     """Watches arms and legs, frame by frame, and starts a stuck one anew."""
 
-    def __init__(self, humanoid: Humanoid, *, limited: bool) -> None:
+    def __init__(self, humanoid: Humanoid, *, limited: bool, held: NDArray[np.bool_] | None = None) -> None:
+        """`held`: hinges that no new start may move, shape (hinge_count,); None = none."""
         self._humanoid = humanoid
+        self._held = np.zeros(len(humanoid.range_rad), dtype=bool) if held is None else held
         self._data = mujoco.MjData(humanoid.model)
         ends = humanoid.range_rad if limited else np.pi * np.array([[-1.0, 1.0]] * len(humanoid.range_rad))
         self._low, self._high = ends.T
@@ -93,6 +95,7 @@ class LimbWatch:
             for joint in range(model.njnt)
             if model.body(model.jnt_bodyid[joint]).name in [*bodies]
         ]
+        hinges = [hinge for hinge in hinges if not self._held[hinge]]
         starts = _spread_starts(self._low[hinges], self._high[hinges])
         return _Limb(indices, [int(i) for i in self._humanoid.site_ids[indices]], np.array(hinges), starts)
 
@@ -123,7 +126,7 @@ class LimbWatch:
             return None
         self._stuck_s = np.where(stuck, self._stuck_s + dt, 0.0)
         self._wait_s[~stuck] = STUCK_S
-        due = np.flatnonzero(self._stuck_s > self._wait_s)
+        due = [k for k in np.flatnonzero(self._stuck_s > self._wait_s) if len(self._limbs[k].hinges)]
         moved = [self._try(int(limb), q, targets, weights, shown) for limb in due]
         changed = [
             (self._limbs[limb].hinges, hinges)

@@ -17,7 +17,7 @@ from studio.engine.solve.angles import configuration_of
 from studio.engine.solve.box_qp import UNBOUNDED, BoxQP
 from studio.engine.solve.effectors import pull_scale, resist_scale
 from studio.engine.solve.reseed import LimbWatch
-from studio.engine.solve.swing import swing_rotations
+from studio.engine.solve.swing import ShownHinges, swing_rotations
 from studio.engine.solve.tasks import HingeLimit, JointPositionsTask, MotionPriorTask
 from studio.engine.solve.twist import LimbTwists
 
@@ -67,6 +67,9 @@ FAR_M = 100.0
 CARRY_S = 0.2
 """A pose's velocity carries it on for no longer than this."""
 
+HELD_FREEDOM = 0.25
+"""A hinge that is less free than this, since its joint resists, is not moved when its limb is started anew."""
+
 _TRUNK = np.array(
     [INDEX[n] for n in ("hips", "chest", "neck", "left_shoulder", "right_shoulder", "left_hip", "right_hip")]
 )
@@ -95,12 +98,15 @@ class Solver:
         self._limit = HingeLimit(humanoid, MAX_STEP_RAD, limited=self._limited)
         self._qp = BoxQP(model.nv)
         self._low, self._high = np.full(model.nv, -UNBOUNDED), np.full(model.nv, UNBOUNDED)
-        self._watch = None if self._combined else LimbWatch(humanoid, limited=self._limited)
+        freedom = resist_scale(humanoid, settings.effectors)
+        held = freedom[FREE_DOFS:] < HELD_FREEDOM
+        self._watch = None if self._combined else LimbWatch(humanoid, limited=self._limited, held=held)
         self._reach = np.array([settings.effectors[name].reach for name in CANONICAL])
         self._let_be = (self._reach == 0.0) & ~np.isin(np.arange(len(CANONICAL)), _TRUNK)
         sigma = np.concatenate([_HIPS_SIGMA, _hinge_values(_SIGMA)])
-        self._stiffness = 1.0 / (sigma * resist_scale(humanoid, settings.effectors)) ** 2
+        self._stiffness = 1.0 / (sigma * freedom) ** 2
         self._twists = LimbTwists(humanoid)
+        self._shows = ShownHinges(humanoid)
         self._rest_stiffness = 1.0 / humanoid.spread_rad**2
         self._velocity = np.zeros(model.nv)
         self._offset = np.zeros((len(CANONICAL), 3))
@@ -157,7 +163,7 @@ class Solver:
         """The configuration to show, with a stuck limb started anew."""
         q = self._configuration.q
         sites = self._configuration.data.site_xpos[self.humanoid.site_ids]
-        found = watch.found(q, sites, targets, weights, lambda: self._shown(joints), dt)
+        found = watch.found(q, sites, targets, weights, lambda: self._shown(joints, q), dt)
         if found is not None:
             q, hinges = found
             self._configuration.update(q)
@@ -195,7 +201,7 @@ class Solver:
     ) -> NDArray[np.float64]:
         """Where the iterations start, and what they are pulled to."""
         if self._combined:
-            shown = self._shown(joints)
+            shown = self._shown(joints, before)
             if shown is not None:
                 return shown
         guess = before.copy()
@@ -207,18 +213,22 @@ class Solver:
             np.minimum(np.maximum(guess[7:], low), high, out=guess[7:])
         return guess
 
-    def _shown(self, joints: NDArray[np.float64]) -> NDArray[np.float64] | None:
-        """The configuration that the joints themselves show, or None where they do not show the trunk."""
+    def _shown(self, joints: NDArray[np.float64], unseen: NDArray[np.float64]) -> NDArray[np.float64] | None:
+        """The configuration that the joints themselves show, with the hinges of `unseen` where they show none; None
+        where they do not show the trunk."""
         if self._let_be.any():
             joints = np.where(self._let_be[:, None], np.nan, joints)
         rotations = swing_rotations(self.humanoid.skeleton, joints)
         if rotations is None or not np.isfinite(joints[INDEX["hips"]]).all():
             return None
-        return configuration_of(self.humanoid, joints[INDEX["hips"]], rotations, limited=self._limited)
+        q = configuration_of(self.humanoid, joints[INDEX["hips"]], rotations, limited=self._limited)
+        hidden = 7 + np.flatnonzero(~self._shows.shown(joints))
+        q[hidden] = unseen[hidden]
+        return q
 
     def _start(self, joints: NDArray[np.float64], sigma: NDArray[np.float64]) -> bool:
         """Find a first pose from the joints alone; False where they do not show the trunk."""
-        shown = self._shown(joints)
+        shown = self._shown(joints, self.humanoid.rest_qpos)
         if shown is None:
             return False
         seen = np.isfinite(joints[:, 0])

@@ -9,6 +9,8 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from studio.engine.geometry import rotation_between
+from studio.engine.human.model import BODY_JOINTS, Humanoid
+from studio.engine.human.ranges import dofs_of
 from studio.engine.human.skeleton import Skeleton
 from studio.engine.joints import INDEX, OUTPUT_INDEX, OUTPUT_JOINTS, OUTPUT_OF_CANONICAL, OUTPUT_PARENTS
 
@@ -128,3 +130,34 @@ def swing_rotations(skeleton: Skeleton, joints: NDArray[np.float64]) -> NDArray[
         if output.endswith("ToeBase") or ("Hand" in output and not output.endswith("Hand")):
             rotations[joint] = rotations[OUTPUT_PARENTS[joint]]
     return rotations
+
+
+def _needed() -> dict[str, tuple[str, ...]]:
+    """Canonical joints that show how an output joint is turned; the trunk's are always shown."""
+    needed: dict[str, tuple[str, ...]] = {"Neck": ("neck", "head"), "Head": ("neck", "head")}
+    for side in ("left", "right"):
+        for names, joints in (
+            (("Arm", "ForeArm", "Hand"), ("shoulder", "elbow", "wrist", "hand")),
+            (("UpLeg", "Leg", "Foot"), ("hip", "knee", "ankle", "toe")),
+        ):
+            for k, name in enumerate(names):
+                needed[side.capitalize() + name] = tuple(f"{side}_{joint}" for joint in joints[: k + 2])
+        needed[f"{side.capitalize()}ToeBase"] = needed[f"{side.capitalize()}Foot"]
+    return needed
+
+
+class ShownHinges:
+    """Which hinges `swing_rotations` reads from joints, and which it leaves straight."""
+
+    def __init__(self, humanoid: Humanoid) -> None:
+        rows, needed = [], _needed()
+        for name in BODY_JOINTS[1:]:
+            row = np.zeros(len(INDEX), dtype=bool)
+            row[[INDEX[joint] for joint in needed.get(name, ())]] = True
+            rows += [row] * len(dofs_of(name))
+        self._needed = np.array(rows)  # (hinge_count, 21)
+        assert len(self._needed) == len(humanoid.range_rad)
+
+    def shown(self, joints: NDArray[np.float64]) -> NDArray[np.bool_]:
+        """Return whether each hinge is shown, shape (hinge_count,), by joints, shape (21, 3); NaN = unseen."""
+        return ~(self._needed & np.isnan(joints[:, 0])).any(axis=1)
