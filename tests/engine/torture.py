@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from studio.camera.simulator.noisy_joints import FRAMES_PER_SECOND, NoisyJoints, anatomical_offsets
 from studio.camera.simulator.rig import standard_rig
 from studio.engine.calibration.result import Calibration, CameraCalibration, Performer
-from studio.engine.frames import CameraFrame, StepResult
+from studio.engine.frames import CameraFrame
 from studio.engine.geometry import invert_transform, matrices, transform_points
 from studio.engine.human.model import Humanoid, build_humanoid
 from studio.engine.human.skeleton import Skeleton
@@ -21,9 +21,10 @@ from studio.engine.joints import (
 )
 from studio.engine.motion.motion import CanonicalMotion
 from studio.engine.motion.torture import TORTURE_OFFSETS
-from studio.engine.pipeline import Pipeline
+from studio.engine.poses import Poses
 from studio.engine.settings import parse_settings
 from studio.engine.solve.angles import configuration_of
+from studio.engine.solve.take import solve_frames
 
 SECOND = 1_000_000_000
 OUTPUT_HZ = 60
@@ -61,21 +62,23 @@ def seen(
     ]
 
 
-def solved(
-    motion: CanonicalMotion, *assignments: str, seed: int | None, cameras: int = 2
-) -> list[StepResult]:
-    """The pipeline's results at 60 Hz, preset studio, known calibration."""
-    calibration = known_calibration(cameras, bias_m=0.0 if seed is None else _BIAS_M)
-    pipeline = Pipeline(calibration, parse_settings("studio", assignments))
+def frames_of(motion: CanonicalMotion, calibration: Calibration, seed: int | None) -> list[CameraFrame]:
+    """All cameras' frames in the order of time; seed None = no error."""
     views = seen(motion, calibration, seed)
-    results: list[StepResult | None] = []
-    for k in range(len(views[0][0])):
-        for (positions, confidence), name in zip(views, calibration.cameras, strict=True):
-            time_ns = round(k * SECOND / FRAMES_PER_SECOND)
-            pipeline.add_frame(CameraFrame(name, k, time_ns, positions[k], confidence[k]))
-        results += [pipeline.step(t * SECOND // OUTPUT_HZ) for t in ((2 * k - 1, 2 * k) if k else (0,))]
-    assert all(r is not None for r in results)
-    return [r for r in results if r is not None]
+    return [
+        CameraFrame(name, k, round(k * SECOND / FRAMES_PER_SECOND), positions[k], confidence[k])
+        for k in range(len(views[0][0]))
+        for (positions, confidence), name in zip(views, calibration.cameras, strict=True)
+    ]
+
+
+def solved(
+    motion: CanonicalMotion, *assignments: str, seed: int | None, preset: str = "studio", cameras: int = 2
+) -> Poses:
+    """The poses at 60 Hz, known calibration."""
+    calibration = known_calibration(cameras, bias_m=0.0 if seed is None else _BIAS_M)
+    frames = frames_of(motion, calibration, seed)
+    return solve_frames(frames, calibration, parse_settings(preset, assignments))
 
 
 @dataclass(frozen=True)
@@ -103,13 +106,13 @@ class Figures:
     finite: bool
 
 
-def figures(motion: CanonicalMotion, results: list[StepResult]) -> Figures:
-    """Return the figures of a motion's results, from `SETTLED_S` on."""
-    results = results[round(SETTLED_S * OUTPUT_HZ) :]
-    times = [r.frame_set.stage_time_ns / SECOND for r in results]
+def figures(motion: CanonicalMotion, poses: Poses) -> Figures:
+    """Return the figures of a motion's poses, from `SETTLED_S` on."""
+    settled = poses.time_s >= SETTLED_S
+    times, positions = poses.time_s[settled], poses.positions_m[settled]
     truth = np.array([motion.at(t) for t in times])[:, _MEASURED]
-    error = np.linalg.norm(_canonical(results)[:, _MEASURED] - truth, axis=2)
-    rotations = matrices(np.array([r.rotations_wxyz for r in results]))
+    error = np.linalg.norm(positions[:, OUTPUT_OF_CANONICAL_INDEX][:, _MEASURED] - truth, axis=2)
+    rotations = matrices(poses.rotations_wxyz[settled])
     lost = [_longest_s(error[:, j] > LOST_M) for j in range(len(_MEASURED))]
     turns = _turn_rad(rotations) * OUTPUT_HZ
     axes = {
@@ -126,14 +129,10 @@ def figures(motion: CanonicalMotion, results: list[StepResult]) -> Figures:
         axis_joint=axis_joint,
         turn_rad_s=float(turns.max()),
         turn_joint=list(OUTPUT_INDEX)[joint],
-        turn_s=times[frame],
-        excess_deg=_excess_deg(results[::4]),
+        turn_s=float(times[frame]),
+        excess_deg=_excess_deg(positions[::4], rotations[::4]),
         finite=bool(np.isfinite(rotations).all() and np.isfinite(error).all()),
     )
-
-
-def _canonical(results: list[StepResult]) -> NDArray[np.float64]:
-    return np.array([r.positions_m[OUTPUT_OF_CANONICAL_INDEX] for r in results])
 
 
 def _longest_s(bad: NDArray[np.bool_]) -> float:
@@ -153,11 +152,11 @@ def _turn_rad(rotations: NDArray[np.float64]) -> NDArray[np.float64]:
     return np.arccos(np.clip((trace - 1.0) / 2.0, -1.0, 1.0))
 
 
-def _excess_deg(results: list[StepResult]) -> float:
+def _excess_deg(positions: NDArray[np.float64], rotations: NDArray[np.float64]) -> float:
     body: Humanoid = build_humanoid(Skeleton.of(PERFORMER))
     low, high = body.range_rad.T
     worst = 0.0
-    for r in results:
-        q = configuration_of(body, r.positions_m[0], matrices(r.rotations_wxyz), limited=False)[7:]
+    for joints, turned in zip(positions, rotations, strict=True):
+        q = configuration_of(body, joints[0], turned, limited=False)[7:]
         worst = max(worst, float(np.maximum(low - q, q - high).max()))
     return float(np.degrees(worst))
