@@ -24,7 +24,7 @@ from studio.engine.physics.points import SOLE_POINTS, floor_points
 from studio.engine.physics.strength import torque_bounds
 from studio.engine.physics.torques import InverseDynamics
 
-ITERATIONS = 4
+ITERATIONS = 3
 
 RESIDUAL_SIGMA = 0.15
 """Deviation of the unexplained force, as a share of the body's weight; of the moment at `forces.ARM_M`."""
@@ -38,7 +38,7 @@ EXPLAINED = 0.3
 TORQUE_SIGMA_NM_KG = 0.5
 """Deviation of a torque beyond its bound, per kilogram of body mass."""
 
-SUNK_SIGMA_M = 0.01
+SUNK_SIGMA_M = 0.02
 """Deviation of a sole's point under the floor."""
 
 

@@ -11,8 +11,8 @@ from studio.engine.uncertainty import BALL_90, OFFSET_M
 STRETCH_S = 0.15
 """Figures are compared as means over about this time before and after a frame."""
 
-MIN_STRETCH_S = 0.2
-EASE_S = 0.15
+MIN_STRETCH_S = 0.3
+EASE_S = 0.25
 """A stretch is at least this long, and the poses go over from one motion to the other in this time."""
 
 SLIDE_M_S = 0.002
@@ -63,10 +63,17 @@ def kept(before: Figures, after: Figures, strayed: NDArray[np.bool_], dt: float)
     better = unexplained(after) < unexplained(before)
     better &= smooth(after.slide_m_s) <= smooth(before.slide_m_s) + SLIDE_M_S
     better &= smooth(after.sunk_m) <= smooth(before.sunk_m) + SUNK_M
-    better &= ~strayed
-    size = np.ones(max(1, round(MIN_STRETCH_S / dt)), dtype=bool)
-    better = binary_opening(binary_closing(better, size) & ~strayed, size)
+    better = _without_short_runs(better & ~strayed, strayed, max(1, round(MIN_STRETCH_S / dt)))
     if better.all():
         return np.ones(len(better))
     away = np.clip(distance_transform_edt(better) * dt / EASE_S, 0.0, 1.0)
     return away * away * (3.0 - 2.0 * away)
+
+
+def _without_short_runs(
+    better: NDArray[np.bool_], strayed: NDArray[np.bool_], least: int
+) -> NDArray[np.bool_]:
+    """Flags without gaps, but where joints have strayed, and then without runs, of fewer than `least` frames."""
+    size = np.ones(least, dtype=bool)
+    closed = binary_closing(np.pad(better, least, mode="edge"), size) & ~np.pad(strayed, least, mode="edge")
+    return binary_opening(closed, size)[least:-least]
