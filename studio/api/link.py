@@ -121,6 +121,8 @@ async def _follow(
         match wire.decode(data):
             case wire.SkeletonFrame() as frame:
                 stage.frame(link, frame, data, arrival_ns)
+            case wire.DepthImage() as image:
+                stage.depth(link, image, data, arrival_ns)
             case wire.ClockRequest(client_send_ns=sent_ns):
                 outbox.put(wire.ClockReply(sent_ns, arrival_ns, stage.clock_ns()))
             case wire.ClockSample() as sample:
@@ -128,9 +130,9 @@ async def _follow(
             case wire.Status() as status:
                 stage.client_status(link, status)
             case wire.Kept() as kept:
-                stage.kept(link, kept)
+                stage.keeping.kept(link, kept)
             case wire.Late() as late:
-                stage.late(link, late, arrival_ns)
+                stage.keeping.late(link, late, arrival_ns)
             case other:
                 raise FormatError(f"a client does not send {type(other).__name__} here")
         await throttle.wait(stage.pending())

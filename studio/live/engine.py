@@ -16,20 +16,18 @@ from typing import Any
 
 from studio.engine.calibration.result import Calibration
 from studio.engine.errors import CalibrationError, SettingsError, StudioError, TakeError
-from studio.engine.frames import ClockModel, StepResult
+from studio.engine.frames import StepResult
 from studio.engine.schedule import Schedule
 from studio.engine.settings import SolveSettings
 from studio.live import log
 from studio.live.calibrator import PROVISIONAL_FRAMES, Calibrator, Outcome
 from studio.live.camera import LiveCamera
-from studio.live.clocks import Anchor
 from studio.live.figures import PipelineFigures
 from studio.live.inbox import Arrived, Call, Inbox, Item, Left, Measured, Reported
 from studio.live.latest import Latest
-from studio.live.recording import Recording
-from studio.live.roster import CLOCK_STEP_NS, Roster
+from studio.live.roster import Roster
 from studio.live.status import stage_status
-from studio.take.raw_append import RawState
+from studio.live.takes import Takes
 from studio.wire import ClockSample, Hello
 
 _log = logging.getLogger(__name__)
@@ -45,7 +43,7 @@ STATUS_NS = 200_000_000
 RETRY_NS = 2_000_000_000
 
 
-class Engine:
+class Engine(Takes):
     """The live stage's state and the thread that changes it.
 
     Attributes:
@@ -53,7 +51,6 @@ class Engine:
         status: the newest status, as JSON.
         stage_calibration: in use; a camera's `clock` is its latency correction (see `calibrations`).
         number: its number on disk; None for a provisional one, which knows one camera only.
-        recording: under way, or None; `ended_problem`: why the last one ended by itself.
     """
 
     def __init__(
@@ -72,7 +69,7 @@ class Engine:
         self.number: int | None = None
         self.stage_calibration: Calibration | None = None
         self.roster = Roster()
-        self.recording: Recording | None = None
+        super().__init__()
         self.figures = PipelineFigures()
         self.problem = ""
         self.folder = folder
@@ -84,8 +81,6 @@ class Engine:
         self._inbox = Inbox()
         self._pipeline = log.LoggedPipeline()
         self._schedule = Schedule(settings.output_hz)
-        self._noted_stage_clock: tuple[Anchor, ClockModel] | None = None
-        self.ended_problem = ""
         self._status_ns: int | None = None
         self._retry_ns: int | None = None
         self._stopping = False
@@ -239,17 +234,6 @@ class Engine:
             self._perform(log.clock_event(camera.name, camera.clock_id, clock))
         self._note_stage_clock()
 
-    def _note_stage_clock(self) -> None:
-        """Let the recording know how the server's clock maps to the stage clock, where it has changed."""
-        anchor, clock = self.roster.clock.anchor, self.roster.clock.server_to_stage
-        if self.recording is None or anchor is None or clock is None:
-            return
-        now = self._clock_ns()
-        old = self._noted_stage_clock
-        if old is None or old[0] != anchor or abs(old[1].stage_ns(now) - clock.stage_ns(now)) > CLOCK_STEP_NS:
-            self._noted_stage_clock = (anchor, clock)
-            self.recording.note(now, log.stage_clock_event(anchor.camera, anchor.clock_id, clock))
-
     # --- the pipeline
 
     def _perform(self, event: dict[str, Any]) -> StepResult | None:
@@ -300,50 +284,6 @@ class Engine:
             self._schedule = Schedule(settings.output_hz)
         self.settings = settings
         self._perform(log.settings_event(settings))
-
-    # --- recording
-
-    def attach(self, recording: Recording) -> Calibration | None:
-        """Record from now on, from a fresh pipeline; return the calibration in use, clocks included.
-
-        Raises:
-            TakeError: a take is being recorded.
-        """
-        if self.recording is not None:
-            raise TakeError("a take is being recorded already; stop it first")
-        for camera in self.roster.connected():
-            recording.recorder.camera(camera.hello)
-        self.recording, self._noted_stage_clock, self.ended_problem = recording, None, ""
-        self._restart()
-        self._log_clocks([camera for camera in self.roster.cameras.values() if camera.clock is not None])
-        return self.placed_calibration()
-
-    def resume(self, recording: Recording, state: RawState) -> None:
-        """Go on with a take that was being recorded when the server ended without warning."""
-        settings = next((e["settings"] for _, e in reversed(state.events) if "settings" in e), None)
-        if settings is not None:
-            self.settings = SolveSettings.from_json(settings)
-        clock = state.last_event("stage_clock")
-        if clock is not None:
-            self.roster.restore(Anchor(clock["camera"], clock["clock_id"]), log.clock_of(clock))
-        self.recording, self._noted_stage_clock = recording, None
-        recording.note(self._clock_ns(), {"type": "restart", "gap_ms": recording.restarts[-1].gap_ms})
-        self._restart()
-        self._note_stage_clock()
-
-    def detach(self) -> Recording:
-        """Stop recording and return what is to be saved.
-
-        Raises:
-            TakeError: nothing is being recorded.
-        """
-        if self.recording is None:
-            raise TakeError("nothing is being recorded; start a recording first")
-        recording, self.recording = self.recording, None
-        now = self._clock_ns()
-        stage_ns = self.roster.clock.server_to_stage_ns(now)
-        recording.end(now, self.settings, self.placed_calibration(), stage_ns)
-        return recording
 
     # --- calibration
 

@@ -21,7 +21,7 @@ from studio.take.ranges import Ranges
 from studio.take.raw import RawWriter
 from studio.take.raw_append import RawState
 from studio.take.take import Take
-from studio.wire import ENDED, Ack, Hello
+from studio.wire import ENDED, Ack, DepthImage, Hello
 
 _log = logging.getLogger(__name__)
 
@@ -32,6 +32,9 @@ RESERVE_BYTES = 32 * 1024 * 1024
 """A recording ends while this much of the disk is left, so that it can be ended in order."""
 
 MAX_GAPS = 1000
+MAX_WAITING = 2000
+"""Items that may wait for the disk before depth images are left out."""
+
 
 Key = tuple[str, str]
 """Camera and start of its client (boot id)."""
@@ -133,6 +136,14 @@ class Recorder:
         self._hellos.setdefault(key, hello)
         self._queue.put(("late" if late else "frame", hello, frame, data, arrival_ns))
         return True
+
+    def depth(self, hello: Hello, image: DepthImage, data: bytes, arrival_ns: int) -> None:
+        """A camera's depth image, from any thread: `data` is the message as it came.
+
+        Left out before `camera`, and while the disk is far behind.
+        """
+        if (hello.name, hello.boot_id) in self._hellos and self._queue.qsize() < MAX_WAITING:
+            self._queue.put(("depth", hello, image, data, arrival_ns))
 
     def has(self, key: Key, sequence: int) -> bool:
         """Whether the take has this frame already."""
@@ -267,6 +278,15 @@ class Recorder:
                     sequence=frame.sequence,
                 )
             self._waiting.append(((hello.name, hello.boot_id), frame.sequence))
+        elif kind == "depth":
+            hello, image, data, arrival_ns = values
+            self._writer.depth(
+                hello.name,
+                data,
+                arrival_ns=arrival_ns,
+                device_time_ns=image.device_time_ns,
+                sequence=image.sequence,
+            )
         elif kind == "tick":
             time_ns, event, tick, result = values
             self._writer.event(time_ns, event)

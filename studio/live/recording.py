@@ -2,19 +2,14 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
 from studio.engine.calibration.result import Calibration
 from studio.engine.frames import CameraFrame, StepResult
 from studio.engine.settings import SolveSettings
 from studio.live.recorder import Recorder
-from studio.take.pose_log import POSE_LOG, read_poses
-from studio.take.solves import write_solve
-from studio.take.take import Take
+from studio.take.live_solve import save_live_solve
 from studio.wire import Hello
-
-LIVE_SOLVE = "live"
 
 
 @dataclass(frozen=True)
@@ -100,20 +95,3 @@ class Recording:
             "poses": poses,
             "problem": self.recorder.problem,
         }
-
-
-def save_live_solve(take: Take, settings: SolveSettings, camera_frames: int) -> int:
-    """Make the solve `live` of the take's pose log, which is removed; return how many poses it has.
-
-    Raises:
-        StudioError: the disk does not take it; the pose log stays.
-    """
-    path: Path = take.path / POSE_LOG
-    poses = read_poses(path) if path.is_file() else None
-    count = 0 if poses is None else poses.frame_count
-    if poses is not None:
-        metrics = {"frames": count, "camera_frames": camera_frames}
-        write_solve(take, LIVE_SOLVE, settings=settings, poses=poses, metrics=metrics)
-    del poses
-    path.unlink(missing_ok=True)
-    return count

@@ -9,9 +9,10 @@ from time import time_ns
 from studio.engine.errors import StudioError, TakeError
 from studio.engine.settings import SolveSettings
 from studio.live.engine import Engine
-from studio.live.marker import RECORDING, STOPPING, Marker, machine, remove_marker, write_marker
 from studio.live.recorder import Key, Recorder
-from studio.live.recording import Recording, Restart, save_live_solve
+from studio.live.recording import Recording, Restart
+from studio.take.live_solve import save_live_solve
+from studio.take.marker import RECORDING, STOPPING, Marker, machine, remove_marker, write_marker
 from studio.take.raw_append import RawState, scan_raw
 from studio.take.recovery import rebuild_meta
 from studio.take.take import Take, TakeVersionError, utc_now
@@ -89,8 +90,7 @@ def _open(path: Path) -> Take:
 
 def _finish(take: Take, state: RawState) -> None:
     """End a take whose end was asked for before the server ended."""
-    settings = next((event["settings"] for _, event in reversed(state.events) if "settings" in event), None)
     recorder = Recorder(take, state=state)
     recorder.close()
-    if settings is not None:
-        save_live_solve(take, SolveSettings.from_json(settings), recorder.frames)
+    if state.settings is not None:
+        save_live_solve(take, SolveSettings.from_json(state.settings), recorder.frames)

@@ -16,16 +16,24 @@ from studio.engine.settings import SolveSettings, preset
 from studio.live.calibrations import load_last_calibration
 from studio.live.engine import Engine
 from studio.live.inbox import Arrived, Left, Measured, Reported
+from studio.live.keeping import Keeping
 from studio.live.late import LateTakes
 from studio.live.latest import Latest
 from studio.live.links import CameraLink, Links, Send
-from studio.live.marker import STOPPING, read_marker, remove_marker, write_marker
-from studio.live.recorder import Key, Recorder
+from studio.live.recorder import Recorder
 from studio.live.recording import Recording
 from studio.live.resume import marker_of, take_up
+from studio.take.marker import STOPPING, read_marker, remove_marker, write_marker
 from studio.take.raw import camera_frame
 from studio.take.sessions import new_take_path, take_path
-from studio.wire import ClockSample, Hello, Kept, Late, SkeletonFrame, Status, check_hello, decode
+from studio.wire import (
+    ClockSample,
+    DepthImage,
+    Hello,
+    SkeletonFrame,
+    Status,
+    depth_array,
+)
 from studio.wire import Recording as RecordingMessage
 
 CALIBRATION_S = 34.0
@@ -33,14 +41,11 @@ CALIBRATION_S = 34.0
 
 MAX_CALIBRATION_S = 300.0
 RESERVED_SESSION = "calibrations"
-MAX_STARTS = 15
-"""Earlier starts of one client whose frames are taken in on one connection."""
-
 _log = logging.getLogger(__name__)
 
 
 class LiveStage:
-    """The live stage. `start` it, `close` it at the end.
+    """The live stage. `start` it, `close` it at the end; `keeping` is what it does about frames that clients keep.
 
     Methods that say "waits" wait for the engine thread or the disk: not for an event loop.
     """
@@ -78,12 +83,13 @@ class LiveStage:
             notify=self._notify,
             on_broken=self._end_broken,
         )
+        self.keeping = Keeping(self._links, self._engine, self._late, self.clock_ns)
 
     def start(self) -> None:
         """Start the threads; go on with a take that was being recorded when the server ended without warning."""
         marker, self._marker = self._marker, None
         if marker is not None:
-            take_up(self._engine, self.sessions, marker, self.clock_ns(), self._synced)
+            take_up(self._engine, self.sessions, marker, self.clock_ns(), self.keeping.synced)
         self._engine.start()
         self._late.start()
 
@@ -174,61 +180,20 @@ class LiveStage:
         frame = camera_frame(link.name, link.hello.joint_set, message)
         self._engine.put(Arrived(frame, data, arrival_ns, link.hello))
 
-    def kept(self, link: CameraLink, message: Kept) -> None:
-        """A client keeps frames of a take: it is told which of them are on the disk, now and whenever more are.
+    def depth(self, link: CameraLink, image: DepthImage, data: bytes, arrival_ns: int) -> None:
+        """Take in a depth image, `data` as it came: it goes into the take that is recorded, else nowhere.
 
         Raises:
-            FormatError: frames of another camera. CameraRefused: see `CameraLink`.
-        """
-        self._links.check(link, self.clock_ns())
-        if message.hello is not None:
-            if message.hello.name != link.name or message.hello.boot_id != message.boot_id:
-                raise FormatError(
-                    "kept frames must be of the camera's own name and of the start that they name"
-                )
-            check_hello(message.hello)
-            link.hellos = {**dict(list(link.hellos.items())[-MAX_STARTS:]), message.boot_id: message.hello}
-        hello = link.hello_of(message.boot_id)
-        if hello is None:
-            raise FormatError("frames of an earlier start are kept, but its hello is not told")
-        recording = self._engine.recording
-        if recording is not None and recording.recorder.take_id == message.take_id:
-            link.kept[message.take_id, message.boot_id] = message.first
-            recording.recorder.keeps((link.name, message.boot_id), message.first, message.last)
-            link.send(recording.recorder.ack((link.name, message.boot_id), message.first))
-            if self._engine.recording is recording:
-                return
-        self._late.kept(message.take_id, hello, message.first, link.send)
-
-    def late(self, link: CameraLink, message: Late, arrival_ns: int) -> None:
-        """Take in a frame that the client kept and sends again.
-
-        Raises:
-            FormatError: not a frame of the camera's. CameraRefused: see `CameraLink`.
+            FormatError: damaged, or not of the size in the camera's hello. CameraRefused: see `CameraLink`.
         """
         self._links.check(link, arrival_ns)
-        hello = link.hello_of(message.boot_id)
-        inner = decode(message.data)
-        if hello is None or not isinstance(inner, SkeletonFrame):
-            raise FormatError(
-                "a late message must hold a skeleton of a start of the client that it has told of"
-            )
-        frame = camera_frame(link.name, hello.joint_set, inner)
         recording = self._engine.recording
-        if recording is not None and recording.recorder.take_id == message.take_id:
-            self._engine.put(Arrived(frame, message.data, arrival_ns, hello, late=True))
-        else:
-            self._late.frame(message.take_id, hello, frame, message.data, arrival_ns, link.send)
-
-    def _synced(self, recorder: Recorder, keys: set[Key], *, ended: bool = False) -> None:
-        """More of a take is on the disk: tell those who keep its frames."""
-        for link in self._links.all():
-            for (take_id, boot_id), first in list(link.kept.items()):
-                key = (link.name, boot_id)
-                if take_id == recorder.take_id and (ended or key in keys):
-                    link.send(recorder.ack(key, first, ended=ended))
-                if take_id == recorder.take_id and ended:
-                    link.kept.pop((take_id, boot_id), None)
+        if recording is None:
+            return
+        if link.hello.intrinsics is None:
+            raise FormatError("a camera that sends depth must tell its intrinsics in hello")
+        depth_array(image, link.hello.intrinsics)
+        recording.recorder.depth(link.hello, image, data, arrival_ns)
 
     def pending(self) -> int:
         """How many messages of cameras wait for the engine thread."""
@@ -312,7 +277,7 @@ class LiveStage:
                 else take_path(self.sessions, session, take)
             )
             recorder = Recorder.create(path, session=session, name=path.name)
-            recorder.on_synced = lambda keys: self._synced(recorder, keys)
+            recorder.on_synced = lambda keys: self.keeping.synced(recorder, keys)
             recording = Recording(recorder, self.clock_ns())
             try:
                 write_marker(self.sessions, marker_of(recording, self.clock_ns()))
@@ -350,7 +315,7 @@ class LiveStage:
             try:
                 summary = recording.save()
             finally:
-                self._synced(recording.recorder, set(), ended=True)
+                self.keeping.synced(recording.recorder, set(), ended=True)
             remove_marker(self.sessions)
             return summary
 

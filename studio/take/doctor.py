@@ -1,6 +1,7 @@
 """Finds what is wrong with takes on disk, and repairs what a crash left.
 
-Repaired: unfinished or damaged `raw.mcap`, missing or broken `take.json`, folders that a killed import left.
+Repaired: unfinished or damaged `raw.mcap`, missing or broken `take.json`, live poses that were not made a solve,
+the mark of a recording whose server is gone, files and folders that a killed program left.
 Only told: broken calibrations and solves (made again by `calibrate` and `solve`), takes of another version.
 """
 
@@ -9,11 +10,16 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
-from studio.engine.errors import CalibrationError, FormatError, TakeError
+from studio.engine.errors import CalibrationError, FormatError, StudioError, TakeError
 from studio.engine.poses import Poses
+from studio.engine.settings import SolveSettings
+from studio.take.live_solve import save_live_solve
 from studio.take.lock import is_held
+from studio.take.marker import MARKER, read_marker, remove_marker
 from studio.take.new import PARTIAL_MARK
+from studio.take.pose_log import POSE_LOG, PoseLog
 from studio.take.raw import RawSummary, inspect_raw
+from studio.take.raw_append import scan_raw
 from studio.take.recovery import TEMPORARY_PREFIX, recover
 from studio.take.take import Take, TakeVersionError, read_calibration
 
@@ -45,6 +51,7 @@ def check_takes(
         raise TakeError(f"no folder {root}; give the folder of sessions or of a take")
     partial, takes = _folders(root)
     findings = [_partial_folder(folder, repair) for folder in partial]
+    findings += _check_marker(root, repair)
     for k, path in enumerate(takes):
         findings += check_take(path, repair=repair)
         if progress is not None:
@@ -54,12 +61,51 @@ def check_takes(
 
 def check_take(path: Path, *, repair: bool = True) -> list[Finding]:
     """Return what is wrong with one take; what can be repaired is, unless `repair` is off."""
+    if (path / "raw.mcap").is_file() and is_held(path / "raw.mcap"):
+        return []  # being recorded at this moment: unfinished as it should be
     findings = [*_check_recording(path, repair), *_temporary_files(path, repair)]
     try:
         take = Take.open(path)
     except TakeError:
         return findings  # told already by _check_recording
-    return [*findings, *_check_calibrations(take), *_check_solves(take)]
+    return [*findings, *_check_live_poses(take, repair), *_check_calibrations(take), *_check_solves(take)]
+
+
+def _check_marker(root: Path, repair: bool) -> Iterator[Finding]:
+    """The mark of a recording whose server ended without warning."""
+    if not (root / MARKER).is_file():
+        return
+    marker = read_marker(root)
+    raw = None if marker is None else marker.path(root) / "raw.mcap"
+    if raw is not None and raw.is_file() and is_held(raw):
+        return  # its server is running
+    name = "a take" if marker is None else f"take {marker.session}/{marker.take}"
+    if repair:
+        remove_marker(root)
+    action = "the take is ended as it stands" if repair else "start the studio to go on with it"
+    yield Finding(root / MARKER, f"the server ended while {name} was being recorded", action, repaired=repair)
+
+
+def _check_live_poses(take: Take, repair: bool) -> Iterator[Finding]:
+    """Poses of the live solve that were kept while the take was recorded, and not made a solve of."""
+    file = take.path / POSE_LOG
+    if not file.is_file() or take.meta["recording"] == "recording":
+        return
+    problem, again = "the live solve was not saved", f"run `studio solve {take.path} --as-live --name live`"
+    if not repair:
+        yield Finding(file, problem, f"run `studio doctor {take.path}`", repaired=False)
+        return
+    try:
+        state = scan_raw(take.raw_path)
+        if state.settings is None:
+            raise TakeError("the live log does not tell its settings")
+        PoseLog(take.path, ticks=state.ticks).close()
+        frames = sum(ranges.count for ranges in state.frames.values())
+        count = save_live_solve(take, SolveSettings.from_json(state.settings), frames)
+    except (StudioError, OSError) as error:
+        yield Finding(file, f"{problem}: {error}", again, repaired=False)
+        return
+    yield Finding(file, problem, f"made of the {count} poses kept", repaired=True)
 
 
 def _folders(root: Path) -> tuple[list[Path], list[Path]]:
@@ -104,8 +150,6 @@ def _partial_folder(folder: Path, repair: bool) -> Finding:
 def _check_recording(path: Path, repair: bool) -> Iterator[Finding]:
     """Check take.json and raw.mcap together: one recovery mends both."""
     raw = path / "raw.mcap"
-    if raw.is_file() and is_held(raw):
-        return  # being recorded at this moment: unfinished as it should be
     problems: list[str] = []
     take: Take | None = None
     try:
@@ -146,12 +190,29 @@ def _recover(path: Path, problem: str, summary: RawSummary | None, repair: bool)
 
 
 def _temporary_files(path: Path, repair: bool) -> Iterator[Finding]:
-    """Files of a recovery that was itself killed."""
-    for file in sorted(path.glob(f"{TEMPORARY_PREFIX}*")):
+    """What a program left that was killed while it wrote a file or a solve."""
+    found = [
+        *path.glob(f"{TEMPORARY_PREFIX}*"),
+        *path.glob(".take.json.*"),
+        *path.glob("calibrations/.*.json.*"),
+    ]
+    for file in sorted([*found, *path.glob(f"solves/.*{PARTIAL_MARK}*"), *path.glob("solves/.*.old-*")]):
+        name = file.name[1:].rsplit(".old-", 1)[0]
+        lost = ".old-" in file.name and not (file.parent / name).exists()
         if repair:
-            file.unlink(missing_ok=True)
-        action = "removed" if repair else f"delete {file}"
-        yield Finding(file, "a recovery was killed and left this file", action, repaired=repair)
+            _put_back_or_remove(file, file.parent / name if lost else None)
+        action = f"{'put back' if lost else 'removed'}" if repair else f"run `studio doctor {path}`"
+        yield Finding(file, "a program was killed while it wrote, and left this", action, repaired=repair)
+
+
+def _put_back_or_remove(file: Path, place: Path | None) -> None:
+    if place is not None:
+        inner = file / place.name
+        (inner if inner.is_dir() else file).rename(place)
+    if file.is_dir():
+        shutil.rmtree(file, ignore_errors=True)
+    else:
+        file.unlink(missing_ok=True)
 
 
 def _check_calibrations(take: Take) -> Iterator[Finding]:
@@ -175,7 +236,7 @@ def _check_calibrations(take: Take) -> Iterator[Finding]:
 
 
 def _check_solves(take: Take) -> Iterator[Finding]:
-    for folder in sorted(f for f in (take.path / "solves").glob("*") if f.is_dir()):
+    for folder in sorted(f for f in (take.path / "solves").glob("[!.]*") if f.is_dir()):
         again = f"run `studio solve {take.path} --name {folder.name}`, or delete {folder}"
         if not (folder / "poses.npz").is_file():
             yield Finding(folder, "the solve was not finished: it has no poses.npz", again, repaired=False)

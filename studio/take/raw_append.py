@@ -63,6 +63,11 @@ class RawState:
         """Return the last event of a kind."""
         return next((event for _, event in reversed(self.events) if event.get("type") == kind), None)
 
+    @property
+    def settings(self) -> dict[str, Any] | None:
+        """The last settings of the live solve, as JSON."""
+        return next((event["settings"] for _, event in reversed(self.events) if "settings" in event), None)
+
 
 def walk(file: IO[bytes], size: int) -> Iterator[tuple[int, int, int]]:
     """Yield opcode, offset and length of content of every whole record [bytes], as far as they go."""
