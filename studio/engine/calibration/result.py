@@ -83,15 +83,7 @@ class Calibration:
 
     def to_json(self) -> dict[str, Any]:
         """Return the calibration as the JSON of `calibrate --json` and of `calibrations/<n>.json`."""
-        performer = None
-        if self.performer is not None:
-            performer = {
-                "height_m": self.performer.height_m,
-                "bones_m": self.performer.bones_m(),
-                "offsets_m": {
-                    name: row.tolist() for name, row in zip(CANONICAL, self.performer.offsets_m, strict=True)
-                },
-            }
+        performer = None if self.performer is None else performer_to_json(self.performer)
         return {
             "format_version": 1,
             "reference": self.reference,
@@ -117,7 +109,7 @@ class Calibration:
             return cls(
                 reference=str(value.get("reference") or next(iter(parsed))),
                 cameras=parsed,
-                performer=None if performer is None else _performer_from_json(performer),
+                performer=None if performer is None else performer_from_json(performer),
             )
         except (KeyError, TypeError, ValueError) as error:
             raise CalibrationError(f"a calibration that cannot be read: {error!r}") from error
@@ -165,7 +157,18 @@ def _camera_from_json(value: dict[str, Any]) -> CameraCalibration:
     )
 
 
-def _performer_from_json(value: dict[str, Any]) -> Performer:
+def performer_to_json(performer: Performer) -> dict[str, Any]:
+    """Return a performer as JSON: `height_m`, `bones_m` and `offsets_m` by canonical joint."""
+    offsets = {name: row.tolist() for name, row in zip(CANONICAL, performer.offsets_m, strict=True)}
+    return {"height_m": performer.height_m, "bones_m": performer.bones_m(), "offsets_m": offsets}
+
+
+def performer_from_json(value: dict[str, Any]) -> Performer:
+    """Return the performer in JSON of `performer_to_json`.
+
+    Raises:
+        KeyError, TypeError, ValueError: something is missing or no number.
+    """
     offsets = np.array([value["offsets_m"][name] for name in CANONICAL], dtype=np.float64)
     height = float(value["height_m"])
     if offsets.shape != (len(CANONICAL), 3) or not np.isfinite(offsets).all() or not math.isfinite(height):

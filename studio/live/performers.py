@@ -1,0 +1,83 @@
+"""Performer profiles: proportions that were measured once, `sessions/performers/<name>.json`, for later sessions."""
+
+import json
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from studio.engine.calibration.result import Performer, performer_from_json, performer_to_json
+from studio.engine.errors import TakeError
+from studio.engine.files import write_json
+from studio.take.names import check_name, inside, is_safe_name
+from studio.take.take import utc_now
+
+FOLDER = "performers"
+
+
+@dataclass(frozen=True)
+class Profile:
+    """A performer's profile: name, when it was measured (ISO 8601, UTC), proportions."""
+
+    name: str
+    measured: str
+    performer: Performer
+
+    def to_json(self) -> dict[str, Any]:
+        """Return the profile as the API tells it."""
+        return {"name": self.name, "measured": self.measured, **performer_to_json(self.performer)}
+
+
+def save_profile(sessions: Path, name: str, performer: Performer) -> Profile:
+    """Keep a performer's proportions; an older profile of that name is replaced.
+
+    Raises:
+        TakeError: a name that is not allowed. StudioError: the folder cannot be written.
+    """
+    profile = Profile(check_name("performer", name), utc_now(), performer)
+    write_json(_path(sessions, name), {"format_version": 1, **profile.to_json()})
+    return profile
+
+
+def load_profile(sessions: Path, name: str) -> Profile:
+    """Return a performer's profile.
+
+    Raises:
+        TakeError: there is none of that name, or it cannot be read.
+    """
+    path = _path(sessions, check_name("performer", name))
+    if not path.is_file():
+        known = ", ".join(profile.name for profile in list_profiles(sessions)) or "none yet"
+        raise TakeError(f"there is no performer {name!r}; measured so far: {known}")
+    try:
+        value = json.loads(path.read_text(encoding="utf-8"))
+        return Profile(name, str(value["measured"]), performer_from_json(value))
+    except (OSError, ValueError, KeyError, TypeError, RecursionError) as error:
+        raise TakeError(f"performer {name!r} cannot be read ({error!r}); measure again") from error
+
+
+def list_profiles(sessions: Path) -> list[Profile]:
+    """Return all profiles that can be read, by name."""
+    found = []
+    for path in sorted((sessions / FOLDER).glob("*.json")):
+        if is_safe_name(path.stem):
+            try:
+                found.append(load_profile(sessions, path.stem))
+            except TakeError:
+                continue  # it is told to who asks for it by name
+    return found
+
+
+def delete_profile(sessions: Path, name: str) -> None:
+    """Delete a profile.
+
+    Raises:
+        TakeError: there is none of that name.
+    """
+    path = _path(sessions, check_name("performer", name))
+    if not path.is_file():
+        raise TakeError(f"there is no performer {name!r}")
+    path.unlink()
+
+
+def _path(sessions: Path, name: str) -> Path:
+    return inside(sessions / FOLDER, f"{name}.json")
