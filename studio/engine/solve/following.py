@@ -146,7 +146,8 @@ class Following:
         if self._longest_nobody_s >= TOLD_S:
             parts.append(f"saw nobody for up to {self._longest_nobody_s:.1f} s")
         if self._jumps:
-            parts.append(f"jumped to somebody elsewhere {self._jumps} times")
+            times = "once" if self._jumps == 1 else f"{self._jumps} times"
+            parts.append(f"jumped to somebody elsewhere {times}")
         return "; ".join(parts) or "all joints"
 
 
