@@ -1,17 +1,18 @@
 """Replay: a take's raw frames through the pipeline again, with any settings or exactly as it was live."""
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
 from studio.engine.calibration.calibrate import with_performer
 from studio.engine.errors import CalibrationError, TakeError
-from studio.engine.frames import StepResult
+from studio.engine.frames import CameraFrame, StepResult
 from studio.engine.poses import Poses
 from studio.engine.settings import SolveSettings
+from studio.engine.solve.collect import collect_poses
 from studio.engine.solve.following import Following
-from studio.engine.solve.take import collect_poses, solve_frames
+from studio.engine.solve.take import solve_frames
 from studio.live.log import LoggedPipeline
 from studio.take.raw import RawEvent, RawFrame, camera_frames, inspect_raw, read_raw
 from studio.take.solves import write_solve
@@ -84,10 +85,9 @@ def _plain(
             f"the calibration of {take.path} has no performer and the frames show none; "
             f"run `studio calibrate {take.path}`"
         )
-    every = [frame for camera in frames.values() for frame in camera]
-    start_s = take.meta["calibration_s"]
+    start_s, count = take.meta["calibration_s"], sum(len(camera) for camera in frames.values())
     poses = solve_frames(
-        every,
+        _handed_over(frames),
         calibration,
         settings,
         start_s=start_s,
@@ -95,7 +95,15 @@ def _plain(
         following=following,
         physics=physics,
     )
-    return poses, len(every)
+    return poses, count
+
+
+def _handed_over(frames: dict[str, list[CameraFrame]]) -> Iterator[CameraFrame]:
+    """Yield all frames and keep none: an hour of them fills memory."""
+    for camera in frames.values():
+        camera.reverse()
+        while camera:
+            yield camera.pop()
 
 
 def _as_live(take: Take, progress: Progress | None, following: Following) -> tuple[Poses, SolveSettings, int]:

@@ -93,16 +93,17 @@ def sync(stage: Stage, frames: list[CameraFrame]) -> tuple[Figures, list[FrameSe
 
 
 def fusion(sets: list[FrameSet]) -> tuple[Figures, list[FusedSkeleton]]:
-    """One output frame: all cameras' skeletons to one."""
+    """One output frame: all cameras' skeletons to one, for a solve that is not told the cameras' own joints."""
     fuse, fused = make_fusion(SETTINGS), []
     figures = per_frame(lambda frame_set: fused.append(fuse.fuse(frame_set)), sets)
     return figures, fused
 
 
-def solve(stage: Stage, sets: list[FrameSet], fused: list[FusedSkeleton]) -> Figures:
-    """One output frame from fused joints to the pose, completion included, as preset `studio` does it."""
+def solve(stage: Stage, sets: list[FrameSet]) -> Figures:
+    """One output frame from the cameras' joints to the pose, fusion and completion included, as preset `studio` does
+    it."""
     body = Body(stage.calibration.performer, SETTINGS)
-    return per_frame(lambda pair: body.pose(pair[1], pair[0], OUTPUT_S), list(zip(sets, fused, strict=True)))
+    return per_frame(lambda frame_set: body.pose_of_cameras(frame_set, OUTPUT_S), sets)
 
 
 def solve_mink(stage: Stage, fused: list[FusedSkeleton]) -> Figures:
@@ -124,9 +125,7 @@ def completion(stage: Stage, sets: list[FrameSet], fused: list[FusedSkeleton]) -
     body = Body(performer, SETTINGS)
     floor = FloorContact(Skeleton.of(performer))
     look_at, hands = LookAt(SETTINGS.look_at, SETTINGS.look_at_point_m), Hands(SETTINGS.hands)
-    poses = [
-        body.pose(skeleton, frame_set, OUTPUT_S) for skeleton, frame_set in zip(fused, sets, strict=True)
-    ]
+    poses = [body.pose_of_cameras(frame_set, OUTPUT_S)[1] for frame_set in sets]
     solved = [
         (skeleton, frame_set, pose[0], matrices(pose[1]))
         for skeleton, frame_set, pose in zip(fused, sets, poses, strict=True)

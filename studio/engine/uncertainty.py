@@ -104,6 +104,20 @@ def _shares() -> tuple[NDArray[np.float64], NDArray[np.float64]]:
 _SHARES, _ADDED = _shares()
 
 
+def of_output_joints(
+    squared_radii: NDArray[np.float64], confidence: NDArray[np.float64]
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return the confidence, 0..1, and the radius [mm] of each output joint, shapes (52,); see `Uncertainty.of`.
+
+    Args:
+        squared_radii: of the canonical joints' 90 % balls [m2], shape (21,).
+        confidence: of the fused joints, shape (21,); 0 = nobody sees it.
+    """
+    radius = np.sqrt(_SHARES @ squared_radii + _ADDED)
+    within = _probability_within(CLOSE_M * BALL_90 / radius)
+    return within * (_SHARES @ confidence > 0.0), 1e3 * radius
+
+
 class Uncertainty:
     """Radii of the 90 % balls and confidences of a performer's joints, frame by frame."""
 
@@ -134,12 +148,8 @@ class Uncertainty:
             frames: what was fused, its cameras in the same order.
             dt: time since the last frame [s].
         """
-        squared = (
-            _SHARES @ self._squared_radii(positions_m[OUTPUT_OF_CANONICAL_INDEX], fused, frames, dt) + _ADDED
-        )
-        radius = np.sqrt(squared)
-        confidence = _probability_within(CLOSE_M * BALL_90 / radius)
-        return confidence * (_SHARES @ fused.confidence > 0.0), 1e3 * radius
+        squared = self._squared_radii(positions_m[OUTPUT_OF_CANONICAL_INDEX], fused, frames, dt)
+        return of_output_joints(squared, fused.confidence)
 
     def _squared_radii(
         self, joints: NDArray[np.float64], fused: FusedSkeleton, frames: FrameSet, dt: float

@@ -12,8 +12,8 @@ from studio.engine.joints import INDEX
 JOINTS = tuple(INDEX[name] for name in ("left_ankle", "left_toe", "right_ankle", "right_toe"))
 _ANKLES, _TOES = [0, 2], [1, 3]  # of `JOINTS`
 
-STAND_SPEED_M_S = 0.3
-STAND_HEIGHT_M = 0.06
+STAND_SPEED_M_S = 0.5
+STAND_HEIGHT_M = 0.04
 """A joint stands below this speed and at most this far above the height at which it stands."""
 
 SMOOTHING_S = 0.05
@@ -25,7 +25,7 @@ MAX_GAP_S = 0.08
 EASE_S = 0.05
 """A foot is taken hold of, and let go, over this time."""
 
-PLACE_S = 0.5
+PLACE_S = 1.0
 """Where a foot stands is the mean of its path over about this time: soles roll and shoes give, slowly."""
 
 FLAT_M = 0.025

@@ -26,12 +26,13 @@ from studio.engine.finish.trajectory import Kinematics
 from studio.engine.frames import StepResult
 from studio.engine.human.model import build_humanoid
 from studio.engine.human.skeleton import Skeleton
-from studio.engine.joints import MIRROR, OUTPUT_OF_CANONICAL_INDEX
+from studio.engine.joints import JOINT_COUNT, MIRROR, OUTPUT_OF_CANONICAL_INDEX
 from studio.engine.physics.correction import ITERATIONS as PHYSICS_ITERATIONS
 from studio.engine.physics.whole_take import Physics
 from studio.engine.settings import SolveSettings
+from studio.engine.uncertainty import of_output_joints
 
-WINDOW = 600
+WINDOW = 400
 MARGIN = 60
 """Frames of a window, and how many are solved with it on either side."""
 
@@ -113,8 +114,9 @@ class Finisher:
         q = self._smoother.within_limits(q)
         if self._physics is not None:
             q = self._with_physics(self._physics, q, pieces, contacts)
+        squared_radii = self._squared_radii(q, pieces)
         q[:, 2] += lifted_m
-        yield from self._posed(q, lifted_m)
+        yield from self._posed(q, squared_radii, lifted_m)
         self._store.close()
 
     def _initial(self, store: Store) -> NDArray[np.float64]:
@@ -213,7 +215,20 @@ class Finisher:
         parts = [self._kinematics.sites(q[b : b + WINDOW])[:, list(JOINTS)] for b in range(0, len(q), WINDOW)]
         return np.concatenate(parts)
 
-    def _posed(self, q: NDArray[np.float64], lifted_m: float) -> Iterator[StepResult]:
+    def _squared_radii(self, q: NDArray[np.float64], pieces: list[tuple[int, int]]) -> NDArray[np.float64]:
+        """Of the canonical joints' 90 % balls [m2], shape (frame_count, 21)."""
+        out = np.empty((len(q), JOINT_COUNT))
+        for first, last in pieces:
+            for begin in range(first, last, WINDOW):
+                end = min(begin + WINDOW, last)
+                low, high = max(begin - MARGIN, first), min(end + MARGIN, last)
+                found = self._smoother.squared_radii(q[low:high], self._measurements(low, high))
+                out[begin:end] = found[begin - low : end - low]
+        return out
+
+    def _posed(
+        self, q: NDArray[np.float64], squared_radii: NDArray[np.float64], lifted_m: float
+    ) -> Iterator[StepResult]:
         """The poses of the refined configurations, completed as the pipeline does."""
         assert self._store is not None
         up, last_ns = np.array([0.0, 0.0, lifted_m]), None
@@ -232,4 +247,5 @@ class Finisher:
                     ),
                     dt,
                 )
-                yield StepResult(frames, fused, *pose, configuration=q[k])
+                sure = of_output_joints(squared_radii[k], fused.confidence)
+                yield StepResult(frames, fused, *pose[:2], *sure, configuration=q[k])

@@ -53,8 +53,8 @@ class Measurements:
 class NoiseScale:
     """How noisy each camera's joints are in this take, against what `fusion.noise` says of them.
 
-    What a camera's joint does from one camera frame to the next, and the smooth body does not, is noise. Of noise that
-    is alike from frame to frame little shows so: `ALIKE` says how much. The median tells, since spikes must not.
+    What a camera's joint does from one of its frames to the next, and the smooth body does not, is noise. Of noise
+    that is alike from frame to frame little shows so: `ALIKE` says how much. The median tells, since spikes must not.
     """
 
     def __init__(self, cameras: int) -> None:

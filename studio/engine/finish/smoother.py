@@ -16,6 +16,7 @@ from scipy.ndimage import gaussian_filter1d
 
 from studio.engine.finish.contacts import JOINTS, Contacts
 from studio.engine.finish.measurements import Measurements
+from studio.engine.finish.radii import squared_radii
 from studio.engine.finish.trajectory import Kinematics, moved, steps
 from studio.engine.human.model import BODY_JOINTS, FREE_DOFS, Humanoid
 from studio.engine.human.ranges import dofs_of
@@ -126,6 +127,11 @@ class Smoother:
             normal.diagonal[edge, k[:, None], k[:, None]] += HELD
             normal.right[edge] = 0.0
         return moved(q, np.clip(normal.solve(), -MAX_STEP, MAX_STEP))
+
+    def squared_radii(self, q: NDArray[np.float64], measurements: Measurements) -> NDArray[np.float64]:
+        """Return squared radii of canonical joints' 90 % balls [m2], shape (frame_count, 21); see `radii`."""
+        sites = self._kinematics.sites(q)
+        return squared_radii(sites, *_camera_rows(sites, measurements), self._dt)
 
     def within_limits(self, q: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return configurations, shape (frame_count, nq), with every hinge within its limits."""

@@ -3,42 +3,22 @@
 from collections.abc import Callable, Iterable
 from typing import Any
 
-import numpy as np
-
 from studio.engine.calibration.result import Calibration
-from studio.engine.errors import SettingsError, TakeError
+from studio.engine.errors import SettingsError
 from studio.engine.finish.finisher import Finisher
 from studio.engine.frames import CameraFrame, StepResult
-from studio.engine.joints import OUTPUT_JOINTS, OUTPUT_PARENTS
 from studio.engine.pipeline import Pipeline
 from studio.engine.poses import Poses
 from studio.engine.schedule import Schedule
 from studio.engine.settings import SolveSettings
+from studio.engine.solve.collect import PoseCollector
 from studio.engine.solve.following import Following
 
 ProgressCallback = Callable[[float], None]
 """Called with the share done, 0..1."""
 
-
-def collect_poses(results: list[StepResult]) -> Poses:
-    """Return steps' results, in time order, as `Poses`.
-
-    Raises:
-        TakeError: there is none.
-    """
-    if not results:
-        raise TakeError(
-            "no camera shows the performer in this take; check the cameras and `--set cameras=...`"
-        )
-    return Poses(
-        time_s=np.array([r.frame_set.stage_time_ns for r in results]) * 1e-9,
-        joint_names=OUTPUT_JOINTS,
-        parents=OUTPUT_PARENTS.copy(),
-        positions_m=np.array([r.positions_m for r in results]),
-        rotations_wxyz=np.array([r.rotations_wxyz for r in results]),
-        confidence=np.array([r.confidence for r in results]),
-        uncertainty_mm=np.array([r.uncertainty_mm for r in results]),
-    )
+LIVE_SHARE = 0.6
+"""Share of a solve's time that the pipeline takes where finishing follows."""
 
 
 def solve_frames(
@@ -73,25 +53,32 @@ def solve_frames(
         placed = [item for item in placed if item[0] >= start_s * 1e9]
     pipeline, schedule = Pipeline(calibration, settings), Schedule(settings.output_hz)
     finisher = _finisher(calibration, settings)
-    results: list[StepResult] = []
-    for done, (_, frame) in enumerate(placed):
-        pipeline.add_frame(frame)
+    collector = PoseCollector()
+
+    def collect(result: StepResult) -> None:
+        collector.add(result)
+        if following is not None:
+            following.add(result)
+
+    total, live_share = max(len(placed), 1), 1.0 if finisher is None else LIVE_SHARE
+    placed.reverse()
+    while placed:  # a frame that is done with is let go
+        pipeline.add_frame(placed.pop()[1])
         for stage_ns in schedule.due(pipeline.newest_stage_ns()):
             result = pipeline.step(stage_ns)
             if result is not None and (start_s is None or stage_ns >= start_s * 1e9):
-                results.append(result) if finisher is None else finisher.add(result)
-        if progress is not None and done % 64 == 0:
-            progress(done / len(placed))
+                collect(result) if finisher is None else finisher.add(result)
+        done = total - len(placed)
+        if progress is not None and done % 64 == 1:
+            progress(live_share * done / total)
     if finisher is not None:
-        results.extend(finisher.results())
+        for result in finisher.results():
+            collect(result)
         if physics is not None:
             physics.update(finisher.physics_report)
-    if following is not None:
-        for result in results:
-            following.add(result)
     if progress is not None:
         progress(1.0)
-    return collect_poses(results)
+    return collector.poses()
 
 
 def _finisher(calibration: Calibration, settings: SolveSettings) -> Finisher | None:

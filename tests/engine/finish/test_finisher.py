@@ -1,4 +1,4 @@
-"""Finishing: the whole take at once is smoother and nearer than live, holds feet, and does not mind its chunks."""
+"""Finishing: the whole take at once is smoother and nearer than live, holds feet, and does not show its windows."""
 
 import numpy as np
 import pytest
@@ -39,7 +39,7 @@ def solves(take):
 def test_it_is_nearer_and_smoother_than_live_and_holds_feet(take, solves):
     live, finished = (evaluate(solves[name], take[2]) for name in ("studio", "finish"))
     assert finished["mpjpe_mm"] < live["mpjpe_mm"] + 0.5
-    assert finished["acceleration_error_m_s2"] < 0.7 * live["acceleration_error_m_s2"]
+    assert finished["acceleration_error_m_s2"] < 0.85 * live["acceleration_error_m_s2"]
     assert finished["foot_slide_cm_s"] < finished["reference_foot_slide_cm_s"] + 1.5
     assert abs(finished["latency_ms"]) < 6.0
     assert finished["bone_length_sd_mm"] < 1e-6
@@ -61,10 +61,11 @@ def test_times_are_those_of_the_live_solve_and_the_pose_is_human(solves):
     assert (2 * np.arccos(np.clip(q, 0, 1))).max() < knee[1] + np.radians(0.1)
 
 
-def test_chunks_do_not_show(take, solves, monkeypatch):
-    monkeypatch.setattr(finisher, "WINDOW", 350)
+@pytest.mark.parametrize("window", [300, 450, 1000])
+def test_windows_do_not_show(take, solves, monkeypatch, window):
+    monkeypatch.setattr(finisher, "WINDOW", window)
     other = solve_frames(take[0], take[1], parse_settings("finish"))
-    assert len(other.time_s) == len(solves["finish"].time_s)
+    assert np.array_equal(other.time_s, solves["finish"].time_s)
     away = np.linalg.norm(other.positions_m - solves["finish"].positions_m, axis=2)
     assert away.max() < 1e-3, f"{1e3 * away.mean():.2f} mm, worst {1e3 * away.max():.1f} mm"
 

@@ -9,7 +9,8 @@ from studio.engine.errors import TakeError
 from studio.engine.frames import ClockModel
 from studio.engine.joints import JOINT_COUNT, OUTPUT_JOINTS
 from studio.engine.settings import parse_settings
-from studio.engine.solve.take import collect_poses, solve_frames
+from studio.engine.solve.collect import collect_poses
+from studio.engine.solve.take import solve_frames
 from tests.engine.walkers import SECOND, arms_swinging, recorded, stage
 
 SETTINGS = parse_settings("studio")

@@ -1,0 +1,62 @@
+"""How far each joint of a finished take may be from the true one: the radius of the 90 % ball.
+
+As live (`engine.uncertainty`), squares of what is known are added: the device's offset from the anatomical centre,
+what is left of the cameras' noise (cameras that are not believed tell nothing, and of a joint that none tells of
+little is known), the distance to where the believed cameras see the joint, and how far smoothing rounds off a sharp
+motion.
+
+The covariance of the body given all cameras (the inverse of the normal matrix through the joints' Jacobians) was
+tried and is too sure: offsets do not average out over a body whose bones were measured with them. The coefficients
+come from quantile regression at 0.9 (Koenker, Bassett, Econometrica 1978) on jumps_2 and ballet_4, the offset held
+at its size.
+"""
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.ndimage import gaussian_filter1d
+
+from studio.engine.uncertainty import BALL_90, OFFSET_M
+
+NOISE = 0.065
+"""Squared radius per variance of the cameras' pooled noise."""
+
+UNSEEN_M = 0.15
+"""Radius of a joint that no camera tells of."""
+
+MEMORY_S = 0.1
+"""What cameras tell is averaged over this time (deviation of a Gaussian)."""
+
+MISFIT = 1.6
+"""Radius per distance between the joint and where the cameras see it."""
+
+ROUNDING_S2 = 8.5e-4
+"""Radius per acceleration [s2]."""
+
+ACCELERATION_S = 0.017
+"""Accelerations are averaged over this time."""
+
+
+def squared_radii(
+    sites: NDArray[np.float64], weight: NDArray[np.float64], pull: NDArray[np.float64], dt: float
+) -> NDArray[np.float64]:
+    """Return squared radii of the 90 % balls of canonical joints [m2], shape (frame_count, 21).
+
+    Args:
+        sites: canonical joints [m], shape (frame_count, 21, 3).
+        weight: what cameras tell of each joint in a frame [1/m2], shape (frame_count, 21, 3, 3).
+        pull: the same times the distance to where they see it [1/m], shape (frame_count, 21, 3).
+        dt: time between frames [s].
+    """
+    told = _averaged(np.trace(weight, axis1=2, axis2=3) / 3.0, MEMORY_S / dt)
+    away = _averaged(pull, MEMORY_S / dt) / np.maximum(told, 1.0)[..., None]
+    squared = (BALL_90 * OFFSET_M) ** 2 + 1.0 / (told / NOISE + UNSEEN_M**-2)
+    squared += MISFIT**2 * np.einsum("tja,tja->tj", away, away)
+    if len(sites) > 2:
+        acceleration = np.gradient(np.gradient(sites, dt, axis=0), dt, axis=0)
+        acceleration = _averaged(acceleration, ACCELERATION_S / dt)
+        squared += ROUNDING_S2**2 * np.einsum("tja,tja->tj", acceleration, acceleration)
+    return squared
+
+
+def _averaged(values: NDArray[np.float64], frames: float) -> NDArray[np.float64]:
+    return gaussian_filter1d(values, frames, axis=0, mode="nearest", truncate=3.0)
