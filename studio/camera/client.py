@@ -2,17 +2,25 @@
 
 import asyncio
 import contextlib
+import logging
 import os
 import re
 import signal
+import sys
+from collections.abc import AsyncIterator
+from dataclasses import dataclass
 from pathlib import Path
 from urllib.parse import urlsplit
 
 from studio.camera.link import Link, link_url
 from studio.camera.sources import Source, open_source
 from studio.camera.spool import MAX_BYTES, Spool
+from studio.camera.tracked import TrackedSource
+from studio.engine.errors import SettingsError
 
 PARENT_CHECK_S = 0.5
+
+log = logging.getLogger(__name__)
 
 
 def default_spool(server: str, name: str) -> Path:
@@ -30,6 +38,10 @@ def run_camera(
     spool: Path | None = None,
     spool_bytes: int = MAX_BYTES,
     parent: int | None = None,
+    *,
+    record_depth: bool = False,
+    preview: bool = False,
+    preview_port: int | None = None,
 ) -> int:
     """Send a source's frames to a server until Ctrl-C, SIGTERM or the source's end; return the exit code 0.
 
@@ -42,13 +54,21 @@ def run_camera(
             `default_spool`.
         spool_bytes: how large it may become.
         parent: process number of the program that started this one: end with it, however it ends.
+        record_depth: send the depth images too while a take is recorded.
+        preview: draw what the camera sees as text in the terminal.
+        preview_port: show it as a page on this port of this machine; 0 = a free one.
 
     Raises:
         StudioError: a source, server or name that cannot be used, or a server that refuses the camera.
     """
-    opened = open_source(source)
+    opened = open_source(source, keep_depth=record_depth)
+    if (record_depth or preview or preview_port is not None) and not isinstance(opened, TrackedSource):
+        raise SettingsError(
+            f"source {source!r} gives no depth: there is nothing to preview or to record of it"
+        )
+    shown = Shown(preview, preview_port)
     with contextlib.suppress(asyncio.CancelledError, KeyboardInterrupt):
-        asyncio.run(_run(opened, server, name, token, spool, spool_bytes, parent))
+        asyncio.run(_run(opened, server, name, token, spool, spool_bytes, parent, shown))
     return 0
 
 
@@ -60,13 +80,56 @@ async def _run(
     folder: Path | None,
     spool_bytes: int,
     parent: int | None,
+    shown: "Shown",
 ) -> None:
     Link(source, server, name=name)  # a wrong address or name is told before a folder is made
     spool = Spool(folder or default_spool(server, name or source.name), max_bytes=spool_bytes)
     try:
-        await _run_link(Link(source, server, name=name, token=token, spool=spool), parent=parent)
+        async with shown.of(source):
+            await _run_link(Link(source, server, name=name, token=token, spool=spool), parent=parent)
     finally:
         spool.close()
+
+
+@dataclass(frozen=True)
+class Shown:
+    """What a client shows of a camera with depth: a picture in the terminal, a page on a port."""
+
+    picture: bool
+    port: int | None
+
+    @contextlib.asynccontextmanager
+    async def of(self, source: Source) -> AsyncIterator[None]:
+        """Show a source while the block runs; health in the terminal, where standard error is one."""
+        if not isinstance(source, TrackedSource):
+            yield
+            return
+        from studio.camera.preview import PreviewPage, show_in_terminal
+
+        page = None if self.port is None else PreviewPage(source, self.port)
+        if page is not None:
+            await page.start()
+            log.warning("preview: http://127.0.0.1:%d", page.port)
+        wanted = self.picture or sys.stderr.isatty()
+        terminal = (
+            asyncio.create_task(show_in_terminal(source, _to_terminal, picture=self.picture))
+            if wanted
+            else None
+        )
+        try:
+            yield
+        finally:
+            if terminal is not None:
+                terminal.cancel()
+                await asyncio.gather(terminal, return_exceptions=True)
+                _to_terminal("\n")
+            if page is not None:
+                await page.close()
+
+
+def _to_terminal(text: str) -> None:
+    sys.stderr.write(text)
+    sys.stderr.flush()
 
 
 async def _end_with_parent(task: asyncio.Task[None], parent: int) -> None:

@@ -16,11 +16,13 @@ from websockets.exceptions import WebSocketException
 from studio import wire
 from studio.camera.frame_queue import FrameQueue
 from studio.camera.keeper import Keeper
-from studio.camera.sources import Source, SourceFrame
+from studio.camera.sources import Source, SourceFrame, intrinsics_of_source
 from studio.camera.spool import Spool
 from studio.engine.errors import FormatError, SettingsError, StudioError
 
 QUEUE_FRAMES = 60
+DEPTH_FRAMES = 10
+"""Depth images that wait while the link is slow; they are sent while a take is recorded, and not kept."""
 _FIRST_DELAY_S, _LONGEST_DELAY_S = 0.25, 5.0
 _OPEN_TIMEOUT_S = 5.0
 _CLOCK_BURST, _BURST_GAP_S, _CLOCK_GAP_S = 8, 0.02, 1.0
@@ -100,8 +102,11 @@ class Link:
             joint_set=source.joint_set,
             boot_id=uuid.uuid4().hex,
             frames_per_second=source.frames_per_second,
+            intrinsics=intrinsics_of_source(source),
             token=token,
         )
+        self._depth: dict[int, bytes] = {}
+        self._recording = False
         self._queue = FrameQueue(QUEUE_FRAMES)
         self._spool = spool
         self._keeper = Keeper(spool, self._hello, self._queue.wake)
@@ -136,6 +141,10 @@ class Link:
         async for frame in self._source.frames():
             data = _encode(sequence, frame)
             self._keeper.frame(sequence, data)
+            if frame.depth_mm is not None and self._recording:
+                image = wire.depth_image(sequence, frame.device_time_ns, frame.depth_mm)
+                self._depth[sequence] = wire.encode(image)
+                self._depth.pop(sequence - DEPTH_FRAMES, None)
             dropped = await self._queue.put(sequence, data, wait=not self._source.realtime)
             if dropped is not None:
                 self._keeper.dropped(dropped)
@@ -204,6 +213,8 @@ class Link:
                 sequence, data = item
                 await socket.send(data)
                 self._keeper.sent(sequence)
+                if (image := self._depth.pop(sequence, None)) is not None:
+                    await socket.send(image)
                 self.frames_sent += 1
             elif self._keeper.has_late:
                 await self._send_late(socket)
@@ -243,6 +254,7 @@ class Link:
             elif isinstance(message, wire.Refused):
                 raise RefusedError(f"the server refuses camera {self.name}: {message.reason}", message.code)
             elif isinstance(message, wire.Recording):
+                self._recording = message.active
                 await self._say(socket, self._keeper.recording_changed(message))
             elif isinstance(message, wire.Ack):
                 await self._say(socket, self._keeper.acknowledged(message))

@@ -8,11 +8,15 @@ from pathlib import Path
 import numpy as np
 
 from studio import wire
+from studio.camera.depth_recording import DepthRecordingSource
 from studio.camera.pacing import WallClock
 from studio.camera.sources import SourceFrame
 from studio.engine.errors import FormatError, SettingsError
 from studio.take.importers import IMPORTERS
+from studio.take.importers.raw_file import raw_depth
+from studio.take.importers.recording import ReadDepth
 from studio.take.raw import RawCamera, RawFrame, read_raw
+from studio.take.raw_depth import DepthRecording
 from studio.take.take import Take
 
 _PAUSE_NS = 500_000_000
@@ -23,14 +27,17 @@ _SPEEDS = ("1", "max")
 
 @dataclass
 class RecordedCamera:
-    """One camera of a recording: what it is, and its frames in order of their times."""
+    """One camera of a recording: what it is, its frames in order of their times, and its depth."""
 
     hello: wire.Hello
     frames: list[SourceFrame] = field(default_factory=list)
+    depth: ReadDepth | None = None
 
 
-def open_recording(argument: str) -> "RecordingSource":
+def open_recording(argument: str) -> "RecordingSource | DepthRecordingSource":
     """Return the source of `recording:<path>[#<camera>][?speed=max]`.
+
+    A camera with skeletons plays these, one with depth alone its images.
 
     Raises:
         SettingsError: a camera that the recording does not have, or must be told; an unknown speed.
@@ -48,6 +55,10 @@ def open_recording(argument: str) -> "RecordingSource":
             f"source 'recording:{argument}' needs a camera of the recording, as recording:<path>#<camera>; "
             f"it has {', '.join(cameras)}"
         )
+    if not cameras[name].frames:
+        depth = {n: c.depth for n, c in cameras.items() if c.depth is not None}
+        return DepthRecordingSource(name, depth, realtime=speed != "max")
+    cameras = {n: c for n, c in cameras.items() if c.frames}
     times = [(c.frames[0].device_time_ns, c.frames[-1].device_time_ns) for c in cameras.values()]
     first, last = min(begin for begin, _ in times), max(end for _, end in times)
     return RecordingSource(cameras[name], first, last - first + _PAUSE_NS, realtime=speed != "max")
@@ -60,7 +71,7 @@ def read_cameras(path: Path) -> dict[str, RecordedCamera]:
         FormatError, TakeError, NotAvailableError: a recording that cannot be read, or has no frame.
     """
     cameras = _from_take(path) if (path / "take.json").is_file() else _from_import(path)
-    cameras = {name: camera for name, camera in cameras.items() if camera.frames}
+    cameras = {name: camera for name, camera in cameras.items() if camera.frames or camera.depth}
     if not cameras:
         raise FormatError(f"{path} has no frame of any camera; choose another recording")
     for camera in cameras.values():
@@ -70,7 +81,8 @@ def read_cameras(path: Path) -> dict[str, RecordedCamera]:
 
 def _from_take(path: Path) -> dict[str, RecordedCamera]:
     cameras: dict[str, RecordedCamera] = {}
-    for record in read_raw(Take.open(path).raw_path):
+    raw_path = Take.open(path).raw_path
+    for record in read_raw(raw_path):
         if isinstance(record, RawCamera):
             cameras.setdefault(record.hello.name, RecordedCamera(record.hello))
         elif isinstance(record, RawFrame):
@@ -81,6 +93,9 @@ def _from_take(path: Path) -> dict[str, RecordedCamera]:
                     message.device_time_ns, positions, confidence, tuple(message.hands), message.head_wxyz
                 )
             )
+    recording = DepthRecording(raw_path)
+    for name in recording.cameras:
+        cameras[name].depth = raw_depth(cameras[name].hello, recording)
     return cameras
 
 
@@ -101,6 +116,7 @@ def _from_import(path: Path) -> dict[str, RecordedCamera]:
                     camera.times_ns, camera.positions, camera.confidence, strict=True
                 )
             ],
+            camera.depth,
         )
         for camera in recording.cameras
     }

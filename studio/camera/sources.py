@@ -1,19 +1,19 @@
-"""Where a camera client's frames come from: the registry of sources and what a source is.
+"""Where a camera client's frames come from: what a source is, and the registry of sources.
 
-simulated:<index>/<count>[:<seed>]    a camera of a standard rig that watches the embedded performer
-recording:<path>[#<camera>]           a take or a recording that `studio import` reads, in real time, over
-                                      and over; recording:<path>[#<camera>]?speed=max once, as fast as it goes
+`open_source` says in its errors which there are; `studio camera --help` and docs/devices.md describe them. A source
+that gives depth (`depth_source.DepthSource`) becomes one of skeletons through `tracked.TrackedSource`.
 """
 
-from collections.abc import AsyncIterator, Callable
+from collections.abc import AsyncIterator
 from dataclasses import dataclass
-from typing import Protocol
+from importlib import import_module
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
-from studio.engine.errors import NotAvailableError, SettingsError
-from studio.wire import HandState
+from studio.engine.errors import SettingsError
+from studio.wire import HandState, Intrinsics
 
 
 @dataclass(frozen=True)
@@ -26,6 +26,7 @@ class SourceFrame:
         confidence: shape (joint_count,), 0..1.
         hands: hand states, where the source knows them.
         head_wxyz: head orientation in the camera frame, where measured.
+        depth_mm: the image that it was made from, where it is to be recorded, shape (height, width).
     """
 
     device_time_ns: int
@@ -33,6 +34,7 @@ class SourceFrame:
     confidence: NDArray[np.float64]
     hands: tuple[HandState, ...] = ()
     head_wxyz: tuple[float, float, float, float] | None = None
+    depth_mm: NDArray[np.uint16] | None = None
 
 
 class Source(Protocol):
@@ -59,40 +61,83 @@ class Source(Protocol):
         """Yield frames as they come; ends where the source does."""
 
 
-def _open_simulated(argument: str) -> Source:
-    from studio.camera.simulator.live import open_simulated
+@dataclass(frozen=True)
+class Kind:
+    """A kind of source.
 
-    return open_simulated(argument)
+    Attributes:
+        module, function: what opens it from the text after the colon; the module, with its device's library, is
+            imported only then.
+        argument: how that text is written; "" = there is none.
+        device: it is a device, which may be unplugged and come back.
+    """
+
+    module: str
+    function: str
+    argument: str
+    device: bool = False
 
 
-def _open_recording(argument: str) -> Source:
-    from studio.camera.recording_source import open_recording
+_DEVICES = "studio.camera.devices"
 
-    return open_recording(argument)
+SOURCES: dict[str, Kind] = {
+    "simulated": Kind("studio.camera.simulator.live", "open_simulated", "<index>/<count>[:<seed>]"),
+    "simulated-depth": Kind(
+        "studio.camera.simulator.depth.source", "open_simulated_depth", "<index>/<count>[:<seed>]"
+    ),
+    "recording": Kind("studio.camera.recording_source", "open_recording", "<path>[#<camera>][?speed=max]"),
+    "realsense": Kind(f"{_DEVICES}.realsense", "open_realsense", "[<serial>]", device=True),
+    "orbbec": Kind(f"{_DEVICES}.orbbec", "open_orbbec", "[<serial>]", device=True),
+    "openni": Kind(f"{_DEVICES}.openni", "open_openni", "[<number>]", device=True),
+    "azure-kinect": Kind(f"{_DEVICES}.azure_kinect", "open_azure_kinect", "[<number>][?bodies]", device=True),
+    "kinect-v2": Kind(f"{_DEVICES}.kinect_v2", "open_kinect_v2", "[?bodies]", device=True),
+    "webcam": Kind(f"{_DEVICES}.webcam", "open_webcam", "<model file>[#<number>]", device=True),
+}
+"""The kinds of sources by name, `<kind>[:<argument>]`."""
 
 
-SOURCES: dict[str, Callable[[str], Source]] = {"simulated": _open_simulated, "recording": _open_recording}
-"""Kind of source -> what opens it; a device's library is imported only then."""
+def open_source(text: str, *, keep_depth: bool = False) -> Source:
+    """Return the source that `text` names, `<kind>[:<argument>]`.
 
-LATER = ("azure-kinect", "kinect-v1", "kinect-v2", "realsense", "orbbec", "mediapipe", "openni", "depth")
-
-
-def open_source(text: str) -> Source:
-    """Return the source that `text` names, `<kind>:<argument>`.
+    Args:
+        text: see `SOURCES`.
+        keep_depth: frames made from depth carry their image.
 
     Raises:
         SettingsError: an unknown kind, or an argument that its kind does not allow.
-        NotAvailableError: a kind of source that this version does not have.
-        FormatError, TakeError: a recording that cannot be read.
+        NotAvailableError: a device whose library is not installed.
+        StudioError: a device that is not there. FormatError, TakeError: a recording that cannot be read.
     """
-    kind, _, argument = text.partition(":")
-    if kind in LATER:
-        raise NotAvailableError(
-            f"source {kind} is not available in this version; available: {', '.join(SOURCES)}"
-        )
-    if kind not in SOURCES:
-        raise SettingsError(
-            f"unknown source {text!r}; allowed: simulated:<index>/<count>[:<seed>], such as simulated:0/2, "
-            "or recording:<path>[#<camera>]"
-        )
-    return SOURCES[kind](argument)
+    name, _, argument = text.partition(":")
+    if "?" in name:  # a flag without a device, such as kinect-v2?bodies
+        name, _, flags = name.partition("?")
+        argument = f"?{flags}"
+    kind = SOURCES.get(name)
+    if kind is None:
+        allowed = ", ".join(written(name) for name in SOURCES)
+        raise SettingsError(f"unknown source {text!r}; allowed: {allowed}, such as simulated:0/2")
+    opener = getattr(import_module(kind.module), kind.function)
+    if kind.device:
+        from studio.camera.depth_source import SteadySource
+
+        opened: Any = SteadySource(lambda: opener(argument))
+    else:
+        opened = opener(argument)
+    if getattr(opened, "camera", None) is None:
+        return opened
+    from studio.camera.tracked import TrackedSource
+
+    return TrackedSource(opened, keep_depth=keep_depth)
+
+
+def written(name: str) -> str:
+    """Return how a kind of source is written, such as `simulated:<index>/<count>[:<seed>]`."""
+    argument = SOURCES[name].argument
+    if not argument.startswith("["):
+        return f"{name}:{argument}"
+    return f"{name}[:{argument[1:]}" if argument.startswith("[<") else f"{name}{argument}"
+
+
+def intrinsics_of_source(source: Any) -> Intrinsics | None:
+    """Return the depth camera's intrinsics of a source that is made from depth, else None."""
+    return getattr(source, "intrinsics", None)

@@ -12,8 +12,12 @@ Run a camera client: read a source and send its frames to the studio.
 
 SOURCE is one of
   simulated:INDEX/COUNT[:SEED]           a camera of a standard rig that watches the simulated performer
+  simulated-depth:INDEX/COUNT[:SEED]     the same as depth images
   recording:PATH[#CAMERA][?speed=max]    a take or a recording, over and over in real time, or once at full speed
+  realsense[:SERIAL]  orbbec[:SERIAL]    devices; docs/devices.md says what each of them needs
+  openni[:NUMBER]  azure-kinect[:NUMBER]  kinect-v2[:NUMBER]  webcam:MODEL[#NUMBER]
 
+Depth becomes a skeleton, hand states and head orientation on this machine. A device that is unplugged is waited for.
 While a take is recorded, every frame is also kept in a spool on this machine until the studio has it on its disk;
 when the link drops, it is sent once the link is back, also by the next start. Stop it with Ctrl-C."""
 
@@ -49,6 +53,20 @@ def add_parser(subparsers: Any) -> None:
         default=2048,
         help="how large the spool may become (default 2048)",
     )
+    parser.add_argument(
+        "--record-depth",
+        action="store_true",
+        help="send the depth images too while a take is recorded (2 to 10 MB/s)",
+    )
+    parser.add_argument(
+        "--preview", action="store_true", help="draw what a depth camera sees as text in the terminal"
+    )
+    parser.add_argument(
+        "--preview-port",
+        metavar="P",
+        type=int,
+        help="show what a depth camera sees as a page on this port of this machine (0: a free one)",
+    )
     parser.add_argument("--parent", metavar="PID", type=int, help=argparse.SUPPRESS)
 
 
@@ -58,6 +76,8 @@ def run(args: argparse.Namespace) -> int:
 
     if args.spool_mb < 1:
         raise SettingsError(f"--spool-mb {args.spool_mb} is not allowed; allowed: 1 or more")
+    if args.preview_port is not None and not 0 <= args.preview_port <= 65535:
+        raise SettingsError(f"--preview-port {args.preview_port} is not allowed; allowed: 0 to 65535")
     return run_camera(
         source=args.source,
         server=args.server,
@@ -66,4 +86,7 @@ def run(args: argparse.Namespace) -> int:
         spool=args.spool,
         spool_bytes=args.spool_mb << 20,
         parent=args.parent,
+        record_depth=args.record_depth,
+        preview=args.preview,
+        preview_port=args.preview_port,
     )

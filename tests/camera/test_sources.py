@@ -5,7 +5,7 @@ import pytest
 
 from studio.camera.simulator.live import SimulatedSource
 from studio.camera.simulator.simulate import simulate_take
-from studio.camera.sources import LATER, SOURCES, open_source
+from studio.camera.sources import SOURCES, open_source, written
 from studio.engine.errors import FormatError, NotAvailableError, SettingsError
 from studio.engine.joints import CANONICAL, JOINT_SETS
 from studio.take.raw import camera_frames
@@ -72,8 +72,11 @@ def test_every_source_keeps_the_contract(take, folder, index):
 
 
 def test_the_registry_names_its_kinds():
-    assert set(SOURCES) == {"simulated", "recording"}
-    assert not set(SOURCES) & set(LATER)
+    with pytest.raises(SettingsError) as error:
+        open_source("magic:1")
+    for name in SOURCES:
+        assert written(name) in str(error.value)
+    assert written("realsense") == "realsense[:<serial>]" and written("kinect-v2") == "kinect-v2[?bodies]"
 
 
 @pytest.mark.parametrize(
@@ -81,6 +84,13 @@ def test_the_registry_names_its_kinds():
     [
         ("", SettingsError),
         ("webcam", SettingsError),
+        ("webcam:/nowhere.task", SettingsError),
+        ("openni:x", SettingsError),
+        ("kinect-v2?bones", SettingsError),
+        ("orbbec", NotAvailableError),
+        ("openni", NotAvailableError),
+        ("azure-kinect", NotAvailableError),
+        ("kinect-v2", NotAvailableError),
         ("simulated", SettingsError),
         ("simulated:2/2", SettingsError),
         ("simulated:0/9", SettingsError),
@@ -88,7 +98,6 @@ def test_the_registry_names_its_kinds():
         ("simulated:0/2:x", SettingsError),
         ("recording:/nowhere", FormatError),
         ("recording:/etc/hostname", FormatError),
-        *((kind, NotAvailableError) for kind in LATER),
     ],
 )
 def test_sources_that_cannot_be_opened(text, error):

@@ -1,0 +1,102 @@
+"""Azure Kinect, with pykinect_azure and the sensor SDK of the system; with `?bodies` the SDK's body tracking."""
+
+import asyncio
+from collections.abc import AsyncIterator
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from studio.camera.depth_source import DepthShot, DeviceLostError
+from studio.camera.devices.common import device_number, library, polled, split_argument
+from studio.camera.pacing import WallClock
+from studio.camera.sources import SourceFrame
+from studio.engine.joints import JOINT_SETS
+from studio.take.importers.k4a import intrinsics
+from studio.take.raw_records import depth_camera
+
+_KIND, _MODE = "azure-kinect", "NFOV_2X2BINNED"
+_JOINTS = len(JOINT_SETS["azure-kinect"])
+_CONFIDENCE = (0.0, 0.4, 0.9, 1.0)
+"""Of the SDK's levels none, low, medium, high."""
+
+
+def open_azure_kinect(argument: str) -> "AzureKinectSource | AzureKinectBodies":
+    """Return the source of `azure-kinect[:<number>][?bodies]`.
+
+    Raises:
+        NotAvailableError: pykinect_azure or an SDK is not installed. DeviceLostError: no such device is plugged in.
+    """
+    text, flags = split_argument(argument, _KIND, ("bodies",))
+    number = device_number(text, _KIND)
+    kinect = library(
+        "pykinect_azure", kind=_KIND, install="pip install pykinect_azure, and the Azure Kinect SDK 1.4"
+    )
+    try:
+        kinect.initialize_libraries(track_body="bodies" in flags)
+        settings = kinect.default_configuration
+        settings.color_resolution = kinect.K4A_COLOR_RESOLUTION_OFF
+        settings.depth_mode = kinect.K4A_DEPTH_MODE_NFOV_2X2BINNED
+        device = kinect.start_device(device_index=number, config=settings)
+    except (Exception, SystemExit) as error:  # pykinect_azure raises, prints or exits, as its C library says
+        raise DeviceLostError(
+            f"Azure Kinect {number} cannot be started ({error}); is it plugged in?"
+        ) from error
+    if "bodies" in flags:
+        return AzureKinectBodies(device, kinect.start_body_tracker())
+    return AzureKinectSource(device)
+
+
+class AzureKinectSource:
+    """The depth stream, narrow field of view, binned 2 x 2: 320 x 288."""
+
+    name, device, frames_per_second, realtime = "azure-kinect", "Azure Kinect", 30.0, True
+
+    def __init__(self, device: Any) -> None:
+        self._device = device
+        self.camera = depth_camera(intrinsics(device.get_raw_calibration(), _MODE))
+        self._wall = WallClock()
+
+    def clock_ns(self) -> int:
+        return self._wall.now_ns()
+
+    async def frames(self) -> AsyncIterator[DepthShot]:
+        def wait() -> DepthShot | None:
+            found, depth = self._device.update().get_depth_image()
+            return (self._wall.now_ns(), np.array(depth, dtype=np.uint16)) if found else None
+
+        async for shot in polled(wait, self._device.close):
+            yield shot
+
+
+class AzureKinectBodies:
+    """The first body of the SDK's tracker, in the depth camera's frame."""
+
+    name, device, joint_set = "azure-kinect", "Azure Kinect, SDK body tracking", "azure-kinect"
+    frames_per_second, realtime = 30.0, True
+
+    def __init__(self, device: Any, tracker: Any) -> None:
+        self._device, self._tracker = device, tracker
+        self._wall = WallClock()
+
+    def clock_ns(self) -> int:
+        return self._wall.now_ns()
+
+    async def frames(self) -> AsyncIterator[SourceFrame]:
+        try:
+            while True:
+                await asyncio.to_thread(self._device.update)
+                bodies = await asyncio.to_thread(self._tracker.update)
+                positions, confidence = np.full((_JOINTS, 3), np.nan), np.zeros(_JOINTS)
+                if bodies.get_num_bodies():
+                    positions, confidence = body_joints(bodies.get_body_skeleton(0).joints)
+                yield SourceFrame(self._wall.now_ns(), positions, confidence)
+        finally:
+            self._device.close()
+
+
+def body_joints(joints: Any) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return the SDK's joints [mm] in metres, shape (32, 3), and confidence, shape (32,)."""
+    places = np.array([[j.position.xyz.x, j.position.xyz.y, j.position.xyz.z] for j in joints]) * 1e-3
+    confidence = np.array([_CONFIDENCE[min(int(j.confidence_level), 3)] for j in joints])
+    return np.where(confidence[:, None] > 0, places, np.nan), confidence

@@ -1,0 +1,85 @@
+"""What the device modules share: importing an SDK, numbers in arguments, and reading a blocking device."""
+
+import asyncio
+from collections.abc import AsyncIterator, Callable
+from importlib import import_module
+from types import ModuleType
+from typing import TypeVar
+
+from studio.camera.depth_source import DeviceLostError
+from studio.engine.errors import NotAvailableError, SettingsError
+
+_Item = TypeVar("_Item")
+
+
+def library(module: str, *, kind: str, install: str) -> ModuleType:
+    """Return an SDK's module.
+
+    Args:
+        module: its name.
+        kind: the kind of source that needs it.
+        install: how to get it, for the error.
+
+    Raises:
+        NotAvailableError: it is not installed, or its own libraries are not.
+    """
+    try:
+        return import_module(module)
+    except (ImportError, OSError) as error:
+        raise NotAvailableError(f"source {kind} needs {module} ({error}); {install}") from error
+
+
+def split_argument(argument: str, kind: str, flags: tuple[str, ...] = ()) -> tuple[str, set[str]]:
+    """Return the text before `?` and the flags after it.
+
+    Raises:
+        SettingsError: an unknown flag.
+    """
+    text, _, rest = argument.partition("?")
+    found = set(filter(None, rest.split("&")))
+    unknown = sorted(found - set(flags))
+    if unknown:
+        raise SettingsError(
+            f"source {kind}: {unknown[0]!r} is not allowed; allowed: {', '.join(flags) or 'nothing'}"
+        )
+    return text, found
+
+
+def device_number(text: str, kind: str) -> int:
+    """Return the number of a device, 0 where the text is empty.
+
+    Raises:
+        SettingsError: not a number.
+    """
+    if text and not (text.isascii() and text.isdigit() and len(text) < 3):
+        raise SettingsError(
+            f"source {kind}:{text} is not allowed; give the device's number, such as {kind}:0"
+        )
+    return int(text or 0)
+
+
+async def polled(
+    wait: Callable[[], _Item | None],
+    close: Callable[[], None],
+    errors: tuple[type[Exception], ...] = (RuntimeError, OSError),
+) -> AsyncIterator[_Item]:
+    """Yield what a blocking function returns, read on a thread; None = nothing came in its time.
+
+    Args:
+        wait: waits for about a second at most.
+        close: called in the end.
+        errors: what the device's library raises.
+
+    Raises:
+        DeviceLostError: the function fails.
+    """
+    try:
+        while True:
+            try:
+                item = await asyncio.to_thread(wait)
+            except errors as error:
+                raise DeviceLostError(str(error) or type(error).__name__) from error
+            if item is not None:
+                yield item
+    finally:
+        await asyncio.to_thread(close)

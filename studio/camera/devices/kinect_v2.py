@@ -1,0 +1,116 @@
+"""Kinect v2 on Windows, with pykinect2 and the Kinect SDK 2.0: its depth, or with `?bodies` its body tracking."""
+
+from collections.abc import AsyncIterator
+from time import sleep
+from typing import Any
+
+import numpy as np
+
+from studio.camera.depth_source import DepthShot
+from studio.camera.devices.common import library, polled, split_argument
+from studio.camera.pacing import WallClock
+from studio.camera.sources import SourceFrame
+from studio.engine.depth import DepthCamera
+from studio.engine.errors import NotAvailableError, SettingsError
+from studio.take.importers.kinect import to_camera
+
+_KIND = "kinect-v2"
+_WIDTH, _HEIGHT = 512, 424
+_CONFIDENCE = (0.0, 0.4, 1.0)
+"""Of the SDK's states not tracked, inferred, tracked."""
+
+_POLL_S = 0.005
+
+
+def open_kinect_v2(argument: str) -> "KinectV2Source | KinectV2Bodies":
+    """Return the source of `kinect-v2[?bodies]`.
+
+    Raises:
+        NotAvailableError: pykinect2 or the SDK is not installed.
+    """
+    text, flags = split_argument(argument, _KIND, ("bodies",))
+    if text not in ("", "0"):
+        raise SettingsError(
+            f"source {_KIND}:{text} is not allowed: the SDK opens one Kinect v2 for each computer"
+        )
+    install = "pip install pykinect2, on Windows with the Kinect SDK 2.0"
+    constants = library("pykinect2.PyKinectV2", kind=_KIND, install=install)
+    runtime = library("pykinect2.PyKinectRuntime", kind=_KIND, install=install)
+    wanted = constants.FrameSourceTypes_Body if "bodies" in flags else constants.FrameSourceTypes_Depth
+    try:
+        kinect = runtime.PyKinectRuntime(wanted)
+    except OSError as error:
+        raise NotAvailableError(f"source {_KIND}: the Kinect SDK 2.0 does not answer ({error})") from error
+    return KinectV2Bodies(kinect) if "bodies" in flags else KinectV2Source(kinect)
+
+
+class KinectV2Source:
+    """The depth stream; the SDK's image is that of a mirror and is turned round."""
+
+    name, device, frames_per_second, realtime = "kinect-v2", "Kinect v2", 30.0, True
+
+    def __init__(self, kinect: Any) -> None:
+        self._kinect = kinect
+        lens = kinect._mapper.GetDepthCameraIntrinsics()
+        self.camera = DepthCamera(
+            lens.FocalLengthX,
+            lens.FocalLengthY,
+            _WIDTH - 1 - lens.PrincipalPointX,
+            lens.PrincipalPointY,
+            _WIDTH,
+            _HEIGHT,
+            (
+                lens.RadialDistortionSecondOrder,
+                lens.RadialDistortionFourthOrder,
+                0.0,
+                0.0,
+                lens.RadialDistortionSixthOrder,
+            ),
+        )
+        self._wall = WallClock()
+
+    def clock_ns(self) -> int:
+        return self._wall.now_ns()
+
+    async def frames(self) -> AsyncIterator[DepthShot]:
+        def wait() -> DepthShot | None:
+            if not self._kinect.has_new_depth_frame():
+                sleep(_POLL_S)
+                return None
+            image = np.array(self._kinect.get_last_depth_frame(), dtype=np.uint16).reshape(_HEIGHT, _WIDTH)
+            return self._wall.now_ns(), np.ascontiguousarray(image[:, ::-1])
+
+        async for shot in polled(wait, self._kinect.close):
+            yield shot
+
+
+class KinectV2Bodies:
+    """The nearest body of the SDK's tracker."""
+
+    name, device, joint_set = "kinect-v2", "Kinect v2, SDK body tracking", "kinect-v2"
+    frames_per_second, realtime = 30.0, True
+
+    def __init__(self, kinect: Any) -> None:
+        self._kinect = kinect
+        self._wall = WallClock()
+
+    def clock_ns(self) -> int:
+        return self._wall.now_ns()
+
+    async def frames(self) -> AsyncIterator[SourceFrame]:
+        def wait() -> SourceFrame | None:
+            if not self._kinect.has_new_body_frame():
+                sleep(_POLL_S)
+                return None
+            bodies = [body for body in self._kinect.get_last_body_frame().bodies if body.is_tracked]
+            if not bodies:
+                return None
+            body = min(bodies, key=lambda body: body.joints[0].Position.z)
+            joints = [body.joints[k] for k in range(25)]
+            places = np.array([[j.Position.x, j.Position.y, j.Position.z] for j in joints])
+            confidence = np.array([_CONFIDENCE[min(int(j.TrackingState), 2)] for j in joints])
+            places = np.where(confidence[:, None] > 0, to_camera(places), np.nan)
+            return SourceFrame(self._wall.now_ns(), places, confidence)
+
+        async for frame in polled(wait, self._kinect.close):
+            yield frame

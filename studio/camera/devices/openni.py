@@ -1,0 +1,90 @@
+"""Cameras with OpenNI 2 (Kinect v1, Xtion, Astra), with primesense and the system's libopenni2."""
+
+import math
+from collections.abc import AsyncIterator
+from typing import Any
+
+import numpy as np
+
+from studio.camera.depth_source import DepthShot, DeviceLostError
+from studio.camera.devices.common import device_number, library, polled
+from studio.camera.pacing import WallClock
+from studio.engine.depth import DepthCamera
+from studio.engine.errors import NotAvailableError
+
+_WAIT_S = 0.5
+_INSTALL = "install the extra: uv sync --extra openni"
+_SYSTEM = "install the system's OpenNI 2 (Debian: libopenni2-0; set OPENNI2_REDIST to its folder)"
+
+
+def open_openni(argument: str) -> "OpenNISource":
+    """Return the source of `openni[:<number>]`.
+
+    Raises:
+        NotAvailableError: primesense or libopenni2 is not installed. DeviceLostError: no such device is plugged in.
+    """
+    number = device_number(argument, "openni")
+    openni2 = library("primesense.openni2", kind="openni", install=_INSTALL)
+    try:
+        if not openni2.is_initialized():
+            openni2.initialize()
+        uris = list(openni2.Device.enumerate_uris())
+    except Exception as error:  # primesense raises whatever its C library or loader met
+        raise NotAvailableError(f"source openni: OpenNI 2 cannot be started ({error}); {_SYSTEM}") from error
+    if number >= len(uris):
+        raise DeviceLostError(f"no OpenNI camera number {number} is plugged in; there are {len(uris)}")
+    return OpenNISource(openni2, openni2.Device(uris[number]))
+
+
+class OpenNISource:
+    """The depth stream of one device; its lens is told by its field of view alone, without distortion.
+
+    Args:
+        openni2: the module primesense.openni2.
+        device: one of its devices.
+    """
+
+    realtime = True
+
+    def __init__(self, openni2: Any, device: Any) -> None:
+        self._openni2 = openni2
+        self.name = "openni"
+        about = device.get_device_info()
+        self.device = _text(about.name) or "OpenNI camera"
+        self._stream = device.create_depth_stream()
+        self._stream.set_mirroring_enabled(False)
+        mode = self._stream.get_video_mode()
+        width, height = mode.resolutionX, mode.resolutionY
+        self.camera = DepthCamera(
+            0.5 * width / math.tan(0.5 * self._stream.get_horizontal_fov()),
+            0.5 * height / math.tan(0.5 * self._stream.get_vertical_fov()),
+            0.5 * (width - 1),
+            0.5 * (height - 1),
+            width,
+            height,
+        )
+        tenths = mode.pixelFormat == openni2.PIXEL_FORMAT_DEPTH_100_UM
+        self._step_mm = 0.1 if tenths else 1.0
+        self.frames_per_second = float(mode.fps)
+        self._wall = WallClock()
+
+    def clock_ns(self) -> int:
+        return self._wall.now_ns()
+
+    async def frames(self) -> AsyncIterator[DepthShot]:
+        self._stream.start()
+
+        def wait() -> DepthShot | None:
+            if self._openni2.wait_for_any_stream([self._stream], _WAIT_S) is None:
+                return None
+            frame = self._stream.read_frame()
+            values = np.frombuffer(frame.get_buffer_as_uint16(), dtype=np.uint16)
+            depth = np.rint(values.reshape(frame.height, frame.width) * self._step_mm)
+            return frame.timestamp * 1000, depth.astype(np.uint16)
+
+        async for shot in polled(wait, self._stream.stop, (self._openni2.OpenNIError, OSError)):
+            yield shot
+
+
+def _text(value: Any) -> str:
+    return value.decode(errors="replace") if isinstance(value, bytes) else str(value)

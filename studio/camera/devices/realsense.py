@@ -1,0 +1,126 @@
+"""RealSense depth cameras, with pyrealsense2."""
+
+from collections.abc import AsyncIterator
+from contextlib import suppress
+from typing import Any
+
+import numpy as np
+
+from studio.camera.depth_source import DepthShot, DeviceLostError
+from studio.camera.devices.common import library, polled
+from studio.camera.pacing import WallClock
+from studio.engine.depth import DepthCamera
+from studio.engine.errors import FormatError
+
+_WANTED = (848, 480, 30)
+_WAIT_MS = 500
+_QUEUE = 2
+
+
+def open_realsense(argument: str) -> "RealSenseSource":
+    """Return the source of `realsense[:<serial>]`.
+
+    Raises:
+        NotAvailableError: pyrealsense2 is not installed. DeviceLostError: no such device is plugged in.
+    """
+    rs = library("pyrealsense2", kind="realsense", install="install the extra: uv sync --extra realsense")
+    devices = list(rs.context().query_devices())
+    serials = [device.get_info(rs.camera_info.serial_number) for device in devices]
+    if argument and argument not in serials:
+        raise DeviceLostError(
+            f"no RealSense with serial {argument} is plugged in; there are: {', '.join(serials) or 'none'}"
+        )
+    if not devices:
+        raise DeviceLostError("no RealSense is plugged in")
+    return RealSenseSource(rs, devices[serials.index(argument) if argument else 0])
+
+
+class RealSenseSource:
+    """The depth stream of one device.
+
+    Args:
+        rs: the module pyrealsense2.
+        device: an `rs.device`, real or software.
+
+    Raises:
+        DeviceLostError: it gives no depth. FormatError: a lens model that is not known.
+    """
+
+    realtime = True
+
+    def __init__(self, rs: Any, device: Any) -> None:
+        self._rs = rs
+        self._device = device
+        self._sensor, self._profile = _depth_profile(rs, device)
+        self.name = "realsense"
+        self.device = _info(rs, device, "name") or "RealSense"
+        self.serial = _info(rs, device, "serial_number")
+        self.camera = _camera(rs, self._profile.intrinsics)
+        self.frames_per_second = float(self._profile.fps())
+        self._wall = WallClock()
+
+    def clock_ns(self) -> int:
+        return self._wall.now_ns()
+
+    async def frames(self) -> AsyncIterator[DepthShot]:
+        queue = self._rs.frame_queue(_QUEUE)
+        try:
+            self._sensor.open(self._profile)
+            self._sensor.start(queue)
+        except RuntimeError as error:
+            raise DeviceLostError(str(error)) from error
+
+        def wait() -> DepthShot | None:
+            found, frame = queue.try_wait_for_frame(_WAIT_MS)
+            if not found:
+                return None
+            depth = frame.as_depth_frame()
+            step_mm = depth.get_units() * 1e3
+            values = np.asanyarray(depth.get_data())
+            scaled = (
+                values.copy() if abs(step_mm - 1) < 1e-6 else np.clip(np.rint(values * step_mm), 0, 65535)
+            )
+            return round(depth.get_timestamp() * 1e6), scaled.astype(np.uint16)
+
+        def close() -> None:
+            with suppress(RuntimeError):  # a device that is gone cannot be stopped
+                self._sensor.stop()
+                self._sensor.close()
+
+        async for shot in polled(wait, close):
+            yield shot
+
+
+def _depth_profile(rs: Any, device: Any) -> tuple[Any, Any]:
+    """Return the sensor with depth and its profile nearest to 848 x 480 at 30 Hz."""
+    found = []
+    for sensor in device.query_sensors():
+        for profile in sensor.get_stream_profiles():
+            if profile.stream_type() == rs.stream.depth and profile.format() == rs.format.z16:
+                video = profile.as_video_stream_profile()
+                offered = (video.width(), video.height(), video.fps())
+                found.append((sum(abs(a - b) for a, b in zip(offered, _WANTED, strict=True)), sensor, video))
+    if not found:
+        raise DeviceLostError("the RealSense gives no depth")
+    _, sensor, profile = min(found, key=lambda item: item[0])
+    return sensor, profile
+
+
+def _camera(rs: Any, intrinsics: Any) -> DepthCamera:
+    coefficients = tuple(float(c) for c in intrinsics.coeffs)
+    if any(coefficients) and intrinsics.model not in (rs.distortion.brown_conrady, rs.distortion.none):
+        raise FormatError(f"the RealSense's lens model {intrinsics.model} is not known to the studio")
+    return DepthCamera(
+        intrinsics.fx,
+        intrinsics.fy,
+        intrinsics.ppx,
+        intrinsics.ppy,
+        intrinsics.width,
+        intrinsics.height,
+        coefficients if any(coefficients) else (),
+    )
+
+
+def _info(rs: Any, device: Any, name: str) -> str:
+    what = getattr(rs.camera_info, name)
+    return str(device.get_info(what)) if device.supports(what) else ""

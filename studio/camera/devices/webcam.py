@@ -1,0 +1,131 @@
+"""A webcam, with MediaPipe's pose landmarker and a model file that the user supplies.
+
+MediaPipe tells the body in metres about the middle of the hips, and where it is in the image; its distance follows
+from both, by the size of the body in the image. The lens is taken to have a usual webcam's field of view.
+"""
+
+from collections.abc import AsyncIterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from studio.camera.depth_source import DeviceLostError
+from studio.camera.devices.common import device_number, library, polled
+from studio.camera.pacing import WallClock
+from studio.camera.sources import SourceFrame
+from studio.engine.errors import SettingsError
+from studio.engine.joints import JOINT_SETS
+
+FIELD_OF_VIEW_DEG = 65.0
+"""Across the image: of common webcams 55 to 78 degrees."""
+
+_KIND = "webcam"
+_INSTALL = "install the extra: uv sync --extra webcam"
+_LEAST_VISIBLE = 0.3
+
+
+def open_webcam(argument: str) -> "WebcamSource":
+    """Return the source of `webcam:<model file>[#<number>]`.
+
+    Raises:
+        SettingsError: no model file. NotAvailableError: mediapipe is not installed.
+        DeviceLostError: no such camera is plugged in.
+    """
+    model, _, text = argument.partition("#")
+    number = device_number(text, _KIND)
+    if not model or not Path(model).is_file():
+        raise SettingsError(
+            f"source webcam:{argument}: no model file {model!r}; get a pose landmarker (pose_landmarker_full.task) "
+            "from MediaPipe's documentation and give its path, as webcam:<model file>"
+        )
+    mediapipe = library("mediapipe", kind=_KIND, install=_INSTALL)
+    vision = library("mediapipe.tasks.python.vision", kind=_KIND, install=_INSTALL)
+    tasks = library("mediapipe.tasks.python", kind=_KIND, install=_INSTALL)
+    cv2 = library("cv2", kind=_KIND, install=_INSTALL)
+    options = vision.PoseLandmarkerOptions(
+        base_options=tasks.BaseOptions(model_asset_path=model), running_mode=vision.RunningMode.VIDEO
+    )
+    try:
+        landmarker = vision.PoseLandmarker.create_from_options(options)
+    except (RuntimeError, ValueError) as error:
+        raise SettingsError(f"{model} is no pose landmarker model of MediaPipe ({error})") from error
+    camera = cv2.VideoCapture(number)
+    if not camera.isOpened():
+        raise DeviceLostError(f"no webcam number {number} is plugged in")
+    return WebcamSource(mediapipe, cv2, landmarker, camera)
+
+
+class WebcamSource:
+    """The pose of one person before a webcam."""
+
+    name, device, joint_set = "webcam", "webcam, MediaPipe", "mediapipe"
+    frames_per_second, realtime = 30.0, True
+
+    def __init__(self, mediapipe: Any, cv2: Any, landmarker: Any, camera: Any) -> None:
+        self._mediapipe, self._cv2 = mediapipe, cv2
+        self._landmarker, self._camera = landmarker, camera
+        self._wall = WallClock()
+
+    def clock_ns(self) -> int:
+        return self._wall.now_ns()
+
+    async def frames(self) -> AsyncIterator[SourceFrame]:
+        def wait() -> SourceFrame | None:
+            found, image = self._camera.read()
+            time_ns = self._wall.now_ns()
+            if not found:
+                raise OSError("the webcam gives no more images")
+            colours = self._cv2.cvtColor(image, self._cv2.COLOR_BGR2RGB)
+            picture = self._mediapipe.Image(image_format=self._mediapipe.ImageFormat.SRGB, data=colours)
+            result = self._landmarker.detect_for_video(picture, time_ns // 1_000_000)
+            if not result.pose_landmarks:
+                return None
+            seen, body = result.pose_landmarks[0], result.pose_world_landmarks[0]
+            pixels = np.array([[p.x, p.y] for p in seen]) * [image.shape[1], image.shape[0]]
+            metres = np.array([[p.x, p.y, p.z] for p in body])
+            visible = np.clip([p.visibility for p in seen], 0.0, 1.0)
+            return SourceFrame(time_ns, *placed(metres, pixels, visible, image.shape[1], image.shape[0]))
+
+        def close() -> None:
+            self._camera.release()
+            self._landmarker.close()
+
+        async for frame in polled(wait, close):
+            yield frame
+
+
+def placed(
+    metres: NDArray[np.float64],
+    pixels: NDArray[np.float64],
+    visible: NDArray[np.float64],
+    width: int,
+    height: int,
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return joints in the camera frame [m], shape (33, 3), and confidence, from a body without a place.
+
+    The body's translation t solves `(x + tx) = u (z + tz)` and `(y + ty) = v (z + tz)` over all visible joints, with
+    u and v the rays of their pixels: linear least squares.
+
+    Args:
+        metres: joints about the middle of the hips, image axes, shape (33, 3).
+        pixels: where they are in the image, shape (33, 2).
+        visible: 0..1, shape (33,).
+        width, height: of the image [pixels].
+    """
+    focal = 0.5 * width / np.tan(np.radians(0.5 * FIELD_OF_VIEW_DEG))
+    rays = (pixels - 0.5 * np.array([width, height])) / focal
+    used = visible > _LEAST_VISIBLE
+    if used.sum() < 4:
+        return np.full((len(JOINT_SETS["mediapipe"]), 3), np.nan), np.zeros(len(JOINT_SETS["mediapipe"]))
+    rows, sides = [], []
+    for axis in (0, 1):
+        row = np.zeros((used.sum(), 3))
+        row[:, axis], row[:, 2] = 1.0, -rays[used, axis]
+        rows.append(row * visible[used, None])
+        sides.append((rays[used, axis] * metres[used, 2] - metres[used, axis]) * visible[used])
+    place, *_ = np.linalg.lstsq(np.concatenate(rows), np.concatenate(sides), rcond=None)
+    if place[2] < 0.3:
+        return np.full(metres.shape, np.nan), np.zeros(len(metres))
+    return metres + place, visible

@@ -1,0 +1,203 @@
+"""Depth images of hands and heads of random performers in random poses, to train the small networks of the engine.
+
+Poses are frames of the mocap clips for tuning, with arms, hands and heads turned at random; performers are those for
+tuning and random bodies between them. Only the part of the image around a hand or head is made.
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
+
+from studio.camera.simulator.depth.body import make_body
+from studio.camera.simulator.depth.bones import BONE
+from studio.camera.simulator.depth.camera import SimulatedDepthCamera
+from studio.camera.simulator.depth.figure import Figure
+from studio.camera.simulator.depth.motion import PerformerMotion, perform
+from studio.camera.simulator.depth.performers import TUNING, Performer
+from studio.camera.simulator.depth.room import Room
+from studio.camera.simulator.depth.sensors import SENSORS
+from studio.engine.depth import DepthCamera, project
+from studio.engine.geometry import invert_transform, transform_points
+from studio.engine.joints import INDEX
+from studio.engine.motion.motion import CanonicalMotion
+
+Array = NDArray[np.float64]
+
+SIDE_M = 0.46
+"""Width of the part of the image that is made."""
+
+_FRAME_S = 1.0 / 30
+_SENSORS = ("kinect-v2", "azure-kinect")
+_FRONT = np.array([0.0, -1.0, 0.0])
+
+
+@dataclass(frozen=True)
+class TrainingView:
+    """The part of a depth image around a hand or the head.
+
+    Attributes:
+        what: `left`, `right` or `head`.
+        camera: of this part.
+        depth_mm: shape (camera.height, camera.width).
+        joints: canonical joints in the camera frame [m], shape (21, 3).
+        openness: of the hand, 1 = open, 0 = fist.
+        R_camera_head: the head's turn from the T-pose, in the camera frame, shape (3, 3).
+        performer: counts the performers, for splitting.
+    """
+
+    what: str
+    camera: DepthCamera
+    depth_mm: NDArray[np.uint16]
+    joints: Array
+    openness: float
+    R_camera_head: Array
+    performer: int
+
+
+def training_views(
+    clips: tuple[CanonicalMotion, ...], performers: int, poses: int, rng: np.random.Generator
+) -> Iterator[TrainingView]:
+    """Yield views of hands and heads.
+
+    Args:
+        clips: whose poses are used.
+        performers: how many bodies.
+        poses: of each of them.
+        rng: of all that is random.
+    """
+    for number in range(performers):
+        performer = _random_performer(rng)
+        motion = _turned(perform(_random_poses(clips, poses, rng), performer, acts=False), rng)
+        body = make_body(performer, motion.motion.offsets_m)
+        figure = Figure(body, motion)
+        for pose in range(poses):
+            yield from _views(figure, motion, pose, number, rng)
+
+
+def _random_performer(rng: np.random.Generator) -> Performer:
+    performer = TUNING[rng.integers(len(TUNING))]
+    return replace(
+        performer,
+        name="random",
+        height_m=rng.uniform(0.95, 2.0) if rng.random() < 0.8 else performer.height_m,
+        girth=performer.girth * rng.uniform(0.9, 1.1),
+        hand=rng.uniform(0.87, 1.1),
+        finger=rng.uniform(0.87, 1.1),
+        sleeve=rng.uniform(0.6, 2.0),
+        seed=int(rng.integers(1000, 10_000)),
+    )
+
+
+def _random_poses(
+    clips: tuple[CanonicalMotion, ...], count: int, rng: np.random.Generator
+) -> CanonicalMotion:
+    """Frames of the clips, facing -y at the origin, their arms partly moved; hands open or closed."""
+    poses = []
+    for _ in range(count):
+        clip = clips[rng.integers(len(clips))]
+        joints = clip.positions_m[rng.integers(clip.frame_count)].copy()
+        joints[:, :2] -= joints[INDEX["hips"], :2]
+        across = joints[INDEX["left_shoulder"]] - joints[INDEX["right_shoulder"]]
+        joints = joints @ Rotation.from_euler("z", -np.arctan2(across[1], across[0])).as_matrix().T
+        for side, sign in (("left", 1.0), ("right", -1.0)):
+            if rng.random() < 0.65:
+                _move_arm(joints, side, sign, rng)
+        poses.append(joints)
+    closed = rng.random((count, 2)) < 0.5
+    hands = np.where(closed, rng.uniform(0.0, 0.15, (count, 2)), rng.uniform(0.85, 1.0, (count, 2)))
+    return CanonicalMotion(_FRAME_S, np.array(poses), clips[0].offsets_m, hands)
+
+
+def _move_arm(joints: Array, side: str, sign: float, rng: np.random.Generator) -> None:
+    """Give an arm a random direction, mostly to the front and its own side, with the hand along the forearm."""
+    chain = [INDEX[f"{side}_{joint}"] for joint in ("shoulder", "elbow", "wrist", "hand")]
+    lengths = [np.linalg.norm(joints[b] - joints[a]) for a, b in pairwise(chain)]
+    upper = _unit(rng.normal(size=3) + 0.7 * _FRONT + np.array([0.5 * sign, 0.0, -0.4]))
+    fore = _unit(upper + rng.choice([0.3, 1.0]) * rng.normal(size=3) + rng.uniform(0, 1) * _FRONT)
+    hand = _unit(fore + 0.25 * rng.normal(size=3))
+    for k, way in enumerate((upper, fore, hand)):
+        joints[chain[k + 1]] = joints[chain[k]] + lengths[k] * way
+
+
+def _turned(motion: PerformerMotion, rng: np.random.Generator) -> PerformerMotion:
+    """The motion with hands twisted about their axes and the head looking about."""
+    turns = motion.rotations_wxyz.copy()
+    joints = motion.motion.positions_m
+    for side in ("left", "right"):
+        way = joints[:, INDEX[f"{side}_hand"]] - joints[:, INDEX[f"{side}_wrist"]]
+        way /= np.linalg.norm(way, axis=1, keepdims=True)
+        twist = Rotation.from_rotvec(way * np.radians(rng.normal(0.0, 35.0, (len(way), 1))))
+        _turn(turns, f"{side}_hand", lambda now, twist=twist: twist * now)
+    degrees = rng.uniform([-28, -12, -65], [22, 12, 65], (len(turns), 3))
+    look = Rotation.from_euler("xyz", degrees, degrees=True)
+    _turn(turns, "head", lambda now: now * look)
+    _turn(turns, "neck", lambda now: now * Rotation.from_rotvec(0.5 * look.as_rotvec()))
+    return replace(motion, rotations_wxyz=turns)
+
+
+def _turn(turns: Array, bone: str, change) -> None:
+    now = Rotation.from_quat(turns[:, BONE[bone]][:, [1, 2, 3, 0]])
+    turns[:, BONE[bone]] = change(now).as_quat()[:, [3, 0, 1, 2]]
+
+
+def _views(
+    figure: Figure, motion: PerformerMotion, pose: int, number: int, rng: np.random.Generator
+) -> Iterator[TrainingView]:
+    sensor = SENSORS[_SENSORS[rng.integers(len(_SENSORS))]]
+    joints = motion.motion.positions_m[pose]
+    T_stage_camera = _standpoint(joints, rng)
+    T_camera_stage = invert_transform(T_stage_camera)
+    in_camera = transform_points(T_camera_stage, joints)
+    head_wxyz = motion.rotations_wxyz[pose, BONE["head"]]
+    R_camera_head = T_camera_stage[:3, :3] @ Rotation.from_quat(head_wxyz[[1, 2, 3, 0]]).as_matrix()
+    room = Room.around(np.concatenate([joints, T_stage_camera[None, :3, 3]]))
+    for what in ("left", "right", "head"):
+        middle = (
+            in_camera[INDEX["head"]] - [0, 0.06, 0] if what == "head" else in_camera[INDEX[f"{what}_hand"]]
+        )
+        part = _part(sensor.camera, middle)
+        if part is None:
+            continue
+        camera = SimulatedDepthCamera(replace(sensor, camera=part), T_stage_camera, (figure,), room, rng)
+        openness = motion.motion.hands_open[pose, 1 if what == "right" else 0]
+        depth_mm = camera.image(pose * _FRAME_S + 1e-9)
+        yield TrainingView(what, part, depth_mm, in_camera, float(openness), R_camera_head, number)
+
+
+def _standpoint(joints: Array, rng: np.random.Generator) -> Array:
+    """A camera at 1.3 to 3.7 m, up to 75 degrees from the front, that looks at the body, shape (4, 4)."""
+    turn = np.radians(rng.uniform(-75, 75))
+    distance_m = rng.uniform(1.3, 3.7)
+    eye = np.array([distance_m * np.sin(turn), -distance_m * np.cos(turn), rng.uniform(0.6, 2.1)])
+    target = joints[INDEX["chest"]] + rng.normal(0.0, 0.15, 3)
+    z = _unit(target - eye)
+    x = _unit(np.cross(z, [0.0, 0.0, 1.0]))
+    T = np.eye(4)
+    T[:3, :3] = np.stack([x, np.cross(z, x), z], axis=1)
+    T[:3, 3] = eye
+    return T
+
+
+def _part(camera: DepthCamera, middle: Array) -> DepthCamera | None:
+    """The camera of the part of the image around a place; None where it is out of view."""
+    if middle[2] < 0.4:
+        return None
+    column, row = np.rint(project(camera, middle)).astype(int)
+    size = round(SIDE_M * camera.fx / middle[2])
+    left, top = max(column - size // 2, 0), max(row - size // 2, 0)
+    width, height = min(column + size // 2, camera.width) - left, min(row + size // 2, camera.height) - top
+    if width < size // 2 or height < size // 2:
+        return None
+    part = replace(camera, cx=camera.cx - left, cy=camera.cy - top, width=width, height=height)
+    part.__dict__["rays"] = camera.rays[
+        top : top + height, left : left + width
+    ]  # computed once for the whole
+    return part
+
+
+def _unit(v: Array) -> Array:
+    return v / np.linalg.norm(v)

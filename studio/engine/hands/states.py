@@ -1,0 +1,94 @@
+"""Hand states of one camera over time: both methods, smoothed, with a probability."""
+
+import math
+from collections import deque
+
+import numpy as np
+from numpy.typing import NDArray
+
+from studio.engine.depth import DepthCamera
+from studio.engine.frames import HandSeen
+from studio.engine.hands.circles import UNKNOWN, circles_state
+from studio.engine.hands.shape import shape_network, window_inputs
+from studio.engine.hands.window import hand_window
+from studio.engine.joints import INDEX
+from studio.engine.network import Network
+
+_CHANGES_PER_S = 0.4
+"""How often a hand opens or closes."""
+
+_TRUST = 0.35
+"""Share of an image's log-odds that counts: images that follow each other err alike."""
+
+_LARGEST_LOG_ODDS = 4.0
+_LENGTHS = 90
+_LEAST_CONFIDENCE = 0.1
+_PALM_M = 0.08
+_SIDES = ("left", "right")
+
+
+class HandStates:
+    """Follows both hands of the performer in one camera's images.
+
+    Args:
+        camera: of the images.
+        network: of the method `shape`; the built-in one where None.
+    """
+
+    def __init__(self, camera: DepthCamera, network: Network | None = None) -> None:
+        self._camera = camera
+        self._network = shape_network() if network is None else network
+        self._lengths: dict[str, deque[float]] = {side: deque(maxlen=_LENGTHS) for side in _SIDES}
+        self._open = dict.fromkeys(_SIDES, 0.5)
+        self._time_ns: int | None = None
+
+    def update(
+        self,
+        depth_mm: NDArray[np.uint16],
+        positions: NDArray[np.float64],
+        confidence: NDArray[np.float64],
+        time_ns: int,
+    ) -> tuple[HandSeen, ...]:
+        """Return the states of the hands whose wrist and elbow are known; 0.5 = unknown.
+
+        Args:
+            depth_mm: the image, shape (H, W).
+            positions: canonical joints in the camera frame [m], shape (21, 3).
+            confidence: shape (21,).
+            time_ns: of the image; images come in order of time.
+        """
+        dt = 0.0 if self._time_ns is None else max(time_ns - self._time_ns, 0) * 1e-9
+        self._time_ns = time_ns
+        seen: list[HandSeen] = []
+        for side in _SIDES:
+            self._open[side] = _forgotten(self._open[side], dt)
+            wrist, elbow = (positions[INDEX[f"{side}_{joint}"]] for joint in ("wrist", "elbow"))
+            sure = min(confidence[INDEX[f"{side}_{joint}"]] for joint in ("wrist", "elbow"))
+            if sure < _LEAST_CONFIDENCE or not np.isfinite([*wrist, *elbow]).all():
+                continue
+            self._lengths[side].append(float(np.linalg.norm(wrist - elbow)))
+            self._shape(side, depth_mm, wrist, elbow)
+            way = (wrist - elbow) / max(float(np.linalg.norm(wrist - elbow)), 1e-6)
+            circles = circles_state(self._camera, depth_mm, wrist + _PALM_M * way)
+            seen.append(HandSeen(side, "shape", self._open[side]))
+            seen.append(HandSeen(side, "circles", circles))
+        return tuple(seen)
+
+    def _shape(
+        self, side: str, depth_mm: NDArray[np.uint16], wrist: NDArray[np.float64], elbow: NDArray[np.float64]
+    ) -> None:
+        """Take an image's evidence into the probability of being open (Bayes' rule on a two-state chain)."""
+        forearm_m = float(np.median(self._lengths[side]))
+        window = hand_window(self._camera, depth_mm, wrist, elbow, forearm_m, mirrored=side == "right")
+        if window is None:
+            return
+        log_odds = float(self._network(window_inputs(window)[None])[0, 0])
+        log_odds = _TRUST * min(max(log_odds, -_LARGEST_LOG_ODDS), _LARGEST_LOG_ODDS)
+        before = self._open[side]
+        self._open[side] = 1.0 / (1.0 + (1.0 - before) / max(before, 1e-6) * math.exp(-log_odds))
+
+
+def _forgotten(open_probability: float, dt: float) -> float:
+    """The probability after a time without evidence: it goes to one half as hands open and close."""
+    kept = math.exp(-2.0 * _CHANGES_PER_S * dt)
+    return UNKNOWN + kept * (open_probability - UNKNOWN)

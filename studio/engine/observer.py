@@ -1,0 +1,63 @@
+"""What a camera client finds in its depth images (step 1): skeleton, hand states, head orientation."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from studio.engine.depth import DepthCamera, DepthFrame
+from studio.engine.frames import HandSeen
+from studio.engine.hands.states import HandStates
+from studio.engine.head import HeadTracker
+from studio.engine.joints import JOINT_COUNT
+from studio.engine.tracker.tracker import Tracker
+
+
+@dataclass(frozen=True)
+class Observation:
+    """One image's content, in the camera frame.
+
+    Attributes:
+        time_ns: of the image, on the camera's clock.
+        positions: canonical joints [m], shape (21, 3); NaN = unseen.
+        confidence: shape (21,), 0..1.
+        hands: states of the hands, by both methods.
+        head_wxyz: the head's turn from the T-pose, in which it faces -y with z up; None = not measured.
+        status: the tracker's: `tracked`, `searching` or `lost`.
+    """
+
+    time_ns: int
+    positions: NDArray[np.float64]
+    confidence: NDArray[np.float64]
+    hands: tuple[HandSeen, ...] = ()
+    head_wxyz: tuple[float, float, float, float] | None = None
+    status: str = "tracked"
+
+
+class Observer:
+    """Follows one performer through one camera's depth images.
+
+    Args:
+        name: of the camera.
+        camera: its intrinsics.
+    """
+
+    def __init__(self, name: str, camera: DepthCamera) -> None:
+        self._name, self._camera = name, camera
+        self._tracker = Tracker({name: camera})
+        self._hands = HandStates(camera)
+        self._head = HeadTracker(camera)
+        self._sequence = 0
+
+    def observe(self, time_ns: int, depth_mm: NDArray[np.uint16]) -> Observation:
+        """Return what is in an image; images come in order of time."""
+        frame = DepthFrame(self._name, self._sequence, time_ns, depth_mm)
+        self._sequence += 1
+        skeleton = self._tracker.track({self._name: frame})
+        if skeleton.status != "tracked" or not np.isfinite(skeleton.positions).any():
+            nobody = np.full((JOINT_COUNT, 3), np.nan)
+            return Observation(time_ns, nobody, np.zeros(JOINT_COUNT), status=skeleton.status)
+        hands = self._hands.update(depth_mm, skeleton.positions, skeleton.confidence, time_ns)
+        head = self._head.update(depth_mm, skeleton.positions, skeleton.confidence, time_ns)
+        wxyz = None if head is None else head.wxyz
+        return Observation(time_ns, skeleton.positions, skeleton.confidence, hands, wxyz, skeleton.status)

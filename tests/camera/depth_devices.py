@@ -1,0 +1,58 @@
+"""Depth cameras that are only software, for tests of the client; and observers that need no tracker."""
+
+import asyncio
+from collections.abc import AsyncIterator
+
+import numpy as np
+
+from studio.camera.depth_source import DepthShot
+from studio.engine.depth import DepthCamera
+from studio.engine.errors import StudioError
+from studio.engine.frames import HandSeen
+from studio.engine.joints import JOINT_COUNT
+from studio.engine.observer import Observation
+
+CAMERA = DepthCamera(60.0, 60.0, 31.5, 23.5, 64, 48)
+
+
+class Device:
+    """Gives `count` images, numbered by their depth, and then ends, fails or falls silent."""
+
+    name, device, frames_per_second, realtime = "camera", "software camera", 30.0, True
+
+    def __init__(
+        self, count: int, end: str = "end", camera: DepthCamera = CAMERA, *, realtime: bool = True
+    ) -> None:
+        self.camera, self._count, self._end, self.realtime = camera, count, end, realtime
+
+    def clock_ns(self) -> int:
+        return 0
+
+    async def frames(self) -> AsyncIterator[DepthShot]:
+        for k in range(self._count):
+            await asyncio.sleep(0.001)
+            yield 7_000_000 + k * 1_000_000, np.full((48, 64), 1000 + k, np.uint16)
+        if self._end == "raise":
+            raise RuntimeError("the cable is out")
+        if self._end == "silent":
+            await asyncio.sleep(60)
+
+
+class FixedObserver:
+    """Finds the same skeleton in every image, its hips as deep as the image says."""
+
+    def __init__(self, name: str, camera: DepthCamera) -> None:
+        self._camera = camera
+
+    def observe(self, time_ns: int, depth_mm: np.ndarray) -> Observation:
+        if depth_mm[0, 0] == 1013:
+            raise ValueError("number thirteen")
+        positions = np.full((JOINT_COUNT, 3), np.nan)
+        positions[0] = [0.0, 0.0, depth_mm[0, 0] * 1e-3]
+        hands = (HandSeen("left", "shape", 0.75),)
+        return Observation(time_ns, positions, np.full(JOINT_COUNT, 0.5), hands, (1.0, 0.0, 0.0, 0.0))
+
+
+class BrokenObserver:
+    def __init__(self, name: str, camera: DepthCamera) -> None:
+        raise StudioError("no weights here")

@@ -1,0 +1,139 @@
+"""Depth cameras in the client: unplugged ones come back, images become skeletons, the preview shows them."""
+
+import asyncio
+import logging
+
+import httpx
+import numpy as np
+import pytest
+
+from studio.camera import tracked
+from studio.camera.depth_source import DeviceClock, DeviceLostError, SteadySource
+from studio.camera.preview import PreviewPage, health, png_picture, text_picture
+from studio.camera.tracked import ObserverProcess, TrackedSource
+from studio.engine.errors import SettingsError, StudioError
+from tests.camera.depth_devices import CAMERA, BrokenObserver, Device, FixedObserver
+
+
+async def take(source, count: int) -> list:
+    out = []
+    async for item in source.frames():
+        out.append(item)
+        if len(out) == count:
+            break
+    return out
+
+
+@pytest.mark.parametrize(
+    ("end", "said"), [("end", "no more"), ("raise", "cable"), ("silent", "no image for 0.1 s")]
+)
+def test_a_lost_device_is_opened_again(end: str, said: str, caplog: pytest.LogCaptureFixture) -> None:
+    openings = []
+
+    def open_device() -> Device:
+        openings.append(1)
+        if len(openings) in (2, 3):
+            raise DeviceLostError("nothing is plugged in")
+        return Device(3, end)
+
+    source = SteadySource(open_device, silent_s=0.1, first_pause_s=0.01)
+    with caplog.at_level(logging.WARNING):
+        shots = asyncio.run(take(source, 6))
+    assert [int(depth[0, 0]) for _, depth in shots] == [1000, 1001, 1002] * 2
+    assert all(np.diff([time_ns for time_ns, _ in shots]) > 0)
+    assert len(openings) == 4 and source.problem == ""
+    assert said in caplog.text and "nothing is plugged in" in caplog.text and "is back" in caplog.text
+
+
+def test_a_device_that_comes_back_as_another_is_not_taken() -> None:
+    openings = []
+
+    def open_device() -> Device:
+        openings.append(1)
+        other = CAMERA if len(openings) == 1 else type(CAMERA)(61.0, 60.0, 31.5, 23.5, 64, 48)
+        return Device(1, camera=other)
+
+    source = SteadySource(open_device, first_pause_s=0.01)
+
+    async def run() -> None:
+        with pytest.raises(TimeoutError):
+            await asyncio.wait_for(take(source, 2), 0.3)
+
+    asyncio.run(run())
+    assert "other intrinsics" in source.problem
+
+
+def test_a_device_that_is_not_there_at_the_start_is_an_error() -> None:
+    def open_device() -> Device:
+        raise DeviceLostError("no camera is plugged in")
+
+    with pytest.raises(DeviceLostError, match="plugged in"):
+        SteadySource(open_device)
+
+
+def test_the_device_clock_counts_the_shortest_delay() -> None:
+    clock = DeviceClock()
+    assert [clock.host_ns(k * 10, 1000 + k * 10 + late) for k, late in enumerate((5, 0, 7, 3))] == [
+        1005,
+        1010,
+        1020,
+        1030,
+    ]
+
+
+def test_images_become_skeletons_in_a_process(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(tracked, "_observer", FixedObserver)
+    monkeypatch.setattr(
+        tracked, "ObserverProcess", lambda name, camera: ObserverProcess(name, camera, FixedObserver)
+    )
+    source = TrackedSource(Device(5, realtime=False), keep_depth=True)
+    assert source.intrinsics is not None and source.intrinsics.width == 64
+
+    async def run() -> list:
+        return [frame async for frame in source.frames()]
+
+    frames = asyncio.run(run())
+    assert [round(float(f.positions[0, 2]), 3) for f in frames] == [1.0, 1.001, 1.002, 1.003, 1.004]
+    assert frames[2].depth_mm is not None and frames[2].depth_mm[0, 0] == 1002
+    assert frames[0].hands[0].open_probability == 0.75 and frames[0].head_wxyz == (1.0, 0.0, 0.0, 0.0)
+    assert 900 < source.measured_rate < 1100 and "tracked" in health(source)
+
+
+def test_an_observer_that_fails_is_told() -> None:
+    with ObserverProcess("a", CAMERA, FixedObserver) as process:
+        process.wait_ready()
+        with pytest.raises(StudioError, match="number thirteen"):
+            process.observe(0, np.full((48, 64), 1013, np.uint16))
+        with pytest.raises(StudioError, match="process has ended"):
+            process.observe(0, np.full((48, 64), 1000, np.uint16))
+    with (
+        ObserverProcess("a", CAMERA, BrokenObserver) as process,
+        pytest.raises(StudioError, match="no weights"),
+    ):
+        process.wait_ready()
+
+
+def test_the_preview_as_text_and_as_a_page() -> None:
+    source = TrackedSource(Device(1))
+    depth = np.full((48, 64), 4000, np.uint16)
+    depth[10:30, 20:40] = 1000
+    seen = FixedObserver("a", CAMERA).observe(0, depth)
+    text = text_picture(depth, CAMERA, seen.positions)
+    assert text.count("\n") == 25 and "O" in text and "%" in text
+    assert png_picture(depth, CAMERA, seen.positions).startswith(b"\x89PNG")
+    source.latest, source.status = (depth, seen), "tracked"
+
+    async def run() -> None:
+        page = PreviewPage(source, 0)
+        await page.start()
+        other = PreviewPage(source, page.port)
+        with pytest.raises(SettingsError, match="choose another port"):
+            await other.start()
+        async with httpx.AsyncClient(base_url=f"http://127.0.0.1:{page.port}", trust_env=False) as client:
+            assert "<img" in (await client.get("/")).text
+            assert "software camera" in (await client.get("/status.json")).json()["text"]
+            assert (await client.get("/image.png?1")).content.startswith(b"\x89PNG")
+            assert (await client.get("/other")).status_code == 404
+        await page.close()
+
+    asyncio.run(run())
