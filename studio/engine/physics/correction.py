@@ -8,6 +8,8 @@ Source: inverse dynamics with a residual at the root and friction cones as in Sh
 modelling of character movements with Microsoft Kinect", VRST 2012; here for a whole take at once.
 """
 
+from dataclasses import replace
+
 import mujoco
 import numpy as np
 from numpy.typing import NDArray
@@ -41,6 +43,9 @@ TORQUE_SIGMA_NM_KG = 0.5
 SUNK_SIGMA_M = 0.02
 """Deviation of a sole's point under the floor."""
 
+FIRMLY = 4.0
+"""Standing feet are held this much more firmly than in finishing: what bears does not slide."""
+
 
 def floor_height_m(contacts: Contacts | None) -> float:
     """Return the height of the floor under a take that is not lifted yet."""
@@ -62,7 +67,8 @@ class Correction(Smoother):
         self, q: NDArray[np.float64], measurements: Measurements, contacts: Contacts | None, **how: bool
     ) -> Blocks:
         """Finishing's normal equations with the rows of physics."""
-        blocks = Blocks.of(super()._normal(q, measurements, contacts, **how))
+        firm = None if contacts is None else replace(contacts, hold=FIRMLY * contacts.hold)
+        blocks = Blocks.of(super()._normal(q, measurements, firm, **how))
         floor_m = floor_height_m(contacts)
         self._add_dynamics(q, floor_m, blocks)
         self._add_floor(q, floor_m, blocks)

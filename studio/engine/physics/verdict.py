@@ -17,7 +17,10 @@ EASE_S = 0.25
 
 SLIDE_M_S = 0.002
 SUNK_M = 0.001
-"""By how much sliding and sinking may rise and count as equal."""
+"""By how much the means of sliding and sinking may rise and count as equal."""
+
+SINKS_M = 0.004
+"""A sole that is deeper by this much in a single frame counts as a joint that strays."""
 
 STRAY_SHARE = 0.5
 """A joint that is outside its ball already may move this share of its deviation further out."""
@@ -60,6 +63,7 @@ def kept(before: Figures, after: Figures, strayed: NDArray[np.bool_], dt: float)
     def unexplained(figures: Figures) -> NDArray[np.float64]:
         return smooth(figures.force_n + (figures.moment_nm + figures.excess_nm) / ARM_M)
 
+    strayed = strayed | (after.sunk_m > before.sunk_m + SINKS_M)
     better = unexplained(after) < unexplained(before)
     better &= smooth(after.slide_m_s) <= smooth(before.slide_m_s) + SLIDE_M_S
     better &= smooth(after.sunk_m) <= smooth(before.sunk_m) + SUNK_M

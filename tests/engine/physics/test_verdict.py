@@ -28,6 +28,11 @@ def test_sliding_and_sinking_are_not_bought():
     assert not kept(figures(), figures(50.0, sunk_m=0.01), NEVER, DT).any()
 
 
+def test_a_sole_that_sinks_for_a_moment_is_not_kept():
+    share = kept(figures(), figures(50.0, sunk_m=0.006 * (np.arange(FRAMES) == 120)), NEVER, DT)
+    assert share[120] == 0.0 and share[0] == 1.0
+
+
 def test_only_the_better_part_is_kept_and_gone_over_to_smoothly():
     half = np.arange(FRAMES) < FRAMES // 2
     share = kept(figures(100.0), figures(np.where(half, 50.0, 200.0)), NEVER, DT)
