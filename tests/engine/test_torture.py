@@ -49,23 +49,27 @@ def test_all_finished(name, seed):
 
 
 @pytest.mark.long
+@pytest.mark.parametrize("ik", ["previous_pose", "kalman_filter"])
 @pytest.mark.parametrize("seed", range(2, 8))
 @pytest.mark.parametrize("name", TORTURES)
-def test_noisy_joints_of_many_seeds(name, seed):
+def test_noisy_joints_of_many_seeds(name, seed, ik):
     motion = TORTURES[name]()
     # spikes of the same wrist in both cameras at once turn a forearm faster than a performer would
-    assert_followed(motion, solved(motion, seed=seed), mean_mm=25.0, fastest_rad_s=50.0)
+    assert_followed(motion, solved(motion, f"ik={ik}", seed=seed), mean_mm=25.0, fastest_rad_s=50.0)
 
 
 @pytest.mark.long
 @pytest.mark.timeout(3000)
-@pytest.mark.parametrize("preset", ["studio", "finish"])
+@pytest.mark.parametrize(
+    ("preset", "ik"), [("studio", "previous_pose"), ("studio", "kalman_filter"), ("finish", "kalman_filter")]
+)
 @pytest.mark.parametrize("seed", [None, 1])
 @pytest.mark.parametrize("bent", [arm_bent, leg_bent])
-def test_a_limb_bent_a_thousand_times(bent, seed, preset):
+def test_a_limb_bent_a_thousand_times(bent, seed, preset, ik):
     motion = bent(1000)
     mean_mm = 6.0 if seed is None and preset == "studio" else 25.0
-    assert_followed(motion, solved(motion, seed=seed, preset=preset), mean_mm=mean_mm, fastest_rad_s=50.0)
+    poses = solved(motion, f"ik={ik}", seed=seed, preset=preset)
+    assert_followed(motion, poses, mean_mm=mean_mm, fastest_rad_s=50.0)
 
 
 @pytest.mark.parametrize("name", TORTURES)
