@@ -29,7 +29,6 @@ class Figures:
         excess_nm: torques beyond what joints can hold, summed over the joints [N m].
         slide_m_s: speed of standing ankles and toes, the fastest.
         sunk_m: how deep the deepest point of the soles is under the floor.
-        joints_m: canonical joints, shape (F, 21, 3).
     """
 
     force_n: NDArray[np.float64]
@@ -37,7 +36,6 @@ class Figures:
     excess_nm: NDArray[np.float64]
     slide_m_s: NDArray[np.float64]
     sunk_m: NDArray[np.float64]
-    joints_m: NDArray[np.float64]
 
     def part(self, rows: slice) -> "Figures":
         """The figures of some of the frames."""
@@ -59,22 +57,25 @@ class Meter:
         self._kinematics = Kinematics(humanoid)
         self._inverse = InverseDynamics(humanoid, self._points, torque_bounds(body_mass_kg(humanoid)), dt)
 
-    def figures(self, q: NDArray[np.float64], contacts: Contacts | None) -> Figures:
-        """Return the figures of configurations, shape (F, nq), at least three, and their contacts."""
+    def measured(
+        self, q: NDArray[np.float64], contacts: Contacts | None
+    ) -> tuple[Figures, NDArray[np.float64]]:
+        """Return the figures of configurations, shape (F, nq), at least three, and their canonical joints [m],
+        shape (F, 21, 3)."""
         floor_m = floor_height_m(contacts)
         motion = dynamics(self._humanoid, q, self._dt, self._points)
         forces = contact_forces(motion, bearing(motion, self._points, floor_m), shared=True)
         torques = self._inverse.torques(q, steps(q), forces)
         joints = self._kinematics.sites(q)
         soles = motion.points[:, :SOLE_POINTS, 2]
-        return Figures(
+        figures = Figures(
             force_n=_edged(np.linalg.norm(forces.residual[:, :3], axis=1)),
             moment_nm=_edged(ARM_M * np.linalg.norm(forces.residual[:, 3:], axis=1)),
             excess_nm=_edged(np.abs(torques.excess).sum(axis=1)),
             slide_m_s=self._slide(joints[:, list(JOINTS)], contacts),
             sunk_m=np.maximum(floor_m - soles.min(axis=1), 0.0),
-            joints_m=joints,
         )
+        return figures, joints
 
     def _slide(self, feet: NDArray[np.float64], contacts: Contacts | None) -> NDArray[np.float64]:
         if contacts is None:

@@ -52,39 +52,63 @@ class Physics:
 
         Args:
             finished: configurations of the finished take.
-            corrected: of the corrected one.
+            corrected: of the corrected one; the result takes its place in memory.
             pieces: begin and end of each part without a gap [frames].
             contacts: standing feet; None = not known.
             fused: gives what the cameras saw.
         """
-        out, totals = finished.copy(), _Totals()
+        totals = _Totals()
         for first, last in pieces:
             if last - first < MIN_FRAMES:
+                corrected[first:last] = finished[first:last]
                 totals.add_left(last - first)
                 continue
-            before = self._measured(finished, first, last, contacts)
-            after = self._measured(corrected, first, last, contacts)
-            parts = []
+            before, after, strayed = self._compared(finished, corrected, first, last, contacts, fused)
+            share = kept(before, after, strayed, self._dt)
             for begin, end in _windows(first, last):
-                rows = slice(begin - first, end - first)
-                measured, sigma = fused(begin, end)
-                parts.append(strays(before.joints_m[rows], after.joints_m[rows], measured, sigma))
-            share = kept(before, after, np.concatenate(parts), self._dt)
-            ways = steps_between(finished[first:last], corrected[first:last])
-            here = share > 0.0
-            out[first:last][here] = moved(finished[first:last], share[:, None] * ways)[here]
-            totals.add(share, before, self._measured(out, first, last, contacts))
+                some = share[begin - first : end - first, None]
+                ways = some * steps_between(finished[begin:end], corrected[begin:end])
+                between = moved(finished[begin:end], ways)
+                corrected[begin:end] = np.where(some > 0.0, between, finished[begin:end])
+            joined = [self._measured(corrected, w, first, last, contacts)[0] for w in _windows(first, last)]
+            totals.add(share, before, Figures.joined(joined))
         self.report = totals.report(self._weight_n)
-        return out
+        return corrected
 
-    def _measured(self, q: NDArray[np.float64], first: int, last: int, contacts: Contacts | None) -> Figures:
-        """Figures of a piece, window by window."""
-        parts = []
-        for begin, end in _windows(first, last):
-            low, high = max(begin - 1, first), min(end + 1, last)
-            standing = None if contacts is None else contacts.part(slice(low, high))
-            parts.append(self._meter.figures(q[low:high], standing).part(slice(begin - low, end - low)))
-        return Figures.joined(parts)
+    def _compared(
+        self,
+        finished: NDArray[np.float64],
+        corrected: NDArray[np.float64],
+        first: int,
+        last: int,
+        contacts: Contacts | None,
+        fused: Fused,
+    ) -> tuple[Figures, Figures, NDArray[np.bool_]]:
+        """Figures of both motions over a piece, and where a joint of the corrected one has strayed."""
+        before, after, strayed = [], [], []
+        for window in _windows(first, last):
+            figures, joints = self._measured(finished, window, first, last, contacts)
+            before.append(figures)
+            figures, moved_joints = self._measured(corrected, window, first, last, contacts)
+            after.append(figures)
+            strayed.append(strays(joints, moved_joints, *fused(*window)))
+        return Figures.joined(before), Figures.joined(after), np.concatenate(strayed)
+
+    def _measured(
+        self,
+        q: NDArray[np.float64],
+        window: tuple[int, int],
+        first: int,
+        last: int,
+        contacts: Contacts | None,
+    ) -> tuple[Figures, NDArray[np.float64]]:
+        """Figures and canonical joints of a window of the piece from `first` to `last`."""
+        begin, end = window
+        low, high = max(begin - 1, first), min(end + 1, last)
+        standing = None if contacts is None else contacts.part(slice(low, high))
+        figures, joints = self._meter.measured(q[low:high], standing)
+        rows = slice(begin - low, end - low)
+        return figures.part(rows), joints[rows]
 
 
 def _windows(first: int, last: int) -> Iterator[tuple[int, int]]:

@@ -41,7 +41,7 @@ def solve_frames(
             before it: a performer may stand elsewhere after the calibration part.
         progress: told the share done.
         following: counts what the poses do not follow.
-        physics: receives what `physics=on` gained; see `physics.report`.
+        physics: receives what `physics=on` gained, as `metrics.json` holds it.
 
     Raises:
         TakeError: no frame, or no camera that shows the performer. CalibrationError, SettingsError: see `Pipeline`.

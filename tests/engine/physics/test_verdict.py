@@ -14,7 +14,7 @@ def figures(force_n=100.0, slide_m_s=0.0, sunk_m=0.0):
     full = [
         np.broadcast_to(np.asarray(v, dtype=float), (FRAMES,)) for v in (force_n, 0.0, 0.0, slide_m_s, sunk_m)
     ]
-    return Figures(*full, np.zeros((FRAMES, 21, 3)))
+    return Figures(*full)
 
 
 def test_better_throughout_is_kept_throughout_and_worse_nowhere():
