@@ -59,7 +59,11 @@ class TrainingView:
 
 
 def training_views(
-    clips: tuple[CanonicalMotion, ...], performers: int, poses: int, rng: np.random.Generator
+    clips: tuple[CanonicalMotion, ...],
+    performers: int,
+    poses: int,
+    rng: np.random.Generator,
+    kinds: tuple[str, ...] = ("left", "right", "head"),
 ) -> Iterator[TrainingView]:
     """Yield views of hands and heads.
 
@@ -68,6 +72,7 @@ def training_views(
         performers: how many bodies.
         poses: of each of them.
         rng: of all that is random.
+        kinds: which views are made.
     """
     for number in range(performers):
         performer = _random_performer(rng)
@@ -75,7 +80,7 @@ def training_views(
         body = make_body(performer, motion.motion.offsets_m)
         figure = Figure(body, motion)
         for pose in range(poses):
-            yield from _views(figure, motion, pose, number, rng)
+            yield from _views(figure, motion, pose, number, rng, kinds)
 
 
 def _random_performer(rng: np.random.Generator) -> Performer:
@@ -145,7 +150,12 @@ def _turn(turns: Array, bone: str, change) -> None:
 
 
 def _views(
-    figure: Figure, motion: PerformerMotion, pose: int, number: int, rng: np.random.Generator
+    figure: Figure,
+    motion: PerformerMotion,
+    pose: int,
+    number: int,
+    rng: np.random.Generator,
+    kinds: tuple[str, ...],
 ) -> Iterator[TrainingView]:
     sensor = SENSORS[_SENSORS[rng.integers(len(_SENSORS))]]
     joints = motion.motion.positions_m[pose]
@@ -155,7 +165,7 @@ def _views(
     head_wxyz = motion.rotations_wxyz[pose, BONE["head"]]
     R_camera_head = T_camera_stage[:3, :3] @ Rotation.from_quat(head_wxyz[[1, 2, 3, 0]]).as_matrix()
     room = Room.around(np.concatenate([joints, T_stage_camera[None, :3, 3]]))
-    for what in ("left", "right", "head"):
+    for what in kinds:
         middle = (
             in_camera[INDEX["head"]] - [0, 0.06, 0] if what == "head" else in_camera[INDEX[f"{what}_hand"]]
         )
