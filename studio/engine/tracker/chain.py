@@ -9,9 +9,9 @@ from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from studio.engine.compiled import compiled
 from studio.engine.human.model import BODY_JOINTS, Humanoid
 from studio.engine.human.ranges import dofs_of
 from studio.engine.joints import OUTPUT_PARENT
@@ -136,7 +136,7 @@ def _path(body: int, parents: list[int], first: list[int]) -> list[int]:
     return [*above, *range(first[body], first[body + 1])]
 
 
-@njit(cache=True)
+@compiled
 def place_bodies(chain, offsets, root, rotation, angles):  # type: ignore[no-untyped-def]
     """Return every body's place (body_count, 3), rotation (body_count, 3, 3), and every hinge's axis as it stands,
     shape (hinge_count, 3), of offsets from parent to body in the T-pose, shape (body_count, 3)."""
@@ -169,8 +169,8 @@ def place_bodies(chain, offsets, root, rotation, angles):  # type: ignore[no-unt
     return places, rotations, axes
 
 
-@njit(cache=True)
-def add_row(chain, places, axes, body, point, normal, row):  # type: ignore[no-untyped-def]
+@compiled
+def _add_row(chain, places, axes, body, point, normal, row):  # type: ignore[no-untyped-def]
     """Write into `row`, zeros of shape (6 + dof_count,), how a step moves `point` of a body along `normal`."""
     nx, ny, nz = normal[0], normal[1], normal[2]
     row[0], row[1], row[2] = nx, ny, nz
@@ -187,3 +187,10 @@ def add_row(chain, places, axes, body, point, normal, row):  # type: ignore[no-u
             + axes[h, 1] * (az * nx - ax * nz)
             + axes[h, 2] * (ax * ny - ay * nx)
         )
+
+
+@compiled
+def rows_of(chain, places, axes, bodies, points, normals, rows):  # type: ignore[no-untyped-def]
+    """Add to `rows`, shape (point_count, 6 + dof_count), how a step moves points of bodies along their normals."""
+    for p in range(len(bodies)):
+        _add_row(chain, places, axes, bodies[p], points[p], normals[p], rows[p])

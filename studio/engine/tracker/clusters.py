@@ -3,8 +3,9 @@
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
+
+from studio.engine.compiled import compiled
 
 Array = NDArray[np.float64]
 
@@ -27,7 +28,7 @@ class Clusters(NamedTuple):
     middle: Array
 
 
-@njit(cache=True)
+@compiled
 def _root(parent, i):  # type: ignore[no-untyped-def]
     while parent[i] != i:
         parent[i] = parent[parent[i]]
@@ -35,7 +36,7 @@ def _root(parent, i):  # type: ignore[no-untyped-def]
     return i
 
 
-@njit(cache=True)
+@compiled
 def clusters_of(points, depth, use, cell_angle, least, most):  # type: ignore[no-untyped-def]
     """Return the clusters of the cells of `use` as a tuple of the fields of `Clusters`.
 

@@ -9,13 +9,13 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from studio.engine.tracker.body import PARTS, Surface, offsets_of, surface_of
-from studio.engine.tracker.chain import ROOT_DOFS, Chain, Limits, Pose, add_row, place_bodies
-from studio.engine.tracker.silhouette import Silhouette, free_rows
-from studio.engine.tracker.surface import match_points, place_cones
+from studio.engine.tracker.chain import ROOT_DOFS, Chain, Limits, Pose, place_bodies, rows_of
+from studio.engine.tracker.placing import place_cones
+from studio.engine.tracker.silhouette import Silhouette, free_space
+from studio.engine.tracker.surface import match_points
 
 Array = NDArray[np.float64]
 
@@ -25,6 +25,7 @@ POINT_SHARE = 0.3
 """Neighbouring points err alike: each counts as this share of one."""
 FREE_WEIGHT = 3.0
 """A sample in free space counts as so many points."""
+FREE_REACH_M = 0.15
 REACH_M = 0.09
 """Distance at which a point's weight has fallen to a quarter [m]."""
 
@@ -92,18 +93,6 @@ def free_samples(surface: Surface) -> Array:
             shares = (0.25, 0.6, 1.0) if length > 0.12 else (0.5,)
             samples += [(c, share) for share in shares]
     return np.array(samples, dtype=np.float64)
-
-
-@njit(cache=True)
-def _point_rows(chain, surface, places, axes, cone, place, normal, offset, distance, reach, rows, weights):  # type: ignore[no-untyped-def]
-    """Fill the points' rows and weights."""
-    for p in range(len(cone)):
-        add_row(chain, places, axes, surface.body[cone[p]], place[p], normal[p], rows[p])
-        least = distance[p, 0]
-        for part in range(1, distance.shape[1]):
-            least = min(least, distance[p, part])
-        w = 1.0 / (1.0 + (least / reach) ** 2)
-        weights[p] = w * w
 
 
 class Fitter:
@@ -174,22 +163,17 @@ class Fitter:
         cone, place, normal, offset, distance = match_points(
             points.places, points.views, points.normals, surface, origins, frames, False
         )
-        count = len(cone)
-        rows = np.zeros((count + len(samples) * len(silhouettes), self._dofs))
-        offsets = np.zeros(len(rows))
-        weights = np.zeros(len(rows))
-        offsets[:count] = offset
-        _point_rows(
-            self.chain, surface, places, axes, cone, place, normal, offset, distance, reach, rows, weights
-        )
-        end = count
+        weight = 1.0 / (1.0 + (distance[:, 0] / reach) ** 2) ** 2
+        parts = [(surface.body[cone], place, normal, offset, weight)]
         for seen in silhouettes:
-            end = free_rows(
-                seen, self.chain, surface, places, axes, origins, frames, samples, rows, offsets, end
-            )
-        weights[count:end] = FREE_WEIGHT / (1.0 + (offsets[count:end] / 0.15) ** 2)
-        weights *= POINT_SHARE / POINT_SIGMA_M**2
-        return rows[:end], offsets[:end], weights[:end]
+            found = free_space(seen, surface, origins, frames, samples)
+            parts.append((*found, FREE_WEIGHT / (1.0 + (found[3] / FREE_REACH_M) ** 2)))
+        bodies, spots, normals, offsets, weights = (
+            np.concatenate(arrays) for arrays in zip(*parts, strict=True)
+        )
+        rows = np.zeros((len(bodies), self._dofs))
+        rows_of(self.chain, places, axes, bodies, spots, normals, rows)
+        return rows, offsets, weights * (POINT_SHARE / POINT_SIGMA_M**2)
 
     def _step(self, information: Array, gradient: Array, pose: Pose, free: NDArray[np.bool_] | None) -> Array:
         """Solve for the step; angles that would leave their limits stay on them and the rest is solved again."""

@@ -1,9 +1,9 @@
 """The floor as a camera sees it: a plane found among the points, without knowing where the camera stands."""
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from studio.engine.compiled import compiled
 from studio.engine.geometry import make_transform, rotation_between
 
 Array = NDArray[np.float64]
@@ -15,7 +15,7 @@ _MIN_SHARE = 0.06
 _TRIALS = 400
 
 
-@njit(cache=True)
+@compiled
 def _best_plane(points, up, trials, tolerance, tilt):  # type: ignore[no-untyped-def]
     """Return the plane (unit normal, offset: normal @ p = offset) that most points lie near and none of many lies
     under, and how many; random triples come from a fixed sequence."""

@@ -3,9 +3,9 @@
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from studio.engine.compiled import compiled
 from studio.engine.depth import DepthCamera
 
 Array = NDArray[np.float64]
@@ -41,7 +41,7 @@ def lens_of(camera: DepthCamera) -> Lens:
     )
 
 
-@njit(cache=True)
+@compiled
 def grid_points(depth_mm, lens, rotation, translation, points, depth):  # type: ignore[no-untyped-def]
     """Fill the grid: `points` in the working frame [m], shape (rows, columns, 3), and `depth`, z in the camera
     frame [m], shape (rows, columns), 0 where nothing was read or the reading hangs between near and far.
@@ -66,7 +66,7 @@ def grid_points(depth_mm, lens, rotation, translation, points, depth):  # type: 
                     break
 
 
-@njit(cache=True)
+@compiled
 def confirmed(depth, keep):  # type: ignore[no-untyped-def]
     """Fill `keep`, shape (rows, columns): whether a cell has two neighbours at about its depth."""
     rows, columns = depth.shape
@@ -89,7 +89,7 @@ def confirmed(depth, keep):  # type: ignore[no-untyped-def]
             keep[i, j] = count >= 2
 
 
-@njit(cache=True)
+@compiled
 def normal_at(points, depth, i, j, normal):  # type: ignore[no-untyped-def]
     """Write the unit normal of a cell's surface, towards the camera side of the grid; zeros where it is unknown."""
     rows, columns = depth.shape
@@ -112,19 +112,3 @@ def normal_at(points, depth, i, j, normal):  # type: ignore[no-untyped-def]
     length = np.sqrt(x * x + y * y + z * z)
     if length > 1e-9:
         normal[0], normal[1], normal[2] = x / length, y / length, z / length
-
-
-@njit(cache=True)
-def cell_of(lens, x, y, z):  # type: ignore[no-untyped-def]
-    """Return row and column (real numbers) of the cell in which a point of the camera frame appears, -1 outside."""
-    if z < 0.1:
-        return -1.0, -1.0
-    k = lens.intrinsics
-    a, b = x / z, y / z
-    r2 = a * a + b * b
-    if r2 > lens.reach:
-        return -1.0, -1.0
-    factor = (1 + r2 * (k[4] + r2 * (k[5] + r2 * k[8]))) / (1 + r2 * (k[9] + r2 * (k[10] + r2 * k[11])))
-    u = a * factor + 2 * k[6] * a * b + k[7] * (r2 + 2 * a * a)
-    v = b * factor + k[6] * (r2 + 2 * b * b) + 2 * k[7] * a * b
-    return (v * k[1] + k[3]) / lens.stride, (u * k[0] + k[2]) / lens.stride

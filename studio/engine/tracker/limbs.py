@@ -4,15 +4,15 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from studio.engine.human.model import BODY_JOINTS
 from studio.engine.tracker.body import PARTS, part_of
 from studio.engine.tracker.chain import ROOT_DOFS, Chain, Limits, Pose, place_bodies
 from studio.engine.tracker.fit import Figure, Fitter, Points, Prior, free_samples, part_dofs
-from studio.engine.tracker.silhouette import Silhouette, violation
-from studio.engine.tracker.surface import NORMAL_COST_M2, match_cone
+from studio.engine.tracker.placing import place_limb
+from studio.engine.tracker.silhouette import Silhouette, free_cost
+from studio.engine.tracker.surface import points_cost
 
 Array = NDArray[np.float64]
 
@@ -44,7 +44,7 @@ class Limb:
 
     Attributes:
         poses: angles, shape (pose_count, limb_dof_count), the first `CANDIDATES` far from each other.
-        ends: where its last joint then is in the frame of the body it hangs from [m], shape (pose_count, 3).
+        ends: where its last cone then begins, in the frame of the body it hangs from [m], shape (pose_count, 3).
     """
 
     part: int
@@ -73,7 +73,7 @@ class LimbSearch:
         if PARTS[part].endswith("arm"):
             bodies = np.concatenate([[BODY_JOINTS.index(f"{side}Shoulder")], bodies])
         cones = np.flatnonzero(self._figure.surface.part == part)
-        poses, ends = spread_poses(self._fitter.chain, self._fitter.limits, self._figure, dofs, bodies)
+        poses, ends = spread_poses(self._fitter.chain, self._fitter.limits, self._figure, dofs, bodies, cones)
         return Limb(part, bodies, cones, dofs, moving, poses, ends)
 
     def _tried(
@@ -117,7 +117,7 @@ class LimbSearch:
         places, rotations, _ = place_bodies(
             self._fitter.chain, figure.offsets, pose.root, pose.rotation, pose.angles
         )
-        origins, frames = _place_limb(
+        origins, frames = place_limb(
             self._fitter.chain,
             figure.offsets,
             places,
@@ -127,13 +127,13 @@ class LimbSearch:
             figure.surface,
             limb.cones,
         )
-        cost = _points_cost(
+        cost = points_cost(
             points.places, points.views, points.normals, elsewhere,
             figure.surface, origins, frames, limb.cones, _CAP_M,
         )  # fmt: skip
         samples = self.samples[np.isin(self.samples[:, 0].astype(int), limb.cones)]
         for seen in silhouettes:
-            cost += FREE_COST * _free_cost(seen, figure.surface, origins, frames, limb.cones, samples)
+            cost += FREE_COST * free_cost(seen, figure.surface, origins, frames, limb.cones, samples)
         limits = self._fitter.limits
         away = (angles - limits.rest[limb.dofs]) / limits.spread[limb.dofs]
         return cost + _POSTURE_COST_M2 * (away**2).mean(axis=1)
@@ -181,9 +181,14 @@ class LimbSearch:
 
 
 def spread_poses(
-    chain: Chain, limits: Limits, figure: Figure, dofs: NDArray[np.int64], bodies: NDArray[np.int64]
+    chain: Chain,
+    limits: Limits,
+    figure: Figure,
+    dofs: NDArray[np.int64],
+    bodies: NDArray[np.int64],
+    cones: NDArray[np.int64],
 ) -> tuple[Array, Array]:
-    """Return a limb's angles, shape (pose_count, dof_count), and where its last joint then is, (pose_count, 3).
+    """Return a limb's angles, shape (pose_count, dof_count), and where its last cone then begins, (pose_count, 3).
 
     Drawn from a Halton sequence over each angle's usual range within its limits; the first `CANDIDATES` are those
     whose joints lie farthest from all taken before (Gonzalez, 1985).
@@ -192,10 +197,12 @@ def spread_poses(
     centre, spread = limits.rest[dofs], 2.5 * limits.spread[dofs]
     low, high = np.maximum(limits.low[dofs], centre - spread), np.minimum(limits.high[dofs], centre + spread)
     angles = low + drawn * (high - low)
+    full = np.repeat(limits.rest[None], _DRAWN, axis=0)
+    full[:, dofs] = angles
+    places, rotations, _ = place_bodies(chain, figure.offsets, np.zeros(3), np.eye(3), limits.rest)
     base = int(chain.parents[bodies[0]])
-    joints = _joints_of(
-        chain, figure.offsets, np.repeat(limits.rest[None], _DRAWN, axis=0), dofs, angles, bodies, base
-    )
+    joints, _ = place_limb(chain, figure.offsets, places, rotations, full, bodies, figure.surface, cones)
+    joints = (joints - places[base]) @ rotations[base]
     taken = [0]
     flat = joints.reshape(_DRAWN, -1)
     distance = np.linalg.norm(flat - flat[0], axis=1)
@@ -204,21 +211,6 @@ def spread_poses(
         distance = np.minimum(distance, np.linalg.norm(flat - flat[taken[-1]], axis=1))
     order = np.concatenate([taken, np.setdiff1d(np.arange(_DRAWN), taken)])
     return angles[order], joints[order, -1]
-
-
-@njit(cache=True)
-def _joints_of(chain, offsets, full, dofs, angles, bodies, base):  # type: ignore[no-untyped-def]
-    """Return a limb's joints in the frame of body `base`, shape (pose_count, limb_body_count, 3)."""
-    out = np.empty((len(angles), len(bodies), 3))
-    for k in range(len(angles)):
-        full[k][dofs] = angles[k]
-        places, rotations, _ = place_bodies(chain, offsets, np.zeros(3), np.eye(3), full[k])
-        for n in range(len(bodies)):
-            for i in range(3):
-                out[k, n, i] = 0.0
-                for j in range(3):
-                    out[k, n, i] += rotations[base, j, i] * (places[bodies[n], j] - places[base, j])
-    return out
 
 
 _PRIMES = (2, 3, 5, 7, 11, 13, 17, 19, 23, 29)
@@ -232,98 +224,3 @@ def _halton(count: int, base: int) -> Array:
         out += share * (index % base)
         index //= base
     return out
-
-
-@njit(cache=True)
-def _place_limb(chain, offsets, places, rotations, angles, bodies, surface, cones):  # type: ignore[no-untyped-def]
-    """Return the limb's cones for every candidate: origins (candidate_count, limb_cone_count, 3) and frames."""
-    origins = np.empty((len(angles), len(cones), 3))
-    frames = np.empty((len(angles), len(cones), 3, 3))
-    places, rotations = places.copy(), rotations.copy()
-    turned = np.empty((3, 3))
-    for k in range(len(angles)):
-        for b in bodies:
-            parent = chain.parents[b]
-            for i in range(3):
-                places[b, i] = places[parent, i]
-                for j in range(3):
-                    places[b, i] += rotations[parent, i, j] * offsets[b, j]
-                    rotations[b, i, j] = rotations[parent, i, j]
-            for h in range(chain.first[b], chain.first[b + 1]):
-                x, y, z = chain.axes[h]
-                angle = angles[k, chain.dofs[h]]
-                s, c = np.sin(angle), np.cos(angle)
-                d = 1.0 - c
-                for i in range(3):
-                    p, q, r = rotations[b, i, 0], rotations[b, i, 1], rotations[b, i, 2]
-                    turned[i, 0] = p * (c + x * x * d) + q * (y * x * d + z * s) + r * (z * x * d - y * s)
-                    turned[i, 1] = p * (x * y * d - z * s) + q * (c + y * y * d) + r * (z * y * d + x * s)
-                    turned[i, 2] = p * (x * z * d + y * s) + q * (y * z * d - x * s) + r * (c + z * z * d)
-                rotations[b] = turned
-        for n in range(len(cones)):
-            b = surface.body[cones[n]]
-            for i in range(3):
-                x = places[b, i]
-                for j in range(3):
-                    x += rotations[b, i, j] * surface.origin[cones[n], j]
-                    y = 0.0
-                    for m in range(3):
-                        y += rotations[b, i, m] * surface.frame[cones[n], m, j]
-                    frames[k, n, i, j] = y
-                origins[k, n, i] = x
-    return origins, frames
-
-
-@njit(cache=True, fastmath=True)
-def _points_cost(points, views, normals, elsewhere, surface, origins, frames, cones, cap):  # type: ignore[no-untyped-def]
-    """Return the capped squared distances of the points to the nearer of limb and rest, summed, per candidate."""
-    costs = np.zeros(len(origins))
-    all_origins = np.zeros((len(surface.body), 3))
-    all_frames = np.zeros((len(surface.body), 3, 3))
-    for k in range(len(origins)):
-        for n in range(len(cones)):
-            all_origins[cones[n]] = origins[k, n]
-            all_frames[cones[n]] = frames[k, n]
-        for p in range(len(points)):
-            least = min(elsewhere[p] * elsewhere[p], cap * cap)
-            for c in cones:
-                half = 0.5 * surface.length[c]
-                reach = half + max(surface.start_radius[c], surface.end_radius[c])
-                square = 0.0
-                for i in range(3):
-                    d = points[p, i] - all_origins[c, i] - half * all_frames[c, i, 2]
-                    square += d * d
-                if square > (reach + cap) ** 2:
-                    continue
-                qx, qy, qz, nx, ny, nz, _ = match_cone(
-                    points[p, 0], points[p, 1], points[p, 2], views[p, 0], views[p, 1], views[p, 2],
-                    surface, all_origins, all_frames, c,
-                )  # fmt: skip
-                cost = (points[p, 0] - qx) ** 2 + (points[p, 1] - qy) ** 2 + (points[p, 2] - qz) ** 2
-                if normals[p, 0] != 0.0 or normals[p, 1] != 0.0 or normals[p, 2] != 0.0:
-                    cost += NORMAL_COST_M2 * (
-                        1.0 - normals[p, 0] * nx - normals[p, 1] * ny - normals[p, 2] * nz
-                    )
-                least = min(least, cost)
-            costs[k] += least
-    return costs
-
-
-@njit(cache=True)
-def _free_cost(seen, surface, origins, frames, cones, samples):  # type: ignore[no-untyped-def]
-    """Return the squared distances into free space of the limb's samples, summed, per candidate."""
-    costs = np.zeros(len(origins))
-    normal = np.zeros(3)
-    point = np.zeros(3)
-    for k in range(len(origins)):
-        for m in range(len(samples)):
-            c, t = int(samples[m, 0]), samples[m, 1]
-            n = 0
-            while cones[n] != c:
-                n += 1
-            for i in range(3):
-                point[i] = origins[k, n, i] + frames[k, n, i, 2] * t * surface.length[c]
-            radius = surface.start_radius[c] + t * (surface.end_radius[c] - surface.start_radius[c])
-            away = violation(seen, point, radius / max(surface.flat[c], 1.0), normal)
-            costs[k] += away * away
-    return costs

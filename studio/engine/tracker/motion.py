@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from studio.engine.tracker.chain import ROOT_DOFS, Limits, Pose, rotation_of
+from studio.engine.tracker.chain import ROOT_DOFS, Limits, Pose
 from studio.engine.tracker.fit import Prior
 
 Array = NDArray[np.float64]
@@ -32,12 +32,14 @@ class Motion:
         self.pose: Pose | None = None
         self.velocity = np.zeros(len(self._change))
         self.variance = self._most**2
+        self.covariance = np.diag(self.variance)
 
     def restart(self, pose: Pose) -> None:
         """Begin at a pose that stands still."""
         self.pose = pose
         self.velocity = np.zeros(len(self._change))
         self.variance = self._change**2
+        self.covariance = np.diag(self.variance)
 
     def after(self, seconds: float) -> Pose:
         """Return the pose to which the velocity leads."""
@@ -57,11 +59,6 @@ class Motion:
         if seconds > 0:
             limit = np.where(np.arange(len(step)) < 3, 8.0, 25.0)
             self.velocity = np.clip(step / seconds, -limit, limit)
-        self.variance = np.minimum(np.diag(np.linalg.inv(information)), self._most**2)
+        self.covariance = np.linalg.inv(information)
+        self.variance = np.minimum(np.diag(self.covariance), self._most**2)
         self.pose = pose
-
-
-def about(pose: Pose, turn: float, point: Array) -> Pose:
-    """Return a pose turned about the vertical line through a point [m], shape (3,), by an angle [rad]."""
-    rotation = rotation_of(np.array([0.0, 0.0, turn]))
-    return Pose(point + rotation @ (pose.root - point), rotation @ pose.rotation, pose.angles)

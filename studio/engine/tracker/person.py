@@ -10,9 +10,9 @@ from studio.engine.tracker.view import Seen
 
 Array = NDArray[np.float64]
 
-_HEIGHT_M = (1.0, 2.4)
+_HEIGHT_M = (0.7, 2.4)
 _WIDEST_M = 2.4
-_LEAST_AREA_M2, _MOST_AREA_M2 = 0.12, 1.8
+_LEAST_AREA_M2, _MOST_AREA_M2 = 0.08, 1.8
 _BESIDE_M = 0.45
 _NEAR_M = 0.22
 _NEAR_SHARE = 0.4

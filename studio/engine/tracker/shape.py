@@ -6,14 +6,14 @@ T-pose tells widths, girths and whole limbs; where elbows and knees lie is told 
 """
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from studio.engine.tracker.body import SHAPE, SHAPE_SPREAD
 from studio.engine.tracker.chain import ROOT_DOFS
 from studio.engine.tracker.fit import Figure, Fit, Fitter, Points, Prior
+from studio.engine.tracker.placing import place_cones
 from studio.engine.tracker.silhouette import Silhouette
-from studio.engine.tracker.surface import match_cone, place_cones
+from studio.engine.tracker.surface import offsets_from
 
 Array = NDArray[np.float64]
 
@@ -22,18 +22,6 @@ _FRAME_SHARE = 0.05
 """What a frame tells counts as this share of an independent one."""
 _MOST = 0.25
 """No scale leaves its usual value by more than this logarithm, but height."""
-
-
-@njit(cache=True)
-def _offsets(points, views, cones, surface, origins, frames):  # type: ignore[no-untyped-def]
-    """Return how far each point lies outside the cone it was matched with [m]."""
-    offsets = np.empty(len(points))
-    for p in range(len(points)):
-        offsets[p] = match_cone(
-            points[p, 0], points[p, 1], points[p, 2], views[p, 0], views[p, 1], views[p, 2],
-            surface, origins, frames, cones[p],
-        )[6]  # fmt: skip
-    return offsets
 
 
 class ShapeEstimate:
@@ -79,4 +67,4 @@ class ShapeEstimate:
         figure = Figure.of(shape)
         places, rotations, *_ = fitter.place(figure, fit.pose)
         origins, frames = place_cones(figure.surface, places, rotations)
-        return _offsets(points.places, points.views, fit.cone, figure.surface, origins, frames)
+        return offsets_from(points.places, points.views, fit.cone, figure.surface, origins, frames)

@@ -3,11 +3,10 @@
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
-from studio.engine.tracker.chain import add_row
-from studio.engine.tracker.grid import Lens, cell_of
+from studio.engine.compiled import compiled
+from studio.engine.tracker.grid import Lens
 
 Array = NDArray[np.float64]
 
@@ -34,7 +33,7 @@ class Silhouette(NamedTuple):
     nearest: NDArray[np.int32]
 
 
-@njit(cache=True)
+@compiled
 def nearest_cells(person, nearest):  # type: ignore[no-untyped-def]
     """Fill `nearest` by two sweeps that hand on the nearest cell known (Danielsson, "Euclidean distance mapping",
     1980)."""
@@ -69,15 +68,31 @@ def nearest_cells(person, nearest):  # type: ignore[no-untyped-def]
                     nearest[i, j] = best
 
 
-@njit(cache=True)
-def violation(seen, point, radius, normal):  # type: ignore[no-untyped-def]
+@compiled
+def _cell_of(lens, x, y, z):  # type: ignore[no-untyped-def]
+    """Return row and column (real numbers) of the cell in which a point of the camera frame appears, -1 outside."""
+    if z < 0.1:
+        return -1.0, -1.0
+    k = lens.intrinsics
+    a, b = x / z, y / z
+    r2 = a * a + b * b
+    if r2 > lens.reach:
+        return -1.0, -1.0
+    factor = (1 + r2 * (k[4] + r2 * (k[5] + r2 * k[8]))) / (1 + r2 * (k[9] + r2 * (k[10] + r2 * k[11])))
+    u = a * factor + 2 * k[6] * a * b + k[7] * (r2 + 2 * a * a)
+    v = b * factor + k[6] * (r2 + 2 * b * b) + 2 * k[7] * a * b
+    return (v * k[1] + k[3]) / lens.stride, (u * k[0] + k[2]) / lens.stride
+
+
+@compiled
+def _violation(seen, point, radius, normal):  # type: ignore[no-untyped-def]
     """Return how far a ball of the body is in free space for one camera [m], 0 where it may be, and write the
     direction in which it should move into `normal`, shape (3,), in the working frame."""
     r, t = seen.rotation, seen.translation
     x = r[0, 0] * point[0] + r[0, 1] * point[1] + r[0, 2] * point[2] + t[0]
     y = r[1, 0] * point[0] + r[1, 1] * point[1] + r[1, 2] * point[2] + t[1]
     z = r[2, 0] * point[0] + r[2, 1] * point[1] + r[2, 2] * point[2] + t[2]
-    row, column = cell_of(seen.lens, x, y, z)
+    row, column = _cell_of(seen.lens, x, y, z)
     rows, columns = seen.depth.shape
     i, j = int(np.floor(row + 0.5)), int(np.floor(column + 0.5))
     if row < 0 or i < 0 or j < 0 or i >= rows or j >= columns:
@@ -105,24 +120,43 @@ def violation(seen, point, radius, normal):  # type: ignore[no-untyped-def]
     return 0.0
 
 
-@njit(cache=True)
-def free_rows(seen, chain, surface, places, axes, origins, frames, samples, rows, offsets, begin):  # type: ignore[no-untyped-def]
-    """Write a row for every sample in free space from row `begin` on, and return the row after the last.
-
-    Args:
-        samples: cone and share of its length, shape (sample_count, 2).
-    """
-    normal = np.zeros(3)
-    point = np.zeros(3)
-    row = begin
+@compiled
+def free_space(seen, surface, origins, frames, samples):  # type: ignore[no-untyped-def]
+    """Return the samples that are in free space for a camera: bodies, points, directions in which they should move,
+    and how far [m]."""
+    bodies = np.empty(len(samples), np.int64)
+    points = np.empty((len(samples), 3))
+    normals = np.empty((len(samples), 3))
+    offsets = np.empty(len(samples))
+    count = 0
     for k in range(len(samples)):
         c, t = int(samples[k, 0]), samples[k, 1]
         for i in range(3):
-            point[i] = origins[c, i] + frames[c, i, 2] * t * surface.length[c]
+            points[count, i] = origins[c, i] + frames[c, i, 2] * t * surface.length[c]
         radius = surface.start_radius[c] + t * (surface.end_radius[c] - surface.start_radius[c])
-        away = violation(seen, point, radius / max(surface.flat[c], 1.0), normal)
+        away = _violation(seen, points[count], radius / max(surface.flat[c], 1.0), normals[count])
         if away > 0.0:
-            add_row(chain, places, axes, surface.body[c], point, normal, rows[row])
-            offsets[row] = away
-            row += 1
-    return row
+            bodies[count] = surface.body[c]
+            offsets[count] = away
+            count += 1
+    return bodies[:count], points[:count], normals[:count], offsets[:count]
+
+
+@compiled
+def free_cost(seen, surface, origins, frames, cones, samples):  # type: ignore[no-untyped-def]
+    """Return the squared distances into free space of the limb's samples, summed, per candidate."""
+    costs = np.zeros(len(origins))
+    normal = np.zeros(3)
+    point = np.zeros(3)
+    for k in range(len(origins)):
+        for m in range(len(samples)):
+            c, t = int(samples[m, 0]), samples[m, 1]
+            n = 0
+            while cones[n] != c:
+                n += 1
+            for i in range(3):
+                point[i] = origins[k, n, i] + frames[k, n, i, 2] * t * surface.length[c]
+            radius = surface.start_radius[c] + t * (surface.end_radius[c] - surface.start_radius[c])
+            away = _violation(seen, point, radius / max(surface.flat[c], 1.0), normal)
+            costs[k] += away * away
+    return costs

@@ -31,7 +31,7 @@ class Start:
 
 def height_of(points: Points) -> float:
     """Return the height of who stands there [m], within what people are."""
-    return float(np.clip(np.percentile(points.places[:, 2], 99.5) + 0.005, 1.1, 2.15))
+    return float(np.clip(np.percentile(points.places[:, 2], 99.5) + 0.005, 0.8, 2.2))
 
 
 def shape_of_height(height_m: float) -> Array:
@@ -46,6 +46,11 @@ def yaws(points: Points) -> list[float]:
     towards = points.views[:, :2].mean(axis=0)
     facing = float(np.arctan2(towards[0], -towards[1])) if np.hypot(*towards) > 0.2 else 0.0
     return [facing + turn for turn in np.radians([0.0, 45.0, -45.0, 90.0, -90.0, 180.0])]
+
+
+def heading(pose: Pose) -> float:
+    """Return a pose's heading [rad], 0 = facing -y."""
+    return float(np.arctan2(pose.rotation[1, 0], pose.rotation[0, 0]))
 
 
 def standing(figure: Figure, points: Points, yaw: float, rest: Array) -> Pose:
@@ -95,7 +100,7 @@ def cold_start(
             fit = fitter.fit(figure, pose, points, silhouettes, loose, iterations=4, reach=0.12)
         cost = cost_of(search, figure, fit, points, silhouettes)
         if np.cos(yaw - headings[0]) < -0.3:
-            cost += _FACING_AWAY_COST_M2
+            cost += _FACING_AWAY_COST_M2 * len(points.places) / 1000.0
         if best is None or cost < best.cost_m2:
             best = Start(figure, fit, cost)
     assert best is not None

@@ -3,9 +3,9 @@
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from studio.engine.compiled import compiled
 from studio.engine.tracker.body import PARTS
 
 Array = NDArray[np.float64]
@@ -34,28 +34,8 @@ class Matches(NamedTuple):
     distance: Array
 
 
-@njit(cache=True)
-def place_cones(surface, places, rotations):  # type: ignore[no-untyped-def]
-    """Return origins (cone_count, 3) and frames (cone_count, 3, 3) of the cones in the working frame."""
-    count = len(surface.body)
-    origins = np.empty((count, 3))
-    frames = np.empty((count, 3, 3))
-    for c in range(count):
-        b = surface.body[c]
-        for i in range(3):
-            x = places[b, i]
-            for j in range(3):
-                x += rotations[b, i, j] * surface.origin[c, j]
-                y = 0.0
-                for k in range(3):
-                    y += rotations[b, i, k] * surface.frame[c, k, j]
-                frames[c, i, j] = y
-            origins[c, i] = x
-    return origins, frames
-
-
-@njit(cache=True, fastmath=True)
-def match_cone(px, py, pz, vx, vy, vz, surface, origins, frames, c):  # type: ignore[no-untyped-def]
+@compiled
+def _match_cone(px, py, pz, vx, vy, vz, surface, origins, frames, c):  # type: ignore[no-untyped-def]
     """Return the point of cone `c` that faces the camera nearest to (px, py, pz), the outward normal there, and the
     signed distance along the normal [m]: seven numbers.
 
@@ -103,7 +83,7 @@ def match_cone(px, py, pz, vx, vy, vz, surface, origins, frames, c):  # type: ig
     return qx, qy, qz, mx, my, mz, mx * (px - qx) + my * (py - qy) + mz * (pz - qz)
 
 
-@njit(cache=True, fastmath=True)
+@compiled
 def match_points(points, views, normals, surface, origins, frames, by_part):  # type: ignore[no-untyped-def]
     """Return the fields of `Matches` of measured points; beyond `FAR_M` nothing is matched, weight and cone are nil.
 
@@ -141,7 +121,7 @@ def match_points(points, views, normals, surface, origins, frames, by_part):  # 
             bound = np.sqrt(square[part] if by_part else least) + reach[c]
             if dx * dx + dy * dy + dz * dz > bound * bound:
                 continue
-            qx, qy, qz, nx, ny, nz, away = match_cone(px, py, pz, vx, vy, vz, surface, origins, frames, c)
+            qx, qy, qz, nx, ny, nz, away = _match_cone(px, py, pz, vx, vy, vz, surface, origins, frames, c)
             cost = (px - qx) ** 2 + (py - qy) ** 2 + (pz - qz) ** 2
             if known:
                 cost += NORMAL_COST_M2 * (1.0 - ux * nx - uy * ny - uz * nz)
@@ -157,3 +137,50 @@ def match_points(points, views, normals, surface, origins, frames, by_part):  # 
         for part in range(PART_COUNT):
             distance[p, part] = np.sqrt(square[part] if by_part else least)
     return best, place, normal, offset, distance
+
+
+@compiled
+def offsets_from(points, views, cones, surface, origins, frames):  # type: ignore[no-untyped-def]
+    """Return how far each point lies outside the cone it was matched with [m]."""
+    offsets = np.empty(len(points))
+    for p in range(len(points)):
+        offsets[p] = _match_cone(
+            points[p, 0], points[p, 1], points[p, 2], views[p, 0], views[p, 1], views[p, 2],
+            surface, origins, frames, cones[p],
+        )[6]  # fmt: skip
+    return offsets
+
+
+@compiled
+def points_cost(points, views, normals, elsewhere, surface, origins, frames, cones, cap):  # type: ignore[no-untyped-def]
+    """Return the capped squared distances of the points to the nearer of limb and rest, summed, per candidate."""
+    costs = np.zeros(len(origins))
+    all_origins = np.zeros((len(surface.body), 3))
+    all_frames = np.zeros((len(surface.body), 3, 3))
+    for k in range(len(origins)):
+        for n in range(len(cones)):
+            all_origins[cones[n]] = origins[k, n]
+            all_frames[cones[n]] = frames[k, n]
+        for p in range(len(points)):
+            least = min(elsewhere[p] * elsewhere[p], cap * cap)
+            for c in cones:
+                half = 0.5 * surface.length[c]
+                reach = half + max(surface.start_radius[c], surface.end_radius[c])
+                square = 0.0
+                for i in range(3):
+                    d = points[p, i] - all_origins[c, i] - half * all_frames[c, i, 2]
+                    square += d * d
+                if square > (reach + cap) ** 2:
+                    continue
+                qx, qy, qz, nx, ny, nz, _ = _match_cone(
+                    points[p, 0], points[p, 1], points[p, 2], views[p, 0], views[p, 1], views[p, 2],
+                    surface, all_origins, all_frames, c,
+                )  # fmt: skip
+                cost = (points[p, 0] - qx) ** 2 + (points[p, 1] - qy) ** 2 + (points[p, 2] - qz) ** 2
+                if normals[p, 0] != 0.0 or normals[p, 1] != 0.0 or normals[p, 2] != 0.0:
+                    cost += NORMAL_COST_M2 * (
+                        1.0 - normals[p, 0] * nx - normals[p, 1] * ny - normals[p, 2] * nz
+                    )
+                least = min(least, cost)
+            costs[k] += least
+    return costs

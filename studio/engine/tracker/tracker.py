@@ -11,14 +11,17 @@ from studio.engine.errors import CalibrationError
 from studio.engine.geometry import invert_transform, transform_points
 from studio.engine.joints import JOINT_COUNT
 from studio.engine.tracker.body import CANONICAL_BODIES, canonical_offsets_of, humanoid_of, performer_of
-from studio.engine.tracker.chain import chain_of
-from studio.engine.tracker.fit import Figure, Fit, Fitter, Points
+from studio.engine.tracker.chain import Pose, chain_of
+from studio.engine.tracker.confidence import confidence_of, expected_errors
+from studio.engine.tracker.fit import Figure, Fit, Fitter, Points, Prior
+from studio.engine.tracker.limb_watch import LimbWatch
 from studio.engine.tracker.limbs import LimbSearch
 from studio.engine.tracker.motion import Motion
 from studio.engine.tracker.person import at_place, candidates, may_be_person, near_body
 from studio.engine.tracker.shape import ShapeEstimate
 from studio.engine.tracker.silhouette import Silhouette
-from studio.engine.tracker.start import cold_start, height_of, shape_of_height, yaws
+from studio.engine.tracker.start import Start, cold_start, cost_of, heading, height_of, shape_of_height, yaws
+from studio.engine.tracker.timing import moved_along, worth_moving
 from studio.engine.tracker.view import CameraView, Seen
 
 Array = NDArray[np.float64]
@@ -27,6 +30,17 @@ POINT_COUNT = 1000
 """Points of all cameras together that the body is fitted to."""
 _LEAST_POINTS = 60
 _LOST_S = 0.3
+_NOBODY_M2 = 0.006
+"""Who leaves more than this unexplained per point is no person [m2]."""
+_REST = 2
+"""Frames between looks for somebody."""
+_EVERY_FRAME = 45
+_EXPLAINED_M, _EXPLAINED_SHARE, _LOST_SHARE = 0.10, 0.80, 0.5
+_BAD_LIMB_M2 = 1.0
+_DOUBT = 8
+"""After so many frames that do not fit, other headings are tried."""
+_BETTER = 0.6
+"""Another pose must leave less than this share unexplained."""
 
 
 @dataclass(frozen=True)
@@ -79,10 +93,14 @@ class Tracker:
         self._fitter = Fitter(chain, limits)
         self._search = LimbSearch(self._fitter, self._figure)
         self._motion = Motion(limits)
-        self._time_ns = 0
-        self._seen_ns = 0
+        self._watch = LimbWatch()
+        self._shape: ShapeEstimate | None = None
         self._fit: Fit | None = None
-        self.costs = np.zeros(5)
+        self._time_ns = 0
+        self._fitted_ns = 0
+        self._learnt = 0
+        self._doubt = 0
+        self._rest = 0
 
     @property
     def performer(self) -> Performer:
@@ -94,53 +112,88 @@ class Tracker:
 
         Args:
             frames: at most one per camera, on a common clock, not all at one instant.
+
+        Raises:
+            FormatError: an image of another size than its camera's.
         """
         times = {name: frame.device_time_ns for name, frame in frames.items()}
-        time_ns = round(sum(times.values()) / max(len(times), 1)) if times else self._time_ns
+        time_ns = sum(times.values()) // len(times) if times else self._time_ns
         seen = {name: self._views[name].see(frame.depth_mm) for name, frame in frames.items()}
-        if self._motion.pose is None:
-            self._start(seen)
-        else:
-            self._follow(seen, times, time_ns)
         if self._motion.pose is not None:
-            self._seen_ns = max(self._seen_ns, time_ns) if self._fit is not None else self._seen_ns
+            self._follow(seen, times, time_ns)
+        if self._motion.pose is None:
+            self._start(seen, time_ns)
         self._time_ns = time_ns
         return self._skeleton(time_ns)
 
     def _gather(
-        self, seen: dict[str, Seen], chosen: dict[str, NDArray[np.bool_]]
+        self,
+        seen: dict[str, Seen],
+        chosen: dict[str, NDArray[np.bool_]],
+        delays_s: dict[str, float] | None = None,
     ) -> tuple[Points, tuple[Silhouette, ...]]:
+        """Return the chosen clusters' points, brought to one instant, and their silhouettes."""
         parts, silhouettes = [], []
-        share = max(POINT_COUNT // max(len(seen), 1), 1)
+        share = POINT_COUNT // max(len(seen), 1)
         for index, (name, view) in enumerate(seen.items()):
-            if chosen[name].any():
-                parts.append(self._views[name].points_of(view, chosen[name], share, index))
-                silhouettes.append(self._views[name].silhouette_of(view, chosen[name]))
+            if not chosen[name].any():
+                continue
+            points = self._views[name].points_of(view, chosen[name], share, index)
+            if delays_s is not None and worth_moving(delays_s[name]):
+                now = self._motion.after(delays_s["now"])
+                then = self._motion.after(delays_s["now"] + delays_s[name])
+                points = moved_along(self._fitter, self._figure, then, now, points)
+            parts.append(points)
+            silhouettes.append(self._views[name].silhouette_of(view, chosen[name]))
         if not parts:
             return Points(*(np.zeros((0, 3)),) * 3, np.zeros(0, np.int64)), ()
         return Points(*(np.concatenate(arrays) for arrays in zip(*parts, strict=True))), tuple(silhouettes)
 
-    def _start(self, seen: dict[str, Seen]) -> None:
+    def _start(self, seen: dict[str, Seen], time_ns: int) -> None:
+        """Look for somebody among the clusters."""
         for name, view in seen.items():
             self._views[name].learn_background(view, may_be_person(view))
+        self._fit = None
+        if self._rest > 0:  # the last look found nobody: not in every frame
+            self._rest -= 1
+            return
         for place in candidates(seen, None if self._own_frame else np.zeros(2)):
-            chosen = {name: at_place(view, place) for name, view in seen.items()}
-            points, silhouettes = self._gather(seen, chosen)
+            points, silhouettes = self._gather(
+                seen, {name: at_place(view, place) for name, view in seen.items()}
+            )
             if len(points.places) < _LEAST_POINTS:
                 continue
-            figure = Figure.of(shape_of_height(height_of(points)))
+            figure = self._figure_of(height_of(points))
             start = cold_start(
                 self._fitter, self._search, figure, points, silhouettes, self._motion.posture, yaws(points)
             )
-            self._figure = figure
-            self._shape = ShapeEstimate(figure.shape)
-            self._learnt = 0
-            self._motion.restart(start.fit.pose)
-            self._fit = start.fit
+            if start.cost_m2 > _NOBODY_M2 * len(points.places):
+                continue
+            self._take(start, time_ns)
             return
+        self._rest = _REST
+
+    def _figure_of(self, height_m: float) -> Figure:
+        """Return the known performer's figure where the height fits, else a usual one of that height."""
+        known = self._shape is not None and self._learnt > 30
+        return (
+            self._figure
+            if known and abs(self.performer.height_m - height_m) < 0.12
+            else Figure.of(shape_of_height(height_m))
+        )
+
+    def _take(self, start: Start, time_ns: int) -> None:
+        if start.figure is not self._figure:
+            self._shape, self._learnt = ShapeEstimate(start.figure.shape), 0
+        self._figure, self._fit = start.figure, start.fit
+        self._motion.restart(start.fit.pose)
+        self._watch = LimbWatch()
+        self._doubt = 0
+        self._fitted_ns = time_ns
 
     def _follow(self, seen: dict[str, Seen], times: dict[str, int], time_ns: int) -> None:
-        seconds = max((time_ns - self._time_ns) * 1e-9, 0.0)
+        """Follow the performer to a new instant, or give up."""
+        seconds = max((time_ns - self._fitted_ns) * 1e-9, 0.0)
         prior = self._motion.prior(seconds)
         chosen = {
             name: near_body(view, self._fitter, self._figure, prior.pose, self._eye(name))
@@ -148,25 +201,59 @@ class Tracker:
         }
         for name, view in seen.items():
             self._views[name].learn_background(view, may_be_person(view) | chosen[name])
-        points, silhouettes = self._gather(seen, chosen)
+        delays_s = {name: (time - time_ns) * 1e-9 for name, time in times.items()} | {"now": seconds}
+        points, silhouettes = self._gather(seen, chosen, delays_s)
         if len(points.places) < _LEAST_POINTS:
             self._fit = None
-            if (time_ns - self._seen_ns) * 1e-9 > _LOST_S:
+            if seconds > _LOST_S:
                 self._motion.pose = None
             return
         fit = self._fitter.fit(self._figure, prior.pose, points, silhouettes, prior, iterations=3)
-        pose = fit.pose
-        for limb in self._search.limbs:
-            pose, self.costs[limb.part] = self._search.search(
-                limb, self._figure, pose, fit.distance, points, silhouettes, prior
-            )
+        pose = self._searched(fit, points, silhouettes, prior)
         if pose is not fit.pose:
             fit = self._fitter.fit(self._figure, pose, points, silhouettes, prior, iterations=1)
         self._motion.update(fit.pose, fit.information, seconds)
-        self._fit = fit
+        self._fit, self._fitted_ns = fit, time_ns
+        self._learn(points, silhouettes, prior)
+        self._check(points, silhouettes, time_ns)
+
+    def _searched(self, fit: Fit, points: Points, silhouettes: tuple[Silhouette, ...], prior: Prior) -> Pose:
+        """Return the pose with lost limbs found again."""
+        pose = fit.pose
+        for limb in self._search.limbs:
+            threshold = self._watch.threshold_m2(limb.part)
+            before = pose
+            pose, cost = self._search.search(
+                limb, self._figure, pose, fit.distance, points, silhouettes, prior, threshold
+            )
+            found = pose is not before
+            self._watch.told(limb.part, cost, searched=found or cost >= threshold, found=found)
+        return pose
+
+    def _learn(self, points: Points, silhouettes: tuple[Silhouette, ...], prior: Prior) -> None:
+        """Learn the performer's shape: from every frame at first, then from some."""
+        assert self._shape is not None and self._fit is not None
         self._learnt += 1
-        if self._learnt < 45 or self._learnt % 3 == 0:
-            self._figure = self._shape.update(self._fitter, fit, points, silhouettes, prior)
+        if self._learnt < _EVERY_FRAME or self._learnt % 3 == 0:
+            self._figure = self._shape.update(self._fitter, self._fit, points, silhouettes, prior)
+
+    def _check(self, points: Points, silhouettes: tuple[Silhouette, ...], time_ns: int) -> None:
+        """Where the body has not explained the points for some time, try others: turned, or begun anew."""
+        assert self._fit is not None
+        explained = float((self._fit.distance.min(axis=1) < _EXPLAINED_M).mean())
+        bad = explained < _EXPLAINED_SHARE or self._watch.costs_m2.max() > _BAD_LIMB_M2
+        self._doubt = self._doubt + 1 if bad else max(self._doubt - 2, 0)
+        if self._doubt < _DOUBT or self._doubt % 4:
+            return
+        yaw = heading(self._fit.pose) + np.radians([0.0, 180.0, 90.0, -90.0][self._doubt // 4 % 4])
+        cost = cost_of(self._search, self._figure, self._fit, points, silhouettes)
+        start = cold_start(
+            self._fitter, self._search, self._figure, points, silhouettes, self._motion.posture, [yaw]
+        )
+        if start.cost_m2 < _BETTER * cost:
+            self._take(start, time_ns)
+        elif explained < _LOST_SHARE and self._doubt > 10 * _DOUBT:
+            self._motion.pose = None
 
     def _eye(self, name: str) -> Array:
         T = self._views[name].T_work_camera
@@ -176,14 +263,16 @@ class Tracker:
     def _skeleton(self, time_ns: int) -> TrackedSkeleton:
         pose = self._motion.pose
         if pose is None or self._fit is None:
-            return TrackedSkeleton(
-                time_ns, np.full((JOINT_COUNT, 3), np.nan), np.zeros(JOINT_COUNT), "searching"
-            )
-        places, rotations, *_ = self._fitter.place(self._figure, pose)
+            status = "searching" if self._shape is None else "lost"
+            return TrackedSkeleton(time_ns, np.full((JOINT_COUNT, 3), np.nan), np.zeros(JOINT_COUNT), status)
+        places, rotations, axes, *_ = self._fitter.place(self._figure, pose)
         offsets = canonical_offsets_of(self._figure.shape)
-        positions = places[CANONICAL_BODIES] + np.einsum("jab,jb->ja", rotations[CANONICAL_BODIES], offsets)
+        joints = places[CANONICAL_BODIES] + np.einsum("jab,jb->ja", rotations[CANONICAL_BODIES], offsets)
+        self.errors_m = expected_errors(
+            self._fitter.chain, places, axes, joints, self._motion.covariance, self._watch.costs_m2
+        )
         if self._own_frame:
             T = next(iter(self._views.values())).T_work_camera
             assert T is not None
-            positions = transform_points(invert_transform(T), positions)
-        return TrackedSkeleton(time_ns, positions, np.ones(JOINT_COUNT), "tracked")
+            joints = transform_points(invert_transform(T), joints)
+        return TrackedSkeleton(time_ns, joints, confidence_of(self.errors_m), "tracked")

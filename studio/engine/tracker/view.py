@@ -3,9 +3,9 @@
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from studio.engine.compiled import compiled
 from studio.engine.depth import DepthCamera
 from studio.engine.errors import FormatError
 from studio.engine.geometry import invert_transform
@@ -109,7 +109,7 @@ class CameraView:
         return Silhouette(self.lens, T[:3, :3].copy(), T[:3, 3].copy(), seen.depth, nearest)
 
 
-@njit(cache=True)
+@compiled
 def _candidates(points, depth, keep, background, floor, use):  # type: ignore[no-untyped-def]
     """Fill `use`: cells with a confirmed reading above the floor and before the background."""
     rows, columns = depth.shape
@@ -123,7 +123,7 @@ def _candidates(points, depth, keep, background, floor, use):  # type: ignore[no
             )
 
 
-@njit(cache=True)
+@compiled
 def _learn(depth, keep, labels, standing, background):  # type: ignore[no-untyped-def]
     rows, columns = depth.shape
     for i in range(rows):
@@ -134,7 +134,7 @@ def _learn(depth, keep, labels, standing, background):  # type: ignore[no-untype
                 background[i, j] = depth[i, j] if behind <= 0.0 else behind + 0.1 * (depth[i, j] - behind)
 
 
-@njit(cache=True)
+@compiled
 def _sample(points, depth, labels, chosen, count, eye):  # type: ignore[no-untyped-def]
     rows, columns = depth.shape
     total = 0
