@@ -36,6 +36,7 @@ class StructuredLight:
         disparity_step_px: it is rounded to this.
         patch_px: noise is alike over patches of about this size; 0 = from pixel to pixel.
         edge_noise_px: SD of the place where an edge is seen.
+        lost_at_edge: share of the pixels at an edge without a reading: what is matched there is of both sides.
         disturbed: whether others' patterns disturb it.
     """
 
@@ -44,6 +45,7 @@ class StructuredLight:
     disparity_step_px: float
     patch_px: int
     edge_noise_px: float
+    lost_at_edge: float
     disturbed: bool
 
 
@@ -88,8 +90,8 @@ class Sensor:
     frames_per_second: float = 30.0
 
 
-_TOF_BINNED = TimeOfFlight((0.8, 0.3, 0.5), 0.05, 0.25, 0.45, 18.0, 0.006)
-_TOF_UNBINNED = TimeOfFlight((1.0, 0.5, 0.7), 0.07, 0.25, 0.45, 18.0, 0.012)
+_TOF_BINNED = TimeOfFlight((1.0, 0.3, 0.62), 0.03, 0.30, 0.35, 18.0, 0.006)
+_TOF_UNBINNED = TimeOfFlight((1.0, 0.5, 0.7), 0.07, 0.30, 0.35, 18.0, 0.012)
 
 SENSORS: dict[str, Sensor] = {
     sensor.name: sensor
@@ -97,7 +99,7 @@ SENSORS: dict[str, Sensor] = {
         Sensor("ideal", "ideal depth camera", DepthCamera(252.3, 252.3, 159.5, 143.5, 320, 288), (0.2, 8.0), None),
         Sensor(  # [MS-NUI], [Khoshelham 2012], [Nguyen 2012]
             "kinect-v1", "Kinect v1, 320 x 240", DepthCamera(285.63, 285.63, 159.5, 119.5, 320, 240), (0.8, 5.0),
-            StructuredLight(0.075, 0.030, 0.0625, 0, 0.4, True),
+            StructuredLight(0.075, 0.030, 0.0625, 0, 0.4, 0.4, True),
         ),
         Sensor(  # [Fankhauser 2015]
             "kinect-v2", "Kinect v2, 512 x 424",
@@ -118,7 +120,7 @@ SENSORS: dict[str, Sensor] = {
         ),
         Sensor(  # [Intel]
             "d435", "RealSense D435, 848 x 480", DepthCamera(424.0, 424.0, 423.5, 239.5, 848, 480), (0.3, 10.0),
-            StructuredLight(0.050, 0.08, 0.03125, 6, 0.8, False),
+            StructuredLight(0.050, 0.08, 0.03125, 6, 0.8, 0.3, False),
         ),
     )
 }  # fmt: skip

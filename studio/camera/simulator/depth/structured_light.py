@@ -10,6 +10,9 @@ from studio.engine.compiled import compiled
 _BLOB_PX = 7
 """Holes and noise that others' patterns cause come in patches of about this size."""
 
+_JUMP_M = 0.06
+"""Neighbours further apart than this, and 2 % of the distance, are an edge."""
+
 _FAR_PX = 97
 """Numbers that many columns apart have nothing to do with each other."""
 
@@ -39,7 +42,8 @@ def measure(sensor: Sensor, view: View, rng: np.random.Generator, cameras: int) 
         view.cosine,
         view.albedo,
         np.array([sensor.camera.fx * family.baseline_m, family.disparity_noise_px * (1 + 0.1 * level),
-                  family.disparity_step_px, family.edge_noise_px, DISTURBED[level], *sensor.range_m]),
+                  family.disparity_step_px, family.edge_noise_px, family.lost_at_edge,
+                  DISTURBED[level], *sensor.range_m]),
         noise,
         rng.standard_normal(shape, dtype=np.float32),
         _quantiles(_patches(rng, shape, _BLOB_PX)) if family.disturbed else np.ones(shape, np.float32),
@@ -78,6 +82,19 @@ def _quantiles(patches: Image32) -> Image32:
 
 
 @compiled
+def _at_edge(depth: Image32, row: int, column: int) -> bool:
+    """Whether a neighbour lies at another depth."""
+    z = depth[row, column]
+    limit = _JUMP_M + 0.02 * z
+    return (
+        abs(depth[max(row - 1, 0), column] - z) > limit
+        or abs(depth[min(row + 1, depth.shape[0] - 1), column] - z) > limit
+        or abs(depth[row, max(column - 1, 0)] - z) > limit
+        or abs(depth[row, min(column + 1, depth.shape[1] - 1)] - z) > limit
+    )
+
+
+@compiled
 def _measure(
     depth: Image32,
     cosine: Image32,
@@ -88,7 +105,7 @@ def _measure(
     blobs: Image32,
     chance: Image32,
 ) -> NDArray[np.uint16]:
-    focal_baseline, noise_px, step_px, edge_px, disturbed, near, far = family
+    focal_baseline, noise_px, step_px, edge_px, lost, disturbed, near, far = family
     height, width = depth.shape
     out = np.zeros((height, width), np.uint16)
     for row in range(height):
@@ -101,12 +118,14 @@ def _measure(
             if place > reached + 0.5:
                 continue  # in the shadow of something nearer to its right
             reached = min(reached, place)
+            if _at_edge(depth, row, column) and chance[row, column] < lost:
+                continue
             i = round(row + edge_px * aside[row, column])
             j = round(column + edge_px * aside[row, (column + _FAR_PX) % width])
             i, j = min(max(i, 0), height - 1), min(max(j, 0), width - 1)
             if abs(depth[i, j] - z) > 0.05:
                 z = depth[i, j]  # an edge is seen a little aside
-                if not z < 30.0 or chance[row, column] < 0.5:
+                if not z < 30.0:
                     continue
             cos = cosine[i, j]
             if cos < 0.12 + 0.1 * chance[row, column]:

@@ -7,6 +7,9 @@ from studio.camera.simulator.depth.sensors import Sensor, TimeOfFlight
 from studio.camera.simulator.depth.view import Image32, View
 from studio.engine.compiled import compiled
 
+_CONTRAST = 2.5
+"""What comes back from both sides of an edge counts as no more unequal than this: gains differ pixel by pixel."""
+
 _JUMP_M = 0.06
 """Neighbours further apart than this, or 3 % of the distance, are an edge."""
 
@@ -77,6 +80,7 @@ def _measure(
                     other = depth[r, c]
                     if other < 30.0:
                         back = albedo[r, c] * max(cosine[r, c], 0.02) / (other * other)
+                        back = min(max(back, signal / _CONTRAST), signal * _CONTRAST)
                         weight = share * signal / (share * signal + (1 - share) * back)
                         z = weight * z + (1 - weight) * other
                     signal = 0.5 * signal
