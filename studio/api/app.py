@@ -15,6 +15,7 @@ from studio.api.link import HELLO_TIMEOUT_S, link_router
 from studio.api.manage import manage_router
 from studio.api.measure import measure_router
 from studio.api.origin import OriginGuard
+from studio.api.performers import performers_router
 from studio.api.stage import stage_router
 from studio.api.takes import takes_router
 from studio.live import LiveStage
@@ -59,6 +60,7 @@ def create_app(
     app.include_router(events_router(stage, jobs))
     app.include_router(stage_router(stage))
     finder = Finder(stage, sessions)
+    app.include_router(performers_router(stage))
     app.include_router(takes_router(sessions, finder, jobs))
     app.include_router(manage_router(sessions, finder))
     app.include_router(measure_router(finder))

@@ -6,11 +6,13 @@ clock, so that `offset_ns` is the constant latency correction of its device and 
 
 import json
 import logging
+from dataclasses import dataclass, field
 from pathlib import Path
 
 from studio.engine.calibration.result import Calibration
 from studio.engine.errors import CalibrationError
 from studio.engine.files import write_json
+from studio.take.take import utc_now
 
 _log = logging.getLogger(__name__)
 
@@ -20,26 +22,53 @@ def _numbers(folder: Path) -> list[int]:
     return sorted(int(stem) for stem in stems if stem.isascii() and stem.isdigit())
 
 
-def save_calibration(folder: Path, calibration: Calibration) -> int:
-    """Write the calibration under the next number, which comes back.
+@dataclass(frozen=True)
+class Kept:
+    """A calibration of the stage: its number, when it was made (ISO 8601, UTC), and of which devices.
+
+    `devices`: serial numbers by camera, empty where a device has none; None where the file does not say.
+    """
+
+    number: int
+    calibration: Calibration
+    created: str = ""
+    devices: dict[str, str] | None = field(default=None)
+
+
+def save_calibration(
+    folder: Path, calibration: Calibration, devices: dict[str, str] | None, created: str | None = None
+) -> Kept:
+    """Keep the calibration, of these devices (serial numbers by camera), under the next number.
+
+    `created`: when the cameras were calibrated (ISO 8601, UTC), now where None.
 
     Raises:
         StudioError: the folder cannot be written.
     """
     number = max(_numbers(folder), default=0) + 1
-    write_json(folder / f"{number}.json", calibration.to_json())
-    return number
+    kept = Kept(number, calibration, created or utc_now(), devices)
+    origin = {"created": kept.created, "devices": devices}
+    write_json(folder / f"{number}.json", {**calibration.to_json(), **origin})
+    return kept
 
 
-def load_last_calibration(folder: Path) -> tuple[int, Calibration] | None:
-    """Return the newest calibration that can be read and was not refused, with its number, or None."""
+def load_last_calibration(folder: Path) -> Kept | None:
+    """Return the newest calibration that can be read and was not refused, or None."""
     for number in reversed(_numbers(folder)):
         file = folder / f"{number}.json"
         try:
-            calibration = Calibration.from_json(json.loads(file.read_text(encoding="utf-8")))
-        except (OSError, ValueError, RecursionError, CalibrationError) as error:
+            value = json.loads(file.read_text(encoding="utf-8"))
+            calibration = Calibration.from_json(value)
+            devices = value.get("devices")
+            kept = Kept(
+                number,
+                calibration,
+                str(value.get("created", "")),
+                None if devices is None else {str(name): str(serial) for name, serial in devices.items()},
+            )
+        except (OSError, ValueError, AttributeError, RecursionError, CalibrationError) as error:
             _log.warning("calibration %s cannot be read and is passed over: %s", file, error)
             continue
         if not calibration.refused and calibration.performer is not None:
-            return number, calibration
+            return kept
     return None

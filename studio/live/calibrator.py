@@ -11,7 +11,7 @@ from studio.engine.calibration.calibrate import calibrate, with_performer
 from studio.engine.calibration.result import Calibration
 from studio.engine.errors import CalibrationError, StudioError
 from studio.engine.frames import CameraFrame
-from studio.live.calibrations import save_calibration
+from studio.live.calibrations import Kept, save_calibration
 from studio.worker import run_in_process
 
 _log = logging.getLogger(__name__)
@@ -32,15 +32,18 @@ class Attempt:
     began_ns: int = 0
     frames: dict[str, int] = field(default_factory=dict)
     result: Calibration | None = None
-    number: int | None = None
+    kept: Kept | None = None
 
 
 @dataclass(frozen=True)
 class Outcome:
-    """A computed calibration; None where nothing could be computed, then `problem` says why."""
+    """A computed calibration; None where nothing could be computed, then `problem` says why.
+
+    `kept`: as it lies on disk, where it is good.
+    """
 
     calibration: Calibration | None
-    number: int | None
+    kept: Kept | None
     problem: str
     provisional: bool
 
@@ -56,6 +59,7 @@ class Calibrator:
         self._folder = folder
         self._report = report
         self._frames: Frames = {}
+        self._serials: dict[str, str] = {}
         self._busy = False
 
     @property
@@ -63,15 +67,15 @@ class Calibrator:
         """Whether a calibration, also a provisional one, is being computed."""
         return self._busy
 
-    def start(self, seconds: float, now_ns: int) -> None:
-        """Begin to gather frames.
+    def start(self, seconds: float, now_ns: int, serials: dict[str, str]) -> None:
+        """Begin to gather frames of cameras with these serial numbers.
 
         Raises:
             CalibrationError: one is under way.
         """
         if self.attempt.state in ("gathering", "computing"):
             raise CalibrationError("a calibration is under way; wait until it is done")
-        self._frames = {}
+        self._frames, self._serials = {}, serials
         self.attempt = Attempt("gathering", "hold the T-pose for 3 s, then walk about", seconds, now_ns)
 
     def add(self, frame: CameraFrame) -> None:
@@ -110,20 +114,21 @@ class Calibrator:
         ).start()
 
     def _compute(self, frames: Frames, reference: str, provisional: bool) -> None:
-        calibration, number, problem = None, None, ""
+        calibration, kept, problem = None, None, ""
         try:
             if provisional:
                 calibration = calibrate_stage(frames, reference)
             else:
                 calibration = run_in_process(calibrate_stage, frames, reference)
                 if not calibration.refused:
-                    number = save_calibration(self._folder, calibration)
+                    serials = {name: self._serials.get(name, "") for name in calibration.cameras}
+                    kept = save_calibration(self._folder, calibration, serials)
         except StudioError as error:
             problem = str(error)
         except Exception as error:  # the boundary of the thread
             _log.exception("calibration failed")
             problem = f"calibration failed: {error!r}; see the server's log"
-        self._report(Outcome(calibration, number, problem, provisional))
+        self._report(Outcome(calibration, kept, problem, provisional))
 
     def finish(self, outcome: Outcome) -> bool:
         """Take in an outcome on the engine thread; return whether its calibration is to be used."""
@@ -131,7 +136,7 @@ class Calibrator:
         calibration = outcome.calibration
         if outcome.provisional:
             return calibration is not None and calibration.performer is not None
-        good = outcome.number is not None
+        good = outcome.kept is not None
         message = "calibrated"
         if not good:
             reasons = outcome.problem or "; ".join(calibration.reasons() if calibration is not None else [])
@@ -141,7 +146,7 @@ class Calibrator:
             state="done" if good else "failed",
             message=message,
             result=calibration,
-            number=outcome.number,
+            kept=outcome.kept,
         )
         return good
 
@@ -157,7 +162,7 @@ class Calibrator:
             "progress": round(share, 3),
             "seconds": attempt.seconds,
             "frames": dict(attempt.frames),
-            "number": attempt.number,
+            "number": None if attempt.kept is None else attempt.kept.number,
             "cameras": {} if attempt.result is None else camera_verdicts(attempt.result),
         }
 

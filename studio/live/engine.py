@@ -14,20 +14,24 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from studio.engine.calibration.result import Calibration
+from studio.engine.calibration.result import Calibration, Performer
+from studio.engine.calibration.watch import CameraWatch
 from studio.engine.errors import CalibrationError, SettingsError, StudioError, TakeError
 from studio.engine.frames import StepResult
 from studio.engine.schedule import Schedule
 from studio.engine.settings import SolveSettings
 from studio.live import log
+from studio.live.calibrations import Kept, save_calibration
 from studio.live.calibrator import PROVISIONAL_FRAMES, Calibrator, Outcome
 from studio.live.camera import LiveCamera
 from studio.live.figures import PipelineFigures
 from studio.live.inbox import Arrived, Call, Inbox, Item, Left, Measured, Reported
 from studio.live.latest import Latest
+from studio.live.performers import save_profile
 from studio.live.roster import Roster
 from studio.live.status import stage_status
 from studio.live.takes import Takes
+from studio.live.tpose import TPoseCapture
 from studio.wire import ClockSample, Hello
 
 _log = logging.getLogger(__name__)
@@ -50,7 +54,7 @@ class Engine(Takes):
         results: the newest step.
         status: the newest status, as JSON.
         stage_calibration: in use; a camera's `clock` is its latency correction (see `calibrations`).
-        number: its number on disk; None for a provisional one, which knows one camera only.
+        kept: as it lies on disk; None for a provisional one, which knows one camera only.
     """
 
     def __init__(
@@ -59,14 +63,14 @@ class Engine(Takes):
         clock_ns: Callable[[], int],
         settings: SolveSettings,
         folder: Path,
-        calibration: tuple[int, Calibration] | None,
+        calibration: Kept | None,
         notify: Callable[[StepResult], None],
         on_broken: Callable[[], None],
     ) -> None:
         self._thread = threading.Thread(target=self._run, name="engine", daemon=True)
         self.results: Latest[StepResult] = Latest()
         self.settings = settings
-        self.number: int | None = None
+        self.kept: Kept | None = None
         self.stage_calibration: Calibration | None = None
         self.roster = Roster()
         super().__init__()
@@ -74,6 +78,8 @@ class Engine(Takes):
         self.problem = ""
         self.folder = folder
         self.calibrator = Calibrator(folder / "calibrations", self._computed)
+        self.tpose = TPoseCapture(self._performer_measured)
+        self.watch = CameraWatch()
         self.status: dict[str, Any] = {}
         self._clock_ns = clock_ns
         self._notify = notify
@@ -85,7 +91,7 @@ class Engine(Takes):
         self._retry_ns: int | None = None
         self._stopping = False
         if calibration is not None:
-            self.use_calibration(calibration[1], calibration[0])
+            self.use_calibration(calibration.calibration, calibration)
         else:
             self._restart()
         self._refresh()
@@ -124,6 +130,9 @@ class Engine(Takes):
 
     def _computed(self, outcome: Outcome) -> None:
         self.put(Call(lambda: self._calibrated(outcome), Future()))
+
+    def _performer_measured(self, performer: Performer | None, problem: str) -> None:
+        self.put(Call(lambda: self._measured_performer(performer, problem), Future()))
 
     # --- the thread
 
@@ -217,6 +226,7 @@ class Engine(Takes):
         if usable:
             camera.took(frame)
             self.calibrator.add(frame)
+            self.tpose.add_frame(frame)
         self._pipeline.frame(frame)
 
     def _measured(self, camera: LiveCamera, sample: ClockSample) -> None:
@@ -269,6 +279,8 @@ class Engine(Takes):
             result = self._perform(log.tick_event(stage_time_ns))
             self.figures.stepped(begin_ns, self._clock_ns())
             if result is not None:
+                self.watch.add(result.frame_set)
+                self.tpose.add_result(result, self._clock_ns())
                 self.results.publish(result)
                 self._notify(result)
 
@@ -295,11 +307,44 @@ class Engine(Takes):
         """
         if not self.roster.connected():
             raise CalibrationError("no camera is connected; connect the cameras, then calibrate")
-        self.calibrator.start(seconds, self._clock_ns())
+        serials = {camera.name: camera.hello.serial for camera in self.roster.connected()}
+        self.calibrator.start(seconds, self._clock_ns(), serials)
 
-    def use_calibration(self, calibration: Calibration, number: int | None) -> None:
+    def start_tpose(self, name: str, countdown_s: float) -> None:
+        """Begin to measure a performer.
+
+        Raises:
+            CalibrationError: the stage is not calibrated, or one is under way.
+        """
+        if self.stage_calibration is None or not self.covered():
+            raise CalibrationError("no camera is calibrated; calibrate the stage, then measure a performer")
+        self.tpose.start(name, countdown_s, self._clock_ns())
+
+    def _measured_performer(self, performer: Performer | None, problem: str) -> None:
+        self.tpose.finish(performer, problem)
+        if performer is not None:
+            if self.tpose.pose.name:
+                save_profile(self.folder, self.tpose.pose.name, performer)
+            self.use_performer(performer)
+
+    def use_performer(self, performer: Performer) -> None:
+        """Work with these proportions from now on; a good calibration is kept anew with them.
+
+        Raises:
+            CalibrationError: the stage is not calibrated. StudioError: the disk refuses.
+        """
+        if self.stage_calibration is None:
+            raise CalibrationError("the stage is not calibrated; calibrate it, then choose a performer")
+        calibration = replace(self.stage_calibration, performer=performer)
+        kept = self.kept
+        if kept is not None:
+            kept = save_calibration(self.folder / "calibrations", calibration, kept.devices, kept.created)
+        self.use_calibration(calibration, kept)
+
+    def use_calibration(self, calibration: Calibration, kept: Kept | None) -> None:
         """Work with another calibration from now on; its clocks are latency corrections."""
-        self.stage_calibration, self.number = calibration, number
+        self.stage_calibration, self.kept = calibration, kept
+        self.watch = CameraWatch()
         try:
             self.settings.camera_names(tuple(calibration.cameras))
         except SettingsError:  # the settings name a camera that is not there any more
@@ -317,11 +362,12 @@ class Engine(Takes):
     def _calibrated(self, outcome: Outcome) -> None:
         use = self.calibrator.finish(outcome)
         if use and outcome.calibration is not None and not (outcome.provisional and self.covered()):
-            self.use_calibration(outcome.calibration, outcome.number)
+            self.use_calibration(outcome.calibration, outcome.kept)
 
     def _housekeeping(self) -> None:
         now = self._clock_ns()
         self.calibrator.update(now, self.roster.reference, self.roster.by_exchange)
+        self.tpose.update(now, self.placed_calibration)
         if self.recording is not None and self.recording.recorder.problem and not self.recording.stopping:
             self.recording.stopping = True
             threading.Thread(target=self._on_broken, name="end of recording", daemon=True).start()

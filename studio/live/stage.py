@@ -20,10 +20,14 @@ from studio.live.keeping import Keeping
 from studio.live.late import LateTakes
 from studio.live.latest import Latest
 from studio.live.links import CameraLink, Links, Send
+from studio.live.performers import FOLDER as PERFORMERS
+from studio.live.performers import load_profile
 from studio.live.recorder import Recorder
 from studio.live.recording import Recording
 from studio.live.resume import marker_of, take_up
+from studio.live.tpose import COUNTDOWN_S
 from studio.take.marker import STOPPING, read_marker, remove_marker, write_marker
+from studio.take.names import check_name
 from studio.take.raw import camera_frame
 from studio.take.sessions import new_take_path, take_path
 from studio.wire import (
@@ -40,7 +44,8 @@ CALIBRATION_S = 34.0
 """A T-pose of 3 s and a walk of 30 s, with a second to begin."""
 
 MAX_CALIBRATION_S = 300.0
-RESERVED_SESSION = "calibrations"
+RESERVED_SESSIONS = ("calibrations", PERFORMERS)
+MAX_COUNTDOWN_S = 60.0
 _log = logging.getLogger(__name__)
 
 
@@ -246,6 +251,34 @@ class LiveStage:
             )
         self._engine.call(lambda: self._engine.start_calibration(seconds))
 
+    def start_tpose(self, name: str = "", countdown_s: float = COUNTDOWN_S) -> None:
+        """Count down, then measure the performer in a held T-pose; a name keeps the proportions as a profile. Waits.
+
+        Raises:
+            SettingsError: a countdown that is not allowed. TakeError: a name that is not allowed.
+            CalibrationError: the stage is not calibrated, or a T-pose is being measured.
+        """
+        if not 0.0 <= countdown_s <= MAX_COUNTDOWN_S:
+            raise SettingsError(
+                f"countdown_s={countdown_s:g} is not allowed; allowed: 0 to {MAX_COUNTDOWN_S:g}"
+            )
+        if name:
+            check_name("performer", name)
+        self._engine.call(lambda: self._engine.start_tpose(name, countdown_s))
+
+    def cancel_tpose(self) -> None:
+        """Leave off measuring; waits."""
+        self._engine.call(self._engine.tpose.cancel)
+
+    def use_performer(self, name: str) -> None:
+        """Work with the proportions of a performer's profile from now on; waits.
+
+        Raises:
+            TakeError: there is no such profile. CalibrationError: the stage is not calibrated.
+        """
+        performer = load_profile(self.sessions, name).performer
+        self._engine.call(lambda: self._engine.use_performer(performer))
+
     # --- recording
 
     def recording_name(self) -> str | None:
@@ -267,9 +300,9 @@ class LiveStage:
         with self._recording_lock:
             if self._engine.recording is not None:
                 raise TakeError(f"take {self.recording_name()} is being recorded already; stop it first")
-            if session == RESERVED_SESSION:
+            if session in RESERVED_SESSIONS:
                 raise TakeError(
-                    f"session name {session!r} is not allowed: the stage's calibrations lie there"
+                    f"session name {session!r} is not allowed: the stage keeps files of its own there"
                 )
             path = (
                 new_take_path(self.sessions, session)

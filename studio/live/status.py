@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 from studio.engine.settings import PRESETS
 from studio.engine.solve.following import not_followed_mm
 from studio.live.calibrator import camera_verdicts
+from studio.live.guards import age_s, calibration_warnings, moved_words
 from studio.live.recorder import RESERVE_BYTES
 from studio.take.pose_log import RECORD
 
@@ -24,10 +25,15 @@ POSE_BYTES = RECORD.itemsize
 def stage_status(engine: "Engine", now_ns: int) -> dict[str, Any]:
     """Return the status; called on the engine thread, `now_ns` on the server's clock."""
     known = () if engine.stage_calibration is None else tuple(engine.stage_calibration.cameras)
+    moved, shifts = engine.watch.moved(), engine.watch.shifts_m()
     cameras = {
         name: camera.status(now_ns, reference=engine.roster.reference == name, calibrated=name in known)
         for name, camera in engine.roster.cameras.items()
     }
+    for name, camera in cameras.items():
+        camera["shift_mm"] = round(shifts[name] * 1e3, 1) if name in shifts else None
+        if name in moved and camera["state"] == "live":
+            camera.update(state="trouble", starved="moved", reason=moved_words(moved[name]))
     _, newest = engine.results.get()
     not_followed = {} if newest is None else not_followed_mm(newest)
     return {
@@ -93,7 +99,7 @@ def _minutes_left(engine: "Engine", free_bytes: int, seconds: float) -> float:
 def _calibration(engine: "Engine", now_ns: int) -> dict[str, Any]:
     """`state` (good, provisional, none) is of what is in use; `attempt` is the last calibration begun."""
     calibration = engine.stage_calibration
-    state = "none" if calibration is None else "provisional" if engine.number is None else "good"
+    state = "none" if calibration is None else "provisional" if engine.kept is None else "good"
     if not engine.roster.connected():
         message = "no camera is connected"
     elif state == "good" and engine.covered():
@@ -108,11 +114,14 @@ def _calibration(engine: "Engine", now_ns: int) -> dict[str, Any]:
     return {
         "state": state,
         "message": message,
-        "number": engine.number,
+        "number": None if engine.kept is None else engine.kept.number,
+        "age_s": age_s(engine.kept),
+        "warnings": calibration_warnings(engine.kept, engine.roster.cameras.values(), engine.watch.moved()),
         "reference": None if calibration is None else calibration.reference,
         "height_m": None
         if calibration is None or calibration.performer is None
         else round(calibration.performer.height_m, 3),
         "cameras": {} if calibration is None else camera_verdicts(calibration),
         "attempt": engine.calibrator.status(now_ns),
+        "tpose": engine.tpose.pose.to_json(),
     }

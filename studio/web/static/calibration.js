@@ -47,6 +47,9 @@ function build(state, colours, ready) {
   if (!busy && state.state !== "good") {
     parts.push(h("p", { class: "empty" }, "The performer holds a T-pose for 3 s, then walks all over the stage and turns."));
   }
+  if (state.warnings.length) {
+    parts.push(h("ul", { class: "reasons", role: "alert" }, state.warnings.map((text) => h("li", { class: "fair" }, text))));
+  }
   if (!busy && state.state !== "none") parts.push(table(state.cameras, colours, state.reference), reasons(state.cameras));
   parts.push(h("div", { class: "row" },
     h("button", {
@@ -61,6 +64,7 @@ function badge(state, busy) {
   if (busy) return ["calibrating", "fair"];
   if (state.state === "none") return ["none", "muted"];
   if (state.state === "provisional") return ["provisional", "fair"];
+  if (state.warnings.length) return ["look", "fair"];
   const verdicts = Object.values(state.cameras).map((camera) => camera.verdict);
   return verdicts.every((verdict) => verdict === "good") ? ["good", "good"] : ["usable", "fair"];
 }
@@ -73,7 +77,7 @@ export function updateCalibration(state, colours, ready) {
   setText(mark, words);
   mark.className = `badge ${tone}`;
   const { progress } = state.attempt;
-  const still = { ...state, attempt: { ...state.attempt, progress: 0, frames: 0 } };
+  const still = { ...state, attempt: { ...state.attempt, progress: 0, frames: 0 }, tpose: null, age_s: 0 };
   redraw(byId("calibration"), [still, colours, ready], () => [build(state, colours, ready)]);
   if (busy && byId("calibration-progress")) {
     byId("calibration-progress").value = progress;

@@ -17,6 +17,7 @@ const STARVED = {
   network: "Slow network",
   clock: "Wrong clock",
   no_performer: "Sees nobody",
+  moved: "Moved?",
 };
 
 function health(camera) {

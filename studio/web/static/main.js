@@ -7,6 +7,7 @@ import { attempt, showError, showNote } from "./messages.js";
 import { updateCalibration } from "./calibration.js";
 import { updateCameras } from "./cameras.js";
 import { updateDisk } from "./disk.js";
+import { startPerformer, updatePerformer } from "./performer.js";
 import { Switches } from "./switches.js";
 import { updateTakes } from "./takes.js";
 import { startTransport, updateTransport } from "./transport.js";
@@ -98,6 +99,7 @@ function showStatus(status) {
   updateCameras(status.cameras, state.colours, status.recording.active);
   updateDisk(status.recording);
   updateCalibration(status.calibration, state.colours, ready);
+  updatePerformer(status.calibration, ready);
   const { active, take, seconds, problem } = status.recording;
   if (active !== state.recording) {
     state.recording = active;
@@ -120,4 +122,5 @@ startTransport((summary) => {
   if (summary.problem) showError(summary.problem);
   attempt(loadTakes);
 });
+startPerformer();
 follow(eventsUrl(), { onState: showConnection, onMessage: showMessage });

@@ -1,0 +1,79 @@
+"""What the operator must know of the calibration before recording: is it still the one of this stage?"""
+
+from collections.abc import Iterable
+from datetime import UTC, datetime
+
+from studio.live.calibrations import Kept
+from studio.live.camera import LiveCamera
+
+OLD_S = 12 * 3600.0
+"""After so long somebody has walked past a tripod."""
+
+
+def age_s(kept: Kept | None, now: datetime | None = None) -> float | None:
+    """Return how old a calibration is [s], None where that is not known."""
+    if kept is None or not kept.created:
+        return None
+    try:
+        created = datetime.fromisoformat(kept.created)
+    except ValueError:
+        return None
+    return max(((now or datetime.now(UTC)) - created).total_seconds(), 0.0)
+
+
+def calibration_warnings(
+    kept: Kept | None, cameras: Iterable[LiveCamera], moved_m: dict[str, float], now: datetime | None = None
+) -> list[str]:
+    """Return what speaks against the calibration in use, in words, and what to do.
+
+    Args:
+        kept: the calibration in use, None where there is none.
+        cameras: all that were connected since the start.
+        moved_m: cameras that were moved, with how far their joints are from the others' [m].
+        now: the present time.
+    """
+    if kept is None:
+        return []
+    known = kept.calibration.cameras
+    connected = {camera.name: camera for camera in cameras if camera.connected}
+    warnings = [
+        f"{name} was added after the calibration and is not used: calibrate again"
+        for name in sorted(set(connected) - set(known))
+    ]
+    warnings += [
+        f"{name} is in the calibration and not connected: connect it, or go on without it"
+        for name in sorted(set(known) - set(connected))
+    ]
+    for name, was in sorted((kept.devices or {}).items()):
+        serial = connected[name].hello.serial if name in connected else was
+        if serial != was:
+            warnings.append(
+                f"{name} is another device now (serial {serial or 'unknown'}, calibrated with {was or 'unknown'}): "
+                "give the cameras their old names, or calibrate again"
+            )
+    warnings += [
+        f"{name}: {moved_words(metres)}" for name, metres in sorted(moved_m.items()) if name in connected
+    ]
+    age = age_s(kept, now)
+    if age is not None and age > OLD_S:
+        warnings.append(
+            f"the calibration is {age_words(age)} old: walk through the stage and look whether the cameras agree, or "
+            "calibrate again"
+        )
+    return warnings
+
+
+def moved_words(metres: float) -> str:
+    """Return in words that a camera was moved."""
+    return (
+        f"its joints are {metres * 100:.0f} cm off the other cameras': was it moved? "
+        "Put it back, or calibrate again"
+    )
+
+
+def age_words(age_s: float) -> str:
+    """Return an age as people say it."""
+    hours = age_s / 3600.0
+    if hours < 1.5:
+        return f"{max(round(age_s / 60), 1)} min"
+    return f"{hours:.0f} h" if hours < 48 else f"{hours / 24:.0f} days"

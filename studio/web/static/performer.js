@@ -1,0 +1,70 @@
+// The performer panel: measure in a T-pose (T), or choose somebody who was measured before.
+import { byId, h, redraw, setText } from "./dom.js";
+import { cancelTPose, choosePerformer, getPerformers, startTPose } from "./api.js";
+import { attempt, showNote } from "./messages.js";
+
+const BUSY = ["countdown", "holding", "computing"];
+const panel = { profiles: [], state: "idle", name: "" };
+
+function measure() {
+  if (BUSY.includes(panel.state)) attempt(cancelTPose);
+  else attempt(() => startTPose(byId("performer-name")?.value.trim() ?? ""));
+}
+
+async function loadProfiles() {
+  panel.profiles = (await getPerformers()).map(({ name, height_m: height }) => ({ name, height }));
+}
+
+async function choose(event) {
+  const name = event.currentTarget.value;
+  if (!name) return;
+  await attempt(() => choosePerformer(name));
+  showNote(`Working with the proportions of ${name}`);
+}
+
+function build(busy, ready) {
+  const input = h("input", {
+    id: "performer-name", type: "text", maxLength: 60, placeholder: "name", value: panel.name, spellcheck: false,
+    aria: { label: "Name of the performer" }, title: "With a name, the proportions are kept for later sessions",
+    oninput: (event) => { panel.name = event.currentTarget.value; },
+  });
+  const button = h("button", {
+    id: "tpose", type: "button", disabled: !ready, onclick: measure, aria: { keyshortcuts: "t" },
+    title: "Counts down, then measures the performer in a T-pose that is held for 2 s",
+  }, busy ? "Cancel" : "T-pose", h("kbd", {}, "T"));
+  const known = h("select", { id: "performer-known", onchange: choose, aria: { label: "Performers measured before" } },
+    h("option", { value: "" }, "Measured before"),
+    panel.profiles.map(({ name, height }) => h("option", { value: name }, `${name}, ${height.toFixed(2)} m`)));
+  return [h("div", { class: "pair" }, input, button), panel.profiles.length > 0 && known].filter(Boolean);
+}
+
+function words(tpose) {
+  const { state, seconds_left: left, problems, message } = tpose;
+  if (state === "countdown") return `T-pose in ${Math.ceil(left)}${problems.length ? `: ${problems.join("; ")}` : ""}`;
+  if (state === "holding") return problems.length ? problems.join("; ") : `Hold still: ${Math.ceil(Math.max(left, 0))}`;
+  return state === "idle" ? "" : message;
+}
+
+/** Show the status' T-pose; `ready`: whether a camera is connected. */
+export function updatePerformer(calibration, ready) {
+  const { tpose } = calibration;
+  const busy = BUSY.includes(tpose.state);
+  if (tpose.state !== panel.state) {
+    panel.state = tpose.state;
+    if (tpose.state === "done") attempt(loadProfiles);
+  }
+  setText(byId("performer-height"), calibration.height_m ? `${calibration.height_m.toFixed(2)} m` : "");
+  redraw(byId("performer"), [busy, ready, panel.profiles], () => build(busy, ready));
+  setText(byId("tpose-words"), words(tpose));
+  byId("tpose-words").className = `tpose ${busy ? "large" : ""} ${tpose.state === "failed" ? "bad" : ""}`;
+}
+
+/** Ask for the profiles, and listen for the T key. */
+export function startPerformer() {
+  attempt(loadProfiles);
+  document.addEventListener("keydown", (event) => {
+    const typing = event.target.closest("input, select, textarea, [contenteditable]");
+    if (event.key.toLowerCase() !== "t" || typing || event.ctrlKey || event.metaKey || event.altKey || event.repeat) return;
+    if (!byId("tpose")?.disabled) measure();
+  });
+}

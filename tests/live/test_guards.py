@@ -1,0 +1,153 @@
+"""What the operator is told of the calibration, cameras that were moved, and performers measured on the stage."""
+
+import time
+from dataclasses import replace
+from datetime import UTC, datetime, timedelta
+
+import numpy as np
+import pytest
+
+from studio import wire
+from studio.engine.errors import CalibrationError, SettingsError, TakeError
+from studio.live import LiveStage
+from studio.live.calibrations import Kept
+from studio.live.camera import LiveCamera
+from studio.live.guards import age_words, calibration_warnings
+from studio.live.performers import list_profiles, load_profile
+from studio.take.take import Take
+from tests.api.camera import wait_until
+from tests.live.performer import calibration, frame, hello, save_stage_calibration
+
+T_POSE_S, ARMS_DOWN_S = 1.5, 0.5
+NOW = datetime(2026, 5, 2, 12, tzinfo=UTC)
+
+
+@pytest.fixture
+def stage(tmp_path):
+    save_stage_calibration(tmp_path, ["camera_0", "camera_1"])
+    stage = LiveStage(tmp_path)
+    stage.start()
+    yield stage
+    stage.close()
+
+
+def feed(stage, links, time_s=None, moved_m=0.0):
+    """One frame of every camera of a performer at `time_s`; the second camera sees all of it moved."""
+    for index, link in enumerate(links):
+        link.sequence = getattr(link, "sequence", 0) + 1
+        now = time.monotonic_ns()
+        seen = frame(index, link.sequence, now, link.sequence / 30 if time_s is None else time_s)
+        if moved_m and index == 1:
+            joints = np.frombuffer(seen.positions, "<f4").reshape(-1, 3) + np.float32([moved_m, 0, 0])
+            seen = wire.skeleton_frame(seen.sequence, now, joints, np.frombuffer(seen.confidence, "<f4"))
+        stage.frame(link, seen, wire.encode(seen), now)
+    time.sleep(1 / 30)
+
+
+def kept(created=NOW, devices=None):
+    return Kept(1, calibration(["camera_0", "camera_1"]), created.isoformat(), devices)
+
+
+def cameras(*names, serial="", gone=()):
+    made = [LiveCamera(hello(name, serial=serial)) for name in names]
+    for camera in made:
+        camera.connected = camera.name not in gone
+    return made
+
+
+def words(*given, now=NOW, moved=None):
+    return " | ".join(calibration_warnings(*given, moved or {}, now))
+
+
+def test_a_calibration_that_fits_has_no_warning():
+    assert words(kept(), cameras("camera_0", "camera_1")) == ""
+    assert words(None, cameras("camera_0")) == ""
+
+
+def test_cameras_that_are_not_the_calibrated_ones():
+    assert "camera_2 was added" in words(kept(), cameras("camera_0", "camera_1", "camera_2"))
+    assert "camera_1 is in the calibration and not connected" in words(kept(), cameras("camera_0"))
+    assert "not connected" in words(kept(), cameras("camera_0", "camera_1", gone=["camera_1"]))
+    swapped = kept(devices={"camera_0": "A", "camera_1": "B"})
+    assert "camera_0 is another device now (serial B, calibrated with A)" in words(
+        swapped, cameras("camera_0", "camera_1", serial="B")
+    )
+
+
+def test_moved_and_old():
+    both = cameras("camera_0", "camera_1")
+    assert "camera_1: its joints are 9 cm off" in words(kept(), both, moved={"camera_1": 0.09})
+    assert "20 h old" in words(kept(), both, now=NOW + timedelta(hours=20))
+    assert words(kept(), both, now=NOW + timedelta(hours=3)) == ""
+    assert words(replace(kept(), created=""), both) == ""
+    assert [age_words(s) for s in (20, 3000, 7200, 3 * 86400)] == ["1 min", "50 min", "2 h", "3 days"]
+
+
+def test_a_bumped_camera_is_told_within_five_seconds(stage):
+    links = [stage.join(hello(name)) for name in ("camera_0", "camera_1")]
+    for _ in range(60):
+        feed(stage, links)
+    wait_until(lambda: stage.status()["cameras"]["camera_1"]["shift_mm"] is not None, "they are compared")
+    assert not any("moved" in text for text in stage.status()["calibration"]["warnings"])
+    began = stage.status()["cameras"]["camera_1"]["frames"]
+
+    def told():
+        feed(stage, links, moved_m=0.15)
+        return any("was it moved" in text for text in stage.status()["calibration"]["warnings"])
+
+    wait_until(told, "it is told")
+    camera = stage.status()["cameras"]["camera_1"]
+    assert camera["frames"] - began <= 5 * 30
+    assert (camera["state"], camera["starved"]) == ("trouble", "moved")
+
+
+def test_a_performer_is_measured_in_a_tpose(stage, tmp_path):
+    links = [stage.join(hello(name)) for name in ("camera_0", "camera_1")]
+
+    def tpose():
+        return stage.status()["calibration"]["tpose"]
+
+    wait_until(lambda: (feed(stage, links), stage.results.get()[0] > 3)[1], "poses come")
+    stage.start_tpose("Ada", 0.1)
+    with pytest.raises(CalibrationError, match="being measured"):
+        stage.start_tpose("Ada")
+    wait_until(lambda: (feed(stage, links, ARMS_DOWN_S), tpose()["problems"])[1], "the pose is called poor")
+    assert any("too low" in problem for problem in tpose()["problems"])
+    wait_until(lambda: (feed(stage, links, T_POSE_S), tpose()["state"] == "done")[1], "it is measured")
+    assert tpose()["height_m"] == pytest.approx(1.75, abs=0.1)
+    (profile,) = list_profiles(tmp_path)
+    assert (profile.name, profile.performer.height_m) == ("Ada", tpose()["height_m"])
+    assert stage.status()["calibration"]["number"] == 2
+    stage.use_performer("Ada")
+    stage.start_recording("s", "t")
+    assert Take.open(tmp_path / "s" / "t").calibration().performer.height_m == profile.performer.height_m
+
+
+def test_no_tpose_is_told(stage, monkeypatch):
+    monkeypatch.setattr("studio.live.tpose.PATIENCE_S", 0.5)
+    links = [stage.join(hello(name)) for name in ("camera_0", "camera_1")]
+    wait_until(lambda: (feed(stage, links), stage.results.get()[0] > 3)[1], "poses come")
+    stage.start_tpose(countdown_s=0.0)
+
+    def failed():
+        feed(stage, links, ARMS_DOWN_S)
+        return stage.status()["calibration"]["tpose"]["state"] == "failed"
+
+    wait_until(failed, "patience ends")
+    assert "too low" in stage.status()["calibration"]["tpose"]["message"]
+    stage.start_tpose(countdown_s=30.0)
+    stage.cancel_tpose()
+    assert stage.status()["calibration"]["tpose"]["state"] == "idle"
+
+
+def test_what_is_not_allowed(stage):
+    with pytest.raises(CalibrationError, match="no camera is calibrated"):
+        stage.start_tpose()
+    with pytest.raises(SettingsError, match="0 to 60"):
+        stage.start_tpose(countdown_s=61)
+    with pytest.raises(TakeError):
+        stage.start_tpose("../Ada")
+    with pytest.raises(TakeError, match="there is no performer 'Bob'"):
+        stage.use_performer("Bob")
+    with pytest.raises(TakeError):
+        load_profile(stage.sessions, "../1")
