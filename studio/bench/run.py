@@ -25,7 +25,7 @@ def run_bench(frames: int, *, progress: Callable[[float], None] | None = None) -
         out["sync"], sets = stages.sync(stage, camera_frames)
         tell(0.1)
         out["fusion"], fused = stages.fusion(sets)
-        out["solve"] = stages.solve(stage, sets, fused)
+        out["solve"] = stages.solve(stage, sets)
         tell(0.4)
         out["solve_mink"] = stages.solve_mink(stage, fused)
         out["mink_frame_tasks"] = stages.mink_frame_tasks(stage, fused)

@@ -53,7 +53,6 @@ class Body:
             self._data = mujoco.MjData(humanoid.model)
             if settings.relax_pose > 0:
                 self._relax = RelaxPose(humanoid, settings.relax_pose)
-        self._uncertainty = Uncertainty(filtered=settings.fusion == "robust", solved=self._solver is not None)
         self._last_joints = np.full((len(CANONICAL), 3), np.nan)
         self._last_rotations: NDArray[np.float64] | None = None
         self.configuration: NDArray[np.float64] | None = None
@@ -67,6 +66,11 @@ class Body:
         if settings.hands != "off":
             self._hands = Hands(settings.hands, flexibility=settings.flexibility)
         self._filter = self._solver if isinstance(self._solver, BodyFilter) and _fuses(settings) else None
+        self._uncertainty = Uncertainty(
+            filtered=settings.fusion == "robust",
+            solved=self._solver is not None,
+            of_cameras=self._filter is not None,
+        )
         humanoid = None if self._solver is None else self._solver.humanoid
         self._after = ConditioningAfter(settings, self._skeleton, humanoid)
 

@@ -34,7 +34,7 @@ class SolveSettings:
     tracker: str = "points"
     confidence_threshold: float = 0.75
     fusion: str = "robust"
-    ik: str = "previous_pose"
+    ik: str = "kalman_filter"
     human_limits: str = "on"
     flexibility: float = 1.0
     relax_pose: float = 0.0

@@ -90,11 +90,13 @@ class _Camera:
         return self.joints[nearest], self.confidence[nearest]
 
     def unread(self, stage_ns: int) -> list[int]:
-        """Indices of the frames, oldest first, up to the first at or after an instant, that were not returned yet.
+        """Indices of the frames, oldest first, up to the first after an instant, that were not returned yet.
 
         Those too old or too far ahead are left out, so that what comes back does not depend on how much more is
         known already.
         """
+        if self._read_ns is not None and self._read_ns > stage_ns:
+            return []
         first = len(self.times)
         while first > 0 and (self._read_ns is None or self.times[first - 1] > self._read_ns):
             first -= 1
@@ -106,7 +108,7 @@ class _Camera:
             self._read_ns = time_ns
             if time_ns >= stage_ns - MAX_GAP_NS:
                 found.append(index)
-            if time_ns >= stage_ns:
+            if time_ns > stage_ns:
                 break
         return found
 

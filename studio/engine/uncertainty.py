@@ -48,7 +48,9 @@ DISAGREEMENT = 1.35
 """Radius per distance of the cameras from the fused joint beyond their noise."""
 
 MISFIT = 1.0
-"""Radius per distance between the fused joint and the solved one."""
+MISFIT_OF_CAMERAS = 0.8
+"""Radius per distance between the fused joint and the solved one; the second where the fused joint is not filtered
+over time, so that its noise is in the distance too."""
 
 TIMING_S = 0.015
 """Radius per speed [s]."""
@@ -121,15 +123,17 @@ def of_output_joints(
 class Uncertainty:
     """Radii of the 90 % balls and confidences of a performer's joints, frame by frame."""
 
-    def __init__(self, *, filtered: bool, solved: bool) -> None:
+    def __init__(self, *, filtered: bool, solved: bool, of_cameras: bool = False) -> None:
         """Start with nothing seen.
 
         Args:
             filtered: the fusion averages over time.
             solved: a body is fitted to the fused joints.
+            of_cameras: it is fitted to the cameras' joints themselves, and filters on its own.
         """
         share = NOISE_SHARE * (FILTERED_SHARE if filtered else 1.0) * (SOLVED_SHARE if solved else 1.0)
-        self._weights = np.array([(BALL_90 * share) ** 2, MISFIT**2, TIMING_S**2])
+        misfit = MISFIT_OF_CAMERAS if of_cameras else MISFIT
+        self._weights = np.array([(BALL_90 * share) ** 2, misfit**2, TIMING_S**2])
         self._mean = np.full((3, JOINT_COUNT), np.nan)  # of noise, misfit and speed, each squared
         self._unseen_s = np.full(JOINT_COUNT, UNSEEN_S)
         self._last: NDArray[np.float64] | None = None

@@ -6,6 +6,7 @@ from numpy.typing import NDArray
 
 from studio.engine.human.model import BODY_JOINTS, FREE_DOFS, Humanoid
 from studio.engine.human.ranges import dofs_of
+from studio.engine.solve.twist import LimbTwists
 
 Array = NDArray[np.float64]
 
@@ -22,11 +23,12 @@ START_SIGMA = 0.1
 START_VELOCITY_SIGMA = 2.0
 """Deviations at the start [m, rad] and [m/s, rad/s]."""
 
-# Deviation of accelerations [m/s2, rad/s2] by output joint; the free hips first.
-_HIPS = (6.0, 6.0, 8.0, 15.0, 15.0, 15.0)
+# Deviation of accelerations [m/s2, rad/s2] by output joint, the free hips first.
+_HIPS = (9.0, 9.0, 12.0, 22.0, 22.0, 22.0)
+_FOREARM_TWIST = 20.0
 _ACCELERATION = {
-    "Spine": 8.0, "Spine1": 8.0, "Spine2": 8.0, "Neck": 12.0, "Head": 12.0, "Shoulder": 12.0, "Arm": 40.0,
-    "ForeArm": 50.0, "Hand": 40.0, "UpLeg": 35.0, "Leg": 50.0, "Foot": 40.0, "ToeBase": 30.0,
+    "Spine": 12.0, "Spine1": 12.0, "Spine2": 12.0, "Neck": 18.0, "Head": 18.0, "Shoulder": 18.0, "Arm": 40.0,
+    "ForeArm": 50.0, "Hand": 20.0, "UpLeg": 35.0, "Leg": 50.0, "Foot": 25.0, "ToeBase": 20.0,
 }  # fmt: skip
 
 
@@ -36,9 +38,18 @@ def acceleration_density(resist: Array) -> Array:
     Args:
         resist: how many times stiffer than usual each is, shape (nv,).
     """
-    names = [n.removeprefix("Left").removeprefix("Right") for n in BODY_JOINTS[1:] for _ in dofs_of(n)]
-    sigma = np.array([*_HIPS, *(_ACCELERATION[name] for name in names)]) / resist
-    return sigma**2 * REFERENCE_S
+    hinges = [
+        _FOREARM_TWIST
+        if joint.endswith("ForeArm") and dof.name == "twist"
+        else _ACCELERATION[_unsided(joint)]
+        for joint in BODY_JOINTS[1:]
+        for dof in dofs_of(joint)
+    ]
+    return (np.array([*_HIPS, *hinges]) / resist) ** 2 * REFERENCE_S
+
+
+def _unsided(joint: str) -> str:
+    return joint.removeprefix("Left").removeprefix("Right")
 
 
 class Belief:
@@ -52,8 +63,9 @@ class Belief:
 
     def __init__(self, humanoid: Humanoid, density: Array, low: Array, high: Array) -> None:
         """`density`: see `acceleration_density`; `low`, `high`: ends of the hinges' ranges, shape (hinge_count,)."""
-        self._humanoid, self._model, self._density = humanoid, humanoid.model, density
+        self._humanoid, self._model, self._density = humanoid, humanoid.model, density.copy()
         self._low, self._high = low, high
+        self._usual_density, self._twists = density, LimbTwists(humanoid)
         nv = self._model.nv
         self._rest_rate = REST_PER_S / humanoid.spread_rad**2
         self.covariance = np.zeros((2 * nv, 2 * nv))
@@ -84,6 +96,12 @@ class Belief:
         mujoco.mj_integratePos(self._model, q, self.velocity, dt)
         return self.within(q)
 
+    def moved_by(self, step: Array) -> Array:
+        """The configuration a tangent step, shape (nv,), further."""
+        q = self.q.copy()
+        mujoco.mj_integratePos(self._model, q, step, 1.0)
+        return self.within(q)
+
     def predict(self, dt: float) -> None:
         """Move on by `dt` [s]."""
         mujoco.mj_integratePos(self._model, self.q, self.velocity, dt)
@@ -101,6 +119,8 @@ class Belief:
         both[nv:] *= keep
         both[:, nv:] *= keep
         place, speed, density = self._places, self._speeds, self._density
+        twists = self._twists.dofs
+        density[twists] = self._usual_density[twists] * self._twists.freedom(self.q) ** 2
         both[place, place] += density * (dt**3 / 3.0)
         both[speed, speed] += density * dt
         both[place, speed] += density * (dt**2 / 2.0)

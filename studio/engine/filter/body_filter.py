@@ -1,12 +1,14 @@
 """The humanoid followed by an iterated extended Kalman filter over its degrees of freedom (steps 5 and 7)."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from studio.engine.filter.belief import Belief, acceleration_density
 from studio.engine.filter.correction import Correction
+from studio.engine.filter.ease import Ease
 from studio.engine.filter.feet import StandingFeet
 from studio.engine.filter.readings import Gate, Rows
 from studio.engine.frames import FrameSet, FusedSkeleton, Reading
@@ -24,11 +26,11 @@ from studio.engine.solve.swing import swing_rotations
 
 Array = NDArray[np.float64]
 
-ITERATIONS = 2
-"""Per frame; in the second the rows' doubts (`readings`) count from where the first led to."""
+SHARE_CHANGED = 0.1
+"""A correction is found again where it changes by this how much some row counts (`readings`)."""
 
-LOST_SHARE, LOST_S = 0.5, 0.1
-"""Where more than this share of the joints is left out for this long, the performer is elsewhere."""
+FACING_S = 0.1
+"""How often it is looked which way the body faces."""
 
 FORGET_S = 0.5
 """After this long without a joint the filter begins anew."""
@@ -64,10 +66,12 @@ class BodyFilter:
         self._feet = StandingFeet(humanoid, *ends) if settings.floor_contact == "on" else None
         self._watch = LimbWatch(humanoid, limited=self._limited)
         self._facing = Facing()
+        self._waiting: list[Reading] = []
+        self._ease = Ease(humanoid.model.nv)
         self._used = np.zeros((0, JOINT_COUNT), dtype=bool)
         self._sites = np.full((JOINT_COUNT, 3), np.nan)
-        self._since_rows_s = 0.0
-        self._lost_s = 0.0
+        self._since_rows_s, self._unwatched_s = 0.0, 0.0
+        self._lost = False
         self._started = False
 
     @property
@@ -109,16 +113,16 @@ class BodyFilter:
         elif self._started:
             self._predict(dt)
             if seen.any():
-                covariance = np.where(seen, sigma, 1.0)[:, None, None] ** 2 * np.eye(3)
-                rows = Rows(joints[None], covariance[None], self._reach)
+                information = np.where(seen, sigma, 1.0)[:, None, None] ** -2 * np.eye(3)
+                rows = Rows(joints[None], information[None], self._reach)
                 q = self._belief.q.copy()
-                self._correct(rows, np.zeros(1, dtype=np.int64), 0.0, q, *self._linearised(q))
+                self._correct(rows, 0.0, q, *self._linearised(q))
         return self._output(dt) if self._started else None
 
     def _needs_start(self, shown: bool, dt: float) -> bool:
         """Whether to begin now: joints are shown, and nothing is known of the performer, or only of old."""
         late = self._since_rows_s + dt > FORGET_S
-        return shown and (not self._started or late or self._lost_s > LOST_S)
+        return shown and (not self._started or late or self._lost)
 
     def _begin(self, joints: Array, sigma: Array) -> bool:
         """Begin anew with what joints show; False where they do not show the trunk."""
@@ -128,15 +132,18 @@ class BodyFilter:
         self._belief.begin(q)
         self._sites = self._kinematics.place(q).copy()
         self._gate.forget()
+        self._ease.forget()
+        self._waiting = []
         self._watch.forget()
         if self._feet is not None:
             self._feet.forget()
-        self._started, self._since_rows_s, self._lost_s = True, 0.0, 0.0
+        self._started, self._since_rows_s, self._lost = True, 0.0, False
         return True
 
     def _advance(self, readings: Sequence[Reading], camera_positions: Array, dt: float) -> None:
         """Move on to the output frame, and correct by the cameras' readings around it."""
         self._predict(dt)
+        readings = self._due(readings, len(camera_positions), dt)
         if not readings:
             return
         late_s = float(np.mean([r.offset_s for r in readings]))
@@ -145,49 +152,70 @@ class BodyFilter:
         velocities = (jacobian @ self._belief.velocity).reshape(-1, 3)
         rows = self._gate.rows(readings, camera_positions, sites, velocities, late_s)
         cameras = np.array([r.camera for r in readings])
-        self._correct(rows, cameras, late_s, q, sites, jacobian)
+        self._correct(rows, late_s, q, sites, jacobian)
         self._used[cameras] = rows.used
-        if self._facing.backwards(self._sites, dt):
+        self._watch_facing(dt)
+
+    def _due(self, readings: Sequence[Reading], cameras: int, dt: float) -> list[Reading]:
+        """Return the readings to correct by now: as long as all are ahead, they wait for the other cameras' ones, so
+        that one correction does for all."""
+        waiting = [replace(r, offset_s=r.offset_s - dt) for r in self._waiting]
+        self._waiting = [*waiting, *readings]
+        ahead = all(r.offset_s >= 0.9 * dt for r in self._waiting)
+        if ahead and len({r.camera for r in self._waiting}) < cameras:
+            return []
+        due, self._waiting = self._waiting, []
+        return due
+
+    def _watch_facing(self, dt: float) -> None:
+        """Turn the body round where it has walked backwards for a while: left and right were exchanged."""
+        self._unwatched_s += dt
+        if self._unwatched_s < FACING_S:
+            return
+        if self._facing.backwards(self._sites, self._unwatched_s):
             self._begin(self._sites[MIRROR], np.full(JOINT_COUNT, 0.03))
+        self._unwatched_s = 0.0
 
     def _predict(self, dt: float) -> None:
         self._since_rows_s += dt
+        self._ease.go_on(dt)
         self._belief.predict(min(dt, LONGEST_S))
 
-    def _correct(
-        self, rows: Rows, cameras: NDArray[np.int64], late_s: float, q: Array, sites: Array, jacobian: Array
-    ) -> None:
+    def _correct(self, rows: Rows, late_s: float, q: Array, sites: Array, jacobian: Array) -> None:
         """Correct the belief by rows of the configuration `q`, `late_s` [s] after the output frame."""
         belief, elapsed = self._belief, self._since_rows_s
         self._since_rows_s = 0.0
         correction = Correction(*belief.toward(late_s), late_s, jacobian)
-        self._choose(rows, cameras, sites, jacobian, correction.spread(), elapsed)
+        self._choose(rows, sites, jacobian, correction.spread, elapsed)
         if not rows.used.any():
             return
         room = np.stack([self._high - q[7:], self._low - q[7:]])
-        for _ in range(ITERATIONS):
-            correction.solve(*rows.pull(sites + correction.moved), room)
-        belief.correct(correction.step(), correction.gained())
+        *told, share = rows.pull(sites)
+        correction.solve(*told, room)
+        *told, share_now = rows.pull(sites + correction.moved)
+        if correction.beyond or np.abs(share_now - share).max() > SHARE_CHANGED:
+            correction.solve(*told, room)
+        step = correction.step()
+        belief.correct(step, correction.gained())
+        self._ease.take(step[: len(q) - 1], late_s)
         self._sites = self._kinematics.place(belief.moved(late_s)).copy()
         self._unstick(rows, elapsed)
 
     def _choose(
         self,
         rows: Rows,
-        cameras: NDArray[np.int64],
         sites: Array,
         jacobian: Array,
-        spread: Array,
+        spread: Callable[[], Array],
         elapsed: float,
     ) -> None:
         """Leave out rows that cannot be, and notice a performer who is elsewhere."""
-        again = self._gate.choose(rows, cameras, sites, spread, elapsed)
+        again = self._gate.choose(rows, sites, spread, elapsed)
         for joint in np.flatnonzero(again):
             moving = np.abs(jacobian[3 * joint : 3 * joint + 3]).max(axis=0) > 0.0
             limb = np.flatnonzero(moving)[FREE_DOFS:][-_LIMB_HINGES:]
             self._belief.doubt(limb, REJECTED_PLACE, REJECTED_SPEED)
-        lost = int(rows.used.sum()) < LOST_SHARE * int(rows.seen.sum())
-        self._lost_s = self._lost_s + elapsed if lost else 0.0
+        self._lost = self._gate.lost(rows.seen.any(axis=0))
 
     def _linearised(self, q: Array) -> tuple[Array, Array]:
         sites, jacobian = self._kinematics.linearise(q)
@@ -214,7 +242,7 @@ class BodyFilter:
 
     def _output(self, dt: float) -> Array:
         """The configuration at the output frame, with standing feet held."""
-        q = self._watch.led(self._belief.q, dt)
+        q = self._watch.led(self._belief.moved_by(self._ease.left), dt)
         if self._feet is None:
             return q
         return self._feet.held(q, self._belief.velocity, self._belief.place, dt)

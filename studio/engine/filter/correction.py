@@ -12,6 +12,7 @@ _LEAST_INFORMATION = 1e-3
 """A joint known less than this [1/m2] is not a row."""
 
 _HELD_VARIANCE = 1e-8
+_TOLERANCE = 1e-3
 
 
 class Correction:
@@ -19,6 +20,7 @@ class Correction:
 
     Attributes:
         moved: by how much the joints move with what was solved last [m], shape (21, 3).
+        beyond: whether it leads hinges beyond their ranges.
     """
 
     def __init__(self, with_later: Array, added: Array, late_s: float, jacobian: Array) -> None:
@@ -35,8 +37,9 @@ class Correction:
         self._state = with_later @ jacobian.T
         self._later = self._state[:nv] + late_s * self._state[nv:] + added[:, None] * jacobian.T
         self._spread = jacobian @ self._later
-        self._held = np.zeros(0, dtype=np.int64)
+        self._held, self._low = np.zeros(0, dtype=np.int64), np.zeros(0, dtype=bool)
         self.moved = np.zeros((len(jacobian) // 3, 3))
+        self.beyond = False
 
     def spread(self) -> Array:
         """Covariance of each joint's expected place [m2], shape (21, 3, 3)."""
@@ -53,14 +56,16 @@ class Correction:
         joints = np.flatnonzero(information[:, 0, 0] > _LEAST_INFORMATION)
         noise = np.linalg.inv(information[joints])
         toward = np.matmul(noise, pull[joints, :, None])[..., 0] + self.moved[joints]
-        rows = (3 * joints[:, None] + np.arange(3)).ravel()
-        total = self._spread[np.ix_(rows, rows)]
+        if len(joints) == len(self.moved):
+            total, later, self._columns = self._spread.copy(), self._later, self._state
+        else:
+            rows = (3 * joints[:, None] + np.arange(3)).ravel()
+            total = self._spread[rows[:, None], rows]
+            later, self._columns = self._later[:, rows], self._state[:, rows]
         blocks = total.reshape(len(joints), 3, len(joints), 3)
         own = np.arange(len(joints))
         blocks[own, :, own] += noise
         wanted = toward.ravel()
-        self._columns, self._rows = self._state[:, rows], rows
-        later = self._later[:, rows]
         if len(self._held):
             total, wanted, later = self._with_held(total, wanted, later, room)
         self._factor, failed = lapack.dpotrf(total, lower=1, clean=0)
@@ -69,9 +74,12 @@ class Correction:
         self._weights, _ = lapack.dpotrs(self._factor, wanted, lower=1)
         step = later @ self._weights
         self.moved = (self._jacobian @ step).reshape(-1, 3)
-        beyond = (step[FREE_DOFS:] > room[0]) | (step[FREE_DOFS:] < room[1])
-        self._held = np.union1d(self._held, FREE_DOFS + np.flatnonzero(beyond))
-        self._low = step[self._held] < 0.0
+        hinges = step[FREE_DOFS:]
+        beyond = (hinges > room[0] + _TOLERANCE) | (hinges < room[1] - _TOLERANCE)
+        self.beyond = bool(beyond.any())
+        if self.beyond:
+            self._held = np.union1d(self._held, FREE_DOFS + np.flatnonzero(beyond))
+            self._low = step[self._held] < 0.0
 
     def _with_held(
         self, total: Array, wanted: Array, later: Array, room: Array

@@ -17,8 +17,9 @@ Array = NDArray[np.float64]
 FEET = np.array([INDEX[n] for n in ("left_ankle", "left_toe", "right_ankle", "right_toe")])
 
 LAND_SPEED_M_S = 0.6
+STOP_SPEED_M_S = 0.25
 LEAVE_SPEED_M_S = 1.0
-"""A joint stands below the first speed, and leaves above the second."""
+"""A joint that comes down stands below the first speed, one that slid below the second; it leaves above the third."""
 
 LAND_HEIGHT_M = 0.05
 LEAVE_HEIGHT_M = 0.09
@@ -39,6 +40,7 @@ FLOOR_S = 2.0
 
 NEAR_FLOOR_M = 0.08
 HOLD_SIGMA_M = 0.003
+ENOUGH_M = 0.004
 LEAST_HEIGHT = 0.4
 """A joint may sink to this share of its height at rest: feet roll, shoes give, and heights are known to 1 or 2 cm."""
 
@@ -75,6 +77,7 @@ class StandingFeet:
         self._held = np.zeros(4)
         self._stands = np.zeros(4, dtype=bool)
         self._velocity = np.zeros((4, 3))
+        self._slid = np.zeros(4, dtype=bool)
 
     def held(self, q: Array, velocity: Array, place: Array, dt: float) -> Array:
         """Return the configuration with standing feet held, shape (nq,).
@@ -86,7 +89,6 @@ class StandingFeet:
             dt: time since the last frame [s].
         """
         here, jacobian = self._linearised(q)
-        here = here.copy()
         self._follow(here, jacobian @ velocity, dt)
         share = (self._held**2 * (3.0 - 2.0 * self._held))[:, None]
         target = here + share * (self._at - here)
@@ -95,16 +97,18 @@ class StandingFeet:
         if not len(rows):
             return q
         target[:, 2] = np.maximum(target[:, 2], least)
-        out = q.copy()
-        for iteration in range(_ITERATIONS):
-            sites, jacobian = (here, jacobian) if iteration == 0 else self._linearised(out)
+        out, off = q.copy(), (target - here)[rows].ravel()
+        for _ in range(_ITERATIONS):
             j = jacobian[rows].reshape(-1, self._model.nv)
             spread = place @ j.T
             total = j @ spread
-            total[np.diag_indices_from(total)] += HOLD_SIGMA_M**2
-            step = spread @ np.linalg.solve(total, (target[rows] - sites[rows]).ravel())
-            mujoco.mj_integratePos(self._model, out, step, 1.0)
+            total.flat[:: len(total) + 1] += HOLD_SIGMA_M**2
+            mujoco.mj_integratePos(self._model, out, spread @ np.linalg.solve(total, off), 1.0)
             np.clip(out[7:], self._low, self._high, out=out[7:])
+            off = (target - self._kinematics.place(out)[FEET])[rows].ravel()
+            if np.abs(off).max() < ENOUGH_M:
+                break
+            jacobian = self._linearised(out)[1]
         return out
 
     def _linearised(self, q: Array) -> tuple[Array, Array]:
@@ -125,7 +129,10 @@ class StandingFeet:
         height -= self.stand_m
         away = np.sqrt(np.square(here - self._at).sum(axis=1)) > LEAVE_M
         leaves = self._stands & ((speed > LEAVE_SPEED_M_S) | (height > LEAVE_HEIGHT_M) | away)
-        lands = ~self._stands & (speed < LAND_SPEED_M_S) & (height < LAND_HEIGHT_M)
+        self._slid = (self._slid | leaves) & (height < LEAVE_HEIGHT_M)
+        slow = speed < np.where(self._slid, STOP_SPEED_M_S, LAND_SPEED_M_S)
+        lands = ~self._stands & slow & (height < LAND_HEIGHT_M)
+        self._slid &= ~lands
         self._at[lands] = here[lands] + self._held[lands, None] * (self._at - here)[lands]
         self._stands = (self._stands & ~leaves) | lands
         self._at[self._stands] += (1.0 - np.exp(-dt / DRIFT_S)) * (here - self._at)[self._stands]

@@ -4,13 +4,13 @@ A joint too far from where the body can have it is left out (an outlier). It is 
 that no limb is lost for good. What remains counts less the further it is off (Cauchy, reweighted in every iteration).
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
 
 from studio.engine.frames import Reading
-from studio.engine.fusion.noise import covariances
+from studio.engine.fusion.noise import informations
 from studio.engine.joints import JOINT_COUNT, MIRROR
 
 Array = NDArray[np.float64]
@@ -25,13 +25,15 @@ INFLATION = 3.0
 """A camera's noise is alike from frame to frame: each frame tells this much less than its covariance says."""
 
 INSIST_S = 0.4
-"""A joint that a camera reports off its expected place for this long is believed again."""
+"""A joint that all cameras report off its expected place for this long is believed again."""
+
+LOST_SHARE, LEAST_LOST, LOST_S = 0.5, 4, 0.1
+"""Where more than this share of the joints, and this many, are left out for this long, the performer is elsewhere."""
 
 SWAP_SHARE, SWAP_M = 0.7, 0.06
 """Left and right are exchanged where that brings joints this much nearer, and they are this far off."""
 
 _PAIRED = np.flatnonzero(MIRROR != np.arange(JOINT_COUNT))
-_UNSEEN_VARIANCE = 1e6
 
 
 class Rows:
@@ -41,62 +43,74 @@ class Rows:
         positions: shape (reading_count, 21, 3), stage frame [m]; 0 where unseen.
         seen: shape (reading_count, 21).
         used: those that are not left out.
-        covariance: [m2], shape (reading_count, 21, 3, 3).
+        information: inverse covariance [1/m2], shape (reading_count, 21, 3, 3); 0 where unseen or left out.
     """
 
-    def __init__(self, positions: Array, covariance: Array, reach: Array) -> None:
+    def __init__(self, positions: Array, information: Array, reach: Array) -> None:
         """`reach`: how strongly each joint is followed, 0..1, shape (21,)."""
         self.seen = ~np.isnan(positions[:, :, 0]) & (reach > 0.0)
         self.positions = np.where(self.seen[:, :, None], positions, 0.0)
-        covariance = covariance / np.maximum(reach, 1e-3)[:, None, None] ** 2
-        self.covariance = np.where(self.seen[:, :, None, None], covariance, _UNSEEN_VARIANCE * np.eye(3))
+        self.information = information * (self.seen * reach**2)[:, :, None, None]
         self.used = self.seen
-        self._information = np.linalg.inv(self.covariance)
 
     def use(self, used: NDArray[np.bool_]) -> None:
         """Leave out all but these, shape (reading_count, 21)."""
         self.used = used
-        self._information = self._information * used[:, :, None, None]
+        self.information = self.information * used[:, :, None, None]
 
-    def distances(self, expected: Array, spread: Array) -> Array:
-        """Squared Mahalanobis distances, shape (reading_count, 21), from joints of this covariance, (21, 3, 3)."""
+    def possible(self, expected: Array, spread: Callable[[], Array]) -> NDArray[np.bool_]:
+        """Return which joints can be where they are, shape (reading_count, 21), `GATE` deciding.
+
+        Args:
+            expected: shape (21, 3) [m].
+            spread: gives the covariance of what is expected [m2], shape (21, 3, 3); asked only where it matters.
+        """
         off = self.positions - expected
-        away = np.linalg.solve(self.covariance + spread, off[..., None])[..., 0]
-        return np.where(self.seen, np.einsum("cja,cja->cj", off, away), 0.0)
+        near = np.einsum("cja,cjab,cjb->cj", off, self.information, off) < GATE
+        if near.all():
+            return near
+        c, j = np.nonzero(~near)
+        total = np.linalg.inv(self.information[c, j]) + spread()[j]
+        off = off[c, j]
+        near[c, j] = np.einsum("na,na->n", off, np.linalg.solve(total, off[..., None])[..., 0]) < GATE
+        return near
 
-    def pull(self, joints: Array) -> tuple[Array, Array]:
-        """Return the joints' information [1/m2], shape (21, 3, 3), and their pull [1/m], shape (21, 3), at a pose."""
+    def pull(self, joints: Array) -> tuple[Array, Array, Array]:
+        """Return what the rows tell of a pose's joints, shape (21, 3).
+
+        Returns:
+            Information [1/m2], shape (21, 3, 3), pull [1/m], shape (21, 3), and how much each row counts, 0..1,
+            shape (reading_count, 21).
+        """
         off = self.positions - joints
-        pull = np.matmul(self._information, off[..., None])[..., 0]
-        share = 1.0 / (1.0 + np.einsum("cja,cja->cj", off, pull) / CAUCHY**2)
+        pull = np.matmul(self.information, off[..., None])[..., 0]
+        share = 1.0 / (1.0 + (off * pull).sum(axis=2) / CAUCHY**2)
+        information = share[:, :, None, None] * self.information
+        pull *= share[:, :, None]
         if len(off) == 1:
-            return share[0, :, None, None] * self._information[0], share[0, :, None] * pull[0]
-        return (
-            np.einsum("cj,cjab->jab", share, self._information),
-            np.einsum("cj,cja->ja", share, pull),
-        )
+            return information[0], pull[0], share
+        return information.sum(axis=0), pull.sum(axis=0), share
 
     def middle(self) -> tuple[Array, Array]:
-        """Weighted means of the joints seen, left out or not, shape (21, 3), NaN where unseen; and 1 / their
-        deviations [1/m], shape (21,), 0 where unseen."""
-        weight = np.where(self.seen, 3.0 / np.trace(self.covariance, axis1=2, axis2=3), 0.0)
+        """Weighted means of the joints used, shape (21, 3), NaN where there is none; and 1 / their deviations [1/m],
+        shape (21,), 0 where there is none."""
+        weight = np.trace(self.information, axis1=2, axis2=3) / 3.0
         total = weight.sum(axis=0)
-        mean = np.einsum("cj,cja->ja", weight, self.positions)
+        mean = (weight[:, :, None] * self.positions).sum(axis=0)
         return mean / np.where(total > 0.0, total, np.nan)[:, None], np.sqrt(total)
 
 
 class Gate:
-    """Makes rows of readings, and remembers for how long each camera's joints have been left out."""
+    """Makes rows of readings, and remembers for how long each joint has been left out."""
 
     def __init__(self, reach: Array) -> None:
         self._reach = reach
-        self._left_out_s = np.zeros((0, JOINT_COUNT))
-        self._last_s = np.zeros(0)
+        self._left_out_s = np.zeros(JOINT_COUNT)
         self.exchanged = np.zeros(0, dtype=bool)
 
     def forget(self) -> None:
         """Begin anew."""
-        self._left_out_s = np.zeros((0, JOINT_COUNT))
+        self._left_out_s[:] = 0.0
 
     def rows(
         self,
@@ -115,7 +129,8 @@ class Gate:
             velocities: and how they move [m/s], shape (21, 3).
             at_s: the instant, on the clock of the readings' offsets [s].
         """
-        self._prepare(len(camera_positions))
+        if len(self.exchanged) != len(camera_positions):
+            self.exchanged = np.zeros(len(camera_positions), dtype=bool)
         positions = np.array([r.positions for r in readings])
         confidence = np.array([r.confidence for r in readings])
         cameras = np.array([r.camera for r in readings])
@@ -126,37 +141,36 @@ class Gate:
             if exchanged:
                 positions[row], confidence[row] = positions[row][MIRROR], confidence[row][MIRROR]
         seen = np.where(np.isnan(positions), 0.0, positions)
-        noise = INFLATION * covariances(seen, confidence, camera_positions[cameras])
-        return Rows(positions, noise, self._reach)
-
-    def _prepare(self, cameras: int) -> None:
-        if len(self._left_out_s) != cameras:
-            self._left_out_s = np.zeros((cameras, JOINT_COUNT))
-            self.exchanged = np.zeros(cameras, dtype=bool)
+        known = informations(seen, confidence, camera_positions[cameras]) / INFLATION
+        return Rows(positions, known, self._reach)
 
     def choose(
-        self, rows: Rows, cameras: NDArray[np.int64], expected: Array, spread: Array, dt: float
+        self, rows: Rows, expected: Array, spread: Callable[[], Array], dt: float
     ) -> NDArray[np.bool_]:
         """Leave out rows that cannot be; return which joints are believed again, shape (21,).
 
         Args:
             rows: changed in place.
-            cameras: camera of each reading, shape (reading_count,).
             expected: shape (21, 3) [m].
-            spread: covariance of what is expected [m2], shape (21, 3, 3).
+            spread: gives the covariance of what is expected [m2], shape (21, 3, 3).
             dt: time since the last rows [s].
         """
-        self._prepare(max(int(cameras.max()) + 1, len(self._left_out_s)))
-        possible = rows.distances(expected, spread) < GATE
+        possible = rows.possible(expected, spread)
+        accepted = (rows.seen & possible).any(axis=0)
         out = rows.seen & ~possible
-        if not out.any() and not self._left_out_s.any():
+        if not out.any():
+            self._left_out_s[accepted] = 0.0
             return np.zeros(JOINT_COUNT, dtype=bool)
-        since = np.where(out, self._left_out_s[cameras] + dt, 0.0)
-        since = np.where(rows.seen, since, self._left_out_s[cameras])
-        insists = out & (since > INSIST_S)
-        self._left_out_s[cameras] = np.where(insists, 0.0, since)
+        self._left_out_s = np.where(accepted, 0.0, self._left_out_s + dt * out.any(axis=0))
+        insists = self._left_out_s > INSIST_S
+        self._left_out_s[insists] = 0.0
         rows.use(rows.seen & (possible | insists))
-        return insists.any(axis=0)
+        return insists
+
+    def lost(self, seen: NDArray[np.bool_]) -> bool:
+        """Whether most of the joints seen, shape (21,), are left out for a while: the performer is elsewhere."""
+        out = int((seen & (self._left_out_s > LOST_S)).sum())
+        return out >= LEAST_LOST and out > LOST_SHARE * int(seen.sum())
 
 
 def _exchanged(positions: Array, expected: Array) -> NDArray[np.bool_]:
