@@ -2,7 +2,8 @@
 
 Circles grow from the middle of the hand in the depth image. The largest whose points all lie at the hand's depth is
 found; of the next one, many points at that depth mean an open hand (fingers), few a fist, and anything between
-leaves the state unknown. The text gives no thresholds; those here are plain ones.
+leaves the state unknown. The text gives no thresholds; those here are the best of 24 sets on
+the simulator's hands for tuning.
 
 Source: Ménard 2014, section 5.4.
 """
@@ -15,12 +16,12 @@ from studio.engine.depth import DepthCamera, project
 OPEN, CLOSED, UNKNOWN = 0.85, 0.15, 0.5
 """Probabilities of being open that stand for the three outcomes."""
 
-_STEP_M = 0.012
-_CIRCLES = 12
+_STEP_M = 0.028
+_CIRCLES = 6
 _POINTS = 36
-_AT_DEPTH_M = 0.05
-_FULL = 0.97
-_OPEN_SHARE, _CLOSED_SHARE = 0.6, 0.6
+_AT_DEPTH_M = 0.09
+_FULL = 0.85
+_OPEN_SHARE, _CLOSED_SHARE = 0.55, 0.55
 _ANGLES = np.linspace(0.0, 2.0 * np.pi, _POINTS, endpoint=False)
 
 
@@ -38,7 +39,7 @@ def circles_state(camera: DepthCamera, depth_mm: NDArray[np.uint16], hand: NDArr
     if not (0 <= column < depth_mm.shape[1] and 0 <= row < depth_mm.shape[0]):
         return UNKNOWN
     depth_m = depth_mm[row, column] * 1e-3
-    if abs(depth_m - hand[2]) > 3 * _AT_DEPTH_M:
+    if abs(depth_m - hand[2]) > 2 * _AT_DEPTH_M:
         return UNKNOWN
     radii = _STEP_M * np.arange(1, _CIRCLES + 1) * camera.fx / depth_m
     columns = np.rint(column + radii[:, None] * np.cos(_ANGLES)).astype(int)
