@@ -21,7 +21,7 @@ Array = NDArray[np.float64]
 
 POINT_SIGMA_M = 0.02
 """Noise of a point and of the body's surface [m]."""
-POINT_SHARE = 0.3
+POINT_SHARE = 0.1
 """Neighbouring points err alike: each counts as this share of one."""
 FREE_WEIGHT = 3.0
 """A sample in free space counts as so many points."""

@@ -27,7 +27,7 @@ FREE_COST = 4.0
 """A sample in free space costs as much as so many points that are as far off."""
 _POSTURE_COST_M2 = 0.004
 """What one standard deviation from the resting posture costs, squared [m2]."""
-_REFINED = 4
+_REFINED = 2
 _UNEXPLAINED_M = 0.07
 _ELSEWHERE_M = 0.05
 """A point nearer to the rest of the body is none of the limb's [m]."""
@@ -169,7 +169,7 @@ class LimbSearch:
             begun = pose.with_angles(angles)
             loose = Prior(begun, loose.information, loose.posture)
             fit = self._fitter.fit(
-                figure, begun, some, silhouettes, loose, iterations=8, reach=0.15, free=limb.moving
+                figure, begun, some, silhouettes, loose, iterations=6, reach=0.15, free=limb.moving
             )
             new = fit.pose.angles[limb.dofs][None]
             cost = float(self.cost(limb, figure, pose, new, some, others, silhouettes)[0])

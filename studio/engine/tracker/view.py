@@ -19,7 +19,7 @@ Array = NDArray[np.float64]
 
 FLOOR_M = 0.035
 """What is lower is floor [m]."""
-_LEAST_CELLS = 12
+_LEAST_CELLS = 6
 _MOST_CLUSTERS = 40
 _UP = np.array([0.0, -1.0, 0.0])
 _LEVEL_HEIGHT_M = 1.0
