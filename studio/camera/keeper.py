@@ -6,12 +6,16 @@ that broke counts as not sent. On each connection the client says what it keeps 
 """
 
 import logging
+from collections import deque
 from collections.abc import Callable
 
 from studio import wire
 from studio.camera.spool import Origin, Spool
 
 log = logging.getLogger(__name__)
+
+RECENT = 60
+"""Frames that a take may have begun with before this client heard of it."""
 
 Key = tuple[str, str]
 """Take id and boot id."""
@@ -35,6 +39,7 @@ class Keeper:
         self._answered: set[Key] = set()
         self._unsent: dict[Key, dict[int, None]] = {}  # sets in order
         self._newest = -1
+        self._recent: deque[tuple[int, bytes]] = deque(maxlen=RECENT)
 
     @property
     def recording(self) -> bool:
@@ -59,6 +64,7 @@ class Keeper:
     def frame(self, sequence: int, data: bytes) -> None:
         """Take note of a frame that the source gave, before it is sent."""
         self._newest = sequence
+        self._recent.append((sequence, data))
         if self._active is not None and self._spool is not None:
             self._spool.append(self._active, sequence, data)
 
@@ -66,10 +72,13 @@ class Keeper:
         """A frame did not go to the network, since it was slow: send it later, if it is kept."""
         if self._active is not None:
             self._unsent.setdefault(self._active.key, {})[sequence] = None
+        elif self._recent and self._recent[0][0] <= sequence:
+            self._recent = deque((one for one in self._recent if one[0] != sequence), maxlen=RECENT)
 
     def connected(self) -> list[wire.Kept]:
         """A connection begins: return what to say on it."""
         self._confirmed = False
+        self._recent.clear()  # the server has not got those that come now
         self._answered = set()
         self._unsent = {}
         if self._spool is None:
@@ -82,9 +91,14 @@ class Keeper:
         return out
 
     def _begin(self, origin: Origin) -> wire.Kept:
-        """Say that frames are kept from the next one on; no answer is needed, since there is none yet."""
+        """Say that frames are kept from now on, with those that went out just before this client heard of it."""
         self._answered.add(origin.key)
-        return self._kept(origin, self._newest + 1, self._newest)
+        first = self._newest + 1
+        if self._spool is not None:
+            for sequence, data in self._recent:
+                if self._spool.append(origin, sequence, data):
+                    first = min(first, sequence)
+        return self._kept(origin, first, self._newest)
 
     def recording_changed(self, message: wire.Recording) -> list[wire.Kept]:
         """The server tells whether it records: return what to say to that."""

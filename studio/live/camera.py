@@ -78,6 +78,11 @@ class LiveCamera:
         segment = self.estimator.segment
         return self.hello.boot_id if segment == 0 else f"{self.hello.boot_id}#{segment}"
 
+    @property
+    def newest_sequence(self) -> int | None:
+        """Of the last frame of this start of the client, None before the first."""
+        return self._arrivals[-1].sequence if self._arrivals else None
+
     def rejoin(self, hello: Hello, *, local: bool = False) -> None:
         """Take in the camera's next connection; another start of the client has another clock."""
         if hello.boot_id != self.hello.boot_id:

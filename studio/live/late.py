@@ -120,7 +120,9 @@ class LateTakes:
         key = (request.hello.name, request.hello.boot_id)
         opened.used_s = time.monotonic()
         if request.frame is None:
-            opened.clients[key] = (request.first, request.reply)
+            there = opened.state.frames.get(key)
+            begin = request.first if there is None or there.first is None else max(request.first, there.first)
+            opened.clients[key] = (begin, request.reply)
             opened.changed.add(key)
             return
         sequence = request.frame.sequence

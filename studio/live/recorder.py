@@ -79,10 +79,12 @@ class Recorder:
         self._lock = threading.Lock()
         self._synced: dict[Key, Ranges] = {}
         self._kept: dict[Key, tuple[int, int]] = {}
+        self._starts: dict[Key, int] = {}
         for key, ranges in self._seen.items():
             self._synced[key] = Ranges()
             for begin, end in ranges:
                 self._synced[key].add_range(begin, end)
+            self._starts[key] = ranges.first or 0
         self._waiting: list[tuple[Key, int]] = []
         self._queue: queue.SimpleQueue[tuple[Any, ...]] = queue.SimpleQueue()
         self._thread = threading.Thread(target=self._run, name="recorder", daemon=True)
@@ -119,6 +121,12 @@ class Recorder:
         if (hello.name, hello.boot_id) not in self._hellos:
             self._hellos[hello.name, hello.boot_id] = hello
             self._queue.put(("camera", hello))
+
+    def starts_after(self, hello: Hello, sequence: int | None) -> None:
+        """The take begins: frames of this start of a client up to `sequence` do not belong to it."""
+        if sequence is not None:
+            with self._lock:
+                self._starts[hello.name, hello.boot_id] = sequence + 1
 
     def frame(
         self, hello: Hello, frame: CameraFrame, data: bytes, arrival_ns: int, *, late: bool = False
@@ -183,12 +191,14 @@ class Recorder:
     def keeps(self, key: Key, first: int, last: int) -> None:
         """A client says which frames it keeps."""
         with self._lock:
+            first = max(first, self._starts.get(key, first))
             old = self._kept.get(key, (first, last))
             self._kept[key] = (min(first, old[0]), max(last, old[1]))
 
     def ack(self, key: Key, first: int, *, ended: bool = False) -> Ack:
         """Return what a client that keeps frames from `first` on need not keep; `ended`: no more are recorded."""
         with self._lock:
+            first = max(first, self._starts.get(key, first))
             return ack_of(self.take_id, key, self._synced.get(key, Ranges()), first, ended=ended)
 
     def save_cameras(self) -> None:

@@ -54,6 +54,7 @@ class Takes(ABC):
             raise TakeError("a take is being recorded already; stop it first")
         for camera in self.roster.connected():
             recording.recorder.camera(camera.hello)
+            recording.recorder.starts_after(camera.hello, camera.newest_sequence)
         self.recording, self._noted_stage_clock, self.ended_problem = recording, None, ""
         self._restart()
         self._log_clocks([camera for camera in self.roster.cameras.values() if camera.clock is not None])
