@@ -26,7 +26,7 @@ from studio.engine.solve.swing import swing_rotations
 
 Array = NDArray[np.float64]
 
-SHARE_CHANGED = 0.1
+SHARE_CHANGED = 0.15
 """A correction is found again where it changes by this how much some row counts (`readings`)."""
 
 FACING_S = 0.1
@@ -196,7 +196,7 @@ class BodyFilter:
         if correction.beyond or np.abs(share_now - share).max() > SHARE_CHANGED:
             correction.solve(*told, room)
         step = correction.step()
-        belief.correct(step, correction.gained())
+        belief.correct(step, correction.gained)
         self._ease.take(step[: len(q) - 1], late_s)
         self._sites = self._kinematics.place(belief.moved(late_s)).copy()
         self._unstick(rows, elapsed)

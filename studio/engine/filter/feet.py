@@ -4,6 +4,8 @@ The belief itself knows nothing of it: a foot held by mistake is let go as soon 
 jumps and slides stay possible and nothing locks.
 """
 
+import math
+
 import mujoco
 import numpy as np
 from numpy.typing import NDArray
@@ -118,22 +120,27 @@ class StandingFeet:
 
     def _follow(self, here: Array, velocity: Array, dt: float) -> None:
         """Update which joints stand, where, and how firmly they are held."""
-        self._velocity += (1.0 - np.exp(-dt / SPEED_S)) * (velocity - self._velocity)
-        speed = np.sqrt(np.square(self._velocity).sum(axis=1))
+        self._velocity += -math.expm1(-dt / SPEED_S) * (velocity - self._velocity)
+        speed = np.sqrt((self._velocity * self._velocity).sum(axis=1))
         height = here[:, 2] - self._rest
         if self.stand_m is None:
             self.stand_m = float(height.mean())
         slow = (speed < LAND_SPEED_M_S) & (np.abs(height - self.stand_m) < NEAR_FLOOR_M)
         if slow.any():
-            self.stand_m += (1.0 - np.exp(-dt / FLOOR_S)) * (float(height[slow].mean()) - self.stand_m)
+            self.stand_m -= math.expm1(-dt / FLOOR_S) * (
+                float(height[slow].sum()) / int(slow.sum()) - self.stand_m
+            )
         height -= self.stand_m
-        away = np.sqrt(np.square(here - self._at).sum(axis=1)) > LEAVE_M
+        off = here - self._at
+        away = (off * off).sum(axis=1) > LEAVE_M**2
         leaves = self._stands & ((speed > LEAVE_SPEED_M_S) | (height > LEAVE_HEIGHT_M) | away)
         self._slid = (self._slid | leaves) & (height < LEAVE_HEIGHT_M)
         slow = speed < np.where(self._slid, STOP_SPEED_M_S, LAND_SPEED_M_S)
         lands = ~self._stands & slow & (height < LAND_HEIGHT_M)
         self._slid &= ~lands
-        self._at[lands] = here[lands] + self._held[lands, None] * (self._at - here)[lands]
+        if lands.any():
+            self._at[lands] = here[lands] + self._held[lands, None] * (self._at - here)[lands]
         self._stands = (self._stands & ~leaves) | lands
-        self._at[self._stands] += (1.0 - np.exp(-dt / DRIFT_S)) * (here - self._at)[self._stands]
-        self._held = np.clip(self._held + np.where(self._stands, dt, -dt) / FADE_S, 0.0, 1.0)
+        self._at += (-math.expm1(-dt / DRIFT_S) * self._stands)[:, None] * (here - self._at)
+        self._held += np.where(self._stands, dt, -dt) / FADE_S
+        np.maximum(np.minimum(self._held, 1.0, out=self._held), 0.0, out=self._held)

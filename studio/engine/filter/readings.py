@@ -175,9 +175,16 @@ class Gate:
 
 def _exchanged(positions: Array, expected: Array) -> NDArray[np.bool_]:
     """Which readings have left for right, shape (reading_count,)."""
-    both = np.stack([positions[:, _PAIRED], positions[:, MIRROR[_PAIRED]]])
-    distance = np.sqrt(np.square(both - expected[_PAIRED]).sum(axis=3))
-    known = ~np.isnan(distance)
-    distance = np.where(known, np.minimum(distance, 0.3), 0.0)
-    as_is, mirrored = distance.sum(axis=2) / np.maximum(known.sum(axis=2), 1)
-    return (mirrored < SWAP_SHARE * as_is) & (as_is > SWAP_M)
+    as_is = _mean_distances(positions[:, _PAIRED], expected[_PAIRED])
+    far = as_is > SWAP_M
+    if not far.any():
+        return far
+    return far & (_mean_distances(positions[:, MIRROR[_PAIRED]], expected[_PAIRED]) < SWAP_SHARE * as_is)
+
+
+def _mean_distances(positions: Array, expected: Array) -> Array:
+    """Mean distance of the joints seen to where they are expected, each cut off at 0.3 m, shape (reading_count,)."""
+    off = positions - expected
+    distance = np.sqrt((off * off).sum(axis=2))
+    known = distance == distance  # NaN, not equal to itself, where unseen
+    return np.minimum(np.where(known, distance, 0.0), 0.3).sum(axis=1) / np.maximum(known.sum(axis=1), 1)
