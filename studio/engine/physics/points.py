@@ -1,8 +1,8 @@
-"""Points of the body that may bear on the floor: soles, hands, elbows, knees, seat, shoulders and head.
+"""Points of the body that may bear on the floor: soles, knuckles, wrists, elbows, knees, seat, shoulders and head.
 
 A foot has two points under the heel, two under the ball and one at the tip of the toes. Measures are shares of
-stature; source: Drillis & Contini, "Body segment parameters", 1966 (breadth of the foot 0.055, its length
-0.152), the flesh under other joints from Winter, "Biomechanics and motor control of human movement", 2009.
+stature: the foot's from its breadth, 0.055, and length, 0.152 (Drillis & Contini, "Body segment parameters", 1966);
+how far above the floor other joints lie where they rest on it is estimated.
 """
 
 from dataclasses import dataclass
@@ -48,11 +48,13 @@ def floor_points(humanoid: Humanoid) -> FloorPoints:
     """Return the points of a humanoid, soles first."""
     height = humanoid.skeleton.height_m
     carriers, offsets = _soles(humanoid.skeleton)
-    names = [*carriers, *_FLESH]
-    flesh = [0.0] * len(carriers) + [share * height for share in _FLESH.values()]
+    hands = ["LeftHand", "RightHand"]
+    knuckles = [humanoid.skeleton.offsets_m[OUTPUT_INDEX[f"{hand}Middle1"]] for hand in hands]
+    names = [*carriers, *hands, *_FLESH]
+    flesh = [0.0] * len(carriers) + [height * _FLESH[name] for name in (*hands, *_FLESH)]
     return FloorPoints(
         np.array([humanoid.model.body(name).id for name in names]),
-        np.array([*offsets, *np.zeros((len(_FLESH), 3))]),
+        np.array([*offsets, *knuckles, *np.zeros((len(_FLESH), 3))]),
         np.array(flesh),
     )
 
