@@ -11,7 +11,7 @@ import traceback
 from collections import deque
 from collections.abc import AsyncIterator, Callable
 from multiprocessing.connection import Connection
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,10 +21,8 @@ from studio.camera.depth_source import DepthShot, DepthSource
 from studio.camera.sources import SourceFrame
 from studio.engine.depth import DepthCamera
 from studio.engine.errors import StudioError
+from studio.engine.observation import Observation
 from studio.take.raw_records import intrinsics_of
-
-if TYPE_CHECKING:  # the observer and its tracker are loaded in their own process only
-    from studio.engine.observer import Observation
 
 _RATE_FRAMES = 60
 
@@ -158,7 +156,7 @@ class ObserverProcess:
         """
         self._receive()
 
-    def observe(self, time_ns: int, depth_mm: NDArray[np.uint16]) -> "Observation":
+    def observe(self, time_ns: int, depth_mm: NDArray[np.uint16]) -> Observation:
         """Return what is in an image.
 
         Raises:
@@ -170,7 +168,7 @@ class ObserverProcess:
             raise StudioError("the tracker's process has ended; start the camera again") from error
         return self._receive()
 
-    def _receive(self) -> "Observation":
+    def _receive(self) -> Observation:
         try:
             kind, value = self._here.recv()
         except (EOFError, OSError) as error:
@@ -197,6 +195,6 @@ def _observe(
 
 
 def _observer(name: str, camera: DepthCamera) -> Any:
-    from studio.engine.observer import Observer
+    from studio.engine.observer import Observer  # with its tracker, in this process only
 
     return Observer(name, camera)

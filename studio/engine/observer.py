@@ -1,37 +1,14 @@
 """What a camera client finds in its depth images (step 1): skeleton, hand states, head orientation."""
 
-from dataclasses import dataclass
-
 import numpy as np
 from numpy.typing import NDArray
 
 from studio.engine.depth import DepthCamera, DepthFrame
-from studio.engine.frames import HandSeen
 from studio.engine.hands.states import HandStates
 from studio.engine.head import HeadTracker
 from studio.engine.joints import JOINT_COUNT
+from studio.engine.observation import Observation
 from studio.engine.tracker.tracker import Tracker
-
-
-@dataclass(frozen=True)
-class Observation:
-    """One image's content, in the camera frame.
-
-    Attributes:
-        time_ns: of the image, on the camera's clock.
-        positions: canonical joints [m], shape (21, 3); NaN = unseen.
-        confidence: shape (21,), 0..1.
-        hands: states of the hands, by both methods.
-        head_wxyz: the head's turn from the T-pose, in which it faces -y with z up; None = not measured.
-        status: the tracker's: `tracked`, `searching` or `lost`.
-    """
-
-    time_ns: int
-    positions: NDArray[np.float64]
-    confidence: NDArray[np.float64]
-    hands: tuple[HandSeen, ...] = ()
-    head_wxyz: tuple[float, float, float, float] | None = None
-    status: str = "tracked"
 
 
 class Observer:

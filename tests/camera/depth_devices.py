@@ -10,7 +10,7 @@ from studio.engine.depth import DepthCamera
 from studio.engine.errors import StudioError
 from studio.engine.frames import HandSeen
 from studio.engine.joints import JOINT_COUNT
-from studio.engine.observer import Observation
+from studio.engine.observation import Observation
 
 CAMERA = DepthCamera(60.0, 60.0, 31.5, 23.5, 64, 48)
 
@@ -45,7 +45,7 @@ class FixedObserver:
         self._camera = camera
 
     def observe(self, time_ns: int, depth_mm: np.ndarray) -> Observation:
-        if depth_mm[0, 0] == 1013:
+        if depth_mm[0, 0] == 13:
             raise ValueError("number thirteen")
         positions = np.full((JOINT_COUNT, 3), np.nan)
         positions[0] = [0.0, 0.0, depth_mm[0, 0] * 1e-3]

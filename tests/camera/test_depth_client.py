@@ -7,12 +7,15 @@ import httpx
 import numpy as np
 import pytest
 
+from studio import wire
 from studio.camera import tracked
 from studio.camera.depth_source import DeviceClock, DeviceLostError, SteadySource
+from studio.camera.link import Link
 from studio.camera.preview import PreviewPage, health, png_picture, text_picture
 from studio.camera.tracked import ObserverProcess, TrackedSource
 from studio.engine.errors import SettingsError, StudioError
 from tests.camera.depth_devices import CAMERA, BrokenObserver, Device, FixedObserver
+from tests.camera.link_server import LinkServer, link_server, running
 
 
 async def take(source, count: int) -> list:
@@ -82,7 +85,6 @@ def test_the_device_clock_counts_the_shortest_delay() -> None:
 
 
 def test_images_become_skeletons_in_a_process(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(tracked, "_observer", FixedObserver)
     monkeypatch.setattr(
         tracked, "ObserverProcess", lambda name, camera: ObserverProcess(name, camera, FixedObserver)
     )
@@ -99,11 +101,37 @@ def test_images_become_skeletons_in_a_process(monkeypatch: pytest.MonkeyPatch) -
     assert 900 < source.measured_rate < 1100 and "tracked" in health(source)
 
 
+def test_depth_goes_over_the_link_while_a_take_is_recorded(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(
+        tracked, "ObserverProcess", lambda name, camera: ObserverProcess(name, camera, FixedObserver)
+    )
+
+    async def run() -> LinkServer:
+        async with link_server() as server:
+            source = TrackedSource(Device(40_000), keep_depth=True)
+            async with running(Link(source, server.url).run()):
+                await server.until(lambda: len(server.of(wire.SkeletonFrame)) > 2, 60)
+                await server.sockets[0].send(wire.encode(wire.Recording(active=True, take="t")))
+                await server.until(lambda: len(server.of(wire.DepthImage)) > 2, 60)
+        return server
+
+    server = asyncio.run(run())
+    (hello,) = server.of(wire.Hello)
+    assert hello.intrinsics is not None and (hello.intrinsics.width, hello.intrinsics.height) == (64, 48)
+    skeletons = {frame.sequence: frame for frame in server.of(wire.SkeletonFrame)}
+    assert 0 not in {image.sequence for image in server.of(wire.DepthImage)}
+    for image in server.of(wire.DepthImage):
+        depth_mm = wire.depth_array(image, hello.intrinsics)
+        positions, _ = wire.joint_arrays(skeletons[image.sequence], "canonical")
+        assert positions[0, 2] == pytest.approx(depth_mm[0, 0] * 1e-3)
+        assert image.device_time_ns == skeletons[image.sequence].device_time_ns
+
+
 def test_an_observer_that_fails_is_told() -> None:
     with ObserverProcess("a", CAMERA, FixedObserver) as process:
         process.wait_ready()
         with pytest.raises(StudioError, match="number thirteen"):
-            process.observe(0, np.full((48, 64), 1013, np.uint16))
+            process.observe(0, np.full((48, 64), 13, np.uint16))
         with pytest.raises(StudioError, match="process has ended"):
             process.observe(0, np.full((48, 64), 1000, np.uint16))
     with (
