@@ -1,5 +1,7 @@
 """How the bones are turned, from the places of the joints and what else is known."""
 
+from collections.abc import Callable
+
 import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter1d
@@ -10,6 +12,9 @@ from studio.camera.simulator.depth.frame import SIDES
 from studio.engine.joints import INDEX, PARENTS
 
 Array = NDArray[np.float64]
+_Ways = Callable[[str, str], tuple[Array, Array]]
+"""The way between two joints: in the T-pose, shape (3,), and now, shape (F, 3)."""
+
 _SMOOTH_FRAMES = 7.0
 """How slowly a limb turns about itself, SD in frames of 1/120 s."""
 
@@ -65,7 +70,7 @@ def bone_rotations(
     return out
 
 
-def _arm(out: Array, side: str, chest: Array, way, turned: Array | None) -> None:
+def _arm(out: Array, side: str, chest: Array, way: _Ways, turned: Array | None) -> None:
     upper_way, fore_way = way(f"{side}_shoulder", f"{side}_elbow"), way(f"{side}_elbow", f"{side}_wrist")
     start = _swung(chest, *upper_way)
     if turned is None:
@@ -84,7 +89,7 @@ def _arm(out: Array, side: str, chest: Array, way, turned: Array | None) -> None
     out[:, BONE[f"{side}_hand"]] = hand
 
 
-def _leg(out: Array, side: str, pelvis: Array, way, turned: Array | None) -> None:
+def _leg(out: Array, side: str, pelvis: Array, way: _Ways, turned: Array | None) -> None:
     thigh_way, shin_way = way(f"{side}_hip", f"{side}_knee"), way(f"{side}_knee", f"{side}_ankle")
     foot_way = way(f"{side}_ankle", f"{side}_toe")
     start = _swung(pelvis, *thigh_way)

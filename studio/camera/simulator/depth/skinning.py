@@ -27,25 +27,7 @@ def skin(
 
     Source: Kavan et al. 2007, "Skinning with dual quaternions".
     """
-    count = len(quaternions)
-    dual = np.empty((count, 8))
-    for b in range(count):
-        w, x, y, z = quaternions[b]
-        ax, ay, az = anchors[b]
-        tx = places[b, 0] - (
-            (1 - 2 * (y * y + z * z)) * ax + 2 * (x * y - w * z) * ay + 2 * (x * z + w * y) * az
-        )
-        ty = places[b, 1] - (
-            2 * (x * y + w * z) * ax + (1 - 2 * (x * x + z * z)) * ay + 2 * (y * z - w * x) * az
-        )
-        tz = places[b, 2] - (
-            2 * (x * z - w * y) * ax + 2 * (y * z + w * x) * ay + (1 - 2 * (x * x + y * y)) * az
-        )
-        dual[b, 0], dual[b, 1], dual[b, 2], dual[b, 3] = w, x, y, z
-        dual[b, 4] = -0.5 * (tx * x + ty * y + tz * z)
-        dual[b, 5] = 0.5 * (tx * w + ty * z - tz * y)
-        dual[b, 6] = 0.5 * (-tx * z + ty * w + tz * x)
-        dual[b, 7] = 0.5 * (tx * y - ty * x + tz * w)
+    dual = _dual_quaternions(quaternions, anchors, places)
     out = np.empty_like(vertices)
     d = np.empty(8)
     for v in range(len(vertices)):
@@ -74,3 +56,30 @@ def skin(
         out[v, 1] = 2 * (x * y + w * z) * px + (1 - 2 * (x * x + z * z)) * py + 2 * (y * z - w * x) * pz + ty
         out[v, 2] = 2 * (x * z - w * y) * px + 2 * (y * z + w * x) * py + (1 - 2 * (x * x + y * y)) * pz + tz
     return out
+
+
+@compiled
+def _dual_quaternions(
+    quaternions: NDArray[np.float64], anchors: NDArray[np.float64], places: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """Every bone's motion as a dual quaternion: rotation, then half of translation times rotation, shape (B, 8)."""
+    count = len(quaternions)
+    dual = np.empty((count, 8))
+    for b in range(count):
+        w, x, y, z = quaternions[b]
+        ax, ay, az = anchors[b]
+        tx = places[b, 0] - (
+            (1 - 2 * (y * y + z * z)) * ax + 2 * (x * y - w * z) * ay + 2 * (x * z + w * y) * az
+        )
+        ty = places[b, 1] - (
+            2 * (x * y + w * z) * ax + (1 - 2 * (x * x + z * z)) * ay + 2 * (y * z - w * x) * az
+        )
+        tz = places[b, 2] - (
+            2 * (x * z - w * y) * ax + 2 * (y * z + w * x) * ay + (1 - 2 * (x * x + y * y)) * az
+        )
+        dual[b, 0], dual[b, 1], dual[b, 2], dual[b, 3] = w, x, y, z
+        dual[b, 4] = -0.5 * (tx * x + ty * y + tz * z)
+        dual[b, 5] = 0.5 * (tx * w + ty * z - tz * y)
+        dual[b, 6] = 0.5 * (-tx * z + ty * w + tz * x)
+        dual[b, 7] = 0.5 * (tx * y - ty * x + tz * w)
+    return dual
