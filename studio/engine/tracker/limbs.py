@@ -32,7 +32,7 @@ _UNEXPLAINED_M = 0.07
 _ELSEWHERE_M = 0.05
 """A point nearer to the rest of the body is none of the limb's [m]."""
 _LOST_M2 = 0.12
-"""A limb that costs less is not searched for [m2]."""
+"""A limb that costs less is not searched for [m2], where the body has 1,000 points."""
 _BETTER = 0.75
 _BETTER_M2 = 0.08
 """Another pose must cost less than this share, and so much less [m2]."""
@@ -86,6 +86,7 @@ class LimbSearch:
         """
         places, rotations, *_ = self._fitter.place(figure, pose)
         base = int(self._fitter.chain.parents[limb.bodies[0]])
+        size = _length(figure, limb) / _length(self._figure, limb)
         targets = (points.places - places[base]) @ rotations[base]
         distance = np.where(lost > _UNEXPLAINED_M, np.linalg.norm(targets, axis=1), 0.0)
         out = [prior.pose.angles[limb.dofs][None], limb.poses[:CANDIDATES]]
@@ -93,7 +94,7 @@ class LimbSearch:
             if len(distance) == 0 or distance.max() <= 0.0:
                 break
             target = targets[int(distance.argmax())]
-            near = np.argsort(np.linalg.norm(limb.ends - target, axis=1), kind="stable")[:_PER_TARGET]
+            near = np.argsort(np.linalg.norm(limb.ends - target / size, axis=1), kind="stable")[:_PER_TARGET]
             out.append(limb.poses[near])
             distance = np.where(np.linalg.norm(targets - target, axis=1) > 0.12, distance, 0.0)
         return np.concatenate(out)
@@ -151,13 +152,14 @@ class LimbSearch:
         others = np.delete(distance, limb.part, axis=1).min(axis=1)
         near = others > _ELSEWHERE_M
         places, *_ = self._fitter.place(figure, pose)
-        reach = 1.15 * float(np.linalg.norm(figure.offsets[limb.bodies], axis=1).sum()) + 0.15
+        reach = 1.15 * _length(figure, limb) + 0.15
         near &= np.linalg.norm(points.places - places[limb.bodies[0]], axis=1) < reach
         some = Points(points.places[near], points.views[near], points.normals[near], points.camera[near])
         others = others[near]
         current = pose.angles[limb.dofs][None]
         costs = self.cost(limb, figure, pose, current, some, others, silhouettes)
-        if costs[0] < lost_m2:
+        scale = min(len(points.places) / 1000.0, 1.0)
+        if costs[0] < lost_m2 * scale:
             return pose, float(costs[0])
         tried = self._tried(limb, figure, pose, prior, some, distance[near].min(axis=1))
         tried_costs = self.cost(limb, figure, pose, tried, some, others, silhouettes)
@@ -175,9 +177,13 @@ class LimbSearch:
             cost = float(self.cost(limb, figure, pose, new, some, others, silhouettes)[0])
             if cost < best_cost:
                 best, best_cost = fit.pose, cost
-        if best_cost < _BETTER * costs[0] and best_cost < costs[0] - _BETTER_M2:
+        if best_cost < _BETTER * costs[0] and best_cost < costs[0] - _BETTER_M2 * scale:
             return best, best_cost
         return pose, float(costs[0])
+
+
+def _length(figure: Figure, limb: Limb) -> float:
+    return float(np.linalg.norm(figure.offsets[limb.bodies], axis=1).sum())
 
 
 def spread_poses(
