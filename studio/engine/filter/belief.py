@@ -1,7 +1,5 @@
 """What is known of the body: configuration, velocity, and how sure both are; and how it moves on its own."""
 
-from collections.abc import Callable
-
 import mujoco
 import numpy as np
 from numpy.typing import NDArray
@@ -84,7 +82,6 @@ class Belief:
         self.q = self.within(q.copy())
         self.velocity = np.zeros(self._model.nv)
         self.covariance[:] = 0.0
-        self._gained: Callable[[], Array] | None = None
         self.covariance[self._places, self._places] = START_SIGMA**2
         self.covariance[self._speeds, self._speeds] = START_VELOCITY_SIGMA**2
 
@@ -107,9 +104,6 @@ class Belief:
 
     def predict(self, dt: float) -> None:
         """Move on by `dt` [s]."""
-        if self._gained is not None:
-            self.covariance -= self._gained()
-            self._gained = None
         mujoco.mj_integratePos(self._model, self.q, self.velocity, dt)
         hinges = self.q[7:]
         outside = (hinges < self._low) | (hinges > self._high)
@@ -151,17 +145,13 @@ class Belief:
         with_later = self.covariance[:, :nv] + late_s * self.covariance[:, nv:]
         return with_later, self._density * (abs(late_s) ** 3 / 3.0)
 
-    def correct(self, step: Array, gained: Callable[[], Array]) -> None:
-        """Move by a step of configuration and velocity, shape (2 nv,).
-
-        The covariance falls by `gained`, when the belief next moves on: until then nobody asks, and an output frame
-        without joints has the time for it.
-        """
+    def correct(self, step: Array, gained: Array) -> None:
+        """Move by a step of configuration and velocity, shape (2 nv,); the covariance falls by `gained`."""
         nv = self._model.nv
         mujoco.mj_integratePos(self._model, self.q, step[:nv], 1.0)
         self.within(self.q)
         self.velocity += step[nv:]
-        self._gained = gained
+        self.covariance -= gained
 
     def doubt(self, dofs: NDArray[np.int64], place: float, speed: float) -> None:
         """Let some degrees of freedom be less sure, by these deviations [rad] and [rad/s]."""

@@ -196,7 +196,7 @@ class BodyFilter:
         if correction.beyond or np.abs(share_now - share).max() > SHARE_CHANGED:
             correction.solve(*told, room)
         step = correction.step()
-        belief.correct(step, correction.gained)
+        belief.correct(step, correction.gained())
         self._ease.take(step[: len(q) - 1], late_s)
         self._sites = self._kinematics.place(belief.moved(late_s)).copy()
         self._unstick(rows, elapsed)

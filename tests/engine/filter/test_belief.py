@@ -90,6 +90,6 @@ def test_a_step_moves_configuration_and_velocity(belief):
     step, back = np.zeros(2 * NV), np.zeros(NV)
     step[2], step[NV + 2] = 0.1, 0.5
     before = belief.q.copy()
-    belief.correct(step, lambda: np.zeros((2 * NV, 2 * NV)))
+    belief.correct(step, np.zeros((2 * NV, 2 * NV)))
     mujoco.mj_differentiatePos(HUMANOID.model, back, 1.0, before, belief.q)
     assert back[2] == pytest.approx(0.1) and belief.velocity[2] == pytest.approx(0.5)
