@@ -6,6 +6,7 @@ from websockets.sync.client import connect
 
 from studio import wire
 from tests.api.camera import Camera, send_frames, wait_until
+from tests.live.performer import hello
 
 
 @pytest.fixture
@@ -113,7 +114,8 @@ def test_a_message_that_is_too_large_closes_the_link(studio):
         camera.greet()
         with pytest.raises(ConnectionClosed):  # while it is sent, or afterwards
             camera.socket.send(b"\0" * (wire.MAX_MESSAGE_BYTES + 1))
-            camera.socket.recv(timeout=30)
+            while True:
+                camera.socket.recv(timeout=30)
     wait_until(lambda: studio.stage.status()["cameras"]["camera_0"]["errors"] == 1, "the error is counted")
 
 
@@ -145,3 +147,61 @@ def test_a_frame_from_the_far_future_is_not_used(studio):
 def test_a_page_of_another_site_may_not_open_the_link(studio):
     with pytest.raises(Exception, match="403"):
         connect(studio.url("link"), origin="http://elsewhere.example")
+
+
+def test_the_same_start_of_a_client_takes_over_from_its_lost_link(studio):
+    with Camera(studio.url("link"), 0) as lost, Camera(studio.url("link"), 0) as again:
+        lost.greet()
+        assert isinstance(again.greet(), wire.Welcome)
+        lost.send_frame()
+        assert refusal(lost).code == "replaced"
+        again.send_frame()
+        wait_until(lambda: studio.stage.status()["cameras"]["camera_0"]["frames"] == 1, "its frame came")
+
+
+def test_the_operator_chooses_the_reference(studio):
+    with Camera(studio.url("link"), 0) as first, Camera(studio.url("link"), 1) as second:
+        first.greet()
+        second.greet()
+        answer = studio.http.put("/cameras/camera_1/reference")
+        assert answer.status_code == 200 and answer.json()["camera_1"]["reference"]
+        assert studio.http.put("/cameras/nobody/reference").status_code == 422
+        studio.http.post("/record/start", json={"session": "s", "take": "t"}).raise_for_status()
+        assert studio.http.put("/cameras/camera_0/reference").status_code == 409
+
+
+def test_what_a_camera_is_starved_by_is_told(studio):
+    with Camera(studio.url("link"), 0) as camera:
+        camera.greet()
+        wait_until(
+            lambda: studio.stage.status()["cameras"]["camera_0"]["starved"] == "no_frames", "no frame yet"
+        )
+        camera.exchange_clocks()
+        nobody = wire.SkeletonFrame(1, camera.clock_ns(), b"\0\0\xc0\x7f" * 63, b"\0" * 84)
+        camera.send(nobody)
+        wait_until(
+            lambda: studio.stage.status()["cameras"]["camera_0"]["starved"] == "no_performer", "nobody"
+        )
+        camera.sequence = 1
+        send_frames([camera], 5)
+        wait_until(lambda: studio.stage.status()["cameras"]["camera_0"]["starved"] == "", "it sees someone")
+        camera.sequence += 20
+        send_frames([camera], 5)
+        wait_until(
+            lambda: studio.stage.status()["cameras"]["camera_0"]["starved"] == "network", "frames are lost"
+        )
+
+
+def test_kept_frames_of_an_unknown_take_stay_with_the_client(studio):
+    with Camera(studio.url("link"), 0) as camera:
+        camera.greet()
+        camera.send(wire.Kept("nowhere", "boot-1", 5, 9))
+        answer = camera.receive_kind(wire.Ack)
+        assert not answer.known and answer.up_to == 4
+
+
+def test_frames_of_another_camera_are_not_taken(studio):
+    with Camera(studio.url("link"), 0) as camera:
+        camera.greet()
+        camera.send(wire.Kept("t", "old", 5, 9, hello("camera_7", boot_id="old")))
+        assert "own name" in refusal(camera).reason
