@@ -19,6 +19,7 @@ from studio.engine.body import Body
 from studio.engine.calibration.result import Performer
 from studio.engine.errors import SettingsError
 from studio.engine.finish.contacts import JOINTS, Contacts, find_contacts
+from studio.engine.finish.lost_limbs import bring_back, far_limbs
 from studio.engine.finish.measurements import Measurements, NoiseScale, measure, swapped
 from studio.engine.finish.smoother import Smoother
 from studio.engine.finish.store import Store
@@ -97,8 +98,10 @@ class Finisher:
         """Yield all results, finished."""
         if self._store is None:
             return
-        q = self._initial(self._store)
+        q, far = self._initial(self._store)
         pieces = self._pieces(self._store)
+        for first, last in pieces:
+            bring_back(q[first:last], far[first:last], self._dt)
         for _ in range(ITERATIONS):
             self._step(q, pieces, None, self._first)
         self._noise = self._noise_scale(q, pieces)
@@ -119,17 +122,23 @@ class Finisher:
         yield from self._posed(q, squared_radii, lifted_m)
         self._store.close()
 
-    def _initial(self, store: Store) -> NDArray[np.float64]:
-        """The first solve's configurations, shape (frame_count, nq), after noting what each camera took for left."""
+    def _initial(self, store: Store) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
+        """The first solve's configurations, shape (frame_count, nq), and which limbs are far from the cameras' joints,
+        shape (frame_count, 4), after noting what each camera took for left."""
         q: list[NDArray[np.float64]] = []
         exchanged: list[NDArray[np.bool_]] = []
+        far: list[NDArray[np.bool_]] = []
         for begin in range(0, len(store), WINDOW):
             records = store.read(begin, min(begin + WINDOW, len(store)))
             q.append(records["q"])
             expected = self._kinematics.sites(records["q"])
-            exchanged.append(swapped(records["positions"].astype(np.float64), expected))
+            positions = records["positions"].astype(np.float64)
+            turned = swapped(positions, expected)
+            positions[turned] = positions[turned][:, MIRROR]
+            far.append(far_limbs(positions, expected))
+            exchanged.append(turned)
         self._exchanged = np.concatenate(exchanged)
-        return np.concatenate(q)
+        return np.concatenate(q), np.concatenate(far)
 
     def _pieces(self, store: Store) -> list[tuple[int, int]]:
         """Where the take goes on without a gap: begin and end of each piece [frames]."""
