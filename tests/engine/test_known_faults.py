@@ -128,8 +128,11 @@ class TestRunning:
         out = solved(path, body_of=runner)
         for end, base in ENDS:
             assert amplitude_m(out, end, base) == pytest.approx(amplitude_m(path, end, base), rel=0.03)
-        feet = [INDEX["left_ankle"], INDEX["right_ankle"]]
-        assert np.linalg.norm(out - path, axis=2)[20:, feet].mean() < 0.01
+        feet = [
+            INDEX["left_ankle"],
+            INDEX["right_ankle"],
+        ]  # held where they land, up to `feet.LEAVE_M` from the joints
+        assert np.linalg.norm(out - path, axis=2)[20:, feet].mean() < 0.02
 
     @pytest.mark.parametrize("place", ["before", "after"])
     def test_a_displacement_limit_lets_it_pass(self, file, place, test_data):
