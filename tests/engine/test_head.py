@@ -33,8 +33,8 @@ def test_the_window_hangs_from_the_top_of_the_head_wherever_the_joint_is() -> No
 
 
 def test_arrows_become_a_rotation() -> None:
-    seen = oriented(np.array([0.0, 0.0, -0.9]), np.array([0.0, -0.8, 0.1]))
-    assert seen is not None and seen.confidence == pytest.approx(np.hypot(0.8, 0.1))
+    seen = oriented(np.array([0.0, 0.0, -0.95]), np.array([0.0, -0.9, 0.1]))
+    assert seen is not None and seen.confidence == pytest.approx(np.hypot(0.9, 0.1))
     turn = matrices(np.array(seen.wxyz))
     np.testing.assert_allclose(turn @ [0, -1, 0], [0, 0, -1], atol=1e-9)  # the face looks into the camera
     np.testing.assert_allclose(turn @ [0, 0, 1], [0, -1, 0], atol=1e-9)

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from studio.camera.simulator.hand_training import arguments, read_clips
 from studio.camera.simulator.network_training import train
 from studio.camera.simulator.training_views import TrainingView, training_views
-from studio.engine.head import WEIGHTS, along_ray, head_window
+from studio.engine.head import SIDE, WEIGHTS, along_ray, head_window
 from studio.engine.joints import INDEX
 
 Array32 = NDArray[np.float32]
@@ -36,6 +36,16 @@ def head_samples(views: Iterable[TrainingView], rng: np.random.Generator) -> tup
     return np.array(inputs, np.float32), np.array(targets, np.float32)
 
 
+def mirrored(inputs: Array32, targets: Array32) -> tuple[Array32, Array32]:
+    """Return the samples of the mirror images: a head is alike on both sides."""
+    flipped, turned = inputs.copy(), targets.copy()
+    for part in range(2):
+        of = slice(part * SIDE * SIDE, (part + 1) * SIDE * SIDE)
+        flipped[:, of] = inputs[:, of].reshape(-1, SIDE, SIDE)[:, :, ::-1].reshape(len(inputs), -1)
+    turned[:, [0, 3]] *= -1
+    return flipped, turned
+
+
 def _slope(outputs: Array32, targets: Array32) -> Array32:
     """Derivative of the squared distance."""
     return 2 * (outputs - targets)
@@ -47,7 +57,8 @@ def main() -> None:
     rng = np.random.default_rng(args.seed)
     views = training_views(read_clips(args.clips), args.performers, args.poses, rng, ("head",))
     inputs, targets = head_samples(views, rng)
-    train(inputs, targets, (192, 48), _slope, rng, epochs=24, dropout=0.15, decay=2e-2).save(args.out)
+    both = [np.concatenate(pair) for pair in zip((inputs, targets), mirrored(inputs, targets), strict=True)]
+    train(both[0], both[1], (256, 64), _slope, rng, epochs=14, dropout=0.15, decay=2e-2).save(args.out)
 
 
 if __name__ == "__main__":

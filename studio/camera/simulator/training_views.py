@@ -33,6 +33,11 @@ SIDE_M = 0.46
 _FRAME_S = 1.0 / 30
 _SENSORS = ("kinect-v2", "azure-kinect")
 _FRONT = np.array([0.0, -1.0, 0.0])
+_TWIST_DEG = 100.0
+"""Forearms turn by so much to either side."""
+
+_MOVED = 0.5
+"""Share of the arms that leave the clip's pose."""
 
 
 @dataclass(frozen=True)
@@ -109,7 +114,7 @@ def _random_poses(
         across = joints[INDEX["left_shoulder"]] - joints[INDEX["right_shoulder"]]
         joints = joints @ Rotation.from_euler("z", -np.arctan2(across[1], across[0])).as_matrix().T
         for side, sign in (("left", 1.0), ("right", -1.0)):
-            if rng.random() < 0.65:
+            if rng.random() < _MOVED:
                 _move_arm(joints, side, sign, rng)
         poses.append(joints)
     closed = rng.random((count, 2)) < 0.5
@@ -135,7 +140,7 @@ def _turned(motion: PerformerMotion, rng: np.random.Generator) -> PerformerMotio
     for side in ("left", "right"):
         way = joints[:, INDEX[f"{side}_hand"]] - joints[:, INDEX[f"{side}_wrist"]]
         way /= np.linalg.norm(way, axis=1, keepdims=True)
-        twist = Rotation.from_rotvec(way * np.radians(rng.normal(0.0, 35.0, (len(way), 1))))
+        twist = Rotation.from_rotvec(way * np.radians(rng.uniform(-_TWIST_DEG, _TWIST_DEG, (len(way), 1))))
         _turn(turns, f"{side}_hand", lambda now, twist=twist: twist * now)
     degrees = rng.uniform([-28, -12, -65], [22, 12, 65], (len(turns), 3))
     look = Rotation.from_euler("xyz", degrees, degrees=True)

@@ -1,0 +1,50 @@
+"""Training of the small networks: what it is given, and that it learns."""
+
+import numpy as np
+
+from studio.camera.simulator.hand_training import hand_samples, read_clips
+from studio.camera.simulator.head_training import head_samples, mirrored
+from studio.camera.simulator.network_training import train
+from studio.camera.simulator.training_views import training_views
+from studio.engine.hands.shape import shape_network
+from studio.engine.head import head_network
+
+
+def test_a_network_learns_and_repeats_to_the_bit() -> None:
+    rng = np.random.default_rng(1)
+    inputs = rng.normal(size=(2000, 6)).astype(np.float32)
+    targets = (inputs[:, :1] * inputs[:, 1:2] > 0).astype(np.float32)  # no straight line parts them
+
+    def fit():
+        return train(
+            inputs,
+            targets,
+            (16,),
+            lambda z, y: 2 * (z - y),
+            np.random.default_rng(2),
+            epochs=200,
+            dropout=0.0,
+        )
+
+    network = fit()
+    assert ((network(inputs)[:, 0] > 0.5) == (targets[:, 0] > 0.5)).mean() > 0.9
+    np.testing.assert_array_equal(network(inputs), fit()(inputs))
+
+
+def test_views_give_samples_that_the_networks_know_something_of() -> None:
+    rng = np.random.default_rng(3)
+    views = list(training_views(read_clips([]), 1, 6, rng))
+    assert {view.what for view in views} == {"left", "right", "head"}
+    for view in views:
+        assert view.depth_mm.shape == (view.camera.height, view.camera.width) and view.depth_mm.any()
+        np.testing.assert_allclose(view.R_camera_head @ view.R_camera_head.T, np.eye(3), atol=1e-9)
+    inputs, targets = hand_samples(views, rng)
+    right = (shape_network()(inputs)[:, 0] > 0) == (targets[:, 0] > 0.5)
+    assert len(inputs) > 5 and set(np.unique(targets)) <= {0, 1} and right.mean() > 0.5
+    inputs, targets = head_samples(views, rng)
+    arrows = head_network()(inputs)
+    facing = targets[:, 2] < -0.3
+    assert np.median((arrows[facing, :3] * targets[facing, :3]).sum(axis=1)) > 0.7
+    flipped, turned = mirrored(inputs, targets)
+    np.testing.assert_array_equal(mirrored(flipped, turned)[0], inputs)
+    assert (turned[:, 0] == -targets[:, 0]).all() and (turned[:, 1] == targets[:, 1]).all()
