@@ -1,6 +1,7 @@
 """Finishing: the whole take solved at once, with the future known (`finish=on`, preset `finish`).
 
-`measurements` gathers every camera's joints at the output times, `trajectory` gives joint positions and
-Jacobians of all frames, `contacts` finds standing feet, `smoother` is the banded least-squares problem, and
-`finisher` runs it over a take in overlapping chunks.
+`store` keeps a take's steps on disk, `measurements` says what cameras tell, `lost_limbs` brings back limbs that the
+first solve lost, `trajectory` gives joint positions and Jacobians of all frames, `contacts` finds standing feet and
+the floor, `smoother` is the banded least-squares problem, `radii` says how wrong each joint may be, and `finisher`
+runs it all over a take, window by window.
 """

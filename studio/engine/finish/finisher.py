@@ -123,7 +123,7 @@ class Finisher:
         self._store.close()
 
     def _initial(self, store: Store) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
-        """The first solve's configurations, shape (frame_count, nq), and which limbs are far from the cameras' joints,
+        """The first solve's configurations, shape (frame_count, nq), and which limbs are far from what cameras see,
         shape (frame_count, 4), after noting what each camera took for left."""
         q: list[NDArray[np.float64]] = []
         exchanged: list[NDArray[np.bool_]] = []

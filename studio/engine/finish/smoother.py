@@ -51,10 +51,10 @@ LEAST_SIGMA_M = 0.002
 """How far a foot may sink into the floor [m]."""
 
 # Deviation of accelerations [m/s2, rad/s2] by output joint; the free hips first.
-_HIPS = (20.0, 20.0, 28.0, 50.0, 50.0, 50.0)
+_HIPS = (23.0, 23.0, 32.0, 57.0, 57.0, 57.0)
 _ACCELERATION = {
-    "Spine": 32.0, "Spine1": 32.0, "Spine2": 32.0, "Neck": 48.0, "Head": 48.0, "Shoulder": 48.0, "Arm": 120.0,
-    "ForeArm": 140.0, "Hand": 120.0, "UpLeg": 100.0, "Leg": 140.0, "Foot": 120.0, "ToeBase": 100.0,
+    "Spine": 37.0, "Spine1": 37.0, "Spine2": 37.0, "Neck": 55.0, "Head": 55.0, "Shoulder": 55.0, "Arm": 138.0,
+    "ForeArm": 161.0, "Hand": 138.0, "UpLeg": 115.0, "Leg": 161.0, "Foot": 138.0, "ToeBase": 115.0,
 }  # fmt: skip
 
 
