@@ -1,19 +1,23 @@
-"""The depth images of a take as skeletons, by the solve's `tracker` switch."""
+"""The depth images of a take as skeletons, for its solves by the `tracker` switch and for its calibration."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import replace
+from itertools import islice
 
+from studio.engine.calibration.calibrate import calibrate
 from studio.engine.calibration.result import Calibration
 from studio.engine.depth import DepthFrame
-from studio.engine.errors import CalibrationError
+from studio.engine.errors import CalibrationError, SettingsError
 from studio.engine.frames import CameraFrame
 from studio.engine.settings import SolveSettings
+from studio.engine.tracker.camera_poses import MOST_SETS, refine_camera_poses
 from studio.engine.tracker.skeletons import POINTS, from_points, per_camera, points_calibration
-from studio.take.raw import inspect_raw
+from studio.take.raw import camera_frames, inspect_raw
 from studio.take.raw_depth import DepthRecording
 from studio.take.take import Take
 
 Progress = Callable[[float], None]
+_LEAST_WALK_S = 10.0
 _SHARE = 0.9
 """Of the time that a solve from depth takes, tracking takes about this share."""
 
@@ -50,14 +54,45 @@ def tracked_frames(
     total = sum(len(recording.times_ns(name)) for name in names)
     images = _told(images, total, progress)
     if settings.tracker != "points":
-        frames: dict[str, list[CameraFrame]] = {name: [] for name in names}
-        for frame in per_camera(images, cameras):
-            frames[frame.camera].append(frame)
-        return frames, calibration, settings
+        return _by_camera(per_camera(images, cameras), names), calibration, settings
     tracked = list(from_points(images, cameras, calibration))
     performer = tracked[-1][1] if tracked else None
     calibration = points_calibration(calibration, names, performer)
     return {POINTS: [frame for frame, _ in tracked]}, calibration, replace(settings, cameras="all")
+
+
+def calibrate_take(take: Take, *, reference: str | None = None) -> Calibration:
+    """Return the calibration that a take's frames give; a bad one has the verdict `refused` and reasons.
+
+    Skeletons are used as received. A take that has only depth is tracked camera by camera, and the cameras are then
+    refined on the body and the floor; all of it is used where its calibration part is too short for a walk.
+
+    Raises:
+        CalibrationError: no frames at all. SettingsError: no such reference camera.
+    """
+    summary, until_s = inspect_raw(take.raw_path), take.meta["calibration_s"]
+    from_depth = bool(summary.depth_frames) and not any(summary.frames.values())
+    if from_depth:
+        recording = DepthRecording(take.raw_path)
+        frames = _by_camera(per_camera(recording.frames(), recording.cameras), tuple(recording.cameras))
+        until_s = until_s if until_s is not None and until_s >= _LEAST_WALK_S else None
+    else:
+        frames = camera_frames(take.raw_path)
+    if reference is not None and reference not in frames:
+        raise SettingsError(f"--reference {reference}: no such camera; allowed: {', '.join(frames)}")
+    calibration = calibrate(frames, reference=reference, until_s=until_s)
+    if not from_depth or len(frames) < 2:
+        return calibration
+    clocks = {name: camera.clock for name, camera in calibration.cameras.items()}
+    images = list(islice(recording.frames(clocks=clocks), MOST_SETS * len(frames)))
+    return refine_camera_poses(images, recording.cameras, calibration)
+
+
+def _by_camera(frames: Iterable[CameraFrame], names: tuple[str, ...]) -> dict[str, list[CameraFrame]]:
+    out: dict[str, list[CameraFrame]] = {name: [] for name in names}
+    for frame in frames:
+        out[frame.camera].append(frame)
+    return out
 
 
 def _told(images: Iterator[DepthFrame], total: int, progress: Progress | None) -> Iterator[DepthFrame]:

@@ -10,7 +10,8 @@ Find the cameras' places and clocks and the performer's proportions from a take'
 
 Uses the calibration part at the take's beginning (a T-pose, then a walk) where the take says how long it
 is, else all of it. The result is the take's next numbered calibration and is used from then on. A calibration
-that is refused is kept too, with its reasons, but not used; the command then exits 1."""
+that is refused is kept too, with its reasons, but not used; the command then exits 1. A take that has only depth
+is tracked first, and its cameras are refined on the body and the floor."""
 
 
 def add_parser(subparsers: Any) -> None:
@@ -23,16 +24,12 @@ def add_parser(subparsers: Any) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
-    from studio.engine.calibration.calibrate import calibrate
-    from studio.engine.errors import CalibrationError, SettingsError
-    from studio.take.raw import camera_frames
+    from studio.engine.errors import CalibrationError
     from studio.take.take import Take
+    from studio.tracking import calibrate_take
 
     take = Take.open(args.take)
-    frames = camera_frames(take.raw_path)
-    if args.reference is not None and args.reference not in frames:
-        raise SettingsError(f"--reference {args.reference}: no such camera; allowed: {', '.join(frames)}")
-    calibration = calibrate(frames, reference=args.reference, until_s=take.meta["calibration_s"])
+    calibration = calibrate_take(take, reference=args.reference)
     result = calibration.to_json()
     write_result(args, result)
     number = take.add_calibration(calibration, use=not calibration.refused)

@@ -61,6 +61,22 @@ class TrackedSkeleton:
     status: str
 
 
+@dataclass(frozen=True)
+class OnBody:
+    """Points of one instant and where they lie on the fitted body, in the working frame.
+
+    Attributes:
+        points, places, normals: measured points, nearest places on the surface, outward normals there [m], each of
+            shape (point_count, 3). distance: between them [m], camera: index of the image, shape (point_count,).
+    """
+
+    points: Array
+    places: Array
+    normals: Array
+    distance: Array
+    camera: NDArray[np.int64]
+
+
 class Tracker:
     """Tracks one performer through depth images.
 
@@ -96,6 +112,7 @@ class Tracker:
         self._watch = LimbWatch()
         self._shape: ShapeEstimate | None = None
         self._fit: Fit | None = None
+        self._points: Points | None = None
         self._time_ns = 0
         self._fitted_ns = 0
         self._learnt = 0
@@ -106,6 +123,13 @@ class Tracker:
     def performer(self) -> Performer:
         """The performer's proportions as known by now."""
         return performer_of(self._figure.shape)
+
+    def on_body(self) -> OnBody | None:
+        """Return where the last images' points lie on the body; None where nobody is followed."""
+        if self._fit is None or self._points is None or len(self._fit.cone) != len(self._points.places):
+            return None
+        _, place, normal, _, distance = self._fitter.match(self._figure, self._fit.pose, self._points)
+        return OnBody(self._points.places, place, normal, distance.min(axis=1), self._points.camera)
 
     def track(self, frames: dict[str, DepthFrame]) -> TrackedSkeleton:
         """Return the skeleton at the mean time of the frames.
@@ -213,7 +237,7 @@ class Tracker:
         if pose is not fit.pose:
             fit = self._fitter.fit(self._figure, pose, points, silhouettes, prior, iterations=1)
         self._motion.update(fit.pose, fit.information, seconds)
-        self._fit, self._fitted_ns = fit, time_ns
+        self._fit, self._fitted_ns, self._points = fit, time_ns, points
         self._learn(points, silhouettes, prior)
         self._check(points, silhouettes, time_ns)
 
@@ -268,11 +292,11 @@ class Tracker:
         places, rotations, axes, *_ = self._fitter.place(self._figure, pose)
         offsets = canonical_offsets_of(self._figure.shape)
         joints = places[CANONICAL_BODIES] + np.einsum("jab,jb->ja", rotations[CANONICAL_BODIES], offsets)
-        self.errors_m = expected_errors(
+        errors_m = expected_errors(
             self._fitter.chain, places, axes, joints, self._motion.covariance, self._watch.costs_m2
         )
         if self._own_frame:
             T = next(iter(self._views.values())).T_work_camera
             assert T is not None
             joints = transform_points(invert_transform(T), joints)
-        return TrackedSkeleton(time_ns, joints, confidence_of(self.errors_m), "tracked")
+        return TrackedSkeleton(time_ns, joints, confidence_of(errors_m), "tracked")
