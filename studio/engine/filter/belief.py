@@ -16,7 +16,7 @@ REFERENCE_S = 1.0 / 30.0
 VELOCITY_MEMORY_S = 0.3
 """A velocity decays over this time."""
 
-REST_PER_S = 0.5
+REST_PER_S = 2.0
 """Pull to the resting stance, in units of each hinge's usual spread: it settles what no joint shows."""
 
 START_SIGMA = 0.1

@@ -30,7 +30,7 @@ def test_every_degree_of_freedom_accelerates_and_one_that_resists_does_less():
 
 def test_covariance_moves_on_as_the_motion_prior_says(belief):
     dt, rng = 0.02, np.random.default_rng(1)
-    half = rng.normal(size=(2 * NV, 2 * NV)) * 0.01
+    half = rng.normal(size=(2 * NV, 2 * NV)) * 0.002
     before = half @ half.T
     belief.covariance[:] = before
     belief.predict(dt)
