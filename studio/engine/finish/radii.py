@@ -29,7 +29,7 @@ MEMORY_S = 0.1
 MISFIT = 1.6
 """Radius per distance between the joint and where the cameras see it."""
 
-ROUNDING_S2 = 8.5e-4
+ROUNDING_S2 = 1.1e-3
 """Radius per acceleration [s2]."""
 
 ACCELERATION_S = 0.017
