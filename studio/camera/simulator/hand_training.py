@@ -86,7 +86,7 @@ def main() -> None:
     rng = np.random.default_rng(args.seed)
     views = training_views(read_clips(args.clips), args.performers, args.poses, rng, ("left", "right"))
     inputs, targets = hand_samples(views, rng)
-    train(inputs, targets, (96, 32), _slope, rng, epochs=16, dropout=0.3, decay=1e-2).save(args.out)
+    train(inputs, targets, (128, 32), _slope, rng, epochs=11, dropout=0.3, decay=2e-2).save(args.out)
 
 
 if __name__ == "__main__":

@@ -17,7 +17,7 @@ from studio.engine.network import Network
 _CHANGES_PER_S = 0.4
 """How often a hand opens or closes."""
 
-_TRUST = 0.35
+_TRUST = 0.5
 """Share of an image's log-odds that counts: images that follow each other err alike."""
 
 _LARGEST_LOG_ODDS = 4.0
