@@ -1,6 +1,7 @@
 """The skeleton tracker: depth images of one or several cameras in, one skeleton out."""
 
 from dataclasses import dataclass
+from functools import cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,7 +11,13 @@ from studio.engine.depth import DepthCamera, DepthFrame
 from studio.engine.errors import CalibrationError
 from studio.engine.geometry import invert_transform, transform_points
 from studio.engine.joints import JOINT_COUNT
-from studio.engine.tracker.body import CANONICAL_BODIES, canonical_offsets_of, humanoid_of, performer_of
+from studio.engine.tracker.body import (
+    CANONICAL_BODIES,
+    USUAL_HEIGHT_M,
+    canonical_offsets_of,
+    humanoid_of,
+    performer_of,
+)
 from studio.engine.tracker.chain import Pose, chain_of
 from studio.engine.tracker.confidence import confidence_of, expected_errors
 from studio.engine.tracker.fit import Figure, Fit, Fitter, Points, Prior
@@ -61,6 +68,14 @@ class TrackedSkeleton:
     status: str
 
 
+@cache
+def _usual_body() -> tuple[Figure, Fitter, LimbSearch]:
+    """Return a usual figure, its fitter and its limbs' poses, which every tracker begins with; none has a state."""
+    figure = Figure.of(shape_of_height(USUAL_HEIGHT_M))
+    fitter = Fitter(*chain_of(humanoid_of(figure.shape)))
+    return figure, fitter, LimbSearch(fitter, figure)
+
+
 @dataclass(frozen=True)
 class OnBody:
     """Points of one instant and where they lie on the fitted body, in the working frame.
@@ -104,11 +119,8 @@ class Tracker:
             name: CameraView(camera, None if T_stage_camera is None else T_stage_camera[name])
             for name, camera in cameras.items()
         }
-        self._figure = Figure.of(shape_of_height(1.72))
-        chain, limits = chain_of(humanoid_of(self._figure.shape))
-        self._fitter = Fitter(chain, limits)
-        self._search = LimbSearch(self._fitter, self._figure)
-        self._motion = Motion(limits)
+        self._figure, self._fitter, self._search = _usual_body()
+        self._motion = Motion(self._fitter.limits)
         self._watch = LimbWatch()
         self._shape: ShapeEstimate | None = None
         self._fit: Fit | None = None
