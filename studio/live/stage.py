@@ -342,15 +342,17 @@ class LiveStage:
             if recording is None:
                 raise TakeError("nothing is being recorded; start a recording first")
             recording.stopping = True
-            write_marker(self.sessions, marker_of(recording, self.clock_ns(), state=STOPPING))
+            try:
+                write_marker(self.sessions, marker_of(recording, self.clock_ns(), state=STOPPING))
+            except StudioError as error:  # a full disk must not keep a recording from ending
+                _log.warning("the end of the recording could not be noted: %s", error)
             self._engine.call(self._engine.detach)
             self._tell(None, recording)
             try:
-                summary = recording.save()
+                return recording.save()
             finally:
                 self.keeping.synced(recording.recorder, set(), ended=True)
-            remove_marker(self.sessions)
-            return summary
+                remove_marker(self.sessions)
 
     def _end_broken(self) -> None:
         """The take cannot be written on: end it in order, keep what there is, and say so."""

@@ -52,7 +52,7 @@ def stage_status(engine: "Engine", now_ns: int) -> dict[str, Any]:
 def _recording(engine: "Engine", now_ns: int) -> dict[str, Any]:
     recording = engine.recording
     meta = {} if recording is None else recording.recorder.take.meta
-    free = shutil.disk_usage(engine.folder).free
+    free = _free_bytes(engine)
     missing = {} if recording is None else recording.recorder.missing()
     seconds = 0.0 if recording is None else (now_ns - recording.began_ns) * 1e-9
     return {
@@ -82,6 +82,14 @@ def _notice(recording: "Recording", missing: dict[str, int]) -> str:
     waits = ", ".join(f"{name} {count}" for name, count in sorted(missing.items()))
     state = f"being filled by the cameras, frames to come: {waits}" if missing else "filled by the cameras"
     return f"The server was started again within take {recording.name} at {times}; gap {gap_ms} ms, {state}"
+
+
+def _free_bytes(engine: "Engine") -> int:
+    """What is left of the disk; 0 where the disk is gone."""
+    try:
+        return shutil.disk_usage(engine.folder).free
+    except OSError:
+        return 0
 
 
 def _minutes_left(engine: "Engine", free_bytes: int, seconds: float) -> float:

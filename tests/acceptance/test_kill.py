@@ -22,7 +22,7 @@ from tests.acceptance.processes import (
 )
 
 CAMERAS = 2
-ON_DISK_NS = 500_000_000
+ON_DISK_S = 0.5
 
 
 def age_of_newest_ns(raw: Path, killed_ns: int) -> int:
@@ -48,23 +48,25 @@ def kill_within_take(server: ServerProcess, name: str, seconds: float) -> tuple[
 
 def run_kills(tmp_path: Path, count: int, longest_s: float) -> None:
     rng = random.Random(5)
-    worst_s = 0.0
+    missing_s: list[float] = []
     with (
         server_process(tmp_path / "sessions") as server,
         camera_processes(tmp_path, server.url, CAMERAS) as cameras,
     ):
         wait_until(lambda: server.live_cameras() == CAMERAS, "the cameras send")
         for k in range(count):
-            path, missing_s = kill_within_take(server, f"take_{k}", rng.uniform(0.0, longest_s))
-            worst_s = max(worst_s, missing_s)
+            path, seconds = kill_within_take(server, f"take_{k}", rng.uniform(0.0, longest_s))
+            missing_s.append(seconds)
             wait_until(lambda: server.kept() == 0, "nothing is owed")
-            assert missing_s * 1e9 <= ON_DISK_NS, f"{missing_s:.3f} s were not on the disk"
             assert check_nothing_lost(path / "raw.mcap") > 0 and inspect_raw(path / "raw.mcap").complete
             assert Take.open(path).meta["recording"] == "done"
         wait_until(
             lambda: not any(list(camera.spool.glob("*.spool"))[1:] for camera in cameras), "no old spool"
         )
-    print(f"{count} kills; at most {worst_s:.3f} s were not on the disk")
+    print(
+        f"{count} kills; seconds that were not on the disk: {', '.join(f'{s:.3f}' for s in sorted(missing_s))}"
+    )
+    assert max(missing_s) <= ON_DISK_S
     assert [f for f in check_takes(tmp_path / "sessions") if "torn" not in f.problem] == []
 
 
