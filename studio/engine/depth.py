@@ -10,7 +10,6 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-
 _WIDEST = 3.0
 _REACHED_PX = 0.5
 
