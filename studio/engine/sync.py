@@ -10,6 +10,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from studio.engine.calibration.noise import unbiased
 from studio.engine.calibration.result import CameraCalibration
 from studio.engine.frames import CameraFrame, ClockModel, FrameSet, HandSeen, Reading
 from studio.engine.geometry import matrices, quaternions, transform_points
@@ -32,12 +33,6 @@ MAX_AHEAD_NS = 40_000_000
 
 HISTORY = 32
 """Frames kept per camera."""
-
-
-def unbiased(positions: NDArray[np.float64], depth_bias_m: float) -> NDArray[np.float64]:
-    """Return joints in the camera frame, shape (..., 3), moved away from the camera along their rays by the bias."""
-    distance = np.linalg.norm(positions, axis=-1, keepdims=True)
-    return positions * (1.0 + depth_bias_m / np.maximum(distance, 0.1))
 
 
 def _is_rotation(wxyz: tuple[float, float, float, float]) -> bool:

@@ -5,11 +5,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from studio.engine.calibration.noise import unbiased
 from studio.engine.calibration.result import CameraCalibration
 from studio.engine.frames import CameraFrame, ClockModel, HandSeen
 from studio.engine.geometry import quaternions
 from studio.engine.joints import INDEX, JOINT_COUNT
-from studio.engine.sync import HISTORY, MAX_AGE_NS, MAX_GAP_NS, Synchroniser, unbiased
+from studio.engine.sync import HISTORY, MAX_AGE_NS, MAX_GAP_NS, Synchroniser
 from tests.engine.walkers import SECOND, arms_swinging, camera_at, camera_frame, recorded, stage
 
 MS = 1_000_000

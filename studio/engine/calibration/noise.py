@@ -8,12 +8,10 @@ Hands and feet are small and move fast, the trunk is large.
 import numpy as np
 from numpy.typing import NDArray
 
-from studio.engine.joints import CANONICAL
+from studio.engine.fusion.noise import JOINT_FACTOR
 
 ALONG_PER_M2 = 0.0016
 ACROSS_M = 0.01
-_FACTORS = {"elbow": 1.0, "knee": 1.0, "wrist": 1.5, "ankle": 1.5, "hand": 2.0, "toe": 2.0}
-JOINT_FACTOR: NDArray[np.float64] = np.array([_FACTORS.get(name.split("_")[-1], 0.7) for name in CANONICAL])
 _UNSURE_FACTOR = 4.0
 
 

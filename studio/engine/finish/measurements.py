@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from studio.engine.fusion.noise import AXIAL_PER_M, JOINT_FACTOR, LATERAL_PER_M, LEAST_DISTANCE_M
+from studio.engine.fusion.noise import variances
 from studio.engine.joints import JOINT_COUNT, MIRROR
 
 SWAP_SHARE = 0.7
@@ -126,10 +126,5 @@ def measure(
     """
     seen = ~np.isnan(positions[..., 0])
     positions = np.where(seen[..., None], positions, 0.0)
-    rays = positions - camera_positions[:, None, :]
-    distance = np.maximum(np.sqrt(np.einsum("tcjk,tcjk->tcj", rays, rays)), LEAST_DISTANCE_M)
-    rays /= distance[..., None]
-    doubt = JOINT_FACTOR * np.clip(1.0 + 5.0 * (0.85 - confidence), 1.0, 4.5)
-    axial = seen / (AXIAL_PER_M * distance**2 * doubt) ** 2
-    lateral = seen / (LATERAL_PER_M * distance * doubt) ** 2
-    return Measurements(positions, rays, axial, lateral)
+    rays, axial, lateral = variances(positions, confidence, camera_positions)
+    return Measurements(positions, rays, seen / axial, seen / lateral)

@@ -29,24 +29,27 @@ def covariances(
         confidence: shape (camera_count, 21). Half the confidence is about twice the deviation.
         camera_positions: optical centres [m], shape (camera_count, 3).
     """
-    return _along_and_across(*_variances(positions, confidence, camera_positions))
+    return _along_and_across(*variances(positions, confidence, camera_positions))
 
 
 def informations(
     positions: NDArray[np.float64], confidence: NDArray[np.float64], camera_positions: NDArray[np.float64]
 ) -> NDArray[np.float64]:
     """Return the inverses of `covariances` [1/m2]."""
-    ray, axial, lateral = _variances(positions, confidence, camera_positions)
+    ray, axial, lateral = variances(positions, confidence, camera_positions)
     return _along_and_across(ray, 1.0 / axial, 1.0 / lateral)
 
 
-def _variances(
+def variances(
     positions: NDArray[np.float64], confidence: NDArray[np.float64], camera_positions: NDArray[np.float64]
 ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
-    """Directions of the rays, shape (camera_count, 21, 3), and variances along and across them [m2]."""
+    """Return the rays' directions, shape (..., camera_count, 21, 3), and the variances along and across them [m2].
+
+    Args as for `covariances`, for one instant or, with a leading axis, many.
+    """
     ray = positions - camera_positions[:, None, :]
-    distance = np.maximum(np.sqrt(np.einsum("cjk,cjk->cj", ray, ray)), LEAST_DISTANCE_M)
-    ray = ray / distance[:, :, None]
+    distance = np.maximum(np.sqrt(np.einsum("...k,...k->...", ray, ray)), LEAST_DISTANCE_M)
+    ray = ray / distance[..., None]
     doubt = JOINT_FACTOR * np.clip(1.0 + 5.0 * (0.85 - confidence), 1.0, 4.5)
     axial = (AXIAL_PER_M * distance**2 * doubt) ** 2
     lateral = (LATERAL_PER_M * distance * doubt) ** 2
