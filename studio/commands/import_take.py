@@ -9,8 +9,10 @@ from studio.commands.common import add_command, progress_bar
 _TEXT = """\
 Turn camera recordings into a take.
 
-PATH is a folder of camera_0, camera_1, ... each with joints.csv, or a CSV with the skeletons of several
-Kinects. An existing take is never overwritten, and nothing is left behind when the import fails."""
+PATH is a folder of camera_0, camera_1, ... each with joints.csv, or with depth.txt and camera.json; an Azure Kinect
+.mkv, a RealSense or ROS .bag or .db3, or a folder of these, a camera each; a raw.mcap; or a CSV with the skeletons
+of Kinects. Of a file that was cut, what it holds is imported. An existing take is never overwritten, and nothing is
+left behind when the import fails."""
 
 
 def add_parser(subparsers: Any) -> None:

@@ -39,12 +39,16 @@ class TakeClocks:
 
     def placed(self, frame: CameraFrame, boot_id: str) -> CameraFrame | None:
         """Return the frame with its time on the camera's last clock; None where its own clock is not known."""
-        last = self._last.get(frame.camera)
-        own = self.clock_id(frame.camera, boot_id, frame.sequence)
+        time_ns = self.placed_ns(frame.camera, boot_id, frame.sequence, frame.device_time_ns)
+        return None if time_ns is None else replace(frame, device_time_ns=time_ns)
+
+    def placed_ns(self, camera: str, boot_id: str, sequence: int, device_time_ns: int) -> int | None:
+        """Return a frame's or image's time on the camera's last clock [ns]; None where its own is not known."""
+        last = self._last.get(camera)
+        own = self.clock_id(camera, boot_id, sequence)
         if last is None or own == last:
-            return frame
-        clock = self._clocks.get((frame.camera, own))
+            return device_time_ns
+        clock = self._clocks.get((camera, own))
         if clock is None:
             return None
-        stage_ns = clock.stage_ns(frame.device_time_ns)
-        return replace(frame, device_time_ns=invert(self._clocks[frame.camera, last]).stage_ns(stage_ns))
+        return invert(self._clocks[camera, last]).stage_ns(clock.stage_ns(device_time_ns))

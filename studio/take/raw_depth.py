@@ -18,8 +18,9 @@ from studio import wire
 from studio.engine.depth import DepthCamera, DepthFrame
 from studio.engine.errors import FormatError, TakeError
 from studio.engine.frames import ClockModel
+from studio.take.raw_clocks import TakeClocks
 from studio.take.raw_reader import DAMAGE, RawReader
-from studio.take.raw_records import RawDepth, depth_camera
+from studio.take.raw_records import RawDepth, RawEvent, depth_camera
 
 _CHUNKS_KEPT = 8
 
@@ -38,8 +39,9 @@ class _Place(NamedTuple):
 class DepthRecording:
     """The depth images of a `raw.mcap`; opening it walks the file once.
 
-    An image whose device time came twice is kept once. A camera that changed its intrinsics in the take keeps
-    the first; images with others are left out.
+    An image whose device time came twice is kept once. Where a camera's client was started again within the take, all
+    its images have times on its last clock. A camera that changed its intrinsics in the take keeps the first; images
+    with others, or of a clock that is not known, are left out.
 
     Attributes:
         cameras: intrinsics by camera, of the cameras that have depth, in order of their first image.
@@ -53,24 +55,32 @@ class DepthRecording:
         self.path = Path(path)
         self.cameras: dict[str, DepthCamera] = {}
         self._intrinsics: dict[str, wire.Intrinsics] = {}
-        places: dict[str, dict[int, _Place]] = {}
+        found: list[tuple[str, str, _Place]] = []
+        clocks = TakeClocks()
         reader, other = RawReader(path), 0
         for record, raw in reader.pairs():
+            if isinstance(raw, RawEvent):
+                clocks.event(raw.event)
             if not (isinstance(raw, RawDepth) and isinstance(record, Message)):
                 continue
             if self._intrinsics.setdefault(raw.camera, raw.intrinsics) != raw.intrinsics:
                 other += 1
                 continue
-            time_ns, sequence = raw.message.device_time_ns, raw.message.sequence
             place = _Place(
-                time_ns,
+                raw.message.device_time_ns,
                 reader.chunk_offset,
                 record.channel_id,
                 record.publish_time,
                 record.log_time,
-                sequence,
+                raw.message.sequence,
             )
-            places.setdefault(raw.camera, {}).setdefault(time_ns, place)
+            found.append((raw.camera, raw.boot_id, place))
+        places: dict[str, dict[int, _Place]] = {}
+        for camera, boot_id, place in found:
+            time_ns = clocks.placed_ns(camera, boot_id, place.sequence, place.device_time_ns)
+            if time_ns is not None:
+                placed = place._replace(device_time_ns=time_ns)
+                places.setdefault(camera, {}).setdefault(time_ns, placed)
         self.complete, self.problem = reader.complete, reader.problem
         if other and self.problem is None:
             self.problem = f"{other} depth images have other intrinsics than the camera's first; left out"

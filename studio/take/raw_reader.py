@@ -185,7 +185,7 @@ def _depth(hello: wire.Hello, record: Message, message: wire.Message) -> RawDept
         raise FormatError(f"a {type(message).__name__} where a DepthImage belongs")
     if hello.intrinsics is None:
         raise FormatError("a depth image of a camera without intrinsics")
-    return RawDepth(hello.name, record.log_time, message, hello.intrinsics)
+    return RawDepth(hello.name, record.log_time, message, hello.intrinsics, hello.boot_id)
 
 
 @dataclass

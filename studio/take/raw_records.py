@@ -47,12 +47,16 @@ class RawEvent:
 
 @dataclass(frozen=True)
 class RawDepth:
-    """A depth image as it came: camera, arrival [ns], the wire message still packed, and its intrinsics."""
+    """A depth image as it came: camera, arrival [ns], the wire message still packed, and its intrinsics.
+
+    `boot_id` is the start of the client that took it.
+    """
 
     camera: str
     arrival_ns: int
     message: wire.DepthImage
     intrinsics: wire.Intrinsics
+    boot_id: str = ""
 
     def frame(self) -> DepthFrame:
         """Return the image, unpacked.

@@ -116,6 +116,19 @@ def test_an_image_that_cannot_be_unpacked_or_has_another_size_is_left_out_and_to
     assert depth_cameras(tmp_path / "none.mcap") == {}
 
 
+def test_images_of_a_client_that_was_started_again_are_on_its_last_clock(tmp_path: Path) -> None:
+    clock = {"type": "clock", "camera": "a", "drift_ppm": 0.0, "reference_ns": 0}
+    with RawWriter(tmp_path / "raw.mcap") as writer:
+        writer.add_camera(depth_hello("a"))
+        writer.event(0, clock | {"clock_id": "boot-1", "offset_ns": 5 * FRAME_NS})
+        write_depth(writer, "a", 0, range(3))
+        writer.add_camera(depth_hello("a", "boot-2"))
+        writer.event(0, clock | {"clock_id": "boot-2", "offset_ns": 9 * FRAME_NS})
+        write_depth(writer, "a", 0, range(4, 7))
+    times = [(f.sequence, f.device_time_ns) for f in DepthRecording(tmp_path / "raw.mcap").frames()]
+    assert times == [(k, (k - 4) * FRAME_NS) for k in range(3)] + [(k, k * FRAME_NS) for k in range(4, 7)]
+
+
 def png_camera(folder: Path, seed: int, count: int, **changes: object) -> Path:
     (folder / "depth").mkdir(parents=True)
     lines = []
