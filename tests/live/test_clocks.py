@@ -1,11 +1,13 @@
 """The stage clock: the reference camera's clock, latency corrections, cameras that leave and come back."""
 
+import numpy as np
 import pytest
 
 from studio.engine.clock import shifted
-from studio.engine.frames import ClockModel
-from studio.live.clocks import StageClock
-from studio.live.roster import Roster
+from studio.engine.errors import SettingsError
+from studio.engine.frames import CameraFrame, ClockModel
+from studio.live.clocks import Anchor, StageClock
+from studio.live.roster import MAX_CAMERAS, Roster
 from studio.wire import ClockSample
 from tests.live.performer import hello
 
@@ -77,3 +79,40 @@ def test_no_stage_time_before_the_reference_has_a_clock():
     assert clock.camera_to_stage("b", "boot-1", ClockModel(offset_ns=1)) is None
     clock.follow(shifted(ClockModel(), -2 * SECOND))
     assert clock.server_to_stage_ns(5 * SECOND) == 7 * SECOND
+
+
+def test_a_camera_on_the_servers_machine_becomes_the_reference_unless_one_was_chosen():
+    roster = Roster()
+    roster.join(hello("far"), keep_clock=False)
+    assert roster.join(hello("near"), keep_clock=False, local=True) and roster.reference == "near"
+    assert not roster.join(hello("second"), keep_clock=False, local=True)
+    assert roster.choose("far") and roster.reference == "far"
+    assert not roster.join(hello("third"), keep_clock=False, local=True) and roster.reference == "far"
+    with pytest.raises(SettingsError, match="connected: far, near"):
+        roster.choose("nobody")
+
+
+def test_the_reference_stays_within_a_recording():
+    roster = Roster()
+    roster.join(hello("far"), keep_clock=False)
+    assert not roster.join(hello("near"), keep_clock=True, local=True) and roster.reference == "far"
+
+
+def test_a_restored_stage_clock_is_not_spoilt_by_late_arrivals():
+    roster = Roster()
+    roster.restore(Anchor("a", "boot-1"), ClockModel(offset_ns=10 * SECOND))
+    roster.join(hello("a"), keep_clock=True)
+    queued = CameraFrame("a", 1, 110 * SECOND, np.zeros((21, 3)), np.zeros(21))
+    roster.arrived(queued, 103 * SECOND)  # three seconds late
+    assert roster.clock.server_to_stage_ns(100 * SECOND) == 110 * SECOND
+    assert roster.clock_of("a") == ClockModel()
+    roster.measured("a", exchange(10 * SECOND + 500_000, 104 * SECOND))
+    assert roster.clock.server_to_stage_ns(100 * SECOND) == 110 * SECOND + 500_000
+
+
+def test_names_that_come_and_go_do_not_fill_the_memory():
+    roster = Roster()
+    for number in range(3 * MAX_CAMERAS):
+        roster.join(hello(f"c{number}"), keep_clock=False)
+        roster.cameras[f"c{number}"].leave("gone", error=False)
+    assert len(roster.cameras) <= MAX_CAMERAS
