@@ -1,4 +1,4 @@
-"""One image of a simulated depth camera: body, clothes, room and noise."""
+"""Depth: an image of the simulator, and the tracker with one and with three cameras."""
 
 from studio.bench.timing import per_frame
 from studio.camera.simulator.depth.motion import perform
@@ -6,9 +6,13 @@ from studio.camera.simulator.depth.performers import DEFAULT
 from studio.camera.simulator.depth.sensors import find_sensor
 from studio.camera.simulator.depth.stage import DepthStage
 from studio.camera.simulator.rig import standard_rig
+from studio.engine.depth import DepthFrame
 from studio.engine.motion.authored import demo_motion
+from studio.engine.tracker.tracker import Tracker
 
 _CAMERAS, _LIVE_HZ = 2, 15.0
+_BEGIN_S = 2.0
+"""The demo's performer holds a T-pose before."""
 
 
 def depth_simulator(frames: int, sensor_name: str = "azure-kinect") -> dict[str, float | None]:
@@ -20,3 +24,23 @@ def depth_simulator(frames: int, sensor_name: str = "azure-kinect") -> dict[str,
     median_ms = figures["median_ms"]
     assert median_ms is not None
     return figures | {"share_of_live_budget": median_ms * 1e-3 * _CAMERAS * _LIVE_HZ}
+
+
+def tracker(frames: int, cameras: int) -> dict[str, float | None]:
+    """Return the figures of one skeleton from one image of each of so many cameras."""
+    sensor, rig = find_sensor("azure-kinect"), standard_rig(cameras)
+    stage = DepthStage.of(sensor, rig, perform(demo_motion(), DEFAULT), DEFAULT)
+    images = [stage.camera(index) for index in range(cameras)]
+    sets = []
+    for k in range(frames):
+        time_s = _BEGIN_S + k / sensor.frames_per_second
+        sets.append(
+            {
+                camera.name: DepthFrame(camera.name, k, round(time_s * 1e9), image.image(time_s))
+                for camera, image in zip(rig, images, strict=True)
+            }
+        )
+    followed = Tracker(
+        {camera.name: sensor.camera for camera in rig}, {camera.name: camera.T_stage_camera for camera in rig}
+    )
+    return per_frame(followed.track, sets)

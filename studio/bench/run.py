@@ -3,10 +3,14 @@
 from collections.abc import Callable
 
 from studio.bench import stages
-from studio.bench.depth import depth_simulator
+from studio.bench.depth import depth_simulator, tracker
 from studio.bench.stage import make_stage
 from studio.bench.timing import one_core
 from studio.camera.simulator.noisy_joints import FRAMES_PER_SECOND
+
+TRACKED_CAMERAS = (1, 3)
+MOST_IMAGES = 120
+"""Images that the tracker's stages render and track at most."""
 
 
 def run_bench(frames: int, *, progress: Callable[[float], None] | None = None) -> dict[str, stages.Figures]:
@@ -35,6 +39,8 @@ def run_bench(frames: int, *, progress: Callable[[float], None] | None = None) -
         tell(0.9)
         out |= stages.exports(poses)
         out["depth_simulator"] = depth_simulator(frames)
+        for count in TRACKED_CAMERAS:
+            out[f"tracker_{count}"] = tracker(min(frames, MOST_IMAGES), count)
     plain = out["mink_frame_tasks"]["median_ms"]
     for name in ("solve", "solve_mink", "mink_frame_tasks"):
         out[name]["ratio_to_mink_frame_tasks"] = out[name]["median_ms"] / plain

@@ -20,6 +20,8 @@ Array = NDArray[np.float64]
 _STEP = 0.01
 _FRAME_SHARE = 0.05
 """What a frame tells counts as this share of an independent one."""
+_REFRESH = 20
+"""Slopes are computed anew after so many updates: the shape changes little."""
 _MOST = 0.25
 """No scale leaves its usual value by more than this logarithm, but height."""
 
@@ -33,7 +35,8 @@ class ShapeEstimate:
 
     def __init__(self, shape: Array) -> None:
         self.mean = shape.copy()
-        self._usual = shape.copy()
+        self._shifted: list[Figure] = []
+        self._updates = 0
         self.information = np.diag(1.0 / SHAPE_SPREAD**2)
 
     def update(
@@ -44,10 +47,11 @@ class ShapeEstimate:
         rows, offsets, weights = fitter.rows(figure, fit.pose, points, silhouettes)
         count = len(points.places)
         columns = np.zeros((len(rows), len(SHAPE)))
-        for k in range(len(SHAPE)):
-            shape = self.mean.copy()
-            shape[k] += _STEP
-            columns[:count, k] = -(self._shaped(fitter, shape, fit, points) - offsets[:count]) / _STEP
+        if self._updates % _REFRESH == 0:
+            self._shifted = _slopes(self.mean, figure)
+        self._updates += 1
+        for k, slope in enumerate(self._shifted):
+            columns[:count, k] = (offsets[:count] - self._shaped(fitter, figure, slope, fit, points)) / _STEP
         pose_weighted, shape_weighted = rows * weights[:, None], columns * weights[:, None]
         pose_part = rows.T @ pose_weighted + np.diag(prior.information + prior.posture)
         pose_gradient = pose_weighted.T @ offsets + prior.information * prior.pose.step_from(fit.pose)
@@ -63,8 +67,30 @@ class ShapeEstimate:
         self.mean = mean
         return Figure.of(mean)
 
-    def _shaped(self, fitter: Fitter, shape: Array, fit: Fit, points: Points) -> Array:
-        figure = Figure.of(shape)
-        places, rotations, *_ = fitter.place(figure, fit.pose)
-        origins, frames = place_cones(figure.surface, places, rotations)
-        return offsets_from(points.places, points.views, fit.cone, figure.surface, origins, frames)
+    def _shaped(self, fitter: Fitter, figure: Figure, slope: Figure, fit: Fit, points: Points) -> Array:
+        """Return how far the points lie outside a figure that one shape number has changed by `_STEP` [m]."""
+        changed = _sum(figure, slope)
+        places, rotations, *_ = fitter.place(changed, fit.pose)
+        origins, frames = place_cones(changed.surface, places, rotations)
+        return offsets_from(points.places, points.views, fit.cone, changed.surface, origins, frames)
+
+
+_CHANGING = ("origin", "length", "start_radius", "end_radius")
+
+
+def _slopes(shape: Array, figure: Figure) -> list[Figure]:
+    """Return what `_STEP` of each shape number adds to a figure."""
+    out = []
+    for k in range(len(SHAPE)):
+        moved = shape.copy()
+        moved[k] += _STEP
+        there = Figure.of(moved)
+        added = {name: getattr(there.surface, name) - getattr(figure.surface, name) for name in _CHANGING}
+        out.append(Figure(moved, there.offsets - figure.offsets, figure.surface._replace(**added)))
+    return out
+
+
+def _sum(figure: Figure, slope: Figure) -> Figure:
+    """Return a figure with a slope added."""
+    added = {name: getattr(figure.surface, name) + getattr(slope.surface, name) for name in _CHANGING}
+    return Figure(slope.shape, figure.offsets + slope.offsets, figure.surface._replace(**added))

@@ -270,7 +270,7 @@ class Tracker:
         """Learn the performer's shape: from every frame at first, then from some."""
         assert self._shape is not None and self._fit is not None
         self._learnt += 1
-        if self._learnt < _EVERY_FRAME or self._learnt % 3 == 0:
+        if self._learnt < _EVERY_FRAME or self._learnt % 4 == 0:
             self._figure = self._shape.update(self._fitter, self._fit, points, silhouettes, prior)
 
     def _check(self, points: Points, silhouettes: tuple[Silhouette, ...], time_ns: int) -> None:
