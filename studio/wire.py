@@ -308,8 +308,9 @@ def joint_arrays(frame: SkeletonFrame, joint_set: str) -> tuple[NDArray[np.float
             f"frame {frame.sequence} has {len(frame.positions)} bytes of positions and {len(frame.confidence)} of "
             f"confidence; joint set {joint_set!r} needs {12 * count} and {4 * count}"
         )
-    positions = np.frombuffer(frame.positions, dtype="<f4").reshape(count, 3).astype(np.float64)
-    confidence = np.frombuffer(frame.confidence, dtype="<f4").astype(np.float64)
+    with np.errstate(invalid="ignore"):  # whatever kind of NaN a client sends
+        positions = np.frombuffer(frame.positions, dtype="<f4").reshape(count, 3).astype(np.float64)
+        confidence = np.frombuffer(frame.confidence, dtype="<f4").astype(np.float64)
     if not ((confidence >= 0) & (confidence <= 1)).all():
         raise FormatError(f"frame {frame.sequence}: confidence must be within 0..1")
     return positions, confidence

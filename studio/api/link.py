@@ -16,7 +16,7 @@ from studio.live.links import CameraLink
 _log = logging.getLogger(__name__)
 
 HELLO_TIMEOUT_S = 5.0
-_POLICY_VIOLATION, _TOO_BIG = 1008, 1009
+_LEFT, _POLICY_VIOLATION, _TOO_BIG = 1006, 1008, 1009
 
 _RECHECK_NS = 1_000_000_000
 """How often a token is looked up again, so that a camera whose token was revoked is cut off."""
@@ -100,6 +100,9 @@ async def _greet(
     link = await run_in_threadpool(lambda: stage.join(hello, send=outbox.put, local=local))
     try:
         await websocket.send_bytes(wire.encode(wire.Welcome(hello.name, link.reference)))
+    except RuntimeError as error:  # it closed the link meanwhile
+        stage.leave(link, "the client left before it was welcomed")
+        raise WebSocketDisconnect(_LEFT) from error
     except BaseException:
         stage.leave(link, "the client left before it was welcomed")
         raise
