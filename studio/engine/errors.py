@@ -1,11 +1,11 @@
 """The tree of errors that a user can cause or meet; each message says what was given, what is allowed, what to do.
 
-    StudioError
-    ├── SettingsError      an unknown switch or value
-    ├── FormatError        a file or packet that cannot be read
-    ├── CalibrationError   a calibration that is missing or was refused
-    ├── TakeError          a take that is missing, incomplete or already there
-    └── NotAvailableError  something that this version does not do yet
+StudioError
+├── SettingsError      an unknown switch or value
+├── FormatError        a file or packet that cannot be read
+├── CalibrationError   a calibration that is missing or was refused
+├── TakeError          a take that is missing, incomplete or already there
+└── NotAvailableError  something that this version does not do yet
 """
 
 

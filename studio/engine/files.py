@@ -32,7 +32,9 @@ def write_atomically(path: str | os.PathLike[str]) -> Iterator[IO[bytes]]:
         temporary = None
     except OSError as error:
         reason = error.strerror or str(error)
-        raise StudioError(f"cannot write {path}: {reason}; free some space or choose another place") from error
+        raise StudioError(
+            f"cannot write {path}: {reason}; free some space or choose another place"
+        ) from error
     finally:
         if temporary is not None and os.path.exists(temporary):
             os.unlink(temporary)

@@ -8,6 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 
+import studio.engine.blas  # noqa: F401, equal input gives equal bits
 from studio.engine.body import Body
 from studio.engine.calibration.result import Calibration
 from studio.engine.conditioning.bone_length import BoneLengthLimit

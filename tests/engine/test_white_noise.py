@@ -1,7 +1,8 @@
 """How much a solve gets out of joints that err independently: one camera, `white_noise`.
 
 The bars are 2.4 cm and 26 m/s2 live. The live solve meets the second everywhere, the first on `02_05` only; the
-limits are what it reaches. In `05_06` legs are lifted beyond the ranges of an adult, which costs 3.4 cm without any noise.
+limits are what it reaches. In `05_06` legs are lifted beyond the ranges of an adult, which costs 3.4 cm without any
+noise.
 """
 
 import pytest
