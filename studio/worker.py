@@ -2,6 +2,7 @@
 
 import logging
 import multiprocessing
+import os
 import signal
 import traceback
 from collections.abc import Callable
@@ -11,6 +12,9 @@ from typing import Any
 from studio.engine.errors import StudioError
 
 _log = logging.getLogger(__name__)
+
+_NICENESS = 10
+"""Recording and the live stage come first where cores are short."""
 
 
 def run_in_process(
@@ -63,6 +67,8 @@ def _work(
     connection: Connection, function: Callable[..., Any], args: Any, kwargs: dict[str, Any], progress: bool
 ) -> None:
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the server, which ends its workers
+    if hasattr(os, "nice"):
+        os.nice(_NICENESS)
     if progress:
         kwargs = kwargs | {"progress": lambda share: connection.send(("progress", float(share)))}
     try:

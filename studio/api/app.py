@@ -62,6 +62,6 @@ def create_app(
     finder = Finder(stage, sessions)
     app.include_router(performers_router(stage))
     app.include_router(takes_router(sessions, finder, jobs))
-    app.include_router(manage_router(sessions, finder))
+    app.include_router(manage_router(sessions, finder, jobs))
     app.include_router(measure_router(finder))
     return app

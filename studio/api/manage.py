@@ -11,9 +11,11 @@ from starlette.concurrency import run_in_threadpool
 
 from studio.api.errors import RESPONSES
 from studio.api.find import Finder
+from studio.api.jobs import Jobs
 from studio.api.stage import Request as Body
-from studio.api.work import bundle_work, unbundle_work
+from studio.api.work import bundle_work, calibrate_work, unbundle_work
 from studio.engine.errors import FormatError
+from studio.take.borrow import borrow_calibration
 from studio.take.bundle import ENDING, MAX_BYTES
 from studio.take.names import inside
 from studio.take.sessions import take_info, take_path
@@ -34,7 +36,14 @@ class SlateRequest(Body):
     starred: bool | None = None
 
 
-def manage_router(sessions: Path, finder: Finder) -> APIRouter:
+class CalibrateRequest(Body):
+    """From its own frames, or borrowed from another take."""
+
+    borrow: str | None = Field(None, description="a take's id, session/name", examples=["monday/take_001"])
+    reference: str | None = Field(None, description="camera whose clock is the stage clock; else the first")
+
+
+def manage_router(sessions: Path, finder: Finder, jobs: Jobs) -> APIRouter:
     """Return the routes that look after the takes in `sessions`."""
     router = APIRouter(prefix="/api/v1", tags=["takes"], responses=RESPONSES)
 
@@ -50,6 +59,28 @@ def manage_router(sessions: Path, finder: Finder) -> APIRouter:
         """Move a take to the trash; answers its place there."""
         finder.take(session, take)
         return throw_away(sessions, session, take)
+
+    @router.get("/takes/{session}/{take}/calibrations")
+    def get_calibrations(session: str, take: str) -> dict[str, Any]:
+        """Numbers of the take's calibrations, and as `calibration` the one in use, as `calibrate --json`."""
+        opened = finder.take(session, take)
+        in_use = opened.meta["calibration"]
+        value = None if in_use is None else opened.calibration().to_json()
+        return {"numbers": opened.calibration_numbers(), "in_use": in_use, "calibration": value}
+
+    @router.post("/takes/{session}/{take}/calibrations", status_code=202)
+    def calibrate(session: str, take: str, request: CalibrateRequest | None = None) -> dict[str, Any]:
+        """Calibrate a take again in the background, or borrow another take's calibration at once; answers the job."""
+        request = request or CalibrateRequest()
+        opened = finder.take(session, take)
+        if request.borrow is None:
+            job = jobs.submit(
+                "calibrate", f"{session}/{take}", "", calibrate_work, opened.path, request.reference
+            )
+            return jobs.get(job.id)
+        other_session, _, other = request.borrow.partition("/")
+        number = borrow_calibration(opened, finder.take(other_session, other))
+        return {"state": "done", "number": number}
 
     @router.get("/trash", tags=["trash"])
     def get_trash() -> list[Thrown]:

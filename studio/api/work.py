@@ -50,6 +50,23 @@ def evaluate_work(
     }
 
 
+def calibrate_work(path: Path, reference: str | None, *, progress: Callable[[float], None]) -> None:
+    """Calibrate the take at `path` from its own frames; a refused calibration is kept and not used.
+
+    Raises:
+        CalibrationError: it was refused, with the reasons.
+    """
+    from studio.engine.errors import CalibrationError
+    from studio.take.take import Take
+    from studio.tracking import calibrate_take
+
+    take = Take.open(path)
+    calibration = calibrate_take(take, reference=reference)
+    number = take.add_calibration(calibration, use=not calibration.refused)
+    if calibration.refused:
+        raise CalibrationError(f"calibration {number} is refused: {'; '.join(calibration.reasons())}")
+
+
 def compare_work(a: Path, b: Path) -> dict[str, Any]:
     """Return how far the solves in two `poses.npz` are apart."""
     from studio.engine.metrics.compare import compare

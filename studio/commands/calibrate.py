@@ -1,6 +1,7 @@
 """`studio calibrate`: where the cameras stand, how their clocks run, how tall the performer is."""
 
 import argparse
+from pathlib import Path
 from typing import Any
 
 from studio.commands.common import add_command, add_json, add_take, figure, table, write_result
@@ -20,15 +21,28 @@ def add_parser(subparsers: Any) -> None:
     parser.add_argument(
         "--reference", metavar="CAMERA", help="the camera that gives the stage clock (default: the first)"
     )
+    parser.add_argument(
+        "--from",
+        dest="borrow",
+        metavar="OTHER",
+        type=Path,
+        help="borrow another take's calibration, of the same cameras, instead; clocks stay the take's own",
+    )
     add_json(parser)
 
 
 def run(args: argparse.Namespace) -> int:
     from studio.engine.errors import CalibrationError
+    from studio.take.borrow import borrow_calibration
     from studio.take.take import Take
     from studio.tracking import calibrate_take
 
     take = Take.open(args.take)
+    if args.borrow is not None:
+        number = borrow_calibration(take, Take.open(args.borrow))
+        write_result(args, take.calibration().to_json())
+        print(f"calibration {number} is in use, from {args.borrow}: {take.calibration_path(number)}")
+        return 0
     calibration = calibrate_take(take, reference=args.reference)
     result = calibration.to_json()
     write_result(args, result)

@@ -92,3 +92,19 @@ def test_references_of_other_names(recorded, name):  # noqa: F811
         422,
     )
     assert not (Take.open(recorded.sessions / "tests/one").path / "references").exists()
+
+
+def test_a_take_is_calibrated_again_or_borrows(recorded):  # noqa: F811
+    before = recorded.http.get("/takes/tests/one/calibrations").json()
+    file = recorded.http.get("/takes/tests/one/file").content
+    recorded.http.post("/takes/other/copy/file", content=file).raise_for_status()
+    borrowed = recorded.http.post("/takes/other/copy/calibrations", json={"borrow": "tests/one"}).json()
+    assert borrowed == {"state": "done", "number": before["numbers"][-1] + 1}
+    assert recorded.http.get("/takes/other/copy/calibrations").json()["in_use"] == borrowed["number"]
+    answer = recorded.http.post("/takes/other/copy/calibrations", json={"borrow": "tests/none"})
+    assert_error(answer, 404, "not_found")
+    answer = recorded.http.post("/takes/tests/one/calibrations", json={"reference": "camera_9"})
+    assert answer.status_code == 202
+    job = finished_job(recorded, answer.json())
+    assert job["state"] == "failed"
+    assert "camera_9" in job["message"]

@@ -4,9 +4,14 @@ import io
 import json
 import zipfile
 
+import numpy as np
 import pytest
 
-from studio.engine.errors import FormatError, TakeError
+from studio import wire
+from studio.engine.calibration.result import Calibration, CameraCalibration
+from studio.engine.errors import CalibrationError, FormatError, TakeError
+from studio.engine.frames import ClockModel
+from studio.take.borrow import borrow_calibration
 from studio.take.bundle import read_bundle, write_bundle
 from studio.take.new import new_take
 from studio.take.raw import RawWriter, read_raw
@@ -135,3 +140,36 @@ def test_a_cut_or_changed_file(sessions, tmp_path):
         with pytest.raises(FormatError):
             read_bundle(io.BytesIO(damaged), tmp_path / "out")
         assert not (tmp_path / "out").exists()
+
+
+def calibrated(path, names, serial="", offset_ns=0, metres=1.0):
+    """A take with a calibration in use."""
+    place = np.eye(4)
+    place[0, 3] = metres
+    cameras = {name: CameraCalibration(place, clock=ClockModel(offset_ns=offset_ns)) for name in names}
+    with new_take(path, source="live") as take:
+        for name in names:
+            take.add_camera(
+                wire.Hello(wire.PROTOCOL_VERSION, name, "test", "canonical", "boot", serial=serial)
+            )
+        take.add_calibration(Calibration(names[0], cameras), use=True)
+    return take
+
+
+def test_a_borrowed_calibration_keeps_the_takes_own_clocks(tmp_path):
+    take = calibrated(tmp_path / "a", ["left", "right"], offset_ns=5)
+    other = calibrated(tmp_path / "b", ["left", "right", "third"], offset_ns=7, metres=2.0)
+    assert borrow_calibration(take, other) == 2
+    found = Take.open(take.path).calibration()
+    assert list(found.cameras) == ["left", "right"]
+    assert found.cameras["right"].T_stage_camera[0, 3] == 2.0
+    assert found.cameras["right"].clock.offset_ns == 5
+
+
+def test_a_calibration_of_other_cameras_cannot_be_borrowed(tmp_path):
+    take = calibrated(tmp_path / "a", ["left", "right"], serial="A")
+    with pytest.raises(CalibrationError, match="has no right"):
+        borrow_calibration(take, calibrated(tmp_path / "b", ["left"]))
+    with pytest.raises(CalibrationError, match="another device"):
+        borrow_calibration(take, calibrated(tmp_path / "c", ["left", "right"], serial="B"))
+    assert Take.open(take.path).meta["calibration"] == 1

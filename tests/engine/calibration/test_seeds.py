@@ -40,20 +40,23 @@ def walk(seed: int, cameras: int):
 
 
 def is_right(seed: int, cameras: int) -> bool | None:
-    """Whether a walk's calibration is right; None where it is refused. Fails where it is wrong and accepted."""
+    """Whether a walk's calibration is right, clocks within 8 ms too; None where it is refused.
+
+    Fails where a camera's place is wrong and accepted.
+    """
     frames, truth, clocks = walk(seed, cameras)
     found = calibrate(frames)
     if found.refused:
         return None
     metres, degrees, _ = BARS[cameras]
+    late_ms: list[float] = []
     for camera in list(frames)[1:]:
         error = transform_error(found, truth, camera)
         assert error.rms_m <= metres, (seed, camera)
         assert error.angle_deg <= degrees, (seed, camera)
-        for stage_s in (1.0, 33.0):
-            offset_s, drift = clocks[camera].offset_s, clocks[camera].drift_ppm * 1e-6
-            assert clock_error_ms(found, camera, stage_s, offset_s, drift) <= 8.0, (seed, camera)
-    return True
+        offset_s, drift = clocks[camera].offset_s, clocks[camera].drift_ppm * 1e-6
+        late_ms += [clock_error_ms(found, camera, stage_s, offset_s, drift) for stage_s in (1.0, 33.0)]
+    return max(late_ms) <= 8.0
 
 
 @pytest.mark.parametrize("cameras", BARS)

@@ -100,9 +100,7 @@ def test_a_point_behind_the_body_is_matched_with_the_side_that_the_camera_sees(b
     view = np.array([[0.0, -1.0, 0.0]])  # the camera stands before the body, which faces -y
     for depth in (0.0, 0.05, 0.15):
         point = np.array([[0.05, depth, 1.15]])
-        _, place, normal, _, _ = match_points(
-            point, view, np.zeros((1, 3)), surface, origins, frames, True
-        )
+        _, place, normal, _, _ = match_points(point, view, np.zeros((1, 3)), surface, origins, frames, True)
         assert normal[0] @ view[0] > -1e-9
         assert place[0, 1] < 0.02
 
