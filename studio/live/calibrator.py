@@ -12,6 +12,7 @@ from studio.engine.calibration.result import Calibration
 from studio.engine.errors import CalibrationError, StudioError
 from studio.engine.frames import CameraFrame
 from studio.live.calibrations import Kept, save_calibration
+from studio.live.coverage import Coverage
 from studio.worker import run_in_process
 
 _log = logging.getLogger(__name__)
@@ -31,6 +32,7 @@ class Attempt:
     seconds: float = 0.0
     began_ns: int = 0
     frames: dict[str, int] = field(default_factory=dict)
+    coverage: dict[str, Coverage] = field(default_factory=dict)
     result: Calibration | None = None
     kept: Kept | None = None
 
@@ -83,6 +85,7 @@ class Calibrator:
         if self.attempt.state == "gathering":
             self._frames.setdefault(frame.camera, []).append(frame)
             self.attempt.frames[frame.camera] = self.attempt.frames.get(frame.camera, 0) + 1
+            self.attempt.coverage.setdefault(frame.camera, Coverage()).add(frame)
 
     def update(self, now_ns: int, reference: str | None, place: Callable[[CameraFrame], CameraFrame]) -> None:
         """Compute once the time is over; `place` puts a frame on the stage clock by its exchanges."""
@@ -162,6 +165,7 @@ class Calibrator:
             "progress": round(share, 3),
             "seconds": attempt.seconds,
             "frames": dict(attempt.frames),
+            "coverage": {name: coverage.to_json() for name, coverage in sorted(attempt.coverage.items())},
             "number": None if attempt.kept is None else attempt.kept.number,
             "cameras": {} if attempt.result is None else camera_verdicts(attempt.result),
         }

@@ -23,6 +23,27 @@ function table(cameras, colours, reference) {
     h("tbody", {}, rows));
 }
 
+/** Where the hips were, seen from above with the camera at the bottom: one square per half metre of floor. */
+function map(name, { points, cells, enough }, colour) {
+  const size = 9;
+  const xs = cells.map(([x]) => x);
+  const zs = cells.map(([, z]) => z);
+  const [left, near] = [Math.min(...xs), Math.min(...zs)];
+  const [width, height] = [Math.max(...xs) - left + 1, Math.max(...zs) - near + 1];
+  const squares = cells.map(([x, z, count]) => h("span", {
+    class: "cell",
+    style: `left:${(x - left) * size}px;top:${(height - 1 - (z - near)) * size}px;background:${colour};opacity:${Math.min(1, 0.3 + count / 60)}`,
+  }));
+  return h("div", { class: "coverage" },
+    h("div", { class: "cells", style: `width:${width * size}px;height:${height * size}px`, aria: { hidden: "true" } }, squares),
+    h("span", { class: enough ? "good" : "muted" }, `${name}: ${points} points, ${cells.length} places${enough ? "" : ", walk on"}`));
+}
+
+function coverage(cameras, colours) {
+  return Object.entries(cameras).filter(([, { cells }]) => cells.length > 0)
+    .map(([name, seen]) => map(name, seen, colours[name] ?? "var(--accent)"));
+}
+
 function reasons(cameras) {
   const list = Object.entries(cameras).flatMap(([name, camera]) => camera.reasons.map((reason) => `${name}: ${reason}`));
   return list.length ? h("ul", { class: "reasons" }, list.map((reason) => h("li", {}, reason))) : null;
@@ -41,6 +62,7 @@ function build(state, colours, ready) {
   if (busy) {
     parts.push(h("p", { id: "calibration-step", role: "status" }, steps(progress)),
       h("progress", { id: "calibration-progress", max: 1, value: progress.progress, aria: { label: "Calibration progress" } }));
+    parts.push(h("div", { id: "coverage", class: "row" }));
   } else if (progress.state === "failed") {
     parts.push(h("p", { class: "bad", role: "status" }, progress.message));
   }
@@ -77,10 +99,11 @@ export function updateCalibration(state, colours, ready) {
   setText(mark, words);
   mark.className = `badge ${tone}`;
   const { progress } = state.attempt;
-  const still = { ...state, attempt: { ...state.attempt, progress: 0, frames: 0 }, tpose: null, age_s: 0 };
+  const still = { ...state, attempt: { ...state.attempt, progress: 0, frames: 0, coverage: 0 }, tpose: null, age_s: 0 };
   redraw(byId("calibration"), [still, colours, ready], () => [build(state, colours, ready)]);
   if (busy && byId("calibration-progress")) {
     byId("calibration-progress").value = progress;
     setText(byId("calibration-step"), steps(state.attempt));
+    redraw(byId("coverage"), state.attempt.coverage, () => coverage(state.attempt.coverage, colours));
   }
 }
