@@ -53,6 +53,7 @@ class CalibrationRequest(Request):
     """How a calibration is made."""
 
     seconds: float = Field(CALIBRATION_S, description="how long frames are gathered: a T-pose, then a walk")
+    performer: str = Field("", description="who walks; somebody of another height is refused")
 
 
 def stage_router(stage: LiveStage) -> APIRouter:
@@ -100,7 +101,14 @@ def stage_router(stage: LiveStage) -> APIRouter:
     @router.post("/calibration/start", status_code=202)
     def start_calibration(request: CalibrationRequest | None = None) -> dict[str, Any]:
         """Gather frames of all cameras, then calibrate; `calibration.attempt` of the status tells how it goes."""
-        stage.start_calibration((request or CalibrationRequest()).seconds)
+        request = request or CalibrationRequest()
+        stage.start_calibration(request.seconds, request.performer)
+        return stage.status()["calibration"]
+
+    @router.post("/calibration/finish", status_code=202)
+    def finish_calibration() -> dict[str, Any]:
+        """Calibrate with what was gathered so far: the coverage says when it is enough."""
+        stage.finish_calibration()
         return stage.status()["calibration"]
 
     @router.get("/calibration")

@@ -62,6 +62,7 @@ class Calibrator:
         self._report = report
         self._frames: Frames = {}
         self._serials: dict[str, str] = {}
+        self._height_m: float | None = None
         self._busy = False
 
     @property
@@ -69,16 +70,30 @@ class Calibrator:
         """Whether a calibration, also a provisional one, is being computed."""
         return self._busy
 
-    def start(self, seconds: float, now_ns: int, serials: dict[str, str]) -> None:
+    def start(
+        self, seconds: float, now_ns: int, serials: dict[str, str], height_m: float | None = None
+    ) -> None:
         """Begin to gather frames of cameras with these serial numbers.
+
+        `height_m`: the performer's, where it was measured before; one that disagrees is refused.
 
         Raises:
             CalibrationError: one is under way.
         """
         if self.attempt.state in ("gathering", "computing"):
             raise CalibrationError("a calibration is under way; wait until it is done")
-        self._frames, self._serials = {}, serials
+        self._frames, self._serials, self._height_m = {}, serials, height_m
         self.attempt = Attempt("gathering", "hold the T-pose for 3 s, then walk about", seconds, now_ns)
+
+    def finish_gathering(self) -> None:
+        """Compute with what was gathered so far.
+
+        Raises:
+            CalibrationError: nothing is being gathered.
+        """
+        if self.attempt.state != "gathering":
+            raise CalibrationError("no calibration is being gathered; start one first")
+        self.attempt.seconds = 0.0
 
     def add(self, frame: CameraFrame) -> None:
         """Take in a frame where frames are being gathered."""
@@ -122,7 +137,7 @@ class Calibrator:
             if provisional:
                 calibration = calibrate_stage(frames, reference)
             else:
-                calibration = run_in_process(calibrate_stage, frames, reference)
+                calibration = run_in_process(calibrate_stage, frames, reference, self._height_m)
                 if not calibration.refused:
                     serials = {name: self._serials.get(name, "") for name in calibration.cameras}
                     kept = save_calibration(self._folder, calibration, serials)
@@ -171,9 +186,9 @@ class Calibrator:
         }
 
 
-def calibrate_stage(frames: Frames, reference: str) -> Calibration:
+def calibrate_stage(frames: Frames, reference: str, height_m: float | None = None) -> Calibration:
     """Return the calibration of these frames with a performer; runs in a worker process."""
-    calibration = calibrate(frames, reference=reference)
+    calibration = calibrate(frames, reference=reference, height_m=height_m)
     if calibration.performer is not None or (calibration.refused and len(frames) > 1):
         return calibration
     return with_performer(calibration, frames)

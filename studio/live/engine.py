@@ -299,8 +299,8 @@ class Engine(Takes):
 
     # --- calibration
 
-    def start_calibration(self, seconds: float) -> None:
-        """Begin a calibration of all cameras.
+    def start_calibration(self, seconds: float, height_m: float | None = None) -> None:
+        """Begin a calibration of all cameras, with a performer of this height where it is known.
 
         Raises:
             CalibrationError: no camera is here, or one is under way.
@@ -308,7 +308,7 @@ class Engine(Takes):
         if not self.roster.connected():
             raise CalibrationError("no camera is connected; connect the cameras, then calibrate")
         serials = {camera.name: camera.hello.serial for camera in self.roster.connected()}
-        self.calibrator.start(seconds, self._clock_ns(), serials)
+        self.calibrator.start(seconds, self._clock_ns(), serials, height_m)
 
     def start_tpose(self, name: str, countdown_s: float) -> None:
         """Begin to measure a performer.

@@ -11,6 +11,7 @@ import threading
 import time
 import uuid
 from collections.abc import Callable
+from datetime import datetime
 from pathlib import Path
 from typing import Any
 
@@ -20,7 +21,7 @@ from studio.take.pose_log import POSE_LOG, PoseLog
 from studio.take.ranges import Ranges
 from studio.take.raw import RawWriter
 from studio.take.raw_append import RawState
-from studio.take.take import Take
+from studio.take.take import Take, timecode
 from studio.wire import ENDED, Ack, DepthImage, Hello
 
 _log = logging.getLogger(__name__)
@@ -98,6 +99,9 @@ class Recorder:
             StudioError: the place is taken, cannot be written, or is nearly full; nothing is left behind.
         """
         take = Take.create(path, session=session, name=name, source="live")
+        take.meta["timecode"] = timecode(datetime.now().astimezone())
+        take.meta["number"] = sum(1 for _ in path.parent.glob("*/take.json"))
+        take.save_meta()
         try:
             free = shutil.disk_usage(path).free
             if free < 2 * RESERVE_BYTES:

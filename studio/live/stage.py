@@ -238,18 +238,30 @@ class LiveStage:
 
     # --- calibration
 
-    def start_calibration(self, seconds: float = CALIBRATION_S) -> None:
+    def start_calibration(self, seconds: float = CALIBRATION_S, performer: str = "") -> None:
         """Gather frames for so long, then calibrate with them; the status tells how it goes. Waits.
 
+        With a performer's name, a walk that shows somebody of another height is refused.
+
         Raises:
-            SettingsError: a length that is not allowed. CalibrationError: no camera, or one is under way.
+            SettingsError: a length that is not allowed. TakeError: there is no such performer.
+            CalibrationError: no camera, or one is under way.
         """
         if not 1.0 <= seconds <= MAX_CALIBRATION_S:
             raise SettingsError(
                 f"seconds={seconds:g} is not allowed; allowed: 1 to {MAX_CALIBRATION_S:g}, "
                 f"such as {CALIBRATION_S:g}"
             )
-        self._engine.call(lambda: self._engine.start_calibration(seconds))
+        height_m = load_profile(self.sessions, performer).performer.height_m if performer else None
+        self._engine.call(lambda: self._engine.start_calibration(seconds, height_m))
+
+    def finish_calibration(self) -> None:
+        """Calibrate with what was gathered so far; waits.
+
+        Raises:
+            CalibrationError: nothing is being gathered.
+        """
+        self._engine.call(self._engine.calibrator.finish_gathering)
 
     def start_tpose(self, name: str = "", countdown_s: float = COUNTDOWN_S) -> None:
         """Count down, then measure the performer in a held T-pose; a name keeps the proportions as a profile. Waits.

@@ -64,6 +64,7 @@ def read_bundle(file: str | Path | IO[bytes], out: str | Path) -> Take:
                         _extract(bundle, member, take.path)
                 label = {"session": take.meta["session"], "name": take.meta["name"], "id": take.meta["id"]}
                 take.meta = {**meta, **label}
+                take.meta.pop("take_id", None)  # clients owe their frames to the first one
             take.meta["recording"] = meta["recording"] if meta["recording"] != "recording" else "recovered"
             take.save_meta()
             return take

@@ -31,6 +31,12 @@ def utc_now() -> str:
     return datetime.now(UTC).isoformat(timespec="seconds")
 
 
+def timecode(moment: datetime, frames_per_second: int = 60) -> str:
+    """Return a time of day as `hh:mm:ss:ff`, as slates and editing programs write it."""
+    frame = moment.microsecond * frames_per_second // 1_000_000
+    return f"{moment:%H:%M:%S}:{frame:02d}"
+
+
 def camera_json(hello: Hello) -> dict[str, Any]:
     """Return what `take.json` keeps of a camera: what it is, and the client's starts (`boot_ids`)."""
     intrinsics = (

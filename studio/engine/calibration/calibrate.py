@@ -31,7 +31,11 @@ _SAME_STREAM_M = 0.002
 
 
 def calibrate(
-    frames: dict[str, list[CameraFrame]], *, reference: str | None = None, until_s: float | None = None
+    frames: dict[str, list[CameraFrame]],
+    *,
+    reference: str | None = None,
+    until_s: float | None = None,
+    height_m: float | None = None,
 ) -> Calibration:
     """Return the calibration that the frames give; a bad one has the verdict `refused` and reasons.
 
@@ -42,6 +46,7 @@ def calibrate(
         frames: by camera, in device time order, each on its own clock.
         reference: the reference camera; the first where None.
         until_s: use only what the reference camera saw up to this time on its clock [s].
+        height_m: the performer's, where it was measured before; one that disagrees is refused.
 
     Raises:
         CalibrationError: no frames at all, or a reference camera without frames.
@@ -60,7 +65,9 @@ def calibrate(
         else:
             i = fit.names.index(camera.name)
             camera = replace(camera, mirrored=camera.mirrored or bool(backwards[i]))
-            results[camera.name] = _result(camera, i, fit, T_stage, performer, float(coverage[i]))
+            results[camera.name] = _result(
+                camera, i, fit, walk, T_stage, performer, float(coverage[i]), height_m
+            )
     return Calibration(reference=cameras[0].name, cameras=results, performer=performer)
 
 
@@ -158,9 +165,11 @@ def _result(
     camera: Candidate,
     i: int,
     fit: _Fit,
+    walk: Walk,
     T_stage: NDArray[np.float64],
     performer: Performer | None,
     coverage: float,
+    height_m: float | None,
 ) -> CameraCalibration:
     """Return one camera's calibration with its figures: fitted on even blocks, scored on odd ones."""
     T = T_stage @ fit.whole.cameras[i].T
@@ -168,6 +177,8 @@ def _result(
         camera_height_m=float(T[2, 3]),
         tilt_deg=float(np.degrees(np.arccos(np.clip(-T[2, 1], -1.0, 1.0)))),
         performer_height_m=None if performer is None else performer.height_m,
+        known_height_m=height_m,
+        feet_m=quality.lowest_feet(walk.positions[i]),
         mirrored=camera.mirrored,
         shift=fit.shifts[i] if len(fit.names) > 2 or i > 0 else None,
     )
@@ -198,6 +209,7 @@ def _result(
         residual_p95_mm=None if rest.p95_m is None else rest.p95_m * 1e3,
         residual_pairs=rest.pairs,
         coverage=coverage,
+        identity_error=quality.identity_error(walk.positions[0]) if i == 0 else None,
         verdict=word,
         reasons=reasons,
     )

@@ -10,7 +10,7 @@ from studio.engine.calibration.noise import unbiased
 from studio.engine.calibration.pairs import Track, sample
 from studio.engine.calibration.refine import Placed
 from studio.engine.calibration.swaps import exchange
-from studio.engine.geometry import invert_transform, transform_points
+from studio.engine.geometry import fit_rigid, invert_transform, transform_points
 from studio.engine.joints import INDEX
 
 BLOCK_S = 5.0
@@ -102,3 +102,31 @@ def coverage(walk: Walk) -> NDArray[np.float64]:
     seen = np.isfinite(walk.positions[:, somewhere, INDEX["hips"], 0])
     walked = max(len(np.unique(cells)), 1)
     return np.array([len(np.unique(cells[mine])) / walked for mine in seen])
+
+
+def lowest_feet(positions: NDArray[np.float64]) -> float | None:
+    """Return how high a camera's lower ankle or toe usually is when it is low [m]; None where it saw no feet.
+
+    Args:
+        positions: the camera's joints in the stage frame [m], shape (instant_count, 21, 3); NaN = unseen.
+    """
+    feet = [INDEX[f"{side}_{joint}"] for side in ("left", "right") for joint in ("ankle", "toe")]
+    heights = _finite(positions[:, feet, 2])
+    return float(np.percentile(heights, 10)) if len(heights) else None
+
+
+def identity_error(positions: NDArray[np.float64]) -> float | None:
+    """Return how far the reference camera, fitted to itself, is from the identity: the thesis's check.
+
+    The largest difference of an entry of the 4x4 transform; closed-form fits of equal points cannot miss it.
+
+    Args:
+        positions: the reference's joints [m], shape (instant_count, 21, 3); NaN = unseen.
+
+    Source: D. Menard, thesis, 2014: within 10e-3 of the identity.
+    """
+    points = positions.reshape(-1, 3)
+    points = points[np.isfinite(points).all(axis=1)]
+    if len(points) < 4:
+        return None
+    return float(np.abs(fit_rigid(points, points, np.ones(len(points))) - np.eye(4)).max())

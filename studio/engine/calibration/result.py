@@ -44,6 +44,7 @@ class CameraCalibration:
         residual_median_mm, residual_p95_mm, residual_pairs: disagreement with the reference camera, over all
             joints that both report, on blocks that were not used for the fit.
         coverage: share of the walked volume that the camera saw, 0..1.
+        identity_error: of the reference: how far its fit to itself is from the identity (the thesis's check).
         verdict: `good`, `usable` or `refused`; `reasons` says why.
     """
 
@@ -54,6 +55,7 @@ class CameraCalibration:
     residual_p95_mm: float | None = None
     residual_pairs: int = 0
     coverage: float | None = None
+    identity_error: float | None = None
     verdict: str = "good"
     reasons: tuple[str, ...] = ()
 
@@ -131,6 +133,7 @@ def _camera_to_json(camera: CameraCalibration) -> dict[str, Any]:
         },
         "depth_bias_m": camera.depth_bias_m,
         "coverage": camera.coverage,
+        "identity_error": camera.identity_error,
         "verdict": camera.verdict,
         "reasons": list(camera.reasons),
     }
@@ -152,6 +155,7 @@ def _camera_from_json(value: dict[str, Any]) -> CameraCalibration:
         residual_p95_mm=value.get("residual_p95_mm"),
         residual_pairs=int(value.get("residual_pairs", 0)),
         coverage=value.get("coverage"),
+        identity_error=value.get("identity_error"),
         verdict=str(value.get("verdict", "good")),
         reasons=tuple(value.get("reasons", ())),
     )

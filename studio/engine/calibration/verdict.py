@@ -17,7 +17,10 @@ GOOD_SHIFT_M = 0.025
 GOOD_AGREEMENT_M, REFUSED_AGREEMENT_M = 0.10, 0.20
 GOOD_OFFSET_SD_S = 0.01
 MAX_TILT_DEG = 60.0
-HEIGHTS_M = (1.0, 2.3)
+HEIGHTS_M = (0.8, 2.3)
+MAX_SUNK_M = 0.12
+MAX_HEIGHT_CHANGE_M = 0.15
+"""Trackers place heads and feet by some centimetres differently from camera to camera."""
 
 
 @dataclass(frozen=True)
@@ -32,6 +35,8 @@ class Facts:
         shift: how far the camera's joints once moved away from the other cameras', and when.
         camera_height_m: over the floor [m].
         tilt_deg: angle between the camera's up and the stage's.
+        feet_m: height over the floor that the lower of the camera's standing feet have [m].
+        known_height_m: the performer's, as measured before [m].
         performer_height_m: as measured with this calibration [m]; None where no whole body was seen.
         mirrored: a reflection explains the camera's joints far better.
         same_stream: the camera stands where the reference stands and reports the same joints.
@@ -46,6 +51,8 @@ class Facts:
     shift: Shift | None = None
     camera_height_m: float | None = None
     tilt_deg: float | None = None
+    feet_m: float | None = None
+    known_height_m: float | None = None
     performer_height_m: float | None = None
     mirrored: bool = False
     same_stream: bool = False
@@ -107,6 +114,11 @@ def _place_refusals(facts: Facts) -> list[str]:
             f"the camera comes out {-facts.camera_height_m * 100:.0f} cm under the floor: "
             "walk with both feet in view and calibrate again"
         )
+    if facts.feet_m is not None and facts.feet_m < -MAX_SUNK_M:
+        reasons.append(
+            f"the camera puts feet {-facts.feet_m * 100:.0f} cm under the floor: "
+            "walk with both feet in view, and check that it was not moved"
+        )
     if facts.tilt_deg is not None and facts.tilt_deg > MAX_TILT_DEG:
         reasons.append(
             f"the camera comes out tilted by {facts.tilt_deg:.0f} degrees: mount it upright, or check its stream"
@@ -117,5 +129,13 @@ def _place_refusals(facts: Facts) -> list[str]:
         reasons.append(
             f"the performer comes out {facts.performer_height_m:.2f} m tall: "
             "let one performer alone walk, and check the camera's unit (metres)"
+        )
+    elif (
+        facts.known_height_m is not None
+        and abs(facts.performer_height_m - facts.known_height_m) > MAX_HEIGHT_CHANGE_M
+    ):
+        reasons.append(
+            f"the performer comes out {facts.performer_height_m:.2f} m tall, and was measured as "
+            f"{facts.known_height_m:.2f} m before: let the same performer walk, or name another"
         )
     return reasons

@@ -32,6 +32,7 @@ export const chooseReference = (name) => call("PUT", `cameras/${encodeURICompone
 export const startRecording = (take) => call("POST", "record/start", take ? { take } : {});
 export const stopRecording = () => call("POST", "record/stop");
 export const startCalibration = () => call("POST", "calibration/start");
+export const finishCalibration = () => call("POST", "calibration/finish");
 export const startTPose = (performer) => call("POST", "tpose/start", { performer });
 export const cancelTPose = () => call("POST", "tpose/cancel");
 export const getPerformers = () => call("GET", "performers");

@@ -1,6 +1,6 @@
 // The calibration panel: what is in use, the Calibrate button, its progress and verdict.
 import { byId, h, redraw, setText } from "./dom.js";
-import { startCalibration } from "./api.js";
+import { finishCalibration, startCalibration } from "./api.js";
 import { attempt } from "./messages.js";
 
 const TONES = { good: "good", usable: "fair", refused: "bad" };
@@ -78,6 +78,9 @@ function build(state, colours, ready) {
       id: "calibrate", type: "button", class: state.state === "good" ? "" : "primary", disabled: busy || !ready,
       onclick: () => attempt(() => startCalibration()),
     }, busy ? "Calibrating" : "Calibrate"),
+    progress.state === "gathering" && h("button", {
+      type: "button", onclick: () => attempt(finishCalibration), title: "Compute with what was walked so far",
+    }, "Enough"),
     state.height_m && h("span", { class: "muted" }, `Performer ${state.height_m.toFixed(2)} m`)));
   return h("div", { class: "stack" }, parts.filter(Boolean));
 }

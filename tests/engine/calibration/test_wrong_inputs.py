@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from studio.engine.calibration.calibrate import calibrate
+from studio.engine.calibration.verdict import Facts, verdict
 from studio.engine.geometry import make_transform, transform_points
 from studio.engine.joints import MIRROR
 from tests.engine.calibration.synthetic import RIGS, Options, record
@@ -137,3 +138,25 @@ def test_device_clock_that_jumps_far_ahead(frames):
         for i, frame in enumerate(frames["camera_0"])
     ]
     json.dumps(calibrate({**frames, "camera_0": late}).to_json(), allow_nan=False)
+
+
+def test_somebody_else_than_the_known_performer(frames):
+    right = calibrate(frames)
+    height_m = right.performer.height_m
+    assert calibrate(frames, height_m=height_m + 0.05).cameras["camera_1"].verdict != "refused"
+    other = calibrate(frames, height_m=height_m + 0.25).cameras["camera_1"]
+    assert other.verdict == "refused"
+    assert any("was measured as" in reason for reason in other.reasons)
+
+
+def test_feet_under_the_floor():
+    assert verdict(Facts(feet_m=0.01, performer_height_m=1.7))[0] == "good"
+    word, reasons = verdict(Facts(feet_m=-0.2, performer_height_m=1.7))
+    assert word == "refused"
+    assert "feet 20 cm under the floor" in reasons[0]
+
+
+def test_the_reference_against_itself_is_kept_for_the_record(frames):
+    found = calibrate(frames).cameras
+    assert found["camera_0"].identity_error < 1e-2
+    assert found["camera_1"].identity_error is None
