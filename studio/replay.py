@@ -12,7 +12,7 @@ from studio.engine.poses import Poses
 from studio.engine.settings import SolveSettings
 from studio.engine.solve.collect import collect_poses
 from studio.engine.solve.following import Following
-from studio.engine.solve.take import solve_frames
+from studio.engine.solve.take import check_together, solve_frames
 from studio.live.log import LoggedPipeline
 from studio.take.raw import RawEvent, RawFrame, camera_frames, inspect_raw, read_raw
 from studio.take.solves import write_solve
@@ -73,6 +73,7 @@ def _plain(
     following: Following,
     physics: dict[str, Any],
 ) -> tuple[Poses, int]:
+    check_together(settings)
     calibration = take.calibration()
     tracked = tracked_frames(take, calibration, settings, progress)
     if tracked is None:

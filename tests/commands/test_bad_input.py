@@ -107,11 +107,6 @@ def test_an_unknown_setting_lists_what_is_allowed(take, arguments, says):
     assert tree(take) == before
 
 
-def test_settings_of_a_later_version(take):
-    line = one_line(studio("solve", take, "--set", "tracker=points", cwd=take.parent), 1)
-    assert "not available" in line
-
-
 def test_physics_without_finishing(take):
     assert "preset finish" in one_line(studio("solve", take, "--set", "physics=on", cwd=take.parent), 2)
 

@@ -81,9 +81,14 @@ def solve_frames(
     return collector.poses()
 
 
-def _finisher(calibration: Calibration, settings: SolveSettings) -> Finisher | None:
+def check_together(settings: SolveSettings) -> None:
+    """Raise SettingsError where switches of a whole take do not go together."""
     if settings.physics == "on" and settings.finish == "off":
         raise SettingsError("physics=on corrects a finished take; set finish=on too, or take preset finish")
+
+
+def _finisher(calibration: Calibration, settings: SolveSettings) -> Finisher | None:
+    check_together(settings)
     if settings.finish == "off" or calibration.performer is None:
         return None
     return Finisher(calibration.performer, settings)
