@@ -205,7 +205,7 @@ def test_nothing_overflows_or_jumps(live: str, page: Page, width: int, height: i
     page.keyboard.press("r")
     expect(page.locator("#record .label")).to_have_text("Stop")
     page.keyboard.press("r")
-    expect(page.locator(".message")).to_contain_text("recorded")
+    expect(page.locator("#messages .note")).to_contain_text("recorded")
     assert page.locator("#viewer").bounding_box() == stage
     assert page.evaluate("document.documentElement.scrollWidth <= innerWidth")
     record, viewer = page.locator("#record").bounding_box(), page.locator("#viewer").bounding_box()
