@@ -73,7 +73,7 @@ def find_contacts(
     standing = slow & (np.abs(feet[:, :, 2] - height) < STAND_HEIGHT_M)
     gap, least = (np.ones((max(1, round(s / dt)), 1), dtype=bool) for s in (MAX_GAP_S, MIN_STAND_S))
     for begin, end in pieces:
-        standing[begin:end] = binary_opening(binary_closing(standing[begin:end], gap), least)
+        standing[begin:end] = _steady(standing[begin:end], gap, least)
     floor_m = _floor_m(feet, standing, rest_heights_m)
     least_m = floor_m + LEAST_HEIGHT * rest_heights_m
     hold, place = np.zeros(standing.shape), feet.copy()
@@ -95,6 +95,15 @@ def _speed(feet: NDArray[np.float64], dt: float) -> NDArray[np.float64]:
         return np.zeros(feet.shape[:2])
     smooth = gaussian_filter1d(feet, SMOOTHING_S / dt, axis=0, mode="nearest")
     return np.linalg.norm(np.gradient(smooth, dt, axis=0), axis=2)
+
+
+def _steady(
+    standing: NDArray[np.bool_], gap: NDArray[np.bool_], least: NDArray[np.bool_]
+) -> NDArray[np.bool_]:
+    """Standing without short gaps and short stances; what stands at an end of the take goes on standing beyond it."""
+    beyond = max(len(gap), len(least))
+    padded = np.pad(standing, ((beyond, beyond), (0, 0)), mode="edge")
+    return binary_opening(binary_closing(padded, gap), least)[beyond:-beyond]
 
 
 def _standing_height(heights: NDArray[np.float64]) -> float:
