@@ -99,9 +99,6 @@ class Recorder:
             StudioError: the place is taken, cannot be written, or is nearly full; nothing is left behind.
         """
         take = Take.create(path, session=session, name=name, source="live")
-        take.meta["timecode"] = timecode(datetime.now().astimezone())
-        take.meta["number"] = sum(1 for _ in path.parent.glob("*/take.json"))
-        take.save_meta()
         try:
             free = shutil.disk_usage(path).free
             if free < 2 * RESERVE_BYTES:
@@ -109,6 +106,9 @@ class Recorder:
                     f"only {free >> 20} MB are left on the disk; free some space before recording (at least "
                     f"{2 * RESERVE_BYTES >> 20} MB)"
                 )
+            take.meta["timecode"] = timecode(datetime.now().astimezone())
+            take.meta["number"] = sum(1 for _ in path.parent.glob("*/take.json"))
+            take.save_meta()
             return cls(take)
         except StudioError:
             shutil.rmtree(take.path)

@@ -4,6 +4,7 @@
 """
 
 import json
+import shutil
 from collections.abc import Iterable
 from datetime import UTC, datetime
 from pathlib import Path
@@ -12,7 +13,7 @@ from typing import Any
 import msgspec
 
 from studio.engine.calibration.result import Calibration
-from studio.engine.errors import CalibrationError, TakeError
+from studio.engine.errors import CalibrationError, StudioError, TakeError
 from studio.engine.files import write_json
 from studio.take.names import check_name, inside, is_safe_name
 from studio.wire import Hello
@@ -147,7 +148,11 @@ class Take:
             raise TakeError(
                 f"cannot make a take at {path}: {error.strerror}; choose another folder"
             ) from error
-        take.save_meta()
+        try:
+            take.save_meta()
+        except StudioError:
+            shutil.rmtree(path, ignore_errors=True)  # `check_free` saw that nothing was in it
+            raise
         return take
 
     @classmethod
