@@ -88,6 +88,22 @@ def calibrate_take(take: Take, *, reference: str | None = None) -> Calibration:
     return refine_camera_poses(images, recording.cameras, calibration)
 
 
+def keep_calibration(take: Take, calibration: Calibration) -> int:
+    """Keep a take's calibration under the next number, which comes back, and use it unless it was refused.
+
+    Raises:
+        CalibrationError: it was refused, with the reasons and what stays in use; it is kept all the same.
+    """
+    number = take.add_calibration(calibration, use=not calibration.refused)
+    if calibration.refused:
+        in_use = take.meta["calibration"]
+        kept = "none is in use" if in_use is None else f"number {in_use} stays in use"
+        raise CalibrationError(
+            f"calibration {number} of {take.path} is refused ({kept}): {'; '.join(calibration.reasons())}"
+        )
+    return number
+
+
 def _by_camera(frames: Iterable[CameraFrame], names: tuple[str, ...]) -> dict[str, list[CameraFrame]]:
     out: dict[str, list[CameraFrame]] = {name: [] for name in names}
     for frame in frames:

@@ -56,15 +56,11 @@ def calibrate_work(path: Path, reference: str | None, *, progress: Callable[[flo
     Raises:
         CalibrationError: it was refused, with the reasons.
     """
-    from studio.engine.errors import CalibrationError
     from studio.take.take import Take
-    from studio.tracking import calibrate_take
+    from studio.tracking import calibrate_take, keep_calibration
 
     take = Take.open(path)
-    calibration = calibrate_take(take, reference=reference)
-    number = take.add_calibration(calibration, use=not calibration.refused)
-    if calibration.refused:
-        raise CalibrationError(f"calibration {number} is refused: {'; '.join(calibration.reasons())}")
+    keep_calibration(take, calibrate_take(take, reference=reference))
 
 
 def compare_work(a: Path, b: Path) -> dict[str, Any]:

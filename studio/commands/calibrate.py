@@ -32,10 +32,9 @@ def add_parser(subparsers: Any) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
-    from studio.engine.errors import CalibrationError
     from studio.take.borrow import borrow_calibration
     from studio.take.take import Take
-    from studio.tracking import calibrate_take
+    from studio.tracking import calibrate_take, keep_calibration
 
     take = Take.open(args.take)
     if args.borrow is not None:
@@ -46,14 +45,8 @@ def run(args: argparse.Namespace) -> int:
     calibration = calibrate_take(take, reference=args.reference)
     result = calibration.to_json()
     write_result(args, result)
-    number = take.add_calibration(calibration, use=not calibration.refused)
     print(_summary(result))
-    if calibration.refused:
-        in_use = take.meta["calibration"]
-        kept = "none is in use" if in_use is None else f"number {in_use} stays in use"
-        raise CalibrationError(
-            f"calibration {number} of {take.path} is refused ({kept}): {'; '.join(calibration.reasons())}"
-        )
+    number = keep_calibration(take, calibration)
     print(f"calibration {number} is in use: {take.calibration_path(number)}")
     return 0
 

@@ -11,6 +11,8 @@ import pytest
 from studio.api.app import create_app
 from studio.api.server import Server, make_server, open_socket
 from studio.live import LiveStage
+from tests.api.camera import Camera, send_frames, wait_until
+from tests.live.performer import save_stage_calibration
 
 
 @dataclass
@@ -60,3 +62,26 @@ def start_studio() -> Iterator[Callable[..., Studio]]:
     yield start
     for each in running:
         each.close()
+
+
+@pytest.fixture
+def studio(start_studio, tmp_path):
+    """A studio without takes."""
+    return start_studio(tmp_path / "sessions")
+
+
+@pytest.fixture
+def recorded(start_studio, tmp_path):
+    """A studio with the recorded take tests/one."""
+    save_stage_calibration(tmp_path / "sessions", ["camera_0"])
+    studio = start_studio(tmp_path / "sessions")
+    with Camera(studio.url("link"), 0) as camera:
+        camera.greet()
+        camera.exchange_clocks()
+        studio.http.post("/record/start", json={"session": "tests", "take": "one"}).raise_for_status()
+        seen = studio.stage.results.get()[0]
+        wait_until(
+            lambda: (send_frames([camera], 1), studio.stage.results.get()[0] > seen + 20)[1], "poses come"
+        )
+        studio.http.post("/record/stop").raise_for_status()
+    return studio

@@ -4,10 +4,10 @@ import pytest
 
 from studio.engine.poses import Poses
 from studio.take.take import Take
-from tests.api.test_routes import assert_error, finished_job, recorded, studio  # noqa: F401
+from tests.api.test_routes import assert_error, finished_job
 
 
-def test_a_slate_is_changed(recorded):  # noqa: F811
+def test_a_slate_is_changed(recorded):
     answer = recorded.http.patch(
         "/takes/tests/one", json={"name": "best", "rating": 5, "notes": "n", "starred": True}
     )
@@ -20,7 +20,7 @@ def test_a_slate_is_changed(recorded):  # noqa: F811
     assert_error(recorded.http.patch("/takes/tests/best", json={"name": "../x"}), 409, "take")
 
 
-def test_the_trash(recorded):  # noqa: F811
+def test_the_trash(recorded):
     thrown = recorded.http.delete("/takes/tests/one").json()
     assert recorded.http.get("/takes").json() == []
     assert recorded.http.get("/trash").json() == [thrown]
@@ -32,7 +32,7 @@ def test_the_trash(recorded):  # noqa: F811
     assert recorded.http.get("/trash").json() == []
 
 
-def test_what_is_being_recorded_stays(recorded):  # noqa: F811
+def test_what_is_being_recorded_stays(recorded):
     recorded.http.post("/record/start", json={"session": "tests", "take": "two"}).raise_for_status()
     for answer in (
         recorded.http.delete("/takes/tests/two"),
@@ -43,7 +43,7 @@ def test_what_is_being_recorded_stays(recorded):  # noqa: F811
     recorded.http.post("/record/stop").raise_for_status()
 
 
-def test_a_take_as_one_file(recorded):  # noqa: F811
+def test_a_take_as_one_file(recorded):
     file = recorded.http.get("/takes/tests/one/file")
     assert "one.take.zip" in file.headers["content-disposition"]
     answer = recorded.http.post("/takes/other/copy/file", content=file.content)
@@ -56,7 +56,7 @@ def test_a_take_as_one_file(recorded):  # noqa: F811
     assert not [path for path in recorded.sessions.iterdir() if path.name.startswith(".upload")]
 
 
-def test_solves_are_compared_and_measured(recorded):  # noqa: F811
+def test_solves_are_compared_and_measured(recorded):
     finished_job(recorded, recorded.http.post("/takes/tests/one/solves", json={"preset": "raw"}).json())
     same = recorded.http.get("/takes/tests/one/compare", params={"a": "live", "b": "live"}).json()
     assert same["max_mm"] < 1e-6
@@ -84,7 +84,7 @@ def test_solves_are_compared_and_measured(recorded):  # noqa: F811
 
 
 @pytest.mark.parametrize("name", ["x.exe", "..%2f..%2fx.csv", ".hidden.csv", "take.json"])
-def test_references_of_other_names(recorded, name):  # noqa: F811
+def test_references_of_other_names(recorded, name):
     assert recorded.http.put(f"/takes/tests/one/references/{name}", content=b"x").status_code in (
         404,
         405,
@@ -94,7 +94,7 @@ def test_references_of_other_names(recorded, name):  # noqa: F811
     assert not (Take.open(recorded.sessions / "tests/one").path / "references").exists()
 
 
-def test_a_take_is_calibrated_again_or_borrows(recorded):  # noqa: F811
+def test_a_take_is_calibrated_again_or_borrows(recorded):
     before = recorded.http.get("/takes/tests/one/calibrations").json()
     file = recorded.http.get("/takes/tests/one/file").content
     recorded.http.post("/takes/other/copy/file", content=file).raise_for_status()

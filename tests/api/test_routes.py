@@ -9,29 +9,7 @@ from websockets.sync.client import connect
 from studio.engine.settings import EXPLANATIONS, PRESETS
 from studio.take.take import Take
 from tests.api.camera import Camera, send_frames, wait_until
-from tests.live.performer import calibration, save_stage_calibration
-
-
-@pytest.fixture
-def studio(start_studio, tmp_path):
-    return start_studio(tmp_path / "sessions")
-
-
-@pytest.fixture
-def recorded(start_studio, tmp_path):
-    """A studio with the recorded take tests/one."""
-    save_stage_calibration(tmp_path / "sessions", ["camera_0"])
-    studio = start_studio(tmp_path / "sessions")
-    with Camera(studio.url("link"), 0) as camera:
-        camera.greet()
-        camera.exchange_clocks()
-        studio.http.post("/record/start", json={"session": "tests", "take": "one"}).raise_for_status()
-        seen = studio.stage.results.get()[0]
-        wait_until(
-            lambda: (send_frames([camera], 1), studio.stage.results.get()[0] > seen + 20)[1], "poses come"
-        )
-        studio.http.post("/record/stop").raise_for_status()
-    return studio
+from tests.live.performer import calibration
 
 
 def assert_error(answer: httpx.Response, status: int, code: str, *words: str) -> None:
