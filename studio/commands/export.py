@@ -61,7 +61,8 @@ def run(args: argparse.Namespace) -> int:
         interpolation=args.interpolation,
         target=args.target,
         root_motion=args.root_motion,
-        mesh=args.mesh,
+        mesh=args.mesh or None,
+        take_name=args.take.resolve().name,
     )
     print(f"{args.out}: solve {name}, {poses.frame_count} frames, {args.out.stat().st_size / 1e6:.1f} MB")
     return 0

@@ -1,47 +1,57 @@
 """Exports of a solve: one writer per format, chosen by name.
 
-Conversion of axes, units and names happens here and nowhere else: `skeleton` makes local keys in file axes,
-`euler` angles, `bvh` and `fbx` (with its records in `fbx_binary`, its settings in `fbx_scene`) the files.
+Conversion of axes, units and names happens here and nowhere else: `options` says what is asked, `clip` makes of
+poses what a file holds (`resample`, `skeleton`), `euler` angles, `bvh`, `fbx` (with its records in `fbx_binary`,
+its settings in `fbx_scene`) and the other modules named as their format the files.
 """
 
 import os
 from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import Any, Literal
 
 from studio.engine.errors import NotAvailableError, SettingsError
 from studio.engine.export.bvh import write_bvh
-from studio.engine.export.fbx import INTERPOLATIONS, write_fbx
+from studio.engine.export.clip import clip, prepared_poses
+from studio.engine.export.fbx import write_fbx
+from studio.engine.export.options import POSE_OPTIONS, ExportOptions, check_options
 from studio.engine.poses import Poses
 
 DEFAULT_INTERPOLATION = "cubic"
 
 _PLANNED_FORMATS = ("glb", "c3d", "trc", "csv", "npz", "usd")
-_TARGETS = ("humanik", "mixamo", "unreal", "vrm")
-_ROOT_MOTIONS = ("hips", "root", "in-place")
+_BONES = frozenset({"target", "root_motion"})
 
 
-def _bvh(poses: Poses, path: str | os.PathLike[str], *, fps: float | None, interpolation: str) -> None:
-    if interpolation != DEFAULT_INTERPOLATION:
-        raise SettingsError(
-            f"interpolation={interpolation}: a BVH file has none (each program chooses its own); "
-            "leave it out, or export fbx"
-        )
-    write_bvh(poses, path, fps=fps)
+@dataclass(frozen=True)
+class Exporter:
+    """A format's writer.
+
+    Attributes:
+        write: called as write(what, path, options).
+        takes: what the writer is given: `motion` (a `LocalMotion`, made by `clip`) or `poses` (`Poses`, made
+            by `prepared_poses`).
+        options: names of the options that it understands besides those of every format (`POSE_OPTIONS`).
+    """
+
+    write: Callable[[Any, str | os.PathLike[str], ExportOptions], None]
+    takes: Literal["motion", "poses"]
+    options: frozenset[str] = frozenset()
 
 
-EXPORTERS: dict[str, Callable[..., None]] = {"fbx": write_fbx, "bvh": _bvh}
-"""Format -> writer(poses, path, *, fps, interpolation)."""
+EXPORTERS: dict[str, Exporter] = {
+    "fbx": Exporter(write_fbx, "motion", _BONES | {"interpolation", "mesh", "key_error_cm", "timecode"}),
+    "bvh": Exporter(write_bvh, "motion", _BONES | {"rotation_order", "unit"}),
+}
+"""Format -> its writer."""
 
 
 def export(
     poses: Poses,
     path: str | os.PathLike[str],
     format: str,
-    *,
-    fps: float | None = None,
-    interpolation: str = DEFAULT_INTERPOLATION,
-    target: str = "humanik",
-    root_motion: str = "hips",
-    mesh: bool = False,
+    options: ExportOptions | None = None,
+    **changes: Any,
 ) -> None:
     """Write the poses to a file of the named format, atomically.
 
@@ -49,30 +59,46 @@ def export(
         poses: what to write.
         path: of the file; an existing one is replaced, and kept whole if anything fails.
         format: a key of `EXPORTERS`.
-        fps: frame rate of the keys [Hz]; None keeps that of the poses.
-        interpolation: between keys, `cubic`, `linear` or `constant`, where the format has it.
-        target: naming of the skeleton; root_motion: where the path of the performer goes; mesh: with a body.
+        options: how; None = the defaults.
+        changes: single options, as keywords.
 
     Raises:
-        NotAvailableError: a documented format or option that this version does not have.
-        SettingsError: an unknown format or value.
+        NotAvailableError: a documented format that this version does not have.
+        SettingsError: an unknown format, or options that are not allowed or not for this format.
         FormatError: poses that cannot be exported.
         StudioError: the file cannot be written.
     """
-    known = (*EXPORTERS, *_PLANNED_FORMATS)
-    _choose("format", format, known, EXPORTERS)
-    _choose("interpolation", interpolation, INTERPOLATIONS, INTERPOLATIONS)
-    _choose("target", target, _TARGETS, ("humanik",))
-    _choose("root-motion", root_motion, _ROOT_MOTIONS, ("hips",))
-    if mesh:
-        raise NotAvailableError("export with a mesh is not available in this version; leave out --mesh")
-    EXPORTERS[format](poses, path, fps=fps, interpolation=interpolation)
+    exporter = exporter_of(format)
+    options = replace(options or ExportOptions(), **changes)
+    check_options(options, format, exporter.options)
+    made = clip(poses, options) if exporter.takes == "motion" else prepared_poses(poses, options)
+    exporter.write(made, path, options)
 
 
-def _choose(option: str, value: str, known: tuple[str, ...], available: tuple[str, ...] | dict) -> None:
-    if value not in known:
-        raise SettingsError(f"{option}={value}: allowed are {', '.join(known)}")
-    if value not in available:
+def exporter_of(format: str) -> Exporter:
+    """Return the writer of a format.
+
+    Raises:
+        NotAvailableError: a documented format that this version does not have.
+        SettingsError: an unknown format.
+    """
+    known = (*EXPORTERS, *(name for name in _PLANNED_FORMATS if name not in EXPORTERS))
+    if format not in known:
+        raise SettingsError(f"format={format}: allowed are {', '.join(known)}")
+    if format not in EXPORTERS:
         raise NotAvailableError(
-            f"{option} {value} is not available in this version; available: {', '.join(available)}"
+            f"format {format} is not available in this version; available: {', '.join(EXPORTERS)}"
         )
+    return EXPORTERS[format]
+
+
+__all__ = [
+    "EXPORTERS",
+    "POSE_OPTIONS",
+    "ExportOptions",
+    "Exporter",
+    "clip",
+    "export",
+    "exporter_of",
+    "prepared_poses",
+]

@@ -10,53 +10,36 @@ import os
 import numpy as np
 from numpy.typing import NDArray
 
-from studio.engine.errors import SettingsError
 from studio.engine.export import fbx_scene as scene
 from studio.engine.export.euler import ORDERS, best_order, euler_deg
 from studio.engine.export.fbx_binary import EncodedArray, Node, write_nodes
-from studio.engine.export.skeleton import LocalMotion, local_motion
+from studio.engine.export.options import ExportOptions
+from studio.engine.export.skeleton import LocalMotion
 from studio.engine.files import write_atomically
-from studio.engine.poses import Poses
 
 _CUBIC = 0x2108  # cubic, automatic tangents, time-independent: a slope is that of the two neighbours' chord
 _CUBIC_USER = 0x408  # cubic, with the slopes that the keys bring
 _KEY_FLAGS = {"cubic": _CUBIC, "linear": 0x4, "constant": 0x2}
-INTERPOLATIONS: tuple[str, ...] = tuple(_KEY_FLAGS)
 
 _WEIGHTS = np.array([0x0D050D05], np.int32).view(np.float32)[0]  # two thirds of 0.3333, in units of 1e-4
 _CURVE_VERSION = 4008
 _FIRST_IDENTITY = 1_000_000
 
 
-def write_fbx(
-    poses: Poses,
-    path: str | os.PathLike[str],
-    *,
-    fps: float | None = None,
-    interpolation: str = "cubic",
-    take_name: str = "Take",
-) -> None:
-    """Write the poses as a binary FBX file, atomically.
+def write_fbx(motion: LocalMotion, path: str | os.PathLike[str], options: ExportOptions) -> None:
+    """Write the motion as a binary FBX file, atomically.
 
     Args:
-        poses: of any skeleton with one root.
+        motion: of any skeleton with one root.
         path: of the file; an existing one is replaced.
-        fps: frame rate of the keys [Hz]; None keeps that of the poses.
-        interpolation: between keys, one of `INTERPOLATIONS`.
-        take_name: name of the animation.
+        options: `interpolation` counts here.
 
     Raises:
-        FormatError: poses that cannot be exported.
-        SettingsError: fps out of range, an unknown interpolation, or a take without a name.
         StudioError: the file cannot be written.
     """
-    if interpolation not in _KEY_FLAGS:
-        raise SettingsError(f"interpolation={interpolation}: allowed are {', '.join(INTERPOLATIONS)}")
-    if not take_name or not take_name.isprintable():
-        raise SettingsError(f"take_name={take_name!r}: allowed is a name of printable characters")
-    motion = local_motion(poses, fps=fps)
+    take_name = motion.name
     orders = [best_order(motion.rotations_wxyz[:, joint]) for joint in range(len(motion.parents))]
-    builder = _Builder(motion, _KEY_FLAGS[interpolation])
+    builder = _Builder(motion, _KEY_FLAGS[options.interpolation])
     models = builder.add_skeleton(orders)
     builder.add_animation(models, orders, take_name)
     nodes = [

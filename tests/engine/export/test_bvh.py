@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from studio.engine.export.bvh import write_bvh
+from studio.engine.export import export
 from studio.engine.export.skeleton import to_file_axes
 from studio.engine.poses import Poses
 from tests.engine.export.readers.programs import read_with_bvhio
@@ -16,7 +16,7 @@ from tests.poses_factory import random_poses, rest_offsets_m, t_pose
 @pytest.mark.parametrize("motion", HARD_MOTIONS)
 def test_world_joints_read_back(tmp_path: Path, motion: str) -> None:
     poses = random_poses(np.random.default_rng(2), seconds=2, hz=60, **HARD_MOTIONS[motion])
-    write_bvh(poses, tmp_path / "take.bvh")
+    export(poses, tmp_path / "take.bvh", "bvh")
     back = read_with_bvhio(tmp_path / "take.bvh")
     assert back.names == poses.joint_names  # depth first, as the output skeleton is
     assert back.parents == tuple(poses.parents)
@@ -26,7 +26,7 @@ def test_world_joints_read_back(tmp_path: Path, motion: str) -> None:
 
 
 def test_rest_is_the_t_pose(tmp_path: Path) -> None:
-    write_bvh(t_pose(2), tmp_path / "take.bvh")
+    export(t_pose(2), tmp_path / "take.bvh", "bvh")
     text = (tmp_path / "take.bvh").read_text()
     back = read_with_bvhio(tmp_path / "take.bvh")
     offsets = back.rest_cm[1:] - back.rest_cm[list(back.parents[1:])]
@@ -49,7 +49,7 @@ def test_channels_follow_the_hierarchy_when_joints_are_listed_in_another_order(t
         confidence=poses.confidence[:, order],
         uncertainty_mm=poses.uncertainty_mm[:, order],
     )
-    write_bvh(shuffled, tmp_path / "take.bvh")
+    export(shuffled, tmp_path / "take.bvh", "bvh")
     back = read_with_bvhio(tmp_path / "take.bvh").in_order(shuffled.joint_names)
     assert back.parents == tuple(shuffled.parents)
     assert np.abs(back.positions_cm - to_file_axes(shuffled.positions_m) * 100).max() < 0.002
@@ -57,7 +57,7 @@ def test_channels_follow_the_hierarchy_when_joints_are_listed_in_another_order(t
 
 def test_rate_is_resampled(tmp_path: Path) -> None:
     poses = random_poses(np.random.default_rng(2), seconds=2, hz=120)
-    write_bvh(poses, tmp_path / "take.bvh", fps=30)
+    export(poses, tmp_path / "take.bvh", "bvh", fps=30)
     back = read_with_bvhio(tmp_path / "take.bvh")
     assert back.scene["frames_per_second"] == pytest.approx(30.0, rel=1e-6)
     assert np.abs(back.positions_cm - to_file_axes(poses.positions_m[::4]) * 100).max() < 0.002

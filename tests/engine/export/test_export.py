@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from studio.engine.errors import FormatError, NotAvailableError, SettingsError, StudioError
+from studio.engine.errors import FormatError, SettingsError, StudioError
 from studio.engine.export import EXPORTERS, export
 from tests.poses_factory import random_poses, t_pose
 
@@ -42,15 +42,25 @@ def test_a_place_that_cannot_be_written_is_one_clear_error(tmp_path: Path, forma
 @pytest.mark.parametrize(
     ("options", "error", "words"),
     [
-        ({"format": "glb"}, NotAvailableError, "glb is not available in this version"),
         ({"format": "doc"}, SettingsError, "format=doc: allowed are fbx, bvh"),
         ({"format": "fbx", "interpolation": "bezier"}, SettingsError, "allowed are cubic, linear, constant"),
-        ({"format": "bvh", "interpolation": "linear"}, SettingsError, "BVH"),
-        ({"format": "fbx", "target": "unreal"}, NotAvailableError, "target unreal is not available"),
-        ({"format": "fbx", "target": "biped"}, SettingsError, "target=biped"),
-        ({"format": "fbx", "root_motion": "in-place"}, NotAvailableError, "in-place is not available"),
-        ({"format": "fbx", "mesh": True}, NotAvailableError, "mesh"),
+        ({"format": "bvh", "interpolation": "linear"}, SettingsError, "not for bvh"),
+        ({"format": "fbx", "rotation_order": "XYZ"}, SettingsError, "rotation-order=XYZ: not for fbx"),
+        ({"format": "fbx", "unit": "m"}, SettingsError, "unit=m: not for fbx"),
+        ({"format": "fbx", "target": "biped"}, SettingsError, "target=biped: allowed are humanik, mixamo"),
+        ({"format": "fbx", "key_error_cm": 0.1, "interpolation": "linear"}, SettingsError, "cubic only"),
+        ({"format": "fbx", "key_error_cm": 0.0}, SettingsError, "key-error-cm=0"),
+        ({"format": "fbx", "start_s": 2.0, "end_s": 1.0}, SettingsError, "end=1"),
+        ({"format": "fbx", "start_s": 7.0}, SettingsError, "start=7: the take has 0.00 s"),
+        ({"format": "fbx", "start_s": float("nan")}, SettingsError, "start=nan"),
+        ({"format": "fbx", "smooth_hz": -1.0}, SettingsError, "smooth-hz=-1"),
+        ({"format": "fbx", "timecode": "25:00:00:00"}, SettingsError, "timecode=25:00:00:00"),
+        ({"format": "fbx", "timecode": "noon"}, SettingsError, "hh:mm:ss:ff"),
+        ({"format": "fbx", "take_name": ""}, SettingsError, "take-name"),
+        ({"format": "fbx", "take_name": "a\x00b"}, SettingsError, "take-name"),
+        ({"format": "bvh", "mesh": True}, SettingsError, "mesh=True: not for bvh"),
         ({"format": "bvh", "fps": 0.0}, SettingsError, "fps=0"),
+        ({"format": "bvh", "fps": 5000.0}, SettingsError, "fps=5000"),
     ],
 )
 def test_what_is_refused(tmp_path: Path, options: dict, error: type[StudioError], words: str) -> None:

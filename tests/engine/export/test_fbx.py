@@ -8,8 +8,7 @@ import numpy as np
 import pytest
 
 from studio.engine.errors import SettingsError
-from studio.engine.export import fbx
-from studio.engine.export.fbx import write_fbx
+from studio.engine.export import export, fbx
 from studio.engine.export.skeleton import local_motion, to_file_axes
 from studio.engine.poses import Poses
 from tests.engine.export.readers.programs import ReadBack, read_with_fbx_sdk, read_with_ufbx
@@ -26,7 +25,7 @@ _POSITIVE_Y, _POSITIVE_Z = 2, 4  # ufbx's numbers of axes
 @pytest.mark.parametrize("motion", HARD_MOTIONS)
 def test_world_joints_at_keys(tmp_path: Path, motion: str, reader: Reader) -> None:
     poses = random_poses(np.random.default_rng(2), seconds=3, hz=60, **HARD_MOTIONS[motion])
-    write_fbx(poses, tmp_path / "take.fbx")
+    export(poses, tmp_path / "take.fbx", "fbx")
     back = reader(tmp_path / "take.fbx", hz=60).in_order(poses.joint_names)
     assert back.parents == tuple(poses.parents)
     assert back.scene["end_s"] == pytest.approx(3.0)
@@ -41,7 +40,7 @@ def test_cubic_keys_follow_the_motion_between_them(tmp_path: Path, motion: str, 
     at_60_hz = _every_second_frame(poses)
     mean = {}
     for interpolation in ("cubic", "linear", "constant"):
-        write_fbx(poses, tmp_path / "take.fbx", fps=30, interpolation=interpolation)
+        export(poses, tmp_path / "take.fbx", "fbx", fps=30, interpolation=interpolation)
         error = position_error_cm(reader(tmp_path / "take.fbx", hz=60), at_60_hz)
         assert error[::2].max() < 0.002
         mean[interpolation] = error[1::2].mean()
@@ -59,7 +58,7 @@ def test_one_rotation_order_for_all_would_fail_with_the_arms_forward(
     for name in ("best", "usual"):
         if name == "usual":
             monkeypatch.setattr(fbx, "best_order", lambda rotations: "ZYX")
-        write_fbx(poses, tmp_path / "take.fbx", fps=30)
+        export(poses, tmp_path / "take.fbx", "fbx", fps=30)
         error = position_error_cm(read_with_ufbx(tmp_path / "take.fbx", hz=60), _every_second_frame(poses))
         worst[name] = error.max()
     assert 4 * worst["best"] < worst["usual"]
@@ -67,7 +66,7 @@ def test_one_rotation_order_for_all_would_fail_with_the_arms_forward(
 
 def test_scene_is_y_up_facing_z_in_centimetres_with_every_bone_in_the_bind_pose(tmp_path: Path) -> None:
     poses = random_poses(np.random.default_rng(2), seconds=1)
-    write_fbx(poses, tmp_path / "take.fbx")
+    export(poses, tmp_path / "take.fbx", "fbx")
     scene = read_with_ufbx(tmp_path / "take.fbx", hz=60).scene
     assert scene["unit_m"] == 0.01
     assert (scene["up"], scene["front"]) == (_POSITIVE_Y, _POSITIVE_Z)
@@ -78,7 +77,7 @@ def test_scene_is_y_up_facing_z_in_centimetres_with_every_bone_in_the_bind_pose(
 @pytest.mark.parametrize("reader", READERS)
 def test_rest_is_the_t_pose(tmp_path: Path, reader: Reader) -> None:
     poses = random_poses(np.random.default_rng(2), seconds=1)
-    write_fbx(poses, tmp_path / "take.fbx")
+    export(poses, tmp_path / "take.fbx", "fbx")
     rest = reader(tmp_path / "take.fbx", hz=60).in_order(poses.joint_names).rest_cm
     assert rest == pytest.approx(local_motion(poses).rest_positions_m * 100, abs=0.001)
     standing = to_file_axes(t_pose().positions_m[0]) * 100
@@ -87,7 +86,7 @@ def test_rest_is_the_t_pose(tmp_path: Path, reader: Reader) -> None:
 
 @pytest.mark.parametrize("fps", [24, 25, 30, 30 / 1.001, 50, 60 / 1.001, 75, 120])
 def test_frame_rate(tmp_path: Path, fps: float) -> None:
-    write_fbx(random_poses(np.random.default_rng(2), seconds=1, hz=120), tmp_path / "take.fbx", fps=fps)
+    export(random_poses(np.random.default_rng(2), seconds=1, hz=120), tmp_path / "take.fbx", "fbx", fps=fps)
     scene = read_with_ufbx(tmp_path / "take.fbx", hz=1).scene
     assert scene["frames_per_second"] == pytest.approx(fps, rel=1e-5)
     assert scene["end_s"] == pytest.approx(int(fps + 1e-6) / fps)
@@ -97,32 +96,32 @@ def test_frame_rate(tmp_path: Path, fps: float) -> None:
 @pytest.mark.parametrize("frames", [2, 3, 4])
 def test_short_takes(tmp_path: Path, frames: int, reader: Reader) -> None:
     poses = _frames(random_poses(np.random.default_rng(2), seconds=1, hz=60), slice(frames))
-    write_fbx(poses, tmp_path / "take.fbx")
+    export(poses, tmp_path / "take.fbx", "fbx")
     assert position_error_cm(reader(tmp_path / "take.fbx", hz=60), poses).max() < 0.002
 
 
 def test_one_frame(tmp_path: Path) -> None:
-    write_fbx(t_pose(), tmp_path / "take.fbx")
+    export(t_pose(), tmp_path / "take.fbx", "fbx")
     assert position_error_cm(read_with_ufbx(tmp_path / "take.fbx", hz=60), t_pose()).max() < 0.002
 
 
 def test_time_starts_at_zero(tmp_path: Path) -> None:
     poses = random_poses(np.random.default_rng(2), seconds=1)
-    write_fbx(replace(poses, time_s=poses.time_s + 100.0), tmp_path / "take.fbx")
+    export(replace(poses, time_s=poses.time_s + 100.0), tmp_path / "take.fbx", "fbx")
     assert read_with_ufbx(tmp_path / "take.fbx", hz=1).scene["begin_s"] == 0.0
 
 
 def test_same_poses_same_bytes(tmp_path: Path) -> None:
     poses = random_poses(np.random.default_rng(2), seconds=1)
     for name in ("a.fbx", "b.fbx"):
-        write_fbx(poses, tmp_path / name)
+        export(poses, tmp_path / name, "fbx")
     assert (tmp_path / "a.fbx").read_bytes() == (tmp_path / "b.fbx").read_bytes()
 
 
 @pytest.mark.parametrize("option", [{"interpolation": "spline"}, {"take_name": ""}, {"take_name": "a\x00b"}])
 def test_unknown_values_are_refused(tmp_path: Path, option: dict[str, str]) -> None:
     with pytest.raises(SettingsError):
-        write_fbx(t_pose(), tmp_path / "take.fbx", **option)
+        export(t_pose(), tmp_path / "take.fbx", "fbx", **option)
     assert not list(tmp_path.iterdir())
 
 

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from studio.engine.errors import FormatError, SettingsError
-from studio.engine.export.skeleton import end_sites, local_motion, standard_rate, to_file_axes
+from studio.engine.export.resample import standard_rate
+from studio.engine.export.skeleton import end_sites, local_motion, to_file_axes
 from studio.engine.joints import OUTPUT_INDEX
 from tests.poses_factory import random_poses, rest_offsets_m, t_pose
 

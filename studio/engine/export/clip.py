@@ -1,0 +1,66 @@
+"""From a solve to what a file holds: trimming, clean-up, the frame rate, then names, bones and root motion.
+
+`prepared_poses` is the part that every format shares; `clip` goes on to a skeleton with keys.
+"""
+
+from dataclasses import replace
+
+import numpy as np
+
+from studio.engine.errors import SettingsError
+from studio.engine.export.kinematics import check_poses
+from studio.engine.export.options import ExportOptions
+from studio.engine.export.resample import resampled
+from studio.engine.export.skeleton import LocalMotion, local_motion
+from studio.engine.export.timecode import timecode_seconds
+from studio.engine.poses import Poses
+
+
+def prepared_poses(poses: Poses, options: ExportOptions) -> Poses:
+    """Return the poses trimmed, cleaned up as asked, and on a uniform grid of `options.fps`.
+
+    Times stay those of the stage.
+
+    Raises:
+        FormatError: poses that cannot be exported.
+        SettingsError: the take has nothing in the part that is asked for.
+    """
+    check_poses(poses)
+    poses = _trimmed(poses, options)
+    poses, _ = resampled(poses, options.fps)
+    return poses
+
+
+def clip(poses: Poses, options: ExportOptions) -> LocalMotion:
+    """Return the poses as a skeleton with keys: `prepared_poses`, then root motion and the target's bones.
+
+    Raises:
+        FormatError: poses that cannot be exported.
+        SettingsError: options that do not fit the poses.
+    """
+    prepared = prepared_poses(poses, options)
+    motion = local_motion(prepared)
+    start_s = 0.0
+    if options.timecode is not None:
+        into_take = prepared.time_s[0] - poses.time_s[0]
+        start_s = timecode_seconds(options.timecode, motion.frames_per_second) + into_take
+    return replace(motion, name=options.take_name, start_s=start_s)
+
+
+def _trimmed(poses: Poses, options: ExportOptions) -> Poses:
+    """Return the frames from `start_s` to `end_s` after the first one."""
+    if options.start_s is None and options.end_s is None:
+        return poses
+    since = poses.time_s - poses.time_s[0]
+    start = 0.0 if options.start_s is None else options.start_s
+    end = np.inf if options.end_s is None else options.end_s
+    inside = np.flatnonzero((since >= start - 1e-6) & (since <= end + 1e-6))
+    if inside.size == 0:
+        raise SettingsError(f"start={start:g}: the take has {since[-1]:.2f} s; choose a part of it")
+    return frames_of(poses, slice(inside[0], inside[-1] + 1))
+
+
+def frames_of(poses: Poses, frames: slice) -> Poses:
+    """Return some frames of the poses."""
+    keys = ("time_s", "positions_m", "rotations_wxyz", "confidence", "uncertainty_mm")
+    return replace(poses, **{key: getattr(poses, key)[frames] for key in keys})

@@ -1,0 +1,78 @@
+"""Poses on a uniform time grid."""
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.interpolate import CubicHermiteSpline
+
+from studio.engine.errors import SettingsError
+from studio.engine.export.kinematics import local_keys, normalized, world_poses
+from studio.engine.export.options import MAX_FPS
+from studio.engine.poses import Poses
+
+GRID_TOLERANCE_S = 1e-5
+"""Poses whose times are this close to the uniform grid are written as they stand, without resampling."""
+
+
+def resampled(poses: Poses, fps: float | None = None) -> tuple[Poses, float]:
+    """Return the poses on a uniform grid that starts at their first frame, and its rate [Hz].
+
+    Rotations and offsets local to the parents are interpolated, so that bones keep their lengths; confidence
+    and uncertainty are taken from the nearer frame.
+
+    Args:
+        poses: checked by `check_poses`.
+        fps: rate of the grid [Hz]; None keeps that of the poses.
+
+    Raises:
+        SettingsError: fps is not in 0..1000.
+    """
+    rate, times = _time_grid(poses, fps)
+    if times is None:
+        return poses, rate
+    offsets, local = local_keys(poses.parents, poses.positions_m, poses.rotations_wxyz)
+    frames = poses.frame_count
+    offsets = _sample(poses.time_s, offsets.reshape(frames, -1), times).reshape(len(times), -1, 3)
+    local = _sample(poses.time_s, local.reshape(frames, -1), times).reshape(len(times), -1, 4)
+    positions, rotations = world_poses(poses.parents, offsets, normalized(local))
+    nearest = np.searchsorted((poses.time_s[1:] + poses.time_s[:-1]) / 2, times)
+    return replace(
+        poses,
+        time_s=times,
+        positions_m=positions,
+        rotations_wxyz=rotations,
+        confidence=poses.confidence[nearest],
+        uncertainty_mm=poses.uncertainty_mm[nearest],
+    ), rate
+
+
+def standard_rate(rate: float) -> float:
+    """Return the whole or NTSC (n / 1.001) frame rate within 0.02 % of `rate` [Hz], or `rate` itself."""
+    for factor in (1.0, 1.001):
+        whole = round(rate * factor)
+        if whole and abs(rate * factor - whole) <= 2e-4 * whole:
+            return whole / factor
+    return rate
+
+
+def _time_grid(poses: Poses, fps: float | None) -> tuple[float, NDArray[np.float64] | None]:
+    """Return the rate [Hz] and the stage times to sample at [s], None where the frames already are there."""
+    if fps is not None and not 0.0 < fps <= MAX_FPS:  # NaN fails too
+        raise SettingsError(f"fps={fps}: allowed is a number above 0 and up to {MAX_FPS:g}")
+    rate = standard_rate(poses.frames_per_second if fps is None else float(fps))
+    start, stop = poses.time_s[0], poses.time_s[-1]
+    count = int(np.floor((stop - start) * rate + GRID_TOLERANCE_S * rate)) + 1
+    grid = start + np.arange(count) / rate
+    if count == poses.frame_count and np.abs(grid - poses.time_s).max() <= GRID_TOLERANCE_S:
+        return rate, None
+    return rate, np.minimum(grid, stop)
+
+
+def _sample(
+    time_s: NDArray[np.float64], values: NDArray[np.float64], times: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """Return `values` at `times` by cubics with central-difference slopes, so a spike does not ring."""
+    if len(time_s) < 2:
+        return np.repeat(values, len(times), axis=0)
+    return CubicHermiteSpline(time_s, values, np.gradient(values, time_s, axis=0))(times)
