@@ -1,0 +1,91 @@
+"""Skinned meshes, and joining closed parts into one."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+BODY, SEAM = 0, 1
+"""Tones of a triangle: the body's surface, and what shows between its segments."""
+
+INFLUENCES = 4
+"""Joints that a vertex can follow, as most programs have it."""
+
+
+@dataclass(frozen=True)
+class SkinnedMesh:
+    """A mesh that follows a skeleton by linear blend skinning, in the rest pose.
+
+    Attributes:
+        vertices_m: shape (V, 3), float32.
+        normals: unit, outwards, shape (V, 3), float32.
+        triangles: counter-clockwise seen from outside, shape (T, 3), uint32; those of `SEAM` come last.
+        joint_indices: joints that a vertex follows, strongest first, shape (V, 4), uint16.
+        weights: shares, each row sums to 1, shape (V, 4), float32.
+        tones: `BODY` or `SEAM` by triangle, shape (T,), uint8.
+    """
+
+    vertices_m: NDArray[np.float32]
+    normals: NDArray[np.float32]
+    triangles: NDArray[np.uint32]
+    joint_indices: NDArray[np.uint16]
+    weights: NDArray[np.float32]
+    tones: NDArray[np.uint8]
+
+    def posed(self, rest_m: Array, positions_m: Array, rotations: Array) -> Array:
+        """Return the vertices in a pose, shape (V, 3).
+
+        Args:
+            rest_m: joint positions of the rest pose, shape (J, 3).
+            positions_m: joint positions of the pose, shape (J, 3).
+            rotations: what turns a joint from the rest pose to this one, world axes, shape (J, 3, 3).
+        """
+        out = np.zeros(self.vertices_m.shape)
+        for k in range(self.joint_indices.shape[1]):
+            joint = self.joint_indices[:, k]
+            moved = np.einsum("vij,vj->vi", rotations[joint], self.vertices_m - rest_m[joint])
+            out += self.weights[:, k, None] * (moved + positions_m[joint])
+        return out
+
+
+@dataclass(frozen=True)
+class Part:
+    """A closed surface: points (V, 3), triangles (T, 3), weights over all joints (V, J), and its tone."""
+
+    points: Array
+    triangles: NDArray[np.int64]
+    weights: Array
+    tone: int
+
+
+def join(parts: list[Part]) -> SkinnedMesh:
+    """Return the parts as one mesh, the weights reduced to the four strongest of each vertex."""
+    parts = sorted(parts, key=lambda part: part.tone)
+    starts = np.cumsum([0, *(len(part.points) for part in parts)])
+    weights = np.concatenate([part.weights for part in parts])
+    strongest = np.argsort(-weights, axis=1, kind="stable")[:, :INFLUENCES]
+    shares = np.take_along_axis(weights, strongest, axis=1)
+    shares /= shares.sum(axis=1, keepdims=True)
+    strongest[shares == 0.0] = 0
+    normals = np.concatenate([vertex_normals(part.points, part.triangles) for part in parts])
+    triangles = [part.triangles + start for part, start in zip(parts, starts, strict=False)]
+    return SkinnedMesh(
+        vertices_m=np.concatenate([part.points for part in parts]).astype(np.float32),
+        normals=normals.astype(np.float32),
+        triangles=np.concatenate(triangles).astype(np.uint32),
+        joint_indices=strongest.astype(np.uint16),
+        weights=shares.astype(np.float32),
+        tones=np.concatenate([np.full(len(part.triangles), part.tone, np.uint8) for part in parts]),
+    )
+
+
+def vertex_normals(points: Array, triangles: NDArray[np.int64]) -> Array:
+    """Return unit normals by vertex, shape (V, 3): means of the triangles' around it by their area."""
+    corners = points[triangles]
+    faces = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    normals = np.zeros_like(points)
+    for k in range(3):
+        np.add.at(normals, triangles[:, k], faces)
+    return normals / np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-12)

@@ -1,0 +1,108 @@
+"""What the mannequin is made for: a skeleton's joints by role, and the sizes that follow from them.
+
+File axes: metres, y up, the rest pose faces +z with its left hand towards +x.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from studio.engine.errors import FormatError
+from studio.engine.joints import OUTPUT_PARENT
+
+Array = NDArray[np.float64]
+
+NEEDED: tuple[str, ...] = (
+    "Hips", "Head",
+    *(f"{side}{name}" for side in ("Left", "Right")
+      for name in ("Arm", "ForeArm", "Hand", "UpLeg", "Leg", "Foot")),
+)  # fmt: skip
+"""Roles without which there is no body; the others have the nearest one above them instead."""
+
+_STATURE_OF_HEAD_JOINT = 1.11
+_SOLE_BELOW_JOINT_M = 0.02
+_USUAL_STATURE_M = 1.75
+
+
+@dataclass(frozen=True)
+class Rig:
+    """Joints by role, and sizes.
+
+    Attributes:
+        index: role -> index of the joint.
+        rest_m: joint positions of the rest pose, shape (joint_count, 3).
+    """
+
+    index: dict[str, int]
+    rest_m: Array
+
+    @classmethod
+    def of(cls, roles: Sequence[str], rest_m: Array) -> "Rig":
+        """Return the rig of joints with HumanIK roles ("" = none).
+
+        Raises:
+            FormatError: a role is missing without which there is no body, or the skeleton does not stand.
+        """
+        index = {role: joint for joint, role in reversed(list(enumerate(roles))) if role}
+        missing = [role for role in NEEDED if role not in index]
+        if missing:
+            raise FormatError(
+                f"the skeleton has no joint for {', '.join(missing)}, so no body fits it; "
+                "leave out the mesh, or name the joints as HumanIK does"
+            )
+        rig = cls(index, np.asarray(rest_m, dtype=np.float64))
+        if not np.isfinite(rig.rest_m).all() or rig.stature < 0.3 or rig.at("Head")[1] <= rig.hip_centre[1]:
+            raise FormatError(
+                "the skeleton's rest pose does not stand upright with y up and a height of at least 0.3 m, "
+                "so no body fits it; leave out the mesh"
+            )
+        return rig
+
+    def has(self, role: str) -> bool:
+        return role in self.index
+
+    def joint(self, role: str) -> int:
+        """Return the index of the role's joint, or of the nearest one above it that the skeleton has."""
+        while role not in self.index:
+            role = OUTPUT_PARENT[role] or "Hips"
+        return self.index[role]
+
+    def at(self, role: str) -> Array:
+        """Return where that joint rests [m], shape (3,)."""
+        return self.rest_m[self.joint(role)]
+
+    def weights(self, shares: Mapping[str, Array | float], count: int) -> Array:
+        """Return weights over all joints, shape (count, joint_count), of shares by role."""
+        out = np.zeros((count, len(self.rest_m)))
+        for role, share in shares.items():
+            out[:, self.joint(role)] += share
+        return out
+
+    @property
+    def hip_centre(self) -> Array:
+        return (self.at("LeftUpLeg") + self.at("RightUpLeg")) / 2
+
+    @property
+    def shoulder_centre(self) -> Array:
+        return (self.at("LeftArm") + self.at("RightArm")) / 2
+
+    @property
+    def floor(self) -> float:
+        """Height of the soles [m]."""
+        return float(self.rest_m[list(self.index.values()), 1].min()) - _SOLE_BELOW_JOINT_M
+
+    @property
+    def stature(self) -> float:
+        return float((self.at("Head")[1] - self.floor) * _STATURE_OF_HEAD_JOINT)
+
+    @property
+    def girth(self) -> float:
+        """Scale of widths, 1 for a stature of 1.75 m: small bodies are stouter than large ones."""
+        return (self.stature / _USUAL_STATURE_M) ** 0.85
+
+    @property
+    def head_height(self) -> float:
+        """From chin to crown [m]: a child's head is nearly as large as an adult's."""
+        return 0.228 * (self.stature / _USUAL_STATURE_M) ** 0.4
