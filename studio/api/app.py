@@ -15,15 +15,19 @@ from studio.api.link import HELLO_TIMEOUT_S, link_router
 from studio.api.manage import manage_router
 from studio.api.measure import measure_router
 from studio.api.origin import OriginGuard
+from studio.api.outputs import outputs_router
 from studio.api.performers import performers_router
 from studio.api.stage import stage_router
 from studio.api.takes import takes_router
+from studio.engine.calibration.result import Performer
 from studio.live import LiveStage
+from studio.streams import Outputs
 
 _DESCRIPTION = """
 Operate the studio: cameras, recording, settings, calibration, takes. The page does all it does through these
-routes. Failures have one shape, `{"error": {"code", "message"}}`. Two WebSockets are not listed below:
-`/api/v1/link` for camera clients (docs/protocol.md) and `/api/v1/events`, which sends the status.
+routes. Failures have one shape, `{"error": {"code", "message"}}`. Three WebSockets are not listed below:
+`/api/v1/link` for camera clients (docs/protocol.md), `/api/v1/events`, which sends the status, and
+`/api/v1/stream`, which sends the solved character (docs/streaming.md).
 """
 
 
@@ -34,7 +38,7 @@ def create_app(
     access: Access | None = None,
     hello_timeout_s: float = HELLO_TIMEOUT_S,
 ) -> FastAPI:
-    """Return the app of a stage that the caller starts and closes.
+    """Return the app of a stage that the caller starts and closes; `state.outputs` is closed with it.
 
     Args:
         stage: the live stage.
@@ -64,4 +68,13 @@ def create_app(
     app.include_router(takes_router(sessions, finder, jobs))
     app.include_router(manage_router(sessions, finder, jobs))
     app.include_router(measure_router(finder))
+    app.state.outputs = Outputs(sessions, lambda: performer_of(stage))
+    stage.subscribe(app.state.outputs.add)
+    app.include_router(outputs_router(stage, app.state.outputs))
     return app
+
+
+def performer_of(stage: LiveStage) -> Performer | None:
+    """Return the proportions in use, None before there are any."""
+    calibration = stage.calibration()
+    return None if calibration is None else calibration.performer

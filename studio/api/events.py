@@ -18,7 +18,7 @@ def events_router(stage: LiveStage, jobs: Jobs) -> APIRouter:
     @router.websocket(EVENTS_PATH)
     async def events(websocket: WebSocket) -> None:
         await websocket.accept()
-        gone = asyncio.create_task(_wait_until_gone(websocket))
+        gone = asyncio.create_task(wait_until_gone(websocket))
         try:
             while not gone.done():
                 message = {"type": "status", "status": stage.status(), "jobs": jobs.list()}
@@ -32,7 +32,7 @@ def events_router(stage: LiveStage, jobs: Jobs) -> APIRouter:
     return router
 
 
-async def _wait_until_gone(websocket: WebSocket) -> None:
+async def wait_until_gone(websocket: WebSocket) -> None:
     """Return once the page has left; what it sends is ignored."""
     while (await websocket.receive())["type"] != "websocket.disconnect":
         pass

@@ -116,7 +116,7 @@ def serve(
     except BaseException:
         listening.close()
         raise
-    cameras = view = None
+    cameras = view = app = None
     try:
         access = Access(sessions, required=host not in LOOPBACK, now_s=time.monotonic)
         app = create_app(stage, sessions, access=access)
@@ -139,6 +139,8 @@ def serve(
         if cameras is not None:
             cameras.close()
         stage.close()
+        if app is not None:
+            app.state.outputs.close()
         if view is not None:
             view.close()
         listening.close()

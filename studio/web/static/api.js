@@ -39,6 +39,11 @@ export const getPerformers = () => call("GET", "performers");
 export const choosePerformer = (name) => call("POST", `performers/${encodeURIComponent(name)}/use`);
 export const getTakes = () => call("GET", "takes");
 
+export const getOutputs = () => call("GET", "outputs");
+export const addOutput = (output) => call("POST", "outputs", output);
+export const changeOutput = (id, change) => call("PATCH", `outputs/${id}`, change);
+export const removeOutput = (id) => call("DELETE", `outputs/${id}`);
+
 export const getAccess = () => call("GET", "access");
 export const addCameraToken = (label) => call("POST", "access/cameras", { label });
 export const removeCameraToken = (id) => request("DELETE", `access/cameras/${id}`);

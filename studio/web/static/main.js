@@ -7,6 +7,7 @@ import { attempt, showError, showNote } from "./messages.js";
 import { updateCalibration } from "./calibration.js";
 import { updateCameras } from "./cameras.js";
 import { updateDisk } from "./disk.js";
+import { startOutputs } from "./outputs.js";
 import { startPerformer, updatePerformer } from "./performer.js";
 import { Switches } from "./switches.js";
 import { updateTakes } from "./takes.js";
@@ -123,4 +124,5 @@ startTransport((summary) => {
   attempt(loadTakes);
 });
 startPerformer();
+startOutputs();
 follow(eventsUrl(), { onState: showConnection, onMessage: showMessage });

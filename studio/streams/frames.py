@@ -1,0 +1,37 @@
+"""Messages of the WebSocket stream: a head with the skeleton, then one JSON text a frame, in the stage frame.
+
+Metres, z up, quaternions wxyz, the identity in the T-pose; the same values as in `poses.npz`.
+"""
+
+import msgspec
+import numpy as np
+
+from studio.engine.frames import StepResult
+from studio.engine.joints import OUTPUT_JOINTS, OUTPUT_PARENTS
+
+FORMAT_VERSION = 1
+
+
+def head_message() -> str:
+    """Return the first message: what the frames hold."""
+    head = {
+        "type": "skeleton",
+        "format_version": FORMAT_VERSION,
+        "joint_names": list(OUTPUT_JOINTS),
+        "parents": OUTPUT_PARENTS.tolist(),
+        "axes": "z up, facing -y in the T-pose, right-handed",
+        "unit": "m",
+    }
+    return msgspec.json.encode(head).decode()
+
+
+def frame_message(result: StepResult) -> str:
+    """Return the message of a frame: time [s], positions (52, 3), rotations (52, 4), confidence (52)."""
+    frame = {
+        "type": "frame",
+        "time_s": result.frame_set.stage_time_ns * 1e-9,
+        "positions_m": result.positions_m.round(5).tolist(),
+        "rotations_wxyz": result.rotations_wxyz.round(6).tolist(),
+        "confidence": np.nan_to_num(result.confidence).round(3).tolist(),
+    }
+    return msgspec.json.encode(frame).decode()

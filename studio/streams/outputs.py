@@ -1,0 +1,115 @@
+"""All live outputs of a stage: which targets there are, and their senders."""
+
+import logging
+import secrets
+import threading
+from collections.abc import Callable
+from dataclasses import asdict, replace
+from pathlib import Path
+from typing import Any
+
+from studio.engine.calibration.result import Performer
+from studio.engine.errors import SettingsError
+from studio.engine.frames import StepResult
+from studio.streams.sender import Sender
+from studio.streams.targets import MAX_TARGETS, Target, load_targets, save_targets
+
+_log = logging.getLogger(__name__)
+
+
+class Outputs:
+    """The targets of a sessions folder; those that are enabled get every frame given to `add`."""
+
+    def __init__(self, sessions: Path, performer: Callable[[], Performer | None]) -> None:
+        """Begin with the targets that were kept; a damaged file is left as it is and said in `problem`."""
+        self._sessions = sessions
+        self._performer = performer
+        self._lock = threading.Lock()
+        self._targets: dict[str, Target] = {}
+        self._senders: dict[str, Sender] = {}
+        self.problem = ""
+        try:
+            self._targets = {target.id: target for target in load_targets(sessions)}
+        except SettingsError as error:
+            self.problem = str(error)
+            _log.warning("%s", error)
+        for target in self._targets.values():
+            self._start(target)
+
+    def add(self, result: StepResult) -> None:
+        """Hand every enabled target a frame; returns at once."""
+        for sender in tuple(self._senders.values()):
+            sender.add(result)
+
+    def list(self) -> list[dict[str, Any]]:
+        """Return every target with what was sent to it, as JSON."""
+        idle = {"sent": 0, "dropped": 0, "bytes": 0, "problem": ""}
+        with self._lock:
+            return [
+                {**asdict(target), **(self._senders[name].status() if name in self._senders else idle)}
+                for name, target in self._targets.items()
+            ]
+
+    def create(self, **values: Any) -> Target:
+        """Add a target with these attributes and return it.
+
+        Raises:
+            SettingsError: a value that is not allowed, or too many targets. StudioError: the disk refuses.
+        """
+        with self._lock:
+            if len(self._targets) >= MAX_TARGETS:
+                raise SettingsError(f"there are {MAX_TARGETS} live outputs already; remove one first")
+            return self._put(Target(id=secrets.token_hex(4), **values))
+
+    def change(self, name: str, **values: Any) -> Target:
+        """Change attributes of a target and return it.
+
+        Raises:
+            SettingsError: no such target, or a value that is not allowed. StudioError: the disk refuses.
+        """
+        with self._lock:
+            return self._put(replace(self._get(name), **values))
+
+    def remove(self, name: str) -> None:
+        """Forget a target.
+
+        Raises:
+            SettingsError: no such target. StudioError: the disk refuses.
+        """
+        with self._lock:
+            self._get(name)
+            save_targets(self._sessions, [other for other in self._targets.values() if other.id != name])
+            self._stop(name)
+            del self._targets[name]
+
+    def close(self) -> None:
+        """End all senders."""
+        with self._lock:
+            for name in tuple(self._senders):
+                self._stop(name)
+
+    def _get(self, name: str) -> Target:
+        if name not in self._targets:
+            raise SettingsError(
+                f"there is no live output {name!r}; there are: {', '.join(self._targets) or 'none'}"
+            )
+        return self._targets[name]
+
+    def _put(self, target: Target) -> Target:
+        save_targets(self._sessions, list({**self._targets, target.id: target}.values()))
+        self.problem = ""
+        self._stop(target.id)
+        self._targets[target.id] = target
+        self._start(target)
+        return target
+
+    def _start(self, target: Target) -> None:
+        if target.enabled:
+            self._senders = {**self._senders, target.id: Sender(target, self._performer)}
+
+    def _stop(self, name: str) -> None:
+        senders = dict(self._senders)
+        sender = senders.pop(name, None)
+        self._senders = senders
+        if sender is not None:
+            sender.close()

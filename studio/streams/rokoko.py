@@ -1,0 +1,123 @@
+"""JSON v3 as Rokoko Studio streams it: a UDP datagram a frame, LZ4, for the plugins of Blender, Unity, Unreal, Maya.
+
+World positions and world rotations in Unity's axes. A rotation is the one of the bone's own axes, which point along
+the bone in the T-pose of that program's actor; `_rest` has those rotations. Source of names and rest rotations: the
+program's published plugins for Unity and Blender.
+"""
+
+import lz4.frame
+import msgspec
+import numpy as np
+from numpy.typing import NDArray
+
+from studio.engine.joints import FINGERS, OUTPUT_INDEX, OUTPUT_JOINTS
+from studio.streams.unity import UnityPose, multiply, rotate
+
+PORT = 14043
+_COLOUR = [255, 138, 61]
+_META = {"hasGloves": True, "hasLeftGlove": True, "hasRightGlove": True, "hasBody": True, "hasFace": False}
+
+_TRUNK = {"Hips": "hip", "Spine": "spine", "Spine2": "chest", "Neck": "neck", "Head": "head"}
+_LIMBS = {
+    "Shoulder": "Shoulder", "Arm": "UpperArm", "ForeArm": "LowerArm", "Hand": "Hand",
+    "UpLeg": "UpLeg", "Leg": "Leg", "Foot": "Foot", "ToeBase": "Toe",
+}  # fmt: skip
+_PHALANGES = ("Proximal", "Medial", "Distal")
+_TIP_SHARE = 0.8
+"""A fingertip lies beyond the last joint by this share of the bone before it; a toe's end likewise."""
+
+_HALF = np.sqrt(0.5)
+_THUMB = np.array([[0.561, 0.701, -0.430, 0.092], [0.6533, 0.6533, -0.2706, 0.2706]])
+_LEFT_REST = {
+    "Shoulder": (0.0, 0.0, _HALF, -_HALF),
+    "Arm": (0.5, 0.5, -0.5, 0.5),
+    "UpLeg": (0.0, _HALF, 0.0, _HALF),
+    "Foot": (0.0, _HALF, -_HALF, 0.0),
+}
+
+
+def _left_rest(part: str) -> NDArray[np.float64]:
+    """Rest rotation xyzw of a joint of the left side, by its name without the side."""
+    if part.startswith("HandThumb"):
+        thumb = _THUMB[0 if part.endswith("1") else 1]
+        return thumb / np.linalg.norm(thumb)
+    families = {"Shoulder": "Shoulder", "UpLeg": "UpLeg", "Leg": "UpLeg", "Foot": "Foot", "ToeBase": "Foot"}
+    return np.array(_LEFT_REST[families.get(part, "Arm")])
+
+
+def _rest(joint: str) -> NDArray[np.float64]:
+    """Rest rotation xyzw of an output joint; the right side mirrors the left."""
+    if joint == "Hips":
+        return np.array([0.0, 0.0, 0.0, 1.0])
+    if joint.startswith("Left"):
+        return _left_rest(joint.removeprefix("Left"))
+    if joint.startswith("Right"):
+        return _left_rest(joint.removeprefix("Right")) * (1.0, -1.0, -1.0, 1.0)
+    return np.array([0.0, 0.0, 1.0, 0.0])
+
+
+_REST = np.array([_rest(joint) for joint in OUTPUT_JOINTS])
+
+
+def _names() -> dict[str, str]:
+    names = dict(_TRUNK)
+    for side in ("Left", "Right"):
+        names |= {side + joint: side.lower() + name for joint, name in _LIMBS.items()}
+        for finger in FINGERS:
+            label = {"Pinky": "Little"}.get(finger, finger)
+            for number, phalanx in enumerate(_PHALANGES, start=1):
+                names[f"{side}Hand{finger}{number}"] = f"{side.lower()}{label}{phalanx}"
+    return names
+
+
+_NAMES = _names()
+_JOINTS = np.array([OUTPUT_INDEX[joint] for joint in _NAMES])
+_LEAVES = [joint for joint in _NAMES if joint.endswith("3") or joint.endswith("ToeBase")]
+_ENDS = np.array([OUTPUT_INDEX[joint] for joint in _LEAVES])
+_END_NAMES = [
+    _NAMES[joint].removesuffix("Distal") + ("End" if joint.endswith("ToeBase") else "Tip")
+    for joint in _LEAVES
+]
+_BODY_NAMES = [*_NAMES.values(), *_END_NAMES]
+
+
+class RokokoEncoder:
+    """Makes the datagram of a frame for one actor.
+
+    Args:
+        name: of the actor.
+        fps: told to the receiver [Hz].
+    """
+
+    def __init__(self, name: str, fps: float) -> None:
+        self._name = name
+        self._fps = fps
+
+    def encode(self, pose: UnityPose, height_m: float, hip_height_m: float) -> list[bytes]:
+        """Return the datagram of a frame.
+
+        Args:
+            pose: the frame.
+            height_m: of the performer; hip_height_m: of the hips above the floor in the T-pose.
+        """
+        rotations = multiply(pose.rotations_xyzw, _REST)
+        offsets = pose.local_positions_m[_ENDS] * _TIP_SHARE
+        ends = pose.positions_m[_ENDS] + rotate(pose.rotations_xyzw[_ENDS], offsets)
+        positions = np.concatenate([pose.positions_m[_JOINTS], ends]).round(5).tolist()
+        turned = np.concatenate([rotations[_JOINTS], rotations[_ENDS]]).round(6).tolist()
+        body = {
+            name: {
+                "position": {"x": p[0], "y": p[1], "z": p[2]},
+                "rotation": {"x": q[0], "y": q[1], "z": q[2], "w": q[3]},
+            }
+            for name, p, q in zip(_BODY_NAMES, positions, turned, strict=True)
+        }
+        actor = {
+            "name": self._name,
+            "color": _COLOUR,
+            "meta": _META,
+            "dimensions": {"totalHeight": round(height_m, 4), "hipHeight": round(hip_height_m, 4)},
+            "body": body,
+        }
+        scene = {"timestamp": pose.time_s, "actors": [actor], "characters": [], "props": []}
+        return [lz4.frame.compress(msgspec.json.encode({"version": "3.0", "fps": self._fps, "scene": scene}))]

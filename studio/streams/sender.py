@@ -1,0 +1,121 @@
+"""The thread that sends one target its frames; the pipeline only appends to its queue."""
+
+import logging
+import socket
+import threading
+from collections import deque
+from collections.abc import Callable
+from typing import Any
+
+from studio.engine.calibration.result import Performer
+from studio.engine.frames import StepResult
+from studio.streams.rokoko import RokokoEncoder
+from studio.streams.targets import Target
+from studio.streams.unity import UnityPose, unity_pose
+from studio.streams.vmc import VmcEncoder
+
+_log = logging.getLogger(__name__)
+
+MAX_WAITING = 30
+"""Frames that wait for a slow network; older ones are dropped and counted."""
+
+ADULT_M = (1.75, 0.93)
+"""Height and hip height that are told before a performer is known."""
+
+EARLY = 0.25
+"""A frame may come this part of a period before it is due: a grid of another rate must not lose every other one."""
+
+
+class Sender:
+    """Sends a target what is given to `add`, from its own thread, until `close`."""
+
+    def __init__(self, target: Target, performer: Callable[[], Performer | None]) -> None:
+        self.target = target
+        self._performer = performer
+        self._encode = _encoder(target)
+        self._queue: deque[StepResult] = deque(maxlen=MAX_WAITING)
+        self._wake = threading.Condition()
+        self._closed = False
+        self._due_ns: int | None = None
+        self.sent = 0
+        self.dropped = 0
+        self.bytes = 0
+        self.problem = ""
+        self._thread = threading.Thread(target=self._run, name=f"output {target.id}", daemon=True)
+        self._thread.start()
+
+    def add(self, result: StepResult) -> None:
+        """Send a frame soon, unless it comes too early for the target's rate; never waits for the network."""
+        period_ns = round(1e9 / self.target.rate_hz)
+        now_ns = result.frame_set.stage_time_ns
+        if (
+            self._due_ns is not None
+            and self._due_ns - 2 * period_ns < now_ns < self._due_ns - EARLY * period_ns
+        ):
+            return
+        late = self._due_ns is None or abs(now_ns - self._due_ns) > 2 * period_ns
+        self._due_ns = (now_ns if late else self._due_ns) + period_ns
+        with self._wake:
+            self.dropped += len(self._queue) == MAX_WAITING
+            self._queue.append(result)
+            self._wake.notify()
+
+    def status(self) -> dict[str, Any]:
+        """Return what was sent so far and what went wrong last, as JSON."""
+        return {"sent": self.sent, "dropped": self.dropped, "bytes": self.bytes, "problem": self.problem}
+
+    def close(self) -> None:
+        """Send what waits, then end; a name server that does not answer is not waited for."""
+        with self._wake:
+            self._closed = True
+            self._wake.notify()
+        self._thread.join(timeout=1.0)
+
+    def _run(self) -> None:
+        address: Any = None
+        channel: socket.socket | None = None
+        while (result := self._next()) is not None:
+            try:
+                if channel is None:
+                    family, kind, _, _, address = socket.getaddrinfo(
+                        self.target.host, self.target.port, type=socket.SOCK_DGRAM
+                    )[0]
+                    channel = socket.socket(family, kind)
+                for datagram in self._datagrams(result):
+                    channel.sendto(datagram, address)
+                    self.bytes += len(datagram)
+            except OSError as error:  # an unknown name, no route, a refused port: later frames may arrive
+                self.problem = f"cannot send to {self.target.host}: {error.strerror or error}"
+            except Exception as error:  # the boundary of the thread: the target says so, the stage goes on
+                self.problem = f"the output failed: {error!r}"
+                _log.exception("output %s failed", self.target.id)
+            else:
+                self.sent += 1
+                self.problem = ""
+        if channel is not None:
+            channel.close()
+
+    def _next(self) -> StepResult | None:
+        with self._wake:
+            self._wake.wait_for(lambda: self._queue or self._closed)
+            return self._queue.popleft() if self._queue else None
+
+    def _datagrams(self, result: StepResult) -> list[bytes]:
+        time_s = result.frame_set.stage_time_ns * 1e-9
+        pose = unity_pose(time_s, result.positions_m, result.rotations_wxyz, self.target.scale)
+        return self._encode(pose, self._performer())
+
+
+def _encoder(target: Target) -> Callable[[UnityPose, Performer | None], list[bytes]]:
+    if target.kind == "vmc":
+        vmc = VmcEncoder()
+        return lambda pose, performer: vmc.encode(pose)
+    rokoko = RokokoEncoder(target.actor, target.rate_hz)
+
+    def encode(pose: UnityPose, performer: Performer | None) -> list[bytes]:
+        height, hips = (
+            ADULT_M if performer is None else (performer.height_m, float(performer.offsets_m[0, 2]))
+        )
+        return rokoko.encode(pose, height * target.scale, hips * target.scale)
+
+    return encode

@@ -1,0 +1,95 @@
+"""Where live output goes: `sessions/outputs.json`, a list of targets that survives a restart."""
+
+import json
+from dataclasses import asdict, dataclass
+from pathlib import Path
+
+from studio.engine.errors import SettingsError
+from studio.engine.files import write_json
+from studio.streams import rokoko, vmc
+
+FILE = "outputs.json"
+FORMAT_VERSION = 1
+KINDS: dict[str, int] = {"vmc": vmc.PORT, "rokoko": rokoko.PORT}
+"""What can be sent, and the port that its receivers listen on."""
+
+RATES_HZ = (1.0, 120.0)
+SCALES = (0.01, 100.0)
+MAX_TARGETS = 32
+MAX_HOST = 253
+
+
+@dataclass(frozen=True)
+class Target:
+    """One receiver of the live motion.
+
+    Attributes:
+        id: names the target in the API.
+        kind: a key of `KINDS`.
+        host: name or address of the machine that receives; port: its UDP port.
+        rate_hz: frames a second at most.
+        scale: positions are multiplied by this, for a character of another size.
+        actor: name of the character, where the format has one.
+        enabled: whether it is sent to.
+    """
+
+    id: str
+    kind: str
+    host: str = "127.0.0.1"
+    port: int = 0
+    rate_hz: float = 60.0
+    scale: float = 1.0
+    actor: str = "Performer"
+    enabled: bool = True
+
+    def __post_init__(self) -> None:
+        if self.kind not in KINDS:
+            raise SettingsError(f"kind={self.kind!r} is not allowed; allowed: {', '.join(KINDS)}")
+        if self.port == 0:
+            object.__setattr__(self, "port", KINDS[self.kind])
+        if not 1 <= self.port <= 65535:
+            raise SettingsError(
+                f"port={self.port} is not allowed; allowed: 1 to 65535, usual {KINDS[self.kind]}"
+            )
+        if not self.host or len(self.host) > MAX_HOST or any(c.isspace() or c in "/?#@" for c in self.host):
+            raise SettingsError(
+                f"host={self.host!r} is not a machine's name or address; such as 192.168.1.20"
+            )
+        _within("rate_hz", self.rate_hz, RATES_HZ)
+        _within("scale", self.scale, SCALES)
+        if not 1 <= len(self.actor) <= 60:
+            raise SettingsError(f"actor has {len(self.actor)} characters; allowed: 1 to 60")
+
+
+def _within(name: str, value: float, limits: tuple[float, float]) -> None:
+    if not limits[0] <= value <= limits[1]:  # NaN fails too
+        raise SettingsError(f"{name}={value:g} is not allowed; allowed: {limits[0]:g} to {limits[1]:g}")
+
+
+def load_targets(sessions: Path) -> list[Target]:
+    """Return the targets that were kept, none where there is no file.
+
+    Raises:
+        SettingsError: the file cannot be read.
+    """
+    path = sessions / FILE
+    if not path.is_file():
+        return []
+    try:
+        value = json.loads(path.read_text(encoding="utf-8"))
+        return [Target(**item) for item in value["targets"]]
+    except (OSError, ValueError, KeyError, TypeError, RecursionError, SettingsError) as error:
+        raise SettingsError(
+            f"live outputs cannot be read from {path.name} ({error}); delete the file and add them again"
+        ) from error
+
+
+def save_targets(sessions: Path, targets: list[Target]) -> None:
+    """Keep the targets.
+
+    Raises:
+        StudioError: the file cannot be written.
+    """
+    write_json(
+        sessions / FILE, {"format_version": FORMAT_VERSION, "targets": [asdict(target) for target in targets]}
+    )
