@@ -13,6 +13,7 @@ from studio.engine.settings import SolveSettings
 from studio.engine.solve.collect import collect_poses
 from studio.engine.solve.following import Following
 from studio.engine.solve.take import check_together, solve_frames
+from studio.engine.solve.trace import TraceCollector
 from studio.live.log import LoggedPipeline
 from studio.take.raw import RawEvent, RawFrame, camera_frames, inspect_raw, read_raw
 from studio.take.solves import write_solve
@@ -46,12 +47,12 @@ def solve_take(
         CalibrationError: the take has no calibration. SettingsError: a camera that the take does not have.
     """
     take.solve_folder(name)  # a bad name is told before the work, not after
-    began, following = time.perf_counter(), Following()
+    began, following, trace = time.perf_counter(), Following(), TraceCollector()
     physics: dict[str, Any] = {}
     if as_live:
-        poses, settings, camera_frame_count = _as_live(take, progress, following)
+        poses, settings, camera_frame_count = _as_live(take, progress, following, trace)
     else:
-        poses, camera_frame_count = _plain(take, settings, progress, following, physics)
+        poses, camera_frame_count = _plain(take, settings, progress, following, physics, trace)
     seconds = time.perf_counter() - began
     metrics = {
         "frames": poses.frame_count,
@@ -63,7 +64,7 @@ def solve_take(
         **following.figures(),
         **physics,
     }
-    return write_solve(take, name, settings=settings, poses=poses, metrics=metrics)
+    return write_solve(take, name, settings=settings, poses=poses, metrics=metrics, trace=trace.trace())
 
 
 def _plain(
@@ -72,6 +73,7 @@ def _plain(
     progress: Progress | None,
     following: Following,
     physics: dict[str, Any],
+    trace: TraceCollector,
 ) -> tuple[Poses, int]:
     check_together(settings)
     calibration = take.calibration()
@@ -95,6 +97,7 @@ def _plain(
         progress=progress,
         following=following,
         physics=physics,
+        trace=trace,
     )
     return poses, count
 
@@ -107,7 +110,9 @@ def _handed_over(frames: dict[str, list[CameraFrame]]) -> Iterator[CameraFrame]:
             yield camera.pop()
 
 
-def _as_live(take: Take, progress: Progress | None, following: Following) -> tuple[Poses, SolveSettings, int]:
+def _as_live(
+    take: Take, progress: Progress | None, following: Following, trace: TraceCollector
+) -> tuple[Poses, SolveSettings, int]:
     summary = inspect_raw(take.raw_path)
     if summary.events == 0:
         raise TakeError(
@@ -130,6 +135,7 @@ def _as_live(take: Take, progress: Progress | None, following: Following) -> tup
             if result is not None:
                 results.append(result)
                 following.add(result)
+                trace.add(result)
     if progress is not None:
         progress(1.0)
     if pipeline.settings is None:

@@ -10,13 +10,23 @@ from studio.engine.errors import TakeError
 from studio.engine.files import write_json
 from studio.engine.poses import Poses
 from studio.engine.settings import SolveSettings
+from studio.engine.solve.trace import Trace
 from studio.take.take import Take
+
+TRACE = "trace.npz"
+"""What the frames of a solve were made of; the solve `live` and imported ones have none."""
 
 
 def write_solve(
-    take: Take, name: str, *, settings: SolveSettings, poses: Poses, metrics: dict[str, Any]
+    take: Take,
+    name: str,
+    *,
+    settings: SolveSettings,
+    poses: Poses,
+    metrics: dict[str, Any],
+    trace: Trace | None = None,
 ) -> Path:
-    """Write `solves/<name>/` with settings.json, poses.npz and metrics.json; return the folder.
+    """Write `solves/<name>/` with settings.json, poses.npz, metrics.json and trace.npz; return the folder.
 
     A solve of that name is replaced; an error leaves it as it was and nothing half-written behind.
 
@@ -31,6 +41,8 @@ def write_solve(
         temporary = Path(tempfile.mkdtemp(prefix=f".{name}.partial-", dir=folder.parent))
         os.chmod(temporary, 0o755)
         poses.save(temporary / "poses.npz")
+        if trace is not None:
+            trace.save(temporary / TRACE)
         write_json(temporary / "settings.json", settings.to_json())
         write_json(temporary / "metrics.json", metrics)
         _replace(folder, temporary)

@@ -13,6 +13,7 @@ from studio.engine.schedule import Schedule
 from studio.engine.settings import SolveSettings
 from studio.engine.solve.collect import PoseCollector
 from studio.engine.solve.following import Following
+from studio.engine.solve.trace import TraceCollector
 
 ProgressCallback = Callable[[float], None]
 """Called with the share done, 0..1."""
@@ -30,6 +31,7 @@ def solve_frames(
     progress: ProgressCallback | None = None,
     following: Following | None = None,
     physics: dict[str, Any] | None = None,
+    trace: TraceCollector | None = None,
 ) -> Poses:
     """Return the poses of a take's frames.
 
@@ -42,6 +44,7 @@ def solve_frames(
         progress: told the share done.
         following: counts what the poses do not follow.
         physics: receives what `physics=on` gained, as `metrics.json` holds it.
+        trace: takes in what each frame was made of.
 
     Raises:
         TakeError: no frame, or no camera that shows the performer. CalibrationError, SettingsError: see `Pipeline`.
@@ -59,6 +62,8 @@ def solve_frames(
         collector.add(result)
         if following is not None:
             following.add(result)
+        if trace is not None:
+            trace.add(result)
 
     total, live_share = max(len(placed), 1), 1.0 if finisher is None else LIVE_SHARE
     placed.reverse()
