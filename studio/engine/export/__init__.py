@@ -14,6 +14,7 @@ from studio.engine.errors import NotAvailableError, SettingsError
 from studio.engine.export.bvh import write_bvh
 from studio.engine.export.clip import clip, prepared_poses
 from studio.engine.export.fbx import write_fbx
+from studio.engine.export.glb import write_glb
 from studio.engine.export.options import POSE_OPTIONS, ExportOptions, check_options
 from studio.engine.poses import Poses
 
@@ -42,6 +43,7 @@ class Exporter:
 EXPORTERS: dict[str, Exporter] = {
     "fbx": Exporter(write_fbx, "motion", _BONES | {"interpolation", "mesh", "key_error_cm", "timecode"}),
     "bvh": Exporter(write_bvh, "motion", _BONES | {"rotation_order", "unit"}),
+    "glb": Exporter(write_glb, "motion", _BONES | {"interpolation", "mesh"}),
 }
 """Format -> its writer."""
 

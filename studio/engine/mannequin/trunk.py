@@ -45,7 +45,7 @@ def _torso(rig: Rig) -> Part:
     rise = high[1] - low[1]
     start, stop = _TABLE[0][0] * rise, _TABLE[-1][0] * rise
     caps = (0.05 * g, 0.03 * g)
-    at = capped_places(start, stop, *caps, 18)
+    at = capped_places(start, stop, *caps, 16)
     seams = np.concatenate(
         [rise * seam + _GROOVE_WIDE * g * np.array([-1, -0.4, 0, 0.4, 1]) for seam in _SEAMS]
     )
@@ -63,7 +63,10 @@ def _torso(rig: Rig) -> Part:
     round_off = dome(at, start, stop, *caps)
     wide = (column(1) * pelvis + column(2) * chest - groove) * round_off
     fore, aft = ((column(k) * g - groove) * round_off for k in (3, 4))
-    centres = low + np.outer(np.clip(share, 0.0, 1.0), [0.0, 0.0, high[2] - low[2]])
+    way = rig.at("Head") - high
+    lean = float(np.clip(way[2] / max(way[1], 0.1 * g), -1.0, 1.0))  # of the neck's base, towards the head
+    depth = np.clip(share, 0.0, 1.0) * (high[2] - low[2]) + lean * np.clip(at - rise, 0.0, None)
+    centres = low + np.outer(depth, [0.0, 0.0, 1.0])
     centres = centres + np.outer(at, [0.0, 1.0, 0.0])
     ones = np.ones(len(at))
     right, front = np.outer(ones, [-1.0, 0.0, 0.0]), np.outer(ones, [0.0, 0.0, 1.0])  # across x front is up

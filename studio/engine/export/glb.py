@@ -1,0 +1,157 @@
+"""GLB: glTF 2.0 in one binary file: the skeleton, its skin with the mannequin, and one animation.
+
+Metres, y up, facing +z, as glTF has it; rotations turn to xyzw here and nowhere else. Cubic keys carry the
+slopes of central differences.
+"""
+
+import os
+from dataclasses import dataclass, field
+
+import numpy as np
+import pygltflib as gltf
+from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
+
+from studio.engine.export.options import ExportOptions
+from studio.engine.export.skeleton import LocalMotion
+from studio.engine.files import write_atomically
+from studio.engine.mannequin import SEAM, SkinnedMesh, mannequin
+
+_INTERPOLATIONS = {"cubic": "CUBICSPLINE", "linear": "LINEAR", "constant": "STEP"}
+_TYPES = {1: gltf.SCALAR, 3: gltf.VEC3, 4: gltf.VEC4, 16: gltf.MAT4}
+_COMPONENTS = {"float32": gltf.FLOAT, "uint16": gltf.UNSIGNED_SHORT, "uint32": gltf.UNSIGNED_INT}
+_BODY_RGBA, _SEAM_RGBA = [0.72, 0.70, 0.66, 1.0], [0.16, 0.18, 0.22, 1.0]
+
+
+def write_glb(motion: LocalMotion, path: str | os.PathLike[str], options: ExportOptions) -> None:
+    """Write the motion as a GLB file, atomically; with the mannequin unless `options.mesh` is False.
+
+    Raises:
+        FormatError: a skeleton that no body fits.
+        StudioError: the file cannot be written.
+    """
+    document = _Document()
+    document.add_skeleton(motion)
+    if options.mesh is not False:
+        document.add_mesh(mannequin(motion))
+    document.add_animation(motion, options.interpolation)
+    with write_atomically(path) as file:
+        for piece in document.finished():
+            file.write(piece)
+
+
+@dataclass
+class _Document:
+    """A glTF document with its buffer, as it grows."""
+
+    tree: gltf.GLTF2 = field(default_factory=gltf.GLTF2)
+    pieces: list[bytes] = field(default_factory=list)
+    length: int = 0
+
+    def add(self, values: NDArray[np.generic], *, target: int | None = None, bounds: bool = False) -> int:
+        """Add an array, shape (N,) or (N, components), to the buffer; return its accessor."""
+        flat = np.ascontiguousarray(values).reshape(len(values), -1)
+        data = flat.tobytes()
+        self.tree.bufferViews.append(
+            gltf.BufferView(buffer=0, byteOffset=self.length, byteLength=len(data), target=target)
+        )
+        padding = -len(data) % 4
+        self.pieces += [data, bytes(padding)]
+        self.length += len(data) + padding
+        self.tree.accessors.append(
+            gltf.Accessor(
+                bufferView=len(self.tree.bufferViews) - 1,
+                componentType=_COMPONENTS[flat.dtype.name],
+                count=len(flat),
+                type=_TYPES[flat.shape[1]],
+                min=flat.min(axis=0).tolist() if bounds else None,
+                max=flat.max(axis=0).tolist() if bounds else None,
+            )
+        )
+        return len(self.tree.accessors) - 1
+
+    def add_skeleton(self, motion: LocalMotion) -> None:
+        """Add a node per joint, in the order of the motion, and the skin that binds them."""
+        children: list[list[int]] = [[] for _ in motion.parents]
+        for joint, parent in enumerate(motion.parents.tolist()):
+            if parent >= 0:
+                children[parent].append(joint)
+        rest = motion.rest_local_wxyz
+        self.tree.nodes = [
+            gltf.Node(
+                name=name,
+                translation=motion.offsets_m[joint].tolist(),
+                rotation=np.roll(rest[joint], -1).tolist(),
+                children=children[joint],
+            )
+            for joint, name in enumerate(motion.joint_names)
+        ]
+        self.tree.scenes = [gltf.Scene(nodes=[0])]
+        self.tree.scene = 0
+        binds = self.add(_inverse_binds(motion))
+        joints = list(range(len(motion.parents)))
+        self.tree.skins = [gltf.Skin(name="Skeleton", skeleton=0, joints=joints, inverseBindMatrices=binds)]
+
+    def add_mesh(self, mesh: SkinnedMesh) -> None:
+        """Add the body, a material per tone, on a node of its own."""
+        attributes = gltf.Attributes(
+            POSITION=self.add(mesh.vertices_m, target=gltf.ARRAY_BUFFER, bounds=True),
+            NORMAL=self.add(mesh.normals, target=gltf.ARRAY_BUFFER),
+            JOINTS_0=self.add(mesh.joint_indices, target=gltf.ARRAY_BUFFER),
+            WEIGHTS_0=self.add(mesh.weights, target=gltf.ARRAY_BUFFER),
+        )
+        primitives = []
+        for tone, (name, colour) in enumerate((("Body", _BODY_RGBA), ("Joints", _SEAM_RGBA))):
+            corners = mesh.triangles[mesh.tones == tone].ravel()
+            roughness = 0.6 if tone == SEAM else 0.75
+            surface = gltf.PbrMetallicRoughness(
+                baseColorFactor=colour, metallicFactor=0.0, roughnessFactor=roughness
+            )
+            self.tree.materials.append(
+                gltf.Material(name=name, pbrMetallicRoughness=surface, alphaCutoff=None)
+            )
+            indices = self.add(corners, target=gltf.ELEMENT_ARRAY_BUFFER)
+            primitives.append(gltf.Primitive(attributes=attributes, indices=indices, material=tone))
+        self.tree.meshes = [gltf.Mesh(name="Mannequin", primitives=primitives)]
+        self.tree.nodes.append(gltf.Node(name="Mannequin", mesh=0, skin=0))
+        self.tree.scenes[0].nodes.append(len(self.tree.nodes) - 1)
+
+    def add_animation(self, motion: LocalMotion, interpolation: str) -> None:
+        """Add the keys: rotations of every joint, positions of those that have position keys."""
+        times = np.arange(motion.frame_count) / motion.frames_per_second
+        kind = _INTERPOLATIONS[interpolation] if len(times) > 1 else "STEP"
+        clock = self.add(times.astype(np.float32), bounds=True)
+        animation = gltf.Animation(name=motion.name)
+        self.tree.animations = [animation]
+
+        def channel(joint: int, path: str, keys: NDArray[np.float64]) -> None:
+            if kind == "CUBICSPLINE":
+                slopes = np.gradient(keys, 1 / motion.frames_per_second, axis=0)
+                keys = np.stack([slopes, keys, slopes], axis=1).reshape(-1, keys.shape[1])
+            output = self.add(keys.astype(np.float32))
+            animation.samplers.append(gltf.AnimationSampler(input=clock, output=output, interpolation=kind))
+            target = gltf.AnimationChannelTarget(node=joint, path=path)
+            animation.channels.append(
+                gltf.AnimationChannel(sampler=len(animation.samplers) - 1, target=target)
+            )
+
+        for joint in range(len(motion.parents)):
+            if joint in motion.positions_m:
+                channel(joint, "translation", motion.positions_m[joint])
+            channel(joint, "rotation", np.roll(motion.rotations_wxyz[:, joint], -1, axis=-1))
+
+    def finished(self) -> list[bytes]:
+        """Return the pieces of the file in their order."""
+        self.tree.asset = gltf.Asset(version="2.0", generator="Capture Studio")
+        self.tree.buffers = [gltf.Buffer(byteLength=self.length)]
+        self.tree.set_binary_blob(b"".join(self.pieces))
+        return self.tree.save_to_bytes()
+
+
+def _inverse_binds(motion: LocalMotion) -> NDArray[np.float32]:
+    """What takes the rest pose to each joint's axes, column by column, shape (joint_count, 16)."""
+    turns = Rotation.from_quat(motion.rest_rotations_wxyz, scalar_first=True).inv()
+    matrices = np.tile(np.eye(4), (len(motion.parents), 1, 1))
+    matrices[:, :3, :3] = turns.as_matrix()
+    matrices[:, :3, 3] = -turns.apply(motion.rest_positions_m)
+    return matrices.transpose(0, 2, 1).reshape(-1, 16).astype(np.float32)
