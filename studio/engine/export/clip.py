@@ -12,6 +12,7 @@ from studio.engine.export.kinematics import check_poses
 from studio.engine.export.options import ExportOptions
 from studio.engine.export.resample import resampled
 from studio.engine.export.skeleton import LocalMotion, local_motion
+from studio.engine.export.targets import on_target
 from studio.engine.export.timecode import timecode_seconds
 from studio.engine.poses import Poses
 
@@ -39,7 +40,7 @@ def clip(poses: Poses, options: ExportOptions) -> LocalMotion:
         SettingsError: options that do not fit the poses.
     """
     prepared = prepared_poses(poses, options)
-    motion = local_motion(prepared)
+    motion = on_target(local_motion(prepared), options.target, options.root_motion)
     start_s = 0.0
     if options.timecode is not None:
         into_take = prepared.time_s[0] - poses.time_s[0]

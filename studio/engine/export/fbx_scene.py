@@ -18,6 +18,11 @@ def ticks(frame: NDArray[np.int64], frames_per_second: float) -> NDArray[np.int6
     return np.rint(frame * (TICKS_PER_SECOND / frames_per_second)).astype(np.int64)
 
 
+def ticks_at(time_s: float) -> np.int64:
+    """Return the FBX time of an instant [s]."""
+    return np.int64(round(time_s * TICKS_PER_SECOND))
+
+
 def properties(*rows: Node) -> Node:
     return Node("Properties70", children=rows, closed=True)
 
@@ -45,6 +50,16 @@ def vector(name: str, values: NDArray[np.float64], *, animated: bool = False) ->
     return Node("P", name, name, "", "A+" if animated else "A", *(float(v) for v in values))
 
 
+def vector_of(name: str, values: NDArray[np.float64]) -> Node:
+    """A property of three numbers, such as `PreRotation`."""
+    return Node("P", name, "Vector3D", "Vector", "", *(float(v) for v in values))
+
+
+def colour(name: str, values: tuple[float, float, float]) -> Node:
+    """A colour of red, green and blue, 0..1."""
+    return Node("P", name, "Color", "", "A", *values)
+
+
 def header() -> list[Node]:
     """Return the nodes that open a file; the creation time is the constant one that the foot belongs to."""
     stamp = {"Version": 1000, "Year": 1970, "Month": 1, "Day": 1, "Hour": 10, "Minute": 0, "Second": 0,
@@ -70,8 +85,11 @@ def header() -> list[Node]:
     ]
 
 
-def global_settings(frames_per_second: float, stop: np.int64) -> Node:
-    """Return the settings: y up, facing +z, right-handed, centimetres, frame rate and span of time."""
+def global_settings(frames_per_second: float, start: np.int64, stop: np.int64, *, timecode: bool) -> Node:
+    """Return the settings: y up, facing +z, right-handed, centimetres, frame rate and span of time.
+
+    With `timecode`, programs show times as hh:mm:ss:ff.
+    """
     mode = _TIME_MODES.get(frames_per_second, _CUSTOM_TIME_MODE)
     rows = [
         integer("UpAxis", 1), integer("UpAxisSign", 1),
@@ -79,9 +97,9 @@ def global_settings(frames_per_second: float, stop: np.int64) -> Node:
         integer("CoordAxis", 0), integer("CoordAxisSign", 1),
         integer("OriginalUpAxis", 1), integer("OriginalUpAxisSign", 1),
         number("UnitScaleFactor", 1.0), number("OriginalUnitScaleFactor", 1.0),
-        integer("TimeMode", mode, "enum"), integer("TimeProtocol", 2, "enum"),
+        integer("TimeMode", mode, "enum"), integer("TimeProtocol", 0 if timecode else 2, "enum"),
         integer("SnapOnFrameMode", 0, "enum"),
-        time("TimeSpanStart", np.int64(0)), time("TimeSpanStop", stop),
+        time("TimeSpanStart", start), time("TimeSpanStop", stop),
         number("CustomFrameRate", frames_per_second if mode == _CUSTOM_TIME_MODE else -1.0),
     ]  # fmt: skip
     return Node("GlobalSettings", children=[Node("Version", 1000), properties(*rows)])
@@ -107,7 +125,10 @@ def definitions(objects: list[Node]) -> Node:
     return Node("Definitions", children=[Node("Version", 100), Node("Count", sum(counts.values())), *types])
 
 
-def takes(take_name: str, stop: np.int64) -> Node:
-    span = [Node(name, np.int64(0), np.int64(stop)) for name in ("LocalTime", "ReferenceTime")]
-    take = Node("Take", take_name, children=[Node("FileName", f"{take_name.replace(' ', '_')}.tak"), *span])
-    return Node("Takes", children=[Node("Current", take_name), take])
+def takes(spans: list[tuple[str, np.int64, np.int64]]) -> Node:
+    """Return the list of takes: name, start and stop of each; the first is the current one."""
+    nodes = []
+    for name, start, stop in spans:
+        times = [Node(kind, start, stop) for kind in ("LocalTime", "ReferenceTime")]
+        nodes.append(Node("Take", name, children=[Node("FileName", f"{name.replace(' ', '_')}.tak"), *times]))
+    return Node("Takes", children=[Node("Current", spans[0][0]), *nodes])

@@ -1,0 +1,185 @@
+"""Keys of animation curves: where they lie, and the slopes that cubic curves need of their own.
+
+Between keys a cubic curve is a Hermite cubic. With automatic tangents its slope at a key is that of the chord of the
+two neighbours, which follows smooth motion closely, but swings out on either side of a jump: by 7 % of its height.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.ndimage import median_filter
+
+from studio.engine.compiled import compiled
+
+Array = NDArray[np.float64]
+
+JUMP_CHANGE = 1.5
+"""A change of step from key to key [deg or cm] under this is no jump: its swing is under 0.12."""
+
+JUMP_RATIO = 6.0
+"""A jump changes the step by this many times the median change around."""
+
+_AROUND = 15
+
+
+@dataclass(frozen=True)
+class CurveKeys:
+    """Keys of one curve.
+
+    Attributes:
+        frames: their frame numbers, shape (key_count,), increasing.
+        values: [cm or deg], shape (key_count,).
+        slopes: [1/s], shape (key_count,); NaN = automatic.
+    """
+
+    frames: NDArray[np.int64]
+    values: Array
+    slopes: Array
+
+
+def curve_keys(track: Array, frames_per_second: float, interpolation: str) -> CurveKeys:
+    """Return a key per frame.
+
+    Cubic curves bring slopes where automatic ones err most: at either end, where they would be the chord to the
+    only neighbour (instead: the slope of the parabola through three keys), and beside jumps (Steffen's limited
+    slope, with which a curve stays between its keys).
+
+    Source of the limited slope: M. Steffen, "A simple method for monotonic interpolation in one dimension",
+    Astronomy and Astrophysics 239, 1990, equation 11.
+
+    Args:
+        track: a value per frame [cm or deg], shape (frame_count,).
+        frames_per_second: of the frames.
+        interpolation: `cubic`, `linear` or `constant`.
+    """
+    count = len(track)
+    slopes = np.full(count, np.nan)
+    if interpolation == "cubic" and count >= 3:
+        own = frame_slopes(track)
+        jumps = 1 + np.flatnonzero(_is_jump(track))
+        slopes[jumps] = _limited(track, jumps)
+        slopes[[0, -1]] = own[[0, -1]]
+    return CurveKeys(frames=np.arange(count), values=track, slopes=slopes * frames_per_second)
+
+
+def frame_slopes(track: Array) -> Array:
+    """Return slopes per frame: central differences, and those of a parabola at the ends; 3 frames and more."""
+    slopes = np.gradient(track)
+    slopes[0] = (-3 * track[0] + 4 * track[1] - track[2]) / 2
+    slopes[-1] = (3 * track[-1] - 4 * track[-2] + track[-3]) / 2
+    return slopes
+
+
+def _is_jump(track: Array) -> NDArray[np.bool_]:
+    """Return whether the curve would swing out beside each inner key, shape (frame_count - 2,)."""
+    change = np.abs(np.diff(track, 2))
+    if change.size == 0 or change.max() <= JUMP_CHANGE:
+        return np.zeros(len(change), bool)
+    return change > np.maximum(JUMP_CHANGE, JUMP_RATIO * median_filter(change, _AROUND, mode="nearest"))
+
+
+def _limited(track: Array, keys: NDArray[np.int64]) -> Array:
+    """Return Steffen's slopes per frame at inner keys."""
+    before, after = track[keys] - track[keys - 1], track[keys + 1] - track[keys]
+    smallest = np.minimum(np.minimum(np.abs(before), np.abs(after)), np.abs(before + after) / 4)
+    return (np.sign(before) + np.sign(after)) * smallest
+
+
+def fitted_keys(track: Array, frames_per_second: float, tolerance: float) -> CurveKeys:
+    """Return the keys that a cubic curve needs to stay within a tolerance of every frame.
+
+    From each key the next one lies as far ahead as a cubic, whose slope there is fitted by least squares,
+    stays within the tolerance.
+
+    Args:
+        track: a value per frame, shape (frame_count,).
+        frames_per_second: of the frames.
+        tolerance: in the unit of the track.
+    """
+    count = len(track)
+    if count < 3 or np.ptp(track) <= tolerance / 2:
+        keep = np.array([0])
+        return CurveKeys(frames=keep, values=track[keep], slopes=np.zeros(1))
+    frames, slopes = _greedy(np.ascontiguousarray(track), frame_slopes(track), tolerance)
+    return CurveKeys(frames=frames, values=track[frames], slopes=slopes * frames_per_second)
+
+
+def values_between(keys: CurveKeys, frame_count: int, frames_per_second: float) -> Array:
+    """Return a cubic curve's value at every frame; its keys bring all their slopes."""
+    if len(keys.frames) == 1:
+        return np.full(frame_count, keys.values[0])
+    frames = np.arange(frame_count)
+    k = np.clip(np.searchsorted(keys.frames, frames, side="right") - 1, 0, len(keys.frames) - 2)
+    span = (keys.frames[k + 1] - keys.frames[k]).astype(float)
+    t = (frames - keys.frames[k]) / span
+    low, high = keys.slopes[k] / frames_per_second * span, keys.slopes[k + 1] / frames_per_second * span
+    return (
+        keys.values[k] * (1 + 2 * t) * (1 - t) ** 2
+        + low * t * (1 - t) ** 2
+        + keys.values[k + 1] * t**2 * (3 - 2 * t)
+        + high * t**2 * (t - 1)
+    )
+
+
+@compiled
+def _fit(track, slopes, a, slope, b, tolerance):
+    """Return whether a cubic from frame a to b stays within the tolerance, and its slope at b."""
+    span = b - a
+    if span == 1:
+        return True, slopes[b]
+    ahead = slopes[b]
+    if span > 2:
+        product, square = 0.0, 1e-12
+        for i in range(a + 1, b):
+            t = (i - a) / span
+            known = (
+                track[a] * (1 + 2 * t) * (1 - t) ** 2
+                + slope * span * t * (1 - t) ** 2
+                + track[b] * t**2 * (3 - 2 * t)
+            )
+            shape = span * t**2 * (t - 1)
+            product += shape * (track[i] - known)
+            square += shape * shape
+        ahead = product / square
+    for i in range(a + 1, b):
+        t = (i - a) / span
+        value = (
+            track[a] * (1 + 2 * t) * (1 - t) ** 2
+            + slope * span * t * (1 - t) ** 2
+            + track[b] * t**2 * (3 - 2 * t)
+            + ahead * span * t**2 * (t - 1)
+        )
+        if abs(value - track[i]) > tolerance:
+            return False, ahead
+    return True, ahead
+
+
+@compiled
+def _greedy(track, slopes, tolerance):
+    """Return frames of keys and their slopes per frame."""
+    count = len(track)
+    frames = np.empty(count, np.int64)
+    out = np.empty(count)
+    frames[0], out[0], keys, a = 0, slopes[0], 1, 0
+    while a < count - 1:
+        good, good_slope, step = a + 1, slopes[a + 1], 2
+        bad = count
+        while a + step < count:  # further and further, until it no longer fits
+            fits, ahead = _fit(track, slopes, a, out[keys - 1], a + step, tolerance)
+            if not fits:
+                bad = a + step
+                break
+            good, good_slope = a + step, ahead
+            step = min(2 * step, count - 1 - a) if a + step < count - 1 else count
+        while bad - good > 1:  # then by halves
+            middle = (good + bad) // 2
+            fits, ahead = _fit(track, slopes, a, out[keys - 1], middle, tolerance)
+            if fits:
+                good, good_slope = middle, ahead
+            else:
+                bad = middle
+        a = good
+        frames[keys], out[keys] = a, good_slope
+        keys += 1
+    return frames[:keys].copy(), out[:keys].copy()

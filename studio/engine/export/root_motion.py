@@ -1,0 +1,73 @@
+"""What carries the performer's path: the hips, a bone on the floor, or nothing."""
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
+
+from studio.engine.export.kinematics import continuous_signs
+from studio.engine.export.skeleton import LocalMotion
+
+IDENTITY = (1.0, 0.0, 0.0, 0.0)
+
+_UPSIDE_DOWN = 0.05
+"""Hips whose turn about the vertical is less than this share of their rotation keep the heading around."""
+
+
+def with_root_motion(motion: LocalMotion, root_motion: str, root_name: str | None) -> LocalMotion:
+    """Return the motion with its path where it is asked for.
+
+    `in-place` keeps the hips over the origin, at their height and with their turns. A `root` bone lies on the
+    floor under the hips and turns with them about the vertical; the hips keep the rest.
+
+    Args:
+        motion: with identity axes in the rest pose, hips first.
+        root_motion: one of `ROOT_MOTIONS`.
+        root_name: of the bone that is added; None adds none unless the root bone carries the path.
+    """
+    path = motion.positions_m[0] * [1.0, 0.0, 1.0]
+    if root_motion == "in-place":
+        motion = replace(motion, positions_m={**motion.positions_m, 0: motion.positions_m[0] - path})
+    if root_motion != "root":
+        return motion if root_name is None else _added(motion, root_name, None, None)
+    heading = _heading(motion.rotations_wxyz[:, 0])
+    back = heading.inv()
+    hips = back * Rotation.from_quat(motion.rotations_wxyz[:, 0], scalar_first=True)
+    rotations = motion.rotations_wxyz.copy()
+    rotations[:, 0] = continuous_signs(hips.as_quat(scalar_first=True))
+    positions = {**motion.positions_m, 0: motion.positions_m[0] - path}
+    motion = replace(motion, rotations_wxyz=rotations, positions_m=positions)
+    return _added(motion, root_name or "Root", path, heading)
+
+
+def _heading(hips_wxyz: NDArray[np.float64]) -> Rotation:
+    """Return the turn about the vertical (y) of the hips; across frames upside down it is interpolated."""
+    w, y = hips_wxyz[:, 0], hips_wxyz[:, 2]
+    sure = np.flatnonzero(np.hypot(w, y) > _UPSIDE_DOWN)
+    if sure.size == 0:
+        return Rotation.identity(len(w))
+    angles = np.unwrap(2.0 * np.arctan2(y[sure], w[sure]))
+    return Rotation.from_euler("Y", np.interp(np.arange(len(w)), sure, angles)[:, None])
+
+
+def _added(
+    motion: LocalMotion, name: str, path: NDArray[np.float64] | None, heading: Rotation | None
+) -> LocalMotion:
+    """Return the motion under a root bone at the origin, which follows `path` and `heading` where given."""
+    turns = np.tile(IDENTITY, (motion.frame_count, 1))
+    if heading is not None:
+        turns = continuous_signs(heading.as_quat(scalar_first=True))
+    positions = {joint + 1: keys for joint, keys in motion.positions_m.items()}
+    if path is not None:
+        positions[0] = path
+    return replace(
+        motion,
+        joint_names=(name, *motion.joint_names),
+        roles=("", *motion.roles),
+        parents=np.concatenate([[-1], motion.parents + 1]),
+        offsets_m=np.concatenate([np.zeros((1, 3)), motion.offsets_m]),
+        rest_rotations_wxyz=np.concatenate([[IDENTITY], motion.rest_rotations_wxyz]),
+        positions_m=positions,
+        rotations_wxyz=np.concatenate([turns[:, None], motion.rotations_wxyz], axis=1),
+    )
