@@ -5,7 +5,7 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from studio.engine.export import fbx_scene as scene
-from studio.engine.export.euler import ORDERS
+from studio.engine.export.euler import ORDERS, euler_deg
 from studio.engine.export.fbx_binary import Node
 from studio.engine.export.fbx_objects import Objects
 from studio.engine.export.skeleton import LocalMotion
@@ -16,7 +16,7 @@ _TURN_TOLERANCE = 1e-9
 
 def add_skeleton(objects: Objects, motion: LocalMotion, orders: list[str]) -> list[np.int64]:
     """Add the joints in their rest pose and return their identities, in the order of the motion."""
-    before_deg = pre_rotations(motion).as_euler("xyz", degrees=True)
+    before_deg = [euler_deg(turn[None], "ZYX")[0] for turn in motion.rest_local_wxyz]
     models: list[np.int64] = []
     for joint, (name, parent) in enumerate(zip(motion.joint_names, motion.parents, strict=True)):
         model = _add_joint(objects, name, motion.offsets_m[joint] * CM, orders[joint], before_deg[joint])

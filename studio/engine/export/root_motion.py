@@ -11,6 +11,9 @@ from studio.engine.export.skeleton import LocalMotion
 
 IDENTITY = (1.0, 0.0, 0.0, 0.0)
 
+_OFF_AXIS_M = 0.001
+"""The hips rest this far before a root bone: Blender locks the place of a joint that lies on its parent's y axis."""
+
 _UPSIDE_DOWN = 0.05
 """Hips whose turn about the vertical is less than this share of their rotation keep the heading around."""
 
@@ -61,12 +64,14 @@ def _added(
     positions = {joint + 1: keys for joint, keys in motion.positions_m.items()}
     if path is not None:
         positions[0] = path
+    offsets = motion.offsets_m.copy()
+    offsets[0, 2] += _OFF_AXIS_M
     return replace(
         motion,
         joint_names=(name, *motion.joint_names),
         roles=("", *motion.roles),
         parents=np.concatenate([[-1], motion.parents + 1]),
-        offsets_m=np.concatenate([np.zeros((1, 3)), motion.offsets_m]),
+        offsets_m=np.concatenate([np.zeros((1, 3)), offsets]),
         rest_rotations_wxyz=np.concatenate([[IDENTITY], motion.rest_rotations_wxyz]),
         positions_m=positions,
         rotations_wxyz=np.concatenate([turns[:, None], motion.rotations_wxyz], axis=1),

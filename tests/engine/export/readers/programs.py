@@ -108,21 +108,23 @@ def _read_glb(path: Path) -> ReadBack:
     }
     nodes = gltf["nodes"]
     parent = {child: i for i, node in enumerate(nodes) for child in node.get("children", ())}
-    joints = [i for i in range(len(nodes)) if i in parent]  # parents come first in what fbx2gltf writes
-    positions, rotations, rest = {}, {}, {}
+    joints = [i for i in range(len(nodes)) if i in parent and "mesh" not in nodes[i]]
+    positions, rotations, rest, at_rest = {}, {}, {}, {}  # parents come first in what fbx2gltf writes
     for i, node in enumerate(nodes):
         shift = np.array(node.get("translation", [0.0, 0, 0])) * 100.0
         moves = channels.get((i, "translation"), shift[None] / 100.0) * 100.0
         turns = channels.get((i, "rotation"), np.array([node.get("rotation", [0.0, 0, 0, 1])]))
         assert node.get("scale", [1, 1, 1]) == pytest.approx([1, 1, 1])
+        still = Rotation.from_quat(node.get("rotation", [0.0, 0, 0, 1]))
         own = Rotation.from_quat(np.repeat(turns, len(times) // len(turns), axis=0))
         moves = np.repeat(moves, len(times) // len(moves), axis=0)
         if i in parent:
             above = parent[i]
             positions[i] = positions[above] + rotations[above].apply(moves)
-            rotations[i], rest[i] = rotations[above] * own, rest[above] + shift
+            rotations[i], rest[i] = rotations[above] * own, rest[above] + at_rest[above].apply(shift)
+            at_rest[i] = at_rest[above] * still
         else:
-            positions[i], rotations[i], rest[i] = moves, own, shift
+            positions[i], rotations[i], rest[i], at_rest[i] = moves, own, shift, still
     return ReadBack(
         names=tuple(nodes[i]["name"] for i in joints),
         parents=tuple(joints.index(parent[i]) if parent[i] in joints else -1 for i in joints),
