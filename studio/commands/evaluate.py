@@ -10,26 +10,42 @@ from studio.commands.export import choose_solve
 _TEXT = """\
 Measure a take's solves against a reference motion.
 
-The reference is a CSV (time_s, then <joint>_x,<joint>_y,<joint>_z per joint, metres) or a BVH. One rigid
-transform aligns the take; the calibration part at its beginning does not count. A reference from another
-system has a clock of its own: --align-time estimates its offset and drift and reports both."""
+The reference is a CSV (time_s, then <joint>_x,<joint>_y,<joint>_z per joint, metres), a BVH, a C3D, a TRC,
+the poses.npz of another solve, or a table of rigid targets (.txt). Markers and targets lie off the joints:
+constant offsets are fitted, and reported. One transform aligns the take (--align), and what was aligned away
+is reported; the calibration part at its beginning does not count. A reference from another system has a clock
+of its own: --align-time estimates its offset and drift. Clean-up is what an animator would have to mend;
+--edit-list prints it."""
 
 _COLUMNS = {
     "mpjpe_mm": ("MPJPE mm", 1),
     "mpjpe_root_aligned_mm": ("rooted mm", 1),
     "rms_mm": ("RMS mm", 1),
+    "pck_50mm": ("within 50 mm", 3),
+    "pck_150mm": ("within 150 mm", 3),
+    "joint_angle_error_deg": ("joint angles deg", 1),
+    "flexion_error_deg": ("flexions deg", 1),
     "acceleration_error_m_s2": ("accel m/s2", 1),
     "latency_ms": ("lag ms", 1),
     "absolute_difference_cm": ("abs.diff cm", 1),
     "shortest_distance_cm": ("shortest cm", 1),
+    "nearest_sample_cm": ("nearest sample cm", 2),
     "spike_difference": ("spikes", 1),
     "deviations": ("deviations", 1),
     "jerk_m_s3": ("jerk m/s3", 0),
+    "reference_jerk_m_s3": ("  of the reference", 0),
+    "spectral_arc_length": ("spectral arc", 2),
+    "reference_spectral_arc_length": ("  of the reference", 2),
     "foot_slide_cm_s": ("slide cm/s", 1),
+    "reference_foot_slide_cm_s": ("  of the reference", 1),
+    "foot_height_cm": ("foot height cm", 1),
+    "contact_precision": ("contacts right", 2),
+    "contact_recall": ("contacts found", 2),
     "bone_length_sd_mm": ("bones mm", 1),
     "unseen_share": ("unseen", 3),
     "uncertainty_coverage": ("in 90 % ball", 2),
     "uncertainty_median_ratio": ("ball/error", 2),
+    "cleanup_events_per_min": ("clean-up /min", 1),
     "frames": ("frames", 0),
 }
 
@@ -38,7 +54,11 @@ def add_parser(subparsers: Any) -> None:
     parser = add_command(subparsers, "evaluate", run, _TEXT)
     add_take(parser)
     parser.add_argument(
-        "--reference", metavar="FILE", type=Path, required=True, help="CSV or BVH to measure against"
+        "--reference",
+        metavar="FILE",
+        type=Path,
+        required=True,
+        help="CSV, BVH, C3D, TRC, ... to measure against",
     )
     parser.add_argument(
         "--solve",
@@ -51,6 +71,13 @@ def add_parser(subparsers: Any) -> None:
     parser.add_argument(
         "--align-time", action="store_true", help="the reference has a clock of its own: align it in time too"
     )
+    parser.add_argument(
+        "--align",
+        choices=("rigid", "similarity"),
+        default="rigid",
+        help="what is aligned away: place and direction, or size too (default: rigid)",
+    )
+    parser.add_argument("--edit-list", action="store_true", help="print every clean-up event")
     parser.add_argument(
         "--unit-m",
         metavar="M",
@@ -84,11 +111,17 @@ def run(args: argparse.Namespace) -> int:
                 reference,
                 start_s=take.meta["calibration_s"],
                 same_clock=not args.align_time,
+                similarity=args.align == "similarity",
             )
             if progress is not None:
                 progress((k + 1) / len(names))
     write_result(args, {"solves": solves})
     print(summary(solves))
+    for name, figures in solves.items():
+        print(aligned_away(name, figures))
+    if args.edit_list:
+        for name, figures in solves.items():
+            print(edit_list(name, figures))
     return 0
 
 
@@ -100,9 +133,51 @@ def summary(solves: dict[str, dict[str, Any]]) -> str:
         [title, *(figure(figures[key], digits) for figures in solves.values())]
         for key, (title, digits) in _COLUMNS.items()
     ]
+    rows += [
+        [
+            f"  {kind.replace('_', ' ')}",
+            *(figure((f["cleanup_counts"] or {}).get(kind), 0) for f in solves.values()),
+        ]
+        for kind in dict.fromkeys(k for figures in solves.values() for k in figures["cleanup_counts"] or {})
+    ]
     joints = dict.fromkeys(joint for figures in solves.values() for joint in figures["per_joint_mm"])
     rows += [
         [f"{joint} mm", *(figure(figures["per_joint_mm"].get(joint)) for figures in solves.values())]
         for joint in joints
     ]
     return table(rows)
+
+
+def aligned_away(name: str, figures: dict[str, Any]) -> str:
+    """One line on what was aligned away before a solve was measured."""
+    found = figures["alignment"]
+    place = ", ".join(f"{metres:z.3f}" for metres in found["translation_m"])
+    parts = [f"turned by {found['rotation_deg']:.2f} deg", f"moved by ({place}) m"]
+    if found["kind"] == "similarity":
+        parts.append(f"scaled by {found['scale']:.4f}")
+    if found["time_offset_ms"] or found["clock_drift_ppm"]:
+        parts.append(f"clock {found['time_offset_ms']:z.1f} ms and {found['clock_drift_ppm']:z.0f} ppm ahead")
+    if found["marker_offsets_mm"]:
+        parts.append(
+            f"offsets of {len(found['marker_offsets_mm'])} markers from the joints fitted on this take"
+        )
+    return f"aligned away for {name}: {'; '.join(parts)}"
+
+
+def edit_list(name: str, figures: dict[str, Any]) -> str:
+    """A solve's clean-up events, one line each."""
+    events = figures["cleanup_events"]
+    if not events:
+        return f"clean-up of {name}: {'not measured' if events is None else 'nothing'}"
+    rows = [
+        [
+            event["kind"].replace("_", " "),
+            event["joint"],
+            f"{event['start_s']:.2f} s",
+            f"{event['end_s']:.2f} s",
+            f"{event['size']:.1f} {event['unit']}",
+            event["detail"],
+        ]
+        for event in events
+    ]
+    return f"clean-up of {name}:\n{table(rows)}"

@@ -1,13 +1,15 @@
-"""Alignment of a solve to a reference: one rigid transform, and the clock where the two have their own."""
+"""Alignment of a solve to a reference: one rigid transform or similarity, and the clock where each has its own."""
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.signal import correlate, correlation_lags
+from scipy.spatial.transform import Rotation
 
 from studio.engine.errors import FormatError
-from studio.engine.geometry import fit_rigid, transform_points
+from studio.engine.geometry import fit_rigid, invert_transform, transform_points
 from studio.engine.metrics.matching import Matched, canonical_positions, match
 from studio.engine.metrics.reference import Reference
 from studio.engine.poses import Poses
@@ -16,16 +18,61 @@ _GRID_HZ = 100.0
 _ROUNDS = 30
 
 
-def align(matched: Matched) -> tuple[Matched, NDArray[np.float64]]:
-    """Return the match with the solve moved onto the reference, and the 4x4 transform that moved it.
+@dataclass(frozen=True)
+class Alignment:
+    """What was aligned away: a point p of the stage lies at `scale` R p + t in the reference.
+
+    Attributes:
+        T_reference_stage: 4x4, rotation and translation [m], det(R) = +1; without the scale.
+        scale: 1 unless a similarity was asked for.
+        offset_s: how far the reference's clock is ahead of the stage clock at stage time 0.
+        drift_ppm: how much faster it runs.
+    """
+
+    T_reference_stage: NDArray[np.float64]
+    scale: float = 1.0
+    offset_s: float = 0.0
+    drift_ppm: float = 0.0
+
+    def to_reference(self, points_m: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return points of the stage, shape (..., 3), where they lie in the reference."""
+        return transform_points(self.T_reference_stage, self.scale * points_m)
+
+    def to_stage(self, points_m: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return points of the reference, shape (..., 3), where they lie on the stage."""
+        return transform_points(invert_transform(self.T_reference_stage), points_m) / self.scale
+
+    def to_json(self) -> dict[str, Any]:
+        rotation = Rotation.from_matrix(self.T_reference_stage[:3, :3])
+        return {
+            "rotation_wxyz": rotation.as_quat(scalar_first=True, canonical=True).tolist(),
+            "rotation_deg": float(np.degrees(rotation.magnitude())),
+            "translation_m": self.T_reference_stage[:3, 3].tolist(),
+            "scale": self.scale,
+            "time_offset_ms": self.offset_s * 1e3,
+            "clock_drift_ppm": self.drift_ppm,
+        }
+
+
+def align(matched: Matched, *, similarity: bool = False) -> tuple[Matched, Alignment]:
+    """Return the match with the solve moved onto the reference, and what moved it.
 
     One transform for the whole take, over all measured joints and frames, so that a pose that drifts over
     time stays in the figures.
+
+    Args:
+        similarity: let the size differ too (Umeyama, "Least-squares estimation of transformation parameters
+            between two point patterns", PAMI 1991).
     """
     solve, reference = matched.pick(matched.joints)
     valid = np.isfinite(solve).all(axis=2) & np.isfinite(reference).all(axis=2)
-    T_reference_stage = fit_rigid(solve[valid], reference[valid])
-    return replace(matched, solve_m=transform_points(T_reference_stage, matched.solve_m)), T_reference_stage
+    scale = 1.0
+    if similarity:
+        a, b = solve[valid] - solve[valid].mean(axis=0), reference[valid] - reference[valid].mean(axis=0)
+        R = fit_rigid(a, b)[:3, :3]
+        scale = float(((a @ R.T) * b).sum() / (a * a).sum())
+    alignment = Alignment(fit_rigid(scale * solve[valid], reference[valid]), scale)
+    return replace(matched, solve_m=alignment.to_reference(matched.solve_m)), alignment
 
 
 def clock_of(poses: Poses, reference: Reference, *, start_s: float | None = None) -> tuple[float, float]:

@@ -1,40 +1,59 @@
 """All figures of a solve against a reference, with the keys and units of `evaluate --json`."""
 
+from dataclasses import replace
 from typing import Any
 
+import numpy as np
+
+from studio.engine.export.clip import frames_of
 from studio.engine.joints import CANONICAL
 from studio.engine.metrics import thesis
-from studio.engine.metrics.alignment import align, clock_of
+from studio.engine.metrics.alignment import Alignment, align, clock_of
+from studio.engine.metrics.angles import joint_angle_errors_deg
 from studio.engine.metrics.bones import bone_length_sd_mm
+from studio.engine.metrics.cleanup import KINDS, cleanup_events, events_per_min, shown_animation
+from studio.engine.metrics.contacts import contact_precision_recall, foot_heights_cm
 from studio.engine.metrics.feet import foot_slides_cm_s
 from studio.engine.metrics.honesty import uncertainty_coverage, uncertainty_median_ratio
 from studio.engine.metrics.latency import latency_ms
+from studio.engine.metrics.markers import Markers, fit_joint_centres
 from studio.engine.metrics.matching import Matched, match
+from studio.engine.metrics.pck import THRESHOLDS_MM, pck
 from studio.engine.metrics.position import mpjpe_mm, mpjpe_root_aligned_mm, per_joint_mm, rms_mm
 from studio.engine.metrics.reference import Reference
 from studio.engine.metrics.smoothness import acceleration_error_m_s2, jerk_m_s3, reference_jerk_m_s3
+from studio.engine.metrics.spectral_arc import spectral_arc_lengths
 from studio.engine.poses import Poses
+
+ALIGNMENTS: tuple[str, ...] = ("rigid", "similarity")
 
 
 def evaluate(
-    poses: Poses, reference: Reference, *, start_s: float | None = None, same_clock: bool = True
+    poses: Poses,
+    reference: Reference | Markers,
+    *,
+    start_s: float | None = None,
+    same_clock: bool = True,
+    similarity: bool = False,
 ) -> dict[str, Any]:
-    """Return the figures of one solve, each key with its unit; None = not measured.
+    """Return the figures of one solve, each key with its unit; None = cannot be measured here.
 
     Args:
         poses: the solve.
-        reference: what it is measured against.
+        reference: what it is measured against; markers' offsets from the joints are fitted first.
         start_s: stage time before which nothing counts (a take's calibration part).
         same_clock: the reference has the stage clock. Otherwise its offset and drift are estimated, aligned
             away and reported (`time_offset_ms` at stage time 0, positive = the reference's clock is ahead);
             the latency cannot be told from the offset then.
+        similarity: align the size too.
 
     Raises:
         FormatError: solve and reference share too little time or too few joints.
     """
-    offset_s, drift_ppm = (0.0, 0.0) if same_clock else clock_of(poses, reference, start_s=start_s)
-    matched, _ = align(match(poses, reference, start_s=start_s, offset_s=offset_s, drift_ppm=drift_ppm))
-    foot_slide, reference_foot_slide = foot_slides_cm_s(matched)
+    centres, offsets_mm, clock = _on_one_clock(poses, reference, start_s, same_clock)
+    matched = match(poses, centres, start_s=start_s, offset_s=clock[0], drift_ppm=clock[1])
+    matched, alignment = align(matched, similarity=similarity)
+    alignment = replace(alignment, offset_s=clock[0], drift_ppm=clock[1])
     return {
         "mpjpe_mm": mpjpe_mm(matched),
         "matched_joints": matched.joints,
@@ -42,34 +61,95 @@ def evaluate(
         "per_joint_mm": per_joint_mm(matched, [name for name in CANONICAL if matched.has(name)]),
         "rms_mm": rms_mm(matched),
         "acceleration_error_m_s2": acceleration_error_m_s2(matched),
-        "latency_ms": latency_ms(matched, reference) if same_clock else None,
-        **_thesis_figures(matched),
+        "latency_ms": latency_ms(matched, centres) if same_clock else None,
+        **thesis.figures(matched),
+        "thesis_joints": {joint: thesis.figures(matched, joint) for joint in ("elbow", "shoulder")},
         "jerk_m_s3": jerk_m_s3(matched),
         "reference_jerk_m_s3": reference_jerk_m_s3(matched),
-        "foot_slide_cm_s": foot_slide,
-        "reference_foot_slide_cm_s": reference_foot_slide,
+        **_of_both(matched),
         "bone_length_sd_mm": bone_length_sd_mm(matched),
         "unseen_share": float(1.0 - matched.seen[:, matched.columns(matched.joints)].mean()),
         "uncertainty_coverage": uncertainty_coverage(matched),
         "uncertainty_median_ratio": uncertainty_median_ratio(matched),
-        "cleanup_events_per_min": None,
-        "time_offset_ms": offset_s * 1e3,
-        "clock_drift_ppm": drift_ppm,
+        **{f"pck_{mm}mm": pck(matched, mm) for mm in THRESHOLDS_MM},
+        **_angles(matched),
+        **_cleanup(poses, matched, centres, alignment),
+        "alignment": {
+            "kind": "similarity" if similarity else "rigid",
+            **alignment.to_json(),
+            "marker_offsets_mm": offsets_mm,
+        },
+        "time_offset_ms": clock[0] * 1e3,
+        "clock_drift_ppm": clock[1],
         "frames": len(matched.time_s),
     }
 
 
-def _thesis_figures(matched: Matched) -> dict[str, float | None]:
-    """The thesis's four figures, None where the reference lacks chest or wrists."""
-    curves = thesis.wrist_curves(matched)
-    if curves is None or curves[0].shape[1] < 2:
-        return dict.fromkeys(
-            ("absolute_difference_cm", "shortest_distance_cm", "spike_difference", "deviations"), None
-        )
-    solve, reference = curves
+def _on_one_clock(
+    poses: Poses, reference: Reference | Markers, start_s: float | None, same_clock: bool
+) -> tuple[Reference, dict[str, float] | None, tuple[float, float]]:
+    """Return joint centres, the offsets that were fitted for them, and the reference's clock (offset [s], drift).
+
+    Markers' offsets and clock depend on one another: the bare markers give a first clock.
+    """
+    if isinstance(reference, Reference):
+        clock = (0.0, 0.0) if same_clock else clock_of(poses, reference, start_s=start_s)
+        return reference, None, clock
+    clock = (0.0, 0.0)
+    if not same_clock:
+        clock = clock_of(poses, reference.as_reference(), start_s=start_s)
+        for _ in range(2):
+            centres, _ = fit_joint_centres(
+                poses, reference, start_s=start_s, offset_s=clock[0], drift_ppm=clock[1]
+            )
+            clock = clock_of(poses, centres, start_s=start_s)
+    centres, offsets_mm = fit_joint_centres(
+        poses, reference, start_s=start_s, offset_s=clock[0], drift_ppm=clock[1]
+    )
+    return centres, offsets_mm, clock
+
+
+def _of_both(matched: Matched) -> dict[str, float | None]:
+    """Figures that are measured on solve and reference alike, and contacts."""
+    slide, reference_slide = foot_slides_cm_s(matched)
+    arc, reference_arc = spectral_arc_lengths(matched)
+    height, height_error = foot_heights_cm(matched)
+    precision, recall = contact_precision_recall(matched)
     return {
-        "absolute_difference_cm": thesis.absolute_difference_cm(solve, reference),
-        "shortest_distance_cm": thesis.shortest_distance_cm(solve, reference),
-        "spike_difference": thesis.spike_difference(solve, reference, matched.rate_hz),
-        "deviations": thesis.deviations(solve, reference, matched.rate_hz),
+        "spectral_arc_length": arc,
+        "reference_spectral_arc_length": reference_arc,
+        "foot_slide_cm_s": slide,
+        "reference_foot_slide_cm_s": reference_slide,
+        "foot_height_cm": height,
+        "foot_height_error_cm": height_error,
+        "contact_precision": precision,
+        "contact_recall": recall,
+    }
+
+
+def _angles(matched: Matched) -> dict[str, Any]:
+    """Joint angle errors: their mean, that of flexions, and each."""
+    errors = joint_angle_errors_deg(matched.solve_m, matched.reference_m)
+    flexions = [value["error_deg"] for name, value in errors.items() if name.endswith("flexion")]
+    return {
+        "joint_angle_error_deg": float(np.mean([value["error_deg"] for value in errors.values()]))
+        if errors
+        else None,
+        "flexion_error_deg": float(np.mean(flexions)) if flexions else None,
+        "joint_angles": errors,
+    }
+
+
+def _cleanup(poses: Poses, matched: Matched, reference: Reference, alignment: Alignment) -> dict[str, Any]:
+    """The clean-up of the compared part; None where the poses are no animation that can be exported."""
+    first, last = np.searchsorted(poses.time_s, matched.time_s[[0, -1]])
+    if (poses.parents < 0).sum() != 1:
+        return {"cleanup_events_per_min": None, "cleanup_counts": None, "cleanup_events": None}
+    shown = shown_animation(frames_of(poses, slice(first, last + 1)))
+    clock = shown.time_s + alignment.offset_s + alignment.drift_ppm * 1e-6 * shown.time_s
+    events = cleanup_events(shown, alignment.to_stage(reference.at(clock)))
+    return {
+        "cleanup_events_per_min": events_per_min(events, shown),
+        "cleanup_counts": {kind: sum(event.kind == kind for event in events) for kind in KINDS},
+        "cleanup_events": [event.to_json() for event in events],
     }

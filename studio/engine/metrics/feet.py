@@ -13,7 +13,7 @@ from studio.engine.metrics.matching import Matched
 
 STANCE_HEIGHT_M = 0.05
 STANCE_SPEED_M_S = 0.10
-_FOOT_JOINTS = ("left_ankle", "left_toe", "right_ankle", "right_toe")
+FOOT_JOINTS = ("left_ankle", "left_toe", "right_ankle", "right_toe")
 
 
 def foot_slides_cm_s(matched: Matched) -> tuple[float | None, float | None]:
@@ -21,7 +21,7 @@ def foot_slides_cm_s(matched: Matched) -> tuple[float | None, float | None]:
 
     None where no foot stands or the reference has no feet. The solve is aligned, so that z is up in both.
     """
-    names = [name for name in _FOOT_JOINTS if matched.has(name)]
+    names = [name for name in FOOT_JOINTS if matched.has(name)]
     if not names or len(matched.time_s) < 3:
         return None, None
     solve, reference = matched.pick(names)

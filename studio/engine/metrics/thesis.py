@@ -1,8 +1,8 @@
-"""The thesis's four figures, on the wrists relative to the chest, with its constants fixed.
+"""The thesis's four figures, on the wrists (elbows, shoulders) relative to the chest, with its constants fixed.
 
-A curve is one axis of one wrist over time. The solve is aligned rigidly first, and the reference is taken at
-the solve's instants. Source: Ménard, "Génération d'animations par capture de mouvements avec multiples
-caméras 3D", École Polytechnique de Montréal 2014, sections 3.2.3 and 5.6.
+A curve is one axis of one joint of one side over time. The solve is aligned rigidly first, and the reference
+is taken at the solve's instants. Source: Ménard, "Génération d'animations par capture de mouvements avec
+multiples caméras 3D", École Polytechnique de Montréal 2014, sections 3.2.3 and 5.6.
 """
 
 import numpy as np
@@ -18,30 +18,70 @@ DEVIATION_S = 0.2
 DEVIATION_M_S2 = 1.0
 LOW_PASS_HZ = 3.0
 
+FIGURES: tuple[str, ...] = (
+    "absolute_difference_cm",
+    "shortest_distance_cm",
+    "spike_difference",
+    "deviations",
+    "nearest_sample_cm",
+)
+"""Names of what `figures` returns."""
 
-def wrist_curves(matched: Matched) -> tuple[NDArray[np.float64], NDArray[np.float64]] | None:
-    """Return the wrists relative to the chest [m], solve and reference, each (wrist_count, frame_count, 3).
 
-    Frames in which the reference lacks a wrist or the chest are left out; None without chest or wrists.
+def curves(matched: Matched, joint: str = "wrist") -> tuple[NDArray[np.float64], NDArray[np.float64]] | None:
+    """Return a joint of both sides relative to the chest [m], solve and reference, each (side_count, frame_count, 3).
+
+    Frames in which the reference lacks a side or the chest are left out; None without chest or joint, or where fewer
+    than two frames are left.
     """
-    names = [name for name in ("left_wrist", "right_wrist") if matched.has(name)]
+    names = [name for name in (f"left_{joint}", f"right_{joint}") if matched.has(name)]
     if not names or not matched.has("chest"):
         return None
     solve, reference = matched.pick(names)
     chest_solve, chest_reference = matched.pick(["chest"])
     a, b = solve - chest_solve, reference - chest_reference
     whole = np.isfinite(a).all(axis=(1, 2)) & np.isfinite(b).all(axis=(1, 2))
-    return a[whole].transpose(1, 0, 2), b[whole].transpose(1, 0, 2)
+    return (a[whole].transpose(1, 0, 2), b[whole].transpose(1, 0, 2)) if whole.sum() > 1 else None
+
+
+def figures(matched: Matched, joint: str = "wrist") -> dict[str, float | None]:
+    """Return the thesis's figures of one joint by their names (`FIGURES`); None each where there are no curves."""
+    found = curves(matched, joint)
+    if found is None:
+        return dict.fromkeys(FIGURES)
+    solve, reference = found
+    return {
+        "absolute_difference_cm": absolute_difference_cm(solve, reference),
+        "shortest_distance_cm": shortest_distance_cm(solve, reference),
+        "spike_difference": spike_difference(solve, reference, matched.rate_hz),
+        "deviations": deviations(solve, reference, matched.rate_hz),
+        "nearest_sample_cm": nearest_sample_cm(solve, reference),
+    }
 
 
 def absolute_difference_cm(solve_m: NDArray[np.float64], reference_m: NDArray[np.float64]) -> float:
-    """Mean over axes, frames and wrists of the difference at one time [cm]; arrays (..., frame_count, 3)."""
+    """Mean over axes, frames and sides of the difference at one time [cm]; arrays (..., frame_count, 3)."""
     return float(np.abs(solve_m - reference_m).mean() * 100)
 
 
 def shortest_distance_cm(solve_m: NDArray[np.float64], reference_m: NDArray[np.float64]) -> float:
-    """Mean distance of wrists to their reference's paths at any time [cm]; (wrist_count, frame_count, 3)."""
+    """Mean distance of joints to their reference's paths at any time [cm]; (side_count, frame_count, 3)."""
     distances = [distance_to_path(a, b) for a, b in zip(solve_m, reference_m, strict=True)]
+    return float(np.mean(distances) * 100)
+
+
+def nearest_sample_cm(solve_m: NDArray[np.float64], reference_m: NDArray[np.float64]) -> float:
+    """Mean distance to the nearest sample of the reference's curve of the same axis at any time [cm].
+
+    As the thesis has it (section 6.2.1): each axis alone, samples not interpolated. Arrays (..., frame_count, 3).
+    """
+    distances = []
+    for a, b in zip(
+        *(np.moveaxis(x, -1, -2).reshape(-1, x.shape[-2]) for x in (solve_m, reference_m)), strict=True
+    ):
+        samples = np.sort(b)
+        after = np.clip(np.searchsorted(samples, a), 1, len(samples) - 1)
+        distances.append(np.minimum(np.abs(a - samples[after - 1]), np.abs(a - samples[after])))
     return float(np.mean(distances) * 100)
 
 

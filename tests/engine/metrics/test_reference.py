@@ -88,7 +88,11 @@ def test_every_key_of_the_contract_is_there():
     assert list(figures) == [
         "mpjpe_mm", "matched_joints", "mpjpe_root_aligned_mm", "per_joint_mm", "rms_mm",
         "acceleration_error_m_s2", "latency_ms", "absolute_difference_cm", "shortest_distance_cm",
-        "spike_difference", "deviations", "jerk_m_s3", "reference_jerk_m_s3", "foot_slide_cm_s",
-        "reference_foot_slide_cm_s", "bone_length_sd_mm", "unseen_share", "uncertainty_coverage",
-        "uncertainty_median_ratio", "cleanup_events_per_min", "time_offset_ms", "clock_drift_ppm", "frames",
+        "spike_difference", "deviations", "nearest_sample_cm", "thesis_joints", "jerk_m_s3",
+        "reference_jerk_m_s3", "spectral_arc_length", "reference_spectral_arc_length", "foot_slide_cm_s",
+        "reference_foot_slide_cm_s", "foot_height_cm", "foot_height_error_cm", "contact_precision",
+        "contact_recall", "bone_length_sd_mm", "unseen_share", "uncertainty_coverage",
+        "uncertainty_median_ratio", "pck_50mm", "pck_100mm", "pck_150mm", "joint_angle_error_deg",
+        "flexion_error_deg", "joint_angles", "cleanup_events_per_min", "cleanup_counts", "cleanup_events",
+        "alignment", "time_offset_ms", "clock_drift_ppm", "frames",
     ]  # fmt: skip

@@ -1,0 +1,122 @@
+"""Clean-up events: what an animator would have to mend, each with its time, joint and size."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from studio.engine.joints import CANONICAL
+
+KINDS: tuple[str, ...] = (
+    "joint_pop",
+    "limb_flip",
+    "stance_slide",
+    "floor_penetration",
+    "self_penetration",
+    "frozen_limb",
+)
+
+JOIN_S = 0.2
+"""Two events of a kind and place that are closer than this are one: they are mended together."""
+
+
+@dataclass(frozen=True)
+class Event:
+    """One place to mend.
+
+    Attributes:
+        kind: one of `KINDS`.
+        joint: canonical joint at which it is largest.
+        start_s, end_s: stage time [s].
+        peak_s: stage time at which it is largest [s].
+        size: how large it is there, in `unit`.
+        unit: "cm", "deg" or "s".
+        detail: what else is to be known, such as the body part that is met; empty where nothing.
+    """
+
+    kind: str
+    joint: str
+    start_s: float
+    end_s: float
+    peak_s: float
+    size: float
+    unit: str
+    detail: str = ""
+
+    def to_json(self) -> dict[str, Any]:
+        return {
+            "kind": self.kind,
+            "joint": self.joint,
+            "start_s": round(self.start_s, 4),
+            "end_s": round(self.end_s, 4),
+            "peak_s": round(self.peak_s, 4),
+            "size": round(self.size, 3),
+            "unit": self.unit,
+            "detail": self.detail,
+        }
+
+
+def limb_of(joint: str) -> str:
+    """Return the part of the body that is mended together: `trunk`, `left_arm`, `left_leg`, ..."""
+    side, _, name = joint.partition("_")
+    if not name:
+        return "trunk"
+    return f"{side}_{'arm' if name in ('shoulder', 'elbow', 'wrist', 'hand') else 'leg'}"
+
+
+LIMB_OF: tuple[str, ...] = tuple(limb_of(name) for name in CANONICAL)
+
+
+def runs(flags: NDArray[np.bool_]) -> list[tuple[int, int]]:
+    """Return the runs of true values as (first, one past the last)."""
+    edges = np.diff(np.concatenate([[0], flags.astype(np.int8), [0]]))
+    return list(zip(np.flatnonzero(edges == 1).tolist(), np.flatnonzero(edges == -1).tolist(), strict=True))
+
+
+def events_of(
+    kind: str,
+    joint: str,
+    time_s: NDArray[np.float64],
+    size: NDArray[np.float64],
+    flags: NDArray[np.bool_],
+    *,
+    unit: str,
+    least_s: float = 0.0,
+    detail: str = "",
+) -> list[Event]:
+    """Return an event per run of `flags`, as large as the largest `size` inside.
+
+    Args:
+        size: shape (sample_count,), NaN where unknown; flags: shape (sample_count,).
+        least_s: runs that are shorter are no events.
+    """
+    found = []
+    for first, last in runs(flags & np.isfinite(size)):
+        if time_s[last - 1] - time_s[first] >= least_s - 1e-9:
+            peak = first + int(np.argmax(size[first:last]))
+            span = (float(time_s[first]), float(time_s[last - 1]), float(time_s[peak]))
+            found.append(Event(kind, joint, *span, float(size[peak]), unit, detail))
+    return found
+
+
+def joined(events: Sequence[Event], place: Callable[[Event], str]) -> list[Event]:
+    """Return the events with those of one kind, unit and place that overlap, or nearly, made one; by time."""
+    out: list[Event] = []
+    last: dict[tuple[str, str], int] = {}
+    for event in sorted(events, key=lambda e: e.start_s):
+        key = (event.kind, place(event))
+        k = last.get(key)
+        if k is not None and event.start_s <= out[k].end_s + JOIN_S:
+            out[k] = _together(out[k], event)
+        else:
+            last[key] = len(out)
+            out.append(event)
+    return out
+
+
+def _together(a: Event, b: Event) -> Event:
+    """The larger of the two over the time of both; sizes of different units do not compare: the first stays."""
+    larger = b if a.unit == b.unit and b.size > a.size else a
+    return replace(larger, start_s=min(a.start_s, b.start_s), end_s=max(a.end_s, b.end_s))

@@ -1,0 +1,108 @@
+"""Limb flips: an elbow or knee that turns to the other side at once, and left limbs taken for right ones.
+
+An elbow or knee lies off the line from its limb's root to its end. Where it is over 3 cm off, before and after,
+and its direction turns about that line by over 90 degrees within 0.1 s, more than the reference's does by 90, the
+limb has flipped. Left and right are swapped where both ends of a pair of limbs (wrists, ankles) are less than half as
+far from the other side's place in the reference as from their own, for 0.1 s and more, while the reference's are
+over 20 cm apart.
+"""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from studio.engine.joints import INDEX
+from studio.engine.metrics.cleanup.events import Event, events_of, joined, limb_of
+from studio.engine.metrics.cleanup.shown import Shown
+
+FLIP_DEG = 90.0
+FLIP_S = 0.1
+BENT_M = 0.03
+APART_M = 0.20
+_LIMBS = (("shoulder", "elbow", "wrist"), ("hip", "knee", "ankle"))
+
+
+def limb_flips(shown: Shown, reference_m: NDArray[np.float64] | None) -> list[Event]:
+    """Return the flips of arms and legs.
+
+    Args:
+        reference_m: as for `pops.joint_pops`; left and right can be compared with a reference only.
+    """
+    events: list[Event] = []
+    frames = shown.frames(FLIP_S)
+    for side in ("left", "right"):
+        for names in _LIMBS:
+            limb = [INDEX[f"{side}_{name}"] for name in names]
+            turned = _turned_deg(shown.positions_m[:, limb], frames)
+            own = np.zeros(len(turned)) if reference_m is None else _turned_deg(reference_m[:, limb], frames)
+            own = _largest_near(own, frames)
+            events += events_of(
+                "limb_flip", f"{side}_{names[1]}", shown.time_s, turned, turned - own > FLIP_DEG, unit="deg"
+            )
+    if reference_m is not None:
+        for name in ("wrist", "ankle"):
+            events += _swaps(shown, reference_m, name)
+    return joined(events, lambda event: limb_of(event.joint))
+
+
+def _turned_deg(limb_m: NDArray[np.float64], frames: int) -> NDArray[np.float64]:
+    """How far [deg] the middle joint's direction off the limb's line turns from half of `frames` before to as
+    much after, shape (sample_count,); 0 near the ends, where unknown, and where the limb is straight."""
+    root, middle, end = np.moveaxis(limb_m, 1, 0)
+    line = end - root
+    line = line / np.maximum(np.linalg.norm(line, axis=1, keepdims=True), 1e-9)
+    off = middle - root
+    off = off - (off * line).sum(axis=1, keepdims=True) * line
+    out = np.zeros(len(off))
+    before = frames // 2
+    after = frames - before
+    if len(off) <= frames:
+        return out
+    # the direction before is carried along with the line, so that a limb that swings does not count as one that flips
+    a, b = off[:-frames], off[frames:]
+    a = _carried(a, line[:-frames], line[frames:])
+    lengths = np.linalg.norm(a, axis=1), np.linalg.norm(b, axis=1)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        cosine = (a * b).sum(axis=1) / (lengths[0] * lengths[1])
+    angle = np.degrees(np.arccos(np.clip(cosine, -1.0, 1.0)))
+    bent = (lengths[0] > BENT_M) & (lengths[1] > BENT_M)
+    out[before : len(off) - after] = np.where(bent & np.isfinite(angle), angle, 0.0)
+    return out
+
+
+def _carried(
+    vectors: NDArray[np.float64], a: NDArray[np.float64], b: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """Vectors turned by the smallest rotation from unit directions `a` to `b`, shapes (sample_count, 3)."""
+    axis = np.cross(a, b)
+    cosine = (a * b).sum(axis=1, keepdims=True)
+    along = (axis * vectors).sum(axis=1, keepdims=True) / np.maximum(1.0 + cosine, 1e-9)
+    return cosine * vectors + np.cross(axis, vectors) + along * axis
+
+
+def _largest_near(values: NDArray[np.float64], reach: int) -> NDArray[np.float64]:
+    """The largest value within `reach` samples."""
+    out = values.copy()
+    for shift in range(1, min(reach, len(values) - 1) + 1):
+        out[shift:] = np.maximum(out[shift:], values[:-shift])
+        out[:-shift] = np.maximum(out[:-shift], values[shift:])
+    return out
+
+
+def _swaps(shown: Shown, reference_m: NDArray[np.float64], name: str) -> list[Event]:
+    """Where both joints of this name are nearer to the other side's place in the reference."""
+    columns = [INDEX[f"{side}_{name}"] for side in ("left", "right")]
+    solve, reference = shown.positions_m[:, columns], reference_m[:, columns]
+    own = np.linalg.norm(solve - reference, axis=2)
+    other = np.linalg.norm(solve - reference[:, ::-1], axis=2)
+    apart = np.linalg.norm(reference[:, 0] - reference[:, 1], axis=1) > APART_M
+    swapped = (other < 0.5 * own).all(axis=1) & apart
+    return events_of(
+        "limb_flip",
+        f"left_{name}",
+        shown.time_s,
+        own.max(axis=1) * 100.0,
+        swapped,
+        unit="cm",
+        least_s=FLIP_S,
+        detail="left and right swapped",
+    )

@@ -1,0 +1,112 @@
+"""Self-penetration: two body parts that lie over 2 cm deeper in each other than the reference's do.
+
+Parts are capsules on the bones. Radii are shares of stature: half of ANSUR's breadths and depths, girths
+divided by 2 pi (Gordon et al., "2012 Anthropometric Survey of U.S. Army Personnel", NATICK/TR-15/007, 2014,
+means of men and women over the mean stature of 1.72 m), the least of a part's, so that flesh that gives way
+does not count. Parts that share a joint or lie beside one another along a limb are not compared, nor are
+thighs, which touch in people who stand. Bones' distance: Ericson, "Real-Time Collision Detection", 2005,
+section 5.1.9.
+"""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from studio.engine.joints import INDEX
+from studio.engine.metrics.cleanup.events import Event, events_of, joined
+from studio.engine.metrics.cleanup.shown import Shown
+
+DEPTH_M = 0.02
+USUAL_HEIGHT_M = 1.72
+
+_TRUNK_RADIUS = 0.058
+"""Of stature: less than half of the waist's depth (0.22 m), since a capsule is round and a trunk is broad."""
+
+# part: start, end, radius as a share of stature
+_PARTS: dict[str, tuple[str, str, float]] = {
+    "trunk": ("hips", "neck", _TRUNK_RADIUS),
+    "head": ("neck", "head", 0.040),
+    **{
+        f"{side}_{part}": (f"{side}_{start}", f"{side}_{end}", radius)
+        for side in ("left", "right")
+        for part, start, end, radius in (
+            ("forearm", "elbow", "wrist", 0.020),
+            ("hand", "wrist", "hand", 0.012),
+            ("thigh", "hip", "knee", 0.042),
+            ("shank", "knee", "ankle", 0.024),
+            ("foot", "ankle", "toe", 0.018),
+        )
+    },
+}
+_PAIRS: tuple[tuple[str, str], ...] = (
+    *((f"{side}_{part}", whole) for side in ("left", "right") for part in ("forearm", "hand")
+      for whole in ("trunk", "head", "left_thigh", "right_thigh", "left_shank", "right_shank")),
+    *((f"left_{a}", f"right_{b}") for a in ("forearm", "hand") for b in ("forearm", "hand")),
+    *((f"left_{a}", f"right_{b}") for a in ("thigh", "shank", "foot") for b in ("thigh", "shank", "foot")
+      if (a, b) != ("thigh", "thigh")),
+)  # fmt: skip
+
+
+def self_penetrations(shown: Shown, reference_m: NDArray[np.float64] | None) -> list[Event]:
+    """Return where body parts go into one another, one event per pair of parts at a time.
+
+    Args:
+        reference_m: as for `pops.joint_pops`.
+    """
+    height = _height_m(shown)
+    events: list[Event] = []
+    for a, b in _PAIRS:
+        depth = _depth_m(shown.positions_m, a, b, height)
+        beside = np.zeros(len(depth))
+        if reference_m is not None:
+            beside = np.nan_to_num(np.maximum(_depth_m(reference_m, a, b, height), 0.0))
+        excess = depth - beside
+        events += events_of(
+            "self_penetration",
+            _PARTS[a][1],
+            shown.time_s,
+            excess * 100.0,
+            excess > DEPTH_M,
+            unit="cm",
+            detail=f"{a} in {b}".replace("_", " "),
+        )
+    return joined(events, lambda event: _where(event))
+
+
+def _where(event: Event) -> str:
+    """The two limbs that meet: a hand and its forearm in the trunk are one thing to mend."""
+    words = event.detail.split(" in ")
+    return " ".join(
+        {"forearm": "arm", "hand": "arm", "thigh": "leg", "shank": "leg", "foot": "leg"}.get(w, w)
+        for word in words
+        for w in word.split()
+    )
+
+
+def _height_m(shown: Shown) -> float:
+    """Stature [m] by the rest pose: the head's joint is at 0.936 of it; the usual one where there is none."""
+    head = float(shown.rest_m[INDEX["head"], 2])
+    return head / 0.936 if np.isfinite(head) and head > 0.3 else USUAL_HEIGHT_M
+
+
+def _depth_m(positions_m: NDArray[np.float64], a: str, b: str, height_m: float) -> NDArray[np.float64]:
+    """How deep two parts lie in each other [m], shape (sample_count,); negative = apart, NaN = unknown."""
+    start_a, end_a, radius_a = _PARTS[a]
+    start_b, end_b, radius_b = _PARTS[b]
+    distance = segment_distance_m(*(positions_m[:, INDEX[name]] for name in (start_a, end_a, start_b, end_b)))
+    return (radius_a + radius_b) * height_m - distance
+
+
+def segment_distance_m(
+    a0: NDArray[np.float64], a1: NDArray[np.float64], b0: NDArray[np.float64], b1: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """Return the least distance of segments a0 a1 and b0 b1 [m]; each (sample_count, 3) -> (sample_count,)."""
+    u, v, w = a1 - a0, b1 - b0, a0 - b0
+    uu, uv, vv = (u * u).sum(axis=1), (u * v).sum(axis=1), (v * v).sum(axis=1)
+    uw, vw = (u * w).sum(axis=1), (v * w).sum(axis=1)
+    uu, vv = np.maximum(uu, 1e-18), np.maximum(vv, 1e-18)
+    across = uu * vv - uv**2
+    with np.errstate(invalid="ignore", divide="ignore"):
+        s = np.where(across > 1e-12 * uu * vv, np.clip((uv * vw - vv * uw) / across, 0.0, 1.0), 0.0)
+    t = np.clip((uv * s + vw) / vv, 0.0, 1.0)
+    s = np.clip((uv * t - uw) / uu, 0.0, 1.0)
+    return np.linalg.norm(w + s[:, None] * u - t[:, None] * v, axis=1)
