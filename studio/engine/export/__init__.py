@@ -12,10 +12,14 @@ from typing import Any, Literal
 
 from studio.engine.errors import NotAvailableError, SettingsError
 from studio.engine.export.bvh import write_bvh
+from studio.engine.export.c3d import write_c3d
 from studio.engine.export.clip import clip, prepared_poses
 from studio.engine.export.fbx import write_fbx
 from studio.engine.export.glb import write_glb
 from studio.engine.export.options import POSE_OPTIONS, ExportOptions, check_options
+from studio.engine.export.table import write_csv, write_npz
+from studio.engine.export.trc import write_trc
+from studio.engine.export.usd import write_usd
 from studio.engine.poses import Poses
 
 DEFAULT_INTERPOLATION = "cubic"
@@ -44,6 +48,11 @@ EXPORTERS: dict[str, Exporter] = {
     "fbx": Exporter(write_fbx, "motion", _BONES | {"interpolation", "mesh", "key_error_cm", "timecode"}),
     "bvh": Exporter(write_bvh, "motion", _BONES | {"rotation_order", "unit"}),
     "glb": Exporter(write_glb, "motion", _BONES | {"interpolation", "mesh"}),
+    "c3d": Exporter(write_c3d, "poses"),
+    "trc": Exporter(write_trc, "poses"),
+    "csv": Exporter(write_csv, "poses"),
+    "npz": Exporter(write_npz, "poses"),
+    "usd": Exporter(write_usd, "motion", _BONES | {"mesh"}),
 }
 """Format -> its writer."""
 

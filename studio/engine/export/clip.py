@@ -9,18 +9,22 @@ import numpy as np
 
 from studio.engine.errors import SettingsError
 from studio.engine.export.kinematics import check_poses
+from studio.engine.export.foot_lock import foot_locked
+from studio.engine.export.looping import looped
 from studio.engine.export.options import ExportOptions
 from studio.engine.export.resample import resampled
 from studio.engine.export.skeleton import LocalMotion, local_motion
+from studio.engine.export.smoothing import smoothed
 from studio.engine.export.targets import on_target
 from studio.engine.export.timecode import timecode_seconds
 from studio.engine.poses import Poses
 
 
 def prepared_poses(poses: Poses, options: ExportOptions) -> Poses:
-    """Return the poses trimmed, cleaned up as asked, and on a uniform grid of `options.fps`.
+    """Return the poses trimmed, on a uniform grid of `options.fps`, and cleaned up as asked.
 
-    Times stay those of the stage.
+    In this order: trimming, smoothing (at the take's own rate), the rate, the loop, foot lock. Times stay those of
+    the stage.
 
     Raises:
         FormatError: poses that cannot be exported.
@@ -28,8 +32,12 @@ def prepared_poses(poses: Poses, options: ExportOptions) -> Poses:
     """
     check_poses(poses)
     poses = _trimmed(poses, options)
+    if options.smooth_hz is not None:
+        poses = smoothed(resampled(poses)[0], options.smooth_hz)
     poses, _ = resampled(poses, options.fps)
-    return poses
+    if options.loop:
+        poses = looped(poses)
+    return foot_locked(poses) if options.foot_lock else poses
 
 
 def clip(poses: Poses, options: ExportOptions) -> LocalMotion:

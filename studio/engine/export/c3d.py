@@ -1,0 +1,58 @@
+"""C3D: joint centres and surface markers for biomechanics, millimetres, z up.
+
+The residual of a point is the radius of its 90 % ball in whole millimetres, 0 where that is not known, and -1 in a
+gap, as the format has it for points that are invalid.
+"""
+
+import os
+import tempfile
+from pathlib import Path
+
+import ezc3d
+import numpy as np
+
+from studio.engine.errors import FormatError
+from studio.engine.export.options import ExportOptions
+from studio.engine.export.points import points_of
+from studio.engine.files import write_atomically
+from studio.engine.poses import Poses
+
+_LARGEST_RESIDUAL = 127  # a byte with a sign
+_MOST_FRAMES = 65_535
+"""What the header can count; programs differ in how they read more."""
+
+
+def write_c3d(poses: Poses, path: str | os.PathLike[str], options: ExportOptions) -> None:
+    """Write the poses as a C3D file, atomically; the first frame is frame 1, at time 0.
+
+    Raises:
+        FormatError: poses that cannot be exported, or more frames than the format can count.
+        StudioError: the file cannot be written.
+    """
+    if poses.frame_count > _MOST_FRAMES:
+        raise FormatError(
+            f"poses: {poses.frame_count} frames; a C3D file holds at most {_MOST_FRAMES}: "
+            "lower --fps, or export a part"
+        )
+    points = points_of(poses)
+    gaps = ~np.isfinite(points.positions_m).all(axis=2)
+    radius = np.clip(np.round(np.nan_to_num(points.radius_mm)), 0, _LARGEST_RESIDUAL)
+    values = np.ones((4, len(points.labels), poses.frame_count))
+    values[:3] = points.positions_m.transpose(2, 1, 0) * 1000.0
+    file = ezc3d.c3d()
+    parameters = file["parameters"]["POINT"]
+    parameters["RATE"]["value"] = [poses.frames_per_second]
+    parameters["UNITS"]["value"] = ["mm"]
+    parameters["LABELS"]["value"] = list(points.labels)
+    parameters["DESCRIPTIONS"]["value"] = [
+        "joint centre" if label.islower() else "marker on the skin" for label in points.labels
+    ]
+    file.add_parameter("POINT", "X_SCREEN", ["+X"])
+    file.add_parameter("POINT", "Y_SCREEN", ["+Z"])
+    file["data"]["points"] = values
+    file["data"]["meta_points"]["residuals"] = np.where(gaps, -1.0, radius).T[None]
+    file["data"]["meta_points"]["camera_masks"] = np.zeros((7, *values.shape[1:]), dtype=bool)
+    with write_atomically(path) as target, tempfile.TemporaryDirectory() as folder:
+        written = Path(folder) / "points.c3d"
+        file.write(str(written))
+        target.write(written.read_bytes())

@@ -1,0 +1,131 @@
+"""Foot lock: ankles and toes that stand are held at one place, by turning legs and feet.
+
+Stances are found as finishing finds them (`finish.contacts`). Before and after a stance the correction comes and goes
+over a while, so that no foot jumps into its place.
+"""
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
+
+from studio.engine.errors import SettingsError
+from studio.engine.export.kinematics import Array, local_keys
+from studio.engine.export.leg_ik import between, reach
+from studio.engine.finish.contacts import find_contacts
+from studio.engine.poses import Poses
+
+EASE_S = 0.15
+ROLLING_M = 0.05
+"""A stance that moves by more than this is no stance in one place: it is held along its own slow path."""
+
+_JOINTS = ("LeftFoot", "LeftToeBase", "RightFoot", "RightToeBase")
+_LEGS = ("LeftUpLeg", "LeftLeg", "RightUpLeg", "RightLeg")
+
+
+def foot_locked(poses: Poses) -> Poses:
+    """Return the poses with standing feet held still.
+
+    Args:
+        poses: on a uniform grid, with the legs of the output skeleton.
+
+    Raises:
+        SettingsError: the skeleton has no legs.
+    """
+    index = {name: joint for joint, name in enumerate(poses.joint_names)}
+    lacking = [name for name in (*_JOINTS, *_LEGS) if name not in index]
+    if lacking:
+        raise SettingsError(f"foot-lock: the skeleton lacks {', '.join(lacking)}; leave the option out")
+    if poses.frame_count < 3:
+        return poses
+    feet = poses.positions_m[:, [index[name] for name in _JOINTS]]
+    dt = 1.0 / poses.frames_per_second
+    contacts = find_contacts(feet, [(0, poses.frame_count)], dt, _rest_heights_m(poses, index))
+    ease = max(1, round(EASE_S / dt))
+    positions, rotations = poses.positions_m.copy(), poses.rotations_wxyz.copy()
+    for side, (ankle, toe) in (("Left", (0, 1)), ("Right", (2, 3))):
+        holds, moves = [], []
+        for column in (ankle, toe):
+            standing = contacts.hold[:, column] > 0.0
+            move = _places(feet[:, column], contacts.place_m[:, column], standing) - feet[:, column]
+            holds.append(_eased(standing.astype(float)[:, None], standing, ease)[:, 0])
+            moves.append(_eased(move, standing, ease))
+        shift = holds[0][:, None] * moves[0] + (1.0 - holds[0])[:, None] * moves[1]
+        _move_leg(poses, index, side, shift, moves[1], positions, rotations)
+    return replace(poses, positions_m=positions, rotations_wxyz=rotations)
+
+
+def _rest_heights_m(poses: Poses, index: dict[str, int]) -> Array:
+    """Return the heights of `_JOINTS` over the floor in the T-pose, soles 2 cm under the toe joints."""
+    offsets, _ = local_keys(poses.parents, poses.positions_m[:1], poses.rotations_wxyz[:1])
+    drop = -offsets[0, [index[name] for name in ("LeftToeBase", "RightToeBase")], 2]
+    return np.array([0.02 + drop[0], 0.02, 0.02 + drop[1], 0.02])
+
+
+def _places(path: Array, slow: Array, standing: NDArray[np.bool_]) -> Array:
+    """Return where a joint stands, frame by frame: one place per stance; its own path where it does not stand."""
+    out = path.copy()
+    for begin, end in _runs(standing):
+        place = np.median(path[begin:end], axis=0)
+        rolls = np.linalg.norm(path[begin:end] - place, axis=1).max() > ROLLING_M
+        out[begin:end] = slow[begin:end] if rolls else place
+    return out
+
+
+def _eased(values: Array, standing: NDArray[np.bool_], ease: int) -> Array:
+    """Return values, shape (F, n), that hold in stances, fade beyond them, and go over from one into the next."""
+    out = np.zeros_like(values)
+    runs = _runs(standing)
+    for begin, end in runs:
+        out[begin:end] = values[begin:end]
+    for k, (begin, end) in enumerate(runs):
+        before = runs[k - 1][1] if k else -1
+        if k == 0 or begin - before >= 2 * ease:
+            _fade(out, values[begin], range(begin - 1, max(begin - ease, -1), -1), begin, ease)
+        else:  # from one stance over into the next
+            t = (np.arange(before, begin) - before + 1.0) / (begin - before + 1.0)
+            share = (t * t * (3 - 2 * t))[:, None]
+            out[before:begin] = (1 - share) * values[before - 1] + share * values[begin]
+        after = runs[k + 1][0] if k + 1 < len(runs) else None
+        if after is None or after - end >= 2 * ease:
+            _fade(out, values[end - 1], range(end, min(end + ease - 1, len(out))), end - 1, ease)
+    return out
+
+
+def _fade(out: Array, value: Array, frames: range, edge: int, ease: int) -> None:
+    for frame in frames:
+        t = 1.0 - abs(frame - edge) / ease
+        out[frame] = t * t * (3 - 2 * t) * value
+
+
+def _runs(flags: NDArray[np.bool_]) -> list[tuple[int, int]]:
+    """Begin and end of each run of true flags."""
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], flags, [False]])))
+    return [(int(a), int(b)) for a, b in zip(edges[::2], edges[1::2], strict=True)]
+
+
+def _move_leg(
+    poses: Poses,
+    index: dict[str, int],
+    side: str,
+    shift: Array,
+    toe_shift: Array,
+    positions: Array,
+    rotations: Array,
+) -> None:
+    """Move a leg's ankle by `shift` and its toe to `toe_shift` from where it was, in place."""
+    hip, knee, ankle, toe = (index[side + name] for name in ("UpLeg", "Leg", "Foot", "ToeBase"))
+    at = {joint: poses.positions_m[:, joint] for joint in (hip, knee, ankle, toe)}
+    turn = {j: Rotation.from_quat(rotations[:, j], scalar_first=True) for j in (hip, knee, ankle, toe)}
+    bends = turn[knee].apply([1.0, 0.0, 0.0])  # a knee bends about the axis to the left
+    thigh, shin = reach(at[hip], at[knee], at[ankle], at[ankle] + shift, bends)
+    positions[:, knee] = at[hip] + thigh.apply(at[knee] - at[hip])
+    positions[:, ankle] = positions[:, knee] + shin.apply(at[ankle] - at[knee])
+    sole = at[toe] - at[ankle]
+    foot = between(sole, at[toe] + toe_shift - positions[:, ankle])
+    weight = np.linalg.norm(toe_shift - shift, axis=1) > 1e-9
+    foot = Rotation.from_rotvec(foot.as_rotvec() * weight[:, None])
+    positions[:, toe] = positions[:, ankle] + foot.apply(sole)
+    for joint, by in ((hip, thigh), (knee, shin), (ankle, foot)):
+        rotations[:, joint] = (by * turn[joint]).as_quat(scalar_first=True)

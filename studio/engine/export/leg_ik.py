@@ -1,0 +1,49 @@
+"""Two bones that reach a point: the leg from hip to ankle, for all frames at once, in closed form."""
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
+
+Array = NDArray[np.float64]
+
+LONGEST_REACH = 0.9995
+"""A leg never stretches further than this share of its length."""
+
+
+def reach(hip: Array, knee: Array, ankle: Array, target: Array, side: Array) -> tuple[Rotation, Rotation]:
+    """Return by what the thigh and the shin turn (world axes) so that the ankle is at the target.
+
+    The knee stays in the plane of hip, knee and ankle, which turns with the ankle about the hip. A target out of
+    reach is come as near to as the leg allows.
+
+    Args:
+        hip, knee, ankle, target: shape (F, 3) [m].
+        side: the axis about which the knee bends where the leg is straight, shape (F, 3).
+    """
+    thigh, shin = np.linalg.norm(knee - hip, axis=1), np.linalg.norm(ankle - knee, axis=1)
+    now, then = np.linalg.norm(ankle - hip, axis=1), np.linalg.norm(target - hip, axis=1)
+    longest = np.maximum(LONGEST_REACH * (thigh + shin), np.minimum(now, thigh + shin))
+    then = np.clip(then, np.abs(thigh - shin) + 1e-6, longest)
+    axis = np.cross(knee - hip, ankle - hip)
+    size = np.linalg.norm(axis, axis=1, keepdims=True)
+    axis = np.where(size > 1e-4 * (thigh * now)[:, None], axis / np.maximum(size, 1e-12), side)
+    at_hip = _angle(thigh, then, shin) - _angle(thigh, now, shin)
+    at_knee = _angle(thigh, shin, then) - _angle(thigh, shin, now)
+    open_hip = Rotation.from_rotvec(-at_hip[:, None] * axis)
+    bend = Rotation.from_rotvec((-at_hip - at_knee)[:, None] * axis)
+    ankle_then = hip + open_hip.apply(knee - hip) + bend.apply(ankle - knee)
+    swing = between(ankle_then - hip, target - hip)
+    return swing * open_hip, swing * bend
+
+
+def between(start: Array, end: Array) -> Rotation:
+    """Return the smallest rotations that turn vectors into the direction of others, shapes (F, 3)."""
+    axis = np.cross(start, end)
+    sine, cosine = np.linalg.norm(axis, axis=1), (start * end).sum(axis=1)
+    angle = np.arctan2(sine, cosine)
+    return Rotation.from_rotvec(axis / np.maximum(sine, 1e-12)[:, None] * angle[:, None])
+
+
+def _angle(a: Array, b: Array, opposite: Array) -> Array:
+    """Return the angle between two sides of a triangle [rad]."""
+    return np.arccos(np.clip((a**2 + b**2 - opposite**2) / (2 * a * b), -1.0, 1.0))

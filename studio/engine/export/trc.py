@@ -1,0 +1,36 @@
+"""TRC: joint centres and surface markers as OpenSim reads them: text, millimetres, y up, tabs; a gap is empty."""
+
+import os
+
+import numpy as np
+
+from studio.engine.export.options import ExportOptions
+from studio.engine.export.points import points_of
+from studio.engine.export.skeleton import to_file_axes
+from studio.engine.files import write_atomically
+from studio.engine.poses import Poses
+
+
+def write_trc(poses: Poses, path: str | os.PathLike[str], options: ExportOptions) -> None:
+    """Write the poses as a TRC file, atomically; the first frame is frame 1, at time 0.
+
+    Raises:
+        FormatError: poses that cannot be exported.
+        StudioError: the file cannot be written.
+    """
+    points = points_of(poses)
+    rate, frames, labels = poses.frames_per_second, poses.frame_count, points.labels
+    values = (to_file_axes(points.positions_m) * 1000.0 + 0.0).reshape(frames, -1)
+    header = [
+        f"PathFileType\t4\t(X/Y/Z)\t{os.path.basename(os.fspath(path))}",
+        "DataRate\tCameraRate\tNumFrames\tNumMarkers\tUnits\tOrigDataRate\tOrigDataStartFrame\tOrigNumFrames",
+        f"{rate:.6g}\t{rate:.6g}\t{frames}\t{len(labels)}\tmm\t{rate:.6g}\t1\t{frames}",
+        "Frame#\tTime\t" + "".join(f"{label}\t\t\t" for label in labels),
+        "\t\t" + "".join(f"X{k}\tY{k}\tZ{k}\t" for k in range(1, len(labels) + 1)),
+        "",
+    ]
+    with write_atomically(path) as file:
+        file.write("\n".join([*header, ""]).encode())
+        for frame in range(frames):
+            cells = "\t".join("" if np.isnan(value) else f"{value:.4f}" for value in values[frame])
+            file.write(f"{frame + 1}\t{frame / rate:.6f}\t{cells}\n".encode())
