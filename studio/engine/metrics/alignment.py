@@ -15,7 +15,14 @@ from studio.engine.metrics.reference import Reference
 from studio.engine.poses import Poses
 
 _GRID_HZ = 100.0
-_ROUNDS = 30
+_ROUNDS = 40
+_LEAST_ROUNDS = 12
+_WIDEST_M = 1.0
+_ALIKE_S = 0.3
+"""Errors of a solve are alike for about this long: so much of a take counts as one measurement."""
+
+DRIFT_SIGMA_PPM = 300.0
+"""How much a clock is expected to drift: quartz does by some 50 ppm, a clock that loses frames by far more."""
 
 
 @dataclass(frozen=True)
@@ -78,38 +85,52 @@ def align(matched: Matched, *, similarity: bool = False) -> tuple[Matched, Align
 def clock_of(poses: Poses, reference: Reference, *, start_s: float | None = None) -> tuple[float, float]:
     """Return how far the reference's clock is ahead at stage time 0 [s], and its drift [ppm].
 
-    The joints' speeds, which no rigid transform changes, are correlated for a first offset; then the rigid
-    transform and the clock are refined in turn on the positions (Gauss-Newton, outliers weighed down by
-    Cauchy's function). Motion shorter than 20 s leaves the drift at 0, as it cannot be told from noise.
+    The joints' speeds, which no rigid transform changes, are correlated for a first offset; then clock and rigid
+    transform are refined together on the positions (Gauss-Newton, outliers weighed down by Cauchy's function, whose
+    width comes down to that of the errors step by step). Clocks are expected to drift by `DRIFT_SIGMA_PPM`: a
+    motion too short or errors too large to tell the drift leave it near 0.
 
     Raises:
         FormatError: less than 2 s of motion, or no motion in common.
     """
     offset, drift = _speed_offset(poses, reference, start_s), 0.0
-    for _ in range(_ROUNDS):
+    for k in range(_ROUNDS):
         matched, _ = align(match(poses, reference, start_s=start_s, offset_s=offset, drift_ppm=drift))
-        solve, target = matched.pick(matched.joints)
-        time = matched.time_s + offset + drift * 1e-6 * matched.time_s
-        velocity = _velocity(reference, time, matched)
-        valid = (
-            np.isfinite(solve).all(axis=2)
-            & np.isfinite(target).all(axis=2)
-            & np.isfinite(velocity).all(axis=2)
-        )
-        residual, slope = (solve - target)[valid], velocity[valid]
-        scale = max(1e-6, 1.5 * float(np.median(np.linalg.norm(residual, axis=1))))
-        weight = 1.0 / (1.0 + (np.linalg.norm(residual, axis=1) / scale) ** 2)
-        long_enough = matched.time_s[-1] - matched.time_s[0] > 20.0
-        stage = np.broadcast_to(matched.time_s[:, None], valid.shape)[valid]
-        powers = np.stack([np.ones_like(stage), stage], axis=1)[:, : 2 if long_enough else 1]
-        jacobian = slope[:, :, None] * powers[:, None, :]
-        normal = np.einsum("nai,naj,n->ij", jacobian, jacobian, weight)
-        step = np.linalg.lstsq(normal, np.einsum("nai,na,n->i", jacobian, residual, weight), rcond=None)[0]
-        offset += float(step[0])
-        drift += float(step[1]) * 1e6 if long_enough else 0.0
-        if abs(step[0]) < 1e-7:
+        step, middle_s = _clock_step(matched, reference, offset, drift, _WIDEST_M * 0.5**k)
+        drift += step[1] * 1e6
+        offset += step[0] - step[1] * middle_s
+        if k > _LEAST_ROUNDS and abs(step[0]) < 1e-7:
             break
     return offset, drift
+
+
+def _clock_step(
+    matched: Matched, reference: Reference, offset_s: float, drift_ppm: float, widest_m: float
+) -> tuple[NDArray[np.float64], float]:
+    """Return the Gauss-Newton step of the offset in the middle of the take [s] and of the drift, and that middle [s].
+
+    The rigid transform's six unknowns are solved for too, so that motion along a line is not taken for time.
+    """
+    solve, target = matched.pick(matched.joints)
+    time = matched.time_s + offset_s + drift_ppm * 1e-6 * matched.time_s
+    velocity = _velocity(reference, time, matched)
+    valid = np.isfinite(solve + target + velocity).all(axis=2)
+    residual, slope, place = (solve - target)[valid], velocity[valid], solve[valid]
+    width = max(1e-6, 1.5 * float(np.median(np.linalg.norm(residual, axis=1))))
+    weight = 1.0 / (1.0 + (residual**2).sum(axis=1) / max(width, widest_m) ** 2)
+    middle_s = float(matched.time_s.mean())
+    since = np.broadcast_to((matched.time_s - middle_s)[:, None], valid.shape)[valid]
+    jacobian = np.zeros((len(residual), 3, 8))
+    jacobian[..., 0], jacobian[..., 1] = slope, slope * since[:, None]
+    jacobian[:, :, 2:5] = np.eye(3)
+    for axis in range(3):  # turns about each axis
+        jacobian[:, :, 5 + axis] = np.cross(np.eye(3)[axis], place - place.mean(axis=0))
+    normal = np.einsum("nai,naj,n->ij", jacobian, jacobian, weight, optimize=True)
+    right = np.einsum("nai,na,n->i", jacobian, residual, weight, optimize=True)
+    prior = _ALIKE_S * matched.rate_hz * (width / 1.5 / DRIFT_SIGMA_PPM * 1e6) ** 2 / 3.0
+    normal[1, 1] += prior
+    right[1] -= prior * drift_ppm * 1e-6
+    return np.linalg.lstsq(normal, right, rcond=None)[0][:2], middle_s
 
 
 def _velocity(reference: Reference, time_s: NDArray[np.float64], matched: Matched) -> NDArray[np.float64]:
