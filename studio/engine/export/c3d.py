@@ -10,6 +10,7 @@ from pathlib import Path
 
 import ezc3d
 import numpy as np
+from numpy.typing import NDArray
 
 from studio.engine.errors import FormatError
 from studio.engine.export.options import ExportOptions
@@ -50,9 +51,23 @@ def write_c3d(poses: Poses, path: str | os.PathLike[str], options: ExportOptions
     file.add_parameter("POINT", "X_SCREEN", ["+X"])
     file.add_parameter("POINT", "Y_SCREEN", ["+Z"])
     file["data"]["points"] = values
-    file["data"]["meta_points"]["residuals"] = np.where(gaps, -1.0, radius).T[None]
+    file["data"]["meta_points"]["residuals"] = np.where(gaps, -1.0, 0.0).T[None]
     file["data"]["meta_points"]["camera_masks"] = np.zeros((7, *values.shape[1:]), dtype=bool)
     with write_atomically(path) as target, tempfile.TemporaryDirectory() as folder:
         written = Path(folder) / "points.c3d"
         file.write(str(written))
-        target.write(written.read_bytes())
+        target.write(_with_residuals(written.read_bytes(), np.where(gaps, -1.0, radius)))
+
+
+def _with_residuals(content: bytes, residuals: NDArray[np.float64]) -> bytes:
+    """Return the file with the fourth word of each point, shape (frame_count, point_count).
+
+    The word's low byte is the residual and its high byte, which carries the sign, the cameras; ezc3d writes them
+    the other way round. Source: "The C3D File Format User Guide", section on 3D point residuals.
+    """
+    first_block = int.from_bytes(content[16:18], "little")
+    data = np.frombuffer(bytearray(content), "<f4", residuals.size * 4, (first_block - 1) * 512)
+    data.reshape(*residuals.shape, 4)[..., 3] = residuals
+    return (
+        content[: (first_block - 1) * 512] + data.tobytes() + content[(first_block - 1) * 512 + data.nbytes :]
+    )

@@ -1,6 +1,7 @@
 """USD: a UsdSkel skeleton with its animation and the mannequin; an optional extra (`usd-core`).
 
-Metres, y up, a time code per frame; text where the file's name ends in .usda, else binary. USD interpolates between time codes linearly.
+Metres, y up, a time code per frame; text where the file's name ends in .usda, else binary. USD interpolates between
+time codes linearly.
 """
 
 import os
