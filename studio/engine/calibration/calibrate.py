@@ -2,7 +2,7 @@
 
 The steps: `first` (first clocks by `time_offset`, first transforms by `rigid`) -> `swaps` (left and right) ->
 `refine` (all at once) -> `merge` (one skeleton) -> `stage` (`floor`, `tpose`, `proportions`) -> `quality`,
-`handedness` and `verdict`.
+`halves`, `handedness` and `verdict`.
 """
 
 from dataclasses import dataclass, replace
@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from studio.engine.calibration import quality
 from studio.engine.calibration.first import Candidate, first_placements
+from studio.engine.calibration.halves import Halves, compare_halves
 from studio.engine.calibration.handedness import mirrored_bodies
 from studio.engine.calibration.merge import Walk, merge
 from studio.engine.calibration.noise import unbiased
@@ -57,6 +58,7 @@ def calibrate(
     walk = fit.walk.moved(T_stage)
     results = {}
     coverage, backwards = quality.coverage(walk), mirrored_bodies(walk, np.array([0.0, 0.0, 1.0]))
+    halves = compare_halves(fit.tracks, fit.whole, fit.times_s, fit.swapped, walk, T_stage)
     for camera in cameras:
         if camera.problem:
             results[camera.name] = CameraCalibration(
@@ -66,7 +68,7 @@ def calibrate(
             i = fit.names.index(camera.name)
             camera = replace(camera, mirrored=camera.mirrored or bool(backwards[i]))
             results[camera.name] = _result(
-                camera, i, fit, walk, T_stage, performer, float(coverage[i]), height_m
+                camera, i, fit, walk, T_stage, performer, float(coverage[i]), halves[i], height_m
             )
     return Calibration(reference=cameras[0].name, cameras=results, performer=performer)
 
@@ -96,7 +98,7 @@ def with_performer(calibration: Calibration, frames: dict[str, list[CameraFrame]
 
 @dataclass(frozen=True)
 class _Fit:
-    """All cameras placed, the reference first: on all frames, on even and odd 5 s blocks, and the walk they give."""
+    """All cameras placed, the reference first: on all frames, on even 5 s blocks, and the walk they give."""
 
     names: list[str]
     tracks: list[Track]
@@ -104,7 +106,6 @@ class _Fit:
     swapped: NDArray[np.bool_]
     whole: Refined
     even: Refined
-    odd: Refined
     walk: Walk
     shifts: list[Shift]
 
@@ -116,7 +117,7 @@ def _fit(cameras: list[Candidate]) -> _Fit:
     clocks = np.array([camera.fit_clock for camera in cameras])
     times = grid(tracks[0])
     swapped = _swaps(tracks, start, times, BIAS_PRIOR_M)
-    whole = even = odd = Refined(start, BIAS_PRIOR_M, np.zeros(len(start)))
+    whole = even = Refined(start, BIAS_PRIOR_M, np.zeros(len(start)))
     if len(cameras) > 1:
 
         def fit(best: Refined, part: NDArray[np.bool_] | slice, iterations: int) -> Refined:
@@ -128,14 +129,12 @@ def _fit(cameras: list[Candidate]) -> _Fit:
         whole = fit(whole, slice(None, None, 3), 4)
         swapped = _swaps(tracks, whole.cameras, times, whole.depth_bias_m)
         whole = fit(whole, slice(None, None, 2), 6)
-        even_blocks, every_second = quality.even_blocks(times), np.arange(len(times)) % 2 == 0
-        even = fit(whole, even_blocks & every_second, 4)
-        odd = fit(whole, ~even_blocks & every_second, 4)
+        even = fit(whole, quality.even_blocks(times) & (np.arange(len(times)) % 2 == 0), 4)
     walk = merge(tracks, whole.cameras, times, swapped, whole.depth_bias_m)
     joints = _joints(tracks, whole.cameras, times, whole.depth_bias_m)
     ordered = np.array([exchange(mine, swap) for mine, swap in zip(joints, swapped, strict=True)])
     shifts = largest_shifts(ordered, times, quality.BLOCK_S)
-    return _Fit([camera.name for camera in cameras], tracks, times, swapped, whole, even, odd, walk, shifts)
+    return _Fit([camera.name for camera in cameras], tracks, times, swapped, whole, even, walk, shifts)
 
 
 def _swaps(
@@ -169,6 +168,7 @@ def _result(
     T_stage: NDArray[np.float64],
     performer: Performer | None,
     coverage: float,
+    halves: Halves,
     height_m: float | None,
 ) -> CameraCalibration:
     """Return one camera's calibration with its figures: fitted on even blocks, scored on odd ones."""
@@ -195,7 +195,7 @@ def _result(
             pairs=camera.pairs,
             spread_m=camera.spread_m,
             agreement_m=rest.agreement_m,
-            blocks=quality.disagreement(fit.even.cameras[i].T, fit.odd.cameras[i].T, T_stage),
+            halves=halves,
             same_stream=_same_place(fit.whole.cameras[i].T) and (rest.agreement_m or 1.0) < _SAME_STREAM_M,
             clock_reason=camera.clock_reason,
             offset_sd_s=float(fit.whole.offset_sd_s[i]),

@@ -70,16 +70,24 @@ def _finite(values: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 def disagreement(
-    T_a: NDArray[np.float64], T_b: NDArray[np.float64], T_stage: NDArray[np.float64]
+    T_a: NDArray[np.float64],
+    T_b: NDArray[np.float64],
+    T_stage: NDArray[np.float64],
+    hips: NDArray[np.float64],
 ) -> tuple[float, float]:
-    """Return how far two placements of one camera differ: RMS over a 3 x 3 x 2 m stage [m], and angle [degrees].
+    """Return how far two placements of one camera differ: RMS over the walked stage [m], and angle [degrees].
+
+    The stage reaches as far as the performer's hips went (2 to 98 % along each axis), from the floor to 2 m.
 
     Args:
         T_a, T_b: reference <- camera.
-        T_stage: stage <- reference; the stage is centred on its origin and stands on its floor.
+        T_stage: stage <- reference; its floor is at 0.
+        hips: the performer's in the stage frame [m], shape (instant_count, 3); NaN = unseen.
     """
-    axes = np.linspace(-1.5, 1.5, 4), np.linspace(-1.5, 1.5, 4), np.linspace(0.0, 2.0, 3)
-    stage = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3)
+    seen = hips[np.isfinite(hips).all(axis=1), :2]
+    low, high = np.percentile(seen, [2, 98], axis=0) if len(seen) else np.zeros((2, 2))
+    axes = [np.linspace(low[k], high[k], 4) for k in range(2)]
+    stage = np.stack(np.meshgrid(*axes, np.linspace(0.0, 2.0, 3), indexing="ij"), axis=-1).reshape(-1, 3)
     in_camera = transform_points(invert_transform(T_stage @ T_a), stage)
     moved = transform_points(T_b, in_camera) - transform_points(T_a, in_camera)
     cosine = (np.trace(T_a[:3, :3].T @ T_b[:3, :3]) - 1.0) / 2.0

@@ -19,6 +19,7 @@ from studio.engine.geometry import make_transform, transform_points
 
 BIAS_PRIOR_M = 0.02
 _BIAS_PRIOR_SD_M = 0.02
+_KNOWN_SD_M = 1e-7
 BIAS_RANGE_M = (0.0, 0.06)
 """A surface lies in front of a joint's centre, and by no more than a body's half thickness."""
 _OFFSET_PRIOR_SD_S = 0.1
@@ -66,6 +67,8 @@ def refine(
     *,
     depth_bias_m: float = BIAS_PRIOR_M,
     fit_clocks: NDArray[np.bool_],
+    fit_bias: bool = True,
+    offsets_m: NDArray[np.float64] | None = None,
     iterations: int = 8,
 ) -> Refined:
     """Return the cameras and the depth bias that bring all cameras' joints together.
@@ -77,18 +80,25 @@ def refine(
         swapped: where left and right are exchanged, shape (camera_count, instant_count).
         depth_bias_m: where the bias starts.
         fit_clocks: whether a camera's clock is unknown, shape (camera_count,).
+        fit_bias: whether the depth bias is unknown.
+        offsets_m: added to the cameras' joints in the reference camera's frame [m], shape (camera_count,
+            instant_count, 21, 3); left and right as after the exchange.
 
     Source: Nocedal and Wright, "Numerical optimization", chapter 10 (Gauss-Newton); weights of Geman and
     McClure as in `rigid.fit_robust`; scale per joint and camera pair from the median of the residuals.
     """
     cameras, bias = list(start), depth_bias_m
     hessian = np.zeros((0, 0))
+    bias_prior = (BIAS_PRIOR_M, _BIAS_PRIOR_SD_M) if fit_bias else (depth_bias_m, _KNOWN_SD_M)
+    added = np.zeros(len(tracks)) if offsets_m is None else offsets_m
     for _ in range(iterations):
         views = [
-            _view(*pair, instants_s, swap, bias) for *pair, swap in zip(tracks, cameras, swapped, strict=True)
+            _view(*rest, instants_s, swap, bias, offset)
+            for *rest, swap, offset in zip(tracks, cameras, swapped, added, strict=True)
         ]
         hessian, gradient = _normal_equations(views, cameras)
-        _add_priors(hessian, gradient, start, cameras, bias, fit_clocks)
+        _add_priors(hessian, gradient, start, cameras, fit_clocks)
+        _add_bias_prior(hessian, gradient, bias, bias_prior)
         step = _solve(hessian, gradient)
         if not BIAS_RANGE_M[0] <= bias + step[-1] <= BIAS_RANGE_M[1]:
             change = float(np.clip(bias + step[-1], *BIAS_RANGE_M)) - bias
@@ -110,6 +120,7 @@ def _view(
     instants_s: NDArray[np.float64],
     swapped: NDArray[np.bool_],
     bias: float,
+    offset: NDArray[np.float64] | float,
 ) -> _View:
     device_s = camera.clock.device_s(instants_s)
     positions, confidence = sample(track, device_s)
@@ -117,7 +128,7 @@ def _view(
     moving = exchange(velocity(track, device_s), swapped)
     R = camera.T[:3, :3]
     return _View(
-        points=transform_points(camera.T, unbiased(positions, bias)),
+        points=transform_points(camera.T, unbiased(positions, bias)) + offset,
         velocity=moving @ R.T,
         covariance=covariances(positions, confidence, R),
         since_middle_s=device_s - camera.clock.middle_s,
@@ -196,10 +207,9 @@ def _add_priors(
     gradient: NDArray[np.float64],
     start: list[Placed],
     cameras: list[Placed],
-    bias: float,
     fit_clocks: NDArray[np.bool_],
 ) -> None:
-    """Add what is known beforehand: bias about 2 cm, offset near the first guess, drift of a quartz."""
+    """Add what is known of the clocks beforehand: offset near the first guess, drift of a quartz."""
     for i in range(1, len(cameras)):
         a = _UNKNOWNS * (i - 1) + 6
         sd_offset, sd_drift = (_OFFSET_PRIOR_SD_S, _DRIFT_PRIOR_SD) if fit_clocks[i] else (1e-7, 1e-9)
@@ -210,8 +220,15 @@ def _add_priors(
         ):
             hessian[k, k] += 1.0 / sd**2 / _INDEPENDENT_SHARE
             gradient[k] += change / sd**2 / _INDEPENDENT_SHARE
-    hessian[-1, -1] += 1.0 / _BIAS_PRIOR_SD_M**2 / _INDEPENDENT_SHARE
-    gradient[-1] += (bias - BIAS_PRIOR_M) / _BIAS_PRIOR_SD_M**2 / _INDEPENDENT_SHARE
+
+
+def _add_bias_prior(
+    hessian: NDArray[np.float64], gradient: NDArray[np.float64], bias: float, prior: tuple[float, float]
+) -> None:
+    """Add what is known of the depth bias beforehand: mean and standard deviation [m]."""
+    mean, sd = prior
+    hessian[-1, -1] += 1.0 / sd**2 / _INDEPENDENT_SHARE
+    gradient[-1] += (bias - mean) / sd**2 / _INDEPENDENT_SHARE
 
 
 def _solve(hessian: NDArray[np.float64], gradient: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -5,13 +5,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from studio.engine.calibration.halves import Halves
 from studio.engine.calibration.steadiness import MOVED_M, Shift
 
 MIN_PAIRS = 2000
 MIN_SPREAD_M = 0.25
-GOOD_BLOCKS_M, GOOD_BLOCKS_DEG = 0.01, 0.5
-REFUSED_BLOCKS_M, REFUSED_BLOCKS_DEG = 0.025, 1.0
-"""Each half has less data than the whole: where halves differ by this, the whole is off by about half of it."""
+MAX_HALVES_M, MAX_HALVES_DEG = 0.01, 0.5
 
 GOOD_SHIFT_M = 0.025
 GOOD_AGREEMENT_M, REFUSED_AGREEMENT_M = 0.10, 0.20
@@ -31,7 +30,7 @@ class Facts:
         pairs: joints that camera and reference both reported at one instant.
         spread_m: standard deviations of the walked places along their principal axes [m], largest first.
         agreement_m: median distance to the reference's joints, left and right in order [m].
-        blocks: how far fits on even and odd blocks differ: over the stage [m] and in angle [degrees].
+        halves: how far fits on even and odd blocks differ.
         shift: how far the camera's joints once moved away from the other cameras', and when.
         camera_height_m: over the floor [m].
         tilt_deg: angle between the camera's up and the stage's.
@@ -47,7 +46,7 @@ class Facts:
     pairs: int | None = None
     spread_m: NDArray[np.float64] | None = None
     agreement_m: float | None = None
-    blocks: tuple[float, float] | None = None
+    halves: Halves | None = None
     shift: Shift | None = None
     camera_height_m: float | None = None
     tilt_deg: float | None = None
@@ -69,13 +68,12 @@ def verdict(facts: Facts) -> tuple[str, tuple[str, ...]]:
             f"joints disagree with the reference camera by {facts.agreement_m * 100:.0f} cm (median): "
             "let one performer alone walk, in view of both cameras"
         )
-    if facts.blocks is not None:
-        metres, degrees = facts.blocks
-        if metres > GOOD_BLOCKS_M or degrees > GOOD_BLOCKS_DEG:
-            gross = metres > REFUSED_BLOCKS_M or degrees > REFUSED_BLOCKS_DEG
-            (refused if gross else doubts).append(
+    if facts.halves is not None:
+        metres, degrees = facts.halves.metres, facts.halves.degrees
+        if metres > MAX_HALVES_M or degrees > MAX_HALVES_DEG:
+            refused.append(
                 f"fits on even and odd 5 s blocks differ by {metres * 100:.1f} cm and {degrees:.1f} degrees "
-                f"(good: {GOOD_BLOCKS_M * 100:.0f} cm and {GOOD_BLOCKS_DEG} degrees): walk for longer"
+                f"(allowed: {MAX_HALVES_M * 100:.0f} cm and {MAX_HALVES_DEG} degrees): walk for longer"
             )
     if facts.shift is not None and facts.shift.metres > GOOD_SHIFT_M:
         (refused if facts.shift.metres > MOVED_M else doubts).append(

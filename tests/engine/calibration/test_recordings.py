@@ -23,7 +23,7 @@ SETS = {
 }
 PAIRS = {
     "Study_16_Kinect_0_Time_6_13_59_PM.csv": 17.0,
-    "Study_16_Kinect_1_Time_6_18_45_PM.csv": 34.0,
+    "Study_16_Kinect_1_Time_6_18_45_PM.csv": 32.0,
     "Study_13_Kinect_2_Time_5_22_05_PM.csv": 52.0,
 }
 

@@ -192,11 +192,12 @@ def test_a_bent_arm_is_no_tpose():
 def test_disagreement_of_a_camera_moved_on_the_stage():
     T_stage = RIGS[1][0]
     moved = make_transform(np.eye(3), np.array([0.03, 0.0, 0.04]))
-    metres, degrees = disagreement(np.eye(4), moved, T_stage)
+    hips = np.array([[-1.0, -1.0, 0.9], [1.0, 1.0, 0.9], [np.nan, 0.0, 0.0]])
+    metres, degrees = disagreement(np.eye(4), moved, T_stage, hips)
     assert metres == pytest.approx(0.05)
     assert degrees == pytest.approx(0.0, abs=1e-4)
     turned = make_transform(Rotation.from_euler("y", 2, degrees=True).as_matrix(), np.zeros(3))
-    assert disagreement(np.eye(4), turned, T_stage)[1] == pytest.approx(2.0)
+    assert disagreement(np.eye(4), turned, T_stage, hips)[1] == pytest.approx(2.0)
 
 
 def test_blocks_alternate_every_five_seconds():

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from studio.engine.calibration.calibrate import calibrate
+from studio.engine.calibration.halves import Halves
 from studio.engine.calibration.verdict import Facts, verdict
 from studio.engine.geometry import make_transform, transform_points
 from studio.engine.joints import MIRROR
@@ -160,3 +161,12 @@ def test_the_reference_against_itself_is_kept_for_the_record(frames):
     found = calibrate(frames).cameras
     assert found["camera_0"].identity_error < 1e-2
     assert found["camera_1"].identity_error is None
+
+
+@pytest.mark.parametrize(
+    ("metres", "degrees", "word"), [(0.009, 0.4, "good"), (0.011, 0.1, "refused"), (0.005, 0.6, "refused")]
+)
+def test_halves_that_disagree_are_refused(metres, degrees, word):
+    found, reasons = verdict(Facts(halves=Halves(metres, degrees), performer_height_m=1.7))
+    assert found == word
+    assert all("even and odd 5 s blocks" in reason and "walk for longer" in reason for reason in reasons)
