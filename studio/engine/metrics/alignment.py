@@ -10,7 +10,8 @@ from scipy.spatial.transform import Rotation
 
 from studio.engine.errors import FormatError
 from studio.engine.geometry import fit_rigid, invert_transform, transform_points
-from studio.engine.metrics.matching import Matched, canonical_positions, match
+from studio.engine.metrics.canonical import canonical_positions
+from studio.engine.metrics.matching import Matched, match
 from studio.engine.metrics.reference import Reference
 from studio.engine.poses import Poses
 

@@ -8,7 +8,7 @@ from scipy.interpolate import interp1d
 
 from studio.engine.errors import FormatError
 from studio.engine.joints import CANONICAL
-from studio.engine.metrics.matching import canonical_positions
+from studio.engine.metrics.canonical import canonical_positions
 from studio.engine.poses import Poses
 
 

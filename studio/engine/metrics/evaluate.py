@@ -16,11 +16,11 @@ from studio.engine.metrics.contacts import contact_precision_recall, foot_height
 from studio.engine.metrics.feet import foot_slides_cm_s
 from studio.engine.metrics.honesty import uncertainty_coverage, uncertainty_median_ratio
 from studio.engine.metrics.latency import latency_ms
-from studio.engine.metrics.markers import Markers, fit_joint_centres
+from studio.engine.metrics.markers import fit_joint_centres
 from studio.engine.metrics.matching import Matched, match
 from studio.engine.metrics.pck import THRESHOLDS_MM, pck
 from studio.engine.metrics.position import mpjpe_mm, mpjpe_root_aligned_mm, per_joint_mm, rms_mm
-from studio.engine.metrics.reference import Reference
+from studio.engine.metrics.reference import Markers, Reference
 from studio.engine.metrics.smoothness import acceleration_error_m_s2, jerk_m_s3, reference_jerk_m_s3
 from studio.engine.metrics.spectral_arc import spectral_arc_lengths
 from studio.engine.poses import Poses

@@ -5,8 +5,6 @@ solve as constant offsets can bring them, outliers weighed down. What is constan
 fitted away, which `Markers` references say in their figures (`marker_offsets_mm`).
 """
 
-from dataclasses import dataclass
-
 import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import interp1d
@@ -14,9 +12,9 @@ from scipy.spatial.transform import Rotation, Slerp
 
 from studio.engine.errors import FormatError
 from studio.engine.geometry import fit_rigid, make_transform
-from studio.engine.joints import INDEX, JOINT_COUNT
-from studio.engine.metrics.matching import canonical_columns, canonical_positions
-from studio.engine.metrics.reference import Reference
+from studio.engine.joints import INDEX
+from studio.engine.metrics.canonical import canonical_columns, canonical_positions
+from studio.engine.metrics.reference import Markers, Reference
 from studio.engine.poses import Poses
 
 OFFSET_SIGMA_M = 0.10
@@ -24,32 +22,6 @@ OFFSET_SIGMA_M = 0.10
 
 _ROUNDS = 40
 _MOST_SAMPLES = 1500
-
-
-@dataclass(frozen=True)
-class Markers:
-    """Markers or rigid targets over time, on any rigid frame with z up.
-
-    Attributes:
-        time_s: on the reference's clock [s], shape (sample_count,), increasing.
-        joints: the canonical joint that each marker stands for, each at most once.
-        positions_m: shape (sample_count, marker_count, 3); NaN = not seen.
-        rotations: world rotations of rigid targets, shape (sample_count, marker_count, 3, 3), in whose axes the
-            offsets are constant; None for plain markers, whose offsets are constant in the solve's joint.
-    """
-
-    time_s: NDArray[np.float64]
-    joints: tuple[str, ...]
-    positions_m: NDArray[np.float64]
-    rotations: NDArray[np.float64] | None = None
-
-    def as_reference(self, joint_centres_m: NDArray[np.float64] | None = None) -> Reference:
-        """Return the joint centres, or the bare markers in their place, as a reference."""
-        positions = np.full((len(self.time_s), JOINT_COUNT, 3), np.nan)
-        positions[:, [INDEX[name] for name in self.joints]] = (
-            self.positions_m if joint_centres_m is None else joint_centres_m
-        )
-        return Reference(self.time_s, positions)
 
 
 def fit_joint_centres(

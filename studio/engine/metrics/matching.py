@@ -7,14 +7,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from studio.engine.errors import FormatError
-from studio.engine.joints import (
-    CANONICAL,
-    INDEX,
-    JOINT_COUNT,
-    MEASURED_JOINTS,
-    OUTPUT_OF_CANONICAL,
-    PARENT_OF_CANONICAL,
-)
+from studio.engine.joints import INDEX, MEASURED_JOINTS, PARENT_OF_CANONICAL
+from studio.engine.metrics.canonical import canonical_columns, of_canonical
 from studio.engine.metrics.reference import Reference
 from studio.engine.poses import Poses
 
@@ -66,29 +60,6 @@ class Matched:
         """Return these joints of solve and reference, each of shape (frame_count, len(names), 3)."""
         index = self.columns(names)
         return self.solve_m[:, index], self.reference_m[:, index]
-
-
-def canonical_columns(poses: Poses) -> NDArray[np.int64]:
-    """Return which of the poses' joints stands for each canonical one, shape (21,); -1 = none.
-
-    The poses' joints carry the output skeleton's names, or canonical ones where the take was imported so.
-    """
-    index = {name: i for i, name in enumerate(poses.joint_names)}
-    return np.array([index.get(OUTPUT_OF_CANONICAL[name], index.get(name, -1)) for name in CANONICAL])
-
-
-def canonical_positions(poses: Poses) -> NDArray[np.float64]:
-    """Return the poses' canonical joints [m], shape (frame_count, 21, 3); NaN = lacking."""
-    return _canonical(poses.positions_m, canonical_columns(poses), np.nan)
-
-
-def _canonical(
-    values: NDArray[np.float64], columns: NDArray[np.int64], lacking: float
-) -> NDArray[np.float64]:
-    """Values per joint of the poses, shape (frame_count, joint_count, ...), as values per canonical joint."""
-    out = np.full((len(values), JOINT_COUNT, *values.shape[2:]), lacking)
-    out[:, columns >= 0] = values[:, columns[columns >= 0]]
-    return out
 
 
 def bones_of(poses: Poses) -> NDArray[np.int64]:
@@ -146,10 +117,10 @@ def match(
     child, parent = bones_of(poses).T
     matched = Matched(
         time_s=poses.time_s[keep],
-        solve_m=_canonical(positions, columns, np.nan),
+        solve_m=of_canonical(positions, columns, np.nan),
         reference_m=reference.at(reference_time[keep]),
-        seen=_canonical(poses.confidence[keep], columns, 0.0) > 0,
-        radius_mm=_canonical(poses.uncertainty_mm[keep], columns, np.nan),
+        seen=of_canonical(poses.confidence[keep], columns, 0.0) > 0,
+        radius_mm=of_canonical(poses.uncertainty_mm[keep], columns, np.nan),
         bone_lengths_m=np.linalg.norm(positions[:, child] - positions[:, parent], axis=2),
     )
     if len(matched.joints) < 3:

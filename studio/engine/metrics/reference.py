@@ -10,10 +10,13 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 
-from studio.engine.errors import FormatError, NotAvailableError
+from studio.engine.errors import FormatError
 from studio.engine.joints import CANONICAL, INDEX, JOINT_COUNT
+from studio.engine.metrics.canonical import canonical_positions
+from studio.engine.metrics.target_table import read_target_table
 from studio.engine.motion.bvh import read_bvh
 from studio.engine.motion.canonical import to_canonical
+from studio.engine.poses import Poses
 
 _AXES = ("x", "y", "z")
 
@@ -72,8 +75,37 @@ class Reference:
         return splines
 
 
-def read_reference(path: str | os.PathLike[str], *, unit_m: float | None = None) -> Reference:
-    """Return the reference in a CSV (see `read_csv`) or a BVH, whose first frame is at time 0.
+@dataclass(frozen=True)
+class Markers:
+    """Markers or rigid targets over time, on any rigid frame with z up.
+
+    Attributes:
+        time_s: on the reference's clock [s], shape (sample_count,), increasing.
+        joints: the canonical joint that each marker stands for, each at most once.
+        positions_m: shape (sample_count, marker_count, 3); NaN = not seen.
+        rotations: world rotations of rigid targets, shape (sample_count, marker_count, 3, 3), in whose axes the
+            offsets are constant; None for plain markers, whose offsets are constant in the solve's joint.
+    """
+
+    time_s: NDArray[np.float64]
+    joints: tuple[str, ...]
+    positions_m: NDArray[np.float64]
+    rotations: NDArray[np.float64] | None = None
+
+    def as_reference(self, joint_centres_m: NDArray[np.float64] | None = None) -> Reference:
+        """Return the joint centres, or the bare markers in their place, as a reference."""
+        positions = np.full((len(self.time_s), JOINT_COUNT, 3), np.nan)
+        positions[:, [INDEX[name] for name in self.joints]] = (
+            self.positions_m if joint_centres_m is None else joint_centres_m
+        )
+        return Reference(self.time_s, positions)
+
+
+def read_reference(path: str | os.PathLike[str], *, unit_m: float | None = None) -> "Reference | Markers":
+    """Return the reference in a file, by its kind; one without a clock begins at time 0.
+
+    Joint centres: CSV (see `read_csv`), BVH, C3D and TRC of joint centres, `poses.npz` of another solve. Markers:
+    C3D and TRC of markers, a table of rigid targets (.txt).
 
     Args:
         path: the file.
@@ -81,7 +113,6 @@ def read_reference(path: str | os.PathLike[str], *, unit_m: float | None = None)
 
     Raises:
         FormatError: the file is missing, broken or of an unknown kind; the message names the line.
-        NotAvailableError: a kind that this version does not read.
     """
     path = Path(path)
     if not path.is_file():
@@ -92,12 +123,13 @@ def read_reference(path: str | os.PathLike[str], *, unit_m: float | None = None)
     if kind == ".bvh":
         motion = to_canonical(read_bvh(path, unit_m=unit_m))
         return Reference(time_s=motion.times_s(), positions_m=motion.positions_m)
-    if kind in (".c3d", ".trc"):
-        raise NotAvailableError(
-            f"{path}: a {kind} reference is not available in this version; convert it to CSV"
-        )
+    if kind == ".npz":
+        poses = Poses.load(path)
+        return Reference(poses.time_s, canonical_positions(poses))
+    if kind == ".txt":
+        return Markers(*read_target_table(path))
     raise FormatError(
-        f"{path}: a reference is a .csv, .bvh, .c3d or .trc file; this one ends in {kind or 'nothing'}"
+        f"{path}: a reference is a .csv, .bvh, .c3d, .trc, .npz or .txt file; this one ends in {kind or 'nothing'}"
     )
 
 

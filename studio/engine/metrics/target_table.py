@@ -11,10 +11,10 @@ bone.
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from studio.engine.errors import FormatError
-from studio.engine.metrics.markers import Markers
 
 RATE_HZ = 60.0
 
@@ -27,8 +27,10 @@ _COLUMNS = 7 * len(_JOINTS)
 _EXCHANGED = (("left_wrist", "left_elbow", "left_hand"), ("right_wrist", "right_elbow", "right_hand"))
 
 
-def read_target_table(path: Path) -> Markers:
-    """Return the targets of the table; its axes are z up.
+def read_target_table(
+    path: Path,
+) -> tuple[NDArray[np.float64], tuple[str, ...], NDArray[np.float64], NDArray[np.float64]]:
+    """Return times [s], canonical joints, positions [m] and rotations as `reference.Markers` has them; z is up.
 
     Raises:
         FormatError: a row has another number of values, a value is no number, or there are too few rows.
@@ -62,4 +64,4 @@ def read_target_table(path: Path) -> Markers:
         )
         if far > near:
             order[wrist], order[elbow] = elbow, wrist
-    return Markers(np.arange(len(rows)) / RATE_HZ, _JOINTS, positions[:, order], rotations[:, order])
+    return np.arange(len(rows)) / RATE_HZ, _JOINTS, positions[:, order], rotations[:, order]

@@ -1,8 +1,8 @@
 """The animation as a player of its exported keys shows it: at every key and in the middle between two.
 
-Keys are those of the exports (`export.skeleton.local_motion`): local rotations and the root's place, on a uniform
-grid. Between keys a player follows cubics through the Euler angles of each joint, with the slope of the two
-neighbours' chord at every key, as an FBX with automatic tangents is played.
+Keys are those of the exports (`export.skeleton.local_motion`): local rotations and the root's place, on a
+uniform grid. Between keys a player follows the cubic curves of an FBX (`export.curves.curve_keys`) through
+the Euler angles of each joint.
 """
 
 from dataclasses import dataclass
@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from scipy.interpolate import CubicHermiteSpline
 from scipy.spatial.transform import Rotation
 
+from studio.engine.export.curves import curve_keys
 from studio.engine.export.euler import best_order, euler_deg
 from studio.engine.export.skeleton import LocalMotion, local_motion
 from studio.engine.joints import CANONICAL, JOINT_COUNT, OUTPUT_OF_CANONICAL
@@ -92,7 +93,7 @@ def _world(
     for joint in sorted(needed):  # parents come before children
         local = _played_rotation(motion.rotations_wxyz[:, joint], keys, times)
         track = motion.positions_m.get(joint)
-        offset = motion.offsets_m[joint] if track is None else _played(keys, track, times)
+        offset = motion.offsets_m[joint] if track is None else _played(keys, track * 100.0, times) / 100.0
         parent = int(motion.parents[joint])
         if parent < 0:
             positions[joint] = np.broadcast_to(offset, (len(times), 3))
@@ -116,8 +117,10 @@ def _played_rotation(
 def _played(
     keys: NDArray[np.float64], values: NDArray[np.float64], times: NDArray[np.float64]
 ) -> NDArray[np.float64]:
-    """Values, shape (key_count, 3), at times: cubics with the chord of the neighbours as slope."""
+    """Return values [deg or cm], shape (key_count, 3), at times, along the curves that an export writes."""
     if len(keys) < 3:
         return np.stack([np.interp(times, keys, values[:, k]) for k in range(values.shape[1])], axis=1)
-    slopes = np.gradient(values, keys, axis=0, edge_order=2)
-    return CubicHermiteSpline(keys, values, slopes)(times)
+    rate = 1.0 / (keys[1] - keys[0])
+    automatic = np.gradient(values, keys, axis=0)
+    own = np.stack([curve_keys(track, rate, "cubic").slopes for track in values.T], axis=1)
+    return CubicHermiteSpline(keys, values, np.where(np.isnan(own), automatic, own))(times)
