@@ -1,0 +1,89 @@
+"""Running a file reader in a process of its own: a library that a broken or hostile file crashes takes only it along.
+
+A worker is a module of this package that is run as `python -m MODULE FILE OUT.npz`. It prints `FormatError: ...` and
+exits with 1 where the file is wrong; time, memory and the size of what it returns are limited.
+"""
+
+import os
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from studio.engine.errors import FormatError, NotAvailableError
+
+MAX_BYTES = 1 << 30
+"""Largest file that is read."""
+
+_MEMORY_BYTES = 6 << 30
+_TIMEOUT_S = 600.0
+_ROOT = Path(__file__).parents[3]
+_ERRORS = {"FormatError": FormatError, "NotAvailableError": NotAvailableError}
+
+
+def read_apart(worker: str, path: Path) -> dict[str, NDArray[np.generic]]:
+    """Return the arrays that a worker makes of a file.
+
+    Args:
+        worker: name of its module in this package.
+        path: of the file.
+
+    Raises:
+        FormatError: the file is missing, too large, or the worker refuses it or breaks over it.
+        NotAvailableError: the worker lacks its library.
+    """
+    try:
+        if path.stat().st_size > MAX_BYTES:
+            raise FormatError(f"{path} has {path.stat().st_size} bytes; at most {MAX_BYTES} can be read")
+        with path.open("rb"):
+            pass
+    except OSError as error:
+        raise FormatError(f"cannot read {path}: {error.strerror}; give another file") from error
+    with tempfile.TemporaryDirectory() as folder:
+        out = Path(folder) / "read.npz"
+        command = [sys.executable, "-m", f"{__package__}.{worker}", str(path), str(out)]
+        environment = os.environ | {"PYTHONPATH": os.pathsep.join([str(_ROOT), *filter(None, sys.path)])}
+        try:
+            run = subprocess.run(
+                command, capture_output=True, text=True, errors="replace", timeout=_TIMEOUT_S, env=environment
+            )
+        except subprocess.TimeoutExpired as error:
+            raise FormatError(f"{path} was not read within {_TIMEOUT_S:g} s; is it damaged?") from error
+        if run.returncode != 0:
+            raise _error(path, run.stderr)
+        with np.load(out, allow_pickle=False) as data:
+            return {key: data[key] for key in data.files}
+
+
+def _error(path: Path, said: str) -> FormatError | NotAvailableError:
+    last = said.strip().splitlines()[-1:] or [""]
+    kind, _, message = last[0].partition(": ")
+    if kind in _ERRORS and message:
+        return _ERRORS[kind](message)
+    return FormatError(f"{path} is damaged or not of its kind: its reader broke over it; export it again")
+
+
+def limit_memory() -> None:
+    """Let this process have no more than a few GB, where the system knows such limits."""
+    try:
+        import resource
+    except ImportError:  # Windows
+        return
+    _, hard = resource.getrlimit(resource.RLIMIT_AS)
+    soft = _MEMORY_BYTES if hard == resource.RLIM_INFINITY else min(_MEMORY_BYTES, hard)
+    resource.setrlimit(resource.RLIMIT_AS, (soft, hard))
+
+
+def work(read: "object") -> None:
+    """Run a worker's `read(path) -> arrays` on the command line's FILE and write OUT.npz."""
+    limit_memory()
+    path, out = Path(sys.argv[1]), Path(sys.argv[2])
+    try:
+        arrays = read(path)  # type: ignore[operator]
+    except (FormatError, NotAvailableError) as error:
+        print(f"{type(error).__name__}: {' '.join(str(error).split())}", file=sys.stderr)
+        sys.exit(1)
+    np.savez(out, **arrays)
