@@ -8,6 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
+from studio.engine.export.quaternion import IDENTITY, multiply
+
 ORDERS: tuple[str, ...] = ("ZYX", "YZX", "XZY", "ZXY", "YXZ", "XYZ")
 """Every order of three axes; the place is the number of FBX's `RotationOrder`, which names them backwards."""
 
@@ -40,6 +42,18 @@ def euler_deg(rotations_wxyz: NDArray[np.float64], order: str) -> NDArray[np.flo
     angles = np.empty((len(m), 3))
     angles[:, [i, j, k]] = _unrolled(np.degrees(np.stack([first, middle, last], axis=1)))
     return angles
+
+
+def from_euler(angles_deg: NDArray[np.float64], order: str) -> NDArray[np.float64]:
+    """Return the rotations of angles by axis (x, y, z), shape (frame_count, 3), as quaternions (wxyz)."""
+    half = np.radians(angles_deg) / 2
+    out = np.tile(IDENTITY, (len(half), 1))
+    for axis in order:
+        k = "XYZ".index(axis)
+        turn = np.zeros((len(half), 4))
+        turn[:, 0], turn[:, 1 + k] = np.cos(half[:, k]), np.sin(half[:, k])
+        out = multiply(out, turn)
+    return out
 
 
 def best_order(rotations_wxyz: NDArray[np.float64]) -> str:

@@ -14,7 +14,7 @@ from studio.engine.export.curves import CurveKeys, curve_keys
 from studio.engine.export.euler import euler_deg
 from studio.engine.export.fbx_binary import EncodedArray, Node
 from studio.engine.export.fbx_objects import Objects
-from studio.engine.export.fbx_skeleton import CM, pre_rotations
+from studio.engine.export.fbx_skeleton import CM
 from studio.engine.export.key_reduction import Tracks, reduced_keys
 from studio.engine.export.options import ExportOptions
 from studio.engine.export.skeleton import OFFSET_TOLERANCE_M, LocalMotion
@@ -91,8 +91,7 @@ def _tracks(
         if keys is not None:
             values[joint, "Translation"] = keys * CM
         values[joint, "Rotation"] = euler_deg(turns_wxyz[:, joint], orders[joint])
-    before = pre_rotations(rest).as_quat(scalar_first=True)
-    return Tracks(values=values, orders=tuple(orders), before_wxyz=before, motion=motion)
+    return Tracks(values, tuple(orders), rest.rest_local_wxyz, motion)
 
 
 def _add_stack(objects: Objects, name: str, start: np.int64, stop: np.int64) -> np.int64:

@@ -2,13 +2,14 @@
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial.transform import Rotation
 
 from studio.engine.export import fbx_scene as scene
 from studio.engine.export.euler import ORDERS, euler_deg
 from studio.engine.export.fbx_binary import Node
 from studio.engine.export.fbx_objects import Objects
+from studio.engine.export.quaternion import inverse, multiply
 from studio.engine.export.skeleton import LocalMotion
+from studio.engine.geometry import matrices
 
 CM = 100.0
 _TURN_TOLERANCE = 1e-9
@@ -31,30 +32,20 @@ def add_skeleton(objects: Objects, motion: LocalMotion, orders: list[str]) -> li
     return models
 
 
-def pre_rotations(motion: LocalMotion) -> Rotation:
-    """Return each joint's local rest rotation, which the file has as PreRotation: about x, then y, then z."""
-    return Rotation.from_quat(motion.rest_local_wxyz, scalar_first=True)
-
-
 def local_turns(rest: LocalMotion, motion: LocalMotion) -> NDArray[np.float64]:
     """Return rotations on top of the rest pose's pre-rotations, shape (frame_count, joint_count, 4)."""
-    before = pre_rotations(rest)
-    if before.magnitude().max() < _TURN_TOLERANCE:
+    before = rest.rest_local_wxyz
+    if np.abs(before[:, 1:]).max() < _TURN_TOLERANCE:
         return motion.rotations_wxyz
-    out = np.empty_like(motion.rotations_wxyz)
-    for joint in range(out.shape[1]):
-        own = Rotation.from_quat(motion.rotations_wxyz[:, joint], scalar_first=True)
-        out[:, joint] = (before[joint].inv() * own).as_quat(scalar_first=True)
-    return out
+    return multiply(inverse(before), motion.rotations_wxyz)
 
 
 def rest_matrices(motion: LocalMotion) -> NDArray[np.float64]:
     """Return world matrices of the rest pose [cm] as FBX has them (rows are multiplied), shape (J, 4, 4)."""
-    matrices = np.tile(np.eye(4), (len(motion.parents), 1, 1))
-    turns = Rotation.from_quat(motion.rest_rotations_wxyz, scalar_first=True).as_matrix()
-    matrices[:, :3, :3] = turns.transpose(0, 2, 1)
-    matrices[:, 3, :3] = motion.rest_positions_m * CM
-    return matrices
+    out = np.tile(np.eye(4), (len(motion.parents), 1, 1))
+    out[:, :3, :3] = matrices(motion.rest_rotations_wxyz).transpose(0, 2, 1)
+    out[:, 3, :3] = motion.rest_positions_m * CM
+    return out
 
 
 def _add_joint(

@@ -5,9 +5,10 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial.transform import Rotation
 
 from studio.engine.export.curves import CurveKeys, fitted_keys, values_between
+from studio.engine.export.euler import from_euler
+from studio.engine.export.quaternion import multiply, rotate
 from studio.engine.export.skeleton import LocalMotion
 
 Place = tuple[int, str]
@@ -103,24 +104,23 @@ def _places(tracks: Tracks, values: dict[Place, NDArray[np.float64]]) -> list[ND
     """Return world positions of all joints [cm] in chunks of frames, each of shape (frames, joint_count, 3)."""
     motion = tracks.motion
     joints = len(motion.parents)
-    before = Rotation.from_quat(tracks.before_wxyz, scalar_first=True)
     out = []
     for start in range(0, motion.frame_count, _CHUNK):
         frames = slice(start, min(start + _CHUNK, motion.frame_count))
         places = np.empty((frames.stop - frames.start, joints, 3), np.float32)
-        world: list[Rotation] = []
+        world: list[NDArray[np.float64]] = []
         for joint in range(joints):
-            order = tracks.orders[joint]
-            angles = values[joint, "Rotation"][frames][:, ["XYZ".index(axis) for axis in order]]
-            own = before[joint] * Rotation.from_euler(order, angles, degrees=True)
+            own = multiply(
+                tracks.before_wxyz[joint], from_euler(values[joint, "Rotation"][frames], tracks.orders[joint])
+            )
             keys = values.get((joint, "Translation"))
             offset = motion.offsets_m[joint] * _CM if keys is None else keys[frames]
             above = int(motion.parents[joint])
             if above < 0:
                 places[:, joint] = offset
             else:
-                places[:, joint] = places[:, above] + world[above].apply(offset)
-                own = world[above] * own
+                places[:, joint] = places[:, above] + rotate(world[above], offset)
+                own = multiply(world[above], own)
             world.append(own)
         out.append(places)
     return out

@@ -2,9 +2,9 @@
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial.transform import Rotation
 
 from studio.engine.errors import FormatError
+from studio.engine.export.quaternion import continuous_signs, inverse, multiply, normalized, rotate
 from studio.engine.poses import Poses
 
 Array = NDArray[np.float64]
@@ -20,46 +20,24 @@ def local_keys(parents: NDArray[np.int64], positions: Array, rotations_wxyz: Arr
 
     The signs of the quaternions are continuous over time.
     """
-    world = [Rotation.from_quat(rotations_wxyz[:, j], scalar_first=True) for j in range(len(parents))]
-    offsets, local = np.empty_like(positions), np.empty_like(rotations_wxyz)
-    for joint, parent in enumerate(parents):
-        if parent < 0:
-            offsets[:, joint], own = positions[:, joint], world[joint]
-        else:
-            to_parent = world[parent].inv()
-            offsets[:, joint] = to_parent.apply(positions[:, joint] - positions[:, parent])
-            own = to_parent * world[joint]
-        local[:, joint] = own.as_quat(scalar_first=True)
+    world = normalized(rotations_wxyz)
+    offsets, local = positions.copy(), world.copy()
+    below = np.flatnonzero(parents >= 0)
+    above = parents[below]
+    to_parent = inverse(world[:, above])
+    offsets[:, below] = rotate(to_parent, positions[:, below] - positions[:, above])
+    local[:, below] = multiply(to_parent, world[:, below])
     return offsets, continuous_signs(local)
 
 
 def world_poses(parents: NDArray[np.int64], offsets: Array, local_wxyz: Array) -> tuple[Array, Array]:
     """Return world positions (F, J, 3) and rotations (F, J, 4): the inverse of `local_keys`."""
-    positions, rotations = np.empty_like(offsets), np.empty_like(local_wxyz)
-    world: list[Rotation] = []
-    for joint, parent in enumerate(parents):
-        own = Rotation.from_quat(local_wxyz[:, joint], scalar_first=True)
-        if parent < 0:
-            positions[:, joint] = offsets[:, joint]
-        else:
-            positions[:, joint] = positions[:, parent] + world[parent].apply(offsets[:, joint])
-            own = world[parent] * own
-        world.append(own)
-        rotations[:, joint] = own.as_quat(scalar_first=True)
+    positions, rotations = offsets.copy(), local_wxyz.copy()
+    for joint, parent in enumerate(parents.tolist()):
+        if parent >= 0:
+            positions[:, joint] = positions[:, parent] + rotate(rotations[:, parent], offsets[:, joint])
+            rotations[:, joint] = multiply(rotations[:, parent], local_wxyz[:, joint])
     return positions, rotations
-
-
-def continuous_signs(quaternions_wxyz: Array) -> Array:
-    """Return quaternions, shape (frame_count, ..., 4), each on the half-sphere of the one before."""
-    dots = (quaternions_wxyz[1:] * quaternions_wxyz[:-1]).sum(axis=-1)
-    signs = np.cumprod(np.where(dots < 0, -1.0, 1.0), axis=0)
-    out = quaternions_wxyz.copy()
-    out[1:] *= signs[..., None]
-    return out
-
-
-def normalized(quaternions_wxyz: Array) -> Array:
-    return quaternions_wxyz / np.linalg.norm(quaternions_wxyz, axis=-1, keepdims=True)
 
 
 def check_poses(poses: Poses) -> None:

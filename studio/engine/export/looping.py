@@ -7,7 +7,8 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from studio.engine.errors import SettingsError
-from studio.engine.export.kinematics import Array, continuous_signs, local_keys, world_poses
+from studio.engine.export.kinematics import Array, local_keys, world_poses
+from studio.engine.export.quaternion import continuous_signs
 from studio.engine.poses import Poses
 
 LEAST_SHARE = 0.5

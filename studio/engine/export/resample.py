@@ -7,8 +7,9 @@ from numpy.typing import NDArray
 from scipy.interpolate import CubicHermiteSpline
 
 from studio.engine.errors import SettingsError
-from studio.engine.export.kinematics import local_keys, normalized, world_poses
+from studio.engine.export.kinematics import local_keys, world_poses
 from studio.engine.export.options import MAX_FPS
+from studio.engine.export.quaternion import normalized
 from studio.engine.poses import Poses
 
 GRID_TOLERANCE_S = 1e-5
@@ -32,10 +33,13 @@ def resampled(poses: Poses, fps: float | None = None) -> tuple[Poses, float]:
     if times is None:
         return poses, rate
     offsets, local = local_keys(poses.parents, poses.positions_m, poses.rotations_wxyz)
-    frames = poses.frame_count
-    offsets = _sample(poses.time_s, offsets.reshape(frames, -1), times).reshape(len(times), -1, 3)
-    local = _sample(poses.time_s, local.reshape(frames, -1), times).reshape(len(times), -1, 4)
-    positions, rotations = world_poses(poses.parents, offsets, normalized(local))
+    joints = len(poses.parents)
+    new_offsets, new_local = np.empty((len(times), joints, 3)), np.empty((len(times), joints, 4))
+    for joint in range(joints):
+        new_offsets[:, joint] = _sample(poses.time_s, offsets[:, joint], times)
+        new_local[:, joint] = normalized(_sample(poses.time_s, local[:, joint], times))
+    del offsets, local
+    positions, rotations = world_poses(poses.parents, new_offsets, new_local)
     nearest = np.searchsorted((poses.time_s[1:] + poses.time_s[:-1]) / 2, times)
     return replace(
         poses,

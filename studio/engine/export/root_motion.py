@@ -4,12 +4,9 @@ from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial.transform import Rotation
 
-from studio.engine.export.kinematics import continuous_signs
+from studio.engine.export.quaternion import IDENTITY, continuous_signs, inverse, multiply
 from studio.engine.export.skeleton import LocalMotion
-
-IDENTITY = (1.0, 0.0, 0.0, 0.0)
 
 _OFF_AXIS_M = 0.001
 """The hips rest this far before a root bone: Blender locks the place of a joint that lies on its parent's y axis."""
@@ -35,32 +32,35 @@ def with_root_motion(motion: LocalMotion, root_motion: str, root_name: str | Non
     if root_motion != "root":
         return motion if root_name is None else _added(motion, root_name, None, None)
     heading = _heading(motion.rotations_wxyz[:, 0])
-    back = heading.inv()
-    hips = back * Rotation.from_quat(motion.rotations_wxyz[:, 0], scalar_first=True)
     rotations = motion.rotations_wxyz.copy()
-    rotations[:, 0] = continuous_signs(hips.as_quat(scalar_first=True))
+    rotations[:, 0] = continuous_signs(multiply(inverse(heading), rotations[:, 0]))
     positions = {**motion.positions_m, 0: motion.positions_m[0] - path}
     motion = replace(motion, rotations_wxyz=rotations, positions_m=positions)
     return _added(motion, root_name or "Root", path, heading)
 
 
-def _heading(hips_wxyz: NDArray[np.float64]) -> Rotation:
-    """Return the turn about the vertical (y) of the hips; across frames upside down it is interpolated."""
+def _heading(hips_wxyz: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the turn about the vertical (y) of the hips, shape (frame_count, 4).
+
+    Across frames upside down, where it is not defined, it is interpolated.
+    """
     w, y = hips_wxyz[:, 0], hips_wxyz[:, 2]
     sure = np.flatnonzero(np.hypot(w, y) > _UPSIDE_DOWN)
-    if sure.size == 0:
-        return Rotation.identity(len(w))
-    angles = np.unwrap(2.0 * np.arctan2(y[sure], w[sure]))
-    return Rotation.from_euler("Y", np.interp(np.arange(len(w)), sure, angles)[:, None])
+    out = np.tile(IDENTITY, (len(w), 1))
+    if sure.size:
+        half = np.unwrap(2.0 * np.arctan2(y[sure], w[sure])) / 2
+        half = np.interp(np.arange(len(w)), sure, half)
+        out[:, 0], out[:, 2] = np.cos(half), np.sin(half)
+    return out
 
 
 def _added(
-    motion: LocalMotion, name: str, path: NDArray[np.float64] | None, heading: Rotation | None
+    motion: LocalMotion, name: str, path: NDArray[np.float64] | None, heading: NDArray[np.float64] | None
 ) -> LocalMotion:
     """Return the motion under a root bone at the origin, which follows `path` and `heading` where given."""
     turns = np.tile(IDENTITY, (motion.frame_count, 1))
     if heading is not None:
-        turns = continuous_signs(heading.as_quat(scalar_first=True))
+        turns = heading
     positions = {joint + 1: keys for joint, keys in motion.positions_m.items()}
     if path is not None:
         positions[0] = path

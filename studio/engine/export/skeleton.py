@@ -9,9 +9,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial.transform import Rotation
 
-from studio.engine.export.kinematics import check_poses, continuous_signs, local_keys
+from studio.engine.export.kinematics import check_poses, local_keys
+from studio.engine.export.quaternion import IDENTITY, continuous_signs, inverse, multiply, rotate
 from studio.engine.export.resample import resampled
 from studio.engine.poses import Poses
 
@@ -62,11 +62,11 @@ class LocalMotion:
     @property
     def rest_local_wxyz(self) -> NDArray[np.float64]:
         """Local rotations of the rest pose, shape (joint_count, 4)."""
-        world = Rotation.from_quat(self.rest_rotations_wxyz, scalar_first=True)
-        above = Rotation.concatenate(
-            [world[p] if p >= 0 else Rotation.identity() for p in self.parents.tolist()]
-        )
-        return (above.inv() * world).as_quat(scalar_first=True)
+        out = self.rest_rotations_wxyz.copy()
+        below = np.flatnonzero(self.parents >= 0)
+        above = inverse(self.rest_rotations_wxyz[self.parents[below]])
+        out[below] = multiply(above, self.rest_rotations_wxyz[below])
+        return out
 
     @property
     def rest_positions_m(self) -> NDArray[np.float64]:
@@ -74,8 +74,7 @@ class LocalMotion:
         rest = self.offsets_m.copy()
         for joint, parent in enumerate(self.parents.tolist()):
             if parent >= 0:
-                turn = Rotation.from_quat(self.rest_rotations_wxyz[parent], scalar_first=True)
-                rest[joint] = rest[parent] + turn.apply(rest[joint])
+                rest[joint] = rest[parent] + rotate(self.rest_rotations_wxyz[parent], rest[joint])
         return rest
 
     def local_positions_m(self) -> NDArray[np.float64]:
@@ -121,7 +120,7 @@ def local_motion(poses: Poses, *, fps: float | None = None) -> LocalMotion:
         parents=poses.parents,
         frames_per_second=rate,
         offsets_m=to_file_axes(offsets),
-        rest_rotations_wxyz=np.tile([1.0, 0.0, 0.0, 0.0], (joints, 1)),
+        rest_rotations_wxyz=np.tile(IDENTITY, (joints, 1)),
         positions_m={int(j): to_file_axes(keys[:, j]) for j in np.flatnonzero(varies)},
         rotations_wxyz=rotations_to_file_axes(local),
     )
@@ -131,24 +130,17 @@ def local_motion(poses: Poses, *, fps: float | None = None) -> LocalMotion:
 
 def with_file_axes(motion: LocalMotion) -> LocalMotion:
     """Return the same motion with joints whose axes in the rest pose are those of the file."""
-    rest = Rotation.from_quat(motion.rest_rotations_wxyz, scalar_first=True)
-    if np.allclose(np.abs(motion.rest_rotations_wxyz[:, 0]), 1.0, atol=1e-12):
+    rest = motion.rest_rotations_wxyz
+    if np.abs(rest[:, 1:]).max() < 1e-9:
         return motion
-    local, offsets = np.empty_like(motion.rotations_wxyz), motion.offsets_m.copy()
-    positions = {}
-    for joint, parent in enumerate(motion.parents.tolist()):
-        above = rest[parent] if parent >= 0 else Rotation.identity()
-        own = above * Rotation.from_quat(motion.rotations_wxyz[:, joint], scalar_first=True)
-        local[:, joint] = (own * rest[joint].inv()).as_quat(scalar_first=True)
-        offsets[joint] = above.apply(offsets[joint])
-        if joint in motion.positions_m:
-            positions[joint] = above.apply(motion.positions_m[joint])
+    above = np.where(motion.parents[:, None] >= 0, rest[motion.parents], IDENTITY)
+    rotations = multiply(multiply(above, motion.rotations_wxyz), inverse(rest))
     return replace(
         motion,
-        offsets_m=offsets,
-        rest_rotations_wxyz=np.tile([1.0, 0.0, 0.0, 0.0], (len(local[0]), 1)),
-        positions_m=positions,
-        rotations_wxyz=continuous_signs(local),
+        offsets_m=rotate(above, motion.offsets_m),
+        rest_rotations_wxyz=np.tile(IDENTITY, (len(rest), 1)),
+        positions_m={joint: rotate(above[joint], keys) for joint, keys in motion.positions_m.items()},
+        rotations_wxyz=continuous_signs(rotations),
     )
 
 

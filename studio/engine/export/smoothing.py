@@ -5,7 +5,8 @@ from dataclasses import replace
 from scipy.signal import butter, sosfiltfilt
 
 from studio.engine.errors import SettingsError
-from studio.engine.export.kinematics import Array, local_keys, normalized, world_poses
+from studio.engine.export.kinematics import Array, local_keys, world_poses
+from studio.engine.export.quaternion import normalized
 from studio.engine.poses import Poses
 
 _ORDER = 2
@@ -43,4 +44,3 @@ def smoothed(poses: Poses, cutoff_hz: float) -> Poses:
 def _filtered(values: Array, sections: Array) -> Array:
     padding = min(3 * (2 * len(sections) + 1), len(values) - 1)
     return sosfiltfilt(sections, values, axis=0, padlen=padding)
-

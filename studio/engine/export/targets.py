@@ -7,17 +7,17 @@ Names: Mixamo's auto-rigger; VRM 1.0 humanoid bones (which are Unity's, but for 
 `unreal`.
 """
 
-from dataclasses import dataclass, replace
+from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
-from scipy.spatial.transform import Rotation
 
 from studio.engine.errors import SettingsError
-from studio.engine.export.kinematics import continuous_signs
-from studio.engine.export.root_motion import IDENTITY, with_root_motion
+from studio.engine.export.quaternion import IDENTITY, Array, continuous_signs, inverse, multiply, rotate
+from studio.engine.export.root_motion import with_root_motion
 from studio.engine.export.skeleton import OFFSET_TOLERANCE_M, LocalMotion, end_sites
 from studio.engine.export.unreal import UNREAL_BONES, Bone, unreal_axes
+from studio.engine.geometry import quaternions
 
 _VRM_BODY = {"Hips": "hips", "Spine": "spine", "Spine1": "chest", "Spine2": "upperChest", "Neck": "neck",
              "Head": "head"}  # fmt: skip
@@ -57,7 +57,7 @@ def on_target(motion: LocalMotion, target: str, root_motion: str) -> LocalMotion
     return _on_bones(motion, UNREAL_BONES) if target == "unreal" else motion
 
 
-def _renamed(motion: LocalMotion, name_of) -> LocalMotion:
+def _renamed(motion: LocalMotion, name_of: Callable[[str], str]) -> LocalMotion:
     pairs = zip(motion.roles, motion.joint_names, strict=True)
     return replace(motion, joint_names=tuple(name_of(role) if role else name for role, name in pairs))
 
@@ -101,14 +101,6 @@ def _with_ends(motion: LocalMotion) -> LocalMotion:
     )
 
 
-@dataclass(frozen=True)
-class _Carried:
-    """A bone's place and turn in the axes of another joint, frame by frame or constant."""
-
-    positions: NDArray[np.float64]
-    turns: Rotation
-
-
 def _on_bones(motion: LocalMotion, bones: tuple[Bone, ...]) -> LocalMotion:
     """Return the motion on bones with names, places and axes of their own."""
     sources = {role: joint for joint, role in enumerate(motion.roles)}
@@ -118,57 +110,55 @@ def _on_bones(motion: LocalMotion, bones: tuple[Bone, ...]) -> LocalMotion:
     index = {bone.name: i for i, bone in enumerate(bones)}
     rest_at = motion.rest_positions_m
     rest = np.array([_rest_place(bone, rest_at, sources) for bone in bones])
-    axes = Rotation.from_matrix(np.array([unreal_axes(bone, rest_at, sources) for bone in bones]))
+    axes = quaternions(np.array([unreal_axes(bone, rest_at, sources) for bone in bones]))
     parents = np.array([index[bone.parent] if bone.parent else -1 for bone in bones])
-    offsets, rotations, positions = rest.copy(), [], {}
+    offsets, positions = rest.copy(), {}
+    rotations = np.empty((motion.frame_count, len(bones), 4))
     for i, bone in enumerate(bones):
-        above = int(parents[i])
-        if above < 0:
-            carried = _relative(motion, -1, sources[bone.source])
-            to_axes, arm = Rotation.identity(), np.zeros(3)
-        else:
-            carried = _relative(motion, sources[bones[above].source], sources[bone.source])
-            to_axes = axes[above].inv()
-            arm = rest[above] - rest_at[sources[bones[above].source]]
-            offsets[i] = to_axes.apply(rest[i] - rest[above])
-        own_arm = rest[i] - rest_at[sources[bone.source]]
-        keys = to_axes.apply(carried.positions + carried.turns.apply(own_arm) - arm).reshape(-1, 3)
-        if len(keys) > 1 and np.linalg.norm(keys - offsets[i], axis=1).max() > OFFSET_TOLERANCE_M:
-            positions[i] = keys
-        local = (to_axes * carried.turns * axes[i]).as_quat(scalar_first=True).reshape(-1, 4)
-        rotations.append(continuous_signs(np.broadcast_to(local, (motion.frame_count, 4))))
+        above, source = int(parents[i]), sources[bone.source]
+        carrier = -1 if above < 0 else sources[bones[above].source]
+        to_axes = IDENTITY if above < 0 else inverse(axes[above])
+        arm = np.zeros(3) if above < 0 else rest[above] - rest_at[carrier]
+        if above >= 0:
+            offsets[i] = rotate(to_axes, rest[i] - rest[above])
+        places, turns = _relative(motion, carrier, source)
+        keys = rotate(to_axes, places + rotate(turns, rest[i] - rest_at[source]) - arm)
+        if np.linalg.norm(keys - offsets[i], axis=1).max() > OFFSET_TOLERANCE_M:
+            positions[i] = np.broadcast_to(keys, (motion.frame_count, 3))
+        rotations[:, i] = multiply(multiply(to_axes, turns), axes[i])
     return replace(
         motion,
         joint_names=tuple(bone.name for bone in bones),
         roles=tuple(bone.role for bone in bones),
         parents=parents,
         offsets_m=offsets,
-        rest_rotations_wxyz=axes.as_quat(scalar_first=True),
+        rest_rotations_wxyz=axes,
         positions_m=positions,
-        rotations_wxyz=np.stack(rotations, axis=1),
+        rotations_wxyz=continuous_signs(rotations),
     )
 
 
-def _rest_place(bone: Bone, rest_at: NDArray[np.float64], sources: dict[str, int]) -> NDArray[np.float64]:
+def _rest_place(bone: Bone, rest_at: Array, sources: dict[str, int]) -> Array:
     start = rest_at[sources[bone.source]]
     return start if bone.towards is None else start + bone.share * (rest_at[sources[bone.towards]] - start)
 
 
-def _relative(motion: LocalMotion, above: int, joint: int) -> _Carried:
-    """Return where a joint is in the axes of another (-1: the file's); constant where nothing moves it."""
-    if joint == above:
-        return _Carried(np.zeros((1, 3)), Rotation.identity(1))
+def _relative(motion: LocalMotion, above: int, joint: int) -> tuple[Array, Array]:
+    """Return a joint's positions and rotations in the axes of another (-1: the file's), shapes (F, 3), (F, 4).
+
+    One frame stands for all where nothing moves the joint.
+    """
     chain, up = [], joint
     while up >= 0 and up != above:
         chain.append(up)
         up = int(motion.parents[up])
     if up != above:  # not one of those that carry the joint: by way of the file's axes
-        own, other = _relative(motion, -1, joint), _relative(motion, -1, above)
-        back = other.turns.inv()
-        return _Carried(back.apply(own.positions - other.positions), back * own.turns)
-    positions, turns = np.zeros((1, 3)), Rotation.identity(1)
+        (place, turn), (other_place, other_turn) = _relative(motion, -1, joint), _relative(motion, -1, above)
+        back = inverse(other_turn)
+        return rotate(back, place - other_place), multiply(back, turn)
+    places, turns = np.zeros((1, 3)), IDENTITY[None]
     for link in reversed(chain):
-        place = motion.positions_m.get(link, motion.offsets_m[link][None])
-        positions = positions + turns.apply(place)
-        turns = turns * Rotation.from_quat(motion.rotations_wxyz[:, link], scalar_first=True)
-    return _Carried(positions, turns)
+        keys = motion.positions_m.get(link, motion.offsets_m[link][None])
+        places = places + rotate(turns, keys)
+        turns = multiply(turns, motion.rotations_wxyz[:, link])
+    return places, turns
