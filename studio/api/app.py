@@ -38,7 +38,8 @@ def create_app(
     access: Access | None = None,
     hello_timeout_s: float = HELLO_TIMEOUT_S,
 ) -> FastAPI:
-    """Return the app of a stage that the caller starts and closes; `state.outputs` is closed with it.
+    """Return the app of a stage that the caller starts and closes; `state.outputs` is closed with it, what others
+    put into `state.events` goes out with every event.
 
     Args:
         stage: the live stage.
@@ -61,7 +62,8 @@ def create_app(
     app.add_middleware(OriginGuard)  # the last one added is the first to look
     app.include_router(access_router(access))
     app.include_router(link_router(stage, access, hello_timeout_s=hello_timeout_s))
-    app.include_router(events_router(stage, jobs))
+    app.state.events = {}
+    app.include_router(events_router(stage, jobs, app.state.events))
     app.include_router(stage_router(stage))
     finder = Finder(stage, sessions)
     app.include_router(performers_router(stage))

@@ -1,6 +1,8 @@
 """The events WebSocket: the status four times a second, for every page that listens."""
 
 import asyncio
+from collections.abc import Callable
+from typing import Any
 
 from fastapi import APIRouter, WebSocket, WebSocketDisconnect
 
@@ -11,8 +13,8 @@ PERIOD_S = 0.25
 EVENTS_PATH = "/api/v1/events"
 
 
-def events_router(stage: LiveStage, jobs: Jobs) -> APIRouter:
-    """Return the route of the events; a message is `{"type": "status", "status": ..., "jobs": [...]}`."""
+def events_router(stage: LiveStage, jobs: Jobs, parts: dict[str, Callable[[], Any]]) -> APIRouter:
+    """Return the route of the events: `{"type": "status", "status": ..., "jobs": [...]}` and what `parts` return."""
     router = APIRouter()
 
     @router.websocket(EVENTS_PATH)
@@ -22,6 +24,7 @@ def events_router(stage: LiveStage, jobs: Jobs) -> APIRouter:
         try:
             while not gone.done():
                 message = {"type": "status", "status": stage.status(), "jobs": jobs.list()}
+                message.update({name: part() for name, part in parts.items()})
                 await websocket.send_json(message)
                 await asyncio.wait({gone}, timeout=PERIOD_S)
         except (WebSocketDisconnect, RuntimeError):

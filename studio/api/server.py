@@ -16,9 +16,11 @@ from types import FrameType
 import uvicorn
 from starlette.middleware.trustedhost import TrustedHostMiddleware
 
+from studio import worker
 from studio.api.access import Access
 from studio.api.app import create_app
 from studio.api.demo import DemoCameras
+from studio.api.find import Finder
 from studio.engine.errors import StudioError
 from studio.live import LiveStage
 from studio.web import mount
@@ -120,7 +122,7 @@ def serve(
     try:
         access = Access(sessions, required=host not in LOOPBACK, now_s=time.monotonic)
         app = create_app(stage, sessions, access=access)
-        view = mount(app, stage, sessions=sessions)
+        view = mount(app, stage, sessions=sessions, takes=Finder(stage, sessions))
         if host in LOOPBACK:  # a page that renames its own host to 127.0.0.1 is refused
             app.add_middleware(TrustedHostMiddleware, allowed_hosts=[*LOOPBACK, "[::1]"])
         server = make_server(app, tls)
@@ -133,9 +135,11 @@ def serve(
         if access.required:
             _say_how_to_sign_in(access, url, encrypted=tls is not None)
         sys.setswitchinterval(SWITCH_S)
+        worker.warm_up()
         with _stopped_by_signals(server, cameras):
             server.run(sockets=[listening])
     finally:
+        worker.cool_down()
         if cameras is not None:
             cameras.close()
         stage.close()

@@ -18,7 +18,14 @@ _SCALE_MEMORY = 0.98  # share of the old body scale kept per frame
 class Character:
     """One mannequin: a batch of instances per unit shape, so that a pose is a few messages."""
 
-    def __init__(self, server: viser.ViserServer, name: str) -> None:
+    def __init__(
+        self,
+        server: viser.ViserServer,
+        name: str,
+        *,
+        tint: tuple[int, int, int] | None = None,
+        opacity: float = OPACITY,
+    ) -> None:
         self._scale: float | None = None
         self._rows: list[NDArray[np.int64]] = []
         self._batches: list[viser.BatchedMeshHandle] = []
@@ -26,7 +33,7 @@ class Character:
             rows = np.array([i for i, part in enumerate(PARTS) if part.shape == shape])
             fine = shape in ("chest", "pelvis", "head", "limb")
             vertices, faces = shapes.mesh(shape, 19 if fine else 13, 24 if fine else 16)
-            colours = [JOINT_RGB if PARTS[i].tone == JOINT else BODY_RGB for i in rows]
+            colours = [tint or (JOINT_RGB if PARTS[i].tone == JOINT else BODY_RGB) for i in rows]
             self._rows.append(rows)
             self._batches.append(
                 server.scene.add_batched_meshes_simple(
@@ -38,7 +45,7 @@ class Character:
                     batched_scales=np.full((len(rows), 3), 1e-4),
                     batched_colors=np.array(colours, dtype=np.uint8),
                     lod="off",
-                    opacity=OPACITY,
+                    opacity=opacity,
                 )
             )
 

@@ -9,6 +9,8 @@ from fastapi import FastAPI
 from studio.engine.calibration.result import Calibration
 from studio.engine.frames import StepResult
 from studio.web.page import add_page
+from studio.web.playback import Player, playback_routes
+from studio.web.playback.routes import Takes
 from studio.web.proxy import viewer_routes
 from studio.web.routes import view_routes
 from studio.web.view import View
@@ -30,31 +32,36 @@ class Stage(Protocol):
 class ViewHandle:
     """The mounted view; `close` it with the server."""
 
-    def __init__(self, view: View, unsubscribe: Callable[[], None]) -> None:
+    def __init__(self, view: View, player: Player, unsubscribe: Callable[[], None]) -> None:
         self.view = view
+        self._player = player
         self._unsubscribe = unsubscribe
 
     def close(self) -> None:
         """Stop drawing and close viser."""
         self._unsubscribe()
+        self._player.close()
         self.view.close()
 
 
-def mount(app: FastAPI, stage: Stage, *, sessions: Path) -> ViewHandle:
+def mount(app: FastAPI, stage: Stage, *, sessions: Path, takes: Takes) -> ViewHandle:
     """Serve the page at `/` and the 3D view at `/viewer/`, and draw what the stage makes.
 
     Args:
         app: the server's app; routes are added to it.
         stage: the live stage.
-        sessions: folder of the recorded takes.
+        sessions: folder of the recorded takes; takes: finds them.
     """
 
     def look() -> tuple[Calibration | None, list[str]]:
         return stage.calibration(), sorted(stage.status().get("cameras", {}))
 
     view = View(look=look)
+    player = Player(view)
     unsubscribe = stage.subscribe(view.show)
     app.include_router(viewer_routes(view.port))
     app.include_router(view_routes(view))
+    app.include_router(playback_routes(player, takes))
+    app.state.events["replay"] = player.status
     add_page(app, sessions=sessions)
-    return ViewHandle(view, unsubscribe)
+    return ViewHandle(view, player, unsubscribe)

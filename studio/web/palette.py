@@ -17,6 +17,8 @@ CAMERA_COLOURS: tuple[tuple[int, int, int], ...] = (
 
 BODY_RGB = (203, 208, 214)
 JOINT_RGB = (82, 92, 106)
+GHOST_RGB = (232, 160, 84)
+GHOST_OPACITY = 0.38
 FUSED_BONE_RGB = (58, 70, 88)
 _SURE_RGB = np.array([24.0, 142.0, 110.0])
 _DOUBTFUL_RGB = np.array([222.0, 152.0, 52.0])

@@ -1,12 +1,13 @@
 """Routes of the 3D view under `/api/v1/view`: which layers are shown, and the cameras' colours."""
 
 from fastapi import APIRouter
-from pydantic import BaseModel, ConfigDict
+from pydantic import BaseModel, ConfigDict, Field
 
 from studio.engine.errors import SettingsError
 from studio.web.palette import as_hex
 from studio.web.scene import LAYERS
 from studio.web.view import View
+from studio.web.viewpoint import VIEWPOINTS
 
 
 class Layer(BaseModel):
@@ -17,18 +18,22 @@ class Layer(BaseModel):
 
 
 class ViewState(BaseModel):
-    """What the 3D view shows: layers by name, and a colour (`#rrggbb`) per camera."""
+    """What the 3D view shows: layers by name, a colour (`#rrggbb`) per camera, joints with trails, viewpoints."""
 
     layers: dict[str, Layer]
     colours: dict[str, str]
+    trails: list[str]
+    viewpoints: list[str]
 
 
-class LayersChange(BaseModel):
-    """Layers to show or hide, by name."""
+class ViewChange(BaseModel):
+    """What changes in the view: layers to show or hide, by name; joints with trails; where to look from."""
 
     model_config = ConfigDict(extra="forbid")
 
-    layers: dict[str, bool]
+    layers: dict[str, bool] = Field(default_factory=dict)
+    trails: list[str] | None = Field(None, description="output joints", examples=[["LeftHand", "RightHand"]])
+    camera: str | None = Field(None, description=f"one of {', '.join(VIEWPOINTS)}")
 
 
 def view_routes(view: View) -> APIRouter:
@@ -40,6 +45,8 @@ def view_routes(view: View) -> APIRouter:
         return ViewState(
             layers={name: Layer(label=label, shown=shown[name]) for name, (label, _) in LAYERS.items()},
             colours={name: as_hex(rgb) for name, rgb in view.colours.items()},
+            trails=list(view.trail_joints),
+            viewpoints=list(VIEWPOINTS),
         )
 
     @router.get("")
@@ -48,12 +55,16 @@ def view_routes(view: View) -> APIRouter:
         return state()
 
     @router.put("")
-    def put_view(change: LayersChange) -> ViewState:
-        """Show or hide layers; layers that are not named stay as they are."""
+    def put_view(change: ViewChange) -> ViewState:
+        """Change the view in every browser; what is not named stays as it is."""
         unknown = [name for name in change.layers if name not in LAYERS]
         if unknown:
             raise SettingsError(f"unknown layer {unknown[0]!r}; allowed: {', '.join(LAYERS)}")
         view.set_layers(change.layers)
+        if change.trails is not None:
+            view.set_trail_joints(change.trails)
+        if change.camera is not None:
+            view.look_from(change.camera)
         return state()
 
     return router

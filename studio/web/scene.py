@@ -1,19 +1,22 @@
-"""What the browser view shows, in layers: floor, cameras, raw skeletons, fused skeleton, character."""
+"""What the browser view shows, in layers: floor, cameras, raw skeletons, fused skeleton, character, ghost, trails."""
 
 import numpy as np
 import viser
+from numpy.typing import NDArray
 
 from studio.engine.calibration.result import Calibration
 from studio.engine.errors import SettingsError
 from studio.engine.frames import StepResult
 from studio.web.character import Character
-from studio.web.palette import camera_colours
-from studio.web.skeletons import Frustum, FusedFigure, RawSkeleton
+from studio.web.palette import CAMERA_COLOURS, GHOST_OPACITY, GHOST_RGB, camera_colours
+from studio.web.skeletons import Frustum, FusedFigure, RawSkeleton, Trail
 
 LAYERS: dict[str, tuple[str, bool]] = {
     "character": ("Character", True),
     "fused": ("Fused", True),
     "raw": ("Raw", True),
+    "ghost": ("Ghost", True),
+    "trails": ("Trails", False),
     "cameras": ("Cameras", True),
     "floor": ("Floor", True),
 }
@@ -40,7 +43,7 @@ class Scene:
         }
         self._figures = {
             name: scene.add_frame(f"/{name}/performer", show_axes=False, visible=False)
-            for name in ("character", "fused", "raw")
+            for name in ("character", "fused", "raw", "ghost", "trails")
         }
         scene.add_grid(
             "/floor/grid", 8.0, 8.0, plane="xy", cell_size=0.5, section_size=1.0, cell_color=(206, 211, 217),
@@ -48,6 +51,8 @@ class Scene:
             fade_strength=1.2, fade_from="origin", shadow_opacity=0.16,
         )  # fmt: skip
         self._character = Character(server, "/character/performer/body")
+        self._ghost: Character | None = None  # made when a second solve is first shown
+        self._trails: list[Trail] = []
         self._fused = FusedFigure(server, "/fused/performer/skeleton")
         self._raw: dict[str, RawSkeleton] = {}
         self._frusta: dict[str, Frustum] = {}
@@ -96,8 +101,8 @@ class Scene:
             for name, camera in cameras.items()
         }
 
-    def draw(self, result: StepResult) -> None:
-        """Show one step of the pipeline."""
+    def draw(self, result: StepResult, ghost: StepResult | None = None) -> None:
+        """Show one step of the pipeline, and the character of another beside it."""
         cameras = result.frame_set.cameras
         if any(name not in self.colours for name in cameras):
             self.use_cameras([*self.colours, *(name for name in cameras if name not in self.colours)])
@@ -109,8 +114,23 @@ class Scene:
             self._raw.pop(name).remove()
         self._fused.draw(result.fused)
         self._character.draw(result.positions_m, result.rotations_wxyz)
-        for figure in self._figures.values():
-            figure.visible = True
+        if ghost is not None:
+            if self._ghost is None:
+                self._ghost = Character(
+                    self._server, "/ghost/performer/body", tint=GHOST_RGB, opacity=GHOST_OPACITY
+                )
+            self._ghost.draw(ghost.positions_m, ghost.rotations_wxyz)
+        for name, figure in self._figures.items():
+            figure.visible = name != "ghost" or ghost is not None
+
+    def draw_trails(self, paths_m: NDArray[np.float64]) -> None:
+        """Show where joints were, shape (frame_count, joint_count, 3), the newest last."""
+        count = paths_m.shape[1]
+        while len(self._trails) < count:
+            colour = CAMERA_COLOURS[len(self._trails) % len(CAMERA_COLOURS)]
+            self._trails.append(Trail(self._server, f"/trails/performer/{len(self._trails)}", colour))
+        for i, trail in enumerate(self._trails):
+            trail.draw(paths_m[:, i] if i < count and self.layer_shown("trails") else paths_m[:0, 0])
 
     def hide_performer(self) -> None:
         """Show nobody: no camera has seen a performer for a while."""

@@ -1,4 +1,4 @@
-"""Stick figures and camera frusta of the browser view."""
+"""Stick figures, trails and camera frusta of the browser view."""
 
 import numpy as np
 import viser
@@ -84,6 +84,21 @@ class FusedFigure:
         self._bones.visible = len(lines) > 0
         if len(lines):
             self._bones.points = lines
+
+
+class Trail:
+    """The path of one joint over the last seconds, as a line."""
+
+    def __init__(self, server: viser.ViserServer, name: str, rgb: tuple[int, int, int]) -> None:
+        self._line = server.scene.add_line_segments(
+            name, _NO_BONES, rgb, thickness=2.2, thickness_units="screen", visible=False
+        )
+
+    def draw(self, path_m: NDArray[np.float64]) -> None:
+        """Show a path [m], shape (point_count, 3); nothing where it has fewer than two points."""
+        self._line.visible = len(path_m) > 1
+        if len(path_m) > 1:
+            self._line.points = np.stack([path_m[:-1], path_m[1:]], axis=1).astype(np.float32)
 
 
 class Frustum:

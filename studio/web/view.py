@@ -1,19 +1,25 @@
-"""The live 3D view: a viser server on the loopback, and a thread that draws the newest result at 30 Hz."""
+"""The 3D view: a viser server on the loopback, and a thread that draws the newest step, live or replayed."""
 
 import io
 import logging
 import socket
 import threading
 import time
+from collections import deque
 from collections.abc import Callable
 from contextlib import redirect_stdout
+from dataclasses import dataclass
 
 import numpy as np
 import viser
+from numpy.typing import NDArray
 
 from studio.engine.calibration.result import Calibration
+from studio.engine.errors import SettingsError
 from studio.engine.frames import StepResult
+from studio.engine.joints import OUTPUT_INDEX
 from studio.web.scene import LAYERS, Scene
+from studio.web.viewpoint import VIEWPOINTS, Viewpoint
 
 _log = logging.getLogger(__name__)
 
@@ -22,6 +28,22 @@ Look = Callable[[], tuple[Calibration | None, list[str]]]
 
 LOST_AFTER_S = 0.6
 """A performer whom no camera has seen for this long is hidden."""
+
+TRAIL_FRAMES = 45
+"""Drawn frames that a trail of the live stage reaches back."""
+
+TRAIL_JOINTS = ("LeftHand", "RightHand", "LeftFoot", "RightFoot")
+MAX_TRAILS = 8
+
+
+@dataclass(frozen=True)
+class Shown:
+    """What is drawn: a step, another beside it, where the joints were before, shape (N, 52, 3), the calibration."""
+
+    result: StepResult
+    ghost: StepResult | None
+    trail: NDArray[np.float64]
+    calibration: Calibration | None
 
 
 def _free_port() -> int:
@@ -36,7 +58,7 @@ def _sees_performer(result: StepResult) -> bool:
 
 
 class View:
-    """Draws what the engine makes, latest wins: `show` never waits for the browser.
+    """Draws what the engine or the player makes, latest wins: `show` never waits for the browser.
 
     `look` returns the calibration in use, if there is one, and the cameras' names in the order of their
     colours; it is called from the drawing thread. `clock` is a monotonic clock [s].
@@ -52,7 +74,11 @@ class View:
         self._server.gui.configure_theme(show_logo=False, show_share_button=False)
         self._changed = threading.Condition()
         self._result: StepResult | None = None
+        self._replay: Shown | None = None
+        self._fresh = False
         self._layers = {name: shown for name, (_, shown) in LAYERS.items()}
+        self._trail_joints = TRAIL_JOINTS
+        self._viewpoint: str | None = None
         self._stopping = False
         self._scene = Scene(self._server)
         self._thread = threading.Thread(target=self._run, name="view", daemon=True)
@@ -74,16 +100,68 @@ class View:
         """Camera -> RGB colour."""
         return dict(self._scene.colours)
 
+    @property
+    def trail_joints(self) -> tuple[str, ...]:
+        """Output joints that draw a trail."""
+        with self._changed:
+            return self._trail_joints
+
     def show(self, result: StepResult) -> None:
-        """Have a step drawn as soon as the last one is; a newer one replaces it. Safe from any thread."""
+        """Have a live step drawn as soon as the last one is; a newer one replaces it. Safe from any thread."""
         with self._changed:
             self._result = result
+            if self._replay is None:
+                self._fresh = True
+                self._changed.notify()
+
+    def show_replay(
+        self,
+        result: StepResult,
+        ghost: StepResult | None,
+        trail: NDArray[np.float64],
+        calibration: Calibration | None,
+    ) -> None:
+        """Show a frame of a take, not the live stage, until `show_live`; see `Shown`. Safe from any thread."""
+        with self._changed:
+            self._replay = Shown(result, ghost, trail, calibration)
+            self._fresh = True
+            self._changed.notify()
+
+    def show_live(self) -> None:
+        """Go back to the live stage."""
+        with self._changed:
+            self._replay = self._result = None
             self._changed.notify()
 
     def set_layers(self, layers: dict[str, bool]) -> None:
         """Show or hide layers (keys of `LAYERS`)."""
         with self._changed:
             self._layers.update(layers)
+            self._changed.notify()
+
+    def set_trail_joints(self, joints: list[str]) -> None:
+        """Choose the output joints that draw a trail.
+
+        Raises:
+            SettingsError: no such joint, or more than `MAX_TRAILS`.
+        """
+        if len(joints) > MAX_TRAILS or any(name not in OUTPUT_INDEX for name in joints):
+            raise SettingsError(
+                f"trails={','.join(joints)} is not allowed; allowed: up to {MAX_TRAILS} of {', '.join(OUTPUT_INDEX)}"
+            )
+        with self._changed:
+            self._trail_joints = tuple(joints)
+
+    def look_from(self, place: str) -> None:
+        """Look at the stage from a place of `VIEWPOINTS`, in every browser.
+
+        Raises:
+            SettingsError: no such place.
+        """
+        if place not in VIEWPOINTS:
+            raise SettingsError(f"camera={place!r} is not allowed; allowed: {', '.join(VIEWPOINTS)}")
+        with self._changed:
+            self._viewpoint = place
             self._changed.notify()
 
     def close(self) -> None:
@@ -97,28 +175,46 @@ class View:
 
     def _run(self) -> None:
         last_seen_s, last_draw_s, shown = -np.inf, -np.inf, False
+        viewpoint = Viewpoint(self._server)
+        trail: deque[NDArray[np.float64]] = deque(maxlen=TRAIL_FRAMES)
         while True:
             with self._changed:
-                self._changed.wait_for(lambda: self._stopping or self._result is not None, timeout=0.2)
+                self._changed.wait_for(lambda: self._stopping or self._fresh, timeout=0.2)
                 if self._stopping:
                     return
-                result, self._result = self._result, None
-                layers = dict(self._layers)
+                fresh, self._fresh = self._fresh, False
+                replay, live = self._replay, self._result if fresh else None
+                layers, trail_joints = dict(self._layers), self._trail_joints
+                place, self._viewpoint = self._viewpoint, None
             now_s = self._clock()
-            if result is not None and _sees_performer(result):
+            if replay is None and live is not None and _sees_performer(live):
                 last_seen_s = now_s
-            visible = now_s - last_seen_s < LOST_AFTER_S
+            visible = replay is not None or now_s - last_seen_s < LOST_AFTER_S
+            if place is not None:
+                viewpoint.choose(place)
             try:
                 calibration, cameras = self._look()
+                if replay is not None:
+                    step: Shown | None = replay if fresh else None
+                    calibration, cameras = replay.calibration, list(replay.result.frame_set.cameras)
+                elif live is not None and visible:
+                    trail.append(live.positions_m)
+                    step = Shown(live, None, np.array(trail), calibration)
+                else:
+                    step = None
+                if not visible or replay is not None:
+                    trail.clear()
                 with self._server.atomic():
                     self._scene.use_cameras(cameras)
                     self._scene.use_calibration(calibration)
                     for layer, on in layers.items():
                         self._scene.show_layer(layer, on)
-                    if visible and result is not None:
-                        self._scene.draw(result)
+                    if step is not None:
+                        self._scene.draw(step.result, step.ghost)
+                        self._scene.draw_trails(step.trail[:, [OUTPUT_INDEX[name] for name in trail_joints]])
                     elif shown and not visible:
                         self._scene.hide_performer()
+                viewpoint.update(None if step is None else step.result.positions_m[0], now_s)
             except Exception:  # the view must not end because one frame could not be drawn
                 _log.exception("the 3D view could not draw a frame")
             shown = visible

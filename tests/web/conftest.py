@@ -6,12 +6,14 @@ from pathlib import Path
 import pytest
 from fastapi import FastAPI
 from fastapi.responses import JSONResponse
-from playwright.sync_api import Browser, Page
+from playwright.sync_api import Browser, Page, expect
 
 from studio.engine.errors import StudioError
 from studio.web import ViewHandle, mount
 from tests.web.browser import chromium_browser, quiet_page
-from tests.web.stages import FakeStage, serving
+from tests.web.stages import FakeStage, FolderOfTakes, serving
+
+expect.set_options(timeout=60_000)  # a machine that is busy is slow, not wrong
 
 
 @pytest.fixture
@@ -28,7 +30,8 @@ def handle(stage: FakeStage, tmp_path: Path) -> Iterator[tuple[ViewHandle, FastA
     async def say(_: object, error: StudioError) -> JSONResponse:
         return JSONResponse({"detail": str(error)}, status_code=400)
 
-    view = mount(app, stage, sessions=tmp_path)
+    app.state.events = {}
+    view = mount(app, stage, sessions=tmp_path, takes=FolderOfTakes(tmp_path))
     yield view, app
     view.close()
 

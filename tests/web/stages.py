@@ -4,6 +4,7 @@ import threading
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from pathlib import Path
 
 import numpy as np
 from fastapi import FastAPI
@@ -13,6 +14,7 @@ from studio.engine.calibration.result import Calibration, CameraCalibration
 from studio.engine.frames import FrameSet, FusedSkeleton, StepResult
 from studio.engine.geometry import make_transform
 from studio.engine.joints import JOINT_COUNT, OUTPUT_OF_CANONICAL_INDEX
+from studio.take.take import Take
 from tests.render.figures import t_pose
 
 CAMERAS = ("left", "right")
@@ -112,3 +114,16 @@ def serving(app: FastAPI, port: int = 0) -> Iterator[str]:
         server.should_exit = True
         thread.join()
         listening.close()
+
+
+class FolderOfTakes:
+    """Finds the takes of a folder, as the API's finder does."""
+
+    def __init__(self, sessions: Path) -> None:
+        self._sessions = sessions
+
+    def take(self, session: str, name: str) -> Take:
+        return Take.open(self._sessions / session / name)
+
+    def solve(self, take: Take, name: str) -> Path:
+        return take.solve_folder(name) / "poses.npz"

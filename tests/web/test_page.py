@@ -11,6 +11,7 @@ from fastapi import FastAPI
 from playwright.sync_api import Browser, Page, expect
 
 from studio.api.app import create_app
+from studio.api.find import Finder
 from studio.live import LiveStage
 from studio.web import mount
 from tests.api.camera import Camera
@@ -55,7 +56,7 @@ def studio(sessions: Path) -> Iterator[tuple[FastAPI, LiveStage]]:
     stage = LiveStage(sessions)
     stage.start()
     app = create_app(stage, sessions)
-    view = mount(app, stage, sessions=sessions)
+    view = mount(app, stage, sessions=sessions, takes=Finder(stage, sessions))
     try:
         yield app, stage
     finally:
@@ -181,7 +182,7 @@ def test_record_solve_and_export(live: str, page: Page, tmp_path: Path) -> None:
     page.locator("#record").click()
     expect(page.locator("#record .label")).to_have_text("Record")
     take = page.locator(".take").filter(has_text="walk")
-    expect(take.locator(".solve-row")).to_have_text(["liveBVHFBX"], timeout=20000)
+    expect(take.locator(".solve-row")).to_have_text(["▶liveBVHFBX"], timeout=20000)
     page.select_option("#preset", "raw")
     take.get_by_role("button", name="Solve walk", exact=True).click()
     expect(take.locator(".solve-row")).to_have_count(2, timeout=60000)

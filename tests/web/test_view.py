@@ -52,7 +52,7 @@ def test_layers_are_switched_by_the_api(address: str, stage: FakeStage, page: Pa
 def test_routes_tell_layers_and_colours_and_refuse_others(address: str) -> None:
     until(lambda: bool(httpx.get(f"{address}/api/v1/view").json()["colours"]))
     state = httpx.get(f"{address}/api/v1/view").json()
-    assert set(state["layers"]) == {"character", "fused", "raw", "cameras", "floor"}
+    assert set(state["layers"]) == {"character", "fused", "raw", "ghost", "trails", "cameras", "floor"}
     assert list(state["colours"]) == list(CAMERAS)
     answer = httpx.put(f"{address}/api/v1/view", json={"layers": {"nobody": True}})
     assert answer.status_code == 400 and "allowed: character, fused" in answer.text

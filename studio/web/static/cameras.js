@@ -15,6 +15,7 @@ const HEALTH = {
 const STARVED = {
   no_frames: "Slow",
   network: "Slow network",
+  usb: "Shared USB?",
   clock: "Wrong clock",
   no_performer: "Sees nobody",
   moved: "Moved?",
@@ -52,6 +53,9 @@ function details(camera) {
   return parts.join("  ·  ");
 }
 
+/** A number that changes every other second, so that the picture is fetched anew. */
+const preview = (name, camera) => `/api/v1/cameras/${encodeURIComponent(name)}/preview?n=${Math.floor(camera.previews / 10)}`;
+
 function row(name, camera, colour) {
   const [words, tone] = health(camera);
   return h("li", { class: "camera" },
@@ -62,7 +66,8 @@ function row(name, camera, colour) {
       figures(camera)),
     camera.connected && details(camera) && h("span", { class: "words", title: "Offset and drift to the stage clock, and how exactly they are known" },
       details(camera)),
-    camera.reason && h("span", { class: "words" }, camera.reason));
+    camera.reason && h("span", { class: "words" }, camera.reason),
+    camera.connected && camera.previews > 0 && h("img", { class: "preview", src: preview(name, camera), alt: `What ${name} sees` }));
 }
 
 /** A choice of the camera whose clock is the stage clock; apart from the list, which is drawn anew all the time. */
@@ -98,7 +103,7 @@ export function updateCameras(cameras, colours, recording) {
   setText(byId("cameras-count"), names.length ? `${connected} of ${plural(names.length, "camera")} connected` : "");
   const key = names.map((name) => {
     const camera = cameras[name];
-    return [name, health(camera), figures(camera), details(camera), camera.reason, colours[name]];
+    return [name, health(camera), figures(camera), details(camera), camera.reason, colours[name], preview(name, camera)];
   });
   redraw(byId("cameras"), key, () => names.length
     ? h("ul", {}, names.map((name) => row(name, cameras[name], colours[name] ?? "var(--muted)")))

@@ -1,13 +1,15 @@
 // The page: loads the switches and the view's state, then follows the server's events.
 import { byId, setText } from "./dom.js";
 import { updateAccess } from "./access.js";
-import { eventsUrl, getSettings, getSwitches, getTakes, getView, putSettings } from "./api.js";
+import { eventsUrl, getSettings, getSwitches, getTakes, getView, putSettings, solveTake } from "./api.js";
 import { follow } from "./events.js";
 import { attempt, showError, showNote } from "./messages.js";
 import { updateCalibration } from "./calibration.js";
 import { updateCameras } from "./cameras.js";
 import { updateDisk } from "./disk.js";
 import { startOutputs } from "./outputs.js";
+import { startKeys } from "./keys.js";
+import { replayed, solved, startReplay, updateReplay, updateReplayTakes } from "./replay.js";
 import { startPerformer, updatePerformer } from "./performer.js";
 import { Switches } from "./switches.js";
 import { updateTakes } from "./takes.js";
@@ -21,6 +23,7 @@ const CONNECTION_WORDS = {
 };
 
 const MANY_JOINTS = 6; // more than a limb's: not a joint that is lost, but somebody else
+const TRIAL = "trial"; // the solve that the switches make of the take that is replayed
 const SAVED_MS = 2500; // a take that another browser stopped is on disk by then
 
 const state = { colours: {}, takes: [], jobs: [], cameras: "", recording: false, problem: "", switches: null };
@@ -45,8 +48,14 @@ async function load() {
   await Promise.all([loadTakes(), updateAccess()]);
 }
 
-/** Use the switches as set for the live stage; where that is refused, show what is in use. */
+/** Use the switches as set: for the take that is replayed, else for the live stage. What is refused is put back. */
 async function applySettings(chosen) {
+  const replay = replayed();
+  if (replay.open) {
+    const [session, name] = replay.take.split("/");
+    await attempt(() => solveTake({ session, name }, TRIAL, { preset: chosen.preset, set: chosen.changes() }));
+    return;
+  }
   try {
     await putSettings(chosen.preset, chosen.changes());
   } catch (error) {
@@ -57,6 +66,7 @@ async function applySettings(chosen) {
 
 async function loadTakes() {
   state.takes = await getTakes();
+  updateReplayTakes(state.takes);
   drawTakes();
 }
 
@@ -77,7 +87,12 @@ function showJobs(jobs) {
     if (job.state === "failed") showError(`${job.take}, solve ${job.name}: ${job.message}`);
     else showNote(`${job.take} is solved as ${job.name}`);
   }
-  if (ended.length) attempt(loadTakes);
+  if (ended.length) {
+    attempt(async () => {
+      await loadTakes();
+      for (const job of ended) if (job.kind === "solve" && job.state === "done") solved(job.take, job.name);
+    });
+  }
   else drawTakes();
 }
 
@@ -116,6 +131,7 @@ function showStatus(status) {
 function showMessage(message) {
   showStatus(message.status);
   if (state.switches) showJobs(message.jobs);
+  updateReplay(message.replay);
 }
 
 startTransport((summary) => {
@@ -125,4 +141,8 @@ startTransport((summary) => {
 });
 startPerformer();
 startOutputs();
+startReplay((replay) => {
+  byId("solve-title").textContent = replay.open ? "Solve this take" : "Solve";
+});
+startKeys();
 follow(eventsUrl(), { onState: showConnection, onMessage: showMessage });

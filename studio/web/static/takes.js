@@ -2,6 +2,7 @@
 import { byId, clock, h, plural, redraw, setText } from "./dom.js";
 import { exportSolve, solveTake } from "./api.js";
 import { attempt, showNote } from "./messages.js";
+import { open } from "./replay.js";
 
 const FORMATS = ["bvh", "fbx"];
 
@@ -28,7 +29,11 @@ function solveRow(take, solve) {
     class: "small", type: "button", onclick: (event) => download(take, solve, format, event.currentTarget),
     aria: { label: `Export ${take.name}, solve ${solve}, as ${format.toUpperCase()}` },
   }, format.toUpperCase()));
-  return h("li", { class: "solve-row" }, h("span", { class: "name", title: `Solve ${solve}` }, solve), buttons);
+  const play = h("button", {
+    class: "small", type: "button", onclick: () => open(take.id, solve), aria: { label: `Replay ${take.name}, solve ${solve}` },
+    title: "Show this solve in the view",
+  }, "▶");
+  return h("li", { class: "solve-row" }, play, h("span", { class: "name", title: `Solve ${solve}` }, solve), buttons);
 }
 
 /** The preset's name where it is free or solved with the preset as it stands, else numbered. */

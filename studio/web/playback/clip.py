@@ -1,0 +1,108 @@
+"""A solve of a take, loaded for replay."""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from studio.engine.calibration.result import Calibration
+from studio.engine.errors import FormatError, StudioError
+from studio.engine.frames import FrameSet, FusedSkeleton, StepResult
+from studio.engine.joints import JOINT_COUNT, OUTPUT_JOINTS
+from studio.engine.poses import Poses
+from studio.engine.solve.trace import Trace
+from studio.take.solves import TRACE
+from studio.take.take import Take
+
+_NOBODY = FusedSkeleton(
+    np.full((JOINT_COUNT, 3), np.nan),
+    np.zeros(JOINT_COUNT),
+    np.full(JOINT_COUNT, np.nan),
+    np.zeros((0, JOINT_COUNT), bool),
+)
+
+
+@dataclass(frozen=True)
+class Clip:
+    """A solve with what it was made of.
+
+    Attributes:
+        take: its id, `session/name`.
+        solve: its name.
+        poses: of the output skeleton.
+        trace: what the frames were made of; None for the solve `live` and imported ones.
+        calibration: in use in the take, if it has one.
+    """
+
+    take: str
+    solve: str
+    poses: Poses
+    trace: Trace | None
+    calibration: Calibration | None
+
+    @classmethod
+    def load(cls, take: Take, solve: str) -> "Clip":
+        """Return a take's solve.
+
+        Raises:
+            FormatError: the solve is not one of the output skeleton, empty, or damaged.
+        """
+        folder = take.solve_folder(solve)
+        poses = Poses.load(folder / "poses.npz")
+        if poses.joint_names != OUTPUT_JOINTS:
+            raise FormatError(
+                f"solve {solve!r} has another skeleton ({len(poses.joint_names)} joints): it can be exported and "
+                "compared, not shown"
+            )
+        if poses.frame_count == 0:
+            raise FormatError(f"solve {solve!r} has no frames; solve the take again")
+        return cls(
+            f"{take.path.parent.name}/{take.path.name}",
+            solve,
+            poses,
+            _trace(folder / TRACE, poses),
+            _calibration(take),
+        )
+
+    def step(self, frame: int) -> StepResult:
+        """Return a frame as the pipeline made it."""
+        poses = self.poses
+        if self.trace is None:
+            time_ns = round(float(poses.time_s[frame]) * 1e9)
+            empty = np.zeros((0, JOINT_COUNT))
+            frames = FrameSet(time_ns, (), np.zeros((0, JOINT_COUNT, 3)), empty, np.zeros((0, 3)))
+            inputs = frames, _NOBODY
+        else:
+            inputs = self.trace.inputs(frame)
+        return StepResult(
+            *inputs,
+            poses.positions_m[frame],
+            poses.rotations_wxyz[frame],
+            poses.confidence[frame],
+            poses.uncertainty_mm[frame],
+        )
+
+    def nearest(self, time_s: float) -> int:
+        """Return the frame nearest to a stage time [s]."""
+        times = self.poses.time_s
+        after = min(int(np.searchsorted(times, time_s)), len(times) - 1)
+        before = max(after - 1, 0)
+        return before if time_s - times[before] < times[after] - time_s else after
+
+
+def _trace(path: Path, poses: Poses) -> Trace | None:
+    """Return a solve's trace; None where there is none that fits."""
+    if not path.is_file():
+        return None
+    try:
+        trace = Trace.load(path)
+    except FormatError:
+        return None
+    return trace if len(trace.time_ns) == poses.frame_count else None
+
+
+def _calibration(take: Take) -> Calibration | None:
+    try:
+        return take.calibration()
+    except StudioError:
+        return None

@@ -1,0 +1,219 @@
+"""The player: which solve is replayed, where it is in time, and the thread that moves on."""
+
+import threading
+import time
+from collections.abc import Callable
+from typing import Any, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from studio.engine.calibration.result import Calibration
+from studio.engine.errors import SettingsError
+from studio.engine.frames import StepResult
+from studio.web.playback.clip import Clip
+
+SPEEDS = (0.05, 4.0)
+TICK_S = 1.0 / 60.0
+TRAIL_FRAMES = 90
+
+
+class Screen(Protocol):
+    """What the player needs of the view."""
+
+    def show_replay(
+        self,
+        result: StepResult,
+        ghost: StepResult | None,
+        trail: NDArray[np.float64],
+        calibration: Calibration | None,
+    ) -> None:
+        """Show a frame, another solve's beside it, and where the joints were before, shape (N, 52, 3)."""
+
+    def show_live(self) -> None:
+        """Go back to the live stage."""
+
+
+class Player:
+    """Replays one clip, with another as a ghost at the same times. All methods may be called from any thread."""
+
+    def __init__(self, screen: Screen, *, clock: Callable[[], float] = time.monotonic) -> None:
+        self._screen = screen
+        self._clock = clock
+        self._changed = threading.Condition()
+        self._clip: Clip | None = None
+        self._ghost: Clip | None = None
+        self._ghost_offset_s = 0.0
+        self._playing = False
+        self._loop = True
+        self._speed = 1.0
+        self._range = (0, 0)
+        self._place = 0.0  # in frames, at `_since`
+        self._since = 0.0
+        self._closed = False
+        self._thread = threading.Thread(target=self._run, name="player", daemon=True)
+        self._thread.start()
+
+    @property
+    def clip(self) -> Clip | None:
+        """What is replayed."""
+        return self._clip
+
+    def open(self, clip: Clip, ghost: Clip | None = None) -> None:
+        """Replay a clip; the place in time is kept where it is another solve of the same take."""
+        with self._changed:
+            same = self._clip is not None and self._clip.take == clip.take
+            time_s = None if not same or self._clip is None else float(self._clip.poses.time_s[self._frame()])
+            kept_range = (
+                same and self._clip is not None and self._clip.poses.frame_count == clip.poses.frame_count
+            )
+            self._clip, self._ghost = clip, ghost
+            self._ghost_offset_s = 0.0
+            if ghost is not None and ghost.take != clip.take:
+                self._ghost_offset_s = float(ghost.poses.time_s[0] - clip.poses.time_s[0])
+            if not kept_range:
+                self._range = (0, clip.poses.frame_count - 1)
+            if not same:
+                self._playing = False
+            self._go(0 if time_s is None else clip.nearest(time_s))
+
+    def close_clip(self) -> None:
+        """Show the live stage again."""
+        with self._changed:
+            self._clip = self._ghost = None
+            self._playing = False
+            self._changed.notify()
+
+    def change(
+        self,
+        *,
+        playing: bool | None = None,
+        frame: int | None = None,
+        step: int | None = None,
+        speed: float | None = None,
+        loop: bool | None = None,
+        first: int | None = None,
+        last: int | None = None,
+    ) -> None:
+        """Play or pause, go to a frame or by some frames, set speed, loop and the range that is played.
+
+        Raises:
+            SettingsError: nothing is replayed, or a value that is not allowed.
+        """
+        with self._changed:
+            clip = self._open()
+            end = clip.poses.frame_count - 1
+            if speed is not None and not SPEEDS[0] <= speed <= SPEEDS[1]:
+                raise SettingsError(
+                    f"speed={speed:g} is not allowed; allowed: {SPEEDS[0]:g} to {SPEEDS[1]:g}"
+                )
+            low = self._range[0] if first is None else first
+            high = self._range[1] if last is None else last
+            if not 0 <= low <= high <= end:
+                raise SettingsError(
+                    f"first={low}, last={high} is no range; allowed: 0 to {end}, first up to last"
+                )
+            place = self._now()
+            self._range = (low, high)
+            self._speed = self._speed if speed is None else speed
+            self._loop = self._loop if loop is None else loop
+            if step is not None:
+                place, self._playing = float(self._frame() + step), False
+            if frame is not None:
+                place = float(frame)
+            if playing is not None:
+                if playing and place >= high:  # play at the end begins again
+                    place = float(low)
+                self._playing = playing
+            self._go(min(max(place, 0.0), float(end)))
+
+    def status(self) -> dict[str, Any]:
+        """Return where the replay is, as JSON; `open` is false while the live stage is shown."""
+        with self._changed:
+            clip = self._clip
+            if clip is None:
+                return {"open": False}
+            ghost = self._ghost
+            return {
+                "open": True,
+                "take": clip.take,
+                "solve": clip.solve,
+                "ghost": None if ghost is None else {"take": ghost.take, "solve": ghost.solve},
+                "frames": clip.poses.frame_count,
+                "rate_hz": clip.poses.frames_per_second,
+                "frame": self._frame(),
+                "time_s": float(clip.poses.time_s[self._frame()] - clip.poses.time_s[0]),
+                "playing": self._playing,
+                "speed": self._speed,
+                "loop": self._loop,
+                "first": self._range[0],
+                "last": self._range[1],
+                "has_trace": clip.trace is not None,
+            }
+
+    def close(self) -> None:
+        """End the thread."""
+        with self._changed:
+            self._closed = True
+            self._changed.notify()
+        self._thread.join(timeout=5.0)
+
+    # --- with `_changed` held
+
+    def _open(self) -> Clip:
+        if self._clip is None:
+            raise SettingsError("nothing is replayed; open a take first")
+        return self._clip
+
+    def _go(self, place: float) -> None:
+        self._place, self._since = place, self._clock()
+        self._changed.notify()
+
+    def _now(self) -> float:
+        """Where the replay is now, in frames."""
+        clip = self._clip
+        if clip is None or not self._playing:
+            return self._place
+        first, last = self._range
+        place = self._place + (self._clock() - self._since) * self._speed * clip.poses.frames_per_second
+        if place <= last:
+            return place
+        return first + (place - first) % max(last - first + 1, 1) if self._loop else float(last)
+
+    def _frame(self) -> int:
+        clip = self._clip
+        return 0 if clip is None else min(round(self._now()), clip.poses.frame_count - 1)
+
+    def _key(self) -> tuple[int, int, int] | None:
+        """What is to be shown; None: the live stage."""
+        return None if self._clip is None else (id(self._clip), id(self._ghost), self._frame())
+
+    def _stop_at_the_end(self) -> None:
+        if self._playing and not self._loop and self._now() >= self._range[1]:
+            self._place, self._playing = float(self._range[1]), False
+
+    # --- the thread
+
+    def _run(self) -> None:
+        key: tuple[int, int, int] | None = None
+        while True:
+            with self._changed:
+                seen = key
+                if not self._closed and self._key() == seen:
+                    self._changed.wait(TICK_S if self._playing else None)
+                if self._closed:
+                    return
+                self._stop_at_the_end()
+                key = self._key()
+                clip, ghost, offset_s = self._clip, self._ghost, self._ghost_offset_s
+            if key == seen:
+                continue
+            if clip is None or key is None:
+                self._screen.show_live()
+                continue
+            frame = key[2]
+            beside = None
+            if ghost is not None:
+                beside = ghost.step(ghost.nearest(float(clip.poses.time_s[frame]) + offset_s))
+            trail = clip.poses.positions_m[max(0, frame - TRAIL_FRAMES) : frame + 1]
+            self._screen.show_replay(clip.step(frame), beside, trail, clip.calibration)

@@ -1,0 +1,227 @@
+// Replay of a take: the bar under the view, its keys, and where the playhead is between two messages of the server.
+import { byId, clock, h, redraw, setText } from "./dom.js";
+import { changeReplay, closeReplay, getCurves, openReplay } from "./api.js";
+import { attempt, showNote } from "./messages.js";
+import { drawTimeline, frameAt } from "./timeline.js";
+
+const SPEEDS = [0.1, 0.25, 0.5, 1, 2];
+const JOINTS = [
+  "Hips", "Spine2", "Head", "LeftArm", "LeftForeArm", "LeftHand", "RightArm", "RightForeArm", "RightHand",
+  "LeftUpLeg", "LeftLeg", "LeftFoot", "LeftToeBase", "RightUpLeg", "RightLeg", "RightFoot", "RightToeBase",
+];
+const CURVES = {
+  position_m: "Position", speed_m_s: "Speed", confidence: "Confidence", uncertainty_mm: "Uncertainty",
+};
+
+const state = {
+  replay: { open: false }, receivedAt: 0, solves: [], curves: null, wanted: "", joint: "LeftHand", curve: "position_m",
+  sending: false, next: null, listening: () => {},
+};
+
+/** Whether a take is replayed, and which: the status as the server last said. */
+export const replayed = () => state.replay;
+
+/** The frame that is shown now. */
+function frameNow() {
+  const { frame, playing, speed, rate_hz: rate, first, last, loop } = state.replay;
+  if (!playing) return frame;
+  const ahead = frame + ((performance.now() - state.receivedAt) / 1000) * speed * rate;
+  if (ahead <= last) return Math.round(ahead);
+  return loop ? first + Math.round(ahead - first) % (last - first + 1) : last;
+}
+
+function take(status) {
+  state.replay = status;
+  state.receivedAt = performance.now();
+  show();
+}
+
+/** Send a change; while one is on its way only the newest next one is kept. */
+async function send(change) {
+  if (state.sending) {
+    state.next = { ...state.next, ...change };
+    return;
+  }
+  state.sending = true;
+  const status = await attempt(() => changeReplay(change));
+  state.sending = false;
+  if (status) take(status);
+  const next = state.next;
+  state.next = null;
+  if (next) send(next);
+}
+
+/** Show a take's solve instead of the live stage; `ghost`: a second `{take, solve}` beside it. */
+export async function open(takeId, solve, ghost = null) {
+  const status = await attempt(() => openReplay({ take: takeId, solve, ghost }));
+  if (status) take(status);
+}
+
+async function close() {
+  const status = await attempt(closeReplay);
+  if (status) take(status);
+}
+
+const toggle = () => send({ playing: !state.replay.playing });
+
+function goTo(frame) {
+  const last = state.replay.frames - 1;
+  state.replay.frame = Math.min(Math.max(frame, 0), last);
+  state.replay.playing = false;
+  state.receivedAt = performance.now();
+  paint();
+  send({ frame: state.replay.frame, playing: false });
+}
+
+const KEYS = {
+  " ": toggle,
+  ArrowLeft: (event) => goTo(frameNow() - (event.shiftKey ? 10 : 1)),
+  ArrowRight: (event) => goTo(frameNow() + (event.shiftKey ? 10 : 1)),
+  Home: () => goTo(state.replay.first),
+  End: () => goTo(state.replay.last),
+  l: () => send({ loop: !state.replay.loop }),
+  i: () => send({ first: Math.min(frameNow(), state.replay.last) }),
+  o: () => send({ last: Math.max(frameNow(), state.replay.first) }),
+  Escape: close,
+};
+
+/** Handle a key; return whether it was one of the replay's. */
+export function replayKey(event) {
+  const handle = KEYS[event.key.length === 1 ? event.key.toLowerCase() : event.key];
+  if (!handle || !state.replay.open) return false;
+  handle(event);
+  return true;
+}
+
+async function loadCurves() {
+  const wanted = JSON.stringify([state.replay.take, state.replay.solve, state.joint]);
+  if (state.wanted === wanted) return;
+  state.wanted = wanted;
+  state.curves = null;
+  const curves = await attempt(() => getCurves(state.joint));
+  if (curves && state.wanted === wanted) {
+    state.curves = curves;
+    paint();
+  }
+}
+
+function choice(id, label, options, value, onchange) {
+  return h("select", { id, aria: { label }, title: label, onchange: (event) => onchange(event.currentTarget.value) },
+    options.map(([key, text]) => h("option", { value: key, selected: String(key) === String(value) }, text)));
+}
+
+function ghostChoice() {
+  const { take: takeId, solve, ghost } = state.replay;
+  const chosen = ghost ? `${ghost.take}|${ghost.solve}` : "";
+  const options = state.solves.filter((one) => one.take !== takeId || one.solve !== solve)
+    .map((one) => [`${one.take}|${one.solve}`, one.take === takeId ? one.solve : `${one.take}: ${one.solve}`]);
+  return choice("replay-ghost", "A second solve beside it", [["", "No ghost"], ...options], chosen, (value) => {
+    const [ghostTake, ghostSolve] = value.split("|");
+    open(takeId, solve, value ? { take: ghostTake, solve: ghostSolve } : null);
+  });
+}
+
+function solveChoice() {
+  const { take: takeId, solve, ghost } = state.replay;
+  const options = state.solves.filter((one) => one.take === takeId).map((one) => [one.solve, one.solve]);
+  return choice("replay-solve", "Which solve", options, solve, (value) => open(takeId, value, ghost));
+}
+
+function build() {
+  const { playing, loop, speed } = state.replay;
+  const button = (id, text, label, keys, onclick, pressed) => h("button", {
+    id, type: "button", class: "small", onclick, title: keys ? `${label} (${keys})` : label,
+    aria: { label, ...(pressed === undefined ? {} : { pressed: String(pressed) }) },
+  }, text);
+  return [
+    h("div", { class: "replay-row" },
+      button("replay-start", "|◀", "First frame", "Home", () => goTo(state.replay.first)),
+      button("replay-back", "◂", "A frame back", "←", () => goTo(frameNow() - 1)),
+      button("replay-play", playing ? "❚❚" : "▶", playing ? "Pause" : "Play", "Space", toggle),
+      button("replay-on", "▸", "A frame on", "→", () => goTo(frameNow() + 1)),
+      button("replay-end", "▶|", "Last frame", "End", () => goTo(state.replay.last)),
+      button("replay-loop", "Loop", "Loop", "L", () => send({ loop: !loop }), loop),
+      button("replay-in", "In", "Begin here", "I", KEYS.i),
+      button("replay-out", "Out", "End here", "O", KEYS.o),
+      choice("replay-speed", "Speed", SPEEDS.map((value) => [value, `${value}×`]), speed, (value) => send({ speed: Number(value) })),
+      h("output", { id: "replay-time", class: "timer small-timer" }),
+      h("span", { class: "spacer" }),
+      solveChoice(), ghostChoice(),
+      button("replay-close", "Live", "Back to the live stage", "Esc", close)),
+    h("div", { class: "replay-row" },
+      h("strong", { class: "replay-take", title: state.replay.take }, state.replay.take.split("/").pop()),
+      choice("replay-joint", "Joint of the curves", JOINTS.map((name) => [name, name]), state.joint, (value) => { state.joint = value; loadCurves(); }),
+      choice("replay-curve", "Curve", Object.entries(CURVES), state.curve, (value) => { state.curve = value; paint(); }),
+      h("span", { id: "replay-value", class: "count" })),
+    h("canvas", { id: "timeline", tabIndex: 0, role: "slider", aria: { label: "Timeline" }, onpointerdown: scrub }),
+  ];
+}
+
+function scrub(event) {
+  const canvas = event.currentTarget;
+  canvas.setPointerCapture(event.pointerId);
+  const move = (moved) => goTo(frameAt(canvas, moved, state.replay));
+  move(event);
+  canvas.addEventListener("pointermove", move);
+  canvas.addEventListener("pointerup", () => canvas.removeEventListener("pointermove", move), { once: true });
+}
+
+/** Draw what changes with every frame. */
+function paint() {
+  const canvas = byId("timeline");
+  if (!canvas || !state.replay.open) return;
+  const frame = frameNow();
+  const { rate_hz: rate, frames } = state.replay;
+  setText(byId("replay-time"), `${clock(frame / rate)}  ${frame} / ${frames - 1}`);
+  canvas.setAttribute("aria-valuenow", String(frame));
+  canvas.setAttribute("aria-valuemax", String(frames - 1));
+  canvas.setAttribute("aria-valuemin", "0");
+  setText(byId("replay-value"), drawTimeline(canvas, state.replay, state.curves, state.curve, frame));
+}
+
+function run() {
+  if (state.replay.open && state.replay.playing) paint();
+  requestAnimationFrame(run);
+}
+
+function show() {
+  const { open: isOpen, take: takeId, solve, ghost, playing, loop, speed } = state.replay;
+  document.body.classList.toggle("replaying", isOpen);
+  byId("replay").hidden = !isOpen;
+  if (isOpen) {
+    setText(byId("replay-title"), `${takeId}, solve ${solve}`);
+    redraw(byId("replay-bar"), [takeId, solve, ghost, playing, loop, speed, state.solves], build);
+    loadCurves();
+    paint();
+  } else {
+    state.wanted = "";
+  }
+  state.listening(state.replay);
+}
+
+/** Take in the server's message about the replay. */
+export function updateReplay(status) {
+  if (state.sending) return;
+  take(status);
+}
+
+/** Take in the list of takes: what can be shown. */
+export function updateReplayTakes(takes) {
+  state.solves = takes.flatMap((one) => one.solves.map((solve) => ({ take: one.id, solve })));
+  if (state.replay.open) show();
+}
+
+/** A solve has ended: where its take is replayed, show it. */
+export function solved(takeId, solve) {
+  if (!state.replay.open || state.replay.take !== takeId) return;
+  state.wanted = ""; // the solve may be a new one of an old name
+  open(takeId, solve, state.replay.ghost);
+  showNote(`Showing solve ${solve}`);
+}
+
+/** Begin; `listen` hears the replay's status whenever it changes. */
+export function startReplay(listen) {
+  state.listening = listen;
+  new ResizeObserver(paint).observe(byId("replay"));
+  requestAnimationFrame(run);
+}

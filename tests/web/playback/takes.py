@@ -1,0 +1,38 @@
+"""A take with solves for replay: the poses of tests.poses_factory, and a trace of two cameras."""
+
+from pathlib import Path
+
+import numpy as np
+
+from studio.engine.joints import OUTPUT_OF_CANONICAL_INDEX
+from studio.engine.settings import preset
+from studio.engine.solve.trace import STEP_M, Trace
+from studio.take.solves import write_solve
+from studio.take.take import Take
+from tests import poses_factory
+
+FRAMES = 121
+
+
+def take_with_solves(path: Path, *, seed: int = 0) -> Take:
+    """Make a take of two seconds at 60 Hz with the solves `studio`, which has a trace, and `live`, which has none."""
+    take = Take.create(path, session=path.parent.name, name=path.name, source="import")
+    poses = poses_factory.random_poses(np.random.default_rng(seed), seconds=2.0)
+    joints = poses.positions_m[:, OUTPUT_OF_CANONICAL_INDEX]
+    steps = np.rint(joints / STEP_M).astype(np.int16)
+    used = np.ones((FRAMES, 2, 21), dtype=bool)
+    reason = np.zeros((FRAMES, 2, 21), dtype=np.uint8)
+    used[10:20, 1], reason[10:20, 1] = False, 1
+    trace = Trace(
+        time_ns=np.rint(poses.time_s * 1e9).astype(np.int64),
+        cameras=("left", "right"),
+        reasons=("", "spike"),
+        camera_half_mm=np.stack([steps, steps], axis=1),
+        fused_half_mm=steps,
+        confidence=np.full((FRAMES, 21), 255, dtype=np.uint8),
+        used=used,
+        reason=reason,
+    )
+    for name, kept in (("studio", trace), ("live", None)):
+        write_solve(take, name, settings=preset("studio"), poses=poses, metrics={}, trace=kept)
+    return take

@@ -1,0 +1,155 @@
+"""The player: time, range, loop, steps, another solve of the same take; what it hands to the view."""
+
+import threading
+
+import numpy as np
+import pytest
+
+from studio.engine.errors import FormatError, SettingsError
+from studio.web.playback.clip import Clip
+from studio.web.playback.curves import curves, spans
+from studio.web.playback.player import Player
+from tests.api.camera import wait_until
+from tests.web.playback.takes import FRAMES, take_with_solves
+
+
+class Screen:
+    """Keeps what is to be shown."""
+
+    def __init__(self) -> None:
+        self.shown: list[tuple] = []
+        self.live = threading.Event()
+
+    def show_replay(self, result, ghost, trail, calibration) -> None:
+        self.shown.append((result, ghost, trail))
+
+    def show_live(self) -> None:
+        self.live.set()
+
+
+class Clock:
+    now = 0.0
+
+    def __call__(self) -> float:
+        return self.now
+
+
+@pytest.fixture
+def take(tmp_path):
+    return take_with_solves(tmp_path / "monday" / "one")
+
+
+@pytest.fixture
+def player():
+    """A player, its screen and its clock."""
+    screen, clock = Screen(), Clock()
+    made = Player(screen, clock=clock)
+    yield made, screen, clock
+    made.close()
+
+
+def test_it_plays_in_time_and_loops(player, take):
+    play, screen, clock = player
+    play.open(Clip.load(take, "studio"))
+    wait_until(lambda: len(screen.shown) > 0, "the first frame is shown")
+    play.change(playing=True)
+    clock.now = 1.0
+    assert play.status()["frame"] == 60
+    play.change(speed=0.5)
+    clock.now = 2.0
+    assert play.status()["frame"] == 90
+    clock.now = 4.0  # past the end: begins again
+    assert play.status()["frame"] == 29 and play.status()["playing"]
+    wait_until(
+        lambda: screen.shown[-1][0].positions_m is not None and len(screen.shown) > 1, "frames are shown"
+    )
+
+
+def test_without_loop_it_stops_at_the_end_and_plays_again_from_the_start(player, take):
+    play, _, clock = player
+    play.open(Clip.load(take, "studio"))
+    play.change(loop=False, first=10, last=50, frame=10, playing=True)
+    clock.now = 5.0
+    assert play.status()["frame"] == 50
+    wait_until(lambda: not play.status()["playing"], "it stops")
+    play.change(playing=True)
+    assert play.status()["frame"] == 10
+
+
+def test_steps_stay_within_the_take(player, take):
+    play, _, _ = player
+    play.open(Clip.load(take, "studio"))
+    play.change(step=-10)
+    assert play.status()["frame"] == 0
+    play.change(step=3)
+    assert play.status()["frame"] == 3
+    play.change(frame=10_000)
+    assert play.status()["frame"] == FRAMES - 1
+
+
+def test_another_solve_keeps_the_place(player, take):
+    play, screen, _ = player
+    play.open(Clip.load(take, "studio"))
+    play.change(frame=40, first=20, last=80)
+    play.open(Clip.load(take, "live"), ghost=Clip.load(take, "studio"))
+    status = play.status()
+    assert (status["frame"], status["first"], status["last"]) == (40, 20, 80)
+    assert status["ghost"] == {"take": "monday/one", "solve": "studio"} and not status["has_trace"]
+    wait_until(lambda: screen.shown and screen.shown[-1][1] is not None, "the ghost is shown")
+    result, ghost, trail = screen.shown[-1]
+    np.testing.assert_array_equal(result.positions_m, ghost.positions_m)
+    np.testing.assert_array_equal(trail[-1], result.positions_m)
+
+
+def test_closing_shows_the_live_stage(player, take):
+    play, screen, _ = player
+    play.open(Clip.load(take, "studio"))
+    wait_until(lambda: len(screen.shown) > 0, "the first frame is shown")
+    play.close_clip()
+    assert screen.live.wait(30.0) and play.status() == {"open": False}
+    with pytest.raises(SettingsError, match="open a take first"):
+        play.change(playing=True)
+
+
+@pytest.mark.parametrize(
+    "wrong", [{"speed": 0.0}, {"speed": float("nan")}, {"first": 5, "last": 2}, {"last": 10_000}]
+)
+def test_wrong_values_change_nothing(player, take, wrong):
+    play, _, _ = player
+    play.open(Clip.load(take, "studio"))
+    before = play.status()
+    with pytest.raises(SettingsError, match="allowed"):
+        play.change(**wrong)
+    assert play.status() == before
+
+
+def test_a_clip_shows_what_the_cameras_said(take):
+    clip = Clip.load(take, "studio")
+    step = clip.step(15)
+    assert step.frame_set.cameras == ("left", "right")
+    np.testing.assert_array_equal(step.positions_m, clip.poses.positions_m[15])
+    assert not step.fused.used[1].any() and step.fused.used[0].all()
+    assert Clip.load(take, "live").step(15).frame_set.cameras == ()
+
+
+def test_a_damaged_solve_is_told(take):
+    (take.solve_folder("studio") / "poses.npz").write_bytes(b"nothing")
+    with pytest.raises(FormatError):
+        Clip.load(take, "studio")
+
+
+def test_curves_name_joints_cameras_and_reasons(take):
+    clip = Clip.load(take, "studio")
+    found = curves(clip, "LeftHand", points=50)
+    assert len(found["frame"]) == 50 and found["frame"][0] == 0 and found["frame"][-1] == FRAMES - 1
+    middle = found["frame"][25]
+    assert found["position_m"]["z"][25] == pytest.approx(clip.poses.positions_m[middle, 9, 2], abs=1e-4)
+    assert found["cameras"] == {"left": [], "right": [[10, 19, "spike"]]}
+    assert set(found["stance"]) == {"left", "right"}
+    with pytest.raises(SettingsError, match="LeftHand"):
+        curves(clip, "Tail")
+
+
+def test_spans():
+    assert spans(np.array([1, 1, 0, 1, 0], dtype=bool)) == [(0, 1), (3, 3)]
+    assert spans(np.zeros(3, dtype=bool)) == []
