@@ -28,6 +28,9 @@ LINK_PATH = "/api/v1/link"
 
 Name = Annotated[str, Meta(pattern=r"^[A-Za-z0-9][A-Za-z0-9_.-]{0,62}\Z")]
 TimeNs = Annotated[int, Meta(ge=0, le=2**62)]
+PREVIEW_PIXELS = 160
+"""Width and height of a preview at most; clients send half of it."""
+
 ENDED = 2**62
 """`up_to` of the last `Ack` of a take."""
 
@@ -55,6 +58,7 @@ class Hello(msgspec.Struct, tag="hello", forbid_unknown_fields=True):
     """First message of a camera client.
 
     `boot_id` changes with every start of the client, so that (name, boot_id, sequence) names a frame for good.
+    `machine` is alike for all clients of one machine, `usb_controller` for all cameras on one of its controllers.
     """
 
     protocol_version: int
@@ -64,6 +68,8 @@ class Hello(msgspec.Struct, tag="hello", forbid_unknown_fields=True):
     boot_id: Id
     frames_per_second: float = 30.0
     serial: Text = ""
+    machine: Text = ""
+    usb_controller: Text = ""
     intrinsics: Intrinsics | None = None
     token: Text = ""
 
@@ -139,6 +145,20 @@ class DepthImage(msgspec.Struct, tag="depth", forbid_unknown_fields=True):
     data: bytes
 
 
+class Preview(msgspec.Struct, tag="preview", forbid_unknown_fields=True):
+    """A small depth image for people and for the floor: every so many columns and rows of the whole one.
+
+    `data` is as in `DepthImage`, of `width` x `height` pixels; the first pixel is the first of the whole image, and
+    `step` is the distance of the pixels in it. Never kept, left out where the link is slow.
+    """
+
+    device_time_ns: TimeNs
+    width: Annotated[int, Meta(ge=1, le=PREVIEW_PIXELS)]
+    height: Annotated[int, Meta(ge=1, le=PREVIEW_PIXELS)]
+    step: Annotated[int, Meta(ge=1, le=4096)]
+    data: bytes
+
+
 class Status(msgspec.Struct, tag="status", forbid_unknown_fields=True):
     """Health of the client, about once a second."""
 
@@ -205,6 +225,7 @@ Message = (
     | ClockSample
     | SkeletonFrame
     | DepthImage
+    | Preview
     | Status
     | Recording
     | Kept
@@ -272,8 +293,18 @@ def skeleton_frame(
 
 def depth_image(sequence: int, device_time_ns: int, depth_mm: NDArray[np.uint16]) -> DepthImage:
     """Return a depth image [mm], uint16, shape (height, width), as a message."""
-    data = zstandard.ZstdCompressor(level=1).compress(np.ascontiguousarray(depth_mm, dtype="<u2").tobytes())
-    return DepthImage(sequence=sequence, device_time_ns=device_time_ns, data=data)
+    return DepthImage(sequence=sequence, device_time_ns=device_time_ns, data=_packed(depth_mm))
+
+
+def _packed(depth_mm: NDArray[np.uint16]) -> bytes:
+    return zstandard.ZstdCompressor(level=1).compress(np.ascontiguousarray(depth_mm, dtype="<u2").tobytes())
+
+
+def preview_image(device_time_ns: int, depth_mm: NDArray[np.uint16]) -> Preview:
+    """Return a depth image [mm], uint16, shape (height, width), as a preview of 80 pixels at most each way."""
+    step = -(-max(depth_mm.shape) * 2 // PREVIEW_PIXELS)
+    small = depth_mm[::step, ::step]
+    return Preview(device_time_ns, small.shape[1], small.shape[0], step, _packed(small))
 
 
 def depth_array(image: DepthImage, intrinsics: Intrinsics) -> NDArray[np.uint16]:
@@ -282,18 +313,28 @@ def depth_array(image: DepthImage, intrinsics: Intrinsics) -> NDArray[np.uint16]
     Raises:
         FormatError: the data is damaged, or not of the size that `intrinsics` gives.
     """
-    size = 2 * intrinsics.width * intrinsics.height
+    return _unpacked(image.data, intrinsics.width, intrinsics.height, f"depth image {image.sequence}")
+
+
+def preview_array(preview: Preview) -> NDArray[np.uint16]:
+    """Return a preview's depth [mm], uint16, shape (height, width).
+
+    Raises:
+        FormatError: the data is damaged, or not of the size that the message gives.
+    """
+    return _unpacked(preview.data, preview.width, preview.height, "a preview")
+
+
+def _unpacked(data: bytes, width: int, height: int, what: str) -> NDArray[np.uint16]:
+    size = 2 * width * height
     try:
-        packed = zstandard.frame_content_size(image.data)
-        rows = b"" if packed > size else zstandard.ZstdDecompressor().decompress(image.data, size)
+        packed = zstandard.frame_content_size(data)
+        rows = b"" if packed > size else zstandard.ZstdDecompressor().decompress(data, size)
     except zstandard.ZstdError as error:
-        raise FormatError(f"depth image {image.sequence} cannot be unpacked: {error}") from error
+        raise FormatError(f"{what} cannot be unpacked: {error}") from error
     if len(rows) != size:
-        raise FormatError(
-            f"depth image {image.sequence} has {max(packed, len(rows))} bytes; "
-            f"{intrinsics.width} x {intrinsics.height} pixels need {size}"
-        )
-    return np.frombuffer(rows, dtype="<u2").reshape(intrinsics.height, intrinsics.width)
+        raise FormatError(f"{what} has {max(packed, len(rows))} bytes; {width} x {height} pixels need {size}")
+    return np.frombuffer(rows, dtype="<u2").reshape(height, width)
 
 
 def joint_arrays(frame: SkeletonFrame, joint_set: str) -> tuple[NDArray[np.float64], NDArray[np.float64]]:

@@ -126,6 +126,8 @@ async def _follow(
                 stage.frame(link, frame, data, arrival_ns)
             case wire.DepthImage() as image:
                 stage.depth(link, image, data, arrival_ns)
+            case wire.Preview() as preview:
+                stage.previews.take(link, preview)
             case wire.ClockRequest(client_send_ns=sent_ns):
                 outbox.put(wire.ClockReply(sent_ns, arrival_ns, stage.clock_ns()))
             case wire.ClockSample() as sample:

@@ -2,13 +2,15 @@
 
 from typing import Any
 
-from fastapi import APIRouter
+from fastapi import APIRouter, Response
 from pydantic import BaseModel, ConfigDict, Field
 
 from studio.api import switches
-from studio.api.errors import RESPONSES
+from studio.api.errors import RESPONSES, NotFoundError
 from studio.live import LiveStage
 from studio.live.stage import CALIBRATION_S
+
+_PNG: dict[int | str, dict[str, Any]] = {200: {"content": {"image/png": {}}, "description": "The picture."}}
 
 
 class Request(BaseModel):
@@ -81,6 +83,17 @@ def stage_router(stage: LiveStage) -> APIRouter:
         """Make the camera's clock the stage clock; answers the cameras of the status. Not while recording."""
         stage.choose_reference(name)
         return stage.status()["cameras"]
+
+    @router.get("/cameras/{name}/preview", response_class=Response, responses=_PNG)
+    def get_preview(name: str) -> Response:
+        """The newest small depth image that the camera's client sent, as PNG: near is bright, black is no reading."""
+        png = stage.previews.png(name)
+        if png is None:
+            raise NotFoundError(
+                f"there is no preview of camera {name!r}: only clients of depth cameras send them, and `previews` in "
+                "the status counts them"
+            )
+        return Response(png, media_type="image/png", headers={"Cache-Control": "no-store"})
 
     @router.get("/switches")
     def get_switches() -> dict[str, Any]:

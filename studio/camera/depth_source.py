@@ -84,6 +84,7 @@ class SteadySource:
         self._silent_s, self._first_pause_s = silent_s, first_pause_s
         self._source: Any = open_device()
         self.name, self.device = self._source.name, self._source.device
+        self.serial: str = getattr(self._source, "serial", "")
         self.frames_per_second = self._source.frames_per_second
         self.camera: DepthCamera | None = getattr(self._source, "camera", None)
         self.joint_set: str = getattr(self._source, "joint_set", "")
@@ -119,6 +120,9 @@ class SteadySource:
             source = await asyncio.to_thread(self._open)
         except (StudioError, OSError, RuntimeError) as error:
             self._say(str(error) or type(error).__name__, pause_s)
+            return None
+        if getattr(source, "serial", "") != self.serial:
+            self._say("another device is plugged in instead: start the client again", pause_s)
             return None
         if getattr(source, "camera", None) != self.camera:
             self._say("it came back with other intrinsics: start the client again", pause_s)

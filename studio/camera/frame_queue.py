@@ -20,6 +20,9 @@ class FrameQueue:
         self.dropped = 0
         self.ended = False
 
+    def __len__(self) -> int:
+        return len(self._frames)
+
     async def put(self, sequence: int, frame: bytes, *, wait: bool) -> int | None:
         """Add a frame: wait for room, or drop the oldest where there is none and return its sequence."""
         gone = None

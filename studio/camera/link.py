@@ -16,7 +16,14 @@ from websockets.exceptions import WebSocketException
 from studio import wire
 from studio.camera.frame_queue import FrameQueue
 from studio.camera.keeper import Keeper
-from studio.camera.sources import Source, SourceFrame, intrinsics_of_source
+from studio.camera.machine import machine_id, usb_controller
+from studio.camera.sources import (
+    Source,
+    SourceFrame,
+    intrinsics_of_source,
+    newest_depth,
+    serial_of_source,
+)
 from studio.camera.spool import Spool
 from studio.engine.errors import FormatError, SettingsError, StudioError
 
@@ -27,6 +34,9 @@ _FIRST_DELAY_S, _LONGEST_DELAY_S = 0.25, 5.0
 _OPEN_TIMEOUT_S = 5.0
 _CLOCK_BURST, _BURST_GAP_S, _CLOCK_GAP_S = 8, 0.02, 1.0
 _STATUS_GAP_S = 1.0
+_PREVIEW_GAP_S = 0.2
+_PREVIEW_WAITING = 2
+"""More frames than these on their way, or kept ones to be sent, and no preview is sent."""
 _LATE_BATCH, _LATE_PAUSE_S = 10, 0.02
 """Kept frames go out in batches, about 500 a second, so that new ones are not held up."""
 _SYNC_GAP_S = 1.0
@@ -101,6 +111,9 @@ class Link:
             device=source.device,
             joint_set=source.joint_set,
             boot_id=uuid.uuid4().hex,
+            serial=serial_of_source(source),
+            machine=machine_id(),
+            usb_controller=usb_controller(serial_of_source(source)),
             frames_per_second=source.frames_per_second,
             intrinsics=intrinsics_of_source(source),
             token=token,
@@ -193,7 +206,8 @@ class Link:
         await self._say(socket, self._keeper.connected())
         frames = asyncio.create_task(self._send_frames(socket))
         others = [
-            asyncio.create_task(work(socket)) for work in (self._listen, self._ask_clock, self._send_status)
+            asyncio.create_task(work(socket))
+            for work in (self._listen, self._ask_clock, self._send_status, self._send_previews)
         ]
         try:
             done, _ = await asyncio.wait((frames, *others), return_when=asyncio.FIRST_COMPLETED)
@@ -270,6 +284,17 @@ class Link:
         while True:
             await socket.send(wire.encode(self._status()))
             await asyncio.sleep(_STATUS_GAP_S)
+
+    async def _send_previews(self, socket: ClientConnection) -> None:
+        """Send the newest depth image in small five times a second, while nothing else is in want of the link."""
+        shown_ns = -1
+        while True:
+            await asyncio.sleep(_PREVIEW_GAP_S)
+            newest = newest_depth(self._source)
+            busy = len(self._queue) > _PREVIEW_WAITING or self._keeper.has_late or self._keeper.problem
+            if newest is not None and newest[0] != shown_ns and not busy:
+                shown_ns = newest[0]
+                await socket.send(wire.encode(wire.preview_image(*newest)))
 
     def _status(self) -> wire.Status:
         return wire.Status(

@@ -10,13 +10,12 @@ from numpy.typing import NDArray
 from PIL import Image, ImageDraw
 
 from studio.camera.tracked import TrackedSource
-from studio.engine.depth import DepthCamera, project
+from studio.engine.depth import DepthCamera, project, shade
 from studio.engine.errors import SettingsError
 from studio.engine.joints import CANONICAL, INDEX
 
 _SHADES = " .:-=+*#%@"
 _COLUMNS, _ROWS = 72, 26
-_NEAR_MM, _FAR_MM = 500, 5000
 _BONES = [
     (INDEX[a], INDEX[b])
     for a, b in (
@@ -38,12 +37,6 @@ document.getElementById('name').textContent=s.name;document.getElementById('stat
 document.getElementById('image').src='image.png?'+Date.now()}catch(e){
 document.getElementById('status').textContent='the camera client does not answer'}setTimeout(tick,500)}
 tick()</script>"""
-
-
-def shade(depth_mm: NDArray[np.uint16]) -> NDArray[np.uint8]:
-    """Return a depth image as grey, near = bright, 0 = no reading, shape (height, width)."""
-    share = (np.clip(depth_mm.astype(np.float32), _NEAR_MM, _FAR_MM) - _NEAR_MM) / (_FAR_MM - _NEAR_MM)
-    return np.where(depth_mm > 0, 235 - 195 * share, 0).astype(np.uint8)
 
 
 def text_picture(depth_mm: NDArray[np.uint16], camera: DepthCamera, positions: NDArray[np.float64]) -> str:

@@ -138,6 +138,17 @@ def written(name: str) -> str:
     return f"{name}[:{argument[1:]}" if argument.startswith("[<") else f"{name}{argument}"
 
 
+def serial_of_source(source: Any) -> str:
+    """Return the serial number of a source's device, "" where it has none."""
+    return str(getattr(source, "serial", ""))
+
+
+def newest_depth(source: Any) -> tuple[int, NDArray[np.uint16]] | None:
+    """Return the newest depth image that a source made a skeleton of, with its time; None where there is none."""
+    latest = getattr(source, "latest", None)
+    return None if latest is None else (latest[1].time_ns, latest[0])
+
+
 def intrinsics_of_source(source: Any) -> Intrinsics | None:
     """Return the depth camera's intrinsics of a source that is made from depth, else None."""
     return getattr(source, "intrinsics", None)

@@ -47,6 +47,7 @@ class TrackedSource:
     def __init__(self, depth: DepthSource, *, keep_depth: bool = False) -> None:
         self.depth = depth
         self.name, self.device = depth.name, depth.device
+        self.serial = str(getattr(depth, "serial", ""))
         self.frames_per_second, self.realtime = depth.frames_per_second, depth.realtime
         self.intrinsics: wire.Intrinsics | None = intrinsics_of(depth.camera)
         self.passed_over = 0

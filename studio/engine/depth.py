@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 _WIDEST = 3.0
 _REACHED_PX = 0.5
+_NEAR_MM, _FAR_MM = 500, 5000
 
 
 @dataclass(frozen=True)
@@ -75,6 +76,12 @@ def points(camera: DepthCamera, depth_mm: NDArray[np.uint16]) -> NDArray[np.floa
     np.multiply(camera.rays, z[..., None], out=result[..., :2])
     result[..., 2] = z
     return result
+
+
+def shade(depth_mm: NDArray[np.uint16]) -> NDArray[np.uint8]:
+    """Return a depth image as grey, near = bright, 0 = no reading, shape (height, width)."""
+    share = (np.clip(depth_mm.astype(np.float32), _NEAR_MM, _FAR_MM) - _NEAR_MM) / (_FAR_MM - _NEAR_MM)
+    return np.where(depth_mm > 0, 235 - 195 * share, 0).astype(np.uint8)
 
 
 def project(camera: DepthCamera, places: NDArray[np.floating]) -> NDArray[np.float64]:

@@ -8,11 +8,13 @@ from pathlib import Path
 from typing import Any
 
 from studio.engine.calibration.calibrate import calibrate, with_performer
+from studio.engine.calibration.depth_floor import seen_floors
 from studio.engine.calibration.result import Calibration
 from studio.engine.errors import CalibrationError, StudioError
 from studio.engine.frames import CameraFrame
 from studio.live.calibrations import Kept, save_calibration
 from studio.live.coverage import Coverage
+from studio.live.previews import FloorViews
 from studio.worker import run_in_process
 
 _log = logging.getLogger(__name__)
@@ -53,11 +55,18 @@ class Outcome:
 class Calibrator:
     """Runs one calibration at a time; `start`, `add` and `update` belong to the engine thread.
 
-    `report` is called from a worker thread with the outcome; it must hand over to the engine thread.
+    `report` is called from a worker thread with the outcome; it must hand over to the engine thread. `floor_views`
+    returns small depth images that came since a time on the server's clock [ns].
     """
 
-    def __init__(self, folder: Path, report: Callable[[Outcome], None]) -> None:
+    def __init__(
+        self,
+        folder: Path,
+        report: Callable[[Outcome], None],
+        floor_views: Callable[[int], FloorViews] = lambda since_ns: {},
+    ) -> None:
         self.attempt = Attempt()
+        self._floor_views = floor_views
         self._folder = folder
         self._report = report
         self._frames: Frames = {}
@@ -137,7 +146,8 @@ class Calibrator:
             if provisional:
                 calibration = calibrate_stage(frames, reference)
             else:
-                calibration = run_in_process(calibrate_stage, frames, reference, self._height_m)
+                views = self._floor_views(self.attempt.began_ns)
+                calibration = run_in_process(calibrate_stage, frames, reference, self._height_m, views)
                 if not calibration.refused:
                     serials = {name: self._serials.get(name, "") for name in calibration.cameras}
                     kept = save_calibration(self._folder, calibration, serials)
@@ -186,9 +196,15 @@ class Calibrator:
         }
 
 
-def calibrate_stage(frames: Frames, reference: str, height_m: float | None = None) -> Calibration:
-    """Return the calibration of these frames with a performer; runs in a worker process."""
-    calibration = calibrate(frames, reference=reference, height_m=height_m)
+def calibrate_stage(
+    frames: Frames, reference: str, height_m: float | None = None, views: FloorViews | None = None
+) -> Calibration:
+    """Return the calibration of these frames with a performer; runs in a worker process.
+
+    The floor is that of the depth images in `views`, where it is seen there.
+    """
+    floors = seen_floors(views) if views else {}
+    calibration = calibrate(frames, reference=reference, height_m=height_m, floors=floors)
     if calibration.performer is not None or (calibration.refused and len(frames) > 1):
         return calibration
     return with_performer(calibration, frames)

@@ -149,6 +149,8 @@ class LiveCamera:
             "connected": self.connected,
             "reference": reference,
             "local": self.local,
+            "machine": self.hello.machine,
+            "usb_controller": self.hello.usb_controller,
             "calibrated": calibrated,
             "state": state,
             "starved": starved,
@@ -167,6 +169,13 @@ class LiveCamera:
             "not_kept_by_client": None if client is None else client.frames_not_kept,
             "message": "" if client is None else client.message,
         }
+
+    def slow(self, now_ns: int) -> bool:
+        """Whether the camera is here, and has given far fewer frames than it should for some seconds."""
+        nominal = self.hello.frames_per_second
+        recent = [one.arrival_ns for one in self._arrivals if now_ns - one.arrival_ns < RECENT_NS]
+        heard = bool(recent) and now_ns - recent[-1] < SILENT_NS
+        return self.connected and heard and self.frames > 2 * nominal and _rate(recent) < SLOW_SHARE * nominal
 
     def _clock_status(self) -> dict[str, Any]:
         round_trip, error = self.estimator.round_trip_ns, self.estimator.error_ns
@@ -207,7 +216,7 @@ class LiveCamera:
         if self.client is not None and self.client.message:
             return "trouble", "", self.client.message
         nominal = self.hello.frames_per_second
-        if len(self._arrivals) > 2 * nominal and rate < SLOW_SHARE * nominal:
+        if self.slow(now_ns):
             return "live", "no_frames", f"{rate:.0f} instead of {nominal:.0f} frames a second"
         if self._seen_ns is None or now_ns - self._seen_ns > NOBODY_NS:
             return "live", "no_performer", "it sees no performer"

@@ -28,6 +28,7 @@ from studio.live.figures import PipelineFigures
 from studio.live.inbox import Arrived, Call, Inbox, Item, Left, Measured, Reported
 from studio.live.latest import Latest
 from studio.live.performers import save_profile
+from studio.live.previews import Previews
 from studio.live.roster import Roster
 from studio.live.status import stage_status
 from studio.live.takes import Takes
@@ -66,6 +67,7 @@ class Engine(Takes):
         calibration: Kept | None,
         notify: Callable[[StepResult], None],
         on_broken: Callable[[], None],
+        previews: Previews,
     ) -> None:
         self._thread = threading.Thread(target=self._run, name="engine", daemon=True)
         self.results: Latest[StepResult] = Latest()
@@ -77,7 +79,8 @@ class Engine(Takes):
         self.figures = PipelineFigures()
         self.problem = ""
         self.folder = folder
-        self.calibrator = Calibrator(folder / "calibrations", self._computed)
+        self.previews = previews
+        self.calibrator = Calibrator(folder / "calibrations", self._computed, previews.floor_views)
         self.tpose = TPoseCapture(self._performer_measured)
         self.watch = CameraWatch()
         self.status: dict[str, Any] = {}

@@ -63,6 +63,40 @@ def calibration_warnings(
     return warnings
 
 
+def shared_usb(cameras: Iterable[LiveCamera], now_ns: int) -> dict[str, str]:
+    """Return in words, by camera, that it may lack frames since it shares a USB controller, and what to do.
+
+    Cameras of one machine that are slow at the same time, and do not hang at controllers that are known to be
+    different. The ways of their frames to the server cannot be told apart, but each knows its nominal rate.
+
+    Args:
+        cameras: those that are connected.
+        now_ns: the present on the server's clock.
+    """
+    slow = [camera for camera in cameras if camera.hello.machine and camera.slow(now_ns)]
+    out = {}
+    for camera in slow:
+        mine = camera.hello.usb_controller
+        others = [
+            other
+            for other in slow
+            if other is not camera
+            and other.hello.machine == camera.hello.machine
+            and (not mine or not other.hello.usb_controller or other.hello.usb_controller == mine)
+        ]
+        if not others:
+            continue
+        names = " and ".join(other.name for other in others)
+        known = all(mine and other.hello.usb_controller == mine for other in others)
+        place = (
+            f"shares USB controller {mine} with {names}" if known else f"as is {names} on the same machine"
+        )
+        out[camera.name] = (
+            f"{place}; plug them into ports of different USB controllers or machines, or lower their frame rates"
+        )
+    return out
+
+
 def moved_words(metres: float) -> str:
     """Return in words that a camera was moved."""
     return (

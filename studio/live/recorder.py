@@ -1,7 +1,8 @@
 """Writing a take while it is recorded, on a thread of its own: nothing is dropped, the engine never waits.
 
-What is written is waited for on the disk eight times a second; then `on_synced` hears of it, and the clients
-are told that they need not keep those frames any longer.
+What comes is handed to the operating system twenty times a second, so that it outlives this program. A second thread
+waits for the disk, which may take long; then `on_synced` hears of it, and the clients are told that they need not
+keep those frames any longer.
 """
 
 import logging
@@ -26,8 +27,11 @@ from studio.wire import ENDED, Ack, DepthImage, Hello
 
 _log = logging.getLogger(__name__)
 
+WRITE_S = 0.05
+"""A program that is killed loses at most this much of a recording, and the clients send it again."""
+
 FLUSH_S = 0.12
-"""A crash loses at most this much of a recording, and the clients send it again."""
+"""How often the disk is waited for: a power cut loses at most this much, and the time that the disk takes."""
 
 RESERVE_BYTES = 32 * 1024 * 1024
 """A recording ends while this much of the disk is left, so that it can be ended in order."""
@@ -52,7 +56,7 @@ class Recorder:
         frames: camera frames in the file or on their way to it.
         bytes_written: size of all files so far.
         problem: why writing has stopped, for a person; "" while all is well.
-        on_synced: called on the recorder's thread with the cameras of which more is on the disk now.
+        on_synced: called on a thread of the recorder's with the cameras of which more is on the disk now.
     """
 
     def __init__(self, take: Take, *, state: RawState | None = None) -> None:
@@ -87,9 +91,13 @@ class Recorder:
                 self._synced[key].add_range(begin, end)
             self._starts[key] = ranges.first or 0
         self._waiting: list[tuple[Key, int]] = []
+        self._written: list[tuple[Key, int]] = []
+        self._ended = threading.Event()
         self._queue: queue.SimpleQueue[tuple[Any, ...]] = queue.SimpleQueue()
         self._thread = threading.Thread(target=self._run, name="recorder", daemon=True)
+        self._syncer = threading.Thread(target=self._sync, name="recorder disk", daemon=True)
         self._thread.start()
+        self._syncer.start()
 
     @classmethod
     def create(cls, path: Path, *, session: str, name: str) -> "Recorder":
@@ -221,10 +229,10 @@ class Recorder:
     # --- the thread
 
     def _run(self) -> None:
-        flushed = time.monotonic()
+        written = looked = time.monotonic()
         while True:
             try:
-                item = self._queue.get(timeout=FLUSH_S)
+                item = self._queue.get(timeout=WRITE_S)
             except queue.Empty:
                 item = None
             try:
@@ -233,10 +241,13 @@ class Recorder:
                     return
                 if item is not None and not self.problem:
                     self._write(item)
-                if not self.problem and time.monotonic() - flushed >= FLUSH_S:
-                    self._flush()
+                now = time.monotonic()
+                if not self.problem and now - written >= WRITE_S:
+                    self._write_out()
+                    written = now
+                if not self.problem and now - looked >= FLUSH_S:
                     self._look_at_disk()
-                    flushed = time.monotonic()
+                    looked = now
             except (OSError, ValueError, StudioError) as error:
                 self._fail(error)
                 if item is not None and item[0] == "close":
@@ -259,23 +270,43 @@ class Recorder:
             _log.error("%s: %s", self.take.path, self.problem)
 
     def _end(self) -> None:
+        self._ended.set()
+        self._syncer.join()
         try:
             if not self.problem:
-                self._flush()
+                self._write_out()
+                self._wait_for_disk()
             self._poses.close()
         finally:
             self._writer.close()
 
-    def _flush(self) -> None:
-        """Poses first: the log never tells of a tick whose pose is not on the disk."""
-        self._poses.sync()
-        self._writer.flush()
-        waiting, self._waiting = self._waiting, []
+    def _write_out(self) -> None:
+        """Poses first: the log never tells of a tick whose pose is not written."""
+        self._poses.write_out()
+        self._writer.write_out()
         with self._lock:
-            for key, sequence in waiting:
+            self._written += self._waiting
+        self._waiting = []
+
+    def _sync(self) -> None:
+        """The thread that waits for the disk."""
+        while not self._ended.wait(FLUSH_S):
+            try:
+                if not self.problem:
+                    self._wait_for_disk()
+            except (OSError, ValueError, StudioError) as error:
+                self._fail(error)
+
+    def _wait_for_disk(self) -> None:
+        with self._lock:
+            written, self._written = self._written, []
+        self._poses.sync()
+        self._writer.sync()
+        with self._lock:
+            for key, sequence in written:
                 self._synced.setdefault(key, Ranges()).add(sequence)
-        if waiting:
-            self.on_synced({key for key, _ in waiting})
+        if written:
+            self.on_synced({key for key, _ in written})
 
     def _write(self, item: tuple[Any, ...]) -> None:
         kind, *values = item

@@ -22,6 +22,7 @@ from studio.live.latest import Latest
 from studio.live.links import CameraLink, Links, Send
 from studio.live.performers import FOLDER as PERFORMERS
 from studio.live.performers import load_profile
+from studio.live.previews import Previews
 from studio.live.recorder import Recorder
 from studio.live.recording import Recording
 from studio.live.resume import marker_of, take_up
@@ -50,8 +51,9 @@ _log = logging.getLogger(__name__)
 
 
 class LiveStage:
-    """The live stage. `start` it, `close` it at the end; `keeping` is what it does about frames that clients keep.
+    """The live stage. `start` it, `close` it at the end.
 
+    `keeping` is what it does about frames that clients keep, `previews` about their small depth images.
     Methods that say "waits" wait for the engine thread or the disk: not for an event loop.
     """
 
@@ -76,6 +78,7 @@ class LiveStage:
         offset_ns = 0 if self._marker is None else self._marker.clock_offset_ns(clock_ns)
         self.clock_ns = clock_ns if offset_ns == 0 else lambda: clock_ns() + offset_ns
         self._links = Links()
+        self.previews = Previews(self._links, self.clock_ns)
         self._late = LateTakes(sessions)
         self._recording_lock = threading.Lock()
         self._subscribers: tuple[Callable[[StepResult], None], ...] = ()
@@ -87,6 +90,7 @@ class LiveStage:
             calibration=load_last_calibration(sessions / "calibrations"),
             notify=self._notify,
             on_broken=self._end_broken,
+            previews=self.previews,
         )
         self.keeping = Keeping(self._links, self._engine, self._late, self.clock_ns)
 

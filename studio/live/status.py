@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 from studio.engine.settings import PRESETS
 from studio.engine.solve.following import not_followed_mm
 from studio.live.calibrator import camera_verdicts
-from studio.live.guards import age_s, calibration_warnings, moved_words
+from studio.live.guards import age_s, calibration_warnings, moved_words, shared_usb
 from studio.live.recorder import RESERVE_BYTES
 from studio.take.pose_log import RECORD
 
@@ -30,7 +30,11 @@ def stage_status(engine: "Engine", now_ns: int) -> dict[str, Any]:
         name: camera.status(now_ns, reference=engine.roster.reference == name, calibrated=name in known)
         for name, camera in engine.roster.cameras.items()
     }
+    for name, words in shared_usb(engine.roster.connected(), now_ns).items():
+        if cameras[name]["state"] == "live":
+            cameras[name].update(starved="usb", reason=f"{cameras[name]['reason']}: {words}")
     for name, camera in cameras.items():
+        camera["previews"] = engine.previews.count(name)
         camera["shift_mm"] = round(shifts[name] * 1e3, 1) if name in shifts else None
         if name in moved and camera["state"] == "live":
             camera.update(state="trouble", starved="moved", reason=moved_words(moved[name]))

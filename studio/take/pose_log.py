@@ -55,9 +55,12 @@ class PoseLog:
             record[name] = getattr(result, name)
         self._file.write(record.tobytes())
 
-    def sync(self) -> None:
-        """Wait until all is on the disk."""
+    def write_out(self) -> None:
+        """Hand all to the operating system: it outlives this program, if not the machine."""
         self._file.flush()
+
+    def sync(self) -> None:
+        """Wait until all that was written out is on the disk; another thread than that which writes may wait."""
         os.fsync(self._file.fileno())
 
     def close(self) -> None:

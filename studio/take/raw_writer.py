@@ -40,14 +40,11 @@ class WholeFile:
 
 
 class RawWriter:
-    """Writes a new `raw.mcap`, or goes on with one. Not thread-safe: one thread writes.
+    """Writes a new `raw.mcap`, or goes on with one. Not thread-safe but for `sync`: one thread writes.
 
     Args:
         path: the file.
         state: go on with the file in this state, as `raw_append.scan_raw` found it; None: a new file.
-
-    Attributes:
-        synced_bytes: size of what is safe on the disk.
 
     Raises:
         TakeError: the file exists already, or another program writes it; from any method: it cannot be written,
@@ -79,7 +76,6 @@ class RawWriter:
                 self._file.raw.truncate(0)
                 self._writer.start(profile=PROFILE, library=PROFILE)
                 self._live = self._register(LIVE_TOPIC, "json", {})
-        self.synced_bytes = self._file.tell()
         self._dirty = True
 
     def _register(self, topic: str, encoding: str, metadata: dict[str, str]) -> int:
@@ -166,14 +162,23 @@ class RawWriter:
             self._writer.add_message(self._live, log_time=time_ns, data=data, publish_time=time_ns)
         self._dirty = True
 
-    def flush(self) -> None:
-        """End the chunk in progress and wait until all is on the disk."""
+    def write_out(self) -> None:
+        """End the chunk in progress: what was written so far outlives this program, if not the machine."""
         if self._dirty:
             with self._disk_errors():
                 self._writer.flush()
-                os.fsync(self._file.raw.fileno())
-            self.synced_bytes = self._file.tell()
             self._dirty = False
+
+    def sync(self) -> None:
+        """Wait until all that was written out is on the disk; another thread than that which writes may wait."""
+        with self._disk_errors():
+            os.fsync(self._file.raw.fileno())
+
+    def flush(self) -> None:
+        """End the chunk in progress and wait until all is on the disk."""
+        if self._dirty:
+            self.write_out()
+            self.sync()
 
     def close(self) -> None:
         """Finish the file (a second call does nothing); after an error, what is whole in it."""

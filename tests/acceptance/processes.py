@@ -117,11 +117,11 @@ def server_process(sessions: Path) -> Iterator[ServerProcess]:
 class CameraProcess:
     """`studio camera` with a simulated source, which can be killed and started again."""
 
-    def __init__(self, folder: Path, url: str, index: int, count: int) -> None:
+    def __init__(self, folder: Path, url: str, index: int, count: int, *, source: str = "simulated") -> None:
         self.name = f"camera_{index}"
         self.spool = folder / f"spool_{index}"
         self._log = folder / f"camera_{index}.log"
-        self._command = [sys.executable, "-m", "studio", "camera", "--source", f"simulated:{index}/{count}"]
+        self._command = [sys.executable, "-m", "studio", "camera", "--source", f"{source}:{index}/{count}"]
         self._command += ["--name", self.name, "--server", url, "--spool", str(self.spool)]
         self.process: subprocess.Popen[bytes] | None = None
         self.start()

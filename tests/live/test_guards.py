@@ -12,8 +12,9 @@ from studio.engine.errors import CalibrationError, SettingsError, TakeError
 from studio.live import LiveStage
 from studio.live.calibrations import Kept
 from studio.live.camera import LiveCamera
-from studio.live.guards import age_words, calibration_warnings
+from studio.live.guards import age_words, calibration_warnings, shared_usb
 from studio.live.performers import list_profiles, load_profile
+from studio.take.raw import camera_frame
 from studio.take.take import Take
 from tests.api.camera import wait_until
 from tests.live.performer import calibration, frame, hello, save_stage_calibration
@@ -151,3 +152,51 @@ def test_what_is_not_allowed(stage):
         stage.use_performer("Bob")
     with pytest.raises(TakeError):
         load_profile(stage.sessions, "../1")
+
+
+def slow_camera(name: str, machine: str, controller: str, rate: float) -> LiveCamera:
+    """A camera that has sent frames at a rate up to the time 3 s; 30 a second were promised."""
+    camera = LiveCamera(hello(name, machine=machine, usb_controller=controller))
+    for sequence in range(100):
+        seen = camera_frame(name, "canonical", frame(0, sequence, sequence, 0.0))
+        camera.saw(seen, round(3e9 - (99 - sequence) * 1e9 / rate))
+    return camera
+
+
+@pytest.mark.parametrize(
+    ("second", "told"),
+    [
+        (("m1", "0000:00:14.0", 12.0), "shares USB controller 0000:00:14.0 with b; plug them into"),
+        (("m1", "", 12.0), "as is b on the same machine; plug them into"),
+        (("m1", "0000:03:00.0", 12.0), None),
+        (("m2", "0000:00:14.0", 12.0), None),
+        (("m1", "0000:00:14.0", 30.0), None),
+    ],
+)
+def test_slow_cameras_on_one_usb_controller_are_named(second, told):
+    cameras = [slow_camera("a", "m1", "0000:00:14.0", 14.0), slow_camera("b", *second)]
+    found = shared_usb(cameras, 3_000_000_000)
+    assert set(found) == ({"a", "b"} if told else set())
+    assert told is None or found["a"].startswith(told)
+
+
+def test_a_shared_usb_controller_stands_in_the_status(stage):
+    said = {"machine": "m1", "usb_controller": "usb", "frames_per_second": 200.0}
+    links = [stage.join(hello(name, **said)) for name in ("camera_0", "camera_1")]
+    for _ in range(410):
+        feed_now(stage, links)
+        if {camera["starved"] for camera in stage.status()["cameras"].values()} == {"usb"}:
+            break
+    found = stage.status()["cameras"]["camera_0"]
+    assert found["starved"] == "usb" and "camera_1" in found["reason"] and "200 frames" in found["reason"]
+    assert found["usb_controller"] == "usb"
+
+
+def feed_now(stage, links):
+    """One frame of every camera, at about 90 a second."""
+    for index, link in enumerate(links):
+        link.sequence = getattr(link, "sequence", 0) + 1
+        now = time.monotonic_ns()
+        seen = frame(index, link.sequence, now, 0.0)
+        stage.frame(link, seen, wire.encode(seen), now)
+    time.sleep(0.01)

@@ -66,7 +66,7 @@ def test_a_disk_that_fails_is_told_and_the_stage_goes_on(stage, monkeypatch, cap
         raise OSError(28, os.strerror(28))
 
     with caplog.at_level(logging.CRITICAL):
-        monkeypatch.setattr(RawWriter, "flush", full)
+        monkeypatch.setattr(RawWriter, "write_out", full)
         feed_until(stage, link, lambda: stage.status()["recording"]["problem"] != "", "it is told")
         assert "No space left" in stage.status()["recording"]["problem"]
         feed_until(stage, link, lambda: not stage.status()["recording"]["active"], "the recording has ended")

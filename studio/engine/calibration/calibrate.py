@@ -5,13 +5,16 @@ The steps: `first` (first clocks by `time_offset`, first transforms by `rigid`) 
 `halves`, `handedness` and `verdict`.
 """
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from studio.engine.calibration import quality
+from studio.engine.calibration.depth_floor import common_floor
 from studio.engine.calibration.first import Candidate, first_placements
+from studio.engine.calibration.floor import Floor
 from studio.engine.calibration.halves import Halves, compare_halves
 from studio.engine.calibration.handedness import mirrored_bodies
 from studio.engine.calibration.merge import Walk, merge
@@ -20,7 +23,7 @@ from studio.engine.calibration.pairs import LocalClock, Track, grid, make_track,
 from studio.engine.calibration.proportions import measure
 from studio.engine.calibration.refine import BIAS_PRIOR_M, Placed, Refined, refine
 from studio.engine.calibration.result import Calibration, CameraCalibration, Performer
-from studio.engine.calibration.stage import find_stage
+from studio.engine.calibration.stage import find_stage, middle_of
 from studio.engine.calibration.steadiness import Shift, largest_shifts
 from studio.engine.calibration.swaps import exchange, find_swaps
 from studio.engine.calibration.verdict import Facts, verdict
@@ -37,6 +40,7 @@ def calibrate(
     reference: str | None = None,
     until_s: float | None = None,
     height_m: float | None = None,
+    floors: Mapping[str, Floor] | None = None,
 ) -> Calibration:
     """Return the calibration that the frames give; a bad one has the verdict `refused` and reasons.
 
@@ -48,13 +52,15 @@ def calibrate(
         reference: the reference camera; the first where None.
         until_s: use only what the reference camera saw up to this time on its clock [s].
         height_m: the performer's, where it was measured before; one that disagrees is refused.
+        floors: by camera, the floor that it sees, in its own frame (`depth_floor.seen_floors`).
 
     Raises:
         CalibrationError: no frames at all, or a reference camera without frames.
     """
     cameras = first_placements(frames, reference, until_s)
     fit = _fit([camera for camera in cameras if not camera.problem])
-    T_stage, performer = find_stage(fit.walk)
+    poses = {name: camera.T for name, camera in zip(fit.names, fit.whole.cameras, strict=True)}
+    T_stage, performer = find_stage(fit.walk, common_floor(floors or {}, poses, middle_of(fit.walk)))
     walk = fit.walk.moved(T_stage)
     results = {}
     coverage, backwards = quality.coverage(walk), mirrored_bodies(walk, np.array([0.0, 0.0, 1.0]))

@@ -3,6 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
+from studio.engine.calibration.depth_floor import is_floor
 from studio.engine.calibration.floor import Floor, body_up, find_floor
 from studio.engine.calibration.merge import Walk
 from studio.engine.calibration.proportions import measure
@@ -17,12 +18,17 @@ _FIRST_INSTANTS = 30
 _UPRIGHT_CAMERA = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, -1.0, 0.0]])
 
 
-def find_stage(walk: Walk) -> tuple[NDArray[np.float64], Performer | None]:
+def find_stage(walk: Walk, seen: Floor | None = None) -> tuple[NDArray[np.float64], Performer | None]:
     """Return T_stage_walk and the performer.
 
     The origin is the floor under the hips in the T-pose, where the performer faces -y; without a T-pose it is under
     the middle of the walk, facing as it starts. Where no body was seen, the stage is that of an upright camera at
     eye level, and there is no performer.
+
+    Args:
+        walk: in any one frame.
+        seen: the floor that depth cameras see, in the same frame; it counts instead of the one under the feet, unless
+            they are so far apart that it is another plane.
     """
     up = body_up(walk)
     if up is None:
@@ -31,11 +37,20 @@ def find_stage(walk: Walk) -> tuple[NDArray[np.float64], Performer | None]:
     for _ in range(
         2
     ):  # the heights of ankles and toes follow from the performer's height, and this from the floor
-        floor = find_floor(walk, height)
-        T = _frame(walk, Floor(up, _lowest(walk, up)) if floor is None else floor)
+        floor = find_floor(walk, height) or Floor(up, _lowest(walk, up))
+        if seen is not None and is_floor(seen, floor, middle_of(walk)):
+            floor = seen
+        T = _frame(walk, floor)
         performer = measure(walk.moved(T))
         height = height if performer is None else performer.height_m
     return T, performer
+
+
+def middle_of(walk: Walk) -> NDArray[np.float64]:
+    """Return the middle of the walk in its frame [m], shape (3,); the origin where no hips were seen."""
+    hips = walk.merged[:, INDEX["hips"]]
+    hips = hips[np.isfinite(hips).all(axis=1)]
+    return np.median(hips, axis=0) if len(hips) else np.zeros(3)
 
 
 def _lowest(walk: Walk, up: NDArray[np.float64]) -> float:
