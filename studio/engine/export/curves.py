@@ -14,13 +14,13 @@ from studio.engine.compiled import compiled
 
 Array = NDArray[np.float64]
 
-JUMP_CHANGE = 1.5
-"""A change of step from key to key [deg or cm] under this is no jump: its swing is under 0.12."""
+JUMP_STEP = 2.0
+"""A step from key to key [deg or cm] under this is no jump: the swing beside it is under 0.15."""
 
 JUMP_RATIO = 6.0
-"""A jump changes the step by this many times the median change around."""
+"""A jump is this many times the median step around it, so it lasts for a few keys at most."""
 
-_AROUND = 15
+_AROUND = 9
 
 
 @dataclass(frozen=True)
@@ -57,7 +57,7 @@ def curve_keys(track: Array, frames_per_second: float, interpolation: str) -> Cu
     slopes = np.full(count, np.nan)
     if interpolation == "cubic" and count >= 3:
         own = frame_slopes(track)
-        jumps = 1 + np.flatnonzero(_is_jump(track))
+        jumps = _beside_jumps(track)
         slopes[jumps] = _limited(track, jumps)
         slopes[[0, -1]] = own[[0, -1]]
     return CurveKeys(frames=np.arange(count), values=track, slopes=slopes * frames_per_second)
@@ -71,12 +71,13 @@ def frame_slopes(track: Array) -> Array:
     return slopes
 
 
-def _is_jump(track: Array) -> NDArray[np.bool_]:
-    """Return whether the curve would swing out beside each inner key, shape (frame_count - 2,)."""
-    change = np.abs(np.diff(track, 2))
-    if change.size == 0 or change.max() <= JUMP_CHANGE:
-        return np.zeros(len(change), bool)
-    return change > np.maximum(JUMP_CHANGE, JUMP_RATIO * median_filter(change, _AROUND, mode="nearest"))
+def _beside_jumps(track: Array) -> NDArray[np.int64]:
+    """Return the inner keys on either side of a jump."""
+    step = np.abs(np.diff(track))
+    if step.max() <= JUMP_STEP:
+        return np.zeros(0, np.int64)
+    jumps = step > np.maximum(JUMP_STEP, JUMP_RATIO * median_filter(step, _AROUND, mode="nearest"))
+    return 1 + np.flatnonzero(jumps[1:] | jumps[:-1])
 
 
 def _limited(track: Array, keys: NDArray[np.int64]) -> Array:
