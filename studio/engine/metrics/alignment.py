@@ -126,8 +126,9 @@ def _clock_step(
     jacobian[:, :, 2:5] = np.eye(3)
     for axis in range(3):  # turns about each axis
         jacobian[:, :, 5 + axis] = np.cross(np.eye(3)[axis], place - place.mean(axis=0))
-    normal = np.einsum("nai,naj,n->ij", jacobian, jacobian, weight, optimize=True)
-    right = np.einsum("nai,na,n->i", jacobian, residual, weight, optimize=True)
+    root = np.sqrt(weight)[:, None]
+    rows = (jacobian * root[..., None]).reshape(-1, 8)
+    normal, right = rows.T @ rows, rows.T @ (residual * root).ravel()
     prior = _ALIKE_S * matched.rate_hz * (width / 1.5 / DRIFT_SIGMA_PPM * 1e6) ** 2 / 3.0
     normal[1, 1] += prior
     right[1] -= prior * drift_ppm * 1e-6

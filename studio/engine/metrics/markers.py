@@ -21,7 +21,7 @@ OFFSET_SIGMA_M = 0.10
 """How far markers usually are from the joint that they stand for: keeps what the motion does not show at 0."""
 
 _ROUNDS = 40
-_MOST_SAMPLES = 1500
+_MOST_SAMPLES = 600
 
 
 def fit_joint_centres(
@@ -122,8 +122,9 @@ def _fit(
         slope = -turn if on_markers else R @ turn
         for axis in range(3):
             jacobian[np.arange(len(p)), :, 6 + 3 * marker + axis] = slope[:, :, axis]
-        normal = np.einsum("nai,naj,n->ij", jacobian, jacobian, weight, optimize=True)
-        gradient = np.einsum("nai,na,n->i", jacobian, residual, weight, optimize=True)
+        root = np.sqrt(weight)[:, None]
+        rows = (jacobian * root[..., None]).reshape(-1, count)
+        normal, gradient = rows.T @ rows, rows.T @ (residual * root).ravel()
         prior = (scale / OFFSET_SIGMA_M) ** 2
         normal[np.arange(6, count), np.arange(6, count)] += prior
         gradient[6:] += prior * offsets.ravel()

@@ -2,6 +2,7 @@
 
 import csv
 import os
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -10,6 +11,10 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 
+from studio.engine.animation.c3d import read_c3d
+from studio.engine.animation.landmarks import canonical_points, uses_markers
+from studio.engine.animation.points import NamedPoints
+from studio.engine.animation.trc import read_trc
 from studio.engine.errors import FormatError
 from studio.engine.joints import CANONICAL, INDEX, JOINT_COUNT
 from studio.engine.metrics.canonical import canonical_positions
@@ -19,6 +24,11 @@ from studio.engine.motion.canonical import to_canonical
 from studio.engine.poses import Poses
 
 _AXES = ("x", "y", "z")
+
+_POINTS: dict[str, Callable[[Path], NamedPoints]] = {".c3d": read_c3d, ".trc": read_trc}
+
+REFERENCE_KINDS: tuple[str, ...] = (".csv", ".bvh", *_POINTS, ".npz", ".txt")
+"""Endings of the files that `read_reference` reads."""
 
 
 @dataclass(frozen=True)
@@ -104,8 +114,8 @@ class Markers:
 def read_reference(path: str | os.PathLike[str], *, unit_m: float | None = None) -> "Reference | Markers":
     """Return the reference in a file, by its kind; one without a clock begins at time 0.
 
-    Joint centres: CSV (see `read_csv`), BVH, C3D and TRC of joint centres, `poses.npz` of another solve. Markers:
-    C3D and TRC of markers, a table of rigid targets (.txt).
+    Joint centres: CSV (see `read_csv`), BVH, C3D and TRC of joint centres, `poses.npz` of another solve.
+    Markers: C3D and TRC of markers (`animation.landmarks`), a table of rigid targets (.txt).
 
     Args:
         path: the file.
@@ -123,14 +133,25 @@ def read_reference(path: str | os.PathLike[str], *, unit_m: float | None = None)
     if kind == ".bvh":
         motion = to_canonical(read_bvh(path, unit_m=unit_m))
         return Reference(time_s=motion.times_s(), positions_m=motion.positions_m)
+    if kind in _POINTS:
+        return _of_points(_POINTS[kind](path))
     if kind == ".npz":
         poses = Poses.load(path)
         return Reference(poses.time_s, canonical_positions(poses))
     if kind == ".txt":
         return Markers(*read_target_table(path))
     raise FormatError(
-        f"{path}: a reference is a .csv, .bvh, .c3d, .trc, .npz or .txt file; this one ends in {kind or 'nothing'}"
+        f"{path}: a reference is one of {', '.join(REFERENCE_KINDS)}; this one ends in {kind or 'nothing'}"
     )
+
+
+def _of_points(points: NamedPoints) -> "Reference | Markers":
+    """Joint centres as they are named; where they are estimated from markers, a constant offset is left."""
+    joints = canonical_points(points)
+    if not uses_markers(points):
+        return Reference(points.time_s, joints)
+    known = np.flatnonzero(np.isfinite(joints).all(axis=2).any(axis=0))
+    return Markers(points.time_s, tuple(CANONICAL[k] for k in known), joints[:, known])
 
 
 def read_csv(path: Path) -> Reference:

@@ -3,12 +3,14 @@
 import numpy as np
 import pytest
 
-from studio.engine.errors import FormatError, NotAvailableError
+from studio.engine.errors import FormatError
+from studio.engine.export import export
 from studio.engine.joints import INDEX
 from studio.engine.metrics.alignment import clock_of
 from studio.engine.metrics.evaluate import evaluate
-from studio.engine.metrics.reference import read_reference
+from studio.engine.metrics.reference import Markers, Reference, read_reference
 from tests.engine.metrics.cases import dance, poses_of, reference_of
+from tests.poses_factory import random_poses
 
 GOOD = "time_s,hips_x,hips_y,hips_z,head_x,head_y,head_z,left_heel_x\n" + "".join(
     f"{k / 10},{k},2,3,,,,7\n" if k == 2 else f"{k / 10},{k},2,3,4,5,6,7\n" for k in range(5)
@@ -48,13 +50,13 @@ def test_a_broken_csv_says_what_is_wrong(tmp_path, text, says):
 def test_other_files(tmp_path):
     with pytest.raises(FormatError, match="no reference at"):
         read_reference(tmp_path / "nothing.csv")
-    for name, error in (("markers.c3d", NotAvailableError), ("markers.trc", NotAvailableError)):
+    for name in ("markers.c3d", "markers.trc", "poses.npz"):
         (tmp_path / name).write_bytes(b"x")
-        with pytest.raises(error):
+        with pytest.raises(FormatError, match=name):
             read_reference(tmp_path / name)
-    (tmp_path / "truth.txt").write_text(GOOD)
-    with pytest.raises(FormatError, match=r"\.txt"):
-        read_reference(tmp_path / "truth.txt")
+    (tmp_path / "truth.doc").write_text(GOOD)
+    with pytest.raises(FormatError, match=r"\.csv, \.bvh, \.c3d"):
+        read_reference(tmp_path / "truth.doc")
 
 
 def test_a_reference_of_another_time_is_refused():
@@ -96,3 +98,34 @@ def test_every_key_of_the_contract_is_there():
         "flexion_error_deg", "joint_angles", "cleanup_events_per_min", "cleanup_counts", "cleanup_events",
         "alignment", "time_offset_ms", "clock_drift_ppm", "frames",
     ]  # fmt: skip
+
+
+def test_c3d_and_trc_of_a_solve_are_its_joint_centres(tmp_path):
+    """What the exports write is read back as joint centres: nothing is fitted, and nothing differs."""
+    poses = random_poses(np.random.default_rng(1), seconds=3.0)
+    for kind in ("c3d", "trc"):
+        path = tmp_path / f"solve.{kind}"
+        export(poses, path, kind)
+        reference = read_reference(path)
+        assert isinstance(reference, Reference)
+        figures = evaluate(poses, reference)
+        assert figures["mpjpe_mm"] < 0.1
+        assert figures["alignment"]["rotation_deg"] < 0.05
+
+
+def test_markers_of_a_laboratory_have_fitted_offsets(test_data):
+    """02_01 as BVH and as the C3D of the same take: joint centres of the one against markers of the other."""
+    folder = test_data / "mocap"
+    markers = read_reference(folder / "02_01.c3d")
+    assert isinstance(markers, Markers)
+    walk = read_reference(folder / "02_01.bvh", unit_m=0.056444)
+    poses = poses_of(walk.time_s[1:] - walk.time_s[1], walk.positions_m[1:])
+    figures = evaluate(poses, markers)
+    assert figures["mpjpe_mm"] < 30
+    assert set(figures["alignment"]["marker_offsets_mm"]) == set(markers.joints)
+
+
+def test_another_solve_is_a_reference(tmp_path):
+    poses = random_poses(np.random.default_rng(1), seconds=3.0)
+    poses.save(tmp_path / "poses.npz")
+    assert evaluate(poses, read_reference(tmp_path / "poses.npz"))["mpjpe_mm"] < 1e-6

@@ -62,8 +62,8 @@ def _turned_deg(limb_m: NDArray[np.float64], frames: int) -> NDArray[np.float64]
     a = _carried(a, line[:-frames], line[frames:])
     lengths = np.linalg.norm(a, axis=1), np.linalg.norm(b, axis=1)
     with np.errstate(invalid="ignore", divide="ignore"):
-        cosine = (a * b).sum(axis=1) / (lengths[0] * lengths[1])
-    angle = np.degrees(np.arccos(np.clip(cosine, -1.0, 1.0)))
+        a, b = a / lengths[0][:, None], b / lengths[1][:, None]
+    angle = np.degrees(2.0 * np.arctan2(np.linalg.norm(a - b, axis=1), np.linalg.norm(a + b, axis=1)))
     bent = (lengths[0] > BENT_M) & (lengths[1] > BENT_M)
     out[before : len(off) - after] = np.where(bent & np.isfinite(angle), angle, 0.0)
     return out
