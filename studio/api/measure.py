@@ -1,7 +1,7 @@
 """Routes that measure solves: against a reference file, and against each other."""
 
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, Literal
 
 from fastapi import APIRouter, Request
 from pydantic import Field
@@ -10,15 +10,15 @@ from starlette.concurrency import run_in_threadpool
 from studio.api.errors import RESPONSES, NotFoundError
 from studio.api.find import Finder
 from studio.api.stage import Request as Body
-from studio.api.work import compare_work, evaluate_work
+from studio.api.work import cleanup_work, compare_work, evaluate_work
 from studio.engine.errors import FormatError
 from studio.engine.files import write_atomically
+from studio.engine.metrics.kinds import REFERENCE_KINDS
 from studio.take.names import check_name, inside
 from studio.take.take import Take
 from studio.worker import run_in_process
 
 MAX_REFERENCE_BYTES = 512 * 1024**2
-_KINDS = (".csv", ".bvh", ".c3d", ".trc")
 
 
 class EvaluateRequest(Body):
@@ -29,6 +29,7 @@ class EvaluateRequest(Body):
     )
     solves: list[str] = Field(default_factory=list, description="all where empty")
     align_time: bool = Field(False, description="the reference has a clock of its own: align it in time too")
+    align: Literal["rigid", "similarity"] = Field("rigid", description="similarity aligns the size too")
     unit_m: Annotated[float | None, Field(gt=0, description="metres per unit of a BVH")] = None
 
 
@@ -43,7 +44,7 @@ def measure_router(finder: Finder) -> APIRouter:
 
     @router.put("/references/{name}", status_code=201)
     async def put_reference(session: str, take: str, name: str, request: Request) -> dict[str, Any]:
-        """Keep a reference (BVH, CSV, C3D, TRC) with the take; the file is the request's body."""
+        """Keep a reference (BVH, CSV, C3D, TRC, poses.npz, targets) with the take; the file is the request's body."""
         opened = await run_in_threadpool(finder.take, session, take)
         path = _reference_path(opened, name)
         data = bytearray()
@@ -71,7 +72,24 @@ def measure_router(finder: Finder) -> APIRouter:
         for name in names:
             finder.solve(opened, name)
         path = _reference_path(opened, request.reference)
-        return run_in_process(evaluate_work, opened.path, path, names, request.align_time, request.unit_m)
+        return run_in_process(
+            evaluate_work, opened.path, path, names, request.align_time, request.unit_m, request.align
+        )
+
+    @router.get("/solves/{name}/cleanup")
+    def cleanup(session: str, take: str, name: str, reference: str | None = None) -> dict[str, Any]:
+        """The edit list of a solve's exported animation: what would have to be mended, and when.
+
+        Against a reference of the take on the stage clock where one is named; without one, true motion that is
+        very sharp counts too.
+        """
+        opened = finder.take(session, take)
+        path = None
+        if reference is not None:
+            if reference not in _references(opened):
+                raise NotFoundError(f"take {session}/{take} has no reference {reference!r}; send it first")
+            path = _reference_path(opened, reference)
+        return run_in_process(cleanup_work, opened.path, finder.solve(opened, name), path)
 
     @router.get("/compare")
     def compare(session: str, take: str, a: str, b: str) -> dict[str, Any]:
@@ -83,7 +101,9 @@ def measure_router(finder: Finder) -> APIRouter:
 
 
 def _references(take: Take) -> list[str]:
-    return sorted(path.name for path in (take.path / "references").glob("*") if path.suffix.lower() in _KINDS)
+    return sorted(
+        path.name for path in (take.path / "references").glob("*") if path.suffix.lower() in REFERENCE_KINDS
+    )
 
 
 def _reference_path(take: Take, name: str) -> Path:
@@ -93,6 +113,8 @@ def _reference_path(take: Take, name: str) -> Path:
         TakeError: a name that is not allowed. FormatError: a kind that is none.
     """
     check_name("reference", name)
-    if Path(name).suffix.lower() not in _KINDS:
-        raise FormatError(f"reference {name!r} is of no kind that is read; allowed: {', '.join(_KINDS)}")
+    if Path(name).suffix.lower() not in REFERENCE_KINDS:
+        raise FormatError(
+            f"reference {name!r} is of no kind that is read; allowed: {', '.join(REFERENCE_KINDS)}"
+        )
     return inside(take.path / "references", name)

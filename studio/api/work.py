@@ -27,7 +27,7 @@ def export_work(poses: Path, out: Path, format: str, fps: float | None, interpol
 
 
 def evaluate_work(
-    take: Path, reference: Path, solves: list[str], align_time: bool, unit_m: float | None
+    take: Path, reference: Path, solves: list[str], align_time: bool, unit_m: float | None, align: str
 ) -> dict[str, Any]:
     """Return what `evaluate --json` holds for these solves of the take."""
     from studio.engine.metrics.evaluate import evaluate
@@ -44,10 +44,22 @@ def evaluate_work(
                 truth,
                 start_s=opened.meta["calibration_s"],
                 same_clock=not align_time,
+                similarity=align == "similarity",
             )
             for name in solves
         }
     }
+
+
+def cleanup_work(take: Path, poses: Path, reference: Path | None) -> dict[str, Any]:
+    """Return the clean-up of the solve in `poses.npz`, against a reference where there is one."""
+    from studio.engine.metrics.cleanup.solve import solve_cleanup
+    from studio.engine.metrics.reference import read_reference
+    from studio.engine.poses import Poses
+    from studio.take.take import Take
+
+    truth = None if reference is None else read_reference(reference)
+    return solve_cleanup(Poses.load(poses), truth, start_s=Take.open(take).meta["calibration_s"])
 
 
 def calibrate_work(path: Path, reference: str | None, *, progress: Callable[[float], None]) -> None:

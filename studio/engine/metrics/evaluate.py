@@ -5,13 +5,12 @@ from typing import Any
 
 import numpy as np
 
-from studio.engine.export.clip import frames_of
 from studio.engine.joints import CANONICAL
 from studio.engine.metrics import thesis
-from studio.engine.metrics.alignment import Alignment, align, clock_of
+from studio.engine.metrics.alignment import align, clock_of
 from studio.engine.metrics.angles import joint_angle_errors_deg
 from studio.engine.metrics.bones import bone_length_sd_mm
-from studio.engine.metrics.cleanup import KINDS, cleanup_events, events_per_min, shown_animation
+from studio.engine.metrics.cleanup.solve import cleanup_figures, part_of
 from studio.engine.metrics.contacts import contact_precision_recall, foot_heights_cm
 from studio.engine.metrics.feet import foot_slides_cm_s
 from studio.engine.metrics.honesty import uncertainty_coverage, uncertainty_median_ratio
@@ -73,7 +72,7 @@ def evaluate(
         "uncertainty_median_ratio": uncertainty_median_ratio(matched),
         **{f"pck_{mm}mm": pck(matched, mm) for mm in THRESHOLDS_MM},
         **_angles(matched),
-        **_cleanup(poses, matched, centres, alignment),
+        **cleanup_figures(part_of(poses, matched.time_s), centres, alignment),
         "alignment": {
             "kind": "similarity" if similarity else "rigid",
             **alignment.to_json(),
@@ -137,19 +136,4 @@ def _angles(matched: Matched) -> dict[str, Any]:
         else None,
         "flexion_error_deg": float(np.mean(flexions)) if flexions else None,
         "joint_angles": errors,
-    }
-
-
-def _cleanup(poses: Poses, matched: Matched, reference: Reference, alignment: Alignment) -> dict[str, Any]:
-    """The clean-up of the compared part; None where the poses are no animation that can be exported."""
-    first, last = np.searchsorted(poses.time_s, matched.time_s[[0, -1]])
-    if (poses.parents < 0).sum() != 1:
-        return {"cleanup_events_per_min": None, "cleanup_counts": None, "cleanup_events": None}
-    shown = shown_animation(frames_of(poses, slice(first, last + 1)))
-    clock = shown.time_s + alignment.offset_s + alignment.drift_ppm * 1e-6 * shown.time_s
-    events = cleanup_events(shown, alignment.to_stage(reference.at(clock)))
-    return {
-        "cleanup_events_per_min": events_per_min(events, shown),
-        "cleanup_counts": {kind: sum(event.kind == kind for event in events) for kind in KINDS},
-        "cleanup_events": [event.to_json() for event in events],
     }

@@ -18,6 +18,7 @@ from studio.engine.animation.trc import read_trc
 from studio.engine.errors import FormatError
 from studio.engine.joints import CANONICAL, INDEX, JOINT_COUNT
 from studio.engine.metrics.canonical import canonical_positions
+from studio.engine.metrics.kinds import REFERENCE_KINDS
 from studio.engine.metrics.target_table import read_target_table
 from studio.engine.motion.bvh import read_bvh
 from studio.engine.motion.canonical import to_canonical
@@ -26,9 +27,6 @@ from studio.engine.poses import Poses
 _AXES = ("x", "y", "z")
 
 _POINTS: dict[str, Callable[[Path], NamedPoints]] = {".c3d": read_c3d, ".trc": read_trc}
-
-REFERENCE_KINDS: tuple[str, ...] = (".csv", ".bvh", *_POINTS, ".npz", ".txt")
-"""Endings of the files that `read_reference` reads."""
 
 
 @dataclass(frozen=True)

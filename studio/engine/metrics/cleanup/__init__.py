@@ -8,6 +8,7 @@ slides.py   standing feet that slide
 floor.py    what is under the floor
 overlap.py  body parts inside one another
 frozen.py   limbs that stop
+solve.py    all of it for a solve and a reference
 """
 
 import numpy as np

@@ -1,0 +1,4 @@
+"""Endings of the files that are references; apart, so that naming them loads no reader."""
+
+REFERENCE_KINDS: tuple[str, ...] = (".csv", ".bvh", ".c3d", ".trc", ".npz", ".txt")
+"""What `reference.read_reference` reads."""

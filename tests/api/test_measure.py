@@ -1,0 +1,44 @@
+"""The edit list of a solve over the API, and evaluation with the size aligned."""
+
+import pytest
+
+from studio.engine.poses import Poses
+from tests.api.test_routes import assert_error
+
+
+def reference_of(recorded):
+    """A still CSV of three joints over the time of the live solve."""
+    start_s = Poses.load(recorded.sessions / "tests/one/solves/live/poses.npz").time_s[0]
+    rows = "".join(f"{start_s - 1 + i / 30},0,0,1,{i / 900},0,1.5,0.2,0,{1 + i / 900}\n" for i in range(120))
+    return "time_s,hips_x,hips_y,hips_z,head_x,head_y,head_z,left_wrist_x,left_wrist_y,left_wrist_z\n" + rows
+
+
+def test_the_edit_list_of_a_solve(recorded):
+    answer = recorded.http.get("/takes/tests/one/solves/live/cleanup")
+    assert answer.status_code == 200, answer.text
+    found = answer.json()
+    assert set(found) == {"cleanup_events_per_min", "cleanup_counts", "cleanup_events"}
+    assert sum(found["cleanup_counts"].values()) == len(found["cleanup_events"])
+    for event in found["cleanup_events"]:
+        assert set(event) == {"kind", "joint", "start_s", "end_s", "peak_s", "size", "unit", "detail"}
+    recorded.http.put(
+        "/takes/tests/one/references/truth.csv", content=reference_of(recorded)
+    ).raise_for_status()
+    against = recorded.http.get("/takes/tests/one/solves/live/cleanup", params={"reference": "truth.csv"})
+    assert against.status_code == 200, against.text
+    assert_error(recorded.http.get("/takes/tests/one/solves/none/cleanup"), 404, "not_found")
+    missing = recorded.http.get("/takes/tests/one/solves/live/cleanup", params={"reference": "x.csv"})
+    assert_error(missing, 404, "not_found", "send it first")
+
+
+def test_a_similarity_is_told(recorded):
+    recorded.http.put(
+        "/takes/tests/one/references/truth.csv", content=reference_of(recorded)
+    ).raise_for_status()
+    request = {"reference": "truth.csv", "solves": ["live"], "align": "similarity"}
+    answer = recorded.http.post("/takes/tests/one/evaluate", json=request)
+    assert answer.status_code == 200, answer.text
+    alignment = answer.json()["solves"]["live"]["alignment"]
+    assert alignment["kind"] == "similarity" and alignment["scale"] != pytest.approx(1.0)
+    request["align"] = "affine"
+    assert recorded.http.post("/takes/tests/one/evaluate", json=request).status_code == 422
