@@ -8,8 +8,8 @@ from dataclasses import replace
 import numpy as np
 
 from studio.engine.errors import SettingsError
-from studio.engine.export.kinematics import check_poses
 from studio.engine.export.foot_lock import foot_locked
+from studio.engine.export.kinematics import check_poses
 from studio.engine.export.looping import looped
 from studio.engine.export.options import ExportOptions
 from studio.engine.export.resample import resampled

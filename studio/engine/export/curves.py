@@ -87,30 +87,33 @@ def _limited(track: Array, keys: NDArray[np.int64]) -> Array:
     return (np.sign(before) + np.sign(after)) * smallest
 
 
-def fitted_keys(track: Array, frames_per_second: float, tolerance: float) -> CurveKeys:
-    """Return the keys that a cubic curve needs to stay within a tolerance of every frame.
+def fitted_keys(track: Array, frames_per_second: float, tolerance: float, interpolation: str) -> CurveKeys:
+    """Return the keys that a curve needs to stay within a tolerance of every frame.
 
-    From each key the next one lies as far ahead as a cubic, whose slope there is fitted by least squares,
-    stays within the tolerance.
+    From each key the next one lies as far ahead as a cubic, whose slope there is fitted by least squares, or a
+    straight line stays within the tolerance.
 
     Args:
         track: a value per frame, shape (frame_count,).
         frames_per_second: of the frames.
         tolerance: in the unit of the track.
+        interpolation: `cubic` or `linear`.
     """
     count = len(track)
+    cubic = interpolation == "cubic"
     if count < 3 or np.ptp(track) <= tolerance / 2:
         keep = np.array([0])
-        return CurveKeys(frames=keep, values=track[keep], slopes=np.zeros(1))
-    frames, slopes = _greedy(np.ascontiguousarray(track), frame_slopes(track), tolerance)
-    return CurveKeys(frames=frames, values=track[frames], slopes=slopes * frames_per_second)
+        return CurveKeys(frames=keep, values=track[keep], slopes=np.array([0.0 if cubic else np.nan]))
+    frames, slopes = _greedy(np.ascontiguousarray(track), frame_slopes(track), tolerance, cubic)
+    slopes = slopes * frames_per_second if cubic else np.full(len(frames), np.nan)
+    return CurveKeys(frames=frames, values=track[frames], slopes=slopes)
 
 
 def values_between(keys: CurveKeys, frame_count: int, frames_per_second: float) -> Array:
-    """Return a cubic curve's value at every frame; its keys bring all their slopes."""
-    if len(keys.frames) == 1:
-        return np.full(frame_count, keys.values[0])
+    """Return a curve's value at every frame: straight lines where the keys bring no slopes, else a cubic."""
     frames = np.arange(frame_count)
+    if len(keys.frames) == 1 or np.isnan(keys.slopes[0]):
+        return np.interp(frames, keys.frames, keys.values)
     k = np.clip(np.searchsorted(keys.frames, frames, side="right") - 1, 0, len(keys.frames) - 2)
     span = (keys.frames[k + 1] - keys.frames[k]).astype(float)
     t = (frames - keys.frames[k]) / span
@@ -124,8 +127,19 @@ def values_between(keys: CurveKeys, frame_count: int, frames_per_second: float) 
 
 
 @compiled
-def _fit(track, slopes, a, slope, b, tolerance):
-    """Return whether a cubic from frame a to b stays within the tolerance, and its slope at b."""
+def _fit_line(track, a, b, tolerance):
+    """Return whether a straight line from frame a to b stays within the tolerance."""
+    for i in range(a + 1, b):
+        if abs(track[a] + (track[b] - track[a]) * (i - a) / (b - a) - track[i]) > tolerance:
+            return False
+    return True
+
+
+@compiled
+def _fit(track, slopes, a, slope, b, tolerance, cubic):
+    """Return whether a cubic or a line from frame a to b stays within the tolerance, and the slope at b."""
+    if not cubic:
+        return _fit_line(track, a, b, tolerance), 0.0
     span = b - a
     if span == 1:
         return True, slopes[b]
@@ -157,7 +171,7 @@ def _fit(track, slopes, a, slope, b, tolerance):
 
 
 @compiled
-def _greedy(track, slopes, tolerance):
+def _greedy(track, slopes, tolerance, cubic):
     """Return frames of keys and their slopes per frame."""
     count = len(track)
     frames = np.empty(count, np.int64)
@@ -167,7 +181,7 @@ def _greedy(track, slopes, tolerance):
         good, good_slope, step = a + 1, slopes[a + 1], 2
         bad = count
         while a + step < count:  # further and further, until it no longer fits
-            fits, ahead = _fit(track, slopes, a, out[keys - 1], a + step, tolerance)
+            fits, ahead = _fit(track, slopes, a, out[keys - 1], a + step, tolerance, cubic)
             if not fits:
                 bad = a + step
                 break
@@ -175,7 +189,7 @@ def _greedy(track, slopes, tolerance):
             step = min(2 * step, count - 1 - a) if a + step < count - 1 else count
         while bad - good > 1:  # then by halves
             middle = (good + bad) // 2
-            fits, ahead = _fit(track, slopes, a, out[keys - 1], middle, tolerance)
+            fits, ahead = _fit(track, slopes, a, out[keys - 1], middle, tolerance, cubic)
             if fits:
                 good, good_slope = middle, ahead
             else:

@@ -61,7 +61,9 @@ def add_take(
     progress(0.3)
     writer = _Curves(objects, layer, times, motion.frames_per_second)
     if options.key_error_cm is not None:
-        keys = reduced_keys(tracks, options.key_error_cm, lambda share: progress(0.3 + 0.6 * share))
+        keys = reduced_keys(
+            tracks, options.key_error_cm, options.interpolation, lambda share: progress(0.3 + 0.6 * share)
+        )
     else:
         keys = {
             place: [

@@ -39,9 +39,9 @@ class Tracks:
 
 
 def reduced_keys(
-    tracks: Tracks, error_cm: float, progress: Callable[[float], None]
+    tracks: Tracks, error_cm: float, interpolation: str, progress: Callable[[float], None]
 ) -> dict[Place, list[CurveKeys]]:
-    """Return keys of cubic curves by which no joint moves by more than `error_cm` in any frame.
+    """Return keys by which no joint moves by more than `error_cm` in any frame.
 
     A channel's own tolerance is the bound over how far the joint reaches. The joints' places are then measured
     in every frame, and all tolerances lowered until the bound holds.
@@ -49,6 +49,7 @@ def reduced_keys(
     Args:
         tracks: the channels.
         error_cm: how far a joint may move [cm].
+        interpolation: `cubic` or `linear`.
         progress: told the share that is done.
     """
     motion = tracks.motion
@@ -58,7 +59,10 @@ def reduced_keys(
     scale = 0.5
     for round_ in range(_ROUNDS):
         keys = {
-            place: [fitted_keys(track[:, axis], rate, scale * tolerances[place]) for axis in range(3)]
+            place: [
+                fitted_keys(track[:, axis], rate, scale * tolerances[place], interpolation)
+                for axis in range(3)
+            ]
             for place, track in tracks.values.items()
         }
         back = {
@@ -73,14 +77,10 @@ def reduced_keys(
         if worst <= error_cm:
             return keys
         scale *= max(0.2, 0.95 * error_cm / worst)
-    return {
-        place: [_every_key(track[:, axis], rate) for axis in range(3)]
+    return {  # the bound is below what the numbers of a file resolve
+        place: [fitted_keys(track[:, axis], rate, 0.0, interpolation) for axis in range(3)]
         for place, track in tracks.values.items()
     }
-
-
-def _every_key(track: NDArray[np.float64], rate: float) -> CurveKeys:
-    return fitted_keys(track, rate, 0.0)
 
 
 def _tolerances(tracks: Tracks, error_cm: float) -> dict[Place, float]:

@@ -126,10 +126,9 @@ def _check_together(options: ExportOptions) -> None:
     start = 0.0 if options.start_s is None else options.start_s
     if options.end_s is not None and options.end_s <= start:
         raise SettingsError(f"end={options.end_s:g}: allowed is a number above start={start:g}")
-    if options.key_error_cm is not None and options.interpolation != "cubic":
+    if options.key_error_cm is not None and options.interpolation == "constant":
         raise SettingsError(
-            f"key-error-cm goes with interpolation=cubic only, not {options.interpolation}; "
-            "leave one of them out"
+            "key-error-cm goes with interpolation cubic or linear, not constant; leave one out"
         )
 
 

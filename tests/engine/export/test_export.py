@@ -52,7 +52,11 @@ def test_a_place_that_cannot_be_written_is_one_clear_error(tmp_path: Path, forma
         ({"format": "fbx", "rotation_order": "XYZ"}, SettingsError, "rotation-order=XYZ: not for fbx"),
         ({"format": "fbx", "unit": "m"}, SettingsError, "unit=m: not for fbx"),
         ({"format": "fbx", "target": "biped"}, SettingsError, "target=biped: allowed are humanik, mixamo"),
-        ({"format": "fbx", "key_error_cm": 0.1, "interpolation": "linear"}, SettingsError, "cubic only"),
+        (
+            {"format": "fbx", "key_error_cm": 0.1, "interpolation": "constant"},
+            SettingsError,
+            "cubic or linear",
+        ),
         ({"format": "fbx", "key_error_cm": 0.0}, SettingsError, "key-error-cm=0"),
         ({"format": "fbx", "start_s": 2.0, "end_s": 1.0}, SettingsError, "end=1"),
         ({"format": "fbx", "start_s": 7.0}, SettingsError, "start=7: the take has 0.00 s"),

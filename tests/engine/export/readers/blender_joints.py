@@ -2,10 +2,11 @@
 
     python blender_joints.py JOBS.json
 
-JOBS.json is a list of `{"file", "out", "frames", "keep_rate", "importer"}`: each file is imported into an empty scene and `out`
-(.npz) gets names, parents, world matrices of the bones in the rest pose and at `frames` (frame numbers after the
-first one, fractions allowed) [m, Blender's axes: z up], the frame rate, actions, and, where there is a mesh, its
-vertices in the world, at rest and at the first and last of `frames`.
+JOBS.json is a list of `{"file", "out", "frames"}` and, for BVH, `scale` (metres a unit); FBX files with `importer` =
+`native` go through Blender's newer importer. Each file is imported into an empty scene, and `out` (.npz) gets names,
+parents, world matrices of the bones in the rest pose and at `frames` (after the first one, fractions allowed) [m,
+Blender's axes: z up], the frame rate, the actions, and, where there is a mesh, its vertices in the world, at rest and
+at the first and last of `frames`.
 """
 
 import json

@@ -1,4 +1,4 @@
-"""Animation files as other programs read them: the Autodesk FBX SDK, ufbx and bvhio.
+"""Animation files as other programs read them: the Autodesk FBX SDK, ufbx, Blender and bvhio.
 
 Each reader returns a `ReadBack` in file axes (y up), centimetres; a program that is not there is a skip.
 """
@@ -8,6 +8,7 @@ import subprocess
 import warnings
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -165,3 +166,49 @@ def read_with_bvhio(path: Path) -> ReadBack:
         rest_cm=np.array(rest),
         scene={"frames_per_second": 1.0 / container.FrameTime},
     )
+
+
+def read_with_blender(jobs: dict[str, dict[str, Any]], folder: Path) -> dict[str, "BlenderScene"]:
+    """Return what Blender reads from several FBX, BVH or GLB files, in one run of the program.
+
+    Args:
+        jobs: name -> `file`, `frames` (after the first, fractions allowed) and what else `blender_joints.py` takes.
+        folder: for what the program writes.
+    """
+    program = _program(TOOLS / "blender" / "bin" / "python")
+    given = [
+        {**job, "file": str(job["file"]), "out": str(folder / f"{name}.npz")} for name, job in jobs.items()
+    ]
+    (folder / "jobs.json").write_text(json.dumps(given))
+    command = [program, Path(__file__).with_name("blender_joints.py"), folder / "jobs.json"]
+    run = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert run.returncode == 0, run.stdout[-2000:] + run.stderr[-2000:]
+    return {name: _blender_scene(folder / f"{name}.npz") for name in jobs}
+
+
+@dataclass(frozen=True)
+class BlenderScene:
+    """What Blender found: bones, the names of the actions, and the mesh's vertices [cm] by frame or `rest`."""
+
+    bones: ReadBack
+    actions: tuple[str, ...]
+    meshes_cm: dict[str, NDArray[np.float64]]
+
+
+def _blender_scene(path: Path) -> BlenderScene:
+    with np.load(path) as data:
+        values = {key: data[key] for key in data.files}
+    poses, rest = values["poses"], values["rest"]
+    to_file = np.array([[1.0, 0, 0], [0, 0, 1], [0, -1, 0]])
+    turns = to_file @ poses[..., :3, :3] / np.linalg.norm(poses[..., :3, 0], axis=-1)[..., None, None]
+    rotations = Rotation.from_matrix(turns.reshape(-1, 3, 3)).as_quat(scalar_first=True)
+    bones = ReadBack(
+        names=tuple(str(name) for name in values["names"]),
+        parents=tuple(int(parent) for parent in values["parents"]),
+        positions_cm=poses[..., :3, 3] @ to_file.T * 100.0,
+        rotations_wxyz=rotations.reshape(*poses.shape[:2], 4),
+        rest_cm=rest[:, :3, 3] @ to_file.T * 100.0,
+        scene={"frames_per_second": float(values["fps"]), "unit_m": float(values["unit"])},
+    )
+    meshes = {key[5:]: values[key] @ to_file.T * 100.0 for key in values if key.startswith("mesh_")}
+    return BlenderScene(bones, tuple(str(name) for name in values["actions"]), meshes)

@@ -29,7 +29,7 @@ static void print_scene(const ufbx_scene *scene) {
         ufbx_keyframe_list keys = scene->anim_curves.data[i]->keyframes;
         cubic += keys.count && keys.data[0].interpolation == UFBX_INTERPOLATION_CUBIC;
     }
-    printf("scene %.9g %d %d %.9g %.9g %.9g %zu %zu %zu\n", scene->settings.unit_meters, scene->settings.axes.up,
+    printf("scene %.9g %d %d %.9g %.15g %.15g %zu %zu %zu\n", scene->settings.unit_meters, scene->settings.axes.up,
            scene->settings.axes.front, scene->settings.frames_per_second, scene->anim->time_begin,
            scene->anim->time_end, bones, cubic, scene->anim_curves.count);
 }
