@@ -9,6 +9,7 @@ over 20 cm apart.
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.ndimage import maximum_filter1d
 
 from studio.engine.joints import INDEX
 from studio.engine.metrics.cleanup.events import Event, events_of, joined, limb_of
@@ -34,7 +35,7 @@ def limb_flips(shown: Shown, reference_m: NDArray[np.float64] | None) -> list[Ev
             limb = [INDEX[f"{side}_{name}"] for name in names]
             turned = _turned_deg(shown.positions_m[:, limb], frames)
             own = np.zeros(len(turned)) if reference_m is None else _turned_deg(reference_m[:, limb], frames)
-            own = _largest_near(own, frames)
+            own = maximum_filter1d(own, 2 * frames + 1, mode="nearest")
             events += events_of(
                 "limb_flip", f"{side}_{names[1]}", shown.time_s, turned, turned - own > FLIP_DEG, unit="deg"
             )
@@ -77,15 +78,6 @@ def _carried(
     cosine = (a * b).sum(axis=1, keepdims=True)
     along = (axis * vectors).sum(axis=1, keepdims=True) / np.maximum(1.0 + cosine, 1e-9)
     return cosine * vectors + np.cross(axis, vectors) + along * axis
-
-
-def _largest_near(values: NDArray[np.float64], reach: int) -> NDArray[np.float64]:
-    """The largest value within `reach` samples."""
-    out = values.copy()
-    for shift in range(1, min(reach, len(values) - 1) + 1):
-        out[shift:] = np.maximum(out[shift:], values[:-shift])
-        out[:-shift] = np.maximum(out[:-shift], values[shift:])
-    return out
 
 
 def _swaps(shown: Shown, reference_m: NDArray[np.float64], name: str) -> list[Event]:

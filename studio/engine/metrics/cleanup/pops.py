@@ -2,21 +2,23 @@
 
 The cubic is the one of least squares through the samples up to 0.15 s before and after, without those within
 1/30 s: a spike of up to two frames of a 30 Hz camera counts with its whole height, whatever the motion under it,
-a step with half of its height. A pop counts if the reference has nothing within 5 cm of it at that joint within
-0.1 s; a reference has no rotations, so a turn counts unless the reference itself pops there.
+a step with half of its height. The reference has it too where it is half as far off its own cubic at that joint
+within 0.1 s: sharp true motion is no pop. A reference has no rotations, so a turn counts unless the reference's joint
+itself is over 5 cm off then.
 Source: residuals of a local polynomial as in Savitzky and Golay, "Smoothing and differentiation of data by
 simplified least squares procedures", Analytical Chemistry 1964, the middle left out.
 """
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.ndimage import maximum_filter1d
 from scipy.spatial.transform import Rotation
 
 from studio.engine.joints import CANONICAL
 from studio.engine.metrics.cleanup.events import Event, events_of, joined, limb_of
 from studio.engine.metrics.cleanup.shown import Shown
 
-POP_M = 0.05
+POP_CM = 5.0
 POP_DEG = 40.0
 INNER_S = 1 / 30
 OUTER_S = 0.15
@@ -32,21 +34,17 @@ def joint_pops(shown: Shown, reference_m: NDArray[np.float64] | None) -> list[Ev
             (sample_count, 21, 3), NaN = unknown; None without a reference.
     """
     steps, weights = _cubic(shown.step_s)
-    off = residual_m(shown.positions_m, steps, weights)
-    if reference_m is None:
-        beyond = np.linalg.norm(off, axis=2)
-        calm = np.ones(off.shape[:2], dtype=bool)
-    else:
-        reference_off = residual_m(reference_m, steps, weights)
-        beyond = _nearest_difference(off, reference_off, shown.frames(REFERENCE_S))
-        calm = ~_near(np.linalg.norm(reference_off, axis=2) > POP_M, shown.frames(REFERENCE_S))
-    size = np.linalg.norm(off, axis=2) * 100.0
+    size = np.linalg.norm(residual_m(shown.positions_m, steps, weights), axis=2) * 100.0
+    own = np.zeros(size.shape)
+    if reference_m is not None:
+        off = np.linalg.norm(residual_m(reference_m, steps, weights), axis=2) * 100.0
+        own = _largest_near(np.nan_to_num(off), shown.frames(REFERENCE_S))
     turned = _turned_deg(shown.rotations, steps, weights)
     events: list[Event] = []
     for j, name in enumerate(CANONICAL):
-        flags = (size[:, j] > POP_M * 100) & (beyond[:, j] > POP_M)
+        flags = (size[:, j] > POP_CM) & (own[:, j] < 0.5 * size[:, j])
         events += events_of("joint_pop", name, shown.time_s, size[:, j], flags, unit="cm")
-        flags = (turned[:, j] > POP_DEG) & calm[:, j]
+        flags = (turned[:, j] > POP_DEG) & (own[:, j] < POP_CM)
         events += events_of("joint_pop", name, shown.time_s, turned[:, j], flags, unit="deg")
     hips = [event for event in events if event.joint == "hips"]
     return _without_carried(joined(events, lambda event: limb_of(event.joint)), hips)
@@ -76,28 +74,9 @@ def residual_m(
     return out
 
 
-def _nearest_difference(
-    off: NDArray[np.float64], reference_off: NDArray[np.float64], reach: int
-) -> NDArray[np.float64]:
-    """Least distance [m] of each residual to the reference's within `reach` samples; NaN where unknown."""
-    best = np.full(off.shape[:2], np.inf)
-    for shift in range(-reach, reach + 1):
-        there = np.full(off.shape, np.nan)
-        if shift >= 0:
-            there[: len(off) - shift] = reference_off[shift:]
-        else:
-            there[-shift:] = reference_off[:shift]
-        best = np.fmin(best, np.linalg.norm(off - there, axis=2))
-    return np.where(np.isfinite(best), best, np.linalg.norm(off, axis=2))
-
-
-def _near(flags: NDArray[np.bool_], reach: int) -> NDArray[np.bool_]:
-    """Whether a flag is set within `reach` samples, by column."""
-    out = flags.copy()
-    for shift in range(1, reach + 1):
-        out[shift:] |= flags[:-shift]
-        out[:-shift] |= flags[shift:]
-    return out
+def _largest_near(values: NDArray[np.float64], reach: int) -> NDArray[np.float64]:
+    """The largest value within `reach` samples, by column."""
+    return maximum_filter1d(values, 2 * reach + 1, axis=0, mode="nearest")
 
 
 def _turned_deg(
@@ -105,7 +84,8 @@ def _turned_deg(
 ) -> NDArray[np.float64]:
     """Angle [deg] between each rotation and the cubic through its neighbours' rotation vectors, (sample_count, 21).
 
-    Vectors are taken from the neighbour nearest before, so that a rotation that is far off spoils none of them.
+    Vectors are taken from between the nearest neighbours, so that a rotation that is far off spoils none of them,
+    and a body that spins at 1,000 deg/s keeps them under half a turn.
     Where no neighbour is half of `POP_DEG` away, the angle is left at 0.
     """
     count, joints = rotations.shape[:2]
@@ -121,13 +101,17 @@ def _turned_deg(
     if not len(suspects):
         return out
     frames, columns = suspects[:, 0] + reach, suspects[:, 1]
-    before = Rotation.from_matrix(rotations[frames + steps[steps < 0].max(), columns])
+    before, after = (
+        Rotation.from_matrix(rotations[frames + step, columns])
+        for step in (steps[steps < 0].max(), steps[steps > 0].min())
+    )
+    between = before * Rotation.from_rotvec(0.5 * (before.inv() * after).as_rotvec())
     predicted = np.zeros((len(frames), 3))
     for step, weight in zip(steps, weights, strict=True):
         there = Rotation.from_matrix(rotations[frames + step, columns])
-        predicted += weight * (before.inv() * there).as_rotvec()
+        predicted += weight * (between.inv() * there).as_rotvec()
     middle = Rotation.from_matrix(rotations[frames, columns])
-    difference = (before * Rotation.from_rotvec(predicted)).inv() * middle
+    difference = (between * Rotation.from_rotvec(predicted)).inv() * middle
     out[frames, columns] = np.degrees(difference.magnitude())
     return out
 
