@@ -225,7 +225,7 @@ OUTPUT_PARENTS: NDArray[np.int64] = np.array(
 )
 
 OUTPUT_OF_CANONICAL: dict[str, str] = {
-    "hips": "Hips", "spine": "Spine", "chest": "Spine2", "neck": "Neck", "head": "Head",
+    "hips": "Hips", "spine": "Spine1", "chest": "Spine2", "neck": "Neck", "head": "Head",
     **{f"{side}_{canonical}": f"{side.capitalize()}{output}" for side in ("left", "right")
        for canonical, output in (("shoulder", "Arm"), ("elbow", "ForeArm"), ("wrist", "Hand"),
                                  ("hand", "HandMiddle1"), ("hip", "UpLeg"), ("knee", "Leg"),

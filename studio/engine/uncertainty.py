@@ -95,8 +95,8 @@ def _shares() -> tuple[NDArray[np.float64], NDArray[np.float64]]:
             shares[joint, own[joint]] = 1.0
         elif name.endswith("Shoulder"):
             shares[joint, [INDEX["chest"], INDEX[f"{side}_shoulder"]]] = 0.5
-        elif name == "Spine1":
-            shares[joint, [INDEX["spine"], INDEX["chest"]]] = 0.5
+        elif name == "Spine":
+            shares[joint, [INDEX["hips"], INDEX["spine"]]] = 0.5
         else:
             shares[joint, INDEX[f"{side}_hand"]] = 1.0
             added[joint] = _PHALANX_M[name[-1]] ** 2

@@ -81,7 +81,7 @@ class Finisher:
         self._store: Store | None = None
         self._measured: tuple[tuple[int, int], Measurements] | None = None  # the last window's
         self._exchanged = np.zeros((0, 0), dtype=bool)  # frame and camera
-        self._noise: NDArray[np.float64] | None = None
+        self._noise: tuple[NDArray[np.float64], NDArray[np.float64]] | None = None
 
     @property
     def physics_report(self) -> dict[str, Any]:
@@ -136,16 +136,14 @@ class Finisher:
             turned = swapped(positions, expected)
             positions[turned] = positions[turned][:, MIRROR]
             far.append(far_limbs(positions, expected))
-            exchanged.append(turned)
+            readings = store.readings(begin, begin + len(records), self._dt)[0]
+            exchanged.append(swapped(readings, expected))
         self._exchanged = np.concatenate(exchanged)
         return np.concatenate(q), np.concatenate(far)
 
     def _pieces(self, store: Store) -> list[tuple[int, int]]:
         """Where the take goes on without a gap: begin and end of each piece [frames]."""
-        times = np.concatenate(
-            [store.read(b, min(b + WINDOW, len(store)))["time_ns"] for b in range(0, len(store), WINDOW)]
-        )
-        cuts = np.flatnonzero(np.diff(times) * 1e-9 > 1.5 * self._dt) + 1
+        cuts = np.flatnonzero(np.diff(store.times_ns) * 1e-9 > 1.5 * self._dt) + 1
         edges = [0, *(int(cut) for cut in cuts), len(store)]
         return list(pairwise(edges))
 
@@ -197,18 +195,19 @@ class Finisher:
     def _measurements(self, begin: int, end: int) -> Measurements:
         if self._measured is None or self._measured[0] != (begin, end):
             assert self._store is not None
-            records, exchanged = self._store.read(begin, end), self._exchanged[begin:end]
-            positions = records["positions"].astype(np.float64)
-            confidence = records["confidence"].astype(np.float64)
+            exchanged = self._exchanged[begin:end]
+            positions, confidence, late = self._store.readings(begin, end, self._dt)
             positions[exchanged] = positions[exchanged][:, MIRROR]
             confidence[exchanged] = confidence[exchanged][:, MIRROR]
-            found = measure(positions, confidence, self._store.camera_positions)
+            found = measure(positions, confidence, late, self._store.camera_positions)
             if self._noise is not None:
-                found = found.scaled(self._noise)
+                found = found.scaled(*self._noise)
             self._measured = (begin, end), found
         return self._measured[1]
 
-    def _noise_scale(self, q: NDArray[np.float64], pieces: list[tuple[int, int]]) -> NDArray[np.float64]:
+    def _noise_scale(
+        self, q: NDArray[np.float64], pieces: list[tuple[int, int]]
+    ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         assert self._store is not None
         lag = max(1, round(CAMERA_FRAME_S / self._dt))
         scale = NoiseScale(len(self._store.cameras))
@@ -217,7 +216,7 @@ class Finisher:
                 rows = slice(begin, min(begin + WINDOW + lag, last))
                 if rows.stop - begin > lag:
                     scale.add(self._measurements(begin, rows.stop), self._kinematics.sites(q[rows]), lag)
-        return scale.factor()
+        return scale.factors()
 
     def _feet(self, q: NDArray[np.float64]) -> NDArray[np.float64]:
         """Ankles and toes [m], shape (frame_count, 4, 3)."""

@@ -1,4 +1,4 @@
-"""Every camera's joints at the output times, with what each tells: the input of finishing."""
+"""Every camera's joints as they came, each beside the output frame nearest to it: the input of finishing."""
 
 from dataclasses import dataclass, replace
 
@@ -21,6 +21,9 @@ SCALE_RANGE = (1.0, 30.0)
 """A noise is found from this many frames, and within this range of what is usual, as variance; one that differs from
 frame to frame counts more, since it moves the body more."""
 
+SPREAD_RANGE = (0.5, 30.0)
+"""Range of what a joint is off, as variance against what is usual."""
+
 
 @dataclass(frozen=True)
 class Measurements:
@@ -31,23 +34,44 @@ class Measurements:
         rays: unit vectors from the camera to the joint, same shape.
         axial: inverse variance along the ray [1/m2], shape (frame_count, camera_count, 21); 0 where unseen.
         lateral: the same across it.
+        late: how much later than the output frame a camera's frame is [frames], shape (frame_count, camera_count).
+        sharper: how much more a difference is in deviations than the inverse variances say, as a square, shape
+            (camera_count, 21): noise that is alike from frame to frame tells less than one frame's deviation.
     """
 
     positions: NDArray[np.float64]
     rays: NDArray[np.float64]
     axial: NDArray[np.float64]
     lateral: NDArray[np.float64]
+    late: NDArray[np.float64]
+    sharper: NDArray[np.float64]
+
+    def off(self, sites: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return how far joints are from a body's, at their own times [m], shape (frame_count, camera_count, 21, 3).
+
+        Args:
+            sites: the body's canonical joints in the output frames [m], shape (frame_count, 21, 3).
+        """
+        if len(sites) < 3:
+            return self.positions - sites[:, None]
+        late = self.late[:, :, None, None]
+        velocity, bend = np.gradient(sites, axis=0), np.zeros_like(sites)
+        bend[1:-1] = 0.5 * (sites[2:] - 2.0 * sites[1:-1] + sites[:-2])
+        return self.positions - sites[:, None] - late * (velocity[:, None] + late * bend[:, None])
 
     def squared(self, difference: NDArray[np.float64]) -> NDArray[np.float64]:
         """Squares of differences, shape (frame_count, camera_count, 21, 3), in deviations; shape without the 3."""
         along = np.einsum("tcja,tcja->tcj", difference, self.rays)
-        return self.lateral * np.einsum("tcja,tcja->tcj", difference, difference) + (
-            self.axial - self.lateral
-        ) * (along * along)
+        squared = self.lateral * np.einsum("tcja,tcja->tcj", difference, difference)
+        squared += (self.axial - self.lateral) * (along * along)
+        return self.sharper * squared
 
-    def scaled(self, factor: NDArray[np.float64]) -> "Measurements":
-        """The same with variances times a factor, shape (camera_count, 21)."""
-        return replace(self, axial=self.axial / factor, lateral=self.lateral / factor)
+    def scaled(self, factor: NDArray[np.float64], spread: NDArray[np.float64]) -> "Measurements":
+        """The same with variances times a factor, and differences measured by variances times `spread`; shapes
+        (camera_count, 21)."""
+        return replace(
+            self, axial=self.axial / factor, lateral=self.lateral / factor, sharper=factor / spread
+        )
 
 
 class NoiseScale:
@@ -58,42 +82,56 @@ class NoiseScale:
     """
 
     def __init__(self, cameras: int) -> None:
-        self._edges = np.linspace(-8.0, 12.0, 201)  # of logarithms
-        self._counts = np.zeros((cameras, JOINT_COUNT, len(self._edges) - 1))
+        self._moves, self._offs = (_Medians((cameras, JOINT_COUNT)) for _ in range(2))
 
     def add(self, measurements: Measurements, sites: NDArray[np.float64], lag: int) -> None:
-        """Count what cameras see `lag` frames apart.
+        """Count what cameras see, and what `lag` frames apart.
 
         Args:
             measurements: of some frames.
             sites: the body's canonical joints in them [m], shape (frame_count, 21, 3).
             lag: output frames in a camera's frame.
         """
-        off = measurements.positions - sites[:, None]
+        off = measurements.off(sites)
         seen = measurements.axial > 0.0
-        both = seen[lag:] & seen[:-lag]
+        self._offs.add(measurements.squared(off), seen)
         moved = np.zeros_like(off)
         moved[lag:] = off[lag:] - off[:-lag]
-        squared = measurements.squared(moved)[lag:]
-        bins = np.digitize(np.log(np.maximum(squared, 1e-9)), self._edges[1:-1])
-        cameras, joints = np.meshgrid(*map(np.arange, both.shape[1:]), indexing="ij")
-        where = (
-            np.broadcast_to(cameras, both.shape)[both],
-            np.broadcast_to(joints, both.shape)[both],
-            bins[both],
-        )
-        np.add.at(self._counts, where, 1.0)
+        self._moves.add(measurements.squared(moved)[lag:], seen[lag:] & seen[:-lag])
 
-    def factor(self) -> NDArray[np.float64]:
-        """What to multiply variances by, shape (camera_count, 21); 1 where there is little to tell by."""
+    def factors(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """What to multiply variances by where joints are weighed, and where it is asked whether one is far off;
+        shapes (camera_count, 21), 1 where there is little to tell by."""
+        weighing = SHARE * self._moves.found() / (CHI2_3_MEDIAN * ALIKE)
+        return (
+            np.clip(np.nan_to_num(weighing, nan=SHARE), *SCALE_RANGE),
+            np.clip(np.nan_to_num(self._offs.found() / CHI2_3_MEDIAN, nan=1.0), *SPREAD_RANGE),
+        )
+
+
+class _Medians:
+    """Medians of positive numbers, many at once, by histograms of their logarithms."""
+
+    def __init__(self, shape: tuple[int, int]) -> None:
+        self._edges = np.linspace(-8.0, 12.0, 201)
+        self._counts = np.zeros((*shape, len(self._edges) - 1))
+
+    def add(self, numbers: NDArray[np.float64], known: NDArray[np.bool_]) -> None:
+        """Count numbers that are known, shapes (frame_count, *shape)."""
+        bins = np.digitize(np.log(np.maximum(numbers, 1e-9)), self._edges[1:-1])
+        first, second = np.meshgrid(*map(np.arange, known.shape[1:]), indexing="ij")
+        where = [np.broadcast_to(k, known.shape)[known] for k in (first, second)]
+        np.add.at(self._counts, (*where, bins[known]), 1.0)
+
+    def found(self) -> NDArray[np.float64]:
+        """The medians; NaN where fewer than `LEAST_COUNT` were counted."""
         total = self._counts.sum(axis=2)
         middle = 0.5 * (self._edges[1:] + self._edges[:-1])
         below = self._counts.cumsum(axis=2) - 0.5 * self._counts
-        out = np.ones(total.shape)
-        for camera, joint in zip(*np.nonzero(total >= LEAST_COUNT), strict=True):
-            median = np.interp(0.5 * total[camera, joint], below[camera, joint], middle)
-            out[camera, joint] = np.exp(median) / (CHI2_3_MEDIAN * ALIKE)
-        return np.clip(SHARE * out, *SCALE_RANGE)
+        out = np.full(total.shape, np.nan)
+        for k in zip(*np.nonzero(total >= LEAST_COUNT), strict=True):
+            out[k] = np.exp(np.interp(0.5 * total[k], below[k], middle))
+        return out
 
 
 def swapped(positions: NDArray[np.float64], expected: NDArray[np.float64]) -> NDArray[np.bool_]:
@@ -115,16 +153,20 @@ def swapped(positions: NDArray[np.float64], expected: NDArray[np.float64]) -> ND
 
 
 def measure(
-    positions: NDArray[np.float64], confidence: NDArray[np.float64], camera_positions: NDArray[np.float64]
+    positions: NDArray[np.float64],
+    confidence: NDArray[np.float64],
+    late: NDArray[np.float64],
+    camera_positions: NDArray[np.float64],
 ) -> Measurements:
     """Return the measurements of some frames; the noise is that of `fusion.noise`.
 
     Args:
         positions: shape (frame_count, camera_count, 21, 3), stage frame [m]; NaN = unseen.
         confidence: shape (frame_count, camera_count, 21).
+        late: how much later than the output frame each is [frames], shape (frame_count, camera_count).
         camera_positions: optical centres [m], shape (camera_count, 3).
     """
     seen = ~np.isnan(positions[..., 0])
     positions = np.where(seen[..., None], positions, 0.0)
     rays, axial, lateral = variances(positions, confidence, camera_positions)
-    return Measurements(positions, rays, seen / axial, seen / lateral)
+    return Measurements(positions, rays, seen / axial, seen / lateral, late, np.ones(seen.shape[1:]))

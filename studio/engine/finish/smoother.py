@@ -21,10 +21,10 @@ from studio.engine.finish.trajectory import Kinematics, moved, steps
 from studio.engine.human.model import BODY_JOINTS, FREE_DOFS, Humanoid
 from studio.engine.human.ranges import dofs_of
 
-CAUCHY = 3.5
+CAUCHY = 5.0
 """Deviations beyond this many sigma count less and less."""
 
-INFLATION = 4.0
+INFLATION = 3.0
 """A camera's noise is alike from frame to frame: each frame tells this much less than its covariance says."""
 
 DAMPING = 10.0
@@ -38,23 +38,23 @@ LIMIT_STIFFNESS = 1e5
 TAIL = 2.0
 """Accelerations beyond this many deviations are held back less and less: feet land, fists stop."""
 
-LIVELY = 4.0
+LIVELY = 2.0
 LIVELY_S = 0.15
 """Where a degree of freedom accelerates, more is to be expected: so many times its root mean square over this time
 joins the deviation."""
 
 REST_WEIGHT = 0.05
-PLACE_SIGMA_M = 0.0015
-"""How far a standing joint may be from its place [m]."""
+PLACE_SIGMA_M = 0.006
+"""How far a standing joint may be from its place [m]: soles roll, shoes give."""
 
 LEAST_SIGMA_M = 0.002
 """How far a foot may sink into the floor [m]."""
 
 # Deviation of accelerations [m/s2, rad/s2] by output joint; the free hips first.
-_HIPS = (23.0, 23.0, 32.0, 57.0, 57.0, 57.0)
+_HIPS = (26.0, 26.0, 37.0, 66.0, 66.0, 66.0)
 _ACCELERATION = {
-    "Spine": 37.0, "Spine1": 37.0, "Spine2": 37.0, "Neck": 55.0, "Head": 55.0, "Shoulder": 55.0, "Arm": 138.0,
-    "ForeArm": 161.0, "Hand": 138.0, "UpLeg": 115.0, "Leg": 161.0, "Foot": 138.0, "ToeBase": 115.0,
+    "Spine": 43.0, "Spine1": 43.0, "Spine2": 43.0, "Neck": 63.0, "Head": 63.0, "Shoulder": 63.0, "Arm": 159.0,
+    "ForeArm": 185.0, "Hand": 159.0, "UpLeg": 132.0, "Leg": 185.0, "Foot": 159.0, "ToeBase": 132.0,
 }  # fmt: skip
 
 
@@ -195,7 +195,7 @@ def _camera_rows(
     """Per frame and joint: the cameras' information, reweighted, shape (frame_count, 21, 3, 3), and information
     times difference, shape (frame_count, 21, 3)."""
     rays, lateral = measurements.rays, measurements.lateral
-    difference = measurements.positions - sites[:, None]
+    difference = measurements.off(sites)
     along = np.einsum("tcja,tcja->tcj", difference, rays)
     beyond = measurements.axial - lateral  # along the ray
     squared = measurements.squared(difference)

@@ -1,7 +1,9 @@
-"""What finishing needs of every step of a take, kept in a temporary file: memory stays small at any length."""
+"""What finishing needs of every step of a take, kept in temporary files: memory stays small at any length."""
 
 import tempfile
+from array import array
 from collections.abc import Iterable
+from typing import IO
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,6 +14,10 @@ from studio.engine.joints import JOINT_COUNT
 
 BLOCK = 256
 """Steps that are written at once."""
+
+
+NEAREST = 0.75
+"""A camera's frame counts for the step nearest to it, if that is no further away than this, in steps."""
 
 
 class Store:
@@ -41,13 +47,22 @@ class Store:
                 ("head_wxyz", "f8", (4,)),
             ]
         )
-        self._waiting = np.zeros(BLOCK, self._dtype)
-        self._written = self._count = 0
+        self._steps = _Records(self._dtype)
+        self._times_ns = array("q")
+        self._readings = _Records(
+            np.dtype([("positions", "f4", (JOINT_COUNT, 3)), ("confidence", "f4", (JOINT_COUNT,))])
+        )
+        self._reading_times_ns, self._reading_cameras = array("q"), array("h")
+        self._slots: NDArray[np.int64] | None = None  # the step of each reading; -1 = none
         self._hands: dict[int, tuple[HandSeen, ...]] = {}  # by frame, where there are any
-        self._file = tempfile.TemporaryFile(prefix="studio-finish-")
 
     def __len__(self) -> int:
-        return self._count
+        return len(self._steps)
+
+    @property
+    def times_ns(self) -> NDArray[np.int64]:
+        """Stage times of the steps [ns]."""
+        return np.array(self._times_ns, dtype=np.int64)
 
     def add(self, result: StepResult) -> None:
         """Keep a step.
@@ -55,35 +70,71 @@ class Store:
         Raises:
             TakeError: the disk of the temporary folder is full.
         """
-        if self._count - self._written == BLOCK:
-            self._write()
         frames, fused = result.frame_set, result.fused
-        self._waiting[self._count - self._written] = (
+        count = len(self)
+        self._steps.add((
             frames.stage_time_ns, result.configuration, frames.positions, frames.confidence, fused.used,
             fused.positions, fused.confidence, fused.sigma,
             np.nan if frames.head_wxyz is None else frames.head_wxyz,
-        )  # fmt: skip
+        ))  # fmt: skip
+        self._times_ns.append(frames.stage_time_ns)
+        for reading in frames.readings:
+            self._readings.add((reading.positions, reading.confidence))
+            self._reading_times_ns.append(frames.stage_time_ns + round(reading.offset_s * 1e9))
+            self._reading_cameras.append(reading.camera)
         if frames.hands:
-            last = self._hands.get(self._count - 1)
-            self._hands[self._count] = last if last == frames.hands else frames.hands
-        self._count += 1
-
-    def _write(self) -> None:
-        try:
-            self._waiting[: self._count - self._written].tofile(self._file)
-        except OSError as error:
-            raise TakeError(
-                f"finishing keeps its frames in {tempfile.gettempdir()}, which does not take them: "
-                f"{error.strerror}; free some space or set TMPDIR"
-            ) from error
-        self._written = self._count
+            last = self._hands.get(count - 1)
+            self._hands[count] = last if last == frames.hands else frames.hands
 
     def read(self, begin: int, end: int) -> NDArray[np.void]:
         """Return the records of steps `begin` up to `end`, without it."""
-        if self._written < self._count:
-            self._write()
-        self._file.seek(begin * self._dtype.itemsize)
-        return np.fromfile(self._file, self._dtype, end - begin)
+        return self._steps.read(begin, end)
+
+    def readings(
+        self, begin: int, end: int, dt: float
+    ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
+        """Return cameras' frames as they came, each with the step nearest to it, for steps `begin` up to `end`.
+
+        A camera that is faster than the steps counts with the nearest frame to each.
+
+        Args:
+            begin: first step.
+            end: step after the last.
+            dt: time between steps [s].
+
+        Returns:
+            Positions in the stage frame [m], shape (step_count, camera_count, 21, 3), NaN = unseen; confidence,
+            shape (step_count, camera_count, 21); and how much later than the step they are [steps], shape
+            (step_count, camera_count).
+        """
+        if self._slots is None:
+            self._slots = self._slots_of_readings(dt)
+        shape = (end - begin, len(self.cameras))
+        positions = np.full((*shape, JOINT_COUNT, 3), np.nan)
+        confidence, late = np.zeros((*shape, JOINT_COUNT)), np.zeros(shape)
+        which = np.flatnonzero((self._slots >= begin) & (self._slots < end))
+        if len(which):
+            records = self._readings.read(int(which[0]), int(which[-1]) + 1)[which - which[0]]
+            at = self._slots[which] - begin, np.array(self._reading_cameras)[which]
+            positions[at], confidence[at] = records["positions"], records["confidence"]
+            after_ns = np.array(self._reading_times_ns)[which] - self.times_ns[self._slots[which]]
+            late[at] = after_ns * (1e-9 / dt)
+        return positions, confidence, late
+
+    def _slots_of_readings(self, dt: float) -> NDArray[np.int64]:
+        """The step of each reading, the nearest one in time; -1 = none, or another frame of its camera is nearer."""
+        steps, times = self.times_ns, np.array(self._reading_times_ns, dtype=np.int64)
+        after = np.clip(np.searchsorted(steps, times), 1, max(len(steps) - 1, 1))
+        before = after - 1
+        after = np.minimum(after, len(steps) - 1)
+        slots = np.where(times - steps[before] <= steps[after] - times, before, after)
+        away = np.abs(times - steps[slots])
+        keys = slots * len(self.cameras) + np.array(self._reading_cameras, dtype=np.int64)
+        order = np.lexsort((away, keys))
+        second = np.concatenate([[False], keys[order][1:] == keys[order][:-1]])
+        slots[order[second]] = -1
+        slots[away > NEAREST * dt * 1e9] = -1
+        return slots
 
     def frames(self, begin: int, records: NDArray[np.void]) -> Iterable[tuple[FrameSet, FusedSkeleton]]:
         """Yield what was measured in each step of `records`, which begin at step `begin`."""
@@ -109,5 +160,43 @@ class Store:
             )
 
     def close(self) -> None:
-        """Delete the temporary file."""
+        """Delete the temporary files."""
+        self._steps.close()
+        self._readings.close()
+
+
+class _Records:
+    """Records of one kind in a temporary file: `add` at the end, `read` anywhere."""
+
+    def __init__(self, dtype: np.dtype) -> None:
+        self._waiting = np.zeros(BLOCK, dtype)
+        self._written = self._count = 0
+        self._file: IO[bytes] = tempfile.TemporaryFile(prefix="studio-finish-")
+
+    def __len__(self) -> int:
+        return self._count
+
+    def add(self, record: tuple) -> None:
+        if self._count - self._written == BLOCK:
+            self._write()
+        self._waiting[self._count - self._written] = record
+        self._count += 1
+
+    def _write(self) -> None:
+        try:
+            self._waiting[: self._count - self._written].tofile(self._file)
+        except OSError as error:
+            raise TakeError(
+                f"finishing keeps its frames in {tempfile.gettempdir()}, which does not take them: "
+                f"{error.strerror}; free some space or set TMPDIR"
+            ) from error
+        self._written = self._count
+
+    def read(self, begin: int, end: int) -> NDArray[np.void]:
+        if self._written < self._count:
+            self._write()
+        self._file.seek(begin * self._waiting.dtype.itemsize)
+        return np.fromfile(self._file, self._waiting.dtype, end - begin)
+
+    def close(self) -> None:
         self._file.close()

@@ -100,9 +100,9 @@ def _trunk(skeleton: Skeleton) -> dict[str, BodyInertia]:
 
     middle = (_MIDDLE_TRUNK[0], tuple(middle_radii))
     return {
-        "Hips": part(1.0, _LOWER_TRUNK, 0.45 * offset["Spine"]),
-        "Spine": part(0.5, middle, 0.5 * offset["Spine1"]),
-        "Spine1": part(0.5, middle, 0.5 * offset["Spine2"]),
+        "Hips": part(1.0, _LOWER_TRUNK, 0.45 * (offset["Spine"] + offset["Spine1"])),
+        "Spine": part(0.5, middle, offset["Spine1"] + 0.25 * offset["Spine2"]),
+        "Spine1": part(0.5, middle, 0.75 * offset["Spine2"]),
         "Spine2": part(1.0 - 2.0 * _CLAVICLE_SHARE, _UPPER_TRUNK, 0.49 * offset["Neck"]),
         "Neck": _cylinder(neck, offset["Head"], _NECK_RADIUS * height),
         "Head": part(1.0 - _NECK_SHARE, _HEAD_AND_NECK, head_up),

@@ -1,7 +1,7 @@
 """The output skeleton of a performer at rest, and its forward kinematics.
 
-Rest offsets come from the performer's measured canonical joints; what no camera measures (the middle spine,
-the clavicles, the fingers) is placed by proportion.
+Rest offsets come from the performer's measured canonical joints; what no camera measures (the lowest joint of
+the spine, the clavicles, the fingers) is placed by proportion.
 """
 
 from dataclasses import dataclass
@@ -25,6 +25,13 @@ from studio.engine.joints import (
 # sternoclavicular joint lies near the midline at the height of the shoulder's top.
 _CLAVICLE_SHARE = np.array([0.15, 0.5, 0.8])
 
+# The lowest joint of the spine (L5/S1) lies this far above the hip joints' centres, as a share of stature: 0.084 m
+# of 1.75, the mean of men's 0.076 and women's 0.092 (Dumas, Cheze, Verriest, "Adjustments to McConville et al. and
+# Young et al. body segment inertial parameters", J. Biomech. 2007). On the way from the hips to the measured spine
+# joint it is kept within this share, so that both bones have a length.
+_LUMBOSACRAL_OF_HEIGHT = 0.048
+_LUMBOSACRAL_SHARE = (0.2, 0.6)
+
 # Knuckles and phalanges as shares of the hand's length (wrist to tip of the middle finger, 10.8 % of stature:
 # Drillis & Contini 1966): knuckle along the hand and towards the thumb, then the three bones of the finger.
 # Ratios of the bones: Alexander & Viktora, "Long bones of the hand", 2010.
@@ -37,6 +44,13 @@ _FINGER_TABLE: dict[str, tuple[float, float, tuple[float, float, float]]] = {
 }
 HAND_LENGTH_OF_HEIGHT = 0.108
 _THUMB_DIRECTION = np.array([0.70, -0.66, -0.27])  # left hand, T-pose: outward, forward and a little down
+
+
+def _lumbosacral_share(measured: dict[str, NDArray[np.float64]], height_m: float) -> float:
+    """Where the spine's lowest joint lies on the way from the hips to the measured spine joint, 0..1."""
+    hips_above_legs = -0.5 * float(measured["left_hip"][2] + measured["right_hip"][2])
+    way = max(float(np.linalg.norm(measured["spine"])), 1e-6)
+    return float(np.clip((_LUMBOSACRAL_OF_HEIGHT * height_m - hips_above_legs) / way, *_LUMBOSACRAL_SHARE))
 
 
 def _finger_offsets(
@@ -81,8 +95,9 @@ class Skeleton:
         for name, output in OUTPUT_OF_CANONICAL.items():
             offsets[OUTPUT_INDEX[output]] = measured[name]
         offsets[OUTPUT_INDEX["Hips"]] = (0.0, 0.0, measured["hips"][2])
-        offsets[OUTPUT_INDEX["Spine1"]] = 0.5 * measured["chest"]
-        offsets[OUTPUT_INDEX["Spine2"]] = 0.5 * measured["chest"]
+        lowest = _lumbosacral_share(measured, performer.height_m)
+        offsets[OUTPUT_INDEX["Spine"]] = lowest * measured["spine"]
+        offsets[OUTPUT_INDEX["Spine1"]] = (1.0 - lowest) * measured["spine"]
         hand_length = HAND_LENGTH_OF_HEIGHT * performer.height_m
         for side in ("Left", "Right"):
             shoulder = measured[f"{side.lower()}_shoulder"]

@@ -1,7 +1,7 @@
 """How constant a solve's bone lengths are; a human's are.
 
 A bone goes from a joint of the solve to its parent, as `poses.npz` names them. Canonical joints are not enough:
-from the spine to the chest they span two bones, and what bends between them would count as stretching.
+from the hips to the spine they span two bones, and what bends between them would count as stretching.
 """
 
 import numpy as np

@@ -62,10 +62,10 @@ def _limb(
     return swing, rotation_between(swing @ lower_rest, lower) @ swing
 
 
-def _halfway(a: NDArray[np.float64], b: NDArray[np.float64]) -> NDArray[np.float64]:
-    """The rotation in the middle of two."""
+def _between(a: NDArray[np.float64], b: NDArray[np.float64], share: float) -> NDArray[np.float64]:
+    """The rotation a share of the way from one to another."""
     turn = Rotation.from_matrix(a.T @ b).as_rotvec()
-    return a @ Rotation.from_rotvec(0.5 * turn).as_matrix()
+    return a @ Rotation.from_rotvec(share * turn).as_matrix()
 
 
 def swing_rotations(skeleton: Skeleton, joints: NDArray[np.float64]) -> NDArray[np.float64] | None:
@@ -97,8 +97,8 @@ def swing_rotations(skeleton: Skeleton, joints: NDArray[np.float64]) -> NDArray[
         rotations[OUTPUT_INDEX[name]] = rotation
 
     put("Hips", hips)
-    put("Spine", hips)
-    put("Spine1", _halfway(hips, chest))
+    put("Spine", _between(hips, chest, 1.0 / 3.0))
+    put("Spine1", _between(hips, chest, 2.0 / 3.0))
     neck = p["head"] - p["neck"]
     if np.isfinite(neck).all():
         swing = rotation_between(chest @ (rest["head"] - rest["neck"]), neck) @ chest

@@ -67,8 +67,8 @@ _LEFT_AND_RIGHT = (
     # Trunk: two columns side by side; ANSUR hip breadth 0.205, buttock depth 0.142, waist breadth 0.18 and depth
     # 0.135, chest breadth 0.161 and depth 0.147, of soldiers: a tenth less for people of usual mass.
     Cone("Hips", (0.040, 0.010, 0.005), (0.038, 0.006, 0.070), 0.058, 0.052, "trunk_girth"),
-    Cone("Spine", (0.035, 0.004, 0.000), (0.033, 0.004, 0.080), 0.051, 0.052, "trunk_girth"),
-    Cone("Spine1", (0.033, 0.004, 0.000), (0.033, 0.004, 0.080), 0.052, 0.056, "trunk_girth"),
+    Cone("Spine", (0.036, 0.004, 0.015), (0.034, 0.004, 0.072), 0.051, 0.052, "trunk_girth"),
+    Cone("Spine1", (0.033, 0.004, 0.060), (0.033, 0.004, 0.160), 0.052, 0.056, "trunk_girth"),
     Cone("Spine2", (0.033, 0.002, 0.000), (0.040, 0.004, 0.025), 0.056, 0.046, "trunk_girth"),
     # Shoulder: the deltoid and what lies between it and the neck.
     Cone("LeftShoulder", (0.010, 0.000, 0.005), (0.090, 0.000, -0.002), 0.036, 0.032, "trunk_girth"),

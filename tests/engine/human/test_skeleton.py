@@ -54,7 +54,8 @@ def test_hands_are_hand_sized_with_thumbs_forward_and_fingers_outward():
 def test_spine_joints_lie_between_hips_and_chest():
     rest = Skeleton.of(performer()).rest_positions_m
     heights = [rest[OUTPUT_INDEX[n], 2] for n in ("Hips", "Spine", "Spine1", "Spine2", "Neck", "Head")]
-    assert (np.diff(heights) > 0.03).all()
+    assert (np.diff(heights) > 0.01).all()
+    assert np.allclose(rest[OUTPUT_INDEX["Spine1"]], rest[OUTPUT_OF_CANONICAL_INDEX[INDEX["spine"]]])
     assert np.allclose(rest[OUTPUT_INDEX["Spine2"]], rest[OUTPUT_OF_CANONICAL_INDEX[INDEX["chest"]]])
 
 

