@@ -1,11 +1,14 @@
 #!/bin/sh
 # Installs the independent readers that the export tests compare with into .tools/readers (never shipped):
-# the Autodesk FBX SDK's reader (npm package fbx2gltf) and ufbx, compiled from the source in the package pyufbx.
+# the Autodesk FBX SDK's reader (npm package fbx2gltf), ufbx, compiled from the source in the package pyufbx, and
+# Blender (package bpy, in an environment of its own; without a wheel for any Python here its tests are skipped).
 # Needs npm, a C compiler, Python with pip. Run it from anywhere; what is there already is kept.
 set -eu
 
 FBX2GLTF=0.9.7
 PYUFBX=0.0.7
+BPY_311=4.5.15 # the wheels of bpy fit one Python each
+BPY_313=5.2.3
 
 root=$(CDPATH='' cd -- "$(dirname -- "$0")/.." && pwd)
 tools="$root/.tools/readers"
@@ -53,4 +56,26 @@ if [ ! -x "$program" ] || [ "$reader" -nt "$program" ]; then
     cc -O1 -I "$source" -o "$program.new" "$reader" "$source/ufbx.c" -lm >>"$log" 2>&1 ||
         fail "ufbx did not compile"
     mv "$program.new" "$program"
+fi
+
+blender="$tools/blender"
+if ! "$blender/bin/python" -c 'import bpy' >>"$log" 2>&1; then
+    rm -rf "$blender"
+    installed=
+    for pair in "3.11 $BPY_311" "3.13 $BPY_313"; do
+        version=${pair%% *}
+        for candidate in python3 "python$version" "/usr/bin/python$version"; do
+            "$candidate" -c "import sys; sys.exit('%d.%d' % sys.version_info[:2] != '$version')" 2>>"$log" || continue
+            if "$candidate" -m venv "$blender" >>"$log" 2>&1 &&
+                "$blender/bin/python" -m pip install --quiet --disable-pip-version-check "bpy==${pair#* }" >>"$log" 2>&1 &&
+                "$blender/bin/python" -c 'import bpy' >>"$log" 2>&1; then
+                installed=yes
+                break 2
+            fi
+            rm -rf "$blender"
+        done
+    done
+    if [ -z "$installed" ]; then
+        echo "fetch_readers: Blender (bpy) could not be installed, its tests will be skipped; see $log" >&2
+    fi
 fi

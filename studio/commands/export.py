@@ -1,71 +1,140 @@
-"""`studio export`: a solve as a file for animation programs."""
+"""`studio export`: a solve as a file for other programs."""
 
 import argparse
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from studio.commands.common import add_command, add_take
+from studio.commands.common import add_command, add_take, progress_bar
+
+if TYPE_CHECKING:
+    from studio.engine.export import ExportOptions
+    from studio.engine.poses import Poses
+    from studio.take.take import Take
 
 _TEXT = """\
-Write a solve as a file for animation programs: FBX (with cubic keys) or BVH.
+Write a solve as a file for other programs.
 
-Without --solve, the best solve of the take is taken: finish, studio, live, or the first by name."""
+FBX (with cubic keys), BVH, GLB and USD hold a skeleton with keys; C3D, TRC, CSV and npz hold points.
+Without --solve, the best solve of the take is taken: finish, studio, live, or the first by name.
+docs/export.md tells what each option does."""
 
 PREFERRED = ("finish", "studio", "live", "imported")
+_TIMECODE_HZ = 60
+"""Frames a second of the timecode that a take has."""
 
 
 def add_parser(subparsers: Any) -> None:
     parser = add_command(subparsers, "export", run, _TEXT)
     add_take(parser)
-    parser.add_argument(
-        "--format", required=True, choices=("fbx", "bvh", "glb", "c3d", "trc", "csv", "npz", "usd"),
-        help="kind of file; this version writes fbx and bvh",
-    )  # fmt: skip
-    parser.add_argument("--out", metavar="FILE", type=Path, required=True, help="the file to write")
-    parser.add_argument("--solve", metavar="NAME", help="which solve")
-    parser.add_argument(
-        "--target",
-        choices=("humanik", "mixamo", "unreal", "vrm"),
-        default="humanik",
-        help="names of the skeleton",
-    )
-    parser.add_argument("--fps", metavar="F", type=float, help="frames per second (default: the solve's)")
-    parser.add_argument(
-        "--interpolation",
-        choices=("cubic", "linear", "constant"),
-        default="cubic",
-        help="between keys, in FBX",
-    )
-    parser.add_argument(
+    add = parser.add_argument
+    formats = ("fbx", "bvh", "glb", "c3d", "trc", "csv", "npz", "usd")
+    add("--format", required=True, choices=formats, help="kind of file")
+    add("--out", metavar="FILE", type=Path, required=True, help="the file to write")
+    add("--solve", metavar="NAME", help="which solve")
+    add("--also", metavar="TAKE", type=Path, action="append", default=[],
+        help="another take into the same file, as a further animation (FBX); may be given again")  # fmt: skip
+    skeleton = parser.add_argument_group("skeleton")
+    add = skeleton.add_argument
+    add("--target", choices=("humanik", "mixamo", "unreal", "vrm"), default="humanik",
+        help="names, bones and axes of the skeleton")  # fmt: skip
+    add(
         "--root-motion",
         choices=("hips", "root", "in-place"),
         default="hips",
         help="which bone carries the path",
     )
-    parser.add_argument("--mesh", action="store_true", help="add a body")
+    add(
+        "--mesh",
+        action=argparse.BooleanOptionalAction,
+        default=None,
+        help="with a skinned body (GLB has one)",
+    )
+    add("--rotation-order", choices=("ZXY", "ZYX", "YZX", "XZY", "YXZ", "XYZ"), default="ZXY", help="of BVH")
+    add("--unit", choices=("mm", "cm", "m", "in"), default="cm", help="of BVH")
+    keys = parser.add_argument_group("keys")
+    add = keys.add_argument
+    add("--fps", metavar="F", type=float, help="frames per second (default: the solve's)")
+    add("--interpolation", choices=("cubic", "linear", "constant"), default="cubic",
+        help="between keys, in FBX and GLB")  # fmt: skip
+    add("--key-error-cm", metavar="CM", type=float,
+        help="leave out keys as long as no joint moves by more (FBX; default: a key per frame)")  # fmt: skip
+    add("--start", metavar="S", type=float, help="begin this many seconds into the solve")
+    add("--end", metavar="S", type=float, help="end this many seconds into the solve")
+    add("--take-name", metavar="NAME", help="name of the animation (default: the take's)")
+    add(
+        "--timecode",
+        metavar="TIME",
+        help="keys begin at this time of day, hh:mm:ss:ff, or `take`: the take's (FBX)",
+    )
+    clean = parser.add_argument_group("clean-up")
+    add = clean.add_argument
+    add("--smooth-hz", metavar="HZ", type=float, help="take out what is faster, without a delay")
+    add("--loop", action="store_true", help="cut the best loop, its end blended into its start")
+    add("--foot-lock", action="store_true", help="hold standing feet still")
 
 
 def run(args: argparse.Namespace) -> int:
-    from studio.engine.export import export
-    from studio.engine.poses import Poses
+    from studio.engine.export import export_takes
     from studio.take.take import Take
 
-    take = Take.open(args.take)
-    name = choose_solve(take.solve_names(), args.solve, str(take.path))
-    poses = Poses.load(take.solve_folder(name) / "poses.npz")
-    export(
-        poses,
-        args.out,
-        args.format,
+    takes, told = [], []
+    for path in (args.take, *args.also):
+        take = Take.open(path)
+        poses, name = load_solve(take, args.solve)
+        takes.append((poses, _options(args, take, poses)))
+        told.append(f"solve {name}, {poses.frame_count} frames")
+    with progress_bar("Exporting") as progress:
+        export_takes(takes, args.out, args.format, progress=progress)
+    print(f"{args.out}: {'; '.join(told)}, {args.out.stat().st_size / 1e6:.1f} MB")
+    return 0
+
+
+def load_solve(take: "Take", wanted: str | None) -> "tuple[Poses, str]":
+    """Return the poses of a take's solve, and its name.
+
+    Raises:
+        TakeError: the take has no solve of that name, or none at all.
+    """
+    from studio.engine.poses import Poses
+
+    name = choose_solve(take.solve_names(), wanted, str(take.path))
+    return Poses.load(take.solve_folder(name) / "poses.npz"), name
+
+
+def _options(args: argparse.Namespace, take: "Take", poses: "Poses") -> "ExportOptions":
+    from studio.engine.export import ExportOptions
+
+    name = args.take_name or take.path.resolve().name
+    return ExportOptions(
         fps=args.fps,
         interpolation=args.interpolation,
         target=args.target,
         root_motion=args.root_motion,
-        mesh=args.mesh or None,
-        take_name=args.take.resolve().name,
+        mesh=args.mesh,
+        start_s=args.start,
+        end_s=args.end,
+        rotation_order=args.rotation_order,
+        unit=args.unit,
+        key_error_cm=args.key_error_cm,
+        take_name=name,
+        timecode=_timecode(args.timecode, take, args.fps or poses.frames_per_second),
+        smooth_hz=args.smooth_hz,
+        loop=args.loop,
+        foot_lock=args.foot_lock,
     )
-    print(f"{args.out}: solve {name}, {poses.frame_count} frames, {args.out.stat().st_size / 1e6:.1f} MB")
-    return 0
+
+
+def _timecode(wanted: str | None, take: "Take", fps: float) -> str | None:
+    """Return the timecode, of the take where that is wanted, at the frames of the export."""
+    from studio.engine.errors import SettingsError
+
+    if wanted != "take":
+        return wanted
+    known = take.meta.get("timecode")
+    if known is None:
+        raise SettingsError(f"timecode=take: take {take.path} has none; give it as hh:mm:ss:ff")
+    whole, _, frames = known.rpartition(":")
+    return f"{whole}:{int(int(frames) * round(fps) / _TIMECODE_HZ):02d}"
 
 
 def choose_solve(available: list[str], wanted: str | None, take: str) -> str:

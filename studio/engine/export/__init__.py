@@ -6,11 +6,11 @@ its settings in `fbx_scene`) and the other modules named as their format the fil
 """
 
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, Literal
 
-from studio.engine.errors import NotAvailableError, SettingsError
+from studio.engine.errors import SettingsError
 from studio.engine.export.bvh import write_bvh
 from studio.engine.export.c3d import write_c3d
 from studio.engine.export.clip import clip, prepared_poses
@@ -24,7 +24,9 @@ from studio.engine.poses import Poses
 
 DEFAULT_INTERPOLATION = "cubic"
 
-_PLANNED_FORMATS = ("glb", "c3d", "trc", "csv", "npz", "usd")
+_PREPARING = 0.4
+"""Share of the work before anything is written."""
+
 _BONES = frozenset({"target", "root_motion"})
 
 
@@ -37,15 +39,19 @@ class Exporter:
         takes: what the writer is given: `motion` (a `LocalMotion`, made by `clip`) or `poses` (`Poses`, made
             by `prepared_poses`).
         options: names of the options that it understands besides those of every format (`POSE_OPTIONS`).
+        several: whether it is given a list of takes for one file, and tells by `progress` how far it is.
     """
 
-    write: Callable[[Any, str | os.PathLike[str], ExportOptions], None]
+    write: Callable[..., None]
     takes: Literal["motion", "poses"]
     options: frozenset[str] = frozenset()
+    several: bool = False
 
 
 EXPORTERS: dict[str, Exporter] = {
-    "fbx": Exporter(write_fbx, "motion", _BONES | {"interpolation", "mesh", "key_error_cm", "timecode"}),
+    "fbx": Exporter(
+        write_fbx, "motion", _BONES | {"interpolation", "mesh", "key_error_cm", "timecode"}, several=True
+    ),
     "bvh": Exporter(write_bvh, "motion", _BONES | {"rotation_order", "unit"}),
     "glb": Exporter(write_glb, "motion", _BONES | {"interpolation", "mesh"}),
     "c3d": Exporter(write_c3d, "poses"),
@@ -62,6 +68,8 @@ def export(
     path: str | os.PathLike[str],
     format: str,
     options: ExportOptions | None = None,
+    *,
+    progress: Callable[[float], None] | None = None,
     **changes: Any,
 ) -> None:
     """Write the poses to a file of the named format, atomically.
@@ -71,35 +79,65 @@ def export(
         path: of the file; an existing one is replaced, and kept whole if anything fails.
         format: a key of `EXPORTERS`.
         options: how; None = the defaults.
+        progress: told the share that is done.
         changes: single options, as keywords.
 
     Raises:
-        NotAvailableError: a documented format that this version does not have.
         SettingsError: an unknown format, or options that are not allowed or not for this format.
         FormatError: poses that cannot be exported.
         StudioError: the file cannot be written.
     """
+    export_takes([(poses, replace(options or ExportOptions(), **changes))], path, format, progress=progress)
+
+
+def export_takes(
+    takes: Sequence[tuple[Poses, ExportOptions]],
+    path: str | os.PathLike[str],
+    format: str,
+    *,
+    progress: Callable[[float], None] | None = None,
+) -> None:
+    """Write one or several takes to one file, atomically; several only where the format holds several.
+
+    Args:
+        takes: poses, and how each is exported; how the file is written says the first.
+        path: of the file.
+        format: a key of `EXPORTERS`.
+        progress: told the share that is done.
+
+    Raises:
+        SettingsError: as `export`; several takes in a format of one; takes that do not go into one file.
+        FormatError: poses that cannot be exported.
+        StudioError: the file cannot be written.
+    """
     exporter = exporter_of(format)
-    options = replace(options or ExportOptions(), **changes)
-    check_options(options, format, exporter.options)
-    made = clip(poses, options) if exporter.takes == "motion" else prepared_poses(poses, options)
-    exporter.write(made, path, options)
+    if len(takes) > 1 and not exporter.several:
+        allowed = ", ".join(name for name, one in EXPORTERS.items() if one.several)
+        raise SettingsError(f"format={format}: a file holds one take; several go into {allowed}")
+    told = progress or (lambda share: None)
+    for _, options in takes:
+        check_options(options, format, exporter.options)
+    made = []
+    for k, (poses, options) in enumerate(takes):
+        made.append(clip(poses, options) if exporter.takes == "motion" else prepared_poses(poses, options))
+        told(_PREPARING * (k + 1) / len(takes))
+    if exporter.several:
+        exporter.write(
+            made, path, takes[0][1], progress=lambda share: told(_PREPARING + (1 - _PREPARING) * share)
+        )
+    else:
+        exporter.write(made[0], path, takes[0][1])
+    told(1.0)
 
 
 def exporter_of(format: str) -> Exporter:
     """Return the writer of a format.
 
     Raises:
-        NotAvailableError: a documented format that this version does not have.
         SettingsError: an unknown format.
     """
-    known = (*EXPORTERS, *(name for name in _PLANNED_FORMATS if name not in EXPORTERS))
-    if format not in known:
-        raise SettingsError(f"format={format}: allowed are {', '.join(known)}")
     if format not in EXPORTERS:
-        raise NotAvailableError(
-            f"format {format} is not available in this version; available: {', '.join(EXPORTERS)}"
-        )
+        raise SettingsError(f"format={format}: allowed are {', '.join(EXPORTERS)}")
     return EXPORTERS[format]
 
 
@@ -110,6 +148,7 @@ __all__ = [
     "Exporter",
     "clip",
     "export",
+    "export_takes",
     "exporter_of",
     "prepared_poses",
 ]

@@ -15,7 +15,7 @@ Place = tuple[int, str]
 """(joint, `Translation` or `Rotation`)."""
 
 _CM = 100.0
-_LARGEST_TURN_DEG = 0.5
+_LARGEST_TURN_DEG = 0.25
 _SHORTEST_REACH_CM = 3.0
 _ROUNDS = 8
 _CHUNK = 2048

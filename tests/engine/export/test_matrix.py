@@ -86,10 +86,7 @@ def test_fbx_sdk(name: str, files: Callable[[str], Path]) -> None:
 def test_blender(name: str, blender: dict[str, BlenderScene]) -> None:
     options, scene = FBX_MATRIX[name], blender[name]
     found = truth(options, _rate(options))
-    limit = (
-        1.0 if options.key_error_cm else AT_KEYS_CM
-    )  # Blender makes cubic keys linear: only keys are exact
-    _check(scene.bones, found, options, limit_cm=limit, limit_deg=1.0 if options.key_error_cm else TURN_DEG)
+    _check(scene.bones, found, options)
     assert scene.bones.scene["frames_per_second"] == options.fps
     assert any(options.take_name in action for action in scene.actions)
     if options.mesh:
