@@ -1,4 +1,4 @@
-"""`studio import`: recordings made elsewhere as a take."""
+"""`studio import`: recordings and animations made elsewhere as a take."""
 
 import argparse
 from pathlib import Path
@@ -7,17 +7,22 @@ from typing import Any
 from studio.commands.common import add_command, progress_bar
 
 _TEXT = """\
-Turn camera recordings into a take.
+Turn camera recordings, or an animation, into a take.
 
 PATH is a folder of camera_0, camera_1, ... each with joints.csv, or with depth.txt and camera.json; an Azure Kinect
 .mkv, a RealSense or ROS .bag or .db3, or a folder of these, a camera each; a raw.mcap; or a CSV with the skeletons
 of Kinects. Of a file that was cut, what it holds is imported. An existing take is never overwritten, and nothing is
-left behind when the import fails."""
+left behind when the import fails.
+
+A .bvh, .fbx, .glb, .c3d or .trc is an animation made elsewhere: its take has no raw, and the solve `imported`."""
 
 
 def add_parser(subparsers: Any) -> None:
     parser = add_command(subparsers, "import", run, _TEXT)
     parser.add_argument("path", metavar="PATH", type=Path, help="the recording")
+    parser.add_argument(
+        "--unit-m", metavar="M", type=float, help="metres per unit of a BVH (default: by a height of 1.75 m)"
+    )
     parser.add_argument("--out", metavar="TAKE", type=Path, required=True, help="folder of the new take")
 
 
@@ -25,9 +30,10 @@ def run(args: argparse.Namespace) -> int:
     from studio.take.importers import import_recording
 
     with progress_bar("import") as progress:
-        take = import_recording(args.path, args.out, progress=progress)
+        take = import_recording(args.path, args.out, unit_m=args.unit_m, progress=progress)
     cameras = ", ".join(take.camera_names)
-    print(f"{take.path}: {len(take.camera_names)} cameras ({cameras})")
+    what = f"{len(take.camera_names)} cameras ({cameras})" if cameras else "an animation, solve imported"
+    print(f"{take.path}: {what}")
     for note in take.meta["notes"].splitlines():
         print(f"  {note}")
     return 0

@@ -7,7 +7,8 @@ from typing import Any
 from studio.commands.common import add_command, progress_bar
 
 _TEXT = """\
-Record a take of simulated cameras that watch the performer of a BVH, or the embedded one (`demo`).
+Record a take of simulated cameras that watch the performer of an animation (.bvh, .fbx, .glb, .c3d, .trc), or the
+embedded one (`demo`).
 
 The take begins with a part for calibration (T-pose for 3 s, then 30 s of walking); the true joint centres go
 to TAKE.truth.csv beside the take, for `studio evaluate` alone."""
@@ -19,7 +20,7 @@ def add_parser(subparsers: Any) -> None:
         "motion",
         metavar="MOTION.bvh",
         type=Path,
-        help="the motion, whose first frame, a rest pose, is dropped; or `demo`",
+        help="the motion (the first frame of a BVH, a rest pose, is dropped); or `demo`",
     )
     parser.add_argument("--out", metavar="TAKE", type=Path, required=True, help="folder of the new take")
     parser.add_argument(

@@ -14,13 +14,12 @@ from studio.camera.simulator.depth import sensors
 from studio.camera.simulator.instants import instants
 from studio.camera.simulator.noisy_joints import FRAMES_PER_SECOND, NoisyJoints, anatomical_offsets
 from studio.camera.simulator.rig import RigCamera, read_rig, standard_rig
+from studio.engine.animation.files import canonical_animation
 from studio.engine.errors import FormatError, SettingsError, TakeError
 from studio.engine.files import write_atomically
 from studio.engine.joints import CANONICAL, INDEX
 from studio.engine.motion.authored import calibration_motion, demo_motion
 from studio.engine.motion.body import TOE_HEIGHT_M
-from studio.engine.motion.bvh import read_bvh
-from studio.engine.motion.canonical import to_canonical
 from studio.engine.motion.keys import RATE_HZ
 from studio.engine.motion.motion import CanonicalMotion
 from studio.take.new import new_take
@@ -55,7 +54,8 @@ def simulate_take(
     The true joint centres go to `<out>.truth.csv`, on the clock of the reference camera (the first), 120 Hz.
 
     Args:
-        motion_path: a BVH, y up, whose first frame, a rest pose, is dropped; or `demo`, the embedded performer.
+        motion_path: an animation that `animation.files` reads; the first frame of a BVH, a rest pose, is dropped; or
+            `demo`, the embedded performer.
         out: folder of the new take.
         cameras: 1 to 4 of the standard rigs; ignored with `rig`.
         sensor: of `depth`. The noise of `noisy-joints` is the same contract (see `noisy_joints`) whatever the
@@ -70,7 +70,7 @@ def simulate_take(
         progress: called with the share done, 0..1.
 
     Raises:
-        FormatError: a BVH or rig that cannot be used. TakeError: `out`, or the truth beside it, exists.
+        FormatError: a motion or rig that cannot be used. TakeError: `out`, or the truth beside it, exists.
         SettingsError: an unknown sensor, tracker or performer, or a negative seed.
     """
     _check(sensor, tracker, seed)
@@ -117,14 +117,14 @@ def stage_motion(
     The path of the hips is centred over the stage's origin; the feet at their lowest stand on the floor.
 
     Raises:
-        FormatError: see `read_bvh` and `to_canonical`; or fewer than two frames are left.
+        FormatError: see `canonical_animation`; or fewer than two frames are left.
     """
     embedded = str(path) == DEMO
-    source = demo_motion() if embedded else to_canonical(read_bvh(path, unit_m=unit_m))
-    positions = source.positions_m[0 if embedded else 1 :]
+    source = demo_motion() if embedded else canonical_animation(path, unit_m=unit_m)
+    positions = source.positions_m[1 if has_rest_frame(path) else 0 :]
     if len(positions) < 2:
         raise FormatError(
-            f"{path} has {source.frame_count} frames; the first is dropped and two more are needed"
+            f"{path} has {source.frame_count} frames; two are needed, and a BVH's first one is dropped"
         )
     hips = positions[:, INDEX["hips"], :2]
     floor = np.percentile(positions[:, _FEET, 2].min(axis=1), 2) - TOE_HEIGHT_M
@@ -137,6 +137,11 @@ def stage_motion(
         positions = np.concatenate([before.positions_m, positions])
     hands = np.ones((len(positions), 2))
     return CanonicalMotion(1 / RATE_HZ, positions, source.offsets_m, hands), calibration_s
+
+
+def has_rest_frame(path: str | Path) -> bool:
+    """Whether the motion's first frame is a rest pose: that of a BVH."""
+    return Path(path).suffix.lower() == ".bvh"
 
 
 def _resample(positions: NDArray[np.float64], frame_s: float) -> NDArray[np.float64]:

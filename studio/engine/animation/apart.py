@@ -18,6 +18,9 @@ from studio.engine.errors import FormatError, NotAvailableError
 MAX_BYTES = 1 << 30
 """Largest file that is read."""
 
+MAX_VALUES = 50_000_000
+"""Frames times nodes of an animation that are read at most."""
+
 _MEMORY_BYTES = 6 << 30
 _TIMEOUT_S = 600.0
 _ROOT = Path(__file__).parents[3]

@@ -4,12 +4,14 @@ import os
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 
 from studio.engine.animation.points import NamedPoints, without_subject
 from studio.engine.errors import FormatError
 
 _MAX_BYTES = 1 << 30
 _MAX_POINTS = 4096
+_ROUNDING_S = 0.6e-3
 _UNITS_M = {"mm": 0.001, "cm": 0.01, "m": 1.0, "meters": 1.0, "millimeters": 0.001, "centimeters": 0.01}
 
 
@@ -51,11 +53,20 @@ def read_trc(path: str | os.PathLike[str]) -> NamedPoints:
     if (np.diff(values[:, 0]) <= 0).any() or not np.isfinite(values[:, 0]).all():
         raise FormatError(f"{path}: the column Time must hold numbers that increase; export the file again")
     return NamedPoints(
-        time_s=values[:, 0] - values[0, 0],
+        time_s=_on_grid(values[:, 0] - values[0, 0], header.get("DataRate", "")),
         names=names,
         positions_m=positions[..., [0, 2, 1]] * [1.0, -1.0, 1.0],  # y up to z up
         notes=tuple(notes),
     )
+
+
+def _on_grid(time_s: NDArray[np.float64], rate: str) -> NDArray[np.float64]:
+    """Return times freed of their rounding, where they are those of the file's own rate."""
+    try:
+        grid = np.arange(len(time_s)) / float(rate)
+    except (ValueError, ZeroDivisionError):
+        return time_s
+    return grid if np.abs(grid - time_s).max() < _ROUNDING_S else time_s
 
 
 def _lines(path: Path) -> list[str]:

@@ -1,58 +1,16 @@
-"""From a file's skeleton to the canonical joints, by the joint names of common BVH skeletons."""
-
-import re
-from collections.abc import Iterable
+"""From a file's skeleton to the canonical joints, by the names of its joints (`animation.roles`)."""
 
 import numpy as np
 from numpy.typing import NDArray
 
+from studio.engine.animation.roles import roles_of
 from studio.engine.errors import FormatError
-from studio.engine.joints import CANONICAL, INDEX
+from studio.engine.joints import CANONICAL, INDEX, OUTPUT_OF_CANONICAL
 from studio.engine.motion.body import t_pose_offsets
 from studio.engine.motion.motion import END, CanonicalMotion, Motion
 
-_HIPS = ("hips", "hip", "pelvis", "root")
-_NECK = ("neck", "neck1", "neck01")
-_HEAD = ("head",)
-# Names of a limb's joints without their side, surest first: a clavicle is also called "shoulder".
-_LIMBS: dict[str, tuple[str, ...]] = {
-    "shoulder": ("arm", "upperarm", "uparm", "shldr", "humerus", "shoulder"),
-    "elbow": ("forearm", "lowerarm", "lowarm", "elbow", "radius"),
-    "wrist": ("hand", "wrist"),
-    "hand": (
-        "handmiddle1",
-        "middle1",
-        "middle01",
-        "middleproximal",
-        "handindex1",
-        "index1",
-        "fingers",
-        "palm",
-    ),
-    "hip": ("upleg", "thigh", "upperleg", "femur", "hip"),
-    "knee": ("leg", "shin", "calf", "lowerleg", "lowleg", "knee", "tibia"),
-    "ankle": ("foot", "ankle"),
-    "toe": ("toebase", "toe", "toes", "ball"),
-}
+_BY_PLACE = ("spine", "chest", "neck")  # told by where they are in the tree
 _OPTIONAL = ("hand", "toe")  # without one, the end of the limb stands for it
-
-
-def _plain(name: str) -> str:
-    """`mixamorig:LeftArm`, `Left_Arm`, `leftArm` -> `leftarm`."""
-    plain = re.sub(r"[^a-z0-9]", "", name.rsplit(":", 1)[-1].lower())
-    return re.sub(r"^(mixamorig\d*|bip01|character1)(?=.)", "", plain)
-
-
-def _find(plain: dict[str, int], names: Iterable[str]) -> int | None:
-    return next((plain[name] for name in names if name in plain), None)
-
-
-def _limb_names(side: str, joint: str) -> list[str]:
-    return [
-        pattern.format(s=side, i=side[0], n=name)
-        for name in _LIMBS[joint]
-        for pattern in ("{s}{n}", "{i}{n}", "{n}{i}", "{n}{s}")
-    ]
 
 
 def _ancestors(parents: NDArray[np.int64], joint: int) -> list[int]:
@@ -72,11 +30,12 @@ def canonical_joints(motion: Motion) -> dict[str, int]:
     Raises:
         FormatError: the skeleton lacks its hips, a limb or the head; the message names what and the joints.
     """
-    plain = {_plain(name): i for i, name in reversed(list(enumerate(motion.joint_names))) if END not in name}
-    found: dict[str, int | None] = {"hips": _find(plain, _HIPS), "head": _find(plain, _HEAD)}
+    roles = roles_of(motion.joint_names, motion.parents.tolist())
+    by_role = {role: joint for joint, role in enumerate(roles) if role}
+    found = {name: by_role.get(OUTPUT_OF_CANONICAL[name]) for name in CANONICAL if name not in _BY_PLACE}
     for side in ("left", "right"):
-        for joint in _LIMBS:
-            found[f"{side}_{joint}"] = _find(plain, _limb_names(side, joint))
+        if found[f"{side}_hand"] is None:
+            found[f"{side}_hand"] = by_role.get(f"{side.capitalize()}HandIndex1")
         for end, parent in (("hand", "wrist"), ("toe", "ankle")):
             if found[f"{side}_{end}"] is None:
                 found[f"{side}_{end}"] = _end_of(motion, found[f"{side}_{parent}"])
@@ -84,10 +43,10 @@ def canonical_joints(motion: Motion) -> dict[str, int]:
         name for name, index in found.items() if index is None and name.split("_")[-1] not in _OPTIONAL
     ]
     if missing:
+        names = ", ".join(name for name in motion.joint_names if END not in name)[:400]
         raise FormatError(
-            f"the BVH has no joint for {', '.join(missing)} under any known name (CMU, HumanIK, Mixamo or "
-            f"Xsens); it has {', '.join(n for n in motion.joint_names if END not in n)[:400]}; "
-            "rename its joints"
+            f"the skeleton has no joint for {', '.join(missing)} under any known name (HumanIK, Mixamo, Unreal, "
+            f"VRM, CMU, Kinect, Xsens, Rokoko...); it has {names}; rename its joints"
         )
     joints = {name: index for name, index in found.items() if index is not None}
     right = _ancestors(motion.parents, joints["right_shoulder"])
@@ -96,8 +55,7 @@ def canonical_joints(motion: Motion) -> dict[str, int]:
     )
     joints["chest"] = chest
     joints["spine"] = _spine(motion, joints["hips"], chest)
-    neck = _find(plain, _NECK)
-    joints["neck"] = neck if neck is not None else int(motion.parents[joints["head"]])
+    joints["neck"] = by_role.get("Neck", int(motion.parents[joints["head"]]))
     return joints
 
 
@@ -135,7 +93,7 @@ def to_canonical(motion: Motion) -> CanonicalMotion:
         rest = positions[0]
     if not _is_upright(rest):
         raise FormatError(
-            "neither the BVH's rest pose nor its first frame stands upright with y up; export it with y up, "
+            "neither the file's rest pose nor its first frame stands upright with y up; export it with y up, "
             "from a T-pose"
         )
     return CanonicalMotion(

@@ -3,14 +3,14 @@
 `recording` holds what an importer returns and writes it as a take; `camera_folders` (which reads `joints_csv`
 and `depth_folder`), `kinect_pair`, `kinect_states`, `k4a_mkv`, `ros_bag` (on `bag_files`), `recording_files` and
 `raw_file` are the importers, `kinect` what the two Kinect kinds share; `table` reads their CSV, `k4a` knows what
-Azure Kinect files hold.
+Azure Kinect files hold. `animation` makes takes of animations, which have no raw.
 """
 
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
-from studio.engine.errors import FormatError, NotAvailableError, TakeError
+from studio.engine.errors import FormatError, SettingsError, TakeError
 from studio.take.importers import (
     camera_folders,
     k4a_mkv,
@@ -20,6 +20,7 @@ from studio.take.importers import (
     recording_files,
     ros_bag,
 )
+from studio.take.importers.animation import ANIMATIONS, import_animation, is_animation
 from studio.take.importers.recording import Progress, ReadRecording, write_recording
 from studio.take.take import Take, check_free
 
@@ -56,30 +57,31 @@ IMPORTERS: dict[str, Importer] = {
 }
 """Kinds of recordings by name, in the order in which they are tried."""
 
-NOT_YET: dict[str, str] = {
-    ".bvh": "motion files (.bvh)",
-    ".c3d": "marker files (.c3d)",
-    ".trc": "marker files (.trc)",
-    ".fbx": "animation files (.fbx)",
-    ".glb": "animation files (.glb)",
-}
-"""File endings that the documentation names and this version does not read."""
 
+def import_recording(
+    path: str | Path, out: str | Path, *, unit_m: float | None = None, progress: Progress | None = None
+) -> Take:
+    """Return a new take at `out` with the recording or animation at `path`; its notes say what was chosen.
 
-def import_recording(path: str | Path, out: str | Path, *, progress: Progress | None = None) -> Take:
-    """Return a new take at `out` with the recording at `path`; its notes say what was left out or chosen.
+    An animation makes a take without raw, with the solve `imported`.
 
     Args:
-        path: a file or folder of a kind in `IMPORTERS`.
+        path: a file or folder of a kind in `IMPORTERS`, or a file that `animation.is_animation` knows.
         out: the take's folder; must not exist or be empty.
+        unit_m: metres per unit of a BVH; None = its rest pose is 1.75 m high.
         progress: called with 0..1.
 
     Raises:
         FormatError: no recording there, of no known kind, or broken; names the file, line and column.
-        NotAvailableError: a kind that this version does not read.
+        NotAvailableError: a package that an optional reader needs is not installed.
+        SettingsError: a unit for what tells its own.
         TakeError: `out` holds something already. Whatever the error, nothing is left behind.
     """
     path, out = Path(path), Path(out)
+    if path.is_file() and is_animation(path):
+        return import_animation(path, out, unit_m=unit_m, progress=progress or _silent)
+    if unit_m is not None:
+        raise SettingsError(f"a unit of {unit_m:g} m: only a BVH takes one; leave it out")
     importer = _importer(path)
     check_free(out)
     report = progress or _silent
@@ -101,8 +103,5 @@ def _importer(path: Path) -> Importer:
     for importer in IMPORTERS.values():
         if importer.matches(path):
             return importer
-    if path.is_file() and path.suffix.lower() in NOT_YET:
-        what = NOT_YET[path.suffix.lower()]
-        raise NotAvailableError(f"cannot import {path}: {what} are not available in this version")
-    kinds = "; ".join(importer.description for importer in IMPORTERS.values())
+    kinds = "; ".join([*(importer.description for importer in IMPORTERS.values()), ANIMATIONS])
     raise FormatError(f"{path} is no recording that can be imported; allowed: {kinds}")

@@ -12,10 +12,10 @@ from studio.camera.simulator.depth.bones import BONE
 from studio.camera.simulator.depth.performers import Performer
 from studio.camera.simulator.depth.pose import bone_rotations
 from studio.camera.simulator.depth.proportions import carried_over, performer_offsets
-from studio.camera.simulator.simulate import DEMO, stage_motion
+from studio.camera.simulator.simulate import DEMO, has_rest_frame, stage_motion
+from studio.engine.animation.files import read_animation
 from studio.engine.joints import CANONICAL, INDEX
 from studio.engine.motion.authored import demo_motion
-from studio.engine.motion.bvh import read_bvh
 from studio.engine.motion.canonical import canonical_joints
 from studio.engine.motion.keys import RATE_HZ
 from studio.engine.motion.motion import CanonicalMotion, Motion
@@ -100,7 +100,7 @@ def perform(
 def read_performance(
     path: str | Path, performer: Performer, *, unit_m: float | None = None, calibration: bool = True
 ) -> PerformerMotion:
-    """Return a BVH's motion, or `demo`, as a performer does it on the stage, after its part for calibration.
+    """Return an animation's motion, or `demo`, as a performer does it on the stage, after its part for calibration.
 
     Raises:
         FormatError: see `simulate.stage_motion`.
@@ -111,14 +111,12 @@ def read_performance(
         hands = np.concatenate([np.ones((motion.frame_count - len(own), 2)), own])
         return perform(replace(motion, hands_open=hands), performer, calibration_s=calibration_s)
     turned = np.full((motion.frame_count, len(CANONICAL), 3, 3), np.nan)
-    source = read_bvh(path, unit_m=unit_m)
-    rotations = _file_rotations(source, motion.offsets_m)
+    source = read_animation(path, unit_m=unit_m)
+    rotations = _file_rotations(source, motion.offsets_m) if isinstance(source, Motion) else None
     if rotations is not None:
         before = 0 if calibration_s is None else round(calibration_s * RATE_HZ)
         count = motion.frame_count - before
-        index = (
-            np.round(np.arange(count) / RATE_HZ / source.frame_s).astype(int) + 1
-        )  # the first frame is dropped
+        index = np.round(np.arange(count) / RATE_HZ / source.frame_s).astype(int) + has_rest_frame(path)
         turned[before:] = rotations[np.minimum(index, source.frame_count - 1)]
     return perform(motion, performer, turned=turned, calibration_s=calibration_s)
 

@@ -1,0 +1,46 @@
+"""Animations made elsewhere: a take without raw, whose only solve is `imported`."""
+
+from collections.abc import Callable
+from pathlib import Path
+
+from studio.engine.animation.files import ENDINGS
+from studio.engine.animation.imported import imported_poses
+from studio.engine.settings import preset
+from studio.take.new import new_take
+from studio.take.solves import write_solve
+from studio.take.take import Take, check_free
+
+IMPORTED = "imported"
+"""Name of the solve."""
+
+ANIMATIONS = f"an animation ({', '.join(ENDINGS)})"
+"""What `is_animation` knows, in words."""
+
+
+def is_animation(path: Path) -> bool:
+    """Whether a file is an animation by its ending."""
+    return path.suffix.lower() in ENDINGS
+
+
+def import_animation(
+    path: Path, out: Path, *, unit_m: float | None, progress: Callable[[float], None]
+) -> Take:
+    """Return a new take at `out` with the solve `imported` of the animation at `path`.
+
+    Raises:
+        FormatError, NotAvailableError, SettingsError: as `imported_poses`.
+        TakeError: `out` holds something already or cannot be written. Whatever the error, nothing is left behind.
+    """
+    check_free(out)
+    progress(0.05)
+    poses, notes = imported_poses(path, unit_m=unit_m)
+    progress(0.7)
+    notes = [
+        f"animation: {path.name}, {poses.frame_count} frames at {poses.frames_per_second:.6g} Hz",
+        *notes,
+    ]
+    with new_take(out, source="import", notes="\n".join(notes)) as take:
+        metrics = {"frames": poses.frame_count, "source": path.name}
+        write_solve(take, IMPORTED, settings=preset("raw"), poses=poses, metrics=metrics)
+    progress(1.0)
+    return take
