@@ -18,8 +18,8 @@ from scipy.ndimage import gaussian_filter1d
 from studio.engine.uncertainty import BALL_90, OFFSET_M
 
 OFFSET_LEFT = 0.93
-"""Share of the devices' offsets that differs from joint to joint: what is common to a body's 15 joints moves and turns
-it as a whole, six numbers of 45."""
+"""Share of the devices' offsets that differs from joint to joint: what is common to a body's 15 joints moves it
+as a whole, by six numbers of 45."""
 
 NOISE = 0.03
 """Squared radius per variance of the cameras' pooled noise."""
