@@ -5,12 +5,17 @@ from dataclasses import replace
 import numpy as np
 import pygltflib
 import pytest
+from scipy.spatial import cKDTree
 from scipy.spatial.transform import Rotation, Slerp
 
 from studio.engine.errors import FormatError, SettingsError, StudioError
 from studio.engine.export import ExportOptions, clip, export
+from studio.engine.export.kinematics import world_poses
+from studio.engine.export.options import TARGETS
 from studio.engine.export.skeleton import rotations_to_file_axes, to_file_axes
-from studio.engine.joints import OUTPUT_JOINTS
+from studio.engine.joints import OUTPUT_INDEX, OUTPUT_JOINTS
+from studio.engine.mannequin import mannequin
+from tests.engine.export.readers.programs import read_with_blender
 from tests.engine.export.readers.three_page import open_in_three
 from tests.engine.export.scoring import HARD_MOTIONS
 from tests.poses_factory import random_poses, t_pose
@@ -145,6 +150,62 @@ def test_three_js_shows_it_as_it_is(tmp_path):
     assert rotation_error_deg(found[..., 3:], rotations_to_file_axes(poses.rotations_wxyz)[frames]) < 0.05
     (tmp_path / "e.png").write_bytes(picture)
     assert len(picture) > 20_000  # not an empty scene
+
+
+@pytest.mark.parametrize("root_motion", ["hips", "root"])
+@pytest.mark.parametrize("target", TARGETS)
+def test_every_target_has_its_joints_where_they_are(tmp_path, target, root_motion):
+    poses = random_poses(np.random.default_rng(6), seconds=0.5, turns_per_s=0.3)
+    options = ExportOptions(target=target, root_motion=root_motion)
+    export(poses, tmp_path / "t.glb", "glb", options)
+    world, tree, _ = glb_pose(tmp_path / "t.glb", poses.time_s)
+    motion = clip(poses, options)
+    assert [node.name for node in tree.nodes[:-1]] == list(motion.joint_names)
+    truth = to_file_axes(poses.positions_m)
+    known = [(name, role) for name, role in zip(motion.joint_names, motion.roles, strict=True) if role]
+    assert len(known) >= 50
+    for name, role in known:
+        assert np.abs(world[name][0] - truth[:, OUTPUT_INDEX[role]]).max() < 5e-4, name
+
+
+def test_blender_reads_bones_and_body_where_they_are(tmp_path):
+    poses = random_poses(np.random.default_rng(8), seconds=1.0, angle_sd_rad=0.3)
+    frames = [0, 13, 30, 60]
+    at_24 = [
+        poses.time_s[k] * 24.0 for k in frames
+    ]  # Blender counts a GLB's seconds in the scene's 24 frames
+    jobs = {}
+    for target in ("humanik", "unreal"):
+        export(poses, tmp_path / f"{target}.glb", "glb", target=target, take_name="Dance")
+        jobs[target] = {"file": tmp_path / f"{target}.glb", "frames": at_24}
+    scenes = read_with_blender(jobs, tmp_path)
+    truth = to_file_axes(poses.positions_m)[frames] * 100.0
+    for target, scene in scenes.items():
+        motion = clip(poses, ExportOptions(target=target))
+        assert any("Dance" in action for action in scene.actions)
+        for name, role in zip(motion.joint_names, motion.roles, strict=True):
+            if role:
+                found = scene.bones.positions_cm[:, scene.bones.names.index(name)]
+                assert np.linalg.norm(found - truth[:, OUTPUT_INDEX[role]], axis=1).max() < 0.05, (
+                    target,
+                    name,
+                )
+        assert body_error_cm(motion, poses, frames[-1], scene.meshes_cm["3"]) < 0.05
+        assert body_error_cm(motion, None, 0, scene.meshes_cm["rest"]) < 0.05
+
+
+def body_error_cm(motion, poses, frame, vertices_cm):
+    """Largest distance of a vertex that Blender shows from the mannequin's own, in a frame or at rest."""
+    mesh, rest = mannequin(motion), motion.rest_positions_m
+    positions, rotations = rest, np.tile(np.eye(3), (len(rest), 1, 1))
+    if poses is not None:
+        offsets = motion.local_positions_m()
+        positions, turned = world_poses(motion.parents, offsets, motion.rotations_wxyz)
+        at_rest = Rotation.from_quat(motion.rest_rotations_wxyz, scalar_first=True)
+        positions = positions[frame]
+        rotations = (Rotation.from_quat(turned[frame], scalar_first=True) * at_rest.inv()).as_matrix()
+    truth = mesh.posed(rest, positions, rotations) * 100.0
+    return cKDTree(truth).query(vertices_cm)[0].max()
 
 
 def test_a_rig_without_a_limb_gives_one_error_and_no_file(tmp_path):

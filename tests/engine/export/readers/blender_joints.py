@@ -50,7 +50,7 @@ def _vertices(mesh):
 def _read(job):
     _import(job)
     rig = next(o for o in bpy.data.objects if o.type == "ARMATURE")
-    meshes = [o for o in bpy.data.objects if o.type == "MESH"]
+    meshes = [o for o in bpy.data.objects if o.type == "MESH" and o.find_armature()]  # no shapes of bones
     bones = [bone.name for bone in rig.data.bones]
     parents = [bones.index(b.parent.name) if b.parent else -1 for b in rig.data.bones]
     action = rig.animation_data.action
