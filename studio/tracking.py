@@ -4,7 +4,12 @@ from collections.abc import Callable, Iterable, Iterator
 from dataclasses import replace
 from itertools import islice
 
+import numpy as np
+from numpy.typing import NDArray
+
 from studio.engine.calibration.calibrate import calibrate
+from studio.engine.calibration.depth_floor import seen_floors
+from studio.engine.calibration.floor import Floor
 from studio.engine.calibration.result import Calibration
 from studio.engine.depth import DepthFrame
 from studio.engine.errors import CalibrationError, SettingsError
@@ -18,6 +23,7 @@ from studio.take.take import Take
 
 Progress = Callable[[float], None]
 _LEAST_WALK_S = 10.0
+_FLOOR_IMAGES = 5
 _SHARE = 0.9
 """Of the time that a solve from depth takes, tracking takes about this share."""
 
@@ -64,28 +70,42 @@ def tracked_frames(
 def calibrate_take(take: Take, *, reference: str | None = None) -> Calibration:
     """Return the calibration that a take's frames give; a bad one has the verdict `refused` and reasons.
 
-    Skeletons are used as received. A take that has only depth is tracked camera by camera, and the cameras are then
-    refined on the body and the floor; all of it is used where its calibration part is too short for a walk.
+    Skeletons are used as received, and the floor is the one that depth shows. A take that has only depth is tracked
+    camera by camera, and the cameras are then refined on the body and the floor; all of it is used where its
+    calibration part is too short for a walk.
 
     Raises:
         CalibrationError: no frames at all. SettingsError: no such reference camera.
     """
     summary, until_s = inspect_raw(take.raw_path), take.meta["calibration_s"]
     from_depth = bool(summary.depth_frames) and not any(summary.frames.values())
-    if from_depth:
+    floors: dict[str, Floor] = {}
+    if summary.depth_frames:
         recording = DepthRecording(take.raw_path)
+        floors = _floors(recording)
+    if from_depth:
         frames = _by_camera(per_camera(recording.frames(), recording.cameras), tuple(recording.cameras))
         until_s = until_s if until_s is not None and until_s >= _LEAST_WALK_S else None
     else:
         frames = camera_frames(take.raw_path)
     if reference is not None and reference not in frames:
         raise SettingsError(f"--reference {reference}: no such camera; allowed: {', '.join(frames)}")
-    calibration = calibrate(frames, reference=reference, until_s=until_s)
+    calibration = calibrate(frames, reference=reference, until_s=until_s, floors=floors)
     if not from_depth or len(frames) < 2:
         return calibration
     clocks = {name: camera.clock for name, camera in calibration.cameras.items()}
     images = list(islice(recording.frames(clocks=clocks), MOST_SETS * len(frames)))
     return refine_camera_poses(images, recording.cameras, calibration)
+
+
+def _floors(recording: DepthRecording) -> dict[str, Floor]:
+    """Return the floors in a recording's first images, by camera, each in the camera's frame."""
+    images: dict[str, list[NDArray[np.uint16]]] = {name: [] for name in recording.cameras}
+    for frame in islice(recording.frames(), _FLOOR_IMAGES * len(images)):
+        images[frame.camera].append(frame.depth_mm)
+    return seen_floors(
+        {name: (camera, images[name]) for name, camera in recording.cameras.items() if images[name]}
+    )
 
 
 def keep_calibration(take: Take, calibration: Calibration) -> int:

@@ -167,6 +167,7 @@ class Status(msgspec.Struct, tag="status", forbid_unknown_fields=True):
     message: Text = ""
     frames_kept: int = 0
     frames_not_kept: int = 0
+    frames_unknown: int = 0
 
 
 class Recording(msgspec.Struct, tag="recording", forbid_unknown_fields=True):

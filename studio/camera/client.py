@@ -42,6 +42,7 @@ def run_camera(
     record_depth: bool = False,
     preview: bool = False,
     preview_port: int | None = None,
+    drop_unknown: bool = False,
 ) -> int:
     """Send a source's frames to a server until Ctrl-C, SIGTERM or the source's end; return the exit code 0.
 
@@ -57,6 +58,7 @@ def run_camera(
         record_depth: send the depth images too while a take is recorded.
         preview: draw what the camera sees as text in the terminal.
         preview_port: show it as a page on this port of this machine; 0 = a free one.
+        drop_unknown: delete kept frames of takes that the server does not have.
 
     Raises:
         StudioError: a source, server or name that cannot be used, or a server that refuses the camera.
@@ -67,28 +69,21 @@ def run_camera(
             f"source {source!r} gives no depth: there is nothing to preview or to record of it"
         )
     shown = Shown(preview, preview_port)
+    link = Link(opened, server, name=name)  # a wrong address or name is told before a folder is made
+    folder = spool or default_spool(server, link.name)
     with contextlib.suppress(asyncio.CancelledError, KeyboardInterrupt):
-        asyncio.run(_run(opened, server, name, token, spool, spool_bytes, parent, shown))
+        kept = Spool(folder, max_bytes=spool_bytes)
+        try:
+            link = Link(opened, server, name=name, token=token, spool=kept, drop_unknown=drop_unknown)
+            asyncio.run(_run(opened, link, parent, shown))
+        finally:
+            kept.close()
     return 0
 
 
-async def _run(
-    source: Source,
-    server: str,
-    name: str | None,
-    token: str,
-    folder: Path | None,
-    spool_bytes: int,
-    parent: int | None,
-    shown: "Shown",
-) -> None:
-    Link(source, server, name=name)  # a wrong address or name is told before a folder is made
-    spool = Spool(folder or default_spool(server, name or source.name), max_bytes=spool_bytes)
-    try:
-        async with shown.of(source):
-            await _run_link(Link(source, server, name=name, token=token, spool=spool), parent=parent)
-    finally:
-        spool.close()
+async def _run(source: Source, link: Link, parent: int | None, shown: "Shown") -> None:
+    async with shown.of(source):
+        await _run_link(link, parent=parent)
 
 
 @dataclass(frozen=True)

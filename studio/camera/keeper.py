@@ -17,6 +17,10 @@ log = logging.getLogger(__name__)
 RECENT = 60
 """Frames that a take may have begun with before this client heard of it."""
 
+UNKNOWN_DAYS = 30
+"""Frames of a take that the server does not have are kept for so long, should another server or a restored take want
+them."""
+
 Key = tuple[str, str]
 """Take id and boot id."""
 
@@ -28,9 +32,18 @@ class Keeper:
         spool: where frames are kept; None keeps nothing.
         hello: of this start of the client.
         wake: called when there may be something to send.
+        drop_unknown: delete frames of takes that the server does not have, however young they are.
     """
 
-    def __init__(self, spool: Spool | None, hello: wire.Hello, wake: Callable[[], None]) -> None:
+    def __init__(
+        self,
+        spool: Spool | None,
+        hello: wire.Hello,
+        wake: Callable[[], None],
+        *,
+        drop_unknown: bool = False,
+    ) -> None:
+        self._drop_unknown = drop_unknown
         self._spool = spool
         self._hello = hello
         self._wake = wake
@@ -48,8 +61,13 @@ class Keeper:
 
     @property
     def owed(self) -> int:
-        """Frames kept that are not acknowledged."""
-        return 0 if self._spool is None else self._spool.frames
+        """Frames kept that are not acknowledged, and that the server may want."""
+        return 0 if self._spool is None else self._spool.frames - self._spool.unknown_frames
+
+    @property
+    def unknown(self) -> int:
+        """Frames kept of takes that the server does not have."""
+        return 0 if self._spool is None else self._spool.unknown_frames
 
     @property
     def refused(self) -> int:
@@ -127,9 +145,9 @@ class Keeper:
         if self._spool is None:
             return []
         if not message.known:
-            log.warning("the server does not know a take that frames are kept for; they stay in the spool")
-            self._unsent.pop(key, None)
+            self._not_known(key)
             return []
+        self._spool.unknown.discard(key)
         for sequence in self._spool.acknowledge(key, message.up_to, message.missing):
             self._unsent.get(key, {}).pop(sequence, None)
         if message.up_to == wire.ENDED:
@@ -139,6 +157,24 @@ class Keeper:
             self._answered.add(key)
             self._wake()
         return []
+
+    def _not_known(self, key: Key) -> None:
+        """The server has not got a take: its frames stay for a while, and the operator is told."""
+        assert self._spool is not None
+        self._unsent.pop(key, None)
+        frames, days = len(self._spool.sequences(key)), self._spool.age_s(key) / 86400.0
+        if self._drop_unknown or days > UNKNOWN_DAYS:
+            self._spool.forget(key)
+            log.warning(
+                "%d frames of a take that the server does not have (%.0f days old) are deleted", frames, days
+            )
+        elif frames:
+            self._spool.unknown.add(key)
+            log.warning(
+                "the server does not have a take that %d frames are kept for; they stay for %d days, or until "
+                "--drop-unknown is given",
+                frames, UNKNOWN_DAYS,
+            )  # fmt: skip
 
     def _offer(self, key: Key) -> list[wire.Kept]:
         """Say what is kept for a take, and send it once that was answered."""

@@ -82,6 +82,7 @@ class Link:
         name: of the camera; the source's where None.
         token: the studio's token for cameras.
         spool: where frames of recordings are kept until they are on the server's disk; None: nowhere.
+        drop_unknown: delete kept frames of takes that the server does not have.
 
     Attributes:
         frames_sent: frames handed to the network as they came.
@@ -97,6 +98,7 @@ class Link:
         name: str | None = None,
         token: str = "",
         spool: Spool | None = None,
+        drop_unknown: bool = False,
     ) -> None:
         self.url = link_url(server)
         self.name = source.name if name is None else name
@@ -122,7 +124,7 @@ class Link:
         self._recording = False
         self._queue = FrameQueue(QUEUE_FRAMES)
         self._spool = spool
-        self._keeper = Keeper(spool, self._hello, self._queue.wake)
+        self._keeper = Keeper(spool, self._hello, self._queue.wake, drop_unknown=drop_unknown)
         self.frames_sent = 0
         self.frames_late = 0
         self.connections = 0
@@ -303,6 +305,7 @@ class Link:
             message=self._keeper.problem[:500],
             frames_kept=self._keeper.owed,
             frames_not_kept=self._keeper.refused,
+            frames_unknown=self._keeper.unknown,
         )
 
 

@@ -13,6 +13,7 @@ deleted once every frame of it has been acknowledged. A record that a crash tore
 import logging
 import os
 import struct
+import time
 import zlib
 from array import array
 from collections.abc import Iterator
@@ -72,6 +73,7 @@ class Spool:
         size_bytes: size of all segments.
         refused: frames that were not kept, since the spool or the disk was full.
         problem: why the last frame was not kept; "" while all is well.
+        unknown: takes (with the start that took the frames) that the server does not have; they make room first.
     """
 
     def __init__(self, folder: Path, *, max_bytes: int = MAX_BYTES) -> None:
@@ -84,6 +86,7 @@ class Spool:
         self._max_bytes = max_bytes
         self.refused = 0
         self.problem = ""
+        self.unknown: set[tuple[str, str]] = set()
         self._segments: list[Segment] = []
         self._writing: tuple[Segment, int] | None = None
         self._dirty = False
@@ -127,6 +130,8 @@ class Spool:
     def append(self, origin: Origin, sequence: int, data: bytes) -> bool:
         """Keep a frame; return False, and count it, where there is no room for it."""
         record = _record(sequence, data)
+        while self.size_bytes + len(record) > self._max_bytes and self._drop_unknown():
+            pass
         if self.size_bytes + len(record) > self._max_bytes:
             return self._refuse(f"the spool is full ({self._max_bytes >> 20} MB)")
         try:
@@ -170,6 +175,29 @@ class Spool:
                 self._drop(segment)
         return gone
 
+    @property
+    def unknown_frames(self) -> int:
+        """Frames of takes that the server does not have."""
+        return sum(len(segment.sequences) for segment in self._segments if segment.origin.key in self.unknown)
+
+    def age_s(self, key: tuple[str, str]) -> float:
+        """Return how long ago the last frame of a take and start was kept [s]; 0 where there is none."""
+        times = [segment.path.stat().st_mtime for segment in self._of(key)]
+        return max(0.0, time.time() - max(times)) if times else 0.0
+
+    def forget(self, key: tuple[str, str]) -> int:
+        """Delete what is kept for a take and start; return how many frames."""
+        frames = 0
+        for segment in self._of(key):
+            if self._writing is not None and self._writing[0] is segment:
+                self._end_segment()
+            frames += len(segment.sequences) - segment.acked.count
+            if segment in self._segments:
+                self._segments.remove(segment)
+                segment.path.unlink(missing_ok=True)
+        self.unknown.discard(key)
+        return frames
+
     def sync(self) -> None:
         """Wait until what was kept so far is on the disk; may be called from another thread."""
         writing = self._writing
@@ -194,6 +222,17 @@ class Spool:
 
     def _of(self, key: tuple[str, str]) -> list[Segment]:
         return [segment for segment in self._segments if segment.origin.key == key]
+
+    def _drop_unknown(self) -> bool:
+        """Make room: delete the oldest take that the server does not have; return whether there was one."""
+        key = next((origin.key for origin in self.origins() if origin.key in self.unknown), None)
+        if key is None:
+            return False
+        log.warning(
+            "the spool is full: %d frames of a take that the server does not have are deleted",
+            self.forget(key),
+        )
+        return True
 
     def _refuse(self, problem: str) -> bool:
         if not self.problem:

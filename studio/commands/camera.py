@@ -54,6 +54,11 @@ def add_parser(subparsers: Any) -> None:
         help="how large the spool may become (default 2048)",
     )
     parser.add_argument(
+        "--drop-unknown",
+        action="store_true",
+        help="delete frames in the spool of takes that the studio does not have (else they stay for 30 days)",
+    )
+    parser.add_argument(
         "--record-depth",
         action="store_true",
         help="send the depth images too while a take is recorded (2 to 10 MB/s)",
@@ -89,4 +94,5 @@ def run(args: argparse.Namespace) -> int:
         record_depth=args.record_depth,
         preview=args.preview,
         preview_port=args.preview_port,
+        drop_unknown=args.drop_unknown,
     )

@@ -32,6 +32,12 @@ STEP_NS = 3_000_000
 
 MAX_ROUND_TRIP_NS = 2_000_000_000
 
+ARRIVAL_STEP_NS = 500_000_000
+ARRIVAL_SPREAD_NS = 100_000_000
+AHEAD_ARRIVALS, BEHIND_ARRIVALS = 2, 15
+"""A clock that is known by arrivals alone has jumped where so many frames in a row are off by more than a step, all
+by about the same: no delay makes frames come early; a link that was held up makes them come late, but ever less so."""
+
 
 @dataclass(frozen=True)
 class _Sample:
@@ -54,6 +60,7 @@ class ClockEstimator:
         self._suspect: _Sample | None = None
         self._samples: deque[_Sample] = deque()
         self._one_way: _Sample | None = None
+        self._odd: list[_Sample] = []
         self._model: ClockModel | None = None
 
     @property
@@ -117,14 +124,34 @@ class ClockEstimator:
         return abs(difference) > (least + sample.round_trip_ns) // 2 + drift_ns + STEP_NS
 
     def add_arrival(self, device_ns: int, arrival_ns: int) -> None:
-        """Take in a frame's device time and arrival: used until the first exchange, as if without delay."""
+        """Take in a frame's device time and arrival: used until the first exchange, as if without delay.
+
+        Where the clock has jumped, as well as arrivals tell, a new segment begins.
+        """
         if self._samples:
             return
         offset_ns = arrival_ns - device_ns
         old = self._one_way
+        if old is not None and abs(offset_ns - old.offset_ns) > ARRIVAL_STEP_NS:
+            if not self._jumped(_Sample(device_ns, offset_ns, 0)):
+                return
+            self.step_ns = self._odd[-1].offset_ns - old.offset_ns
+            self.segment += 1
+            first = min(self._odd, key=lambda sample: sample.offset_ns)
+            device_ns, offset_ns, old = first.device_ns, first.offset_ns, None
+        self._odd.clear()
         if old is None or offset_ns < old.offset_ns or abs(device_ns - old.device_ns) > WINDOW_NS:
             self._one_way = _Sample(device_ns, offset_ns, 0)
             self._model = ClockModel(offset_ns=offset_ns, reference_ns=device_ns)
+
+    def _jumped(self, sample: _Sample) -> bool:
+        """Whether this arrival, with those before it, proves that the clock jumped."""
+        assert self._one_way is not None
+        if self._odd and abs(sample.offset_ns - self._odd[0].offset_ns) > ARRIVAL_SPREAD_NS:
+            self._odd.clear()
+        self._odd.append(sample)
+        ahead = sample.offset_ns < self._one_way.offset_ns
+        return len(self._odd) >= (AHEAD_ARRIVALS if ahead else BEHIND_ARRIVALS)
 
     def _keep(self, sample: _Sample) -> None:
         """Keep the sample in place of a slower one of the same few seconds; forget what is too old."""

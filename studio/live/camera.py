@@ -167,6 +167,7 @@ class LiveCamera:
             "dropped_by_client": None if client is None else client.frames_dropped,
             "kept_by_client": None if client is None else client.frames_kept,
             "not_kept_by_client": None if client is None else client.frames_not_kept,
+            "unknown_by_client": None if client is None else client.frames_unknown,
             "message": "" if client is None else client.message,
         }
 

@@ -219,7 +219,10 @@ class Engine(Takes):
             if recording is not None:
                 recording.recorder.frame(item.hello, frame, item.data, item.arrival_ns, late=True)
             return
-        self._log_clocks(self.roster.arrived(frame, item.arrival_ns))
+        before = camera.clock_id
+        changed = self.roster.arrived(frame, item.arrival_ns)
+        self._note_jump(camera, before)
+        self._log_clocks(changed)
         usable = self.roster.is_present(frame, self._clock_ns()) and not late
         if not usable:
             camera.skipped += 1
@@ -235,11 +238,14 @@ class Engine(Takes):
     def _measured(self, camera: LiveCamera, sample: ClockSample) -> None:
         before = camera.clock_id
         changed = self.roster.measured(camera.name, sample)
-        if camera.clock_id != before and self.recording is not None:
-            at = camera.step_sequence()
-            event = log.segment_event(camera.name, camera.hello.boot_id, at, camera.clock_id)
-            self.recording.note(self._clock_ns(), event)
+        self._note_jump(camera, before)
         self._log_clocks(changed)
+
+    def _note_jump(self, camera: LiveCamera, before: str) -> None:
+        if camera.clock_id != before and self.recording is not None:
+            boot_id, at = camera.hello.boot_id, camera.step_sequence()
+            event = log.segment_event(camera.name, boot_id, at, camera.clock_id)
+            self.recording.note(self._clock_ns(), event)
 
     def _log_clocks(self, cameras: list[LiveCamera]) -> None:
         for camera in cameras:

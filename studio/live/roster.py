@@ -101,11 +101,17 @@ class Roster:
             del self.cameras[gone[0]]
 
     def arrived(self, frame: CameraFrame, arrival_ns: int) -> list[LiveCamera]:
-        """Count a frame; return the cameras whose clock changed by it."""
+        """Count a frame; return the cameras whose clock changed by it.
+
+        Where the camera's clock has jumped, its `clock_id` is another afterwards.
+        """
         camera = self.cameras[frame.camera]
         camera.saw(frame, arrival_ns)
         if not camera.estimator.exchanged:
+            segment = camera.estimator.segment
             camera.estimator.add_arrival(frame.device_time_ns, arrival_ns)
+            if camera.estimator.segment != segment:
+                camera.clock_lost()
             return self._follow(camera)
         return self._moved([camera]) if camera.clock is None else []
 

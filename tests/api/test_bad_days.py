@@ -99,6 +99,27 @@ def test_a_clock_that_jumps_within_a_take(stage, index, jump_ns):
     check_one_clock(take, 65)
 
 
+@pytest.mark.parametrize("jump_ns", [5 * SECOND, -3600 * SECOND], ids=["ahead", "back"])
+def test_a_clock_that_jumps_without_exchanges(start_studio, tmp_path, jump_ns):
+    """A client that never exchanges clocks: the arrivals of its frames tell."""
+    save_stage_calibration(tmp_path / "sessions", CAMERAS)
+    studio = start_studio(tmp_path / "sessions")
+    with Jumping(studio.url("link"), 0) as first, Jumping(studio.url("link"), 1) as second:
+        first.greet()
+        second.greet()
+        exchange(first, 3)
+        stage = Stage(studio, [first, second])
+        stage.record()
+        second.jump_ns = jump_ns
+        take = stage.stop()
+    segments = [
+        r.event for r in read_raw(take.raw_path) if isinstance(r, RawEvent) and r.event["type"] == "segment"
+    ]
+    assert [(s["camera"], s["from_sequence"]) for s in segments] == [("camera_1", 31)]
+    assert studio.stage.status()["cameras"]["camera_1"]["clock"]["source"] == "arrival"
+    check_one_clock(take, 60)
+
+
 def test_a_client_that_starts_anew_within_a_take(stage):
     stage.record()
     old = stage.cameras.pop()

@@ -4,6 +4,7 @@ import os
 import signal
 import subprocess
 import sys
+import time
 from pathlib import Path
 
 import pytest
@@ -180,10 +181,50 @@ def test_frames_outside_recordings_are_not_kept(keeper: Keeper) -> None:
     assert keeper.owed == RECENT
 
 
-def test_a_take_that_the_server_does_not_know_is_not_sent(keeper: Keeper) -> None:
+UNKNOWN = wire.Ack("0a1b", "boot-1", -1, known=False)
+
+
+def unknown_take(keeper: Keeper, frames: int) -> None:
+    """Frames are kept for a take, and the link is lost."""
     keeper.connected()
     keeper.recording_changed(recording())
-    send(keeper, range(3))
+    send(keeper, range(frames))
+    keeper.recording_changed(recording(active=False))
     keeper.connected()
-    keeper.acknowledged(wire.Ack("0a1b", "boot-1", -1, known=False))
-    assert drain(keeper) == [] and keeper.owed == 3
+
+
+def test_a_take_that_the_server_does_not_know_is_not_sent(keeper: Keeper, caplog) -> None:
+    unknown_take(keeper, 3)
+    keeper.acknowledged(UNKNOWN)
+    assert drain(keeper) == [] and (keeper.owed, keeper.unknown) == (0, 3)
+    assert "--drop-unknown" in caplog.text
+    keeper.acknowledged(wire.Ack("0a1b", "boot-1", 0))  # the take is back: restored, or another studio
+    assert (keeper.owed, keeper.unknown) == (2, 0)
+
+
+def test_frames_of_an_unknown_take_stay_for_thirty_days(keeper: Keeper, tmp_path: Path) -> None:
+    unknown_take(keeper, 3)
+    (segment,) = tmp_path.rglob("*.spool")
+    for days, left in ((29, 3), (31, 0)):
+        then = time.time() - days * 86400.0
+        os.utime(segment, (then, then))
+        keeper.acknowledged(UNKNOWN)
+        assert keeper.unknown == left and segment.exists() == bool(left)
+
+
+def test_frames_of_an_unknown_take_are_dropped_when_the_operator_says_so(tmp_path: Path) -> None:
+    spool = Spool(tmp_path / "spool")
+    keeper = Keeper(spool, hello("camera_0"), lambda: None, drop_unknown=True)
+    unknown_take(keeper, 3)
+    keeper.acknowledged(UNKNOWN)
+    assert keeper.unknown == keeper.owed == 0 and spool.size_bytes == 0
+    spool.close()
+
+
+def test_frames_of_an_unknown_take_make_room(tmp_path: Path) -> None:
+    spool = Spool(tmp_path / "spool", max_bytes=2000)
+    keep(spool, range(30))
+    spool.unknown.add(TAKE.key)
+    assert spool.append(Origin("day/b", "2b", TAKE.hello), 1, b"x" * 1000)
+    assert spool.refused == 0 and spool.unknown_frames == 0 and [o.take for o in spool.origins()] == ["day/b"]
+    spool.close()

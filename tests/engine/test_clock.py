@@ -115,3 +115,29 @@ def test_models_chain_invert_and_shift():
         assert abs(chain(a, b).stage_ns(time) - b.stage_ns(a.stage_ns(time))) <= 10
         assert abs(invert(a).stage_ns(a.stage_ns(time)) - time) <= 10
         assert shifted(a, 5).stage_ns(time) == a.stage_ns(time) + 5
+
+
+def arrivals(estimator: ClockEstimator, offsets_ms: list[float], first: int = 0) -> None:
+    """Frames 33 ms apart, each with how long after its stamp it came."""
+    for k, offset_ms in enumerate(offsets_ms, first):
+        estimator.add_arrival(k * 33_000_000, k * 33_000_000 + round(offset_ms * 1e6))
+
+
+@pytest.mark.parametrize(("jump_ms", "needed"), [(-5000.0, 2), (3_600_000.0, 15)])
+def test_arrivals_tell_that_a_clock_jumped(jump_ms, needed):
+    estimator = ClockEstimator()
+    arrivals(estimator, [1000.0 + k % 7 for k in range(30)])
+    arrivals(estimator, [1000.0 + jump_ms + k % 7 for k in range(needed - 1)], 30)
+    assert estimator.segment == 0 and estimator.model.offset_ns == 1_000_000_000
+    arrivals(estimator, [1001.0 + jump_ms], 30 + needed)
+    assert estimator.segment == 1
+    assert abs(estimator.model.offset_ns * 1e-6 - 1000.0 - jump_ms) < 5.0
+    assert abs(estimator.step_ns * 1e-6 - jump_ms) < 10.0
+
+
+def test_a_link_that_was_held_up_is_no_jump():
+    estimator = ClockEstimator()
+    arrivals(estimator, [1000.0] * 30)
+    arrivals(estimator, [1000.0 + 2000.0 - 33.0 * k for k in range(60)], 30)  # they all come at once
+    arrivals(estimator, [1000.0] * 30, 90)
+    assert estimator.segment == 0 and estimator.model.offset_ns == 1_000_000_000

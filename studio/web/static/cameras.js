@@ -49,6 +49,7 @@ function details(camera) {
   if (error !== null) parts.push(`in step within ${error.toFixed(1)} ms`);
   if (jumps) parts.push(`its clock jumped ${plural(jumps, "time")}`);
   if (camera.kept_by_client > KEPT_SHOWN) parts.push(`${camera.kept_by_client} frames to come`);
+  if (camera.unknown_by_client) parts.push(`${camera.unknown_by_client} frames of takes that are not here stay with the client`);
   if (camera.not_kept_by_client) parts.push(`${camera.not_kept_by_client} frames not kept: the client's spool is full`);
   return parts.join("  ·  ");
 }
