@@ -21,7 +21,7 @@ CLOSED_M, CLOSED_DEG = 0.25, 30.0
 """A clip whose hips come back to within this of place and heading ends exactly where it began; one that travels
 keeps its path."""
 
-_VELOCITY_S = 0.15
+_VELOCITY_S = 0.3
 _COARSE_FRAMES = 600
 _UP = np.array([0.0, 0.0, 1.0])
 

@@ -7,6 +7,7 @@ from scipy.signal import butter, sosfiltfilt
 from studio.engine.errors import SettingsError
 from studio.engine.export.kinematics import Array, local_keys, world_poses
 from studio.engine.export.quaternion import normalized
+from studio.engine.export.resample import standard_rate
 from studio.engine.poses import Poses
 
 _ORDER = 2
@@ -26,7 +27,7 @@ def smoothed(poses: Poses, cutoff_hz: float) -> Poses:
     Raises:
         SettingsError: the cutoff is not below half of the frame rate.
     """
-    rate = poses.frames_per_second
+    rate = standard_rate(poses.frames_per_second)
     if cutoff_hz >= rate / 2:
         raise SettingsError(
             f"smooth-hz={cutoff_hz:g}: allowed is a number below half of the take's {rate:g} frames a second"

@@ -46,18 +46,30 @@ class ReadBack:
         )
 
 
-def read_with_ufbx(path: Path, *, hz: float) -> ReadBack:
-    """Return what ufbx samples from the FBX file at `hz`."""
+def read_with_ufbx(path: Path, *, hz: float, take: int = 0) -> ReadBack:
+    """Return what ufbx samples from a take of the FBX file at `hz`; the scene says how many takes there are."""
     program = _program(TOOLS / "ufbx_joints")
-    run = subprocess.run([program, path, str(hz)], capture_output=True, text=True, check=False)
+    run = subprocess.run([program, path, str(hz), str(take)], capture_output=True, text=True, check=False)
     assert run.returncode == 0, run.stderr
     lines = [line.split() for line in run.stdout.splitlines()]
-    keys = ("unit_m", "up", "front", "frames_per_second", "begin_s", "end_s", "bind_bones", "cubic", "curves")
+    keys = (
+        "unit_m",
+        "up",
+        "front",
+        "frames_per_second",
+        "begin_s",
+        "end_s",
+        "bind_bones",
+        "cubic",
+        "curves",
+        "keys",
+    )
     joints = [line for line in lines if line[0] == "joint"]
     values = np.array([line[1:] for line in lines if line[0] == "pose"], dtype=float).reshape(
         -1, len(joints), 7
     )
     scene = dict(zip(keys, map(float, lines[0][1:]), strict=True))
+    scene["takes"] = sum(line[0] == "take" for line in lines)
     cm = scene["unit_m"] * 100.0
     return ReadBack(
         names=tuple(line[3] for line in joints),
