@@ -21,7 +21,9 @@ NEEDED: tuple[str, ...] = (
 )  # fmt: skip
 """Roles without which there is no body; the others have the nearest one above them instead."""
 
-_STATURE_OF_HEAD_JOINT = 1.11
+# Where a head joint lies: its height over the shoulders, and the crown's over it, as shares of stature. A skeleton has
+# it anywhere between the skull's base (first) and the middle of the head (last).
+_HEAD_JOINT_OVER_SHOULDERS, _CROWN_OVER_HEAD_JOINT = (0.075, 0.115), (0.100, 0.065)
 _SOLE_BELOW_JOINT_M = 0.02
 _USUAL_STATURE_M = 1.75
 
@@ -53,7 +55,11 @@ class Rig:
                 "leave out the mesh, or name the joints as HumanIK does"
             )
         rig = cls(index, np.asarray(rest_m, dtype=np.float64))
-        if not np.isfinite(rig.rest_m).all() or rig.stature < 0.3 or rig.at("Head")[1] <= rig.hip_centre[1]:
+        if (
+            not np.isfinite(rig.rest_m).all()
+            or rig.at("Head")[1] - rig.floor < 0.3
+            or rig.at("Head")[1] <= rig.hip_centre[1]
+        ):
             raise FormatError(
                 "the skeleton's rest pose does not stand upright with y up and a height of at least 0.3 m, "
                 "so no body fits it; leave out the mesh"
@@ -95,7 +101,11 @@ class Rig:
 
     @property
     def stature(self) -> float:
-        return float((self.at("Head")[1] - self.floor) * _STATURE_OF_HEAD_JOINT)
+        """Height of the crown over the soles [m]."""
+        joint = float(self.at("Head")[1]) - self.floor
+        over_shoulders = float(self.at("Head")[1] - self.shoulder_centre[1])
+        share = np.interp(over_shoulders / (1.09 * joint), _HEAD_JOINT_OVER_SHOULDERS, _CROWN_OVER_HEAD_JOINT)
+        return joint / (1.0 - float(share))
 
     @property
     def girth(self) -> float:
