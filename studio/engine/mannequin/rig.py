@@ -21,7 +21,7 @@ NEEDED: tuple[str, ...] = (
 )  # fmt: skip
 """Roles without which there is no body; the others have the nearest one above them instead."""
 
-# Where a head joint lies: its height over the shoulders, and the crown's over it, as shares of stature. A skeleton has
+# Where a head joint lies: its height over the shoulders, and the crown's over it, shares of stature. A skeleton has
 # it anywhere between the skull's base (first) and the middle of the head (last).
 _HEAD_JOINT_OVER_SHOULDERS, _CROWN_OVER_HEAD_JOINT = (0.075, 0.115), (0.100, 0.065)
 _SOLE_BELOW_JOINT_M = 0.02
