@@ -64,6 +64,18 @@ def test_a_skeleton_comes_back_as_it_was(files, poses, kind):
     assert "52 of known role" in notes[0]
 
 
+@pytest.mark.parametrize("target", ["mixamo", "unreal", "vrm"])
+@pytest.mark.parametrize("kind", SKELETONS)
+def test_every_target_is_known_again(tmp_path, poses, kind, target):
+    """Names, helper bones, bone axes and a root bone of other programs: the same poses come back."""
+    export(poses, tmp_path / f"t.{kind}", kind, target=target, root_motion="root")
+    back, notes = imported_poses(tmp_path / f"t.{kind}", unit_m=0.01 if kind == "bvh" else None)
+    assert "52 of known role" in notes[0]
+    order = [back.joint_names.index(name) for name in poses.joint_names]
+    assert np.abs(back.positions_m[:, order] - poses.positions_m).max() < 5e-5
+    assert rotation_error_deg(poses, back) < 0.05
+
+
 @pytest.mark.parametrize("kind", ["c3d", "trc"])
 def test_points_come_back_as_they_were(files, poses, kind):
     points = {"c3d": read_c3d, "trc": read_trc}[kind](files / f"a.{kind}")
