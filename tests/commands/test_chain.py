@@ -11,10 +11,13 @@ from tests.commands.program import one_line, studio
 
 FIGURES = {
     "mpjpe_mm", "matched_joints", "mpjpe_root_aligned_mm", "per_joint_mm", "rms_mm", "acceleration_error_m_s2",
-    "latency_ms", "absolute_difference_cm", "shortest_distance_cm", "spike_difference", "deviations", "jerk_m_s3",
-    "reference_jerk_m_s3", "foot_slide_cm_s", "reference_foot_slide_cm_s", "bone_length_sd_mm", "unseen_share",
-    "uncertainty_coverage", "uncertainty_median_ratio", "cleanup_events_per_min", "time_offset_ms", "clock_drift_ppm",
-    "frames",
+    "latency_ms", "absolute_difference_cm", "shortest_distance_cm", "spike_difference", "deviations",
+    "nearest_sample_cm", "thesis_joints", "jerk_m_s3", "reference_jerk_m_s3", "spectral_arc_length",
+    "reference_spectral_arc_length", "foot_slide_cm_s", "reference_foot_slide_cm_s", "foot_height_cm",
+    "foot_height_error_cm", "contact_precision", "contact_recall", "bone_length_sd_mm", "unseen_share",
+    "uncertainty_coverage", "uncertainty_median_ratio", "pck_50mm", "pck_100mm", "pck_150mm", "joint_angle_error_deg",
+    "flexion_error_deg", "joint_angles", "cleanup_events_per_min", "cleanup_counts", "cleanup_events", "alignment",
+    "time_offset_ms", "clock_drift_ppm", "frames",
 }  # fmt: skip
 
 
@@ -62,6 +65,8 @@ def test_evaluate_has_every_figure(stage):
         assert set(figures) == FIGURES
         assert figures["matched_joints"] == list(MEASURED_JOINTS)
         assert figures["mpjpe_root_aligned_mm"] < 60
+        missing = {key for key, value in figures.items() if value is None}
+        assert missing <= {"contact_precision"}  # raw joints shake too much to stand anywhere
     assert solves["studio"]["bone_length_sd_mm"] < 1 < solves["raw 30"]["bone_length_sd_mm"]
     assert "MPJPE mm" in done.stdout
     one = studio(
@@ -71,11 +76,14 @@ def test_evaluate_has_every_figure(stage):
         "walk.truth.csv",
         "--solve",
         "raw 30",
+        "--edit-list",
         "--json",
         "one.json",
         cwd=stage,
     )
     assert one.returncode == 0
+    assert "aligned away for raw 30: turned by" in one.stdout
+    assert "clean-up of raw 30:" in one.stdout and "joint pop" in one.stdout
     assert list(json.loads((stage / "one.json").read_text())["solves"]) == ["raw 30"]
 
 

@@ -115,16 +115,16 @@ def _fit(
         residual = moved - m - (carried if on_markers else 0.0)
         distance = np.linalg.norm(residual, axis=1)
         scale = max(1e-4, 1.5 * float(np.median(distance)))
-        weight = 1.0 / (1.0 + (distance / scale) ** 2)
-        jacobian = np.zeros((len(p), 3, count))
-        jacobian[:, :, :3] = -_skew(moved - T[:3, 3])
-        jacobian[:, :, 3:6] = np.eye(3)
-        slope = -turn if on_markers else R @ turn
-        for axis in range(3):
-            jacobian[np.arange(len(p)), :, 6 + 3 * marker + axis] = slope[:, :, axis]
-        root = np.sqrt(weight)[:, None]
-        rows = (jacobian * root[..., None]).reshape(-1, count)
-        normal, gradient = rows.T @ rows, rows.T @ (residual * root).ravel()
+        root = 1.0 / np.sqrt(1.0 + (distance / scale) ** 2)[:, None]
+        shared = np.concatenate([-_skew(moved - T[:3, 3]), np.tile(np.eye(3), (len(p), 1, 1))], axis=2)
+        own = -turn if on_markers else R @ turn
+        normal, gradient = np.zeros((count, count)), np.zeros(count)
+        for k in range(len(offsets)):
+            mine = marker == k
+            rows = np.concatenate([shared[mine], own[mine]], axis=2) * root[mine, :, None]
+            rows, place = rows.reshape(-1, 9), [*range(6), *range(6 + 3 * k, 9 + 3 * k)]
+            normal[np.ix_(place, place)] += rows.T @ rows
+            gradient[place] += rows.T @ (residual[mine] * root[mine]).ravel()
         prior = (scale / OFFSET_SIGMA_M) ** 2
         normal[np.arange(6, count), np.arange(6, count)] += prior
         gradient[6:] += prior * offsets.ravel()
@@ -132,7 +132,7 @@ def _fit(
         turned = Rotation.from_rotvec(step[:3]).as_matrix()
         T = make_transform(turned @ R, T[:3, 3] + step[3:6])
         offsets += step[6:].reshape(-1, 3)
-        if np.abs(step).max() < 1e-9:
+        if np.abs(step).max() < 1e-7:
             break
     return T, offsets
 
