@@ -12,12 +12,15 @@ from studio.engine.export.foot_lock import foot_locked
 from studio.engine.export.kinematics import check_poses
 from studio.engine.export.looping import looped
 from studio.engine.export.options import ExportOptions
-from studio.engine.export.resample import resampled
-from studio.engine.export.skeleton import LocalMotion, local_motion
+from studio.engine.export.resample import frames_of, resampled, standard_rate
+from studio.engine.export.skeleton import LocalMotion, local_motion, with_keys_every
 from studio.engine.export.smoothing import smoothed
 from studio.engine.export.targets import on_target
 from studio.engine.export.timecode import timecode_seconds
 from studio.engine.poses import Poses
+
+_MOST_STEPS = 4
+"""From key to key; a cubic has no more freedom than three places between its ends."""
 
 
 def prepared_poses(poses: Poses, options: ExportOptions) -> Poses:
@@ -30,30 +33,48 @@ def prepared_poses(poses: Poses, options: ExportOptions) -> Poses:
         FormatError: poses that cannot be exported.
         SettingsError: the take has nothing in the part that is asked for.
     """
-    check_poses(poses)
-    poses = _trimmed(poses, options)
-    if options.smooth_hz is not None:
-        poses = smoothed(resampled(poses)[0], options.smooth_hz)
-    poses, _ = resampled(poses, options.fps)
-    if options.loop:
-        poses = looped(poses)
-    return foot_locked(poses) if options.foot_lock else poses
+    return _prepared(poses, options, 1)
 
 
 def clip(poses: Poses, options: ExportOptions) -> LocalMotion:
     """Return the poses as a skeleton with keys: `prepared_poses`, then root motion and the target's bones.
 
+    Where the poses have more frames than the clip has cubic keys, the motion between the keys comes along.
+
     Raises:
         FormatError: poses that cannot be exported.
         SettingsError: options that do not fit the poses.
     """
-    prepared = prepared_poses(poses, options)
+    steps = _steps(poses, options)
+    prepared = _prepared(poses, options, steps)
     motion = on_target(local_motion(prepared), options.target, options.root_motion)
+    motion = with_keys_every(motion, steps)
+    if options.fps is not None:
+        motion = replace(motion, frames_per_second=standard_rate(options.fps))
     start_s = 0.0
     if options.timecode is not None:
         into_take = prepared.time_s[0] - poses.time_s[0]
         start_s = timecode_seconds(options.timecode, motion.frames_per_second) + into_take
     return replace(motion, name=options.take_name, start_s=start_s)
+
+
+def _steps(poses: Poses, options: ExportOptions) -> int:
+    """Return how many steps of the motion are worth knowing from key to key."""
+    if options.fps is None or options.interpolation != "cubic":
+        return 1
+    return int(np.clip(np.ceil(poses.frames_per_second / options.fps - 0.01), 1, _MOST_STEPS))
+
+
+def _prepared(poses: Poses, options: ExportOptions, steps: int) -> Poses:
+    """Return prepared poses at `steps` times the rate."""
+    check_poses(poses)
+    poses = _trimmed(poses, options)
+    if options.smooth_hz is not None:
+        poses = smoothed(resampled(poses)[0], options.smooth_hz)
+    poses, _ = resampled(poses, None if options.fps is None else steps * options.fps, steps=steps)
+    if options.loop:
+        poses = looped(poses, steps)
+    return foot_locked(poses) if options.foot_lock else poses
 
 
 def _trimmed(poses: Poses, options: ExportOptions) -> Poses:
@@ -67,9 +88,3 @@ def _trimmed(poses: Poses, options: ExportOptions) -> Poses:
     if inside.size == 0:
         raise SettingsError(f"start={start:g}: the take has {since[-1]:.2f} s; choose a part of it")
     return frames_of(poses, slice(inside[0], inside[-1] + 1))
-
-
-def frames_of(poses: Poses, frames: slice) -> Poses:
-    """Return some frames of the poses."""
-    keys = ("time_s", "positions_m", "rotations_wxyz", "confidence", "uncertainty_mm")
-    return replace(poses, **{key: getattr(poses, key)[frames] for key in keys})

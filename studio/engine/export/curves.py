@@ -23,6 +23,10 @@ JUMP_RATIO = 6.0
 _AROUND = 9
 
 
+MISS = 0.02
+"""Automatic tangents stay where the curve follows the motion between its keys to within this [deg or cm]."""
+
+
 @dataclass(frozen=True)
 class CurveKeys:
     """Keys of one curve.
@@ -30,20 +34,30 @@ class CurveKeys:
     Attributes:
         frames: their frame numbers, shape (key_count,), increasing.
         values: [cm or deg], shape (key_count,).
-        slopes: [1/s], shape (key_count,); NaN = automatic.
+        slopes: to the right of each key [1/s], shape (key_count,); NaN = automatic on both sides.
+        left_slopes: to its left [1/s], shape (key_count,); None = those to the right.
     """
 
     frames: NDArray[np.int64]
     values: Array
     slopes: Array
+    left_slopes: Array | None = None
+
+    @property
+    def lefts(self) -> Array:
+        return self.slopes if self.left_slopes is None else self.left_slopes
 
 
-def curve_keys(track: Array, frames_per_second: float, interpolation: str) -> CurveKeys:
+def curve_keys(
+    track: Array, frames_per_second: float, interpolation: str, *, between: Array | None = None
+) -> CurveKeys:
     """Return a key per frame.
 
     Cubic curves bring slopes where automatic ones err most: at either end, where they would be the chord to the
     only neighbour (instead: the slope of the parabola through three keys), and beside jumps (Steffen's limited
-    slope, with which a curve stays between its keys).
+    slope, with which a curve stays between its keys). Where it is known how the motion goes between the keys, and
+    a curve with these slopes misses it by more than `MISS`, the slopes at both ends of that interval are fitted to
+    it by least squares.
 
     Source of the limited slope: M. Steffen, "A simple method for monotonic interpolation in one dimension",
     Astronomy and Astrophysics 239, 1990, equation 11.
@@ -52,15 +66,41 @@ def curve_keys(track: Array, frames_per_second: float, interpolation: str) -> Cu
         track: a value per frame [cm or deg], shape (frame_count,).
         frames_per_second: of the frames.
         interpolation: `cubic`, `linear` or `constant`.
+        between: the same in equal steps between the frames too, shape (steps * (frame_count - 1) + 1,).
     """
     count = len(track)
     slopes = np.full(count, np.nan)
-    if interpolation == "cubic" and count >= 3:
-        own = frame_slopes(track)
-        jumps = _beside_jumps(track)
-        slopes[jumps] = _limited(track, jumps)
-        slopes[[0, -1]] = own[[0, -1]]
-    return CurveKeys(frames=np.arange(count), values=track, slopes=slopes * frames_per_second)
+    if interpolation != "cubic" or count < 3:
+        return CurveKeys(frames=np.arange(count), values=track, slopes=slopes)
+    lefts = frame_slopes(track)
+    jumps = _beside_jumps(track)
+    lefts[jumps] = _limited(track, jumps)
+    rights = lefts.copy()
+    own = np.zeros(count, bool)
+    own[jumps] = own[[0, -1]] = True
+    if between is not None:
+        fitted, ahead, behind = _fitted_slopes(track, lefts, between)
+        rights[:-1][fitted], lefts[1:][fitted] = ahead[fitted], behind[fitted]
+        own[:-1] |= fitted
+        own[1:] |= fitted
+    rights[~own] = lefts[~own] = np.nan
+    return CurveKeys(np.arange(count), track, rights * frames_per_second, lefts * frames_per_second)
+
+
+def _fitted_slopes(track: Array, slopes: Array, between: Array) -> tuple[NDArray[np.bool_], Array, Array]:
+    """Return which intervals between keys need slopes of their own, and these per frame: at the begin and the end.
+
+    Where they are not determined (one step in the middle), they change as little as they can.
+    """
+    steps = (len(between) - 1) // (len(track) - 1)
+    inner = between[:-1].reshape(-1, steps)[:, 1:]  # (frame_count - 1, steps - 1)
+    t = np.arange(1, steps) / steps
+    shapes = np.stack([t * (1 - t) ** 2, t**2 * (t - 1)])  # (2, steps - 1)
+    straight = np.outer(track[:-1], (1 + 2 * t) * (1 - t) ** 2) + np.outer(track[1:], t**2 * (3 - 2 * t))
+    ends = np.stack([slopes[:-1], slopes[1:]], axis=1)
+    missing = inner - straight - ends @ shapes
+    ends = ends + missing @ np.linalg.pinv(shapes)
+    return np.abs(missing).max(axis=1) > MISS, ends[:, 0], ends[:, 1]
 
 
 def frame_slopes(track: Array) -> Array:
@@ -117,7 +157,7 @@ def values_between(keys: CurveKeys, frame_count: int, frames_per_second: float) 
     k = np.clip(np.searchsorted(keys.frames, frames, side="right") - 1, 0, len(keys.frames) - 2)
     span = (keys.frames[k + 1] - keys.frames[k]).astype(float)
     t = (frames - keys.frames[k]) / span
-    low, high = keys.slopes[k] / frames_per_second * span, keys.slopes[k + 1] / frames_per_second * span
+    low, high = keys.slopes[k] / frames_per_second * span, keys.lefts[k + 1] / frames_per_second * span
     return (
         keys.values[k] * (1 + 2 * t) * (1 - t) ** 2
         + low * t * (1 - t) ** 2

@@ -47,7 +47,7 @@ def write_fbx(
     takes = [motions] if isinstance(motions, LocalMotion) else list(motions)
     _check_alike(takes)
     first = takes[0]
-    turns = [local_turns(first, motion) for motion in takes]
+    turns = [local_turns(first, motion.between or motion) for motion in takes]
     orders = [
         best_order(np.concatenate([turn[:, joint] for turn in turns])) for joint in range(len(first.parents))
     ]

@@ -15,12 +15,13 @@ from studio.engine.export.euler import euler_deg
 from studio.engine.export.fbx_binary import EncodedArray, Node
 from studio.engine.export.fbx_objects import Objects
 from studio.engine.export.fbx_skeleton import CM
-from studio.engine.export.key_reduction import Tracks, reduced_keys
+from studio.engine.export.key_reduction import Place, Tracks, reduced_keys
 from studio.engine.export.options import ExportOptions
 from studio.engine.export.skeleton import OFFSET_TOLERANCE_M, LocalMotion
 
 _CUBIC = 0x2108  # cubic, automatic tangents, time-independent: a slope is that of the two neighbours' chord
-_CUBIC_USER = 0x408  # cubic, with the slopes that the keys bring
+_CUBIC_USER = 0x408  # cubic, with the slope that the key brings
+_CUBIC_BROKEN = 0xC08  # cubic, with a slope of its own on either side
 _FLAGS = {"cubic": _CUBIC, "linear": 0x4, "constant": 0x2}
 
 _WEIGHTS = np.array([0x0D050D05], np.int32).view(np.float32)[0]  # two thirds of 0.3333, in units of 1e-4
@@ -44,7 +45,8 @@ def add_take(
         objects: of the file.
         rest: the skeleton of the file.
         motion: the take.
-        turns_wxyz: its rotations on top of the pre-rotations, shape (frame_count, joint_count, 4).
+        turns_wxyz: its rotations on top of the pre-rotations, shape (frame_count, joint_count, 4), of the motion
+            between the keys where the take has it.
         models: identities of the bones.
         orders: of their rotations.
         name: of the take.
@@ -57,20 +59,28 @@ def add_take(
     stack = _add_stack(objects, name, times[0], times[-1])
     layer = objects.add("AnimationLayer", "BaseLayer", "AnimLayer", "")
     objects.connect(layer, stack)
-    tracks = _tracks(rest, motion, turns_wxyz, orders)
+    values = _channels(rest, motion.between or motion, turns_wxyz, orders)
     progress(0.3)
     writer = _Curves(objects, layer, times, motion.frames_per_second)
+    steps = 1 if motion.between is None else (len(turns_wxyz) - 1) // max(1, motion.frame_count - 1)
+    at_keys = {place: track[::steps] for place, track in values.items()}
     if options.key_error_cm is not None:
+        tracks = Tracks(at_keys, tuple(orders), rest.rest_local_wxyz, motion)
         keys = reduced_keys(
             tracks, options.key_error_cm, options.interpolation, lambda share: progress(0.3 + 0.6 * share)
         )
     else:
         keys = {
             place: [
-                curve_keys(track[:, axis], motion.frames_per_second, options.interpolation)
+                curve_keys(
+                    track[:, axis],
+                    motion.frames_per_second,
+                    options.interpolation,
+                    between=values[place][:, axis] if steps > 1 else None,
+                )
                 for axis in range(3)
             ]
-            for place, track in tracks.values.items()
+            for place, track in at_keys.items()
         }
     for done, ((joint, channel), three) in enumerate(keys.items()):
         writer.add(models[joint], channel, three, _FLAGS[options.interpolation])
@@ -78,11 +88,11 @@ def add_take(
     return times[-1]
 
 
-def _tracks(
+def _channels(
     rest: LocalMotion, motion: LocalMotion, turns_wxyz: NDArray[np.float64], orders: list[str]
-) -> Tracks:
+) -> dict[Place, NDArray[np.float64]]:
     """Return the channels that the file has: rotations of all joints, positions of those that move."""
-    values: dict[tuple[int, str], NDArray[np.float64]] = {}
+    values: dict[Place, NDArray[np.float64]] = {}
     for joint in range(len(motion.parents)):
         keys = motion.positions_m.get(joint)
         if (
@@ -93,7 +103,7 @@ def _tracks(
         if keys is not None:
             values[joint, "Translation"] = keys * CM
         values[joint, "Rotation"] = euler_deg(turns_wxyz[:, joint], orders[joint])
-    return Tracks(values, tuple(orders), rest.rest_local_wxyz, motion)
+    return values
 
 
 def _add_stack(objects: Objects, name: str, start: np.int64, stop: np.int64) -> np.int64:
@@ -147,10 +157,10 @@ def _attributes(keys: CurveKeys, flags: int) -> list[Node]:
     count = len(keys.frames)
     rows = np.zeros((count, 3))
     own = np.isfinite(keys.slopes)
-    rows[:, 0] = np.where(own, _CUBIC_USER, flags)
+    rows[:, 0] = np.where(own, np.where(keys.lefts == keys.slopes, _CUBIC_USER, _CUBIC_BROKEN), flags)
     rows[own, 1] = keys.slopes[own]
     before = np.flatnonzero(own[1:])
-    rows[before, 2] = keys.slopes[before + 1]
+    rows[before, 2] = keys.lefts[before + 1]
     changes = np.flatnonzero((np.diff(rows, axis=0) != 0).any(axis=1)) + 1
     begins = np.concatenate([[0], changes])
     counts = np.diff(np.concatenate([begins, [count]]))

@@ -26,7 +26,7 @@ _COARSE_FRAMES = 600
 _UP = np.array([0.0, 0.0, 1.0])
 
 
-def looped(poses: Poses) -> Poses:
+def looped(poses: Poses, multiple: int = 1) -> Poses:
     """Return the best loop of the poses: the last frame is the first one again.
 
     A travelling clip (a walk) ends in the first frame's pose at another place: only height, lean and limbs are
@@ -34,6 +34,7 @@ def looped(poses: Poses) -> Poses:
 
     Args:
         poses: on a uniform grid, hips first.
+        multiple: the loop has a multiple of this many steps.
 
     Raises:
         SettingsError: the clip is too short.
@@ -42,7 +43,7 @@ def looped(poses: Poses) -> Poses:
         raise SettingsError(
             f"loop: the clip has {poses.frame_count} frames; allowed are {2 * LEAST_FRAMES} and more"
         )
-    begin, end = best_loop(poses)
+    begin, end = best_loop(poses, multiple)
     frames = slice(begin, end + 1)
     offsets, local = local_keys(poses.parents, poses.positions_m[frames], poses.rotations_wxyz[frames])
     rate = poses.frames_per_second
@@ -65,26 +66,27 @@ def looped(poses: Poses) -> Poses:
     )
 
 
-def best_loop(poses: Poses) -> tuple[int, int]:
+def best_loop(poses: Poses, multiple: int = 1) -> tuple[int, int]:
     """Return the first and last frame of the best loop: where pose and motion are most alike."""
     features = _features(poses)
     count = len(features)
-    stride = max(1, count // _COARSE_FRAMES)
+    stride = max(1, count // _COARSE_FRAMES) * multiple
     places = np.arange(0, count, stride)
-    begin, end = _most_alike(features, places, places, round(LEAST_SHARE * count))
-    if stride == 1:
+    begin, end = _most_alike(features, places, places, round(LEAST_SHARE * count), multiple)
+    if stride == multiple:
         return begin, end
-    near = np.arange(-stride, stride + 1)
+    near = np.arange(-stride, stride + 1, multiple)
     inside = [np.unique(np.clip(middle + near, 0, count - 1)) for middle in (begin, end)]
-    return _most_alike(features, *inside, round(LEAST_SHARE * count))
+    return _most_alike(features, *inside, round(LEAST_SHARE * count), multiple)
 
 
 def _most_alike(
-    features: Array, begins: NDArray[np.int64], ends: NDArray[np.int64], least: int
+    features: Array, begins: NDArray[np.int64], ends: NDArray[np.int64], least: int, multiple: int
 ) -> tuple[int, int]:
     a, b = features[begins], features[ends]
     cost = (a**2).sum(axis=1)[:, None] + (b**2).sum(axis=1) - 2 * a @ b.T
-    cost[ends[None] - begins[:, None] < least] = np.inf
+    length = ends[None] - begins[:, None]
+    cost[(length < least) | (length % multiple > 0)] = np.inf
     i, j = np.unravel_index(np.argmin(cost), cost.shape)
     return int(begins[i]), int(ends[j])
 

@@ -16,7 +16,7 @@ GRID_TOLERANCE_S = 1e-5
 """Poses whose times are this close to the uniform grid are written as they stand, without resampling."""
 
 
-def resampled(poses: Poses, fps: float | None = None) -> tuple[Poses, float]:
+def resampled(poses: Poses, fps: float | None = None, *, steps: int = 1) -> tuple[Poses, float]:
     """Return the poses on a uniform grid that starts at their first frame, and its rate [Hz].
 
     Rotations and offsets local to the parents are interpolated, so that bones keep their lengths; confidence
@@ -25,13 +25,15 @@ def resampled(poses: Poses, fps: float | None = None) -> tuple[Poses, float]:
     Args:
         poses: checked by `check_poses`.
         fps: rate of the grid [Hz]; None keeps that of the poses.
+        steps: the grid has a multiple of so many steps.
 
     Raises:
         SettingsError: fps is not in 0..1000.
     """
-    rate, times = _time_grid(poses, fps)
-    if times is None:
-        return poses, rate
+    rate, times = _time_grid(poses, fps, steps)
+    count = len(times)
+    if count <= poses.frame_count and np.abs(times - poses.time_s[:count]).max() <= GRID_TOLERANCE_S:
+        return (poses if count == poses.frame_count else frames_of(poses, slice(count))), rate
     offsets, local = local_keys(poses.parents, poses.positions_m, poses.rotations_wxyz)
     joints = len(poses.parents)
     new_offsets, new_local = np.empty((len(times), joints, 3)), np.empty((len(times), joints, 4))
@@ -51,6 +53,12 @@ def resampled(poses: Poses, fps: float | None = None) -> tuple[Poses, float]:
     ), rate
 
 
+def frames_of(poses: Poses, frames: slice) -> Poses:
+    """Return some frames of the poses."""
+    keys = ("time_s", "positions_m", "rotations_wxyz", "confidence", "uncertainty_mm")
+    return replace(poses, **{key: getattr(poses, key)[frames] for key in keys})
+
+
 def standard_rate(rate: float) -> float:
     """Return the whole or NTSC (n / 1.001) frame rate within 0.02 % of `rate` [Hz], or `rate` itself."""
     for factor in (1.0, 1.001):
@@ -60,17 +68,15 @@ def standard_rate(rate: float) -> float:
     return rate
 
 
-def _time_grid(poses: Poses, fps: float | None) -> tuple[float, NDArray[np.float64] | None]:
-    """Return the rate [Hz] and the stage times to sample at [s], None where the frames already are there."""
-    if fps is not None and not 0.0 < fps <= MAX_FPS:  # NaN fails too
+def _time_grid(poses: Poses, fps: float | None, steps: int) -> tuple[float, NDArray[np.float64]]:
+    """Return the rate [Hz] and the stage times to sample at [s]."""
+    if fps is not None and not 0.0 < fps <= steps * MAX_FPS:  # NaN fails too
         raise SettingsError(f"fps={fps}: allowed is a number above 0 and up to {MAX_FPS:g}")
     rate = standard_rate(poses.frames_per_second if fps is None else float(fps))
     start, stop = poses.time_s[0], poses.time_s[-1]
     count = int(np.floor((stop - start) * rate + GRID_TOLERANCE_S * rate)) + 1
-    grid = start + np.arange(count) / rate
-    if count == poses.frame_count and np.abs(grid - poses.time_s).max() <= GRID_TOLERANCE_S:
-        return rate, None
-    return rate, np.minimum(grid, stop)
+    count -= (count - 1) % steps
+    return rate, np.minimum(start + np.arange(count) / rate, stop)
 
 
 def _sample(

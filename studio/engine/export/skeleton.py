@@ -42,6 +42,7 @@ class LocalMotion:
             joint_count, 4), signs continuous over time.
         name: of the take.
         start_s: time of the first key [s]; 0 unless keys lie at a time of day.
+        between: the same motion in equal steps between the keys too, where that is known and asked for.
     """
 
     joint_names: tuple[str, ...]
@@ -54,6 +55,7 @@ class LocalMotion:
     rotations_wxyz: NDArray[np.float64]
     name: str = "Take"
     start_s: float = 0.0
+    between: "LocalMotion | None" = None
 
     @property
     def frame_count(self) -> int:
@@ -83,6 +85,24 @@ class LocalMotion:
         for joint, keys in self.positions_m.items():
             out[:, joint] = keys
         return out
+
+
+def with_keys_every(motion: LocalMotion, steps: int) -> LocalMotion:
+    """Return the motion with a key at every so many frames, what lies between them kept apart."""
+    if steps == 1:
+        return motion
+    whole = (motion.frame_count - 1) // steps * steps + 1
+    dense = _at_frames(motion, slice(0, whole), 1)
+    return replace(_at_frames(motion, slice(0, whole, steps), steps), between=dense)
+
+
+def _at_frames(motion: LocalMotion, frames: slice, steps: int) -> LocalMotion:
+    return replace(
+        motion,
+        frames_per_second=motion.frames_per_second / steps,
+        positions_m={joint: keys[frames] for joint, keys in motion.positions_m.items()},
+        rotations_wxyz=motion.rotations_wxyz[frames],
+    )
 
 
 def to_file_axes(vectors: NDArray[np.float64]) -> NDArray[np.float64]:
