@@ -2,8 +2,6 @@
 
 import os
 
-import numpy as np
-
 from studio.engine.export.options import ExportOptions
 from studio.engine.export.points import points_of
 from studio.engine.export.skeleton import to_file_axes
@@ -29,8 +27,9 @@ def write_trc(poses: Poses, path: str | os.PathLike[str], options: ExportOptions
         "\t\t" + "".join(f"X{k}\tY{k}\tZ{k}\t" for k in range(1, len(labels) + 1)),
         "",
     ]
+    row = "%d\t%.6f\t" + "\t".join(["%.4f"] * values.shape[1]) + "\n"
     with write_atomically(path) as file:
         file.write("\n".join([*header, ""]).encode())
         for frame in range(frames):
-            cells = "\t".join("" if np.isnan(value) else f"{value:.4f}" for value in values[frame])
-            file.write(f"{frame + 1}\t{frame / rate:.6f}\t{cells}\n".encode())
+            text = row % (frame + 1, frame / rate, *values[frame].tolist())
+            file.write(text.replace("nan", "").encode())

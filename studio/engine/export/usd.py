@@ -96,17 +96,20 @@ def _animation(pxr: Any, stage: Any, motion: LocalMotion, joints: list[str]) -> 
     animation.CreateJointsAttr(joints)
     animation.CreateScalesAttr([pxr.Gf.Vec3h(1, 1, 1)] * len(joints))
     turns, places = animation.CreateRotationsAttr(), animation.CreateTranslationsAttr()
-    positions = motion.local_positions_m()
+    rotations = np.roll(motion.rotations_wxyz, -1, axis=-1).astype(
+        np.float32
+    )  # the real part lies last in memory
+    positions = motion.local_positions_m().astype(np.float32)
     for frame in range(motion.frame_count):
-        turns.Set([pxr.Gf.Quatf(*row) for row in motion.rotations_wxyz[frame].tolist()], frame)
-        places.Set([pxr.Gf.Vec3f(*row) for row in positions[frame].tolist()], frame)
+        turns.Set(pxr.Vt.QuatfArray.FromNumpy(rotations[frame]), frame)
+        places.Set(pxr.Vt.Vec3fArray.FromNumpy(positions[frame]), frame)
     return animation.GetPath()
 
 
 def _add_mesh(pxr: Any, stage: Any, mesh: SkinnedMesh, skeleton: Any) -> None:
     shape = pxr.UsdGeom.Mesh.Define(stage, "/Performer/Mannequin")
-    shape.CreatePointsAttr([pxr.Gf.Vec3f(*row) for row in mesh.vertices_m.tolist()])
-    shape.CreateNormalsAttr([pxr.Gf.Vec3f(*row) for row in mesh.normals.tolist()])
+    shape.CreatePointsAttr(pxr.Vt.Vec3fArray.FromNumpy(mesh.vertices_m))
+    shape.CreateNormalsAttr(pxr.Vt.Vec3fArray.FromNumpy(mesh.normals))
     shape.SetNormalsInterpolation(pxr.UsdGeom.Tokens.vertex)
     shape.CreateFaceVertexCountsAttr([3] * len(mesh.triangles))
     shape.CreateFaceVertexIndicesAttr(mesh.triangles.ravel().tolist())
