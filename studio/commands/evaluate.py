@@ -10,7 +10,7 @@ from studio.commands.export import choose_solve
 _TEXT = """\
 Measure a take's solves against a reference motion.
 
-The reference is a CSV (time_s, then <joint>_x,<joint>_y,<joint>_z per joint, metres), a BVH, a C3D, a TRC,
+The reference is a CSV (time_s, then <joint>_x,<joint>_y,<joint>_z per joint, metres), a BVH, FBX, GLB, C3D or TRC,
 the poses.npz of another solve, or a table of rigid targets (.txt). Markers and targets lie off the joints:
 constant offsets are fitted, and reported. One transform aligns the take (--align), and what was aligned away
 is reported; the calibration part at its beginning does not count. A reference from another system has a clock

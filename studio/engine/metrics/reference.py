@@ -2,7 +2,6 @@
 
 import csv
 import os
-from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -11,22 +10,19 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 
-from studio.engine.animation.c3d import read_c3d
+from studio.engine.animation.files import ENDINGS, read_animation
 from studio.engine.animation.landmarks import canonical_points, uses_markers
 from studio.engine.animation.points import NamedPoints
-from studio.engine.animation.trc import read_trc
 from studio.engine.errors import FormatError
 from studio.engine.joints import CANONICAL, INDEX, JOINT_COUNT
 from studio.engine.metrics.canonical import canonical_positions
 from studio.engine.metrics.kinds import REFERENCE_KINDS
 from studio.engine.metrics.target_table import read_target_table
-from studio.engine.motion.bvh import read_bvh
 from studio.engine.motion.canonical import to_canonical
+from studio.engine.motion.motion import Motion
 from studio.engine.poses import Poses
 
 _AXES = ("x", "y", "z")
-
-_POINTS: dict[str, Callable[[Path], NamedPoints]] = {".c3d": read_c3d, ".trc": read_trc}
 
 
 @dataclass(frozen=True)
@@ -112,7 +108,7 @@ class Markers:
 def read_reference(path: str | os.PathLike[str], *, unit_m: float | None = None) -> "Reference | Markers":
     """Return the reference in a file, by its kind; one without a clock begins at time 0.
 
-    Joint centres: CSV (see `read_csv`), BVH, C3D and TRC of joint centres, `poses.npz` of another solve.
+    Joint centres: CSV (see `read_csv`), BVH, FBX, GLB, C3D and TRC of joint centres, `poses.npz` of another solve.
     Markers: C3D and TRC of markers (`animation.landmarks`), a table of rigid targets (.txt).
 
     Args:
@@ -121,6 +117,8 @@ def read_reference(path: str | os.PathLike[str], *, unit_m: float | None = None)
 
     Raises:
         FormatError: the file is missing, broken or of an unknown kind; the message names the line.
+        NotAvailableError: the package that reads a kind (FBX) is not installed.
+        SettingsError: a unit for a file that tells its own.
     """
     path = Path(path)
     if not path.is_file():
@@ -128,11 +126,12 @@ def read_reference(path: str | os.PathLike[str], *, unit_m: float | None = None)
     kind = path.suffix.lower()
     if kind == ".csv":
         return read_csv(path)
-    if kind == ".bvh":
-        motion = to_canonical(read_bvh(path, unit_m=unit_m))
+    if kind in ENDINGS:
+        animation = read_animation(path, unit_m=unit_m)
+        if not isinstance(animation, Motion):
+            return _of_points(animation)
+        motion = to_canonical(animation)
         return Reference(time_s=motion.times_s(), positions_m=motion.positions_m)
-    if kind in _POINTS:
-        return _of_points(_POINTS[kind](path))
     if kind == ".npz":
         poses = Poses.load(path)
         return Reference(poses.time_s, canonical_positions(poses))

@@ -3,11 +3,13 @@
 import numpy as np
 import pytest
 
+from studio.engine.animation.files import ENDINGS
 from studio.engine.errors import FormatError
 from studio.engine.export import export
 from studio.engine.joints import INDEX
 from studio.engine.metrics.alignment import clock_of
 from studio.engine.metrics.evaluate import evaluate
+from studio.engine.metrics.kinds import REFERENCE_KINDS
 from studio.engine.metrics.reference import Markers, Reference, read_reference
 from tests.engine.metrics.cases import dance, poses_of, reference_of
 from tests.poses_factory import random_poses
@@ -55,7 +57,7 @@ def test_other_files(tmp_path):
         with pytest.raises(FormatError, match=name):
             read_reference(tmp_path / name)
     (tmp_path / "truth.doc").write_text(GOOD)
-    with pytest.raises(FormatError, match=r"\.csv, \.bvh, \.c3d"):
+    with pytest.raises(FormatError, match=r"\.csv, \.bvh, \.fbx"):
         read_reference(tmp_path / "truth.doc")
 
 
@@ -123,6 +125,16 @@ def test_markers_of_a_laboratory_have_fitted_offsets(test_data):
     figures = evaluate(poses, markers)
     assert figures["mpjpe_mm"] < 30
     assert set(figures["alignment"]["marker_offsets_mm"]) == set(markers.joints)
+
+
+def test_a_skeleton_of_any_format_is_a_reference(tmp_path):
+    """An export that is read back is the solve itself."""
+    poses = random_poses(np.random.default_rng(1), seconds=3.0)
+    for kind in ("glb", "bvh"):
+        export(poses, tmp_path / f"solve.{kind}", kind)
+        unit_m = 0.01 if kind == "bvh" else None
+        assert evaluate(poses, read_reference(tmp_path / f"solve.{kind}", unit_m=unit_m))["mpjpe_mm"] < 0.5
+    assert set(ENDINGS) <= set(REFERENCE_KINDS)
 
 
 def test_another_solve_is_a_reference(tmp_path):
