@@ -14,7 +14,7 @@ from studio.api.jobs import Jobs
 from studio.api.stage import Request
 from studio.api.switches import from_request
 from studio.api.work import export_work, solve_work
-from studio.engine.export import DEFAULT_INTERPOLATION
+from studio.engine.export.options import ExportOptions
 from studio.take.names import inside
 from studio.take.sessions import list_takes, take_info
 from studio.take.take import Take
@@ -33,6 +33,34 @@ class SolveRequest(Request):
 
 
 Format = Literal["fbx", "bvh", "glb", "c3d", "trc", "csv", "npz", "usd"]
+
+
+class ExportRequest(Request):
+    """A format and its options, as `studio export` has them; what a format does not understand is refused."""
+
+    format: Format
+    fps: float | None = Field(None, gt=0, le=1000, description="frame rate of the keys [Hz]")
+    interpolation: Literal["cubic", "linear", "constant"] = "cubic"
+    target: Literal["humanik", "mixamo", "unreal", "vrm"] = "humanik"
+    root_motion: Literal["hips", "root", "in-place"] = "hips"
+    mesh: bool | None = Field(None, description="with a skinned body")
+    start_s: float | None = Field(None, ge=0, description="begin so far into the solve [s]")
+    end_s: float | None = Field(None, gt=0, description="end so far into the solve [s]")
+    rotation_order: Literal["ZXY", "ZYX", "YZX", "XZY", "YXZ", "XYZ"] = "ZXY"
+    unit: Literal["mm", "cm", "m", "in"] = "cm"
+    key_error_cm: float | None = Field(
+        None, gt=0, le=100, description="leave out keys within this bound [cm]"
+    )
+    take_name: str | None = Field(None, description="name of the animation; the take's where left out")
+    timecode: str | None = Field(None, description="keys begin at this time of day, hh:mm:ss:ff")
+    smooth_hz: float | None = Field(None, gt=0, description="cutoff of a zero-phase low-pass [Hz]")
+    loop: bool = False
+    foot_lock: bool = False
+
+    def options(self, take: str) -> ExportOptions:
+        """Return the options of an export of this take."""
+        values = self.model_dump(exclude={"format"})
+        return ExportOptions(**{**values, "take_name": self.take_name or take})
 
 
 def takes_router(sessions: Path, finder: Finder, jobs: Jobs) -> APIRouter:
@@ -71,15 +99,13 @@ def takes_router(sessions: Path, finder: Finder, jobs: Jobs) -> APIRouter:
         session: str,
         take: str,
         solve: str,
-        format: Format,
-        fps: Annotated[float | None, Query(gt=0, le=1000, description="frame rate of the keys [Hz]")] = None,
-        interpolation: Literal["cubic", "linear", "constant"] = DEFAULT_INTERPOLATION,
+        request: Annotated[ExportRequest, Query()],
     ) -> FileResponse:
         """Export a solve and download the file, which is kept in the take's `exports/`."""
         opened = finder.take(session, take)
         poses = finder.solve(opened, solve)
-        out = inside(opened.path / "exports", f"{take}_{solve}.{format}")
-        run_in_process(export_work, poses, out, format, fps, interpolation)
+        out = inside(opened.path / "exports", f"{take}_{solve}.{request.format}")
+        run_in_process(export_work, poses, out, request.format, request.options(take))
         return FileResponse(out, filename=out.name, media_type="application/octet-stream")
 
     @router.get("/jobs", tags=["jobs"])

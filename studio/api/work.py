@@ -4,6 +4,8 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+from studio.engine.export.options import ExportOptions
+
 
 def solve_work(
     path: Path, settings: dict[str, Any], name: str, as_live: bool, *, progress: Callable[[float], None]
@@ -18,12 +20,12 @@ def solve_work(
     )
 
 
-def export_work(poses: Path, out: Path, format: str, fps: float | None, interpolation: str) -> None:
+def export_work(poses: Path, out: Path, format: str, options: ExportOptions) -> None:
     """Export the `poses.npz` to `out`."""
     from studio.engine.export import export
     from studio.engine.poses import Poses
 
-    export(Poses.load(poses), out, format, fps=fps, interpolation=interpolation)
+    export(Poses.load(poses), out, format, options)
 
 
 def evaluate_work(

@@ -164,7 +164,10 @@ def test_an_export_is_downloaded(recorded):
     fbx = recorded.http.get("/takes/tests/one/solves/live/export", params={"format": "fbx", "fps": 30})
     assert fbx.content.startswith(b"Kaydara FBX Binary")
     export = "/takes/tests/one/solves/live/export"
-    assert_error(recorded.http.get(export, params={"format": "glb"}), 501, "not_available", "glb")
+    wanted = {"format": "fbx", "target": "unreal", "root_motion": "root", "mesh": True, "foot_lock": True}
+    assert b"ik_hand_gun" in recorded.http.get(export, params=wanted).content
+    wrong = recorded.http.get(export, params={"format": "csv", "target": "vrm"})
+    assert_error(wrong, 422, "settings", "target=vrm: not for csv")
     assert_error(recorded.http.get(export, params={"format": "exe"}), 422, "invalid_request", "format")
     answer = recorded.http.get("/takes/tests/one/solves/none/export", params={"format": "bvh"})
     assert_error(answer, 404, "not_found", "none")

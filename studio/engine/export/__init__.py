@@ -22,8 +22,6 @@ from studio.engine.export.trc import write_trc
 from studio.engine.export.usd import write_usd
 from studio.engine.poses import Poses
 
-DEFAULT_INTERPOLATION = "cubic"
-
 _PREPARING = 0.4
 """Share of the work before anything is written."""
 
