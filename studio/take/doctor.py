@@ -1,7 +1,8 @@
 """Finds what is wrong with takes on disk, and repairs what a crash left.
 
 Repaired: unfinished or damaged `raw.mcap`, missing or broken `take.json`, live poses that were not made a solve,
-the mark of a recording whose server is gone, files and folders that a killed program left.
+the mark of a recording whose server is gone, files and folders that a killed program left; damaged files of the stage
+(`stage_files`) are put aside.
 Only told: broken calibrations and solves (made again by `calibrate` and `solve`), takes of another version.
 """
 
@@ -21,6 +22,7 @@ from studio.take.pose_log import POSE_LOG, PoseLog
 from studio.take.raw import RawSummary, inspect_raw
 from studio.take.raw_append import scan_raw
 from studio.take.recovery import TEMPORARY_PREFIX, recover
+from studio.take.stage_files import check_stage_files
 from studio.take.take import Take, TakeVersionError, read_calibration
 
 
@@ -52,6 +54,8 @@ def check_takes(
     partial, takes = _folders(root)
     findings = [_partial_folder(folder, repair) for folder in partial]
     findings += _check_marker(root, repair)
+    damage = [] if _is_take(root) else check_stage_files(root, repair=repair)
+    findings += [Finding(one.path, one.problem, one.action, repaired=repair) for one in damage]
     for k, path in enumerate(takes):
         findings += check_take(path, repair=repair)
         if progress is not None:
