@@ -7,6 +7,7 @@ from pathlib import Path
 from fastapi import FastAPI
 
 from studio.api.access import Access, AccessGuard, access_router
+from studio.api.blind import blind_router
 from studio.api.errors import add_error_handlers
 from studio.api.events import events_router
 from studio.api.find import Finder
@@ -19,6 +20,8 @@ from studio.api.outputs import outputs_router
 from studio.api.performers import performers_router
 from studio.api.stage import stage_router
 from studio.api.takes import takes_router
+from studio.api.vote import vote_router
+from studio.blind.desk import Desk
 from studio.engine.calibration.result import Performer
 from studio.live import LiveStage
 from studio.streams import Outputs
@@ -70,6 +73,9 @@ def create_app(
     app.include_router(takes_router(sessions, finder, jobs))
     app.include_router(manage_router(sessions, finder, jobs))
     app.include_router(measure_router(finder))
+    desk = Desk(sessions)
+    app.include_router(blind_router(finder, jobs, desk))
+    app.include_router(vote_router(desk))
     app.state.outputs = Outputs(sessions, lambda: performer_of(stage))
     stage.subscribe(app.state.outputs.add)
     app.include_router(outputs_router(stage, app.state.outputs))

@@ -6,7 +6,9 @@ StudioError                             500 failed
 ├── CalibrationError                    409 calibration
 ├── TakeError                           409 take
 ├── NotAvailableError                   501 not_available
-└── NotFoundError                       404 not_found
+├── NotFoundError, NoSuchTest           404 not_found
+├── TooMany                             429 too_many
+└── VotingClosed                        410 closed
 a request that does not fit its route   422 invalid_request
 anything else                           500 internal (the traceback is in the server's log)
 """
@@ -20,6 +22,7 @@ from fastapi.responses import JSONResponse
 from pydantic import BaseModel
 from starlette.exceptions import HTTPException
 
+from studio.blind.desk import NoSuchTest, TooMany, VotingClosed
 from studio.engine.errors import (
     CalibrationError,
     FormatError,
@@ -51,6 +54,9 @@ class ErrorBody(BaseModel):
 
 KINDS: tuple[tuple[type[StudioError], int, str], ...] = (
     (NotFoundError, 404, "not_found"),
+    (NoSuchTest, 404, "not_found"),
+    (TooMany, 429, "too_many"),
+    (VotingClosed, 410, "closed"),
     (SettingsError, 422, "settings"),
     (FormatError, 422, "format"),
     (CalibrationError, 409, "calibration"),

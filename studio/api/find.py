@@ -15,7 +15,7 @@ class Finder:
 
     def __init__(self, stage: LiveStage, sessions: Path) -> None:
         self._stage = stage
-        self._sessions = sessions
+        self.sessions = sessions
 
     def path(self, session: str, name: str) -> Path:
         """Return a take's folder.
@@ -23,7 +23,7 @@ class Finder:
         Raises:
             NotFoundError: there is no such take. TakeError: a name that is not allowed.
         """
-        path = take_path(self._sessions, session, name)
+        path = take_path(self.sessions, session, name)
         if not (path / "take.json").is_file():
             raise NotFoundError(f"there is no take {session}/{name}; GET /api/v1/takes lists them")
         return path

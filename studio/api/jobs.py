@@ -2,6 +2,7 @@
 
 import itertools
 import logging
+import queue
 import threading
 from collections.abc import Callable
 from dataclasses import asdict, dataclass
@@ -12,6 +13,9 @@ from studio.engine.errors import StudioError
 from studio.worker import run_in_process
 
 _log = logging.getLogger(__name__)
+
+Work = Callable[[Callable[[float], None]], Any]
+"""A job's work, which is given the function to tell its progress to."""
 
 KEPT = 50
 """Jobs that are remembered."""
@@ -31,37 +35,50 @@ class Job:
 
 
 class Jobs:
-    """Runs jobs one at a time, since the live stage needs the other cores."""
+    """Runs jobs one after the other, since the live stage needs the other cores."""
 
     def __init__(self) -> None:
         self._jobs: dict[str, Job] = {}
         self._lock = threading.Lock()
-        self._turn = threading.Lock()
         self._numbers = itertools.count(1)
+        self._queue: queue.SimpleQueue[tuple[Job, Work]] = queue.SimpleQueue()
+        self._thread: threading.Thread | None = None
 
     def submit(
         self, kind: str, take: str, name: str, function: Callable[..., Any], *args: Any, **kwargs: Any
     ) -> Job:
-        """Begin `function(*args, progress=..., **kwargs)`, of a module's top level, and return the job."""
+        """Begin `function(*args, progress=..., **kwargs)`, of a module's top level, in a process of its own; return
+        the job."""
+        return self._add(
+            Job(str(next(self._numbers)), kind, take, name),
+            lambda progress: run_in_process(function, *args, on_progress=progress, **kwargs),
+        )
+
+    def call(self, kind: str, take: str, name: str, function: Callable[[], Any]) -> Job:
+        """Have `function()` called in this process once the jobs before it have ended, and return the job."""
+        return self._add(Job(str(next(self._numbers)), kind, take, name), lambda _: function())
+
+    def _add(self, job: Job, work: Work) -> Job:
         with self._lock:
-            job = Job(str(next(self._numbers)), kind, take, name)
             self._jobs[job.id] = job
             while len(self._jobs) > KEPT:
                 del self._jobs[next(iter(self._jobs))]
-        thread = threading.Thread(
-            target=self._run, args=(job, function, args, kwargs), name=f"job {job.id}", daemon=True
-        )
-        thread.start()
+            if self._thread is None:
+                self._thread = threading.Thread(target=self._run, name="jobs", daemon=True)
+                self._thread.start()
+        self._queue.put((job, work))
         return job
 
-    def _run(self, job: Job, function: Callable[..., Any], args: Any, kwargs: dict[str, Any]) -> None:
-        def progress(share: float) -> None:
-            job.progress = round(share, 3)
+    def _run(self) -> None:
+        while True:
+            job, work = self._queue.get()
 
-        with self._turn:
+            def progress(share: float, job: Job = job) -> None:
+                job.progress = round(share, 3)
+
             job.state = "running"
             try:
-                run_in_process(function, *args, on_progress=progress, **kwargs)
+                work(progress)
             except StudioError as error:
                 job.state, job.message = "failed", str(error)
             except Exception as error:  # the boundary of the thread

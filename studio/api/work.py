@@ -98,3 +98,24 @@ def unbundle_work(file: Path, out: Path) -> None:
     from studio.take.bundle import read_bundle
 
     read_bundle(file, out)
+
+
+def bake_work(pairs: list[tuple[list[Path], Path, dict[str, Any]]]) -> list[tuple[bytes, bytes]]:
+    """Return the two animations of each pair of a blind test, given both `poses.npz`, the performer's take, the pair."""
+    import msgspec
+
+    from studio.blind.bake import bake_pair
+    from studio.blind.model import Pair
+    from studio.engine.errors import CalibrationError
+    from studio.engine.poses import Poses
+    from studio.take.take import Take
+
+    baked = []
+    for files, path, value in pairs:
+        pair = msgspec.convert(value, Pair)
+        performer = Take.open(path).calibration().performer
+        if performer is None:
+            raise CalibrationError(f"take {path.name} has no performer; calibrate it first")
+        first, second = (Poses.load(file) for file in files)
+        baked.append(bake_pair((first, second), (pair.a, pair.b), performer, pair.start_s, pair.end_s))
+    return baked

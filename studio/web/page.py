@@ -1,5 +1,6 @@
-"""The pages (Jinja2), `/` and `/signin`, and their static files: plain ES modules, one style sheet, nothing built."""
+"""The pages (Jinja2), `/`, `/signin` and `/vote/TOKEN`, and their static files: plain ES modules, nothing built."""
 
+import secrets
 from importlib import metadata
 from pathlib import Path
 from typing import Any
@@ -38,9 +39,19 @@ def add_page(app: FastAPI, *, sessions: Path) -> None:
     async def sign_in_page(request: Request) -> HTMLResponse:
         return page(request, "signin.html", {})
 
+    @router.get("/vote/{token}")
+    async def voting_page(request: Request) -> HTMLResponse:
+        return page(request, "vote.html", {})  # the same for every link: what is in it comes over the API
+
     def page(request: Request, template: str, context: dict[str, Any]) -> HTMLResponse:
-        context = {"version": metadata.version("capture-studio"), **context}
-        headers = {"Content-Security-Policy": _POLICY, "Cache-Control": "no-cache"}
+        nonce = secrets.token_urlsafe(12)
+        context = {"version": metadata.version("capture-studio"), "nonce": nonce, **context}
+        policy = f"{_POLICY}; script-src 'self' 'nonce-{nonce}'"
+        headers = {
+            "Content-Security-Policy": policy,
+            "Cache-Control": "no-cache",
+            "Referrer-Policy": "no-referrer",
+        }
         return templates.TemplateResponse(request, template, context, headers=headers)
 
     app.include_router(router)

@@ -1,0 +1,147 @@
+"""The animations of a test: both of a pair on one character, at 60 Hz, alike in all but the motion itself.
+
+A solve's world rotations and the path of its hips go onto the character; bone lengths are the character's. What
+reaches a voter is a GLB without a name, uncompressed, of equal size within a pair, byte for byte the same but for the
+keys' values.
+"""
+
+import tempfile
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.interpolate import CubicHermiteSpline
+from scipy.spatial.transform import Rotation, Slerp
+
+from studio.blind.model import MAX_SECONDS, Side
+from studio.engine.calibration.result import Performer
+from studio.engine.errors import FormatError, SettingsError
+from studio.engine.export.glb import write_glb
+from studio.engine.export.options import ExportOptions
+from studio.engine.export.skeleton import LocalMotion, local_motion, to_file_axes
+from studio.engine.human.skeleton import Skeleton
+from studio.engine.joints import OUTPUT_INDEX, OUTPUT_JOINTS, OUTPUT_PARENTS
+from studio.engine.poses import Poses
+
+HZ = 60.0
+NAME = "clip"
+
+
+def bake_pair(
+    poses: tuple[Poses, Poses], sides: tuple[Side, Side], performer: Performer, start_s: float, end_s: float
+) -> tuple[bytes, bytes]:
+    """Return the two GLB files of a pair.
+
+    Args:
+        poses: of the sides; each begins at its own first frame.
+        sides: say the keys and what is between them.
+        performer: proportions of the character.
+        start_s, end_s: the part that is shown [s from the first frame]; end_s 0 = as far as both go.
+
+    Raises:
+        FormatError: a solve of another skeleton. SettingsError: the part is too short, too long, or not there.
+    """
+    length_s = min(float(p.time_s[-1] - p.time_s[0]) for p in poses)
+    end_s = end_s or min(length_s, start_s + MAX_SECONDS)
+    if not 0.5 <= end_s - start_s <= MAX_SECONDS or end_s > length_s + 0.05:
+        raise SettingsError(
+            f"a pair from {start_s:g} to {end_s:g} s is not possible: both animations last {length_s:.1f} s, and "
+            f"0.5 to {MAX_SECONDS:g} s are shown"
+        )
+    times = start_s + np.arange(int(np.floor((min(end_s, length_s) - start_s) * HZ)) + 1) / HZ
+    skeleton = Skeleton.of(performer)
+    first, second = (
+        glb(_on_character(one, side, times, skeleton), skeleton)
+        for one, side in zip(poses, sides, strict=True)
+    )
+    if len(first) != len(second):
+        raise FormatError("the two animations of a pair came out in different sizes; choose others")
+    return first, second
+
+
+def _on_character(poses: Poses, side: Side, times: NDArray[np.float64], skeleton: Skeleton) -> Poses:
+    """Return a solve on the character at these times [s from its first frame]."""
+    if poses.joint_names != OUTPUT_JOINTS:
+        raise FormatError(
+            f"solve {side.solve!r} of {side.take} has another skeleton than the studio's; retarget it first"
+        )
+    hips, rotations = _sampled(poses, side, times)
+    scale = float(skeleton.offsets_m[0, 2] / max(_leg_m(poses), 0.1))
+    hips = hips * [1.0, 1.0, scale]
+    positions = np.empty((len(times), len(OUTPUT_JOINTS), 3))
+    positions[:, 0] = hips
+    for joint, parent in enumerate(OUTPUT_PARENTS):
+        if parent >= 0:
+            turn = Rotation.from_quat(rotations[:, parent], scalar_first=True)
+            positions[:, joint] = positions[:, parent] + turn.apply(skeleton.offsets_m[joint])
+    unknown = np.full(positions.shape[:2], np.nan)
+    return Poses(times, OUTPUT_JOINTS, OUTPUT_PARENTS, positions, rotations, np.ones_like(unknown), unknown)
+
+
+def _leg_m(poses: Poses) -> float:
+    """Height of the hips over the floor in a T-pose, from the bones of the leg and the lowest toes [m]."""
+    chain = [OUTPUT_INDEX[name] for name in ("LeftUpLeg", "LeftLeg", "LeftFoot")]
+    bones = np.linalg.norm(np.diff(poses.positions_m[:, chain], axis=1), axis=2)
+    ankle = np.percentile(poses.positions_m[:, chain[-1], 2], 5)
+    drop = np.linalg.norm(poses.positions_m[:, chain[0]] - poses.positions_m[:, 0], axis=1)
+    return float(np.median(bones.sum(axis=1)) + np.clip(ankle, 0.0, 0.15) + 0.5 * np.median(drop))
+
+
+def _sampled(
+    poses: Poses, side: Side, times: NDArray[np.float64]
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return the hips' path, shape (N, 3), and world rotations wxyz, shape (N, 52, 4), as the keys show them."""
+    own = poses.time_s - poses.time_s[0]
+    keys = own if side.key_hz == 0 else np.arange(int(np.floor(own[-1] * side.key_hz)) + 1) / side.key_hz
+    at = np.clip(times, keys[0], keys[-1])
+    if side.interpolation == "held":
+        at = keys[np.searchsorted(keys, at + 1e-9, side="right") - 1]
+    hips_keys = np.stack([np.interp(keys, own, poses.positions_m[:, 0, k]) for k in range(3)], axis=1)
+    rotations = np.empty((len(times), len(OUTPUT_JOINTS), 4))
+    for joint in range(len(OUTPUT_JOINTS)):
+        track = Slerp(own, Rotation.from_quat(poses.rotations_wxyz[:, joint], scalar_first=True))(keys)
+        rotations[:, joint] = _between(keys, track, at, cubic=side.interpolation == "cubic")
+    if side.interpolation == "cubic":
+        return _cubic(keys, hips_keys, at), rotations
+    return np.stack([np.interp(at, keys, hips_keys[:, k]) for k in range(3)], axis=1), rotations
+
+
+def _between(
+    keys: NDArray[np.float64], track: Rotation, at: NDArray[np.float64], *, cubic: bool
+) -> NDArray[np.float64]:
+    if len(keys) < 2:
+        return np.repeat(track.as_quat(scalar_first=True), len(at), axis=0)
+    if not cubic:
+        return Slerp(keys, track)(at).as_quat(scalar_first=True)
+    quaternions = track.as_quat(scalar_first=True)
+    flips = np.cumprod(np.where((quaternions[1:] * quaternions[:-1]).sum(axis=1) < 0, -1.0, 1.0))
+    quaternions[1:] *= flips[:, None]
+    out = _cubic(keys, quaternions, at)
+    return out / np.linalg.norm(out, axis=1, keepdims=True)
+
+
+def _cubic(
+    keys: NDArray[np.float64], values: NDArray[np.float64], at: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """Values at times by cubics whose slopes are central differences, as exports have them."""
+    if len(keys) < 2:
+        return np.repeat(values, len(at), axis=0)
+    return CubicHermiteSpline(keys, values, np.gradient(values, keys, axis=0))(at)
+
+
+def glb(poses: Poses, skeleton: Skeleton) -> bytes:
+    """Return poses of the character as a GLB file: linear keys at 60 Hz, with the mannequin."""
+    motion = _with_offsets(local_motion(poses), skeleton)
+    options = ExportOptions(fps=HZ, interpolation="linear", take_name=NAME, mesh=True)
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "clip.glb"
+        write_glb(motion, path, options)
+        return path.read_bytes()
+
+
+def _with_offsets(motion: LocalMotion, skeleton: Skeleton) -> LocalMotion:
+    """Return a motion whose rest is the character's to the last bit, however its numbers were rounded."""
+    offsets = to_file_axes(skeleton.offsets_m)
+    offsets[0] = (0.0, skeleton.offsets_m[0, 2], 0.0)
+    return replace(motion, name=NAME, offsets_m=offsets, positions_m={0: motion.positions_m[0]})

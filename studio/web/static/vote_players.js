@@ -1,0 +1,111 @@
+// Two canvases, one clock, one camera: both animations play in step, and turning one turns the other.
+import * as THREE from "three";
+import { OrbitControls } from "three/addons/controls/OrbitControls.js";
+import { GLTFLoader } from "three/addons/loaders/GLTFLoader.js";
+
+const GROUND = 0xe6e9ed;
+const MAX_RATIO = 1.5; // pixels per CSS pixel: enough to judge motion, and quick without a graphics card
+const LOOK_HEIGHT = 0.9;
+const VIEW_FROM = new THREE.Vector3(0.8, 0.5, 3.9);
+const SOFTNESS = 0.06;
+
+class Stage {
+  constructor(canvas, gltf) {
+    this.canvas = canvas;
+    this.renderer = new THREE.WebGLRenderer({ canvas, antialias: true });
+    this.renderer.setPixelRatio(Math.min(window.devicePixelRatio, MAX_RATIO));
+    this.scene = new THREE.Scene();
+    this.scene.background = new THREE.Color(GROUND);
+    this.scene.add(new THREE.HemisphereLight(0xffffff, 0x9aa4af, 2.4));
+    const sun = new THREE.DirectionalLight(0xffffff, 1.6);
+    sun.position.set(2, 5, 3);
+    this.scene.add(sun, new THREE.GridHelper(8, 16, 0xaab2bc, 0xcdd3da), gltf.scene);
+    gltf.scene.traverse((node) => { node.frustumCulled = false; });
+    this.mixer = new THREE.AnimationMixer(gltf.scene);
+    this.duration = gltf.animations[0].duration;
+    this.mixer.clipAction(gltf.animations[0]).play();
+    this.hips = gltf.scene.getObjectByName("Hips");
+  }
+
+  draw(camera, seconds) {
+    const { clientWidth: width, clientHeight: height } = this.canvas;
+    const size = this.renderer.getSize(new THREE.Vector2());
+    if (size.x !== width || size.y !== height) this.renderer.setSize(width, height, false);
+    camera.aspect = width / Math.max(height, 1);
+    camera.updateProjectionMatrix();
+    this.mixer.setTime(Math.min(seconds, this.duration - 1e-4));
+    this.renderer.render(this.scene, camera);
+  }
+}
+
+export class Players {
+  /** Return players of two GLB files, playing; `listen(share, playing)` hears where they are. */
+  static async open(canvases, files, listen) {
+    const loader = new GLTFLoader();
+    const loaded = await Promise.all(files.map((file) => loader.parseAsync(file, "")));
+    return new Players(canvases.map((canvas, i) => new Stage(canvas, loaded[i])), listen);
+  }
+
+  constructor(stages, listen) {
+    this.stages = stages;
+    this.listen = listen;
+    this.duration = Math.min(...stages.map((stage) => stage.duration));
+    this.seconds = 0;
+    this.speed = 1;
+    this.playing = true;
+    this.drawn = 0;
+    this.camera = new THREE.PerspectiveCamera(36, 1, 0.05, 60);
+    this.target = this.middle();
+    this.camera.position.copy(this.target).add(VIEW_FROM);
+    this.controls = stages.map((stage) => new OrbitControls(this.camera, stage.canvas));
+    this.controls.forEach((controls, i) => {
+      controls.target.copy(this.target);
+      controls.addEventListener("change", () => this.controls[1 - i].target.copy(controls.target));
+      controls.update();
+    });
+    this.last = performance.now();
+    this.running = true;
+    requestAnimationFrame((now) => this.step(now));
+  }
+
+  step(now) {
+    if (!this.running) return;
+    if (this.playing) this.seconds = (this.seconds + ((now - this.last) / 1000) * this.speed) % this.duration;
+    this.last = now;
+    this.follow();
+    for (const stage of this.stages) stage.draw(this.camera, this.seconds);
+    this.drawn += 1;
+    document.body.dataset.drawn = String(this.drawn);
+    this.listen(this.seconds / this.duration, this.playing);
+    requestAnimationFrame((next) => this.step(next));
+  }
+
+  /** Go along with the middle between both performers, so that neither walks out of the picture. */
+  follow() {
+    const middle = this.middle();
+    const shift = middle.clone().sub(this.target).multiplyScalar(SOFTNESS);
+    this.target.add(shift);
+    this.camera.position.add(shift);
+    for (const controls of this.controls) controls.target.add(shift);
+  }
+
+  middle() {
+    const places = this.stages.map((stage) => stage.hips.getWorldPosition(new THREE.Vector3()));
+    return places[0].add(places[1]).multiplyScalar(0.5).setY(LOOK_HEIGHT);
+  }
+
+  toggle() {
+    this.playing = !this.playing;
+  }
+
+  seek(share) {
+    this.playing = false;
+    this.seconds = share * this.duration;
+  }
+
+  dispose() {
+    this.running = false;
+    for (const controls of this.controls) controls.dispose();
+    for (const stage of this.stages) stage.renderer.dispose();
+  }
+}
