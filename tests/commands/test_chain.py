@@ -98,7 +98,7 @@ def test_evaluate_with_a_broken_reference(stage):
     assert f"cut.csv, line {len(cut.splitlines())}" in line
 
 
-@pytest.mark.parametrize("kind", ["fbx", "bvh"])
+@pytest.mark.parametrize("kind", ["fbx", "bvh", "glb", "csv"])
 def test_export(stage, kind):
     done = studio("export", "walk", "--format", kind, "--out", f"walk.{kind}", cwd=stage)
     assert (done.returncode, done.stderr) == (0, "")
@@ -106,15 +106,32 @@ def test_export(stage, kind):
     assert (stage / f"walk.{kind}").stat().st_size > 10_000
 
 
-def test_export_of_what_is_not_there_yet(stage):
-    line = one_line(studio("export", "walk", "--format", "glb", "--out", "walk.glb", cwd=stage), 1)
-    assert "not available" in line
+def test_export_with_options(stage):
+    options = ("--target", "unreal", "--root-motion", "root", "--mesh", "--key-error-cm", "0.1", "--foot-lock",
+               "--start", "1", "--end", "3", "--timecode", "10:00:00:00", "--also", "walk")  # fmt: skip
+    done = studio("export", "walk", "--format", "fbx", "--out", "game.fbx", *options, cwd=stage)
+    assert (done.returncode, done.stderr) == (0, "")
+    data = (stage / "game.fbx").read_bytes()
+    assert all(
+        name in data
+        for name in (b"ik_hand_gun", b"Mannequin", b"walk\x00\x01AnimStack", b"walk 2\x00\x01AnimStack")
+    )
+
+
+def test_export_that_is_refused(stage):
+    line = one_line(
+        studio("export", "walk", "--format", "bvh", "--out", "x.bvh", "--timecode", "take", cwd=stage), 2
+    )
+    assert "walk has none" in line
+    line = one_line(
+        studio("export", "walk", "--format", "csv", "--out", "x.csv", "--target", "vrm", cwd=stage), 2
+    )
+    assert "not for csv" in line
     line = one_line(
         studio("export", "walk", "--format", "fbx", "--out", "x.fbx", "--solve", "best", cwd=stage), 1
     )
     assert "raw 30, studio" in line
-    assert not (stage / "walk.glb").exists()
-    assert not (stage / "x.fbx").exists()
+    assert not list(stage.glob("x.*"))
 
 
 def test_picture(stage):

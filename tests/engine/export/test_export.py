@@ -1,5 +1,7 @@
 """The registry of exporters: what is there, what is refused, and that nothing is left behind."""
 
+import errno
+import os
 from importlib.util import find_spec
 from pathlib import Path
 
@@ -41,6 +43,31 @@ def test_a_place_that_cannot_be_written_is_one_clear_error(tmp_path: Path, forma
         with pytest.raises(StudioError, match="cannot write"):
             export(t_pose(), path, format)
     assert sorted(p.name for p in tmp_path.rglob("*")) == ["file", "folder"]
+
+
+@pytest.mark.parametrize("format", EXPORTERS)
+def test_a_full_disk_is_one_clear_error_and_no_file(
+    tmp_path: Path, format: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def full(_: int) -> None:
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    if format == "usd":
+        pytest.importorskip("pxr")
+    monkeypatch.setattr(os, "fsync", full)
+    with pytest.raises(StudioError, match=r"cannot write .*No space left on device"):
+        export(t_pose(3), tmp_path / "take", format)
+    assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize("format", EXPORTERS)
+@pytest.mark.parametrize("key", ["positions_m", "rotations_wxyz", "time_s"])
+def test_poses_that_are_not_finite_are_refused(tmp_path: Path, format: str, key: str) -> None:
+    poses = t_pose(3)
+    getattr(poses, key)[1] = np.nan
+    with pytest.raises(FormatError, match=r"finite|increase"):
+        export(poses, tmp_path / "take", format)
+    assert not list(tmp_path.iterdir())
 
 
 @pytest.mark.parametrize(
