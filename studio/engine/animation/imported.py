@@ -5,6 +5,7 @@ elsewhere), so each limb's rest direction is first turned to where the T-pose ha
 """
 
 import os
+from collections.abc import Callable
 
 import numpy as np
 from numpy.typing import NDArray
@@ -30,19 +31,25 @@ from studio.engine.solve.swing import swing_rotations
 Array = NDArray[np.float64]
 
 
-def imported_poses(path: str | os.PathLike[str], *, unit_m: float | None = None) -> tuple[Poses, list[str]]:
+def imported_poses(
+    path: str | os.PathLike[str],
+    *,
+    unit_m: float | None = None,
+    progress: Callable[[float], None] = lambda _: None,
+) -> tuple[Poses, list[str]]:
     """Return the poses in an animation file, its first frame at time 0, and notes on what was chosen.
 
     Args:
         path: a file that `files.read_animation` reads.
         unit_m: metres per unit of a BVH.
+        progress: called with 0..1 while points become poses; the rest takes seconds.
 
     Raises:
         FormatError, NotAvailableError, SettingsError: as `read_animation`; or a skeleton without hips.
     """
     animation = read_animation(path, unit_m=unit_m)
     if isinstance(animation, NamedPoints):
-        poses = poses_of_points(animation, str(path))
+        poses = poses_of_points(animation, str(path), progress=progress)
         seen = int((poses.confidence > 0).any(axis=0).sum())
         return poses, [f"{len(animation.names)} points, {seen} joints told by them", *animation.notes]
     poses = poses_of_motion(animation, str(path))
@@ -141,7 +148,9 @@ def _names(names: list[str], roles: tuple[str, ...]) -> tuple[str, ...]:
     )
 
 
-def poses_of_points(points: NamedPoints, what: str) -> Poses:
+def poses_of_points(
+    points: NamedPoints, what: str, *, progress: Callable[[float], None] = lambda _: None
+) -> Poses:
     """Return points as poses of the output skeleton: joints where points tell them, the others where they belong.
 
     The confidence is 1 where a point tells the joint, and 0 in gaps and for joints that no point tells.
@@ -171,6 +180,8 @@ def poses_of_points(points: NamedPoints, what: str) -> Poses:
             )
         rotations[frame] = last
         positions[frame] = forward_positions(skeleton, joints[frame, 0], last)
+        if frame % 256 == 0:
+            progress(frame / frames)
     positions[:, OUTPUT_OF_CANONICAL_INDEX[known]] = joints[:, known]
     confidence = np.zeros((frames, len(OUTPUT_JOINTS)))
     confidence[:, OUTPUT_OF_CANONICAL_INDEX] = told

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from studio.engine.animation.points import NamedPoints
 from studio.engine.animation.roles import roles_of
 from studio.engine.errors import FormatError
-from studio.engine.joints import CANONICAL, INDEX, OUTPUT_OF_CANONICAL
+from studio.engine.joints import CANONICAL, INDEX, OUTPUT_INDEX, OUTPUT_OF_CANONICAL
 
 Array = NDArray[np.float64]
 
@@ -31,6 +31,9 @@ def canonical_points(points: NamedPoints) -> Array:
     out[:] = _from_markers(points)
     roles = roles_of(points.names, [-1] * len(points.names))
     named = {role: column for column, role in enumerate(roles) if role}
+    named |= {
+        name: column for column, name in enumerate(points.names) if name in OUTPUT_INDEX
+    }  # a spine has no tree
     for name, role in OUTPUT_OF_CANONICAL.items():
         if role in named:
             out[:, INDEX[name]] = points.positions_m[:, named[role]]

@@ -33,8 +33,8 @@ def import_animation(
     """
     check_free(out)
     progress(0.05)
-    poses, notes = imported_poses(path, unit_m=unit_m)
-    progress(0.7)
+    poses, notes = imported_poses(path, unit_m=unit_m, progress=lambda share: progress(0.05 + 0.85 * share))
+    progress(0.9)
     notes = [
         f"animation: {path.name}, {poses.frame_count} frames at {poses.frames_per_second:.6g} Hz",
         *notes,

@@ -28,6 +28,7 @@ def test_humanik_names_under_any_prefix(prefix):
 
 
 def test_canonical_names_and_names_that_are_nothing():
-    assert roles_of(CANONICAL, PARENTS.tolist()) == tuple(OUTPUT_OF_CANONICAL[name] for name in CANONICAL)
+    expected = OUTPUT_OF_CANONICAL | {"spine": "Spine"}  # the lower of two joints between hips and neck
+    assert roles_of(CANONICAL, PARENTS.tolist()) == tuple(expected[name] for name in CANONICAL)
     assert roles_of(["", "Cube", "left", "L", "12", "Camera.001"], [-1] * 6) == ("",) * 6
     assert roles_of([], []) == ()
