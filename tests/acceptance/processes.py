@@ -98,8 +98,10 @@ class ServerProcess:
         return sum(camera["state"] in ("live", "trouble") for camera in self.status()["cameras"].values())
 
     def kept(self) -> int:
-        """How many frames the clients still keep, as they last said."""
-        return sum(camera["kept_by_client"] or 0 for camera in self.status()["cameras"].values())
+        """How many frames the clients still keep, as they last said; one that has said nothing yet keeps some."""
+        cameras = [camera for camera in self.status()["cameras"].values() if camera["connected"]]
+        kept = [camera["kept_by_client"] for camera in cameras]
+        return sum(1 if count is None else count for count in kept)
 
 
 @contextmanager

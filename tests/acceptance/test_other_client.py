@@ -1,4 +1,4 @@
-"""A client in another language, written from docs/protocol.md: it links, loses its link, and brings late what it held back."""
+"""A client in another language, written from docs/protocol.md: its link is lost, and what it held back comes late."""
 
 import json
 import shutil

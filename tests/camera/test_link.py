@@ -3,6 +3,7 @@ import os
 import signal
 import sys
 import time
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -10,6 +11,7 @@ import pytest
 from studio import wire
 from studio.camera.frame_queue import FrameQueue
 from studio.camera.link import QUEUE_FRAMES, Link, RefusedError, link_url
+from studio.camera.machine import machine_id
 from studio.camera.simulator.live import SimulatedSource
 from studio.camera.sources import SourceFrame
 from studio.engine.errors import SettingsError, StudioError
@@ -232,3 +234,41 @@ def test_the_program_stops_cleanly_on_a_signal(number):
             return process.returncode, errors, server.of(wire.Hello)[0].name
 
     assert asyncio.run(scenario()) == (0, b"", "left")
+
+
+def test_hello_says_which_device_it_is_and_on_which_machine():
+    source = Counting(3)
+    source.serial = "A1"
+
+    async def run():
+        async with link_server() as server:
+            await Link(source, server.url).run()
+        return server
+
+    (said,) = asyncio.run(run()).of(wire.Hello)
+    assert said.serial == "A1" and said.machine == machine_id() and said.usb_controller == ""
+
+
+class Seeing(Counting):
+    """A source of depth: a new image with every frame."""
+
+    @property
+    def latest(self):
+        return np.full((48, 64), 1000, np.uint16), SimpleNamespace(time_ns=self.made)
+
+
+@pytest.mark.parametrize("waiting", [0, 5])
+def test_previews_are_small_and_rare_and_left_out_while_frames_wait(monkeypatch, waiting):
+    monkeypatch.setattr(FrameQueue, "__len__", lambda self: waiting)
+
+    async def run():
+        async with link_server() as server:
+            source = Seeing(realtime=True, period_s=1 / 30)
+            async with running(Link(source, server.url).run()):
+                await server.until(lambda: len(server.of(wire.SkeletonFrame)) > 30, 30)
+        return server
+
+    previews = asyncio.run(run()).of(wire.Preview)
+    assert len(previews) <= 10 if waiting == 0 else previews == []
+    assert all(wire.preview_array(one).max() == 1000 and one.width == 64 for one in previews)
+    assert waiting or previews
