@@ -1,7 +1,7 @@
 """GLB: glTF 2.0 in one binary file: the skeleton, its skin with the mannequin, and one animation.
 
-Metres, y up, facing +z, as glTF has it; rotations turn to xyzw here and nowhere else. Cubic keys carry the
-slopes of central differences.
+Metres, y up, facing +z, as glTF has it; rotations turn to xyzw here and nowhere else. Cubic keys carry
+the slopes of `curves`.
 """
 
 import os
@@ -12,6 +12,7 @@ import pygltflib as gltf
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
+from studio.engine.export.curves import curve_keys, frame_slopes
 from studio.engine.export.options import ExportOptions
 from studio.engine.export.skeleton import LocalMotion
 from studio.engine.files import write_atomically
@@ -20,6 +21,9 @@ from studio.engine.mannequin import SEAM, SkinnedMesh, mannequin
 _INTERPOLATIONS = {"cubic": "CUBICSPLINE", "linear": "LINEAR", "constant": "STEP"}
 _TYPES = {1: gltf.SCALAR, 3: gltf.VEC3, 4: gltf.VEC4, 16: gltf.MAT4}
 _COMPONENTS = {"float32": gltf.FLOAT, "uint16": gltf.UNSIGNED_SHORT, "uint32": gltf.UNSIGNED_INT}
+_UNITS = {"translation": 100.0, "rotation": float(np.degrees(2.0))}
+"""What turns keys into the cm and degrees of `curves`; a quaternion's part changes by half of a small turn."""
+
 _BODY_RGBA, _SEAM_RGBA = [0.72, 0.70, 0.66, 1.0], [0.16, 0.18, 0.22, 1.0]
 
 
@@ -124,10 +128,11 @@ class _Document:
         animation = gltf.Animation(name=motion.name)
         self.tree.animations = [animation]
 
-        def channel(joint: int, path: str, keys: NDArray[np.float64]) -> None:
+        def channel(
+            joint: int, path: str, keys: NDArray[np.float64], dense: NDArray[np.float64] | None
+        ) -> None:
             if kind == "CUBICSPLINE":
-                slopes = np.gradient(keys, 1 / motion.frames_per_second, axis=0)
-                keys = np.stack([slopes, keys, slopes], axis=1).reshape(-1, keys.shape[1])
+                keys = _with_slopes(keys, dense, motion.frames_per_second, _UNITS[path])
             output = self.add(keys.astype(np.float32))
             animation.samplers.append(gltf.AnimationSampler(input=clock, output=output, interpolation=kind))
             target = gltf.AnimationChannelTarget(node=joint, path=path)
@@ -135,10 +140,13 @@ class _Document:
                 gltf.AnimationChannel(sampler=len(animation.samplers) - 1, target=target)
             )
 
+        dense = motion.between
         for joint in range(len(motion.parents)):
             if joint in motion.positions_m:
-                channel(joint, "translation", motion.positions_m[joint])
-            channel(joint, "rotation", np.roll(motion.rotations_wxyz[:, joint], -1, axis=-1))
+                finer = None if dense is None else dense.positions_m.get(joint)
+                channel(joint, "translation", motion.positions_m[joint], finer)
+            finer = None if dense is None else _xyzw(dense.rotations_wxyz[:, joint])
+            channel(joint, "rotation", _xyzw(motion.rotations_wxyz[:, joint]), finer)
 
     def finished(self) -> list[bytes]:
         """Return the pieces of the file in their order."""
@@ -146,6 +154,28 @@ class _Document:
         self.tree.buffers = [gltf.Buffer(byteLength=self.length)]
         self.tree.set_binary_blob(b"".join(self.pieces))
         return self.tree.save_to_bytes()
+
+
+def _xyzw(rotations_wxyz: NDArray[np.float64]) -> NDArray[np.float64]:
+    return np.roll(rotations_wxyz, -1, axis=-1)
+
+
+def _with_slopes(
+    keys: NDArray[np.float64], between: NDArray[np.float64] | None, frames_per_second: float, unit: float
+) -> NDArray[np.float64]:
+    """Return in-slope, value and out-slope of each key, row by row, shape (3 * frame_count, width).
+
+    Slopes are those of the FBX curves: central differences, limited beside jumps, fitted to what lies between.
+    """
+    out = np.empty((len(keys), 3, keys.shape[1]))
+    out[:, 1] = keys
+    for k in range(keys.shape[1]):
+        finer = None if between is None else between[:, k] * unit
+        curve = curve_keys(keys[:, k] * unit, frames_per_second, "cubic", between=finer)
+        usual = (frame_slopes if len(keys) > 2 else np.gradient)(keys[:, k]) * frames_per_second
+        out[:, 0, k] = np.where(np.isnan(curve.lefts), usual, curve.lefts / unit)
+        out[:, 2, k] = np.where(np.isnan(curve.slopes), usual, curve.slopes / unit)
+    return out.reshape(-1, keys.shape[1])
 
 
 def _inverse_binds(motion: LocalMotion) -> NDArray[np.float32]:
