@@ -21,6 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import erf
 
+from studio.engine.compiled import compiled
 from studio.engine.frames import FrameSet, FusedSkeleton
 from studio.engine.fusion.noise import AXIAL_PER_M, JOINT_FACTOR, LATERAL_PER_M, LEAST_DISTANCE_M
 from studio.engine.joints import (
@@ -61,7 +62,7 @@ UNSEEN_S = 0.3
 ELSEWHERE_M = 0.1
 """A camera further than this from a fused joint may have taken left for right."""
 
-_MEMORY_S = np.array([[0.15], [0.05], [0.1]])
+_MEMORY_S = np.array([0.15, 0.05, 0.1])
 """Over how long the squares of noise, misfit and speed are averaged."""
 
 CLOSE_M = 0.05
@@ -159,25 +160,21 @@ class Uncertainty:
         self, joints: NDArray[np.float64], fused: FusedSkeleton, frames: FrameSet, dt: float
     ) -> NDArray[np.float64]:
         """Squared radii of the canonical joints [m2], shape (21,)."""
-        noise, disagreement, seen = _cameras(fused, frames)
+        noise, disagreement, seen = _cameras(
+            fused.positions, fused.used, frames.positions, frames.confidence, frames.camera_positions, MIRROR
+        )
         self._unseen_s += dt
         self._unseen_s[seen] = 0.0
         moved = joints - (joints if self._last is None else self._last)
         self._last = joints
         now = np.empty((3, JOINT_COUNT))
         now[0] = np.where(seen, noise, np.nan)
-        now[1] = _squares(fused.positions - joints)
-        now[2] = _squares(moved) / max(dt, 1e-6) ** 2
+        now[1] = np.square(fused.positions - joints).sum(axis=1)
+        now[2] = np.square(moved).sum(axis=1) / max(dt, 1e-6) ** 2
         mean = self._mean
-        np.copyto(mean, now, where=mean != mean)  # a NaN is not equal to itself: not known yet
-        np.copyto(now, mean, where=now != now)  # not known now: stays as it was
-        mean += -np.expm1(-dt / _MEMORY_S) * (now - mean)
+        _averaged(mean, now, -np.expm1(-dt / _MEMORY_S))
         unseen = GROWTH_M_S * np.minimum(self._unseen_s, UNSEEN_S)
         return np.fmax(self._weights @ mean, 0.0) + disagreement + unseen * unseen + _OFFSET2
-
-
-def _squares(vectors: NDArray[np.float64]) -> NDArray[np.float64]:
-    return np.vecdot(vectors, vectors)
 
 
 def _probability_within(deviations: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -186,23 +183,60 @@ def _probability_within(deviations: NDArray[np.float64]) -> NDArray[np.float64]:
     return erf(x) - _TWO_OVER_SQRT_PI * x * np.exp(-x * x)
 
 
+@compiled
 def _cameras(
-    fused: FusedSkeleton, frames: FrameSet
+    joints: NDArray[np.float64],
+    used: NDArray[np.bool_],
+    positions: NDArray[np.float64],
+    confidence: NDArray[np.float64],
+    camera_positions: NDArray[np.float64],
+    mirror: NDArray[np.int64],
 ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.bool_]]:
-    """Variance of the pooled cameras per axis [m2], the squared radius of their disagreement beyond it [m2], and
-    whether any was used; shape (21,) each, the first without meaning where none was."""
-    joints, positions = fused.positions, frames.positions
-    distance2 = np.maximum(_squares(joints - frames.camera_positions[:, None]), LEAST_DISTANCE_M**2)
-    doubt = np.maximum(5.25 - 5.0 * frames.confidence, 1.0)  # as `fusion.noise` has it
-    variance = doubt * doubt * distance2 * (_AXIAL2 * distance2 + _LATERAL2)
-    apart = _squares(positions - joints)
-    if np.fmax.reduce(apart, axis=None, initial=0.0) > ELSEWHERE_M**2:
-        apart = np.fmin(apart, _squares(positions[:, MIRROR] - joints))
-    terms = np.empty((2, *apart.shape))
-    np.divide(1.0, variance, out=terms[0])
-    np.subtract(terms[0] * apart, 6.0, out=terms[1])  # 6: two cameras' noise, on three axes
-    np.copyto(terms, 0.0, where=~(fused.used & (apart == apart)))  # NaN, not equal to itself, where not known
-    information, beyond = np.add.reduce(terms, axis=1)
-    seen = information > 0.0
-    noise = 1.0 / np.maximum(information, 1e-9)
-    return noise, DISAGREEMENT**2 * noise * np.maximum(beyond, 0.0), seen
+    """Return the cameras' say on fused joints, one entry per joint, shape (21,) each.
+
+    Args:
+        joints: fused joints [m], shape (21, 3); NaN = unseen.
+        used: shape (camera_count, 21).
+        positions: shape (camera_count, 21, 3) [m].
+        confidence: shape (camera_count, 21).
+        camera_positions: shape (camera_count, 3) [m].
+        mirror: the joint on the other side, shape (21,).
+
+    Returns:
+        Variance of the pooled cameras per axis [m2], without meaning where none was used; the squared radius of their
+        disagreement beyond it [m2]; and whether any was used.
+    """
+    count = len(joints)
+    noise, disagreement, seen = np.empty(count), np.zeros(count), np.zeros(count, dtype=np.bool_)
+    for k in range(count):
+        information, beyond = 0.0, 0.0
+        for c in range(len(positions)):
+            distance2, apart, other = 0.0, 0.0, 0.0
+            for a in range(3):
+                distance2 += (joints[k, a] - camera_positions[c, a]) ** 2
+                apart += (positions[c, k, a] - joints[k, a]) ** 2
+                other += (positions[c, mirror[k], a] - joints[k, a]) ** 2
+            if apart != apart or not used[c, k]:  # NaN, not equal to itself, where not known
+                continue
+            if apart > ELSEWHERE_M**2 and other < apart:
+                apart = other
+            distance2 = max(distance2, LEAST_DISTANCE_M**2)
+            doubt = max(5.25 - 5.0 * confidence[c, k], 1.0)  # as `fusion.noise` has it
+            told = 1.0 / (doubt * doubt * distance2 * (_AXIAL2[k] * distance2 + _LATERAL2[k]))
+            information += told
+            beyond += told * apart - 6.0  # 6: two cameras' noise, on three axes
+        seen[k] = information > 0.0
+        noise[k] = 1.0 / max(information, 1e-9)
+        disagreement[k] = DISAGREEMENT**2 * noise[k] * max(beyond, 0.0)
+    return noise, disagreement, seen
+
+
+@compiled
+def _averaged(mean: NDArray[np.float64], now: NDArray[np.float64], shares: NDArray[np.float64]) -> None:
+    """Let squares, shape (3, 21), come into their means, in place; NaN = not known now, or not yet."""
+    for row in range(len(mean)):
+        for k in range(mean.shape[1]):
+            if mean[row, k] != mean[row, k]:
+                mean[row, k] = now[row, k]
+            elif now[row, k] == now[row, k]:
+                mean[row, k] += shares[row] * (now[row, k] - mean[row, k])

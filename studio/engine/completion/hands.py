@@ -5,6 +5,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from studio.engine.compiled import compiled
 from studio.engine.frames import HandSeen
 from studio.engine.human.model import COUPLINGS
 from studio.engine.human.ranges import Dof, dofs_of, range_rad
@@ -70,8 +71,7 @@ class Hands:
 
     def _turned(self) -> NDArray[np.float64]:
         """Rotations of the finger joints in their parents, shape (3, 10, 3, 3), of hands closed as they are now."""
-        angle = (np.repeat(self._closed, len(FINGERS)) * self._fist_rad)[..., None, None]
-        return np.eye(3) + np.sin(angle) * _CROSS + (1.0 - np.cos(angle)) * _CROSS_TWICE
+        return _finger_turns(self._closed, self._fist_rad, _CROSS, _CROSS_TWICE)
 
     def apply(self, rotations: NDArray[np.float64], seen: tuple[HandSeen, ...], dt: float) -> None:
         """Set the fingers' world rotations, in place, in `rotations`, shape (52, 3, 3).
@@ -86,15 +86,62 @@ class Hands:
             step = (1.0 - np.exp(-dt / np.where(unknown, RELAX_S, CLOSE_S))) * (wanted - self._closed)
             self._closed += np.clip(step, -FASTEST_PER_S * dt, FASTEST_PER_S * dt)
             self._turns = self._turned()
-        for joints, parents, turn in zip(_JOINTS, _PARENTS, self._turns, strict=True):
-            rotations[joints] = rotations.take(parents, axis=0) @ turn
+        _turn_fingers(rotations, _JOINTS, _PARENTS, self._turns)
 
     def _wanted(self, side: str, seen: tuple[HandSeen, ...]) -> float:
         """How far the hand should be closed, 0..1; NaN = unknown."""
         if not seen:
             return float("nan")
-        states = np.array([h.open_probability for h in seen if h.side == side and h.method == self._method])
-        sure = np.abs(states - 0.5)
-        if sure.sum() <= 0.05:
-            return float("nan")
-        return 1.0 - float(states @ sure / sure.sum())
+        total, closed = 0.0, 0.0
+        for hand in seen:
+            if hand.side == side and hand.method == self._method:
+                sure = abs(hand.open_probability - 0.5)
+                total += sure
+                closed += sure * (1.0 - hand.open_probability)
+        return closed / total if total > 0.05 else float("nan")
+
+
+@compiled
+def _finger_turns(
+    closed: NDArray[np.float64],
+    fist_rad: NDArray[np.float64],
+    cross: NDArray[np.float64],
+    cross_twice: NDArray[np.float64],
+) -> NDArray[np.float64]:
+    """Rotations about the fingers' axes, shape (3, 10, 3, 3), by Rodrigues' formula; half of the columns a hand."""
+    out = np.empty(cross.shape)
+    for row in range(fist_rad.shape[0]):
+        for n in range(fist_rad.shape[1]):
+            angle = closed[n * len(closed) // fist_rad.shape[1]] * fist_rad[row, n]
+            sine, rest = math.sin(angle), 1.0 - math.cos(angle)
+            for a in range(3):
+                for b in range(3):
+                    out[row, n, a, b] = sine * cross[row, n, a, b] + rest * cross_twice[row, n, a, b]
+                out[row, n, a, a] += 1.0
+    return out
+
+
+@compiled
+def _turn_fingers(
+    rotations: NDArray[np.float64],
+    joints: NDArray[np.int64],
+    parents: NDArray[np.int64],
+    turns: NDArray[np.float64],
+) -> None:
+    """Set finger joints' world rotations, in place, from the knuckles outward.
+
+    Args:
+        rotations: of all output joints, shape (52, 3, 3).
+        joints: output joints by row, shape (3, 10).
+        parents: theirs, shape (3, 10).
+        turns: rotations in the parents, shape (3, 10, 3, 3).
+    """
+    for row in range(3):
+        for n in range(joints.shape[1]):
+            joint, parent = joints[row, n], parents[row, n]
+            for a in range(3):
+                for b in range(3):
+                    total = 0.0
+                    for c in range(3):
+                        total += rotations[parent, a, c] * turns[row, n, c, b]
+                    rotations[joint, a, b] = total

@@ -4,6 +4,7 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
+from studio.engine.filter.kernels import lessen, move_on
 from studio.engine.human.model import BODY_JOINTS, FREE_DOFS, Humanoid
 from studio.engine.human.ranges import dofs_of
 from studio.engine.solve.twist import LimbTwists
@@ -103,7 +104,7 @@ class Belief:
         return self.within(q)
 
     def predict(self, dt: float) -> None:
-        """Move on by `dt` [s]."""
+        """Move on by `dt` [s]; hinges that nothing shows go to the resting stance, each measured weakly by itself."""
         mujoco.mj_integratePos(self._model, self.q, self.velocity, dt)
         hinges = self.q[7:]
         outside = (hinges < self._low) | (hinges > self._high)
@@ -112,31 +113,10 @@ class Belief:
             self.velocity[FREE_DOFS:][outside] = 0.0
         keep = float(np.exp(-dt / VELOCITY_MEMORY_S))
         self.velocity *= keep
-        nv = self._model.nv
-        both = self.covariance
-        both[:nv] += dt * both[nv:]
-        both[:, :nv] += dt * both[:, nv:]
-        both[nv:] *= keep
-        both[:, nv:] *= keep
-        place, speed, density = self._places, self._speeds, self._density
         twists = self._twists.dofs
-        density[twists] = self._usual_density[twists] * self._twists.freedom(self.q) ** 2
-        both[place, place] += density * (dt**3 / 3.0)
-        both[speed, speed] += density * dt
-        both[place, speed] += density * (dt**2 / 2.0)
-        both[speed, place] += density * (dt**2 / 2.0)
-        self._rest(dt)
-
-    def _rest(self, dt: float) -> None:
-        """Hinges that nothing shows go to the resting stance: a weak measurement of each, by itself."""
-        nv = self._model.nv
-        hinges = self._places[FREE_DOFS:]
-        variance = self.covariance[hinges, hinges]
-        gain = variance / (variance + 1.0 / (self._rest_rate * max(dt, 1e-6)))
+        self._density[twists] = self._usual_density[twists] * self._twists.freedom(self.q) ** 2
+        gain = move_on(self.covariance, self._density, self._rest_rate, dt, keep)
         self.q[7:] -= gain * (self.q[7:] - self._humanoid.rest_q)
-        share = np.sqrt(1.0 - gain)
-        self.covariance[FREE_DOFS:nv] *= share[:, None]
-        self.covariance[:, FREE_DOFS:nv] *= share
 
     def toward(self, late_s: float) -> tuple[Array, Array]:
         """Covariance of the state with the configuration `late_s` [s] later, shape (2 nv, nv), and what the way
@@ -146,12 +126,13 @@ class Belief:
         return with_later, self._density * (abs(late_s) ** 3 / 3.0)
 
     def correct(self, step: Array, gained: Array) -> None:
-        """Move by a step of configuration and velocity, shape (2 nv,); the covariance falls by `gained`."""
+        """Move by a step of configuration and velocity, shape (2 nv,); the covariance falls by `gained`, its lower
+        triangle."""
         nv = self._model.nv
         mujoco.mj_integratePos(self._model, self.q, step[:nv], 1.0)
         self.within(self.q)
         self.velocity += step[nv:]
-        self.covariance -= gained
+        lessen(self.covariance, gained)
 
     def doubt(self, dofs: NDArray[np.int64], place: float, speed: float) -> None:
         """Let some degrees of freedom be less sure, by these deviations [rad] and [rad/s]."""

@@ -10,6 +10,7 @@ from studio.engine.filter.belief import Belief, acceleration_density
 from studio.engine.filter.correction import Correction
 from studio.engine.filter.ease import Ease
 from studio.engine.filter.feet import StandingFeet
+from studio.engine.filter.kernels import shown
 from studio.engine.filter.readings import Gate, Rows
 from studio.engine.frames import FrameSet, FusedSkeleton, Reading
 from studio.engine.fusion.facing import Facing
@@ -26,7 +27,7 @@ from studio.engine.solve.swing import swing_rotations
 
 Array = NDArray[np.float64]
 
-SHARE_CHANGED = 0.15
+SHARE_CHANGED = 0.3
 """A correction is found again where it changes by this how much some row counts (`readings`)."""
 
 FACING_S = 0.1
@@ -249,22 +250,13 @@ class BodyFilter:
 
     def _fused(self, frames: FrameSet) -> FusedSkeleton:
         """What the cameras show at the output frame, of what is used of them."""
-        exchanged = self._gate.exchanged
-        positions, confidence = frames.positions, frames.confidence
-        if len(exchanged) and exchanged.any():
-            positions = np.where(exchanged[:, None, None], positions[:, MIRROR], positions)
-            confidence = np.where(exchanged[:, None], confidence[:, MIRROR], confidence)
-        seen = ~np.isnan(positions[:, :, 0])
-        used = seen & self._used
-        weight = used * np.maximum(confidence, 0.05) ** 2
-        total = weight.sum(axis=0)
-        shown = total > 0.0
-        mean = np.einsum("cj,cja->ja", weight, np.where(used[:, :, None], positions, 0.0))
-        mean /= np.where(shown, total, np.nan)[:, None]
+        exchanged = (
+            self._gate.exchanged if len(self._gate.exchanged) else np.zeros(len(self._used), dtype=bool)
+        )
+        mean, sure, seen, used = shown(frames.positions, frames.confidence, self._used, exchanged, MIRROR)
+        known = ~np.isnan(mean[:, 0])
         reasons = {
-            (int(c), int(k)): ("disagrees" if shown[k] else "outlier") if seen[c, k] else "unseen"
+            (int(c), int(k)): ("disagrees" if known[k] else "outlier") if seen[c, k] else "unseen"
             for c, k in zip(*np.nonzero(~used), strict=True)
         }
-        return FusedSkeleton(
-            mean, np.where(used, confidence, 0.0).max(axis=0), np.where(shown, 0.03, np.nan), used, reasons
-        )
+        return FusedSkeleton(mean, sure, np.where(known, 0.03, np.nan), used, reasons)

@@ -4,6 +4,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import blas, lapack
 
+from studio.engine.filter.kernels import measured_blocks
 from studio.engine.human.model import FREE_DOFS
 
 Array = NDArray[np.float64]
@@ -53,22 +54,14 @@ class Correction:
         Hinges that the last solve led beyond their ranges are held at their ends: `room` is the way to the upper and
         lower ends from the later configuration, shape (2, hinge_count).
         """
-        joints = np.flatnonzero(information[:, 0, 0] > _LEAST_INFORMATION)
-        noise = np.linalg.inv(information[joints])
-        toward = np.matmul(noise, pull[joints, :, None])[..., 0] + self.moved[joints]
-        if len(joints) == len(self.moved):
-            total, later, self._columns = self._spread.copy(), self._later, self._state
+        total, wanted, rows = measured_blocks(self._spread, information, pull, self.moved, _LEAST_INFORMATION)
+        if len(rows) == len(self._spread):
+            later, self._columns = self._later, self._state
         else:
-            rows = (3 * joints[:, None] + np.arange(3)).ravel()
-            total = self._spread[rows[:, None], rows]
             later, self._columns = self._later[:, rows], self._state[:, rows]
-        blocks = total.reshape(len(joints), 3, len(joints), 3)
-        own = np.arange(len(joints))
-        blocks[own, :, own] += noise
-        wanted = toward.ravel()
         if len(self._held):
             total, wanted, later = self._with_held(total, wanted, later, room)
-        self._factor, failed = lapack.dpotrf(total, lower=1, clean=0)
+        self._factor, failed = lapack.dpotrf(total.T, lower=1, clean=0, overwrite_a=1)
         if failed:
             raise np.linalg.LinAlgError("not positive definite")
         self._weights, _ = lapack.dpotrs(self._factor, wanted, lower=1)
@@ -106,6 +99,6 @@ class Correction:
         return self._columns @ self._weights
 
     def gained(self) -> Array:
-        """By how much the state's covariance falls, shape (2 nv, 2 nv)."""
+        """By how much the state's covariance falls, shape (2 nv, 2 nv), the lower triangle of it."""
         half = blas.dtrsm(1.0, self._factor, self._columns.T, lower=1)
-        return half.T @ half
+        return blas.dsyrk(1.0, half, trans=1, lower=1)

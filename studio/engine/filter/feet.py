@@ -10,6 +10,7 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
+from studio.engine.compiled import compiled
 from studio.engine.human.kinematics import SiteKinematics
 from studio.engine.human.model import Humanoid
 from studio.engine.joints import INDEX, OUTPUT_OF_CANONICAL_INDEX
@@ -18,8 +19,8 @@ Array = NDArray[np.float64]
 
 FEET = np.array([INDEX[n] for n in ("left_ankle", "left_toe", "right_ankle", "right_toe")])
 
-LAND_SPEED_M_S = 0.6
-STOP_SPEED_M_S = 0.25
+LAND_SPEED_M_S = 0.5
+STOP_SPEED_M_S = 0.35
 LEAVE_SPEED_M_S = 1.0
 """A joint that comes down stands below the first speed, one that slid below the second; it leaves above the third."""
 
@@ -46,7 +47,7 @@ ENOUGH_M = 0.004
 LEAST_HEIGHT = 0.4
 """A joint may sink to this share of its height at rest: feet roll, shoes give, and heights are known to 1 or 2 cm."""
 
-_ITERATIONS = 2
+_ITERATIONS = 3
 
 
 class StandingFeet:
@@ -100,17 +101,18 @@ class StandingFeet:
             return q
         target[:, 2] = np.maximum(target[:, 2], least)
         out, off = q.copy(), (target - here)[rows].ravel()
-        for _ in range(_ITERATIONS):
+        for iteration in range(_ITERATIONS):
+            if iteration:
+                jacobian = self._linearised(out)[1]
             j = jacobian[rows].reshape(-1, self._model.nv)
             spread = place @ j.T
             total = j @ spread
             total.flat[:: len(total) + 1] += HOLD_SIGMA_M**2
             mujoco.mj_integratePos(self._model, out, spread @ np.linalg.solve(total, off), 1.0)
-            np.clip(out[7:], self._low, self._high, out=out[7:])
+            np.maximum(np.minimum(out[7:], self._high, out=out[7:]), self._low, out=out[7:])
             off = (target - self._kinematics.place(out)[FEET])[rows].ravel()
             if np.abs(off).max() < ENOUGH_M:
                 break
-            jacobian = self._linearised(out)[1]
         return out
 
     def _linearised(self, q: Array) -> tuple[Array, Array]:
@@ -120,27 +122,68 @@ class StandingFeet:
 
     def _follow(self, here: Array, velocity: Array, dt: float) -> None:
         """Update which joints stand, where, and how firmly they are held."""
-        self._velocity += -math.expm1(-dt / SPEED_S) * (velocity - self._velocity)
-        speed = np.sqrt((self._velocity * self._velocity).sum(axis=1))
-        height = here[:, 2] - self._rest
-        if self.stand_m is None:
-            self.stand_m = float(height.mean())
-        slow = (speed < LAND_SPEED_M_S) & (np.abs(height - self.stand_m) < NEAR_FLOOR_M)
-        if slow.any():
-            self.stand_m -= math.expm1(-dt / FLOOR_S) * (
-                float(height[slow].sum()) / int(slow.sum()) - self.stand_m
+        stand_m = np.nan if self.stand_m is None else self.stand_m
+        self.stand_m = float(
+            follow_feet(
+                here, velocity, dt, self._rest, stand_m,
+                self._velocity, self._at, self._held, self._stands, self._slid,
             )
-        height -= self.stand_m
-        off = here - self._at
-        away = (off * off).sum(axis=1) > LEAVE_M**2
-        leaves = self._stands & ((speed > LEAVE_SPEED_M_S) | (height > LEAVE_HEIGHT_M) | away)
-        self._slid = (self._slid | leaves) & (height < LEAVE_HEIGHT_M)
-        slow = speed < np.where(self._slid, STOP_SPEED_M_S, LAND_SPEED_M_S)
-        lands = ~self._stands & slow & (height < LAND_HEIGHT_M)
-        self._slid &= ~lands
-        if lands.any():
-            self._at[lands] = here[lands] + self._held[lands, None] * (self._at - here)[lands]
-        self._stands = (self._stands & ~leaves) | lands
-        self._at += (-math.expm1(-dt / DRIFT_S) * self._stands)[:, None] * (here - self._at)
-        self._held += np.where(self._stands, dt, -dt) / FADE_S
-        np.maximum(np.minimum(self._held, 1.0, out=self._held), 0.0, out=self._held)
+        )  # fmt: skip
+
+
+@compiled
+def follow_feet(
+    here: Array,
+    velocity: Array,
+    dt: float,
+    rest: Array,
+    stand_m: float,
+    mean_velocity: Array,
+    at: Array,
+    held: Array,
+    stands: NDArray[np.bool_],
+    slid: NDArray[np.bool_],
+) -> float:
+    """Update which feet stand, in place, and return how far above their height at rest they do [m].
+
+    Args:
+        here: where they are [m], shape (4, 3).
+        velocity: and how they move [m/s].
+        dt: time since the last frame [s].
+        rest: heights at rest [m], shape (4,).
+        stand_m: how far above it they stood so far; NaN = they have not yet.
+        mean_velocity: averaged over `SPEED_S`, shape (4, 3).
+        at: where each stands, shape (4, 3).
+        held: how firmly it is held, 0..1, shape (4,).
+        stands: whether it stands.
+        slid: whether it left the floor by sliding, and has not risen since.
+    """
+    speed, height = np.empty(4), here[:, 2] - rest
+    for k in range(4):
+        mean_velocity[k] += -math.expm1(-dt / SPEED_S) * (velocity[k] - mean_velocity[k])
+        speed[k] = math.sqrt((mean_velocity[k] * mean_velocity[k]).sum())
+    if math.isnan(stand_m):
+        stand_m = height.mean()
+    total, count = 0.0, 0
+    for k in range(4):
+        if speed[k] < LAND_SPEED_M_S and abs(height[k] - stand_m) < NEAR_FLOOR_M:
+            total, count = total + height[k], count + 1
+    if count:
+        stand_m -= math.expm1(-dt / FLOOR_S) * (total / count - stand_m)
+    for k in range(4):
+        above = height[k] - stand_m
+        off = here[k] - at[k]
+        away = (off * off).sum() > LEAVE_M**2
+        leaves = stands[k] and (speed[k] > LEAVE_SPEED_M_S or above > LEAVE_HEIGHT_M or away)
+        slid[k] = (slid[k] or leaves) and above < LEAVE_HEIGHT_M
+        slow = speed[k] < (STOP_SPEED_M_S if slid[k] else LAND_SPEED_M_S)
+        if not stands[k] and slow and above < LAND_HEIGHT_M:
+            slid[k] = False
+            at[k] = here[k] - held[k] * off
+            stands[k] = True
+        elif leaves:
+            stands[k] = False
+        if stands[k]:
+            at[k] += -math.expm1(-dt / DRIFT_S) * (here[k] - at[k])
+        held[k] = min(max(held[k] + (dt if stands[k] else -dt) / FADE_S, 0.0), 1.0)
+    return stand_m

@@ -9,6 +9,7 @@ from collections.abc import Callable, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from studio.engine.filter.kernels import mean_distances, middles, pulled
 from studio.engine.frames import Reading
 from studio.engine.fusion.noise import informations
 from studio.engine.joints import JOINT_COUNT, MIRROR
@@ -34,6 +35,7 @@ SWAP_SHARE, SWAP_M = 0.7, 0.06
 """Left and right are exchanged where that brings joints this much nearer, and they are this far off."""
 
 _PAIRED = np.flatnonzero(MIRROR != np.arange(JOINT_COUNT))
+_MIRRORED = MIRROR[_PAIRED]
 
 
 class Rows:
@@ -65,13 +67,12 @@ class Rows:
             expected: shape (21, 3) [m].
             spread: gives the covariance of what is expected [m2], shape (21, 3, 3); asked only where it matters.
         """
-        off = self.positions - expected
-        near = np.einsum("cja,cjab,cjb->cj", off, self.information, off) < GATE
+        near = pulled(self.positions, self.information, expected, CAUCHY)[3] < GATE
         if near.all():
             return near
         c, j = np.nonzero(~near)
         total = np.linalg.inv(self.information[c, j]) + spread()[j]
-        off = off[c, j]
+        off = (self.positions - expected)[c, j]
         near[c, j] = np.einsum("na,na->n", off, np.linalg.solve(total, off[..., None])[..., 0]) < GATE
         return near
 
@@ -82,22 +83,12 @@ class Rows:
             Information [1/m2], shape (21, 3, 3), pull [1/m], shape (21, 3), and how much each row counts, 0..1,
             shape (reading_count, 21).
         """
-        off = self.positions - joints
-        pull = np.matmul(self.information, off[..., None])[..., 0]
-        share = 1.0 / (1.0 + (off * pull).sum(axis=2) / CAUCHY**2)
-        information = share[:, :, None, None] * self.information
-        pull *= share[:, :, None]
-        if len(off) == 1:
-            return information[0], pull[0], share
-        return information.sum(axis=0), pull.sum(axis=0), share
+        return pulled(self.positions, self.information, joints, CAUCHY)[:3]
 
     def middle(self) -> tuple[Array, Array]:
         """Weighted means of the joints used, shape (21, 3), NaN where there is none; and 1 / their deviations [1/m],
         shape (21,), 0 where there is none."""
-        weight = np.trace(self.information, axis1=2, axis2=3) / 3.0
-        total = weight.sum(axis=0)
-        mean = (weight[:, :, None] * self.positions).sum(axis=0)
-        return mean / np.where(total > 0.0, total, np.nan)[:, None], np.sqrt(total)
+        return middles(self.positions, self.information)
 
 
 class Gate:
@@ -175,16 +166,8 @@ class Gate:
 
 def _exchanged(positions: Array, expected: Array) -> NDArray[np.bool_]:
     """Which readings have left for right, shape (reading_count,)."""
-    as_is = _mean_distances(positions[:, _PAIRED], expected[_PAIRED])
+    as_is = mean_distances(positions, expected, _PAIRED, _PAIRED)
     far = as_is > SWAP_M
     if not far.any():
         return far
-    return far & (_mean_distances(positions[:, MIRROR[_PAIRED]], expected[_PAIRED]) < SWAP_SHARE * as_is)
-
-
-def _mean_distances(positions: Array, expected: Array) -> Array:
-    """Mean distance of the joints seen to where they are expected, each cut off at 0.3 m, shape (reading_count,)."""
-    off = positions - expected
-    distance = np.sqrt((off * off).sum(axis=2))
-    known = distance == distance  # NaN, not equal to itself, where unseen
-    return np.minimum(np.where(known, distance, 0.0), 0.3).sum(axis=1) / np.maximum(known.sum(axis=1), 1)
+    return far & (mean_distances(positions, expected, _MIRRORED, _PAIRED) < SWAP_SHARE * as_is)

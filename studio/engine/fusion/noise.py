@@ -9,6 +9,7 @@ reliability of the Kinect version 2 for clinical measurement of motor function",
 import numpy as np
 from numpy.typing import NDArray
 
+from studio.engine.compiled import compiled
 from studio.engine.joints import CANONICAL
 
 AXIAL_PER_M = 0.0016
@@ -47,17 +48,50 @@ def variances(
 
     Args as for `covariances`, for one instant or, with a leading axis, many.
     """
-    ray = positions - camera_positions[:, None, :]
-    distance = np.maximum(np.sqrt(np.einsum("...k,...k->...", ray, ray)), LEAST_DISTANCE_M)
-    ray = ray / distance[..., None]
-    doubt = JOINT_FACTOR * np.clip(1.0 + 5.0 * (0.85 - confidence), 1.0, 4.5)
-    axial = (AXIAL_PER_M * distance**2 * doubt) ** 2
-    lateral = (LATERAL_PER_M * distance * doubt) ** 2
+    ray, axial, lateral = _variances(
+        positions.reshape(-1, *positions.shape[-2:]),
+        np.ascontiguousarray(confidence).reshape(-1, confidence.shape[-1]),
+        camera_positions,
+        JOINT_FACTOR,
+    )
+    return ray.reshape(positions.shape), axial.reshape(confidence.shape), lateral.reshape(confidence.shape)
+
+
+@compiled
+def _variances(
+    positions: NDArray[np.float64],
+    confidence: NDArray[np.float64],
+    cameras: NDArray[np.float64],
+    factor: NDArray[np.float64],
+) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
+    """`variances` of skeletons, shape (count, 21, 3), of the cameras in turn; `factor` of each joint, shape (21,)."""
+    ray, axial, lateral = np.empty(positions.shape), np.empty(confidence.shape), np.empty(confidence.shape)
+    for n in range(len(positions)):
+        camera = cameras[n % len(cameras)]
+        for k in range(positions.shape[1]):
+            squared = 0.0
+            for a in range(3):
+                ray[n, k, a] = positions[n, k, a] - camera[a]
+                squared += ray[n, k, a] * ray[n, k, a]
+            distance = np.maximum(np.sqrt(squared), LEAST_DISTANCE_M)
+            for a in range(3):
+                ray[n, k, a] /= distance
+            doubt = factor[k] * min(max(1.0 + 5.0 * (0.85 - confidence[n, k]), 1.0), 4.5)
+            axial[n, k] = (AXIAL_PER_M * distance * distance * doubt) ** 2
+            lateral[n, k] = (LATERAL_PER_M * distance * doubt) ** 2
     return ray, axial, lateral
 
 
+@compiled
 def _along_and_across(
     ray: NDArray[np.float64], axial: NDArray[np.float64], lateral: NDArray[np.float64]
 ) -> NDArray[np.float64]:
-    along = (axial - lateral)[:, :, None, None] * ray[:, :, :, None] * ray[:, :, None, :]
-    return along + lateral[:, :, None, None] * np.eye(3)
+    """Matrices, shape (camera_count, 21, 3, 3), that are `axial` along the rays and `lateral` across them."""
+    out = np.empty((*axial.shape, 3, 3))
+    for c in range(axial.shape[0]):
+        for k in range(axial.shape[1]):
+            for a in range(3):
+                for b in range(3):
+                    out[c, k, a, b] = (axial[c, k] - lateral[c, k]) * ray[c, k, a] * ray[c, k, b]
+                out[c, k, a, a] += lateral[c, k]
+    return out

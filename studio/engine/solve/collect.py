@@ -78,9 +78,10 @@ class PoseCollector:
             return np.array(self._rows[key])
         if self._rows[key]:
             self._write(key)
-        self._files[key].flush()
         shape = (len(self._times_ns), *_SHAPES[key])
-        return np.memmap(self._files[key], np.float64, "c", shape=shape)
+        with self._files.pop(key) as file:  # the mapping keeps what the file held
+            file.flush()
+            return np.memmap(file, np.float64, "c", shape=shape)
 
 
 def collect_poses(results: Iterable[StepResult]) -> Poses:
