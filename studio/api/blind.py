@@ -1,10 +1,13 @@
 """Routes of blind tests for the operator: make one, hand out its link, close it, read the results."""
 
+import io
 from typing import Annotated, Any
 
 import msgspec
+import segno
 from fastapi import APIRouter
-from fastapi.responses import PlainTextResponse
+from fastapi import Request as HttpRequest
+from fastapi.responses import PlainTextResponse, Response
 from pydantic import Field
 
 from studio.api.errors import RESPONSES
@@ -164,6 +167,17 @@ def blind_router(finder: Finder, jobs: Jobs, desk: Desk) -> APIRouter:
     def get_key(test: str) -> dict[str, Any]:
         """Which animation is which, with hashes, and whether the seal of the beginning still holds."""
         return read_key(finder.sessions, desk.test(test))
+
+    @router.get("/{test}/qr", response_class=Response)
+    def get_qr(test: str, http: HttpRequest) -> Response:
+        """The voters' link as a QR code, an SVG picture; the host is the one that this was asked of."""
+        found = desk.test(test)
+        if not found.token:
+            raise SettingsError("this test has no link; make a new one first")
+        code = segno.make(str(http.base_url).rstrip("/") + f"{VOTE_PATH}/{found.token}", micro=False)
+        out = io.BytesIO()
+        code.save(out, kind="svg", scale=12, border=3, dark="#14171b", light="#ffffff")
+        return Response(out.getvalue(), media_type="image/svg+xml", headers={"Cache-Control": "no-store"})
 
     @router.post("/{test}/close")
     def close_test(test: str) -> dict[str, Any]:

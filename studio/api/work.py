@@ -101,7 +101,7 @@ def unbundle_work(file: Path, out: Path) -> None:
 
 
 def bake_work(pairs: list[tuple[list[Path], Path, dict[str, Any]]]) -> list[tuple[bytes, bytes]]:
-    """Return the two animations of each pair of a blind test, given both `poses.npz`, the performer's take, the pair."""
+    """Return the animations of blind tests' pairs, given both `poses.npz`, the performer's take and the pair."""
     import msgspec
 
     from studio.blind.bake import bake_pair

@@ -1,4 +1,4 @@
-"""The pages (Jinja2), `/`, `/signin` and `/vote/TOKEN`, and their static files: plain ES modules, nothing built."""
+"""The pages (Jinja2): `/`, `/signin`, `/blind`, `/vote/TOKEN`; their static files are plain ES modules, nothing built."""
 
 import secrets
 from importlib import metadata
@@ -38,6 +38,10 @@ def add_page(app: FastAPI, *, sessions: Path) -> None:
     @router.get("/signin")
     async def sign_in_page(request: Request) -> HTMLResponse:
         return page(request, "signin.html", {})
+
+    @router.get("/blind")
+    async def blind_page(request: Request) -> HTMLResponse:
+        return page(request, "blind.html", {})
 
     @router.get("/vote/{token}")
     async def voting_page(request: Request) -> HTMLResponse:

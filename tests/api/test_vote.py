@@ -141,6 +141,14 @@ def test_a_voter_sees_the_test_and_nothing_else(studio, take) -> None:
     assert studio.http.get(f"/vote/{test['token']}/77/left", headers={"X-Voter": key}).status_code == 404
 
 
+def test_the_link_as_a_code_for_phones(studio, take) -> None:
+    test = make_test(studio)
+    answer = studio.http.get(f"/blind/{test['id']}/qr")
+    assert answer.headers["content-type"] == "image/svg+xml" and b"<svg" in answer.content
+    studio.http.delete(f"/blind/{test['id']}/link")
+    assert studio.http.get(f"/blind/{test['id']}/qr").status_code == 422
+
+
 def test_closed_full_and_too_many(studio, take) -> None:
     test = make_test(studio, max_voters=1)
     root = f"/vote/{test['token']}"

@@ -183,14 +183,24 @@ def test_record_solve_and_export(live: str, page: Page, tmp_path: Path) -> None:
     page.locator("#record").click()
     expect(page.locator("#record .label")).to_have_text("Record")
     take = page.locator(".take").filter(has_text="walk")
-    expect(take.locator(".solve-row")).to_have_text(["▶liveBVHFBX"], timeout=20000)
+    expect(take.locator(".solve-row")).to_have_text(["▶liveBVHFBX…"], timeout=20000)
     page.select_option("#preset", "raw")
     take.get_by_role("button", name="Solve walk", exact=True).click()
     expect(take.locator(".solve-row")).to_have_count(2, timeout=60000)
-    with page.expect_download() as download:
+    with page.expect_download(timeout=90000) as download:
         take.get_by_role("button", name="Export walk, solve raw, as BVH").click()
     assert download.value.suggested_filename == "walk_raw.bvh"
     assert Path(download.value.path()).read_text().startswith("HIERARCHY")
+    take.get_by_role("button", name="Export walk, solve raw, with options").click()
+    dialog = page.get_by_role("dialog")
+    dialog.get_by_label("Skeleton").select_option("unreal")
+    dialog.get_by_label("Path on").select_option("root")
+    dialog.get_by_label("Hold standing feet").check()
+    page.screenshot(path=tmp_path / "export.png")
+    with page.expect_download(timeout=90000) as download:
+        dialog.get_by_role("button", name="Export").click()
+    assert b"ik_hand_gun" in Path(download.value.path()).read_bytes()
+    expect(dialog).to_have_count(0)
 
 
 @pytest.mark.parametrize(("width", "height"), SIZES)

@@ -118,3 +118,26 @@ def test_a_wrong_link_says_so(address: str, chromium) -> None:
         tab = context.new_page()
         tab.goto(f"{address}/vote/nothing")
         expect(tab.locator("main")).to_contain_text("leads to no test")
+
+
+def test_the_operator_makes_a_test_and_sees_the_votes(address: str, page: Page, chromium) -> None:
+    page.goto(f"{address}/blind")
+    page.locator("#a-condition").fill("all keys")
+    page.locator("#b-solve").select_option("monday/one|live")
+    page.locator("#b-keys").select_option("held")
+    page.locator("#b-condition").fill("held keys")
+    page.get_by_role("button", name="Add this pair").click()
+    page.get_by_role("button", name="Make the test").click()
+    expect(page.locator("#results-title")).to_have_text("Results: Which settings?")
+    link = page.locator(".test .link").inner_text()
+    with chromium.new_context() as context:
+        voter = context.new_page()
+        voter.goto(link)
+        voter.get_by_role("button", name="Begin").click()
+        expect(voter.locator("body")).to_have_attribute("data-ready", "0")
+        voter.get_by_role("button", name="A", exact=True).click()
+        expect(voter.locator("#kept")).to_have_text("Kept")
+    expect(page.locator("#results")).to_contain_text("1 voter, 1 finished")
+    expect(page.locator(".result .bar")).to_be_visible()
+    page.get_by_role("button", name="Close", exact=True).click()
+    expect(page.locator("#tests")).to_contain_text("closed")

@@ -49,6 +49,13 @@ export const addOutput = (output) => call("POST", "outputs", output);
 export const changeOutput = (id, change) => call("PATCH", `outputs/${id}`, change);
 export const removeOutput = (id) => call("DELETE", `outputs/${id}`);
 
+export const getBlindTests = () => call("GET", "blind");
+export const createBlindTest = (test) => call("POST", "blind", test);
+export const createThesisTest = (take) => call("POST", "blind/thesis", { take });
+export const getBlindResults = (id) => call("GET", `blind/${id}/results`);
+export const blindAction = (id, action, method) => call(method, `blind/${id}/${action}`);
+export const showBlindSlot = (id, slot) => call("PUT", `blind/${id}/shown`, { slot });
+
 export const getAccess = () => call("GET", "access");
 export const addCameraToken = (label) => call("POST", "access/cameras", { label });
 export const removeCameraToken = (id) => request("DELETE", `access/cameras/${id}`);
@@ -60,8 +67,8 @@ const takePath = (take) => `takes/${encodeURIComponent(take.session)}/${encodeUR
 /** Begin to solve a take again with `{preset, set}` as solve `name`. */
 export const solveTake = (take, name, settings) => call("POST", `${takePath(take)}/solves`, { ...settings, name });
 
-/** Return a solve's export as a Blob. */
-export async function exportSolve(take, solve, format) {
-  const path = `${takePath(take)}/solves/${encodeURIComponent(solve)}/export?format=${format}`;
+/** Return a solve's export as a Blob; `options`: the format and what else the API has. */
+export async function exportSolve(take, solve, options) {
+  const path = `${takePath(take)}/solves/${encodeURIComponent(solve)}/export?${new URLSearchParams(options)}`;
   return (await request("GET", path)).blob();
 }

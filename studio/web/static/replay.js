@@ -128,7 +128,7 @@ function solveChoice() {
 }
 
 function build() {
-  const { playing, loop, speed } = state.replay;
+  const { take: takeId, solve, ghost, playing, loop, speed } = state.replay;
   const button = (id, text, label, keys, onclick, pressed) => h("button", {
     id, type: "button", class: "small", onclick, title: keys ? `${label} (${keys})` : label,
     aria: { label, ...(pressed === undefined ? {} : { pressed: String(pressed) }) },
@@ -147,6 +147,10 @@ function build() {
       h("output", { id: "replay-time", class: "timer small-timer" }),
       h("span", { class: "spacer" }),
       solveChoice(), ghostChoice(),
+      ghost && h("a", {
+        class: "button small", href: `blind?a=${encodeURIComponent(`${takeId}|${solve}`)}&b=${encodeURIComponent(`${ghost.take}|${ghost.solve}`)}`,
+        title: "Let others decide between these two, blind",
+      }, "Blind test"),
       button("replay-close", "Live", "Back to the live stage", "Esc", close)),
     h("div", { class: "replay-row" },
       h("strong", { class: "replay-take", title: state.replay.take }, state.replay.take.split("/").pop()),

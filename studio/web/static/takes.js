@@ -1,6 +1,7 @@
 // The list of takes: solve again with the switches as set, and export.
 import { byId, clock, h, plural, redraw, setText } from "./dom.js";
-import { exportSolve, solveTake } from "./api.js";
+import { solveTake } from "./api.js";
+import { download, showExport } from "./exports.js";
 import { attempt, showNote } from "./messages.js";
 import { open } from "./replay.js";
 
@@ -14,21 +15,15 @@ function when(iso) {
   return today ? time : `${date.toLocaleDateString([], { day: "numeric", month: "short" })} ${time}`;
 }
 
-async function download(take, solve, format, button) {
-  button.disabled = true;
-  const file = await attempt(() => exportSolve(take, solve, format));
-  button.disabled = false;
-  if (!file) return;
-  const link = h("a", { href: URL.createObjectURL(file), download: `${take.name}_${solve}.${format}` });
-  link.click();
-  setTimeout(() => URL.revokeObjectURL(link.href), 60000);
-}
-
 function solveRow(take, solve) {
   const buttons = FORMATS.map((format) => h("button", {
-    class: "small", type: "button", onclick: (event) => download(take, solve, format, event.currentTarget),
+    class: "small", type: "button", onclick: (event) => download(take, solve, { format }, event.currentTarget),
     aria: { label: `Export ${take.name}, solve ${solve}, as ${format.toUpperCase()}` },
   }, format.toUpperCase()));
+  buttons.push(h("button", {
+    class: "small", type: "button", onclick: () => showExport(take, solve), title: "Other formats and options",
+    aria: { label: `Export ${take.name}, solve ${solve}, with options` },
+  }, "…"));
   const play = h("button", {
     class: "small", type: "button", onclick: () => open(take.id, solve), aria: { label: `Replay ${take.name}, solve ${solve}` },
     title: "Show this solve in the view",
