@@ -17,6 +17,7 @@ from studio.engine.body import Body
 from studio.engine.completion.floor import FloorContact
 from studio.engine.completion.hands import Hands
 from studio.engine.completion.look_at import LookAt
+from studio.engine.errors import NotAvailableError
 from studio.engine.export import EXPORTERS, export
 from studio.engine.frames import CameraFrame, FrameSet, FusedSkeleton
 from studio.engine.fusion import make_fusion
@@ -169,12 +170,16 @@ def pipeline(stage: Stage) -> tuple[Figures, Poses]:
 
 
 def exports(poses: Poses) -> dict[str, Figures]:
-    """One frame of an export, as a share of a whole file of the poses, written a few times."""
+    """One frame of an export, as a share of a whole file of the poses, written a few times; a format whose package is
+    not installed is left out."""
     out: dict[str, Figures] = {}
     with tempfile.TemporaryDirectory() as folder:
         for name in EXPORTERS:
             paths = [Path(folder) / f"{k}.{name}" for k in range(WARM_UP + 3)]
-            whole = per_frame(partial(export, poses, format=name), paths)
+            try:
+                whole = per_frame(partial(export, poses, format=name), paths)
+            except NotAvailableError:
+                continue
             out[f"export_{name}"] = {
                 "median_ms": whole["median_ms"] / poses.frame_count,
                 "p99_ms": whole["p99_ms"] / poses.frame_count,
