@@ -2,8 +2,6 @@
 
 from dataclasses import replace
 
-from scipy.signal import butter, sosfiltfilt
-
 from studio.engine.errors import SettingsError
 from studio.engine.export.kinematics import Array, local_keys, world_poses
 from studio.engine.export.quaternion import normalized
@@ -27,6 +25,8 @@ def smoothed(poses: Poses, cutoff_hz: float) -> Poses:
     Raises:
         SettingsError: the cutoff is not below half of the frame rate.
     """
+    from scipy.signal import butter  # takes long to load, and is seldom asked for
+
     rate = standard_rate(poses.frames_per_second)
     if cutoff_hz >= rate / 2:
         raise SettingsError(
@@ -43,5 +43,7 @@ def smoothed(poses: Poses, cutoff_hz: float) -> Poses:
 
 
 def _filtered(values: Array, sections: Array) -> Array:
+    from scipy.signal import sosfiltfilt
+
     padding = min(3 * (2 * len(sections) + 1), len(values) - 1)
     return sosfiltfilt(sections, values, axis=0, padlen=padding)
