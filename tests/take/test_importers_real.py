@@ -7,7 +7,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from studio.engine.errors import NotAvailableError
 from studio.engine.geometry import fit_rigid, transform_points
 from studio.engine.joints import INDEX
 from studio.take.importers import import_recording
@@ -105,13 +104,6 @@ def test_noisy_joints(test_data: Path, tmp_path: Path, name: str, cameras: int, 
     assert 0.01 < unseen < 0.1
     lines = (test_data / "noisy_joints" / name / "camera_0" / "joints.csv").read_text().splitlines()
     assert frames["camera_0"][-1].device_time_ns == round(float(lines[-1].split(",")[0]) * 1e9)
-
-
-@pytest.mark.parametrize("name", ["mocap/02_01.bvh"])
-def test_kinds_that_are_not_read_yet(test_data: Path, tmp_path: Path, name: str) -> None:
-    with pytest.raises(NotAvailableError, match="not available in this version"):
-        import_recording(test_data / name, tmp_path / "take")
-    assert list(tmp_path.iterdir()) == []
 
 
 def test_a_genuine_azure_kinect_file(test_data: Path, tmp_path: Path) -> None:
