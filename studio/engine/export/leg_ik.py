@@ -6,15 +6,15 @@ from scipy.spatial.transform import Rotation
 
 Array = NDArray[np.float64]
 
-LONGEST_REACH = 0.9995
-"""A leg never stretches further than this share of its length."""
+MOST_STRETCH = 0.8
+"""A bent leg stretches by less than this share of what it lacks to straight: the last of it would throw the knee."""
 
 
 def reach(hip: Array, knee: Array, ankle: Array, target: Array, side: Array) -> tuple[Rotation, Rotation]:
     """Return by what the thigh and the shin turn (world axes) so that the ankle is at the target.
 
-    The knee stays in the plane of hip, knee and ankle, which turns with the ankle about the hip. A target out of
-    reach is come as near to as the leg allows.
+    The knee stays in the plane of hip, knee and ankle, which turns with the ankle about the hip. The further a
+    target stretches the leg, the less the leg follows; it never gets straight by it.
 
     Args:
         hip, knee, ankle, target: shape (F, 3) [m].
@@ -22,8 +22,11 @@ def reach(hip: Array, knee: Array, ankle: Array, target: Array, side: Array) -> 
     """
     thigh, shin = np.linalg.norm(knee - hip, axis=1), np.linalg.norm(ankle - knee, axis=1)
     now, then = np.linalg.norm(ankle - hip, axis=1), np.linalg.norm(target - hip, axis=1)
-    longest = np.maximum(LONGEST_REACH * (thigh + shin), np.minimum(now, thigh + shin))
-    then = np.clip(then, np.abs(thigh - shin) + 1e-6, longest)
+    now = np.minimum(now, thigh + shin)
+    room = np.maximum(MOST_STRETCH * (thigh + shin - now), 1e-9)
+    further = np.maximum(then - now, 0.0)
+    then = np.minimum(then, now) + room * (1.0 - np.exp(-further / room))
+    then = np.maximum(then, np.abs(thigh - shin) + 1e-6)
     axis = np.cross(knee - hip, ankle - hip)
     size = np.linalg.norm(axis, axis=1, keepdims=True)
     axis = np.where(size > 1e-4 * (thigh * now)[:, None], axis / np.maximum(size, 1e-12), side)

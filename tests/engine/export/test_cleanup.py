@@ -153,7 +153,7 @@ def test_a_leg_reaches_its_target_and_bends_forward() -> None:
     rng = np.random.default_rng(5)
     hip, side = np.zeros((200, 3)), np.tile([1.0, 0.0, 0.0], (200, 1))
     knee, ankle = np.tile([0.0, -0.05, -0.42], (200, 1)), np.tile([0.0, 0.0, -0.83], (200, 1))
-    target = ankle + rng.uniform(-0.2, 0.2, (200, 3)) + [0, 0, 0.25]
+    target = ankle + rng.uniform(-0.2, 0.2, (200, 3)) + [0, 0, 0.35]
     thigh, shin = reach(hip, knee, ankle, target, side)
     at_knee = thigh.apply(knee)
     assert at_knee + shin.apply(ankle - knee) == pytest.approx(target, abs=1e-9)
@@ -163,9 +163,9 @@ def test_a_leg_reaches_its_target_and_bends_forward() -> None:
     assert (thigh.apply(straight[0])[:, 1] < -0.1).all()  # forward is -y
 
 
-def test_a_target_out_of_reach_stretches_the_leg() -> None:
+def test_a_target_out_of_reach_stretches_the_leg_but_not_straight() -> None:
     hip, side = np.zeros((1, 3)), np.array([[1.0, 0, 0]])
     knee, ankle = np.array([[0.0, -0.1, -0.4]]), np.array([[0.0, 0.0, -0.8]])
     thigh, shin = reach(hip, knee, ankle, np.array([[0.0, 0.0, -2.0]]), side)
     end = thigh.apply(knee) + shin.apply(ankle - knee)
-    assert 0.8 < -end[0, 2] <= 0.8247 and np.abs(end[0, :2]).max() < 1e-9
+    assert 0.81 < -end[0, 2] < 0.821 and np.abs(end[0, :2]).max() < 1e-9  # of 0.8246

@@ -91,9 +91,9 @@ def read_with_fbx_sdk(path: Path, *, hz: int) -> ReadBack:
     return _read_glb(glb)
 
 
-def _program(path: Path) -> Path:
+def _program(path: Path, name: str | None = None) -> Path:
     if not path.is_file():
-        pytest.skip(f"{path.name} is not there; run tests/fetch_readers.sh")
+        pytest.skip(f"{name or path.name} is not there; run tests/fetch_readers.sh")
     return path
 
 
@@ -187,7 +187,7 @@ def read_with_blender(jobs: dict[str, dict[str, Any]], folder: Path) -> dict[str
         jobs: name -> `file`, `frames` (after the first, fractions allowed) and what else `blender_joints.py` takes.
         folder: for what the program writes.
     """
-    program = _program(TOOLS / "blender" / "bin" / "python")
+    program = _program(TOOLS / "blender" / "bin" / "python", "Blender (bpy)")
     given = [
         {**job, "file": str(job["file"]), "out": str(folder / f"{name}.npz")} for name, job in jobs.items()
     ]
