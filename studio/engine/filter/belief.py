@@ -33,11 +33,11 @@ _ACCELERATION = {
 }  # fmt: skip
 
 
-def acceleration_density(resist: Array) -> Array:
+def acceleration_density(freedom: Array) -> Array:
     """Return the spectral density of each degree of freedom's acceleration [rad2/s3], shape (nv,).
 
     Args:
-        resist: how many times stiffer than usual each is, shape (nv,).
+        freedom: how freely each moves, 1 = as usual, shape (nv,).
     """
     hinges = [
         _FOREARM_TWIST
@@ -46,7 +46,7 @@ def acceleration_density(resist: Array) -> Array:
         for joint in BODY_JOINTS[1:]
         for dof in dofs_of(joint)
     ]
-    return (np.array([*_HIPS, *hinges]) / resist) ** 2 * REFERENCE_S
+    return (np.array([*_HIPS, *hinges]) * freedom) ** 2 * REFERENCE_S
 
 
 def _unsided(joint: str) -> str:

@@ -27,7 +27,7 @@ from studio.engine.finish.trajectory import Kinematics
 from studio.engine.frames import StepResult
 from studio.engine.human.model import build_humanoid
 from studio.engine.human.skeleton import Skeleton
-from studio.engine.joints import JOINT_COUNT, MIRROR, OUTPUT_OF_CANONICAL_INDEX
+from studio.engine.joints import CANONICAL, JOINT_COUNT, MIRROR, OUTPUT_OF_CANONICAL_INDEX
 from studio.engine.physics.correction import ITERATIONS as PHYSICS_ITERATIONS
 from studio.engine.physics.whole_take import Physics
 from studio.engine.settings import SolveSettings
@@ -71,8 +71,12 @@ class Finisher:
         )
         self._dt = 1.0 / settings.output_hz
         self._kinematics = Kinematics(humanoid)
-        self._first = Smoother(humanoid, self._dt, limited=limited, lively=False)
-        self._smoother = Smoother(humanoid, self._dt, limited=limited)
+        effectors, usual = settings.effectors, SolveSettings().effectors
+        self._reach = np.array([effectors[name].reach / usual[name].reach for name in CANONICAL])
+        self._first, self._smoother = (
+            Smoother(humanoid, self._dt, limited=limited, lively=lively, effectors=effectors)
+            for lively in (False, True)
+        )
         self._physics = Physics(humanoid, self._dt, limited=limited) if settings.physics == "on" else None
         self._with_contacts = settings.floor_contact == "on"
         rest = humanoid.skeleton.rest_positions_m
@@ -200,6 +204,7 @@ class Finisher:
             positions[exchanged] = positions[exchanged][:, MIRROR]
             confidence[exchanged] = confidence[exchanged][:, MIRROR]
             found = measure(positions, confidence, late, self._store.camera_positions)
+            found = found.followed(self._reach)
             if self._noise is not None:
                 found = found.scaled(*self._noise)
             self._measured = (begin, end), found

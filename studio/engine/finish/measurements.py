@@ -70,7 +70,20 @@ class Measurements:
         """The same with variances times a factor, and differences measured by variances times `spread`; shapes
         (camera_count, 21)."""
         return replace(
-            self, axial=self.axial / factor, lateral=self.lateral / factor, sharper=factor / spread
+            self,
+            axial=self.axial / factor,
+            lateral=self.lateral / factor,
+            sharper=self.sharper * factor / spread,
+        )
+
+    def followed(self, reach: NDArray[np.float64]) -> "Measurements":
+        """The same with each joint followed as strongly as `reach` says, shape (21,), 1 = as usual, 0 = not."""
+        share = reach**2
+        return replace(
+            self,
+            axial=self.axial * share,
+            lateral=self.lateral * share,
+            sharper=self.sharper / np.maximum(share, 1e-6),
         )
 
 

@@ -20,6 +20,8 @@ from studio.engine.finish.radii import squared_radii
 from studio.engine.finish.trajectory import Kinematics, moved, steps
 from studio.engine.human.model import BODY_JOINTS, FREE_DOFS, Humanoid
 from studio.engine.human.ranges import dofs_of
+from studio.engine.settings import Effector, SolveSettings
+from studio.engine.solve.effectors import pull_scale, resist_scale
 
 CAUCHY = 5.0
 """Deviations beyond this many sigma count less and less."""
@@ -31,6 +33,9 @@ DAMPING = 10.0
 """Keeps steps where the linear model holds [1/rad2]."""
 
 MAX_STEP = 0.3
+LEAST_FREEDOM = 0.01
+"""A joint that resists wholly accelerates by this share of what is usual."""
+
 HELD = 1e10
 LIMIT_STIFFNESS = 1e5
 """Of hinges beyond a limit [1/rad2]; what is left beyond it is cut off in the end."""
@@ -95,10 +100,20 @@ class _Normal:
 class Smoother:
     """One Gauss-Newton step for the frames of a window, `dt` apart [s]."""
 
-    def __init__(self, humanoid: Humanoid, dt: float, *, limited: bool = True, lively: bool = True) -> None:
-        """Prepare; `lively`: accelerations are expected where there are some."""
-        self._kinematics = Kinematics(humanoid)
-        self._stiffness = 1.0 / (acceleration_sigma() * dt**2) ** 2
+    def __init__(
+        self,
+        humanoid: Humanoid,
+        dt: float,
+        *,
+        limited: bool = True,
+        lively: bool = True,
+        effectors: dict[str, Effector] | None = None,
+    ) -> None:
+        """Prepare; `lively`: accelerations are expected where there are some; `effectors`: None = as usual."""
+        effectors = effectors or SolveSettings().effectors
+        self._kinematics = Kinematics(humanoid, pull_scale(humanoid, effectors))
+        freedom = np.maximum(resist_scale(humanoid, effectors), LEAST_FREEDOM)
+        self._stiffness = 1.0 / (acceleration_sigma() * freedom * dt**2) ** 2
         rest = REST_WEIGHT / humanoid.spread_rad**2 * dt * 60.0
         self._rest_stiffness = np.concatenate([np.zeros(FREE_DOFS), rest])
         self._rest = humanoid.rest_q

@@ -11,10 +11,12 @@ from studio.engine.human.model import FREE_DOFS, Humanoid
 class Kinematics:
     """Canonical joints and their Jacobians of many configurations of a humanoid."""
 
-    def __init__(self, humanoid: Humanoid) -> None:
+    def __init__(self, humanoid: Humanoid, pull: NDArray[np.float64] | None = None) -> None:
+        """`pull`: each joint's share of influence on each degree of freedom, shape (21, nv); None = all of it."""
         self._model, self._ids = humanoid.model, humanoid.site_ids
         self._data = mujoco.MjData(humanoid.model)
-        self._mask = np.repeat(moving_dofs(humanoid), 3, axis=0).astype(np.float64)
+        moving = moving_dofs(humanoid) * (1.0 if pull is None else pull)
+        self._mask = np.repeat(moving, 3, axis=0).astype(np.float64)
 
     def sites(self, q: NDArray[np.float64]) -> NDArray[np.float64]:
         """Canonical joints [m], shape (frame_count, 21, 3), of configurations, shape (frame_count, nq)."""

@@ -1,5 +1,7 @@
 """Finishing: the whole take at once is smoother and nearer than live, holds feet, and does not show its windows."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -8,7 +10,7 @@ from studio.engine.calibration.calibrate import calibrate
 from studio.engine.errors import SettingsError
 from studio.engine.finish import finisher
 from studio.engine.human.ranges import dofs_of, range_rad
-from studio.engine.joints import OUTPUT_INDEX
+from studio.engine.joints import INDEX, OUTPUT_INDEX
 from studio.engine.metrics.evaluate import evaluate
 from studio.engine.metrics.reference import read_reference
 from studio.engine.settings import parse_settings
@@ -90,3 +92,22 @@ def test_a_gap_and_a_few_frames_are_no_problem(take):
 def test_there_must_be_a_solve_to_refine(take):
     with pytest.raises(SettingsError, match="ik="):
         solve_frames(take[0][:10], take[1], parse_settings("raw", ["finish=on"]))
+
+
+def test_a_joint_out_of_reach_is_not_followed(take):
+    """The cameras see a wrist 0.2 m too high; at reach 0 it goes where the arm leads it."""
+    frames, calibration, _ = take
+    wrist = INDEX["left_wrist"]
+    wrong = []
+    for frame in frames[:180]:
+        positions = frame.positions.copy()
+        positions[wrist] += calibration.cameras[frame.camera].T_stage_camera[2, :3] * 0.2
+        wrong.append(replace(frame, positions=positions))
+    heights = []
+    for reach in (1, 0):
+        settings = parse_settings(
+            "finish", [f"effectors.left_wrist.reach={reach}", "effectors.left_hand.reach=0"]
+        )
+        poses = solve_frames(wrong, calibration, settings)
+        heights.append(poses.positions_m[:, OUTPUT_INDEX["LeftHand"], 2].mean())
+    assert heights[0] > heights[1] + 0.05
