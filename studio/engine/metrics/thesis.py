@@ -18,6 +18,8 @@ DEVIATION_S = 0.2
 DEVIATION_M_S2 = 1.0
 LOW_PASS_HZ = 3.0
 
+_AT_ONCE = 400_000
+
 FIGURES: tuple[str, ...] = (
     "absolute_difference_cm",
     "shortest_distance_cm",
@@ -105,17 +107,39 @@ def deviations(
 def distance_to_path(points_m: NDArray[np.float64], path_m: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return each point's distance [m] to a path of straight segments; (point_count, 3), (vertex_count, 3).
 
-    Exact: the segments with the nearest middles are tried first, all of them where a farther one could win.
+    Exact. Segments are searched by their length, a doubling at a time, since a segment can come nearer than its
+    middle by half of its length: where a performer stands still, thousands of short ones lie together.
     """
     start, along = path_m[:-1], np.diff(path_m, axis=0)
-    half = 0.5 * float(np.linalg.norm(along, axis=1).max())
-    count = min(16, len(start))
-    middle_distance, index = cKDTree(start + 0.5 * along).query(points_m, k=[*range(1, count + 1)])
-    best = _distance_to_segments(points_m[:, None], start[index], along[index]).min(axis=1)
-    if count < len(start):
-        for k in np.flatnonzero(best > middle_distance[:, -1] - half):
-            best[k] = _distance_to_segments(points_m[k], start, along).min()
+    length = np.maximum(np.linalg.norm(along, axis=1), 1e-6)
+    doubling = np.floor(np.log2(length)).astype(int)
+    best = np.full(len(points_m), np.inf)
+    for some in np.unique(doubling):
+        mine = doubling == some
+        _nearer(best, points_m, start[mine], along[mine], 0.5 * float(length[mine].max()))
     return best
+
+
+def _nearer(
+    best: NDArray[np.float64],
+    points: NDArray[np.float64],
+    start: NDArray[np.float64],
+    along: NDArray[np.float64],
+    half_m: float,
+) -> None:
+    """Lower `best` to the distance of segments that are at most twice `half_m` long, where they are nearer."""
+    tree = cKDTree(start + 0.5 * along)
+    left, count = np.arange(len(points)), 8
+    while len(left):
+        count = min(count, len(start))
+        farther = []
+        for part in np.array_split(left, 1 + len(left) * count // _AT_ONCE):
+            middle_distance, index = tree.query(points[part], k=[*range(1, count + 1)])
+            found = _distance_to_segments(points[part, None], start[index], along[index]).min(axis=1)
+            best[part] = np.minimum(best[part], found)
+            farther.append(part[best[part] > middle_distance[:, -1] - half_m])
+        left = np.concatenate(farther) if count < len(start) else left[:0]
+        count *= 4
 
 
 def _distance_to_segments(
