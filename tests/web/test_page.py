@@ -17,6 +17,7 @@ from studio.live import LiveStage
 from studio.web import mount
 from tests.api.camera import Camera
 from tests.live.performer import save_stage_calibration
+from tests.web.playback.takes import take_with_solves
 from tests.web.stages import serving
 
 pytestmark = pytest.mark.browser
@@ -183,24 +184,57 @@ def test_record_solve_and_export(live: str, page: Page, tmp_path: Path) -> None:
     page.locator("#record").click()
     expect(page.locator("#record .label")).to_have_text("Record")
     take = page.locator(".take").filter(has_text="walk")
-    expect(take.locator(".solve-row")).to_have_text(["▶liveBVHFBX…"], timeout=20000)
+    expect(take.locator(".solve-row")).to_have_text(["▶liveExport"])
     page.select_option("#preset", "raw")
     take.get_by_role("button", name="Solve walk", exact=True).click()
-    expect(take.locator(".solve-row")).to_have_count(2, timeout=60000)
+    expect(take.locator(".solve-row")).to_have_count(2)
+    take.get_by_role("button", name="Export walk, solve raw").click()
+    dialog = page.get_by_role("dialog")
+    page.locator("#export-format").select_option("bvh")
+    expect(page.locator("#export-interpolation")).to_be_hidden()  # a BVH has none
     with page.expect_download(timeout=90000) as download:
-        take.get_by_role("button", name="Export walk, solve raw, as BVH").click()
+        dialog.get_by_role("button", name="Export").click()
     assert download.value.suggested_filename == "walk_raw.bvh"
     assert Path(download.value.path()).read_text().startswith("HIERARCHY")
-    take.get_by_role("button", name="Export walk, solve raw, with options").click()
-    dialog = page.get_by_role("dialog")
-    dialog.get_by_label("Skeleton").select_option("unreal")
-    dialog.get_by_label("Path on").select_option("root")
-    dialog.get_by_label("Hold standing feet").check()
-    page.screenshot(path=tmp_path / "export.png")
+    expect(dialog).to_be_hidden()
+    take.get_by_role("button", name="Export walk, solve raw").click()
+    expect(page.locator("#export-format")).to_have_value("bvh")  # as it was the last time
+    page.locator("#export-format").select_option("fbx")
+    page.locator("#export-target").select_option("unreal")
+    page.locator("#export-root_motion").select_option("root")
+    dialog.get_by_label("Lock standing feet").check()
     with page.expect_download(timeout=90000) as download:
         dialog.get_by_role("button", name="Export").click()
     assert b"ik_hand_gun" in Path(download.value.path()).read_bytes()
-    expect(dialog).to_have_count(0)
+
+
+def test_a_take_is_named_starred_thrown_away_and_put_back(empty: str, page: Page, tmp_path: Path) -> None:
+    take_with_solves(tmp_path / "monday" / "one")
+    take_with_solves(tmp_path / "monday" / "two", seed=1)
+    page.goto(empty)
+    one = page.locator(".take").filter(has_text="one")
+    one.get_by_role("button", name="Star one").click()
+    expect(one.get_by_role("button", name="Star one")).to_have_attribute("aria-pressed", "true")
+    one.get_by_role("button", name="Edit one").click()
+    page.locator("#slate-name").fill("best")
+    page.locator("#slate-notes").fill("feet are good")
+    page.locator("#slate-rating").select_option("4")
+    page.get_by_role("button", name="Save").click()
+    best = page.locator(".take").filter(has_text="best")
+    expect(best).to_contain_text("★★★★")
+    page.get_by_label("Search takes").fill("feet")
+    expect(page.locator(".take")).to_have_count(1)
+    page.get_by_label("Search takes").fill("")
+    best.get_by_role("button", name="Edit best").click()
+    best.get_by_role("button", name="Throw best away").click()
+    expect(page.locator(".take")).to_have_count(1)
+    page.locator("h1").click()
+    page.keyboard.press("Control+z")
+    expect(page.locator(".take")).to_have_count(2)
+    for name in ("best", "two"):
+        page.get_by_label(f"Select {name}").check()
+    page.get_by_role("button", name="Export 2 takes").click()
+    expect(page.get_by_role("dialog")).to_contain_text("Export 2 takes")
 
 
 @pytest.mark.parametrize(("width", "height"), SIZES)

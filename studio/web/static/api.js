@@ -72,3 +72,7 @@ export async function exportSolve(take, solve, options) {
   const path = `${takePath(take)}/solves/${encodeURIComponent(solve)}/export?${new URLSearchParams(options)}`;
   return (await request("GET", path)).blob();
 }
+
+export const changeTake = (take, change) => call("PATCH", takePath(take), change);
+export const throwTake = (take) => call("DELETE", takePath(take));
+export const restoreTake = (trashId) => call("POST", `trash/${encodeURIComponent(trashId)}/restore`);

@@ -3,10 +3,11 @@ import { byId, h } from "./dom.js";
 import { putCamera } from "./api.js";
 import { attempt } from "./messages.js";
 import { replayKey } from "./replay.js";
+import { undoThrow } from "./takes.js";
 import { onKey } from "./viewer.js";
 
 const SHORTCUTS = [
-  ["Stage", [["R", "Record, stop"], ["T", "T-pose: countdown, cancel"], ["?", "This list"]]],
+  ["Stage", [["R", "Record, stop"], ["T", "T-pose: countdown, cancel"], ["Ctrl Z", "Put a take back that was thrown away"], ["?", "This list"]]],
   ["Replay", [
     ["Space", "Play, pause"], ["← →", "A frame back, on"], ["Shift ← →", "Ten frames back, on"],
     ["Home End", "First, last frame"], ["I O", "Begin, end of the range"], ["L", "Loop"], ["Esc", "Back to the live stage"],
@@ -16,7 +17,7 @@ const SHORTCUTS = [
 const VIEWPOINTS = { 1: "front", 2: "side", 3: "top", 4: "orbit", f: "follow" };
 
 /** Whether a key belongs to a field that is being filled in. */
-export const inTextField = (event) => Boolean(event.target.closest?.("input[type=text], input[type=number], input[type=password], textarea, select, [contenteditable]"));
+export const inTextField = (event) => Boolean(event.target.closest?.("input[type=text], input[type=number], input[type=password], input[type=search], textarea, select, [contenteditable]"));
 
 function showHelp() {
   const dialog = byId("help");
@@ -34,8 +35,10 @@ function showHelp() {
 }
 
 function handle(event) {
-  if (event.ctrlKey || event.metaKey || event.altKey || inTextField(event)) return;
+  if (inTextField(event)) return;
   const key = event.key.toLowerCase();
+  if (key === "z" && (event.ctrlKey || event.metaKey) && undoThrow()) event.preventDefault();
+  if (event.ctrlKey || event.metaKey || event.altKey || document.querySelector("dialog[open]:not(#help)")) return;
   if (event.key === "?") showHelp();
   else if (byId("help").open) return;
   else if (VIEWPOINTS[key]) attempt(() => putCamera(VIEWPOINTS[key]));

@@ -12,7 +12,7 @@ import { startKeys } from "./keys.js";
 import { replayed, solved, startReplay, updateReplay, updateReplayTakes } from "./replay.js";
 import { startPerformer, updatePerformer } from "./performer.js";
 import { Switches } from "./switches.js";
-import { updateTakes } from "./takes.js";
+import { startTakes, updateTakes } from "./takes.js";
 import { startTransport, updateTransport } from "./transport.js";
 import { setNotice, showLayers } from "./viewer.js";
 
@@ -141,6 +141,7 @@ startTransport((summary) => {
 });
 startPerformer();
 startOutputs();
+startTakes(loadTakes);
 startReplay((replay) => {
   byId("solve-title").textContent = replay.open ? "Solve this take" : "Solve";
 });

@@ -1,11 +1,12 @@
-// The list of takes: solve again with the switches as set, and export.
+// The list of takes: search, slate (name, star, rating, notes), solve again, replay, export, trash with undo.
 import { byId, clock, h, plural, redraw, setText } from "./dom.js";
-import { solveTake } from "./api.js";
-import { download, showExport } from "./exports.js";
+import { changeTake, restoreTake, solveTake, throwTake } from "./api.js";
+import { askExport } from "./export.js";
 import { attempt, showNote } from "./messages.js";
 import { open } from "./replay.js";
 
-const FORMATS = ["bvh", "fbx"];
+const STARS = 5;
+const list = { takes: [], jobs: {}, settings: () => ({}), search: "", selected: new Set(), editing: "", changed: () => {} };
 
 function when(iso) {
   const date = new Date(iso);
@@ -15,20 +16,36 @@ function when(iso) {
   return today ? time : `${date.toLocaleDateString([], { day: "numeric", month: "short" })} ${time}`;
 }
 
+/** Do something to a take, then show the list anew. */
+const alter = (action) => attempt(async () => { await action(); await list.changed(); });
+
+async function throwAway(take) {
+  await alter(async () => {
+    const thrown = await throwTake(take);
+    list.selected.delete(take.id);
+    const undo = () => alter(() => restoreTake(thrown.id));
+    list.undo = undo;
+    showNote(`${take.name} is in the trash`, { label: "Undo", run: undo });
+  });
+}
+
+/** Take back the last take that was thrown away; return whether there was one. */
+export function undoThrow() {
+  const { undo } = list;
+  list.undo = null;
+  undo?.();
+  return Boolean(undo);
+}
+
+function small(text, label, onclick, title = label) {
+  return h("button", { class: "small", type: "button", onclick, title, aria: { label } }, text);
+}
+
 function solveRow(take, solve) {
-  const buttons = FORMATS.map((format) => h("button", {
-    class: "small", type: "button", onclick: (event) => download(take, solve, { format }, event.currentTarget),
-    aria: { label: `Export ${take.name}, solve ${solve}, as ${format.toUpperCase()}` },
-  }, format.toUpperCase()));
-  buttons.push(h("button", {
-    class: "small", type: "button", onclick: () => showExport(take, solve), title: "Other formats and options",
-    aria: { label: `Export ${take.name}, solve ${solve}, with options` },
-  }, "…"));
-  const play = h("button", {
-    class: "small", type: "button", onclick: () => open(take.id, solve), aria: { label: `Replay ${take.name}, solve ${solve}` },
-    title: "Show this solve in the view",
-  }, "▶");
-  return h("li", { class: "solve-row" }, play, h("span", { class: "name", title: `Solve ${solve}` }, solve), buttons);
+  return h("li", { class: "solve-row" },
+    small("▶", `Replay ${take.name}, solve ${solve}`, () => open(take.id, solve), "Show this solve in the view"),
+    h("span", { class: "name", title: `Solve ${solve}` }, solve),
+    small("Export", `Export ${take.name}, solve ${solve}`, () => askExport([{ take, solve }])));
 }
 
 /** The preset's name where it is free or solved with the preset as it stands, else numbered. */
@@ -40,36 +57,105 @@ function solveName(take, settings) {
   return `${settings.preset}_${number}`;
 }
 
-function row(take, job, settings) {
-  const solving = job !== undefined;
-  const button = h("button", {
+function solveButton(take, solving) {
+  return h("button", {
     class: "small", type: "button", disabled: solving || take.recording,
-    title: "Solve this take with the preset and switches as set",
-    aria: { label: `Solve ${take.name}` },
+    title: "Solve this take with the preset and switches as set", aria: { label: `Solve ${take.name}` },
     onclick: () => attempt(async () => {
-      const chosen = settings();
+      const chosen = list.settings();
       const { name } = await solveTake(take, solveName(take, chosen), chosen);
       showNote(`Solving ${take.name} as ${name}`);
     }),
   }, solving ? "Solving" : "Solve");
+}
+
+function slate(take) {
+  const save = (event) => {
+    event.preventDefault();
+    const value = (name) => byId(`slate-${name}`).value.trim();
+    list.editing = "";
+    alter(() => changeTake(take, { name: value("name"), notes: value("notes"), rating: Number(value("rating")) }));
+  };
+  const field = (name, label, text) => h("label", { class: "field" }, h("span", {}, label), h("input", { id: `slate-${name}`, type: "text", maxLength: name === "name" ? 60 : 2000, value: text ?? "" }));
+  return h("form", { class: "slate", onsubmit: save },
+    field("name", "Name", take.name), field("notes", "Notes", take.notes),
+    h("label", { class: "field" }, h("span", {}, "Rating"), h("select", { id: "slate-rating" },
+      [...Array(STARS + 1).keys()].map((stars) => h("option", { value: stars, selected: stars === (take.rating ?? 0) }, stars ? "★".repeat(stars) : "none")))),
+    h("div", { class: "buttons" },
+      h("button", { class: "small primary", type: "submit" }, "Save"),
+      small("Cancel", "Cancel", () => { list.editing = ""; show(); }),
+      small("Throw away", `Throw ${take.name} away`, () => { list.editing = ""; throwAway(take); }, "Into the trash; it can be put back")));
+}
+
+function head(take, solving) {
+  const line = [take.seconds === null ? "" : clock(take.seconds), when(take.created), take.rating ? "★".repeat(take.rating) : ""];
+  return h("div", { class: "take-head", title: take.problem || take.notes || take.id },
+    h("input", {
+      type: "checkbox", checked: list.selected.has(take.id), aria: { label: `Select ${take.name}` },
+      onchange: (event) => { list.selected[event.currentTarget.checked ? "add" : "delete"](take.id); showSelection(); },
+    }),
+    h("button", {
+      class: `star ${take.starred ? "on" : ""}`, type: "button", aria: { label: `Star ${take.name}`, pressed: String(Boolean(take.starred)) },
+      onclick: () => alter(() => changeTake(take, { starred: !take.starred })),
+    }, take.starred ? "★" : "☆"),
+    h("span", { class: "name" }, take.name),
+    h("span", { class: "when" }, line.filter(Boolean).join("  ·  ")),
+    !take.recording && small("Edit", `Edit ${take.name}`, () => { list.editing = list.editing === take.id ? "" : take.id; show(); }, "Name, notes, rating, trash"),
+    solveButton(take, solving));
+}
+
+function row(take) {
+  const job = list.jobs[take.id];
   return h("li", { class: "take" },
-    h("div", { class: "take-head", title: take.problem || take.notes || take.id },
-      h("span", { class: "name" }, take.name),
-      h("span", { class: "when" }, [take.seconds === null ? "" : clock(take.seconds), when(take.created)].filter(Boolean).join("  ·  ")),
-      button),
-    solving && h("progress", { max: 1, value: job.progress, id: `progress-${take.id}`, aria: { label: `Solving ${take.name}` } }),
+    head(take, job !== undefined),
+    job && h("progress", { max: 1, value: job.progress, id: `progress-${take.id}`, aria: { label: `Solving ${take.name}` } }),
+    take.notes && h("p", { class: "muted notes" }, take.notes),
     take.problem && h("p", { class: "fair" }, take.problem),
+    list.editing === take.id && slate(take),
     take.solves.length > 0 && h("ul", {}, take.solves.map((solve) => solveRow(take, solve))));
+}
+
+function found() {
+  const words = list.search.toLowerCase().split(/\s+/).filter(Boolean);
+  return list.takes.filter((take) => {
+    const text = `${take.id} ${take.notes} ${take.performer} ${take.starred ? "starred ★" : ""}`.toLowerCase();
+    return words.every((word) => text.includes(word));
+  });
+}
+
+/** The solve of a take that an export of several takes: the best by its name. */
+const bestSolve = (take) => ["finish", "studio", "live", "imported"].find((name) => take.solves.includes(name)) ?? take.solves[0];
+
+function showSelection() {
+  const chosen = list.takes.filter((take) => list.selected.has(take.id) && take.solves.length);
+  byId("takes-selected").replaceChildren(...(chosen.length < 2 ? [] : [
+    small(`Export ${plural(chosen.length, "take")}`, `Export ${chosen.length} takes`, () => askExport(chosen.map((take) => ({ take, solve: bestSolve(take) })))),
+  ]));
+}
+
+function show() {
+  const takes = found();
+  setText(byId("takes-count"), list.takes.length ? plural(list.takes.length, "take") : "");
+  byId("takes-search").hidden = list.takes.length < 2;
+  redraw(byId("takes"), [takes, Object.keys(list.jobs), list.editing, list.search], () => {
+    if (takes.length) return h("ul", {}, takes.map(row));
+    return h("p", { class: "empty" }, list.takes.length ? "No take has these words." : "No takes yet. Press R or the Record button to make one.");
+  });
+  for (const [id, job] of Object.entries(list.jobs)) {
+    const bar = byId(`progress-${id}`);
+    if (bar) bar.value = job.progress;
+  }
+  showSelection();
 }
 
 /** Show the takes, newest first; `jobs`: solves under way by take id; `settings`: returns preset and switches as set. */
 export function updateTakes(takes, jobs, settings) {
-  setText(byId("takes-count"), takes.length ? plural(takes.length, "take") : "");
-  redraw(byId("takes"), [takes, Object.keys(jobs)], () => takes.length
-    ? h("ul", {}, takes.map((take) => row(take, jobs[take.id], settings)))
-    : h("p", { class: "empty" }, "No takes yet. Press R or the Record button to make one."));
-  for (const [id, job] of Object.entries(jobs)) {
-    const bar = byId(`progress-${id}`);
-    if (bar) bar.value = job.progress;
-  }
+  Object.assign(list, { takes, jobs, settings });
+  show();
+}
+
+/** Begin; `changed` loads the takes anew. */
+export function startTakes(changed) {
+  list.changed = changed;
+  byId("takes-search").addEventListener("input", (event) => { list.search = event.currentTarget.value; show(); });
 }

@@ -22,7 +22,7 @@ async function toggle(onStopped) {
 }
 
 function inTextField(event) {
-  return event.target.closest?.("input[type=text], input[type=number], select, textarea");
+  return event.target.closest?.("input[type=text], input[type=search], input[type=number], select, textarea, dialog");
 }
 
 function tick() {

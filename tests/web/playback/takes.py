@@ -17,6 +17,8 @@ FRAMES = 121
 def take_with_solves(path: Path, *, seed: int = 0) -> Take:
     """Make a take of two seconds at 60 Hz with the solves `studio`, which has a trace, and `live`, which has none."""
     take = Take.create(path, session=path.parent.name, name=path.name, source="import")
+    take.meta["recording"] = "done"
+    take.save_meta()
     poses = poses_factory.random_poses(np.random.default_rng(seed), seconds=2.0)
     joints = poses.positions_m[:, OUTPUT_OF_CANONICAL_INDEX]
     steps = np.rint(joints / STEP_M).astype(np.int16)
