@@ -1,8 +1,9 @@
 """No figure of the fixed set gets worse by more than its noise.
 
-The noise is the standard deviation of each figure over six takes of the same motion that differ by the seed of their
-simulated noise (`python -m tests.regression --noise`). A change that is meant to alter figures updates the file with
-`python -m tests.regression --update`, in the same commit.
+The noise is the standard deviation of each figure over six takes of the same motion that differ by the seed
+of their simulated noise, seeds that fail altogether left out (`python -m tests.regression --noise`). A change
+that is meant to alter figures updates the file with `python -m tests.regression --update`, in the same
+commit.
 """
 
 import copy
