@@ -78,7 +78,7 @@ def _trunk() -> list[Part]:
     return [
         Part("pelvis", BODY, _at("Hips", z=-0.12), _at("Hips", z=0.1), 0.162, 0.112),
         Part("egg", JOINT, _at("Hips", z=-0.02), _at("Spine2", z=0.02), 0.13, 0.092),
-        Part("chest", BODY, _at("Spine1", z=-0.1), _at("Neck", z=0.022), 0.172, 0.114),
+        Part("chest", BODY, _at("Spine1", z=-0.04), _at("Neck", z=0.022), 0.172, 0.114),
         Part("limb", JOINT, _at("Neck", y=0.012, z=-0.05), _skull(-0.004, 0.13), 0.058, 0.058),
         Part("head", BODY, _skull(-0.022, 0.04), _skull(-0.022, 0.285), 0.082, 0.103),
         Part("egg", JOINT, _skull(-0.093, 0.125), _skull(-0.093, 0.2), 0.058, 0.034),
