@@ -106,16 +106,14 @@ def bake_work(pairs: list[tuple[list[Path], Path, dict[str, Any]]]) -> list[tupl
 
     from studio.blind.bake import bake_pair
     from studio.blind.model import Pair
-    from studio.engine.errors import CalibrationError
     from studio.engine.poses import Poses
     from studio.take.take import Take
 
     baked = []
     for files, path, value in pairs:
         pair = msgspec.convert(value, Pair)
-        performer = Take.open(path).calibration().performer
-        if performer is None:
-            raise CalibrationError(f"take {path.name} has no performer; calibrate it first")
+        take = Take.open(path)
+        performer = None if take.meta["calibration"] is None else take.calibration().performer
         first, second = (Poses.load(file) for file in files)
         baked.append(bake_pair((first, second), (pair.a, pair.b), performer, pair.start_s, pair.end_s))
     return baked

@@ -19,24 +19,31 @@ from studio.engine.calibration.result import Performer
 from studio.engine.errors import FormatError, SettingsError
 from studio.engine.export.glb import write_glb
 from studio.engine.export.options import ExportOptions
-from studio.engine.export.skeleton import LocalMotion, local_motion, to_file_axes
+from studio.engine.export.skeleton import SOLE_BELOW_JOINT_M, LocalMotion, local_motion, to_file_axes
 from studio.engine.human.skeleton import Skeleton
 from studio.engine.joints import OUTPUT_INDEX, OUTPUT_JOINTS, OUTPUT_PARENTS
 from studio.engine.poses import Poses
 
 HZ = 60.0
+HEAD_JOINT_OF_HEIGHT = 0.93
+"""Height of the head's joint, in the middle of the head, over a person's height."""
+
 NAME = "clip"
 
 
 def bake_pair(
-    poses: tuple[Poses, Poses], sides: tuple[Side, Side], performer: Performer, start_s: float, end_s: float
+    poses: tuple[Poses, Poses],
+    sides: tuple[Side, Side],
+    performer: Performer | None,
+    start_s: float,
+    end_s: float,
 ) -> tuple[bytes, bytes]:
     """Return the two GLB files of a pair.
 
     Args:
         poses: of the sides; each begins at its own first frame.
         sides: say the keys and what is between them.
-        performer: proportions of the character.
+        performer: proportions of the character; None takes those of the first side's solve.
         start_s, end_s: the part that is shown [s from the first frame]; end_s 0 = as far as both go.
 
     Raises:
@@ -50,7 +57,7 @@ def bake_pair(
             f"0.5 to {MAX_SECONDS:g} s are shown"
         )
     times = start_s + np.arange(int(np.floor((min(end_s, length_s) - start_s) * HZ)) + 1) / HZ
-    skeleton = Skeleton.of(performer)
+    skeleton = skeleton_of(poses[0]) if performer is None else Skeleton.of(performer)
     first, second = (
         glb(_on_character(one, side, times, skeleton), skeleton)
         for one, side in zip(poses, sides, strict=True)
@@ -60,12 +67,31 @@ def bake_pair(
     return first, second
 
 
+def skeleton_of(poses: Poses) -> Skeleton:
+    """Return the skeleton of a solve's own bones, as the median of the frames has them, standing on the floor."""
+    _check_joints(poses)
+    offsets = np.empty((len(OUTPUT_JOINTS), 3))
+    for joint, parent in enumerate(OUTPUT_PARENTS):
+        if parent >= 0:
+            back = Rotation.from_quat(poses.rotations_wxyz[:, parent], scalar_first=True).inv()
+            offsets[joint] = np.median(
+                back.apply(poses.positions_m[:, joint] - poses.positions_m[:, parent]), axis=0
+            )
+    leg = [OUTPUT_INDEX[name] for name in ("LeftUpLeg", "LeftLeg", "LeftFoot", "LeftToeBase")]
+    hips = SOLE_BELOW_JOINT_M - float(offsets[leg, 2].sum())
+    offsets[0] = (0.0, 0.0, hips)
+    trunk = [OUTPUT_INDEX[name] for name in ("Spine", "Spine1", "Spine2", "Neck", "Head")]
+    return Skeleton(offsets, height_m=(hips + float(offsets[trunk, 2].sum())) / HEAD_JOINT_OF_HEIGHT)
+
+
+def _check_joints(poses: Poses) -> None:
+    if poses.joint_names != OUTPUT_JOINTS:
+        raise FormatError("a solve has another skeleton than the studio's; import or retarget it first")
+
+
 def _on_character(poses: Poses, side: Side, times: NDArray[np.float64], skeleton: Skeleton) -> Poses:
     """Return a solve on the character at these times [s from its first frame]."""
-    if poses.joint_names != OUTPUT_JOINTS:
-        raise FormatError(
-            f"solve {side.solve!r} of {side.take} has another skeleton than the studio's; retarget it first"
-        )
+    _check_joints(poses)
     hips, rotations = _sampled(poses, side, times)
     scale = float(skeleton.offsets_m[0, 2] / max(_leg_m(poses), 0.1))
     hips = hips * [1.0, 1.0, scale]

@@ -5,7 +5,7 @@ import json
 import numpy as np
 import pytest
 
-from studio.blind.bake import HZ, bake_pair
+from studio.blind.bake import HZ, bake_pair, skeleton_of
 from studio.blind.model import Side
 from studio.engine.errors import SettingsError
 from tests import poses_factory
@@ -95,3 +95,12 @@ def test_the_character_s_bones_and_the_floor_are_kept(performer) -> None:
 def test_parts_that_are_not_there(performer, start: float, end: float) -> None:
     with pytest.raises(SettingsError, match="last 3"):
         bake_pair((poses(1), poses(2)), (side("a"), side("b")), performer, start, end)
+
+
+def test_a_solve_without_a_performer_stands_on_its_own_bones() -> None:
+    standing = poses_factory.t_pose(120)
+    skeleton = skeleton_of(standing)
+    np.testing.assert_allclose(skeleton.offsets_m[1:], poses_factory.rest_offsets_m()[1:], atol=1e-9)
+    assert 0.9 < skeleton.offsets_m[0, 2] < 1.0 and 1.6 < skeleton.height_m < 2.0
+    data, _ = bake_pair((standing, poses(1)), (side("a"), side("b")), None, 0.0, 1.5)
+    assert data.startswith(b"glTF")

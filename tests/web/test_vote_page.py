@@ -1,5 +1,6 @@
 """The voters' page in a real browser: join, look, choose, change, reload, finish; on a phone one above the other."""
 
+import json
 import re
 from pathlib import Path
 
@@ -141,3 +142,13 @@ def test_the_operator_makes_a_test_and_sees_the_votes(address: str, page: Page, 
     expect(page.locator(".result .bar")).to_be_visible()
     page.get_by_role("button", name="Close", exact=True).click()
     expect(page.locator("#tests")).to_contain_text("closed")
+    side = {"take": "monday/one", "solve": "studio"}
+    file = {
+        "title": "Of a file",
+        "pairs": [{"a": {**side, "condition": "x"}, "b": {**side, "condition": "y", "key_hz": 5}}],
+    }
+    file["rules"] = {"repeats": 0}
+    page.locator("#from-file").set_input_files(
+        {"name": "t.json", "mimeType": "application/json", "buffer": json.dumps(file).encode()}
+    )
+    expect(page.locator("#results-title")).to_have_text("Results: Of a file")

@@ -79,13 +79,36 @@ function drawPairs() {
   byId("make").disabled = !state.pairs.length;
 }
 
-async function make(event) {
+function make(event) {
   event.preventDefault();
-  const repeats = Math.min(Number(byId("repeats").value), state.pairs.length);
-  const test = await attempt(() => createBlindTest({
+  const closes = byId("closes").value;
+  return create({
     title: byId("test-title").value, question: byId("question").value, pairs: state.pairs,
-    rules: { repeats, allow_none: byId("allow-none").checked, ask_name: byId("ask-name").checked, supervised: byId("supervised").checked },
-  }));
+    rules: {
+      repeats: Math.min(Number(byId("repeats").value), state.pairs.length), closes: closes ? new Date(closes).toISOString() : "",
+      allow_none: byId("allow-none").checked, ask_name: byId("ask-name").checked, supervised: byId("supervised").checked,
+    },
+  });
+}
+
+/** Make a test of a file that holds what the API takes. */
+async function makeFromFile(event) {
+  const [file] = event.currentTarget.files;
+  event.currentTarget.value = "";
+  if (!file) return;
+  await attempt(async () => {
+    let test;
+    try {
+      test = JSON.parse(await file.text());
+    } catch {
+      throw new Error(`${file.name} is no JSON; docs/blind_tests.md shows what a test looks like.`);
+    }
+    await create(test);
+  });
+}
+
+async function create(wanted) {
+  const test = await attempt(() => createBlindTest(wanted));
   if (!test) return;
   state.pairs = [];
   drawPairs();
@@ -104,8 +127,10 @@ function form() {
     h("div", { class: "two" }, number("start", "From [s]", 0), number("end", "To [s], 0: the end", 0)),
     h("button", { type: "button", onclick: addPair }, "Add this pair"),
     h("ul", { id: "pairs" }),
-    h("div", { class: "two" }, number("repeats", "Pairs shown twice", 0), h("div", {}, check("allow-none", "No preference allowed"), check("ask-name", "Ask for a name"), check("supervised", "A room sees one pair at a time"))),
+    h("div", { class: "two" }, h("div", { class: "new-test" }, number("repeats", "Pairs shown twice", 0),
+      h("label", { class: "field" }, h("span", {}, "Closes"), h("input", { id: "closes", type: "datetime-local" }))), h("div", {}, check("allow-none", "No preference allowed"), check("ask-name", "Ask for a name"), check("supervised", "A room sees one pair at a time"))),
     h("button", { id: "make", class: "primary", type: "submit", disabled: true }, "Make the test"),
+    h("label", { class: "field" }, h("span", {}, "From a file"), h("input", { id: "from-file", type: "file", accept: ".json,application/json", onchange: makeFromFile })),
     h("div", { class: "solve-row" }, h("select", { id: "thesis-take", aria: { label: "Take for the thesis's pairs" } }, withSolves.map((take) => h("option", { value: take.id }, take.id))),
       button("The thesis's ten pairs of this take", () => attempt(async () => {
         await createThesisTest(byId("thesis-take").value);
