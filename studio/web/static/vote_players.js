@@ -4,7 +4,10 @@ import { OrbitControls } from "three/addons/controls/OrbitControls.js";
 import { GLTFLoader } from "three/addons/loaders/GLTFLoader.js";
 
 const GROUND = 0xe6e9ed;
-const MAX_RATIO = 1.5; // pixels per CSS pixel: enough to judge motion, and quick without a graphics card
+const MAX_RATIO = 1.5; // pixels per CSS pixel: enough to judge motion
+const MIN_RATIO = 0.5; // what a machine without a graphics card goes down to
+const SLOW_MS = 45; // frames that take longer are drawn with fewer pixels
+const FRAMES = 12; // over so many
 const LOOK_HEIGHT = 0.9;
 const VIEW_FROM = new THREE.Vector3(0.8, 0.5, 3.9);
 const SOFTNESS = 0.06;
@@ -13,7 +16,6 @@ class Stage {
   constructor(canvas, gltf) {
     this.canvas = canvas;
     this.renderer = new THREE.WebGLRenderer({ canvas, antialias: true });
-    this.renderer.setPixelRatio(Math.min(window.devicePixelRatio, MAX_RATIO));
     this.scene = new THREE.Scene();
     this.scene.background = new THREE.Color(GROUND);
     this.scene.add(new THREE.HemisphereLight(0xffffff, 0x9aa4af, 2.4));
@@ -27,9 +29,10 @@ class Stage {
     this.hips = gltf.scene.getObjectByName("Hips");
   }
 
-  draw(camera, seconds) {
+  draw(camera, seconds, ratio) {
     const { clientWidth: width, clientHeight: height } = this.canvas;
     const size = this.renderer.getSize(new THREE.Vector2());
+    if (this.renderer.getPixelRatio() !== ratio) this.renderer.setPixelRatio(ratio);
     if (size.x !== width || size.y !== height) this.renderer.setSize(width, height, false);
     camera.aspect = width / Math.max(height, 1);
     camera.updateProjectionMatrix();
@@ -54,6 +57,8 @@ export class Players {
     this.speed = 1;
     this.playing = true;
     this.drawn = 0;
+    this.measured = 0;
+    this.ratio = Math.min(window.devicePixelRatio, MAX_RATIO);
     this.camera = new THREE.PerspectiveCamera(36, 1, 0.05, 60);
     this.target = this.middle();
     this.camera.position.copy(this.target).add(VIEW_FROM);
@@ -73,11 +78,20 @@ export class Players {
     if (this.playing) this.seconds = (this.seconds + ((now - this.last) / 1000) * this.speed) % this.duration;
     this.last = now;
     this.follow();
-    for (const stage of this.stages) stage.draw(this.camera, this.seconds);
+    this.adapt(now);
+    for (const stage of this.stages) stage.draw(this.camera, this.seconds, this.ratio);
     this.drawn += 1;
     document.body.dataset.drawn = String(this.drawn);
     this.listen(this.seconds / this.duration, this.playing);
     requestAnimationFrame((next) => this.step(next));
+  }
+
+  /** Draw fewer pixels where the machine is slow: steady motion is judged here, not sharpness. */
+  adapt(now) {
+    if (this.drawn % FRAMES !== 0) return;
+    const took = (now - this.measured) / FRAMES;
+    this.measured = now;
+    if (this.drawn > 0 && took > SLOW_MS) this.ratio = Math.max(this.ratio * 0.8, MIN_RATIO);
   }
 
   /** Go along with the middle between both performers, so that neither walks out of the picture. */
