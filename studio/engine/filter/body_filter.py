@@ -117,7 +117,8 @@ class BodyFilter:
                 information = np.where(seen, sigma, 1.0)[:, None, None] ** -2 * np.eye(3)
                 rows = Rows(joints[None], information[None], self._reach)
                 q = self._belief.q.copy()
-                self._correct(rows, 0.0, q, *self._linearised(q))
+                watched = joints, np.where(seen, 1.0 / np.where(seen, sigma, 1.0), 0.0) * self._reach
+                self._correct(rows, 0.0, q, *self._linearised(q), watched=watched)
         return self._output(dt) if self._started else None
 
     def _needs_start(self, shown: bool, dt: float) -> bool:
@@ -182,8 +183,20 @@ class BodyFilter:
         self._ease.go_on(dt)
         self._belief.predict(min(dt, LONGEST_S))
 
-    def _correct(self, rows: Rows, late_s: float, q: Array, sites: Array, jacobian: Array) -> None:
-        """Correct the belief by rows of the configuration `q`, `late_s` [s] after the output frame."""
+    def _correct(
+        self,
+        rows: Rows,
+        late_s: float,
+        q: Array,
+        sites: Array,
+        jacobian: Array,
+        *,
+        watched: tuple[Array, Array] | None = None,
+    ) -> None:
+        """Correct the belief by rows of the configuration `q`, `late_s` [s] after the output frame.
+
+        `watched`: joints, and 1 / their deviations, that tell whether a limb is stuck; None = the rows that are used.
+        """
         belief, elapsed = self._belief, self._since_rows_s
         self._since_rows_s = 0.0
         correction = Correction(*belief.toward(late_s), late_s, jacobian)
@@ -200,7 +213,7 @@ class BodyFilter:
         belief.correct(step, correction.gained())
         self._ease.take(step[: len(q) - 1], late_s)
         self._sites = self._kinematics.place(belief.moved(late_s)).copy()
-        self._unstick(rows, elapsed)
+        self._unstick(*(rows.middle() if watched is None else watched), elapsed)
 
     def _choose(
         self,
@@ -222,9 +235,8 @@ class BodyFilter:
         sites, jacobian = self._kinematics.linearise(q)
         return sites, jacobian if self._pull is None else jacobian * self._pull
 
-    def _unstick(self, rows: Rows, elapsed: float) -> None:
+    def _unstick(self, targets: Array, weights: Array, elapsed: float) -> None:
         """Start a stuck limb anew."""
-        targets, weights = rows.middle()
         found = self._watch.found(
             self._belief.q, self._sites, targets, weights, lambda: self._shown(targets), elapsed
         )
