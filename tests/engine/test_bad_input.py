@@ -115,7 +115,6 @@ def test_whole_frames_of_no_numbers(way):
     assert "saw nobody" in following.line()
 
 
-@pytest.mark.parametrize("way", WAYS)
 def few_joints(count, seed):
     """For the first half all joints are seen, then `count` of them."""
     left = np.random.default_rng(seed).choice(JOINT_COUNT, count, replace=False)
