@@ -24,6 +24,7 @@ COMMANDS = (
     "export",
     "bench",
     "doctor",
+    "config",
     "picture",
 )
 

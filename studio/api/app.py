@@ -15,6 +15,7 @@ from studio.api.jobs import Jobs
 from studio.api.link import HELLO_TIMEOUT_S, link_router
 from studio.api.manage import manage_router
 from studio.api.measure import measure_router
+from studio.api.operations import operations_router
 from studio.api.origin import OriginGuard
 from studio.api.outputs import outputs_router
 from studio.api.performers import performers_router
@@ -73,6 +74,7 @@ def create_app(
     app.include_router(takes_router(sessions, finder, jobs))
     app.include_router(manage_router(sessions, finder, jobs))
     app.include_router(measure_router(finder))
+    app.include_router(operations_router(stage))
     desk = Desk(sessions)
     app.include_router(blind_router(finder, jobs, desk))
     app.include_router(vote_router(desk))

@@ -1,6 +1,5 @@
 """Runs the server: the socket, the live stage, the page, the simulated stage, and an orderly end."""
 
-import logging
 import signal
 import socket
 import ssl
@@ -21,8 +20,10 @@ from studio.api.access import Access
 from studio.api.app import create_app
 from studio.api.demo import DemoCameras
 from studio.api.find import Finder
+from studio.config import Config
 from studio.engine.errors import StudioError
 from studio.live import LiveStage
+from studio.logs import set_up_logging
 from studio.web import mount
 from studio.wire import MAX_MESSAGE_BYTES
 
@@ -88,27 +89,20 @@ class Tls:
             ) from error
 
 
-def serve(
-    host: str = "127.0.0.1",
-    port: int = 8000,
-    sessions: Path = Path("sessions"),
-    demo: bool = False,
-    tls: Tls | None = None,
-) -> int:
+def serve(config: Config, *, demo: bool = False) -> int:
     """Run the studio until Ctrl-C or SIGTERM, then save a recording under way; return the exit code 0.
 
     Args:
-        host: address to listen on; the loopback one keeps other machines out.
-        port: 0 takes a free one.
-        sessions: folder of the takes, made where missing.
+        config: where to listen and where takes lie (the folder is made where missing); a loopback address keeps
+            other machines out.
         demo: start two simulated cameras, and calibrate where there is no calibration yet.
-        tls: encrypt with this certificate.
 
     Raises:
         StudioError: the port is in use, the folder cannot be made, or the certificate cannot be used.
     """
-    logging.basicConfig(level=logging.INFO, format="%(levelname)s %(name)s: %(message)s")
-    logging.getLogger("websockets").setLevel(logging.WARNING)
+    set_up_logging(config.log_format, config.log_level)
+    host, port, sessions = config.host, config.port, config.sessions
+    tls = None if config.tls_cert is None or config.tls_key is None else Tls(config.tls_cert, config.tls_key)
     if tls is not None:
         tls.check()
     listening = open_socket(host, port)

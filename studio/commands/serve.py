@@ -1,10 +1,13 @@
 """`studio serve`: the server with its page and browser view."""
 
 import argparse
+import os
+from dataclasses import fields
 from pathlib import Path
 from typing import Any
 
 from studio.commands.common import add_command
+from studio.config import LOG_FORMATS, LOG_LEVELS, Config, Effective, effective
 
 _TEXT = """\
 Open the studio: the server, its page and the browser view.
@@ -16,25 +19,36 @@ watch a simulated performer. Stop it with Ctrl-C."""
 
 def add_parser(subparsers: Any) -> None:
     parser = add_command(subparsers, "serve", run, _TEXT)
-    parser.add_argument(
-        "--host", metavar="H", default="127.0.0.1", help="address to listen on (default 127.0.0.1)"
-    )
-    parser.add_argument(
-        "--port", metavar="P", type=port, default=8000, help="port to listen on (default 8000)"
-    )
-    parser.add_argument(
+    add_server_options(parser)
+    parser.add_argument("--demo", action="store_true", help="start a simulated stage of two cameras")
+    parser.add_argument("--demo-on-first-run", action="store_true", help=argparse.SUPPRESS)
+
+
+def add_server_options(parser: argparse.ArgumentParser) -> None:
+    """Add the options that `Config` has; what is not given comes from the environment, a file or the defaults."""
+    add = parser.add_argument
+    add("--host", metavar="H", help="address to listen on (default 127.0.0.1)")
+    add("--port", metavar="P", type=port, help="port to listen on (default 8000)")
+    add(
         "--sessions",
         metavar="DIR",
         type=Path,
-        default=Path("sessions"),
         help="folder of the recorded takes (default sessions, in the folder where the studio is started)",
     )
-    parser.add_argument(
-        "--tls-cert", metavar="FILE", type=Path, help="certificate (PEM), to encrypt with --tls-key"
-    )
-    parser.add_argument("--tls-key", metavar="FILE", type=Path, help="the certificate's private key (PEM)")
-    parser.add_argument("--demo", action="store_true", help="start a simulated stage of two cameras")
-    parser.add_argument("--demo-on-first-run", action="store_true", help=argparse.SUPPRESS)
+    add("--tls-cert", metavar="FILE", type=Path, help="certificate (PEM), to encrypt with --tls-key")
+    add("--tls-key", metavar="FILE", type=Path, help="the certificate's private key (PEM)")
+    add("--log-format", choices=LOG_FORMATS, help="how events are logged (default text)")
+    add("--log-level", choices=LOG_LEVELS, help="the least that is logged (default info)")
+
+
+def chosen_config(args: argparse.Namespace) -> Effective:
+    """Return the configuration of the flags, the environment and the file in the present folder.
+
+    Raises:
+        SettingsError: see `config.effective`.
+    """
+    flags = {one.name: getattr(args, one.name, None) for one in fields(Config)}
+    return effective(flags, os.environ, Path.cwd())
 
 
 def port(text: str) -> int:
@@ -45,14 +59,11 @@ def port(text: str) -> int:
 
 
 def run(args: argparse.Namespace) -> int:
-    from studio.api.server import Tls, serve
-    from studio.engine.errors import SettingsError
+    from studio.api.server import serve
 
-    if (args.tls_cert is None) != (args.tls_key is None):
-        raise SettingsError("--tls-cert and --tls-key belong together; give both, or none")
-    tls = None if args.tls_cert is None else Tls(args.tls_cert, args.tls_key)
-    demo = args.demo or (args.demo_on_first_run and is_first_run(args.sessions))
-    return serve(host=args.host, port=args.port, sessions=args.sessions, demo=demo, tls=tls)
+    config = chosen_config(args).config
+    demo = args.demo or (args.demo_on_first_run and is_first_run(config.sessions))
+    return serve(config, demo=demo)
 
 
 def is_first_run(sessions: Path) -> bool:

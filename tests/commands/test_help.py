@@ -55,6 +55,7 @@ OPTIONS = {
     ),
     "bench": ("--json",),
     "doctor": ("--json",),
+    "config": ("--host", "--port", "--sessions", "--log-format", "--json"),
     "picture": ("--out", "--solve", "--times"),
 }
 

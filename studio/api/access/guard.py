@@ -15,6 +15,7 @@ COOKIE = "studio_operator"
 SIGN_IN_PATH = "/signin"
 SIGN_IN_API = "/api/v1/access/signin"
 _OPEN = {SIGN_IN_PATH, SIGN_IN_API, LINK_PATH, "/static/studio.css", "/static/signin.js", "/static/icon.svg"}
+_OPEN |= {"/health"}
 _OPEN_BELOW = ("/vote/", "/api/v1/vote/", "/static/vendor/", "/static/vote", "/static/dom.js")
 """What voters of blind tests reach: their own link's token is asked for behind these."""
 

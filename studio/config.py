@@ -1,0 +1,116 @@
+"""The configuration of the server: one typed object, its values from defaults, a file, the environment and flags.
+
+The later wins, in that order. The file is TOML: the one that `STUDIO_CONFIG` names, else `studio.toml` in the folder
+where the studio is started. Environment variables are the fields' names in capitals after `STUDIO_`.
+"""
+
+import os
+import tomllib
+from collections.abc import Mapping
+from dataclasses import dataclass, field, fields
+from pathlib import Path
+from typing import Any
+
+from studio.engine.errors import SettingsError
+
+FILE = "studio.toml"
+PREFIX = "STUDIO_"
+LOG_FORMATS = ("text", "json")
+LOG_LEVELS = ("debug", "info", "warning", "error")
+
+
+@dataclass(frozen=True)
+class Config:
+    """What `studio serve` is told.
+
+    Attributes:
+        host: address to listen on; port: 0 takes a free one.
+        sessions: folder of the takes.
+        tls_cert, tls_key: PEM files; both or none.
+        log_format: `text` or `json` (a line per event); log_level: the least that is logged.
+    """
+
+    host: str = "127.0.0.1"
+    port: int = 8000
+    sessions: Path = field(default=Path("sessions"))
+    tls_cert: Path | None = None
+    tls_key: Path | None = None
+    log_format: str = "text"
+    log_level: str = "info"
+
+    def __post_init__(self) -> None:
+        if not 0 <= self.port <= 65535:
+            raise SettingsError(f"port={self.port} is no port; allowed: 0 to 65535")
+        _one_of("log_format", self.log_format, LOG_FORMATS)
+        _one_of("log_level", self.log_level, LOG_LEVELS)
+        if (self.tls_cert is None) != (self.tls_key is None):
+            raise SettingsError(
+                "--tls-cert and --tls-key (tls_cert, tls_key) belong together; give both, or none"
+            )
+
+
+def _one_of(name: str, value: str, allowed: tuple[str, ...]) -> None:
+    if value not in allowed:
+        raise SettingsError(f"{name}={value!r} is not allowed; allowed: {', '.join(allowed)}")
+
+
+@dataclass(frozen=True)
+class Effective:
+    """The configuration in force, and by field where its value came from."""
+
+    config: Config
+    sources: dict[str, str]
+
+
+def effective(flags: Mapping[str, Any], environment: Mapping[str, str], folder: Path) -> Effective:
+    """Return the configuration of these flags (None = not given), this environment and the file in `folder`.
+
+    Raises:
+        SettingsError: an unknown key, a value of the wrong kind, or a file that cannot be read.
+    """
+    values: dict[str, Any] = {}
+    sources = {one.name: "default" for one in fields(Config)}
+    path = Path(environment.get(PREFIX + "CONFIG") or folder / FILE)
+    layers = [
+        (str(path), _read(path, named=PREFIX + "CONFIG" in environment)),
+        (
+            "environment",
+            {n: environment[PREFIX + n.upper()] for n in sources if PREFIX + n.upper() in environment},
+        ),
+        ("flag", {name: value for name, value in flags.items() if value is not None}),
+    ]
+    for source, layer in layers:
+        for name, value in layer.items():
+            values[name] = _converted(name, value, source)
+            sources[name] = f"{PREFIX}{name.upper()}" if source == "environment" else source
+    return Effective(Config(**values), sources)
+
+
+def _read(path: Path, *, named: bool) -> dict[str, Any]:
+    """Return the values of a configuration file; none where there is no file and none was named."""
+    if not path.is_file():
+        if named:
+            raise SettingsError(f"there is no configuration file {path}, which {PREFIX}CONFIG names")
+        return {}
+    try:
+        values = tomllib.loads(path.read_text(encoding="utf-8"))
+    except (OSError, ValueError) as error:
+        raise SettingsError(f"{path} is no TOML file: {error}") from error
+    known = [one.name for one in fields(Config)]
+    unknown = [name for name in values if name not in known]
+    if unknown:
+        raise SettingsError(f"{path}: unknown key {unknown[0]!r}; allowed: {', '.join(known)}")
+    return values
+
+
+def _converted(name: str, value: Any, source: str) -> Any:
+    if name == "port":
+        text = str(value)
+        if isinstance(value, bool) or not (text.isascii() and text.isdigit()):
+            raise SettingsError(f"{name}={value!r} ({source}) is no number; allowed: 0 to 65535")
+        return int(text)
+    if not isinstance(value, str | os.PathLike):
+        raise SettingsError(f"{name}={value!r} ({source}) is no text")
+    if name in ("sessions", "tls_cert", "tls_key"):
+        return Path(value).expanduser()
+    return str(value)

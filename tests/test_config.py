@@ -1,0 +1,57 @@
+"""The configuration: which source wins, and what is refused."""
+
+import json
+import logging
+from dataclasses import fields
+from pathlib import Path
+
+import pytest
+
+from studio.config import Config, effective
+from studio.engine.errors import SettingsError
+from studio.logs import JsonLines
+
+
+def test_flags_win_over_environment_over_file_over_defaults(tmp_path: Path) -> None:
+    (tmp_path / "studio.toml").write_text('host = "10.0.0.1"\nport = 1\nsessions = "~/takes"\n')
+    found = effective({"port": 3, "host": None}, {"STUDIO_PORT": "2", "STUDIO_LOG_FORMAT": "json"}, tmp_path)
+    assert found.config == Config("10.0.0.1", 3, Path("~/takes").expanduser(), log_format="json")
+    assert found.sources["host"] == found.sources["sessions"] == str(tmp_path / "studio.toml")
+    assert (found.sources["port"], found.sources["log_format"]) == ("flag", "STUDIO_LOG_FORMAT")
+    assert found.sources["tls_cert"] == "default"
+
+
+def test_a_file_elsewhere_is_named_by_the_environment(tmp_path: Path) -> None:
+    (tmp_path / "other.toml").write_text("port = 9")
+    assert effective({}, {"STUDIO_CONFIG": str(tmp_path / "other.toml")}, tmp_path).config.port == 9
+    with pytest.raises(SettingsError, match="STUDIO_CONFIG"):
+        effective({}, {"STUDIO_CONFIG": str(tmp_path / "nothing.toml")}, tmp_path)
+
+
+@pytest.mark.parametrize(
+    ("text", "word"),
+    [("prot = 1", "unknown key 'prot'"), ("port = 70000", "65535"), ("port = true", "no number"), ("port", "TOML"),
+     ("host = 3", "no text"), ('log_format = "xml"', "text, json"), ('tls_cert = "a"', "both")],
+)  # fmt: skip
+def test_wrong_files_are_refused(tmp_path: Path, text: str, word: str) -> None:
+    (tmp_path / "studio.toml").write_text(text)
+    with pytest.raises(SettingsError, match=word):
+        effective({}, {}, tmp_path)
+
+
+def test_a_log_line_is_json_with_the_error() -> None:
+    try:
+        raise ValueError("no")
+    except ValueError as error:
+        record = logging.LogRecord(
+            "studio.live", logging.ERROR, "", 0, "take %s", ("one",), (ValueError, error, None)
+        )
+    line = json.loads(JsonLines().format(record))
+    assert line["message"] == "take one" and line["level"] == "error" and "ValueError: no" in line["error"]
+
+
+def test_every_key_is_in_the_document() -> None:
+    text = (Path(__file__).parents[1] / "docs" / "configuration.md").read_text(encoding="utf-8")
+    for one in fields(Config):
+        for word in (f"`{one.name}`", f"`STUDIO_{one.name.upper()}`", f"`--{one.name.replace('_', '-')}`"):
+            assert word in text, word
