@@ -1,6 +1,7 @@
 """`studio simulate`: a take of simulated cameras that watch a known motion, and the truth beside it."""
 
 from collections.abc import Callable
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
@@ -9,11 +10,10 @@ from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 
 from studio import wire
-from studio.camera.simulator.clock import SimulatedClock, random_clock
 from studio.camera.simulator.depth import sensors
-from studio.camera.simulator.instants import instants
-from studio.camera.simulator.noisy_joints import FRAMES_PER_SECOND, NoisyJoints, anatomical_offsets
+from studio.camera.simulator.noisy_joints import FRAMES_PER_SECOND
 from studio.camera.simulator.rig import RigCamera, read_rig, standard_rig
+from studio.camera.simulator.seen import see
 from studio.engine.animation.files import canonical_animation
 from studio.engine.errors import FormatError, SettingsError, TakeError
 from studio.engine.files import write_atomically
@@ -126,6 +126,12 @@ def stage_motion(
         raise FormatError(
             f"{path} has {source.frame_count} frames; two are needed, and a BVH's first one is dropped"
         )
+    return staged(replace(source, positions_m=positions), calibration=calibration)
+
+
+def staged(source: CanonicalMotion, *, calibration: bool = True) -> tuple[CanonicalMotion, float | None]:
+    """Return a motion of joints on the stage, as `stage_motion` does with that of a file."""
+    positions = source.positions_m
     hips = positions[:, INDEX["hips"], :2]
     floor = np.percentile(positions[:, _FEET, 2].min(axis=1), 2) - TOE_HEIGHT_M
     positions = positions - [*((hips.min(axis=0) + hips.max(axis=0)) / 2), floor]
@@ -184,20 +190,13 @@ def _record(
     progress: Callable[[float], None] | None,
     take: Take,
 ) -> None:
-    performer, *streams = np.random.SeedSequence(seed).spawn(1 + len(rig))
-    anatomy = anatomical_offsets(np.random.default_rng(performer))
     messages = []
-    for k, (camera, stream) in enumerate(zip(rig, streams, strict=True)):
-        rng = np.random.default_rng(stream)
-        clock = random_clock(rng)
-        clock = SimulatedClock() if k == 0 else clock  # the reference camera's clock is the stage clock
-        taken = instants(rng, motion.duration_s, FRAMES_PER_SECOND)
-        tracker = NoisyJoints(camera.T_stage_camera, motion.offsets_m, anatomy, rng)
-        positions, confidence = tracker.see_all(np.stack([motion.at(t) for t in taken]))
-        stamps = np.round(clock.device_s(taken) * 1e9).astype(np.int64)
-        for sequence, stamp in enumerate(stamps):
-            frame = wire.skeleton_frame(sequence, int(stamp), positions[sequence], confidence[sequence])
-            messages.append((taken[sequence], camera.name, frame))
+    for k, seen in enumerate(see(motion, rig, seed=seed)):
+        for sequence, stamp in enumerate(seen.device_time_ns):
+            frame = wire.skeleton_frame(
+                sequence, int(stamp), seen.positions_m[sequence], seen.confidence[sequence]
+            )
+            messages.append((seen.taken_s[sequence], seen.camera, frame))
         if progress is not None:
             progress(0.9 * (k + 1) / len(rig))
     messages.sort(key=lambda message: message[0])

@@ -91,13 +91,26 @@ def demo_motion() -> CanonicalMotion:
     script.t_pose()
     script.relax()
     _walk(script)
-    _swings(script)
+    _front_back(script)
+    _up_down(script)
     _circles(script)
     _punches(script)
     _squat(script)
     _jump(script)
     script.travel(lambda path: path.turn(path.yaws[-1] + 2 * np.pi, 4.5))
     script.to(1.0, **_both(_T_POSE))
+    return compose(AUTHORED_OFFSETS, script.keys, script.path, script.now)
+
+
+def movement(name: str) -> CanonicalMotion:
+    """Return one of the thesis's four movements of the arms (`MOVEMENTS`), done several times on one place."""
+    part, times = MOVEMENTS[name]
+    script = _Script()
+    script.keys.move(0.0, 0.0, **_both(_RELAXED))
+    script.hold(0.5)
+    for _ in range(times):
+        part(script)
+    script.hold(0.5)
     return compose(AUTHORED_OFFSETS, script.keys, script.path, script.now)
 
 
@@ -108,11 +121,14 @@ def _walk(script: _Script) -> None:
     script.travel(lambda path: path.turn(front))
 
 
-def _swings(script: _Script) -> None:
+def _front_back(script: _Script) -> None:
     script.to(0.3, left_plane=_QUARTER, right_plane=_QUARTER)
     for forward in (1.5, -0.6, 1.5, -0.6, 1.5):
         script.to(0.75, left_raise=forward, right_raise=forward)
     script.relax()
+
+
+def _up_down(script: _Script) -> None:
     for height in (2.7, 0.14, 2.7, 0.14):
         script.to(1.0, **_both({"raise": height, "elbow": 0.1}))
     script.relax(0.4)
@@ -166,3 +182,12 @@ def _jump(script: _Script) -> None:
     script.keys.move(landed - 0.1, landed + jump.push_s, back=0.06, lean=0.35, **_both({"raise": 0.7}))
     script.hold(landed + jump.push_s - script.now)
     script.to(0.8, drop=0.0, back=0.0, lean=0.0, **_both(_RELAXED))
+
+
+MOVEMENTS: dict[str, tuple[Callable[[_Script], None], int]] = {
+    "arms_front_back": (_front_back, 2),
+    "arms_up_down": (_up_down, 2),
+    "arm_circles": (_circles, 1),
+    "punches": (_punches, 1),
+}
+"""The movements that the thesis measured (5.6): what does each, and how often it is done."""

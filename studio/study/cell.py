@@ -1,0 +1,141 @@
+"""One recording of a study and its solves: simulated, calibrated, solved and measured in memory."""
+
+from pathlib import Path
+from time import process_time
+from typing import Any
+
+import numpy as np
+
+from studio.camera.simulator.rig import standard_rig
+from studio.camera.simulator.seen import see
+from studio.camera.simulator.simulate import stage_motion, staged
+from studio.engine import blas  # noqa: F401, one thread a process: there are as many processes as cores
+from studio.engine.calibration.calibrate import calibrate, with_performer
+from studio.engine.calibration.result import Calibration
+from studio.engine.errors import StudioError
+from studio.engine.files import write_json
+from studio.engine.frames import CameraFrame
+from studio.engine.metrics.canonical import canonical_positions
+from studio.engine.metrics.evaluate import evaluate
+from studio.engine.metrics.reference import Reference
+from studio.engine.metrics.thesis import FIGURES
+from studio.engine.motion.authored import movement
+from studio.engine.poses import Poses
+from studio.engine.settings import parse_settings
+from studio.engine.solve.take import solve_frames
+from studio.study.plan import Cell, Recording, Variant
+
+MOVED_M = 0.10
+"""How far a switch must move a joint to count (thesis 5.6.3)."""
+
+KEPT: tuple[str, ...] = (
+    *FIGURES, "mpjpe_mm", "mpjpe_root_aligned_mm", "joint_angle_error_deg", "acceleration_error_m_s2", "latency_ms",
+    "foot_slide_cm_s", "cleanup_events_per_min", "cleanup_counts", "thesis_joints", "frames",
+)  # fmt: skip
+"""What is kept of a solve's figures."""
+
+
+class _Stage:
+    """A recording with what its solves share."""
+
+    def __init__(self, recording: Recording) -> None:
+        if recording.content:
+            motion, start_s = stage_motion(recording.motion, unit_m=recording.unit_m)
+        else:
+            motion, start_s = staged(movement(recording.motion))
+        assert start_s is not None
+        self.start_s = start_s
+        self.reference = Reference(motion.times_s(), motion.positions_m)
+        rig = standard_rig(recording.cameras)
+        self.frames = {
+            seen.camera: [
+                CameraFrame(
+                    seen.camera, i, int(seen.device_time_ns[i]), seen.positions_m[i], seen.confidence[i]
+                )
+                for i in range(len(seen.taken_s))
+            ]
+            for seen in see(motion, rig, seed=recording.seed, interference=recording.interference)
+        }
+        self.problem, self.calibration = _calibrated(self.frames, start_s)
+        self._solved: dict[str, Poses] = {}
+
+    def solve(self, variant: Variant, *, keep: bool = False) -> Poses:
+        """Return a variant's poses; with `keep` they are kept for others to be compared with."""
+        if variant.name in self._solved:
+            return self._solved[variant.name]
+        assert self.calibration is not None
+        every = (frame for camera in self.frames.values() for frame in camera)
+        settings = parse_settings(variant.preset, variant.changes)
+        poses = solve_frames(every, self.calibration, settings, start_s=self.start_s)
+        if keep:
+            self._solved[variant.name] = poses
+        return poses
+
+
+def _calibrated(frames: dict[str, list[CameraFrame]], until_s: float) -> tuple[str, Calibration | None]:
+    """Return why there is no calibration, or it; one that is refused is not used."""
+    try:
+        found = calibrate(frames, until_s=until_s)
+        if found.refused:
+            return f"calibration refused: {'; '.join(found.reasons())}", None
+        return "", with_performer(found, frames)
+    except StudioError as error:
+        return f"no calibration: {error}", None
+
+
+def run_recording(
+    recording: Recording, cells: list[Cell], others: dict[str, Variant], folder: Path
+) -> list[str]:
+    """Measure cells of one recording and write a file for each; return their keys.
+
+    Args:
+        recording: of all cells.
+        cells: what to solve.
+        others: variants by name, for those that cells are compared `against`.
+        folder: where `<key>.json` goes.
+    """
+    began = process_time()
+    stage = _Stage(recording)
+    compared = {cell.variant.against for cell in cells}
+    done = []
+    for cell in cells:
+        value: dict[str, Any] = {
+            "motion": recording.title,
+            "cameras": recording.cameras,
+            "interference": recording.interference,
+            "seed": recording.seed,
+            "variant": cell.variant.name,
+            "preset": cell.variant.preset,
+            "changes": list(cell.variant.changes),
+            "problem": stage.problem,
+        }
+        if not stage.problem:
+            value |= _measured(stage, cell.variant, others, keep=cell.variant.name in compared)
+        now = process_time()
+        value["cpu_s"], began = round(now - began, 3), now
+        write_json(folder / f"{cell.key}.json", value)
+        done.append(cell.key)
+    return done
+
+
+def _measured(stage: _Stage, variant: Variant, others: dict[str, Variant], *, keep: bool) -> dict[str, Any]:
+    try:
+        poses = stage.solve(variant, keep=keep)
+        figures = evaluate(poses, stage.reference, start_s=stage.start_s)
+    except StudioError as error:
+        return {"problem": f"not solved: {error}"}
+    out: dict[str, Any] = {"figures": {name: figures[name] for name in KEPT}}
+    if variant.against is not None:
+        beside = stage.solve(others[variant.against], keep=True)
+        moved = moved_frames(poses, beside)
+        out["moved_10cm"] = [int(moved.sum()), len(moved)]
+    return out
+
+
+def moved_frames(poses: Poses, beside: Poses) -> np.ndarray:
+    """Return in which frames a joint is at least 10 cm from where it is beside, shape (frame_count,)."""
+    count = min(poses.frame_count, beside.frame_count)
+    distance = np.linalg.norm(
+        canonical_positions(poses)[:count] - canonical_positions(beside)[:count], axis=2
+    )
+    return (distance >= MOVED_M).any(axis=1)

@@ -1,0 +1,98 @@
+"""Runs the cells of a study on every core; what is there already is not made again."""
+
+import json
+import multiprocessing
+import os
+import signal
+from collections.abc import Callable
+from concurrent.futures import ProcessPoolExecutor, wait
+from concurrent.futures.process import BrokenProcessPool
+from pathlib import Path
+from typing import Any
+
+from studio.engine.errors import StudioError
+from studio.study.plan import Cell, Study
+
+CELLS = "cells"
+"""Folder of the cells' files inside that of the study."""
+
+_LOOK_S = 1.0
+"""How often the cells that are done are counted."""
+
+
+def run_study(
+    study: Study, out: Path, *, processes: int | None = None, progress: Callable[[float], None] | None = None
+) -> int:
+    """Make every cell that is missing; return how many were made.
+
+    A cell is one file, written whole or not at all: a study that was broken off goes on where it was.
+
+    Args:
+        study: the plan.
+        out: folder of the study.
+        processes: how many at once; None = one for every core.
+        progress: told the share of all cells that is done.
+
+    Raises:
+        StudioError: the folder cannot be written, or a process broke off.
+    """
+    folder = out / CELLS
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise StudioError(f"cannot write {folder}: {error.strerror}; choose another --out") from error
+    missing = {
+        recording: [cell for cell in cells if read_cell(out, cell) is None]
+        for recording, cells in study.by_recording().items()
+    }
+    total = len(study.cells)
+    there = total - sum(map(len, missing.values()))
+    if progress is not None:
+        progress(there / max(total, 1))
+    others = {cell.variant.name: cell.variant for cell in study.cells}
+    jobs = [(recording, cells) for recording, cells in missing.items() if cells]
+    if not jobs:
+        return 0
+    from studio.study.cell import run_recording
+
+    count = min(processes or os.cpu_count() or 1, len(jobs))
+    context = multiprocessing.get_context("spawn")
+    with ProcessPoolExecutor(count, mp_context=context, initializer=_begin) as pool:
+        futures = [pool.submit(run_recording, recording, cells, others, folder) for recording, cells in jobs]
+        try:
+            left = set(futures)
+            while left:
+                ended, left = wait(left, timeout=_LOOK_S)
+                for future in ended:
+                    future.result()
+                if progress is not None:
+                    progress(sum(_path(out, cell).is_file() for cell in study.cells) / total)
+        except BrokenProcessPool as error:
+            raise StudioError("a process of the study broke off; start it again, it goes on") from error
+        except BaseException:
+            pool.shutdown(wait=False, cancel_futures=True)
+            raise
+    return total - there
+
+
+def _begin() -> None:
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the command, which ends its processes
+
+
+def _path(out: Path, cell: Cell) -> Path:
+    return out / CELLS / f"{cell.key}.json"
+
+
+def read_cell(out: Path, cell: Cell) -> dict[str, Any] | None:
+    """Return what was measured of a cell; None where it is not there, or its file is damaged."""
+    try:
+        value = json.loads(_path(out, cell).read_text(encoding="utf-8"))
+    except (OSError, ValueError):
+        return None
+    return value if isinstance(value, dict) and "variant" in value else None
+
+
+def read_cells(study: Study, out: Path) -> list[dict[str, Any]]:
+    """Return all cells of a study that are there."""
+    found = (read_cell(out, cell) for cell in study.cells)
+    return [value for value in found if value is not None]
