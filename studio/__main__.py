@@ -25,6 +25,7 @@ COMMANDS = (
     "bench",
     "doctor",
     "config",
+    "batch",
     "picture",
 )
 

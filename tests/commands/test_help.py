@@ -55,6 +55,7 @@ OPTIONS = {
     ),
     "bench": ("--json",),
     "doctor": ("--json",),
+    "batch": ("--preset", "--set", "--solve", "--out", "--processes", "--scheduler", "--json"),
     "config": ("--host", "--port", "--sessions", "--log-format", "--json"),
     "picture": ("--out", "--solve", "--times"),
 }

@@ -1,0 +1,133 @@
+"""One take's share of a batch: solve, export or evaluate it, unless that was done before."""
+
+import hashlib
+import json
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any, Literal
+
+from studio.engine.errors import StudioError
+
+Kind = Literal["solve", "export", "evaluate"]
+NOTES = ".batch"
+
+
+@dataclass(frozen=True)
+class Job:
+    """What is done to a take.
+
+    Attributes:
+        kind: of the work.
+        take: folder of the take.
+        options: of the work: `settings` and `name` of a solve; `solve`, `format`, `out` and `options` of an export;
+            `reference`, `solves` of an evaluation.
+    """
+
+    kind: Kind
+    take: str
+    options: dict[str, Any]
+
+    def key(self) -> str:
+        """Return what tells this work from other work on the take."""
+        text = json.dumps([self.kind, self.options], sort_keys=True, default=str)
+        return hashlib.sha256(text.encode()).hexdigest()[:16]
+
+
+@dataclass(frozen=True)
+class Done:
+    """How a job ended: `state` is done, skipped or failed; `message` says why it failed; `made` names the result."""
+
+    take: str
+    state: str
+    message: str = ""
+    made: str = ""
+
+
+def do(job: Job) -> Done:
+    """Do a job, in whatever process; a failure is told, not raised, so that the others go on."""
+    try:
+        inputs, output = _files(job)
+        note = Path(job.take) / NOTES / f"{job.kind}_{job.key()}.json"
+        stamp = _stamp(inputs)
+        if output.exists() and _noted(note) == stamp:
+            return Done(job.take, "skipped", made=str(output))
+        _DO[job.kind](job)
+        _note(note, stamp)
+        return Done(job.take, "done", made=str(output))
+    except (StudioError, OSError) as error:
+        return Done(job.take, "failed", str(error) or type(error).__name__)
+
+
+def _solve(job: Job) -> None:
+    from studio.engine.settings import SolveSettings
+    from studio.replay import solve_take
+    from studio.take.take import Take
+
+    settings = SolveSettings.from_json(job.options["settings"])
+    solve_take(Take.open(job.take), settings, name=job.options["name"])
+
+
+def _export(job: Job) -> None:
+    from studio.engine.export import ExportOptions, export
+    from studio.engine.poses import Poses
+
+    poses = Poses.load(_poses(job))
+    export(poses, job.options["out"], job.options["format"], ExportOptions(**job.options["options"]))
+
+
+def _evaluate(job: Job) -> None:
+    from studio.engine.files import write_json
+    from studio.engine.metrics.evaluate import evaluate
+    from studio.engine.metrics.reference import read_reference
+    from studio.engine.poses import Poses
+    from studio.take.take import Take
+
+    take = Take.open(job.take)
+    reference = read_reference(job.options["reference"])
+    figures = evaluate(Poses.load(_poses(job)), reference, start_s=take.meta["calibration_s"])
+    write_json(job.options["out"], {"take": job.take, "solve": job.options["solve"], **figures})
+
+
+_DO = {"solve": _solve, "export": _export, "evaluate": _evaluate}
+
+
+def _poses(job: Job) -> Path:
+    return Path(job.take) / "solves" / job.options["solve"] / "poses.npz"
+
+
+def _files(job: Job) -> tuple[list[Path], Path]:
+    """Return the files that the work reads, and what it makes."""
+    take = Path(job.take)
+    if job.kind == "solve":
+        calibrations = sorted((take / "calibrations").glob("*.json"))
+        return [take / "raw.mcap", *calibrations], take / "solves" / job.options["name"] / "poses.npz"
+    inputs = [_poses(job)]
+    if job.kind == "evaluate":
+        inputs.append(Path(job.options["reference"]))
+    return inputs, Path(job.options["out"])
+
+
+def _stamp(inputs: list[Path]) -> dict[str, list[int]]:
+    """Size and time of the files that the work reads."""
+    return {str(path): [path.stat().st_size, path.stat().st_mtime_ns] for path in inputs if path.exists()}
+
+
+def _noted(note: Path) -> Any:
+    try:
+        return json.loads(note.read_text(encoding="utf-8"))
+    except (OSError, ValueError):
+        return None
+
+
+def _note(note: Path, stamp: dict[str, list[int]]) -> None:
+    from studio.engine.files import write_json
+
+    write_json(note, stamp)
+
+
+def summary(done: list[Done]) -> dict[str, Any]:
+    """Return how a batch went, as JSON."""
+    return {
+        **{state: sum(one.state == state for one in done) for state in ("done", "skipped", "failed")},
+        "takes": [asdict(one) for one in done],
+    }
