@@ -16,7 +16,7 @@ Solve, export or evaluate many takes, on all cores or on a Dask cluster.
   studio batch evaluate SESSIONS --solve finish --out FOLDER
 
 SESSIONS is a take, a session or a folder of sessions; several may be given. What was done before, of the same input
-and with the same settings, is left alone. References are found as TAKE.truth.csv beside a take, or in its references/."""
+and with the same settings, is left alone. A take's reference is TAKE.truth.csv beside it, or in its references/."""
 
 
 def add_parser(subparsers: Any) -> None:
