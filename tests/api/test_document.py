@@ -1,0 +1,34 @@
+"""docs/api.md names every route that the server has."""
+
+import re
+from pathlib import Path
+
+from studio.api.app import create_app
+from studio.live import LiveStage
+
+DOCUMENT = (Path(__file__).parents[2] / "docs" / "api.md").read_text(encoding="utf-8")
+
+
+def plain(path: str) -> str:
+    """A path without the names of its parameters."""
+    return re.sub(r"\{[^}]*\}", "{}", path.removeprefix("/api/v1"))
+
+
+def documented() -> set[tuple[str, str]]:
+    """Method and path of all that the document names; `...` stands for the path before it in the same row."""
+    found = set()
+    for row in DOCUMENT.splitlines():
+        last = ""
+        for method, path in re.findall(r"`(GET|POST|PUT|PATCH|DELETE) ([^`\s?]+)", row):
+            whole = last.rsplit("/", 1)[0] + path.removeprefix("...") if path.startswith("...") else path
+            last = last or whole
+            found.add((method, plain(whole)))
+    return found
+
+
+def test_every_route_is_documented(tmp_path: Path) -> None:
+    app = create_app(LiveStage(tmp_path), tmp_path)
+    routes = {
+        (method.upper(), plain(path)) for path, methods in app.openapi()["paths"].items() for method in methods
+    }
+    assert sorted(routes - documented()) == []
