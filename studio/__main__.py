@@ -22,6 +22,7 @@ COMMANDS = (
     "evaluate",
     "study",
     "export",
+    "rig",
     "bench",
     "doctor",
     "config",

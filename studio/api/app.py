@@ -19,6 +19,7 @@ from studio.api.operations import operations_router
 from studio.api.origin import OriginGuard
 from studio.api.outputs import outputs_router
 from studio.api.performers import performers_router
+from studio.api.rigs import rigs_router
 from studio.api.stage import stage_router
 from studio.api.takes import takes_router
 from studio.api.vote import vote_router
@@ -72,6 +73,7 @@ def create_app(
     finder = Finder(stage, sessions)
     app.include_router(performers_router(stage))
     app.include_router(takes_router(sessions, finder, jobs))
+    app.include_router(rigs_router(sessions))
     app.include_router(manage_router(sessions, finder, jobs))
     app.include_router(measure_router(finder))
     app.include_router(operations_router(stage))

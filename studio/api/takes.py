@@ -11,6 +11,7 @@ from pydantic import Field
 from studio.api.errors import RESPONSES
 from studio.api.find import Finder
 from studio.api.jobs import Jobs
+from studio.api.rigs import find_rig
 from studio.api.stage import Request
 from studio.api.switches import from_request
 from studio.api.work import export_work, solve_work
@@ -56,10 +57,11 @@ class ExportRequest(Request):
     smooth_hz: float | None = Field(None, gt=0, description="cutoff of a zero-phase low-pass [Hz]")
     loop: bool = False
     foot_lock: bool = False
+    rig: str | None = Field(None, description="onto this rig (GET /api/v1/rigs) instead of a target")
 
     def options(self, take: str) -> ExportOptions:
         """Return the options of an export of this take."""
-        values = self.model_dump(exclude={"format"})
+        values = self.model_dump(exclude={"format", "rig"})
         return ExportOptions(**{**values, "take_name": self.take_name or take})
 
 
@@ -104,8 +106,10 @@ def takes_router(sessions: Path, finder: Finder, jobs: Jobs) -> APIRouter:
         """Export a solve and download the file, which is kept in the take's `exports/`."""
         opened = finder.take(session, take)
         poses = finder.solve(opened, solve)
-        out = inside(opened.path / "exports", f"{take}_{solve}.{request.format}")
-        run_in_process(export_work, poses, out, request.format, request.options(take))
+        rig = None if request.rig is None else find_rig(sessions, request.rig)
+        onto = "" if rig is None else f"_{rig.stem}"
+        out = inside(opened.path / "exports", f"{take}_{solve}{onto}.{request.format}")
+        run_in_process(export_work, poses, out, request.format, request.options(take), rig)
         return FileResponse(out, filename=out.name, media_type="application/octet-stream")
 
     @router.get("/jobs", tags=["jobs"])

@@ -20,12 +20,43 @@ def solve_work(
     )
 
 
-def export_work(poses: Path, out: Path, format: str, options: ExportOptions) -> None:
-    """Export the `poses.npz` to `out`."""
+def export_work(poses: Path, out: Path, format: str, options: ExportOptions, rig: Path | None = None) -> None:
+    """Export the `poses.npz` to `out`, onto a rig where one is given."""
     from studio.engine.export import export
     from studio.engine.poses import Poses
+    from studio.engine.retarget.onto import export_onto, open_rig
 
-    export(Poses.load(poses), out, format, options)
+    if rig is None:
+        export(Poses.load(poses), out, format, options)
+    else:
+        export_onto([(Poses.load(poses), options)], out, format, open_rig(rig))
+
+
+def rig_work(rig: Path) -> dict[str, Any]:
+    """Return what there is to know of a rig and its mapping."""
+    from studio.engine.retarget.facts import rig_facts
+
+    return rig_facts(rig)
+
+
+def keep_rig_work(data: bytes, path: Path) -> dict[str, Any]:
+    """Keep a rig at `path`; return what there is to know of it."""
+    from studio.engine.retarget.facts import keep_rig, rig_facts
+
+    keep_rig(data, path)
+    return rig_facts(path)
+
+
+def map_rig_work(rig: Path, bones: dict[str, str | None]) -> dict[str, Any]:
+    """Save a rig's mapping where it does; return what there is to know of the rig then."""
+    from studio.engine.retarget.facts import rig_facts
+    from studio.engine.retarget.files import read_rig
+    from studio.engine.retarget.mapping import checked_bones, mapping_of, mapping_path, save_mapping
+
+    opened, named = read_rig(rig), checked_bones(dict(bones), "mapping")
+    mapping_of(opened, named)
+    save_mapping(mapping_path(rig), opened, named)
+    return rig_facts(rig)
 
 
 def evaluate_work(
@@ -51,6 +82,18 @@ def evaluate_work(
             for name in solves
         }
     }
+
+
+def report_work(
+    take: Path, reference: Path, solves: list[str], align_time: bool, unit_m: float | None, align: str
+) -> str:
+    """Return the report of these solves of the take as HTML."""
+    from studio.engine.metrics.reference import read_reference
+    from studio.report.take_report import take_report
+    from studio.take.take import Take
+
+    figures = evaluate_work(take, reference, solves, align_time, unit_m, align)["solves"]
+    return take_report(Take.open(take), read_reference(reference, unit_m=unit_m), figures)
 
 
 def cleanup_work(take: Path, poses: Path, reference: Path | None) -> dict[str, Any]:

@@ -9,6 +9,7 @@ from studio.commands.common import add_command, add_take, progress_bar
 if TYPE_CHECKING:
     from studio.engine.export import ExportOptions
     from studio.engine.poses import Poses
+    from studio.engine.retarget.onto import Onto
     from studio.take.take import Take
 
 _TEXT = """\
@@ -51,6 +52,9 @@ def add_parser(subparsers: Any) -> None:
     )
     add("--rotation-order", choices=("ZXY", "ZYX", "YZX", "XZY", "YXZ", "XYZ"), default="ZXY", help="of BVH")
     add("--unit", choices=("mm", "cm", "m", "in"), default="cm", help="of BVH")
+    add("--rig", metavar="FILE", type=Path, help="onto the skeleton of this GLB, FBX or BVH file")
+    add("--mapping", metavar="FILE", type=Path,
+        help="which bone of the rig is what (default: the table beside it, else by name)")  # fmt: skip
     keys = parser.add_argument_group("keys")
     add = keys.add_argument
     add("--fps", metavar="F", type=float, help="frames per second (default: the solve's)")
@@ -75,6 +79,7 @@ def add_parser(subparsers: Any) -> None:
 
 def run(args: argparse.Namespace) -> int:
     from studio.engine.export import export_takes
+    from studio.engine.retarget.onto import export_onto
     from studio.take.take import Take
 
     takes, told = [], []
@@ -83,10 +88,26 @@ def run(args: argparse.Namespace) -> int:
         poses, name = load_solve(take, args.solve)
         takes.append((poses, _options(args, take, poses)))
         told.append(f"solve {name}, {poses.frame_count} frames")
+    onto = _rig(args)
     with progress_bar("Exporting") as progress:
-        export_takes(takes, args.out, args.format, progress=progress)
+        if onto is None:
+            export_takes(takes, args.out, args.format, progress=progress)
+        else:
+            export_onto(takes, args.out, args.format, onto, progress=progress)
     print(f"{args.out}: {'; '.join(told)}, {args.out.stat().st_size / 1e6:.1f} MB")
     return 0
+
+
+def _rig(args: argparse.Namespace) -> "Onto | None":
+    """Return the rig that is exported onto, None for the performer's own skeleton."""
+    from studio.engine.errors import SettingsError
+    from studio.engine.retarget.onto import open_rig
+
+    if args.rig is not None:
+        return open_rig(args.rig, args.mapping)
+    if args.mapping is not None:
+        raise SettingsError(f"mapping={args.mapping}: goes with --rig; give the rig's file too")
+    return None
 
 
 def load_solve(take: "Take", wanted: str | None) -> "tuple[Poses, str]":

@@ -16,17 +16,9 @@ _MAX_SECONDS = 4 * 3600.0
 
 def read(path: Path) -> dict[str, Any]:
     """Return the arrays of `nodes.Nodes`."""
-    try:
-        import ufbx
-    except ImportError as error:
-        raise NotAvailableError(
-            "reading FBX needs the package ufbx: install capture-studio[fbx], or export the animation as BVH or GLB"
-        ) from error
-    try:
-        scene = ufbx.load_file(str(path), target_axes=ufbx.axes_right_handed_z_up, target_unit_meters=1.0)
-    except (RuntimeError, ValueError, OSError, MemoryError, ufbx.UfbxError) as error:
-        reason = " ".join(str(error).split())[:200]
-        raise FormatError(f"{path} cannot be read as FBX: {reason}; export it again") from error
+    scene = load_scene(path)
+    import ufbx
+
     settings, stacks = scene.settings, list(scene.anim_stacks)
     nodes = list(scene.nodes)
     if not stacks:
@@ -46,18 +38,37 @@ def read(path: Path) -> dict[str, Any]:
     moving = np.empty((frames, len(nodes), 10))
     for column, node in enumerate(nodes):
         for frame in range(frames):
-            moving[frame, column] = _row(ufbx.evaluate_transform(anim, node, begin + frame / rate))
-    own = np.array([[_row(node.local_transform) for node in nodes]])
+            moving[frame, column] = transform_row(ufbx.evaluate_transform(anim, node, begin + frame / rate))
+    own = np.array([[transform_row(node.local_transform) for node in nodes]])
     return {
-        **_tree(nodes),
-        "rest": _rest(scene, nodes),
-        **_transforms("", moving),
-        **_transforms("own_", own),
+        **tree_of(nodes),
+        "rest": bind_matrices(scene, nodes),
+        **transform_arrays("", moving),
+        **transform_arrays("own_", own),
         "frame_s": np.array(1.0 / rate),
     }
 
 
-def _tree(nodes: list[Any]) -> dict[str, Any]:
+def load_scene(path: Path) -> Any:
+    """Return ufbx's scene of a file, in stage axes and metres.
+
+    Raises:
+        NotAvailableError: the package ufbx is not installed. FormatError: ufbx cannot read the file.
+    """
+    try:
+        import ufbx
+    except ImportError as error:
+        raise NotAvailableError(
+            "reading FBX needs the package ufbx: install capture-studio[fbx], or export the animation as BVH or GLB"
+        ) from error
+    try:
+        return ufbx.load_file(str(path), target_axes=ufbx.axes_right_handed_z_up, target_unit_meters=1.0)
+    except (RuntimeError, ValueError, OSError, MemoryError, ufbx.UfbxError) as error:
+        reason = " ".join(str(error).split())[:200]
+        raise FormatError(f"{path} cannot be read as FBX: {reason}; export it again") from error
+
+
+def tree_of(nodes: list[Any]) -> dict[str, Any]:
     parents, joints = [], []
     for node in nodes:
         parent, bone = node.parent, node.bone
@@ -70,7 +81,7 @@ def _tree(nodes: list[Any]) -> dict[str, Any]:
     }
 
 
-def _rest(scene: Any, nodes: list[Any]) -> np.ndarray:
+def bind_matrices(scene: Any, nodes: list[Any]) -> np.ndarray:
     """World matrices of the bind pose, shape (N, 4, 4), NaN where it says nothing."""
     rest = np.full((len(nodes), 4, 4), np.nan)
     for pose in list(scene.poses):
@@ -83,12 +94,12 @@ def _rest(scene: Any, nodes: list[Any]) -> np.ndarray:
     return rest
 
 
-def _row(transform: Any) -> tuple[float, ...]:
+def transform_row(transform: Any) -> tuple[float, ...]:
     t, r, s = transform.translation, transform.rotation, transform.scale
     return (t.x, t.y, t.z, r.w, r.x, r.y, r.z, s.x, s.y, s.z)
 
 
-def _transforms(prefix: str, rows: np.ndarray) -> dict[str, np.ndarray]:
+def transform_arrays(prefix: str, rows: np.ndarray) -> dict[str, np.ndarray]:
     return {
         f"{prefix}translations": rows[..., :3],
         f"{prefix}rotations_wxyz": rows[..., 3:7],

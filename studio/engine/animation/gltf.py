@@ -32,9 +32,9 @@ def read_gltf(path: str | os.PathLike[str]) -> Motion:
         FormatError: the file is missing, damaged, refers to other files, has no animation, or no hips.
     """
     file = GltfFile(Path(path))
-    order, parents = _order(file)
+    order, parents = node_order(file)
     place = {node: k for k, node in enumerate(order)}
-    own = {name: np.array([_own(file, node, name) for node in order]) for name in _DEFAULTS}
+    own = {name: np.array([own_transform(file, node, name) for node in order]) for name in _DEFAULTS}
     animations = file.items("animations")
     if not animations or not isinstance(animations[0], dict):
         raise FormatError(f"{path} has no animation; export it with one")
@@ -43,7 +43,7 @@ def read_gltf(path: str | os.PathLike[str]) -> Motion:
     moving = {name: np.repeat(values[None], len(times), axis=0) for name, values in own.items()}
     for (node, name), sampled in tracks.items():
         moving[name][:, node] = sampled[1](times)
-    joints, rest = _skins(file, place)
+    joints, rest = skin_joints(file, place)
     nodes = Nodes(
         names=tuple(str(file.items("nodes")[node].get("name", f"node {node}")) for node in order),
         parents=parents,
@@ -62,7 +62,7 @@ def read_gltf(path: str | os.PathLike[str]) -> Motion:
     return motion_of(nodes, _STAGE_FILE, str(path))
 
 
-def _order(file: GltfFile) -> tuple[list[int], NDArray[np.int64]]:
+def node_order(file: GltfFile) -> tuple[list[int], NDArray[np.int64]]:
     """Return the nodes, parents before children, and the place of each one's parent."""
     items = file.items("nodes")
     above = np.full(len(items), -1)
@@ -82,7 +82,7 @@ def _order(file: GltfFile) -> tuple[list[int], NDArray[np.int64]]:
     return order, np.array([place.get(int(above[node]), -1) for node in order], dtype=np.int64)
 
 
-def _own(file: GltfFile, node: int, name: str) -> tuple[float, ...]:
+def own_transform(file: GltfFile, node: int, name: str) -> tuple[float, ...]:
     """Return a node's own translation, rotation (xyzw) or scale."""
     value = file.items("nodes")[node]
     if "matrix" in value:
@@ -186,7 +186,7 @@ def _times(file: GltfFile, tracks: dict[tuple[int, str], _Track], node_count: in
     return begin + np.arange(max(frames, 2)) / rate
 
 
-def _skins(file: GltfFile, place: dict[int, int]) -> tuple[NDArray[np.bool_], Array]:
+def skin_joints(file: GltfFile, place: dict[int, int]) -> tuple[NDArray[np.bool_], Array]:
     """Return which nodes are joints of a skin, and the world matrices in which skins are bound, NaN elsewhere."""
     joints, rest = np.zeros(len(place), dtype=bool), np.full((len(place), 4, 4), np.nan)
     for skin in file.items("skins"):

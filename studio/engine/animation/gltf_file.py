@@ -19,7 +19,8 @@ _DATA = "data:"
 
 
 class GltfFile:
-    """A glTF file; `items(name)` is a list of its tree, `array(number)` an accessor's values.
+    """A glTF file; `items(name)` is a list of its tree, `array(number)` an accessor's values,
+    `buffers` the bytes.
 
     Raises:
         FormatError: the file is missing, broken, or refers to other files.
@@ -43,7 +44,7 @@ class GltfFile:
         needed = [name for name in self.items("extensionsRequired") if name not in ("KHR_mesh_quantization",)]
         if needed:
             raise FormatError(f"{path} needs extensions that are not known: {needed}; export it without")
-        self._buffers = [self._buffer(k, buffer, binary) for k, buffer in enumerate(self.items("buffers"))]
+        self.buffers = [self._buffer(k, buffer, binary) for k, buffer in enumerate(self.items("buffers"))]
 
     def items(self, name: str) -> list[Any]:
         """Return a list of the tree, empty where the file has none."""
@@ -104,10 +105,10 @@ class GltfFile:
             raise self.wrong(f"accessor {number} is sparse or empty, which animations are not")
         view = self._at("bufferViews", accessor["bufferView"])
         buffer_number = view.get("buffer", 0)
-        if not isinstance(buffer_number, int) or not 0 <= buffer_number < len(self._buffers):
+        if not isinstance(buffer_number, int) or not 0 <= buffer_number < len(self.buffers):
             raise self.wrong(f"accessor {number} lies in buffer {buffer_number}, which is not there")
         kind, width = _TYPES.get(accessor.get("componentType")), _WIDTHS.get(accessor.get("type"))
-        count, buffer = accessor.get("count"), self._buffers[buffer_number]
+        count, buffer = accessor.get("count"), self.buffers[buffer_number]
         start, inner, stride = (
             view.get("byteOffset", 0),
             accessor.get("byteOffset", 0),

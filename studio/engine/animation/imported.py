@@ -91,7 +91,7 @@ def to_t_pose(roles: tuple[str, ...], parents: NDArray[np.int64], rest_m: Array)
     A bone within 15 degrees of that stays: such a rest pose is a T-pose. Joints without a role follow their parent.
     """
     index = {role: joint for joint, role in enumerate(roles) if role}
-    facing = _facing(index, rest_m)
+    facing = facing_turn(index, rest_m)
     out = np.empty((len(roles), 3, 3))
     for joint, (role, parent) in enumerate(zip(roles, parents.tolist(), strict=True)):
         above = facing if parent < 0 else out[parent]
@@ -128,7 +128,7 @@ def _in_limb(role: str) -> bool:
     return "Hand" in role or role.endswith("ToeBase")
 
 
-def _facing(index: dict[str, int], rest_m: Array) -> Array:
+def facing_turn(index: dict[str, int], rest_m: Array) -> Array:
     """Return the turn about the vertical that brings the body's left to +x, shape (3, 3)."""
     lateral = np.zeros(3)
     for name in ("UpLeg", "Arm"):

@@ -50,8 +50,8 @@ def motion_of(nodes: Nodes, T_stage_file: Array, what: str) -> Motion:
         FormatError: there are no hips, or a value is not finite.
     """
     chosen = _chosen(nodes, what)
-    world = _world(nodes.parents, nodes.translations, nodes.rotations_wxyz, nodes.scales, chosen)
-    rest = _world(nodes.parents, *nodes.own, chosen)[0]
+    world = world_matrices(nodes.parents, nodes.translations, nodes.rotations_wxyz, nodes.scales, chosen)
+    rest = world_matrices(nodes.parents, *nodes.own, chosen)[0]
     known = np.isfinite(nodes.rest[chosen]).all(axis=(1, 2))
     if known.any():
         rest[known] = nodes.rest[chosen][known]
@@ -60,13 +60,13 @@ def motion_of(nodes: Nodes, T_stage_file: Array, what: str) -> Motion:
     turn = T_stage_file / np.cbrt(np.abs(np.linalg.det(T_stage_file)))
     place = {int(node): k for k, node in enumerate(chosen)}
     with np.errstate(invalid="ignore", divide="ignore"):
-        rotations = turn @ _turned(world) @ np.swapaxes(_turned(rest), -1, -2) @ turn.T
+        rotations = turn @ without_scale(world) @ np.swapaxes(without_scale(rest), -1, -2) @ turn.T
     if not np.isfinite(rotations).all():
         raise FormatError(f"{what}: a bone is scaled to nothing, so it has no direction; export it without")
     return Motion(
         frame_s=nodes.frame_s,
-        joint_names=_unique([nodes.names[k] for k in chosen]),
-        parents=np.array([_parent(nodes.parents, place, int(node)) for node in chosen], dtype=np.int64),
+        joint_names=unique_names([nodes.names[k] for k in chosen]),
+        parents=np.array([parent_among(nodes.parents, place, int(node)) for node in chosen], dtype=np.int64),
         positions_m=world[..., :3, 3] @ T_stage_file.T,
         rotations=rotations,
         rest_m=rest[:, :3, 3] @ T_stage_file.T,
@@ -77,7 +77,7 @@ def _chosen(nodes: Nodes, what: str) -> NDArray[np.int64]:
     """Return the joints of the tree that has hips: what the file calls bones, else every node of a tree."""
     candidates = np.flatnonzero(nodes.joints) if nodes.joints.any() else np.arange(len(nodes.names))
     place = {int(node): k for k, node in enumerate(candidates)}
-    parents = [_parent(nodes.parents, place, int(node)) for node in candidates]
+    parents = [parent_among(nodes.parents, place, int(node)) for node in candidates]
     roles = roles_of([nodes.names[k] for k in candidates], parents)
     if "Hips" not in roles:
         raise FormatError(
@@ -93,7 +93,7 @@ def _chosen(nodes: Nodes, what: str) -> NDArray[np.int64]:
     return candidates[inside]
 
 
-def _parent(parents: NDArray[np.int64], place: dict[int, int], node: int) -> int:
+def parent_among(parents: NDArray[np.int64], place: dict[int, int], node: int) -> int:
     """Return the place of the nearest ancestor that is chosen, -1 where there is none."""
     above = int(parents[node])
     while above >= 0 and above not in place:
@@ -101,7 +101,9 @@ def _parent(parents: NDArray[np.int64], place: dict[int, int], node: int) -> int
     return place.get(above, -1)
 
 
-def _world(parents: NDArray[np.int64], t: Array, r_wxyz: Array, s: Array, wanted: NDArray[np.int64]) -> Array:
+def world_matrices(
+    parents: NDArray[np.int64], t: Array, r_wxyz: Array, s: Array, wanted: NDArray[np.int64]
+) -> Array:
     """Return world matrices of the wanted nodes, shape (F, len(wanted), 4, 4)."""
     needed = set()
     for node in wanted.tolist():
@@ -121,13 +123,13 @@ def _world(parents: NDArray[np.int64], t: Array, r_wxyz: Array, s: Array, wanted
     return np.stack([world[int(node)] for node in wanted], axis=1)
 
 
-def _turned(world: Array) -> Array:
+def without_scale(world: Array) -> Array:
     """Return the rotations in world matrices, their scales taken out."""
     turned = world[..., :3, :3]
     return turned / np.linalg.norm(turned, axis=-2, keepdims=True)
 
 
-def _unique(names: list[str]) -> tuple[str, ...]:
+def unique_names(names: list[str]) -> tuple[str, ...]:
     """Return names, of which those that are there twice have a number behind."""
     seen: dict[str, int] = {}
     out = []

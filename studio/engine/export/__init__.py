@@ -17,6 +17,7 @@ from studio.engine.export.clip import clip, prepared_poses
 from studio.engine.export.fbx import write_fbx
 from studio.engine.export.glb import write_glb
 from studio.engine.export.options import POSE_OPTIONS, ExportOptions, check_options
+from studio.engine.export.skeleton import LocalMotion
 from studio.engine.export.table import write_csv, write_npz
 from studio.engine.export.trc import write_trc
 from studio.engine.export.usd import write_usd
@@ -94,6 +95,8 @@ def export_takes(
     format: str,
     *,
     progress: Callable[[float], None] | None = None,
+    onto: Callable[[LocalMotion, ExportOptions], LocalMotion] | None = None,
+    write: Callable[..., None] | None = None,
 ) -> None:
     """Write one or several takes to one file, atomically; several only where the format holds several.
 
@@ -102,6 +105,8 @@ def export_takes(
         path: of the file.
         format: a key of `EXPORTERS`.
         progress: told the share that is done.
+        onto: as `clip` has it.
+        write: instead of the format's own writer, for one take.
 
     Raises:
         SettingsError: as `export`; several takes in a format of one; takes that do not go into one file.
@@ -117,14 +122,16 @@ def export_takes(
         check_options(options, format, exporter.options)
     made = []
     for k, (poses, options) in enumerate(takes):
-        made.append(clip(poses, options) if exporter.takes == "motion" else prepared_poses(poses, options))
+        made.append(
+            clip(poses, options, onto) if exporter.takes == "motion" else prepared_poses(poses, options)
+        )
         told(_PREPARING * (k + 1) / len(takes))
     if exporter.several:
         exporter.write(
             made, path, takes[0][1], progress=lambda share: told(_PREPARING + (1 - _PREPARING) * share)
         )
     else:
-        exporter.write(made[0], path, takes[0][1])
+        (write or exporter.write)(made[0], path, takes[0][1])
     told(1.0)
 
 

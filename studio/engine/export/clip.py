@@ -3,6 +3,7 @@
 `prepared_poses` is the part that every format shares; `clip` goes on to a skeleton with keys.
 """
 
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -36,10 +37,19 @@ def prepared_poses(poses: Poses, options: ExportOptions) -> Poses:
     return _prepared(poses, options, 1)
 
 
-def clip(poses: Poses, options: ExportOptions) -> LocalMotion:
+def clip(
+    poses: Poses,
+    options: ExportOptions,
+    onto: Callable[[LocalMotion, ExportOptions], LocalMotion] | None = None,
+) -> LocalMotion:
     """Return the poses as a skeleton with keys: `prepared_poses`, then root motion and the target's bones.
 
     Where the poses have more frames than the clip has cubic keys, the motion between the keys comes along.
+
+    Args:
+        poses: what is exported.
+        options: how.
+        onto: what moves the motion onto other bones than a target's (`retarget`), with its path.
 
     Raises:
         FormatError: poses that cannot be exported.
@@ -47,7 +57,11 @@ def clip(poses: Poses, options: ExportOptions) -> LocalMotion:
     """
     steps = _steps(poses, options)
     prepared = _prepared(poses, options, steps)
-    motion = on_target(local_motion(prepared), options.target, options.root_motion)
+    motion = local_motion(prepared)
+    if onto is None:
+        motion = on_target(motion, options.target, options.root_motion)
+    else:
+        motion = onto(motion, options)
     motion = with_keys_every(motion, steps)
     if options.fps is not None:
         motion = replace(motion, frames_per_second=standard_rate(options.fps))

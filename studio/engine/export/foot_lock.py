@@ -49,8 +49,8 @@ def foot_locked(poses: Poses) -> Poses:
         for column in (ankle, toe):
             standing = contacts.hold[:, column] > 0.0
             move = _places(feet[:, column], contacts.place_m[:, column], standing) - feet[:, column]
-            holds.append(_eased(standing.astype(float)[:, None], standing, ease)[:, 0])
-            moves.append(_eased(move, standing, ease))
+            holds.append(eased(standing.astype(float)[:, None], standing, ease)[:, 0])
+            moves.append(eased(move, standing, ease))
         shift = holds[0][:, None] * moves[0] + (1.0 - holds[0])[:, None] * moves[1]
         _move_leg(poses, index, side, shift, moves[1], positions, rotations)
     return replace(poses, positions_m=positions, rotations_wxyz=rotations)
@@ -66,17 +66,17 @@ def _rest_heights_m(poses: Poses, index: dict[str, int]) -> Array:
 def _places(path: Array, slow: Array, standing: NDArray[np.bool_]) -> Array:
     """Return where a joint stands, frame by frame: one place per stance; its own path where it does not stand."""
     out = path.copy()
-    for begin, end in _runs(standing):
+    for begin, end in runs_of(standing):
         place = np.median(path[begin:end], axis=0)
         rolls = np.linalg.norm(path[begin:end] - place, axis=1).max() > ROLLING_M
         out[begin:end] = slow[begin:end] if rolls else place
     return out
 
 
-def _eased(values: Array, standing: NDArray[np.bool_], ease: int) -> Array:
+def eased(values: Array, standing: NDArray[np.bool_], ease: int) -> Array:
     """Return values, shape (F, n), that hold in stances, fade beyond them, and go over from one into the next."""
     out = np.zeros_like(values)
-    runs = _runs(standing)
+    runs = runs_of(standing)
     for begin, end in runs:
         out[begin:end] = values[begin:end]
     for k, (begin, end) in enumerate(runs):
@@ -99,7 +99,7 @@ def _fade(out: Array, value: Array, frames: range, edge: int, ease: int) -> None
         out[frame] = t * t * (3 - 2 * t) * value
 
 
-def _runs(flags: NDArray[np.bool_]) -> list[tuple[int, int]]:
+def runs_of(flags: NDArray[np.bool_]) -> list[tuple[int, int]]:
     """Begin and end of each run of true flags."""
     edges = np.flatnonzero(np.diff(np.concatenate([[False], flags, [False]])))
     return [(int(a), int(b)) for a, b in zip(edges[::2], edges[1::2], strict=True)]

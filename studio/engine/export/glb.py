@@ -5,6 +5,7 @@ the slopes of `curves`.
 """
 
 import os
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -34,7 +35,7 @@ def write_glb(motion: LocalMotion, path: str | os.PathLike[str], options: Export
         FormatError: a skeleton that no body fits.
         StudioError: the file cannot be written.
     """
-    document = _Document()
+    document = GltfDocument()
     document.add_skeleton(motion)
     if options.mesh is not False:
         document.add_mesh(mannequin(motion))
@@ -45,7 +46,7 @@ def write_glb(motion: LocalMotion, path: str | os.PathLike[str], options: Export
 
 
 @dataclass
-class _Document:
+class GltfDocument:
     """A glTF document with its buffer, as it grows."""
 
     tree: gltf.GLTF2 = field(default_factory=gltf.GLTF2)
@@ -120,8 +121,16 @@ class _Document:
         self.tree.nodes.append(gltf.Node(name="Mannequin", mesh=0, skin=0))
         self.tree.scenes[0].nodes.append(len(self.tree.nodes) - 1)
 
-    def add_animation(self, motion: LocalMotion, interpolation: str) -> None:
-        """Add the keys: rotations of every joint, positions of those that have position keys."""
+    def add_animation(
+        self, motion: LocalMotion, interpolation: str, nodes: Sequence[int] | None = None
+    ) -> None:
+        """Add the keys: rotations of every joint, positions of those that have position keys.
+
+        Args:
+            motion: the keys.
+            interpolation: one of `INTERPOLATIONS`.
+            nodes: number of each joint's node; None = the joints' own order.
+        """
         times = np.arange(motion.frame_count) / motion.frames_per_second
         kind = _INTERPOLATIONS[interpolation] if len(times) > 1 else "STEP"
         clock = self.add(times.astype(np.float32), bounds=True)
@@ -135,7 +144,8 @@ class _Document:
                 keys = _with_slopes(keys, dense, motion.frames_per_second, _UNITS[path])
             output = self.add(keys.astype(np.float32))
             animation.samplers.append(gltf.AnimationSampler(input=clock, output=output, interpolation=kind))
-            target = gltf.AnimationChannelTarget(node=joint, path=path)
+            node = joint if nodes is None else nodes[joint]
+            target = gltf.AnimationChannelTarget(node=node, path=path)
             animation.channels.append(
                 gltf.AnimationChannel(sampler=len(animation.samplers) - 1, target=target)
             )

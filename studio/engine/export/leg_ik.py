@@ -10,22 +10,26 @@ MOST_STRETCH = 0.8
 """A bent leg stretches by less than this share of what it lacks to straight: the last of it would throw the knee."""
 
 
-def reach(hip: Array, knee: Array, ankle: Array, target: Array, side: Array) -> tuple[Rotation, Rotation]:
+def reach(
+    hip: Array, knee: Array, ankle: Array, target: Array, side: Array, *, soft: bool = True
+) -> tuple[Rotation, Rotation]:
     """Return by what the thigh and the shin turn (world axes) so that the ankle is at the target.
 
     The knee stays in the plane of hip, knee and ankle, which turns with the ankle about the hip. The further a
-    target stretches the leg, the less the leg follows; it never gets straight by it.
+    target stretches the leg, the less the leg follows; it never gets straight by it, unless it is not to be `soft`.
 
     Args:
         hip, knee, ankle, target: shape (F, 3) [m].
         side: the axis about which the knee bends where the leg is straight, shape (F, 3).
+        soft: False reaches every target that the straight leg can.
     """
     thigh, shin = np.linalg.norm(knee - hip, axis=1), np.linalg.norm(ankle - knee, axis=1)
     now, then = np.linalg.norm(ankle - hip, axis=1), np.linalg.norm(target - hip, axis=1)
     now = np.minimum(now, thigh + shin)
     room = np.maximum(MOST_STRETCH * (thigh + shin - now), 1e-9)
     further = np.maximum(then - now, 0.0)
-    then = np.minimum(then, now) + room * (1.0 - np.exp(-further / room))
+    followed = room * (1.0 - np.exp(-further / room)) if soft else np.minimum(further, thigh + shin - now)
+    then = np.minimum(then, now) + followed
     then = np.maximum(then, np.abs(thigh - shin) + 1e-6)
     axis = np.cross(knee - hip, ankle - hip)
     size = np.linalg.norm(axis, axis=1, keepdims=True)

@@ -31,7 +31,7 @@ def with_root_motion(motion: LocalMotion, root_motion: str, root_name: str | Non
         motion = replace(motion, positions_m={**motion.positions_m, 0: motion.positions_m[0] - path})
     if root_motion != "root":
         return motion if root_name is None else _added(motion, root_name, None, None)
-    heading = _heading(motion.rotations_wxyz[:, 0])
+    heading = heading_of(motion.rotations_wxyz[:, 0])
     rotations = motion.rotations_wxyz.copy()
     rotations[:, 0] = continuous_signs(multiply(inverse(heading), rotations[:, 0]))
     positions = {**motion.positions_m, 0: motion.positions_m[0] - path}
@@ -39,7 +39,7 @@ def with_root_motion(motion: LocalMotion, root_motion: str, root_name: str | Non
     return _added(motion, root_name or "Root", path, heading)
 
 
-def _heading(hips_wxyz: NDArray[np.float64]) -> NDArray[np.float64]:
+def heading_of(hips_wxyz: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return the turn about the vertical (y) of the hips, shape (frame_count, 4).
 
     Across frames upside down, where it is not defined, it is interpolated.
