@@ -3,14 +3,15 @@
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
-from fastapi import APIRouter, Request
+from fastapi import APIRouter, Query, Request
+from fastapi.responses import HTMLResponse
 from pydantic import Field
 from starlette.concurrency import run_in_threadpool
 
 from studio.api.errors import RESPONSES, NotFoundError
 from studio.api.find import Finder
 from studio.api.stage import Request as Body
-from studio.api.work import cleanup_work, compare_work, evaluate_work
+from studio.api.work import cleanup_work, compare_work, evaluate_work, report_work
 from studio.engine.errors import FormatError
 from studio.engine.files import write_atomically
 from studio.engine.metrics.kinds import REFERENCE_KINDS
@@ -75,6 +76,30 @@ def measure_router(finder: Finder) -> APIRouter:
         return run_in_process(
             evaluate_work, opened.path, path, names, request.align_time, request.unit_m, request.align
         )
+
+    @router.get("/report", response_class=HTMLResponse)
+    def report(
+        session: str,
+        take: str,
+        reference: str,
+        solve: Annotated[list[str], Query()] = [],  # noqa: B006, FastAPI copies it
+        align_time: bool = False,
+        align: Literal["rigid", "similarity"] = "rigid",
+        unit_m: Annotated[float | None, Query(gt=0)] = None,
+    ) -> HTMLResponse:
+        """The report of solves against a reference of the take, as one HTML page; all solves where none is named."""
+        opened = finder.take(session, take)
+        if reference not in _references(opened):
+            raise NotFoundError(f"take {session}/{take} has no reference {reference!r}; send it first")
+        names = solve or opened.solve_names()
+        for name in names:
+            finder.solve(opened, name)
+        if not names:
+            raise NotFoundError(f"take {session}/{take} has no solve; solve it first")
+        path = _reference_path(opened, reference)
+        page = run_in_process(report_work, opened.path, path, names, align_time, unit_m, align)
+        policy = "default-src 'none'; style-src 'unsafe-inline'; img-src data:"
+        return HTMLResponse(page, headers={"Content-Security-Policy": policy, "Cache-Control": "no-store"})
 
     @router.get("/solves/{name}/cleanup")
     def cleanup(session: str, take: str, name: str, reference: str | None = None) -> dict[str, Any]:

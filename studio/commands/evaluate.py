@@ -15,7 +15,8 @@ the poses.npz of another solve, or a table of rigid targets (.txt). Markers and 
 constant offsets are fitted, and reported. One transform aligns the take (--align), and what was aligned away
 is reported; the calibration part at its beginning does not count. A reference from another system has a clock
 of its own: --align-time estimates its offset and drift. Clean-up is what an animator would have to mend;
---edit-list prints it."""
+--edit-list prints it. --report writes one HTML file that holds all of it, with curves, worst moments and what each
+solve's switches gained or cost against the first one named."""
 
 _COLUMNS = {
     "mpjpe_mm": ("MPJPE mm", 1),
@@ -85,18 +86,20 @@ def add_parser(subparsers: Any) -> None:
         help="metres per unit of a BVH reference (default: by a height of 1.75 m)",
     )
     add_json(parser)
-    parser.add_argument("--report", metavar="FILE.html", type=Path, help="write a report (not available yet)")
+    parser.add_argument(
+        "--report", metavar="FILE.html", type=Path, help="write a report with plots and pictures"
+    )
 
 
 def run(args: argparse.Namespace) -> int:
-    from studio.engine.errors import NotAvailableError, TakeError
+    from studio.engine.errors import TakeError
     from studio.engine.metrics.evaluate import evaluate
     from studio.engine.metrics.reference import read_reference
     from studio.engine.poses import Poses
+    from studio.report.evaluation_tables import aligned_away
+    from studio.report.take_report import write_report
     from studio.take.take import Take
 
-    if args.report is not None:
-        raise NotAvailableError("--report is not available in this version; use --json")
     take = Take.open(args.take)
     available = take.solve_names()
     names = [choose_solve(available, name, str(take.path)) for name in dict.fromkeys(args.solve)] or available
@@ -116,9 +119,11 @@ def run(args: argparse.Namespace) -> int:
             if progress is not None:
                 progress((k + 1) / len(names))
     write_result(args, {"solves": solves})
+    if args.report is not None:
+        write_report(args.report, take, reference, solves)
     print(summary(solves))
     for name, figures in solves.items():
-        print(aligned_away(name, figures))
+        print(f"aligned away for {name}: {aligned_away(figures)}")
     if args.edit_list:
         for name, figures in solves.items():
             print(edit_list(name, figures))
@@ -146,22 +151,6 @@ def summary(solves: dict[str, dict[str, Any]]) -> str:
         for joint in joints
     ]
     return table(rows)
-
-
-def aligned_away(name: str, figures: dict[str, Any]) -> str:
-    """One line on what was aligned away before a solve was measured."""
-    found = figures["alignment"]
-    place = ", ".join(f"{metres:z.3f}" for metres in found["translation_m"])
-    parts = [f"turned by {found['rotation_deg']:.2f} deg", f"moved by ({place}) m"]
-    if found["kind"] == "similarity":
-        parts.append(f"scaled by {found['scale']:.4f}")
-    if found["time_offset_ms"] or found["clock_drift_ppm"]:
-        parts.append(f"clock {found['time_offset_ms']:z.1f} ms and {found['clock_drift_ppm']:z.0f} ppm ahead")
-    if found["marker_offsets_mm"]:
-        parts.append(
-            f"offsets of {len(found['marker_offsets_mm'])} markers from the joints fitted on this take"
-        )
-    return f"aligned away for {name}: {'; '.join(parts)}"
 
 
 def edit_list(name: str, figures: dict[str, Any]) -> str:

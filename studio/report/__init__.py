@@ -1,3 +1,5 @@
-"""Reports as one HTML file each: `svg` and `charts` draw, `body` the body diagram, `page` is the frame, `bootstrap` the
-intervals; `evaluation` is the report of `evaluate`, the study's own pages are in `studio/study/`.
+"""Reports as one HTML file each.
+
+`svg` and `charts` draw, `body` is the body diagram, `page` the frame, `bootstrap` gives the intervals; `evaluation`
+(with `evaluation_tables`) is the report of `evaluate`. The study's own page is in `studio/study/`.
 """

@@ -9,7 +9,7 @@ from studio.engine.errors import FormatError, SettingsError
 from studio.engine.motion.authored import MOVEMENTS
 from studio.engine.settings import parse_settings
 
-FORMAT = 2
+FORMAT = 1
 """Counts up when cells are made otherwise, so that older ones are made again."""
 
 
@@ -145,8 +145,8 @@ def variants(cameras: int, interference: bool, *, short: bool = False) -> tuple[
     """Return what is solved of recordings with so many cameras; `short` leaves out what no table needs."""
     if cameras == 1:
         return (*PRESETS, UNSURE, *THESIS)
-    if cameras == 2 and interference and not short:
-        return (*PRESETS, UNSURE, *CHAIN, *WITHOUT, *SINGLE, PHYSICS)
+    if cameras == 2 and interference:
+        return (*PRESETS, UNSURE, *CHAIN, *(() if short else (*WITHOUT, *SINGLE, PHYSICS)))
     return (*PRESETS, UNSURE)
 
 

@@ -15,6 +15,9 @@ T_POSE_S = 3.0
 WALK_S = 30.0
 _SIDES = ("left", "right")
 _QUARTER = np.pi / 2
+_CLEAR = 0.2
+"""Swung arms pass the thighs at this angle; straight down, hands would go through them."""
+
 _RELAXED = {"raise": 0.14, "plane": 0.0, "roll": 0.0, "elbow": 0.22}
 _T_POSE = {"raise": _QUARTER, "plane": 0.0, "roll": 0.0, "elbow": 0.0}
 _WALK_POINTS: tuple[tuple[float, float], ...] = (
@@ -107,6 +110,8 @@ def movement(name: str) -> CanonicalMotion:
     part, times = MOVEMENTS[name]
     script = _Script()
     script.keys.move(0.0, 0.0, **_both(_RELAXED))
+    if part is _front_back:
+        script.keys.move(0.0, 0.0, **_both({"spread": _CLEAR}))
     script.hold(0.5)
     for _ in range(times):
         part(script)

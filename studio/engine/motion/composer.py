@@ -6,6 +6,7 @@ Channels (`Keys`), all 0 in a relaxed stand with the arms hanging straight down:
     nod                          head forwards [rad]
     tiptoe                       heels up, both feet [rad]
     <side>_raise, <side>_plane   upper arm raised from hanging, in a plane: 0 = aside, pi/2 = forwards [rad]
+    <side>_spread                the raised or hanging arm led aside [rad]
     <side>_roll, <side>_elbow    upper arm turned about itself, elbow bent [rad]
     <side>_fist                  1 = the hand is a fist
     swing                        share of arm swing while walking
@@ -61,7 +62,7 @@ def compose(offsets: Array, keys: Keys, path: FloorPath, duration_s: float) -> C
         positions[:, INDEX[joint]] = positions[:, INDEX[parent]] + rotation @ offsets[INDEX[joint]]
     for i, side in enumerate(_SIDES):
         swing = get("swing") * 0.75 * stride * (-1.0, 1.0)[i]
-        arm = [get(f"{side}_{name}") for name in ("raise", "plane", "roll", "elbow")]
+        arm = [get(f"{side}_{name}") for name in ("raise", "plane", "roll", "elbow", "spread")]
         _arm(positions, offsets, side, chest, arm, swing)
         _leg(positions, offsets, side, feet.yaws[:, i], yaw, toes[:, i], ankles[:, i])
     fists = np.stack([get(f"{side}_fist") for side in _SIDES], axis=-1)
@@ -129,12 +130,14 @@ def _hips(
 
 def _arm(positions: Array, offsets: Array, side: str, chest: Array, arm: list[Array], swing: Array) -> None:
     """Fill in elbow, wrist and hand. The arm hangs down at 0; its elbow bends forwards."""
-    raise_, plane, roll, elbow = arm
+    raise_, plane, roll, elbow, spread = arm
     sign = 1.0 if side == "left" else -1.0
     # rotation of the raise: about the axis that takes "down" towards the plane's direction
     direction = np.stack([sign * np.cos(plane), -np.sin(plane), np.zeros_like(plane)], axis=-1)
     axis = np.cross(np.array([0.0, 0.0, -1.0]), direction)
     raised = Rotation.from_rotvec(axis * raise_[:, None])
+    if spread.any():
+        raised = Rotation.from_rotvec(np.array([0.0, -sign, 0.0]) * spread[:, None]) * raised
     swung = Rotation.from_rotvec(np.array([-1.0, 0.0, 0.0]) * swing[:, None])
     down = np.array([0.0, 0.0, -1.0])
     upper_rotation = swung * raised * Rotation.from_rotvec(down * (sign * roll)[:, None])

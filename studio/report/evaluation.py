@@ -1,0 +1,255 @@
+"""The report of `evaluate`: solves side by side, what each switch gained or cost, and where it went wrong."""
+
+import base64
+import tempfile
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from studio.engine.metrics import thesis
+from studio.engine.metrics.alignment import align
+from studio.engine.metrics.markers import fit_joint_centres
+from studio.engine.metrics.matching import Matched, match
+from studio.engine.metrics.reference import Markers, Reference
+from studio.engine.poses import Poses
+from studio.render.strip import render_strip
+from studio.report.body import body_diagram, stick_figures
+from studio.report.bootstrap import blocks, interval
+from studio.report.charts import curves, range_chart
+from studio.report.evaluation_tables import aligned_away, edit_list, figures_table, switches_table
+from studio.report.page import Markup, bullets, charts_row, page, paragraph, safe
+from studio.report.svg import COLOURS
+
+BLOCK_S = 1.0
+"""Length of the blocks that are resampled: errors of frames nearer to each other are alike."""
+
+_MOMENTS, _APART_S = 4, 1.0
+_CURVES_OF_MOST = 4
+
+
+@dataclass(frozen=True)
+class Measured:
+    """One solve of a report.
+
+    Attributes:
+        poses: the solve.
+        figures: as `metrics.evaluate` gives them.
+        settings: as its `settings.json` has them; empty where it has none.
+    """
+
+    poses: Poses
+    figures: dict[str, Any]
+    settings: dict[str, Any]
+
+
+def evaluation_report(
+    title: str,
+    solves: Mapping[str, Measured],
+    reference: Reference | Markers,
+    *,
+    start_s: float | None = None,
+) -> str:
+    """Return the report as one HTML page; changes are told against the first solve.
+
+    Args:
+        title: of the page, such as the take's name.
+        solves: by name, at least one.
+        reference: what they were measured against.
+        start_s: stage time before which nothing counts, as for `evaluate`.
+    """
+    matched = {name: _matched(one, reference, start_s) for name, one in solves.items()}
+    figures = {name: one.figures for name, one in solves.items()}
+    errors = {name: frame_errors_mm(one) for name, one in matched.items()}
+    base = next(iter(solves))
+    parts = [
+        paragraph(
+            f"{len(solves)} solve{'s'[: len(solves) > 1]}; changes are against {base}. What each figure is stands in "
+            "docs/metrics.md.",
+            "faint",
+        ),
+        "<h2>Figures</h2>",
+        figures_table(figures, base),
+        bullets([f"Aligned away for {name}: {aligned_away(one)}." for name, one in figures.items()]),
+    ]
+    if len(solves) > 1:
+        parts += _changes(solves, matched, base)
+    first = matched[base]
+    parts += [
+        "<h2>Error over time</h2>",
+        curves("mean over joints", first.time_s, _on(first, matched, errors), unit="mm", height=230),
+        "<h2>Curves</h2>",
+        *_axes(matched, base),
+        "<h2>Worst moments</h2>",
+        *_moments(solves, matched, errors, base),
+        "<h2>Error of each joint</h2>",
+        _bodies(figures),
+        "<h2>What would have to be cleaned up</h2>",
+        *(edit_list(name, one) for name, one in figures.items()),
+    ]
+    return page(title, parts)
+
+
+def _matched(one: Measured, reference: Reference | Markers, start_s: float | None) -> Matched:
+    """Bring a solve and its reference together as `evaluate` did, with the clock that it found."""
+    offset_s, drift_ppm = one.figures["time_offset_ms"] / 1e3, one.figures["clock_drift_ppm"]
+    if isinstance(reference, Markers):
+        reference, _ = fit_joint_centres(
+            one.poses, reference, start_s=start_s, offset_s=offset_s, drift_ppm=drift_ppm
+        )
+    found = match(one.poses, reference, start_s=start_s, offset_s=offset_s, drift_ppm=drift_ppm)
+    return align(found, similarity=one.figures["alignment"]["kind"] == "similarity")[0]
+
+
+def frame_errors_mm(matched: Matched) -> NDArray[np.float64]:
+    """Return the mean distance over the measured joints in each frame [mm], shape (frame_count,)."""
+    solve, reference = matched.pick(matched.joints)
+    distance = np.linalg.norm(solve - reference, axis=2)
+    counts = np.isfinite(distance).sum(axis=1)
+    return np.where(counts > 0, np.nansum(distance, axis=1) / np.maximum(counts, 1), np.nan) * 1e3
+
+
+def _on(
+    first: Matched, matched: Mapping[str, Matched], values: Mapping[str, NDArray[np.float64]]
+) -> dict[str, NDArray[np.float64]]:
+    """Values of all solves at the first one's instants; NaN outside of theirs."""
+    return {
+        name: np.interp(first.time_s, matched[name].time_s, one, left=np.nan, right=np.nan)
+        for name, one in values.items()
+    }
+
+
+def _wrist_errors_cm(matched: Matched) -> dict[str, NDArray[np.float64]]:
+    """The thesis's two distances in each frame [cm]; none where they cannot be measured in every frame."""
+    found = thesis.curves(matched)
+    if found is None or found[0].shape[1] != len(matched.time_s):
+        return {}
+    solve, reference = found
+    paths = [thesis.distance_to_path(a, b) for a, b in zip(solve, reference, strict=True)]
+    return {
+        "absolute_difference_cm": np.abs(solve - reference).mean(axis=(0, 2)) * 100,
+        "shortest_distance_cm": np.mean(paths, axis=0) * 100,
+    }
+
+
+def _changes(solves: Mapping[str, Measured], matched: Mapping[str, Matched], base: str) -> list[str]:
+    """What each solve's switches gained or cost against the first, with intervals over blocks of a second."""
+    each = {
+        name: {"mpjpe_mm": frame_errors_mm(one), **_wrist_errors_cm(one)} for name, one in matched.items()
+    }
+    charts = []
+    for key, words in (("mpjpe_mm", "joint error"), ("absolute_difference_cm", "absolute difference"),
+                       ("shortest_distance_cm", "shortest distance")):  # fmt: skip
+        known = {name: values[key] for name, values in each.items() if key in values}
+        if base not in known:
+            continue
+        beside = _on(matched[base], matched, known)
+        rows = [
+            (name, *gain(beside[name] - beside[base], matched[base].rate_hz))
+            for name in known
+            if name != base
+        ]
+        charts.append(range_chart(f"Change of {words} against {base}", rows, unit=key.rsplit("_", 1)[1]))
+    return [
+        "<h2>What each switch gained or cost</h2>",
+        switches_table({name: one.settings for name, one in solves.items()}, base),
+        charts_row(charts),
+        paragraph(
+            f"Intervals are 95 %, by bootstrap over blocks of {BLOCK_S:g} s of this take; other takes may "
+            "differ by more.",
+            "faint",
+        ),
+    ]
+
+
+def gain(difference: NDArray[np.float64], rate_hz: float) -> tuple[float, float, float]:
+    """Return the mean of differences frame by frame, and its 95 % interval over blocks of `BLOCK_S`."""
+    means = blocks(difference, max(1, round(BLOCK_S * rate_hz)))
+    low, high = interval(means) if len(means) > 1 else (-np.inf, np.inf)
+    return float(np.nanmean(difference)), low, high
+
+
+def _axes(matched: Mapping[str, Matched], base: str) -> list[str]:
+    """Wrists relative to the chest, one chart an axis, as in the thesis's figures."""
+    names = list(matched)[:_CURVES_OF_MOST]
+    found = {name: thesis.curves(matched[name]) for name in names}
+    first = found[base]
+    if first is None:
+        return [paragraph("The reference has no wrists and chest.", "faint")]
+    sides = [side for side in ("left", "right") if matched[base].has(f"{side}_wrist")]
+    time_s = matched[base].time_s[: first[0].shape[1]]
+    charts = []
+    for index, side in enumerate(sides):
+        for axis, letter in enumerate("xyz"):
+            series = {"reference": first[1][index, :, axis] * 100}
+            for name, pair in found.items():
+                if pair is not None and len(pair[0]) > index:
+                    times = matched[name].time_s[: pair[0].shape[1]]
+                    series[name] = np.interp(
+                        time_s, times, pair[0][index, :, axis] * 100, left=np.nan, right=np.nan
+                    )
+            charts.append(curves(f"{side} wrist, {letter}", time_s, series, unit="cm", reference="reference"))
+    left_out = list(matched)[_CURVES_OF_MOST:]
+    note = [paragraph(f"Left out for clarity: {', '.join(left_out)}.", "faint")] if left_out else []
+    return [paragraph("Relative to the chest, after alignment.", "faint"), *charts, *note]
+
+
+def worst_frames(errors_mm: NDArray[np.float64], time_s: NDArray[np.float64]) -> list[int]:
+    """Return the frames with the greatest errors, at least a second apart, worst first."""
+    found: list[int] = []
+    for frame in np.argsort(-np.nan_to_num(errors_mm, nan=-1.0)):
+        if all(abs(time_s[frame] - time_s[other]) >= _APART_S for other in found):
+            found.append(int(frame))
+        if len(found) == _MOMENTS:
+            break
+    return found
+
+
+def _moments(
+    solves: Mapping[str, Measured],
+    matched: Mapping[str, Matched],
+    errors: Mapping[str, NDArray[np.float64]],
+    base: str,
+) -> list[str]:
+    parts = []
+    for index, (name, one) in enumerate(matched.items()):
+        figures = [
+            stick_figures(
+                f"{one.time_s[frame]:.2f} s: {errors[name][frame]:.0f} mm",
+                one.solve_m[frame],
+                one.reference_m[frame],
+                COLOURS[index % len(COLOURS)],
+            )
+            for frame in worst_frames(errors[name], one.time_s)
+        ]
+        parts += [f"<h3>{safe(name)}, over the reference (dark), front and side</h3>", charts_row(figures)]
+    drawn = {name: one.poses for name, one in solves.items() if (one.poses.parents < 0).sum() == 1}
+    if drawn:
+        times = [
+            float(matched[base].time_s[frame])
+            for frame in sorted(worst_frames(errors[base], matched[base].time_s))
+        ]
+        parts += [f"<h3>All solves at the worst moments of {safe(base)}</h3>", _picture(drawn, times)]
+    return parts
+
+
+def _picture(poses: dict[str, Poses], times_s: list[float]) -> str:
+    zero_s = float(next(iter(poses.values())).time_s[0])
+    labels = [time_s if zero_s <= 86400.0 else time_s - zero_s for time_s in times_s]
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "moments.png"
+        render_strip(poses, path, times_s=labels, cell=(180, 250))
+        data = base64.b64encode(path.read_bytes()).decode()
+    return Markup(
+        f'<img alt="mannequins of all solves at {len(times_s)} moments" src="data:image/png;base64,{data}">'
+    )
+
+
+def _bodies(figures: Mapping[str, dict[str, Any]]) -> str:
+    most = max(max(one["per_joint_mm"].values(), default=1.0) for one in figures.values())
+    return charts_row(
+        [body_diagram(name, one["per_joint_mm"], most_mm=most) for name, one in figures.items()]
+    )

@@ -1,0 +1,50 @@
+"""The report of a take's solves, as the command and the server write it."""
+
+import json
+from pathlib import Path
+from typing import Any
+
+from studio.engine.errors import FormatError
+from studio.engine.files import write_atomically
+from studio.engine.metrics.reference import Markers, Reference
+from studio.engine.poses import Poses
+from studio.report.evaluation import Measured, evaluation_report
+from studio.take.take import Take
+
+
+def take_report(take: Take, reference: Reference | Markers, figures: dict[str, dict[str, Any]]) -> str:
+    """Return the report of a take's solves as HTML; `figures` by solve, as `metrics.evaluate` gives them."""
+    solves = {
+        name: Measured(
+            Poses.load(take.solve_folder(name) / "poses.npz"), one, _settings(take.solve_folder(name))
+        )
+        for name, one in figures.items()
+    }
+    return evaluation_report(
+        f"Figures of {take.path.name}", solves, reference, start_s=take.meta["calibration_s"]
+    )
+
+
+def _settings(folder: Path) -> dict[str, Any]:
+    """A solve's settings; empty where they are not there (an import) or damaged."""
+    try:
+        value = json.loads((folder / "settings.json").read_text(encoding="utf-8"))
+    except (OSError, ValueError):
+        return {}
+    return value if isinstance(value, dict) else {}
+
+
+def write_report(
+    path: Path, take: Take, reference: Reference | Markers, figures: dict[str, dict[str, Any]]
+) -> None:
+    """Write the report to a file, whole or not at all.
+
+    Raises:
+        FormatError: the file cannot be written.
+    """
+    words = take_report(take, reference, figures)
+    try:
+        with write_atomically(path) as file:
+            file.write(words.encode())
+    except OSError as error:
+        raise FormatError(f"cannot write {path}: {error.strerror}; choose another --report") from error
