@@ -16,5 +16,5 @@ RUN uv sync --frozen --no-dev
 EXPOSE 8000
 VOLUME /sessions
 HEALTHCHECK --interval=30s --start-period=20s \
-    CMD ["python", "-c", "import urllib.request as r; r.urlopen('http://127.0.0.1:8000/api/v1/status', timeout=3)"]
+    CMD ["python", "-c", "import urllib.request as r; r.urlopen('http://127.0.0.1:8000/health', timeout=3)"]
 CMD ["studio", "serve", "--host", "0.0.0.0", "--sessions", "/sessions"]
