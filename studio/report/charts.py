@@ -150,10 +150,11 @@ def _legend(names: list[str], reference: str | None, right: float) -> list[str]:
 
 
 def range_chart(
-    title: str, rows: list[tuple[str, float, float, float]], *, unit: str, width: float = 640
+    title: str, rows: list[tuple[str, float, float, float]], *, unit: str, width: float = 500
 ) -> str:
     """Return changes with their intervals, one row each: (label, change, low, high); below 0 is drawn green."""
-    left, right, top, step = 230.0, 14.0, 40.0, 19.0
+    left = 18.0 + 5.9 * max((len(row[0]) for row in rows), default=0)
+    right, top, step = 14.0, 40.0, 19.0
     height = top + step * len(rows) + 14
     finite = [v for row in rows for v in row[1:] if np.isfinite(v)]
     marks = ticks(min([0.0, *finite]), max([1e-6, *finite]), 6)

@@ -73,9 +73,9 @@ def level(results: Results) -> list[str]:
         return []
     return [
         f"One raw camera is {raw:.1f} cm off here and 14.4 cm in the thesis. What differs by construction: both "
-        "motions are on one clock and in one frame here, with the rigid alignment fitted on all joints; in the thesis the two "
-        "systems' clocks drifted and nothing was fitted (3.2.3), and its targets lay off the joints. The simulated "
-        "tracker's noise follows depth cameras' data sheets, not the OpenNI tracker's worst moments. So directions "
+        "motions are on one clock and in one frame here, with the rigid alignment fitted on all joints; in the "
+        "thesis the two systems' clocks drifted and nothing was fitted (3.2.3), and its targets lay off the joints. The "
+        "simulated tracker's noise follows depth cameras' data sheets, not the OpenNI tracker's worst moments. So directions "
         "and ratios are compared, not centimetres."
     ]
 
@@ -104,8 +104,10 @@ def _cameras(results: Results) -> list[str]:
         change = results.change(ruled, plain, FOUR[0])
         if change is not None:
             out.append(
-                f"Without the thesis's rule that joints under 75 % are ignored, {count} cameras are at {change.after:.1f} "
-                f"instead of {change.before:.1f} cm ({_told(change)}): a joint that every camera doubts keeps its last "
+                f"Without the thesis's rule that joints under 75 % are ignored, "
+                f"{count} cameras are at {change.after:.1f} "
+                f"instead of {change.before:.1f} cm ({_told(change)}): a joint that every camera doubts "
+                "keeps its last "
                 "place under the rule."
             )
     return out
@@ -127,7 +129,8 @@ def _inverse_kinematics(results: Results) -> list[str]:
     cleanest = min(ways, key=lambda one: results.mean(one, "cleanup_events_per_min") or 0.0)
     return [
         f"Nearest to the truth here: {best.title} ({results.mean(best, FOUR[0]):.1f} cm); least to clean up: "
-        f"{cleanest.title} ({results.mean(cleanest, 'cleanup_events_per_min'):.0f} events a minute). In the thesis the "
+        f"{cleanest.title} ({results.mean(cleanest, 'cleanup_events_per_min'):.0f} events a minute). "
+        "In the thesis the "
         "combined skeleton was nearer to the truth and the previous pose was preferred, 50 to 16."
     ]
 
@@ -143,7 +146,8 @@ def _limits(results: Results) -> list[str]:
         moved = results.moved_share(Condition("", name, 1, False))
         if moved is not None and moved[1]:
             out.append(
-                f"With {title}, a joint is at least 10 cm from where it is without in {100 * moved[0] / moved[1]:.1f} % "
+                f"With {title}, a joint is at least 10 cm from where it is without in "
+                f"{100 * moved[0] / moved[1]:.1f} % "
                 f"of the frames ({moved[0]} of {moved[1]}); with both, the thesis counted {theirs:.1f} % "
                 f"({MOVED_SHARE[0]} of {MOVED_SHARE[1]})."
             )
@@ -158,7 +162,8 @@ def _displacement(results: Results) -> list[str]:
         change, lag = results.change(base, condition, FOUR[0]), results.change(base, condition, "latency_ms")
         if change is not None and lag is not None:
             out.append(
-                f"{name.replace('_', ' ')}: absolute difference {change.difference:+.2f} cm, delay {lag.difference:+.0f} ms."
+                f"{name.replace('_', ' ')}: absolute difference {change.difference:+.2f} cm, "
+                f"delay {lag.difference:+.0f} ms."
             )
     if out:
         out.append(
@@ -180,7 +185,8 @@ def headline(results: Results) -> list[str]:
         reached = reached and enough
         out.append(
             f"Preset thesis with two cameras against one raw camera: {LABELS[name]} {100 * change.share:+.1f} % "
-            f"({change.before:.2f} to {change.after:.2f}, {_told(change)}); the thesis has {100 * theirs:+.1f} %, which is "
+            f"({change.before:.2f} to {change.after:.2f}, {_told(change)}); the thesis has {100 * theirs:+.1f} %, "
+            f"which is "
             f"{'reached' if enough else 'not reached'}."
         )
     if out and not reached:

@@ -42,3 +42,18 @@ def test_a_similarity_is_told(recorded):
     assert alignment["kind"] == "similarity" and alignment["scale"] != pytest.approx(1.0)
     request["align"] = "affine"
     assert recorded.http.post("/takes/tests/one/evaluate", json=request).status_code == 422
+
+
+def test_the_report_is_one_page(recorded):
+    recorded.http.put(
+        "/takes/tests/one/references/truth.csv", content=reference_of(recorded)
+    ).raise_for_status()
+    answer = recorded.http.get(
+        "/takes/tests/one/report", params={"reference": "truth.csv", "solve": ["live"]}
+    )
+    assert answer.status_code == 200, answer.text
+    assert answer.headers["content-type"].startswith("text/html")
+    assert "default-src 'none'" in answer.headers["content-security-policy"]
+    assert "<svg" in answer.text and "<script" not in answer.text
+    missing = recorded.http.get("/takes/tests/one/report", params={"reference": "x.csv"})
+    assert_error(missing, 404, "not_found", "send it first")

@@ -146,6 +146,10 @@ def test_a_take_without_raw_frames(take):
     assert "raw.mcap" in one_line(studio("calibrate", take, cwd=take.parent), 1)
 
 
-def test_the_report_is_not_there_yet(take):
-    done = studio("evaluate", take, "--reference", "x.csv", "--report", "r.html", cwd=take.parent)
-    assert "not available" in one_line(done, 1)
+def test_a_study_says_what_is_wrong(tmp_path):
+    assert "no motion at none.bvh" in one_line(studio("study", "none.bvh", "--out", "s", cwd=tmp_path), 1)
+    assert "--seeds 0" in one_line(studio("study", "--seeds", "0", "--out", "s", cwd=tmp_path), 1)
+    assert "allowed are" in one_line(studio("study", "--cameras", "5", "--out", "s", cwd=tmp_path), 1)
+    (tmp_path / "blind").mkdir()
+    done = studio("study", "--votes", "blind", "--out", "s", cwd=tmp_path)
+    assert "no blind test" in one_line(done, 1)

@@ -9,7 +9,7 @@ import pytest
 from studio.__main__ import COMMANDS, make_parser
 from studio.commands.common import spread_settings, table
 from studio.commands.serve import is_first_run
-from tests.commands.program import one_line, studio
+from tests.commands.program import studio
 
 DESIGNED = ("serve", "camera", "simulate", "import", "calibrate", "solve", "evaluate", "study", "export", "bench",
             "doctor")  # fmt: skip
@@ -31,7 +31,7 @@ OPTIONS = {
     "calibrate": ("--json",),
     "solve": ("--preset", "--set", "--name", "--as-live", "--json"),
     "evaluate": ("--reference", "--solve", "--json", "--report"),
-    "study": ("--seeds", "--out"),
+    "study": ("--seeds", "--out", "--cameras", "--votes"),
     "export": (
         "--format",
         "--out",
@@ -114,10 +114,6 @@ def test_wrong_use_exits_2(arguments, tmp_path):
     assert "Traceback" not in done.stderr
     assert done.stderr.strip()
 
-
-def test_what_does_not_exist_yet_says_so(tmp_path):
-    assert "not available in this version" in one_line(studio("study", "--out", "s", cwd=tmp_path), 1)
-    assert list(tmp_path.iterdir()) == []
 
 
 def test_several_settings_after_one_set():
