@@ -45,7 +45,7 @@ def read_rig(path: str | os.PathLike[str]) -> Rig:
         data = read_apart("fbx_rig_worker", path)
         own = (data["own_translations"], data["own_rotations_wxyz"], data["own_scales"])
         names = [str(name) for name in data["names"]]
-        numbers = np.arange(len(names))
+        numbers = _depth_first(data["parents"])  # the reader sorts nodes by depth
         return _of_nodes(
             path, names, data["parents"], data["joints"], own, data["rest"], numbers, _FILE_STAGE
         )
@@ -95,6 +95,20 @@ def _of_nodes(
         rotations_wxyz=quaternions(turn @ without_scale(matrices)),
         numbers=numbers[chosen],
     )
+
+
+def _depth_first(parents: NDArray[np.int64]) -> NDArray[np.int64]:
+    """Return each node's place where every node is followed by its children, shape (N,)."""
+    children: dict[int, list[int]] = {}
+    for node, parent in enumerate(parents.tolist()):
+        children.setdefault(parent, []).append(node)
+    places = np.zeros(len(parents), dtype=np.int64)
+    stack, place = list(reversed(children.get(-1, []))), 0
+    while stack:
+        node = stack.pop()
+        places[node], place = place, place + 1
+        stack.extend(reversed(children.get(node, [])))
+    return places
 
 
 def _in_file_order(
