@@ -17,7 +17,8 @@ def floor_shifts(source: Places, source_rest: Places, ratio: float, hz: float) -
     """Return by how much each foot comes up so that it stands on the floor [m], by side, shape (F,).
 
     Stances are found in the motion as finishing finds them (`finish.contacts`): the ball of a foot counts, and the
-    ankle where only the heel stands. Before and after a stance the shift comes and goes over a while.
+    ankle where only the heel stands. Before and after a stance the shift comes and goes over a while. No ball of a
+    foot sinks through the floor, whether it stands or not.
 
     Args:
         source: the motion by role; source_rest: its rest pose, the floor at y = 0.
@@ -40,4 +41,6 @@ def floor_shifts(source: Places, source_rest: Places, ratio: float, hz: float) -
         moves = [eased(shift[:, [c]], standing[:, c], ease)[:, 0] for c in (2 * k, 2 * k + 1)]
         ball = eased(standing[:, [2 * k + 1]].astype(float), standing[:, 2 * k + 1], ease)[:, 0]
         out[side] = ball * moves[1] + (1.0 - ball) * moves[0]
+        if f"{side}ToeBase" in source:
+            out[side] += np.maximum(0.0, -STANDS_WITHIN_M - (above[:, 2 * k + 1] + out[side]))
     return out
