@@ -30,8 +30,18 @@ _BAND_M = 0.22
 _ABOVE_JOINT_M = 0.09
 _LEAST_FILLED = 20
 _LEAST_LENGTH = 0.8
+_PITCH_DEG = 6.0
+"""How far too low the heads of tuning performers are found to face, seen with the tracker; it is taken back."""
+
 _FOLLOW_S = 0.08
 _FORGET_S = 0.3
+_R_LIFT = np.array(
+    [
+        [1.0, 0.0, 0.0],
+        [0.0, np.cos(np.radians(_PITCH_DEG)), np.sin(np.radians(_PITCH_DEG))],
+        [0.0, -np.sin(np.radians(_PITCH_DEG)), np.cos(np.radians(_PITCH_DEG))],
+    ]
+)
 
 
 @dataclass(frozen=True)
@@ -147,7 +157,7 @@ class HeadTracker:
         if inputs is None:
             self._arrows = self._arrows if dt < _FORGET_S else None
             return None
-        arrows = self._network(inputs[None])[0].reshape(2, 3) @ along_ray(head).T
+        arrows = self._network(inputs[None])[0].reshape(2, 3) @ _R_LIFT.T @ along_ray(head).T
         share = 1.0 if self._arrows is None or dt > _FORGET_S else 1.0 - float(np.exp(-dt / _FOLLOW_S))
         self._arrows = arrows if self._arrows is None else self._arrows + share * (arrows - self._arrows)
         self._time_ns = time_ns

@@ -4,7 +4,7 @@ import numpy as np
 
 from studio.camera.simulator.hand_training import hand_samples, read_clips
 from studio.camera.simulator.head_training import head_samples, mirrored
-from studio.camera.simulator.network_training import train
+from studio.camera.simulator.network_training import joined, train
 from studio.camera.simulator.training_views import training_views
 from studio.engine.hands.shape import shape_network
 from studio.engine.head import head_network
@@ -29,6 +29,18 @@ def test_a_network_learns_and_repeats_to_the_bit() -> None:
     network = fit()
     assert ((network(inputs)[:, 0] > 0.5) == (targets[:, 0] > 0.5)).mean() > 0.9
     np.testing.assert_array_equal(network(inputs), fit()(inputs))
+
+
+def test_joined_networks_give_the_mean() -> None:
+    rng = np.random.default_rng(4)
+    inputs = rng.normal(size=(300, 6)).astype(np.float32)
+    targets = rng.normal(size=(300, 2)).astype(np.float32)
+    members = [
+        train(inputs[k * 100 :], targets[k * 100 :], (5 + k, 4), lambda z, y: 2 * (z - y), rng, epochs=2)
+        for k in range(3)
+    ]
+    expected = np.mean([network(inputs) for network in members], axis=0)
+    np.testing.assert_allclose(joined(members)(inputs), expected, atol=1e-9)
 
 
 def test_views_give_samples_that_the_networks_know_something_of() -> None:

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from studio.camera.simulator.depth.motion import read_performance
 from studio.camera.simulator.depth.performers import TUNING
-from studio.camera.simulator.network_training import train
+from studio.camera.simulator.network_training import joined, train
 from studio.camera.simulator.simulate import DEMO
 from studio.camera.simulator.training_views import TrainingView, training_views
 from studio.engine.hands.shape import WEIGHTS, window_inputs
@@ -25,6 +25,9 @@ Array32 = NDArray[np.float32]
 
 JOINT_NOISE_M = 0.026
 """How far the tracker's wrist and elbow are off, per axis, for an adult."""
+
+_HIDDEN = (128, 128, 192, 192)
+"""Sizes of the first layers of the networks that are joined."""
 
 _TIMES = 2
 _SMOOTHED = 0.02
@@ -81,12 +84,17 @@ def arguments(text: str, out: Path) -> argparse.Namespace:
 
 
 def main() -> None:
-    """Make views, train, and write the weights."""
+    """Make views, train several networks, and write them joined."""
     args = arguments(__doc__ or "", WEIGHTS)
     rng = np.random.default_rng(args.seed)
     views = training_views(read_clips(args.clips), args.performers, args.poses, rng, ("left", "right"))
     inputs, targets = hand_samples(views, rng)
-    train(inputs, targets, (128, 32), _slope, rng, epochs=11, dropout=0.3, decay=2e-2).save(args.out)
+    joined(
+        [
+            train(inputs, targets, (hidden, 32), _slope, rng, epochs=9, dropout=0.3, decay=2e-2)
+            for hidden in _HIDDEN
+        ]
+    ).save(args.out)
 
 
 if __name__ == "__main__":

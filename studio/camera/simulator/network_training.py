@@ -5,6 +5,7 @@ from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.linalg import block_diag
 
 from studio.engine.network import Network
 
@@ -64,6 +65,27 @@ def train(
     return Network(
         mean.astype(float), scale.astype(float), tuple((w.astype(float), b.astype(float)) for w, b in layers)
     )
+
+
+def joined(networks: list[Network]) -> Network:
+    """Return one network whose outputs are the means of those of several with as many layers: they err apart."""
+    mean, scale = networks[0].mean, networks[0].scale
+    layers = []
+    for k in range(len(networks[0].layers)):
+        parts = [network.layers[k] for network in networks]
+        biases = [bias for _, bias in parts]
+        if k == 0:  # all take their inputs in the first one's scale
+            biases = [b + ((mean - n.mean) / n.scale) @ w for n, (w, b) in zip(networks, parts, strict=True)]
+            weights = np.hstack(
+                [w * (scale / n.scale)[:, None] for n, (w, _) in zip(networks, parts, strict=True)]
+            )
+        elif k < len(networks[0].layers) - 1:
+            weights = block_diag(*(w for w, _ in parts))
+        else:
+            weights = np.vstack([w for w, _ in parts]) / len(networks)
+            biases = [np.mean(biases, axis=0)]
+        layers.append((weights, np.concatenate(biases)))
+    return Network(mean, scale, tuple(layers))
 
 
 def _gradients(
