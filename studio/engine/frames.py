@@ -88,7 +88,7 @@ class FrameSet:
         confidence: shape (camera_count, 21).
         camera_positions: optical centres in the stage frame [m], shape (camera_count, 3).
         hands: hand states of the newest frame of each camera.
-        head_wxyz: head orientation in the stage frame, from the surest camera, where measured.
+        head_wxyz: head orientation in the stage frame, from the first camera that measured it.
         readings: cameras' frames around the instant that no frame set before it had.
     """
 
