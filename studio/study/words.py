@@ -74,8 +74,9 @@ def level(results: Results) -> list[str]:
     return [
         f"One raw camera is {raw:.1f} cm off here and 14.4 cm in the thesis. What differs by construction: both "
         "motions are on one clock and in one frame here, with the rigid alignment fitted on all joints; in the "
-        "thesis the two systems' clocks drifted and nothing was fitted (3.2.3), and its targets lay off the joints. The "
-        "simulated tracker's noise follows depth cameras' data sheets, not the OpenNI tracker's worst moments. So directions "
+        "thesis the two systems' clocks drifted and nothing was fitted (3.2.3), and its targets lay off the "
+        "joints. The simulated tracker's noise follows depth cameras' data sheets, not the worst moments of the "
+        "thesis's tracker. So directions "
         "and ratios are compared, not centimetres."
     ]
 

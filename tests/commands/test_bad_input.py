@@ -148,8 +148,8 @@ def test_a_take_without_raw_frames(take):
 
 def test_a_study_says_what_is_wrong(tmp_path):
     assert "no motion at none.bvh" in one_line(studio("study", "none.bvh", "--out", "s", cwd=tmp_path), 1)
-    assert "--seeds 0" in one_line(studio("study", "--seeds", "0", "--out", "s", cwd=tmp_path), 1)
-    assert "allowed are" in one_line(studio("study", "--cameras", "5", "--out", "s", cwd=tmp_path), 1)
+    assert "--seeds 0" in one_line(studio("study", "--seeds", "0", "--out", "s", cwd=tmp_path), 2)
+    assert "allowed are" in one_line(studio("study", "--cameras", "5", "--out", "s", cwd=tmp_path), 2)
     (tmp_path / "blind").mkdir()
     done = studio("study", "--votes", "blind", "--out", "s", cwd=tmp_path)
     assert "no blind test" in one_line(done, 1)

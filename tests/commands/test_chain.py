@@ -57,8 +57,10 @@ def test_solves_skip_the_calibration_part(stage):
 
 
 def test_evaluate_has_every_figure(stage):
-    done = studio("evaluate", "walk", "--reference", "walk.truth.csv", "--json", "figures.json", cwd=stage)
+    done = studio("evaluate", "walk", "--reference", "walk.truth.csv", "--json", "figures.json",
+                  "--report", "report.html", cwd=stage)  # fmt: skip
     assert (done.returncode, done.stderr) == (0, "")
+    assert "<svg" in (stage / "report.html").read_text()
     solves = json.loads((stage / "figures.json").read_text())["solves"]
     assert set(solves) == {"studio", "raw 30"}
     for figures in solves.values():
