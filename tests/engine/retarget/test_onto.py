@@ -92,9 +92,8 @@ def test_a_saved_mapping_is_used_again(tmp_path: Path) -> None:
     other = tmp_path / "other.glb"
     other.write_bytes(write_rig(tmp_path / "child.glb", t_pose(2), "humanik", "child").read_bytes())
     assert open_rig(other).source == mapping_path(path)
-    elsewhere = (
-        write_rig(tmp_path / "x" / "rig.glb", t_pose(2), "vrm") if (tmp_path / "x").mkdir() is None else path
-    )
+    (tmp_path / "x").mkdir()
+    elsewhere = write_rig(tmp_path / "x" / "rig.glb", t_pose(2), "vrm")
     mapping_path(elsewhere).write_bytes(mapping_path(path).read_bytes())
     with pytest.raises(FormatError, match="other bones"):
         open_rig(elsewhere)
