@@ -43,8 +43,9 @@ class Bar:
     beside: float | None = None
 
 
-def bar_chart(title: str, bars: list[Bar], *, width: float = 360, height: float = 240) -> str:
+def bar_chart(title: str, bars: list[Bar], *, height: float = 240) -> str:
     """Return bars side by side; where a bar has none of the two values its place stays empty."""
+    width = max(360.0, 50.0 + 66.0 * len(bars))
     left, right, top, bottom = 42.0, 8.0, 28.0, 62.0
     known = [v for bar in bars for v in (bar.value, bar.beside, *(bar.interval or ())) if v is not None]
     marks = ticks(min([0.0, *known]), max([1e-6, *known]), 4)

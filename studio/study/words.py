@@ -1,6 +1,7 @@
 """Says in words where a study agrees with the thesis and where not; every word follows from figures."""
 
 from dataclasses import dataclass
+from itertools import pairwise
 
 from studio.study.results import Change, Results
 from studio.study.thesis_tables import FOUR, HEADLINE, LABELS, MOVED_SHARE, TABLES, Condition, Table
@@ -15,6 +16,11 @@ class Finding:
 
     verdict: str
     text: str
+
+
+def _short(name: str) -> str:
+    """A figure's words without its unit."""
+    return LABELS[name].split(",")[0]
 
 
 def findings(table: Table, results: Results) -> list[Finding]:
@@ -44,7 +50,7 @@ def _finding(title: str, name: str, thesis_before: float, thesis_after: float, c
     if change.count < 2:
         return Finding(
             "open",
-            f"{title}, {LABELS[name]}: {change.before:z.1f} to {change.after:z.1f} on a single recording; {theirs}.",
+            f"{title}, {_short(name)}: {change.before:z.1f} to {change.after:z.1f} on a single recording; {theirs}.",
         )
     interval = f"{change.difference:+.2f}, 95 % {change.low:+.2f} to {change.high:+.2f}"
     if change.direction == 0:
@@ -52,7 +58,7 @@ def _finding(title: str, name: str, thesis_before: float, thesis_after: float, c
     else:
         ours = f"{words[change.direction]} from {change.before:z.1f} to {change.after:z.1f} here ({interval})"
     verdict = "agrees" if change.direction == direction else "open" if change.direction == 0 else "differs"
-    return Finding(verdict, f"{title}, {LABELS[name]}: {ours}; {theirs}.")
+    return Finding(verdict, f"{title}, {_short(name)}: {ours}; {theirs}.")
 
 
 def reasons(table: Table, results: Results) -> list[str]:
@@ -185,7 +191,7 @@ def headline(results: Results) -> list[str]:
         enough = change.share <= theirs
         reached = reached and enough
         out.append(
-            f"Preset thesis with two cameras against one raw camera: {LABELS[name]} {100 * change.share:+.1f} % "
+            f"Preset thesis with two cameras against one raw camera: {_short(name)} {100 * change.share:+.1f} % "
             f"({change.before:.2f} to {change.after:.2f}, {_told(change)}); the thesis has {100 * theirs:+.1f} %, "
             f"which is "
             f"{'reached' if enough else 'not reached'}."
@@ -197,7 +203,7 @@ def headline(results: Results) -> list[str]:
             name: results.change(raw, Condition("", variant, cameras, cameras > 1), name) for name in HEADLINE
         }
         shares = [
-            f"{LABELS[name]} {100 * change.share:+.1f} %"
+            f"{_short(name)} {100 * change.share:+.1f} %"
             for name, change in changes.items()
             if change is not None and change.share is not None
         ]
@@ -214,13 +220,17 @@ def ablation(results: Results) -> list[str]:
     chain = (("raw", 1, "one raw camera"), ("raw", 2, "two raw cameras"), ("previous_pose", 2, "+ previous pose"),
              ("limits", 2, "+ human limits"), ("limits_bone_length", 2, "+ bone length limit"),
              ("thesis", 2, "+ displacement limit, look-at, hands"))  # fmt: skip
-    steps = []
+    steps: list[tuple[str, float, float]] = []
     for variant, cameras, title in chain:
-        values = [results.mean(Condition("", variant, cameras, cameras > 1), figure) for figure in FOUR[:2]]
-        if None not in values:
-            steps.append(f"{title} {values[0]:.2f} / {values[1]:.2f}")
-    if steps:
-        out.append(f"Part by part, absolute difference / shortest distance in cm: {'; '.join(steps)}.")
+        absolute, shortest = (
+            results.mean(Condition("", variant, cameras, cameras > 1), figure) for figure in FOUR[:2]
+        )
+        if absolute is not None and shortest is not None:
+            steps.append((title, absolute, shortest))
+    if len(steps) > 1:
+        told = "; ".join(f"{title} {absolute:.2f} / {shortest:.2f}" for title, absolute, shortest in steps)
+        out.append(f"Part by part, absolute difference / shortest distance in cm: {told}.")
+        out.append(_best_step(steps))
     helped = [(change.difference, title, change) for title, change in singles(results, "thesis", name)]
     gains = sorted(one for one in helped if one[2].direction == -1)
     if gains:
@@ -231,6 +241,22 @@ def ablation(results: Results) -> list[str]:
     elif helped:
         out.append("No single switch of preset thesis lowers the absolute difference by more than chance.")
     return out
+
+
+def _best_step(steps: list[tuple[str, float, float]]) -> str:
+    """Where the chain is best, and which step costs most: what keeps it from the headline."""
+    first, best = steps[0], min(steps[1:], key=lambda step: step[1])
+    shares = [100 * (best[k] / first[k] - 1) for k in (1, 2)]
+    rises = [(after[1] - before[1], after[0]) for before, after in pairwise(steps)]
+    cost, costly = max(rises[1:] or rises)
+    words = (
+        f"The chain is best at `{best[0]}`: {shares[0]:+.1f} % and {shares[1]:+.1f} % against one raw camera"
+    )
+    return (
+        f"{words}; the step that costs most after two cameras is `{costly}`, {cost:+.2f} cm."
+        if cost > 0
+        else f"{words}."
+    )
 
 
 def singles(results: Results, preset: str, figure: str) -> list[tuple[str, Change]]:

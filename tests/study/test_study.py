@@ -132,8 +132,8 @@ def test_words_follow_from_figures():
         cells += [cell_of("raw", 3, seed, 7 + noise), cell_of("thesis", 2, seed, 5 + noise)]
     results = Results(cells)
     told = {one.text.split(":")[0]: one.verdict for one in findings(TABLES[0], results)}
-    assert told["2 cameras, absolute difference, cm"] == "agrees"  # both fall
-    assert told["3 cameras, absolute difference, cm"] == "differs"  # falls here, rises there
+    assert told["2 cameras, absolute difference"] == "agrees"  # both fall
+    assert told["3 cameras, absolute difference"] == "differs"  # falls here, rises there
     assert "which is reached" in headline(results)[0]
     change = results.change(TABLES[0].base, TABLES[0].conditions[1], "mpjpe_mm")
     assert change is not None and change.direction == -1 and change.count == 8
