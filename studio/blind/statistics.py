@@ -4,7 +4,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import binomtest
 
 BT_ITERATIONS = 10_000
 BT_TOLERANCE = 1e-10
@@ -31,6 +30,8 @@ class Share:
 
 def share(votes: int, of: int) -> Share:
     """Return the share of `votes` of `of`."""
+    from scipy.stats import binomtest  # takes most of a second to load: not when the server starts
+
     if of == 0:
         return Share(0, 0, float("nan"), 0.0, 1.0, 1.0)
     test = binomtest(votes, of, 0.5)
