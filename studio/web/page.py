@@ -1,4 +1,4 @@
-"""The pages (Jinja2): `/`, `/signin`, `/blind`, `/vote/TOKEN`; their static files are plain ES modules, nothing built."""
+"""The pages (Jinja2): `/`, `/signin`, `/blind`, `/vote/TOKEN`, and their static files: plain ES modules."""
 
 import secrets
 from importlib import metadata

@@ -119,7 +119,9 @@ def run_fuzz(tmp_path: Path, *, least: int, longest_s: float) -> None:
         path = server.record("fuzzed")
         for _ in range(20):
             attack(url, rng)
-        wait_until(lambda: server.status()["pipeline"]["steps"] > 300, "all that a live stage needs is loaded")
+        wait_until(
+            lambda: server.status()["pipeline"]["steps"] > 300, "all that a live stage needs is loaded"
+        )
         before = memory_bytes(server)
         end = time.monotonic() + longest_s
         floods: list[int] = []

@@ -29,6 +29,8 @@ def documented() -> set[tuple[str, str]]:
 def test_every_route_is_documented(tmp_path: Path) -> None:
     app = create_app(LiveStage(tmp_path), tmp_path)
     routes = {
-        (method.upper(), plain(path)) for path, methods in app.openapi()["paths"].items() for method in methods
+        (method.upper(), plain(path))
+        for path, methods in app.openapi()["paths"].items()
+        for method in methods
     }
     assert sorted(routes - documented()) == []

@@ -115,7 +115,6 @@ def test_wrong_use_exits_2(arguments, tmp_path):
     assert done.stderr.strip()
 
 
-
 def test_several_settings_after_one_set():
     assert spread_settings(["solve", "T", "--set", "ik=none", "hands=off", "--name", "x"]) == [
         "solve", "T", "--set", "ik=none", "--set", "hands=off", "--name", "x",
