@@ -35,8 +35,8 @@ MAX_ROUND_TRIP_NS = 2_000_000_000
 ARRIVAL_STEP_NS = 500_000_000
 ARRIVAL_SPREAD_NS = 100_000_000
 AHEAD_ARRIVALS, BEHIND_ARRIVALS = 2, 15
-"""A clock that is known by arrivals alone has jumped where so many frames in a row are off by more than a step, all by
-about the same: no delay makes frames come early; a link that was held up makes them late, but ever less so."""
+"""A clock known by arrivals alone has jumped where so many frames in a row are off by more than a step, all by about
+the same: no delay makes frames come early; a link that was held up makes them late, but ever less so."""
 
 
 @dataclass(frozen=True)
