@@ -96,7 +96,7 @@ def blind_router(finder: Finder, jobs: Jobs, desk: Desk) -> APIRouter:
             files = [
                 finder.solve(take, side.solve) for take, side in zip(opened, (pair.a, pair.b), strict=True)
             ]
-            work.append((files, opened[0].path, msgspec.to_builtins(pair)))
+            work.append((files, [take.path for take in opened], msgspec.to_builtins(pair)))
         return run_in_process(bake_work, work)
 
     def create(title: str, question: str, pairs: tuple[Pair, ...], rules: RulesRequest) -> dict[str, Any]:

@@ -143,8 +143,11 @@ def unbundle_work(file: Path, out: Path) -> None:
     read_bundle(file, out)
 
 
-def bake_work(pairs: list[tuple[list[Path], Path, dict[str, Any]]]) -> list[tuple[bytes, bytes]]:
-    """Return the animations of blind tests' pairs, given both `poses.npz`, the performer's take and the pair."""
+def bake_work(pairs: list[tuple[list[Path], list[Path], dict[str, Any]]]) -> list[tuple[bytes, bytes]]:
+    """Return the animations of blind tests' pairs, given both `poses.npz`, both takes and the pair.
+
+    The character has the proportions of the first take's performer, else of the second's.
+    """
     import msgspec
 
     from studio.blind.bake import bake_pair
@@ -153,10 +156,11 @@ def bake_work(pairs: list[tuple[list[Path], Path, dict[str, Any]]]) -> list[tupl
     from studio.take.take import Take
 
     baked = []
-    for files, path, value in pairs:
+    for files, takes, value in pairs:
         pair = msgspec.convert(value, Pair)
-        take = Take.open(path)
-        performer = None if take.meta["calibration"] is None else take.calibration().performer
+        opened = [Take.open(path) for path in takes]
+        known = [take.calibration().performer for take in opened if take.meta["calibration"] is not None]
+        performer = next((one for one in known if one is not None), None)
         first, second = (Poses.load(file) for file in files)
         baked.append(bake_pair((first, second), (pair.a, pair.b), performer, pair.start_s, pair.end_s))
     return baked

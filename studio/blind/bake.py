@@ -22,7 +22,7 @@ from studio.engine.export.options import ExportOptions
 from studio.engine.export.skeleton import SOLE_BELOW_JOINT_M, LocalMotion, local_motion, to_file_axes
 from studio.engine.human.skeleton import Skeleton
 from studio.engine.joints import OUTPUT_INDEX, OUTPUT_JOINTS, OUTPUT_PARENTS
-from studio.engine.poses import Poses
+from studio.engine.poses import Poses, on_output_joints
 
 HZ = 60.0
 HEAD_JOINT_OF_HEIGHT = 0.93
@@ -58,6 +58,7 @@ def bake_pair(
         )
     times = start_s + np.arange(int(np.floor((min(end_s, length_s) - start_s) * HZ)) + 1) / HZ
     skeleton = skeleton_of(poses[0]) if performer is None else Skeleton.of(performer)
+    poses = (on_output_joints(poses[0]), on_output_joints(poses[1]))
     first, second = (
         glb(_on_character(one, side, times, skeleton), skeleton)
         for one, side in zip(poses, sides, strict=True)
@@ -68,8 +69,13 @@ def bake_pair(
 
 
 def skeleton_of(poses: Poses) -> Skeleton:
-    """Return the skeleton of a solve's own bones, as the median of the frames has them, standing on the floor."""
-    _check_joints(poses)
+    """Return the skeleton of a solve's own bones, as the median of the frames has them, standing on the floor.
+
+    Raises:
+        FormatError: it lacks joints of the output skeleton.
+    """
+    if poses.joint_names != OUTPUT_JOINTS:
+        raise FormatError("neither take of a pair knows a performer; calibrate one of them first")
     offsets = np.empty((len(OUTPUT_JOINTS), 3))
     for joint, parent in enumerate(OUTPUT_PARENTS):
         if parent >= 0:
@@ -84,14 +90,8 @@ def skeleton_of(poses: Poses) -> Skeleton:
     return Skeleton(offsets, height_m=(hips + float(offsets[trunk, 2].sum())) / HEAD_JOINT_OF_HEIGHT)
 
 
-def _check_joints(poses: Poses) -> None:
-    if poses.joint_names != OUTPUT_JOINTS:
-        raise FormatError("a solve has another skeleton than the studio's; import or retarget it first")
-
-
 def _on_character(poses: Poses, side: Side, times: NDArray[np.float64], skeleton: Skeleton) -> Poses:
     """Return a solve on the character at these times [s from its first frame]."""
-    _check_joints(poses)
     hips, rotations = _sampled(poses, side, times)
     scale = float(skeleton.offsets_m[0, 2] / max(_leg_m(poses), 0.1))
     hips = hips * [1.0, 1.0, scale]

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from studio.engine.errors import FormatError
 from studio.engine.files import write_atomically
+from studio.engine.joints import OUTPUT_JOINTS, OUTPUT_PARENTS
 
 _KEYS = ("time_s", "joint_names", "parents", "positions_m", "rotations_wxyz", "confidence", "uncertainty_mm")
 
@@ -87,3 +88,28 @@ class Poses:
             raise FormatError(f"{path} is damaged: {error}; solve the take again") from error
         values["joint_names"] = tuple(str(name) for name in values["joint_names"])
         return cls(**values)
+
+
+def on_output_joints(poses: Poses) -> Poses:
+    """Return a solve with all output joints: those that it lacks, as imported animations may, go with their parent.
+
+    Raises:
+        FormatError: it has no hips.
+    """
+    if poses.joint_names == OUTPUT_JOINTS:
+        return poses
+    own = {name: index for index, name in enumerate(poses.joint_names)}
+    if "Hips" not in own:
+        raise FormatError("an animation has no hips: it cannot be put on a character")
+    nearest: list[int] = []
+    for name, parent in zip(OUTPUT_JOINTS, OUTPUT_PARENTS, strict=True):
+        nearest.append(own[name] if name in own else nearest[parent])
+    return Poses(
+        poses.time_s,
+        OUTPUT_JOINTS,
+        OUTPUT_PARENTS,
+        poses.positions_m[:, nearest],
+        poses.rotations_wxyz[:, nearest],
+        poses.confidence[:, nearest],
+        poses.uncertainty_mm[:, nearest],
+    )

@@ -7,7 +7,8 @@ import pytest
 
 from studio.blind.bake import HZ, bake_pair, skeleton_of
 from studio.blind.model import Side
-from studio.engine.errors import SettingsError
+from studio.engine.errors import FormatError, SettingsError
+from studio.engine.poses import Poses
 from tests import poses_factory
 from tests.live.performer import calibration
 from tests.poses_factory import random_poses
@@ -104,3 +105,19 @@ def test_a_solve_without_a_performer_stands_on_its_own_bones() -> None:
     assert 0.9 < skeleton.offsets_m[0, 2] < 1.0 and 1.6 < skeleton.height_m < 2.0
     data, _ = bake_pair((standing, poses(1)), (side("a"), side("b")), None, 0.0, 1.5)
     assert data.startswith(b"glTF")
+
+
+def test_an_animation_with_fewer_joints_stands_on_the_same_character(performer) -> None:
+    one = poses(1)
+    kept = [i for i, name in enumerate(one.joint_names) if "Hand" not in name or name.endswith("Hand")]
+    parents = np.array([kept.index(one.parents[i]) if one.parents[i] >= 0 else -1 for i in kept])
+    fewer = Poses(
+        one.time_s, tuple(one.joint_names[i] for i in kept), parents, one.positions_m[:, kept],
+        one.rotations_wxyz[:, kept], one.confidence[:, kept], one.uncertainty_mm[:, kept],
+    )  # fmt: skip
+    whole, part = bake_pair((one, fewer), (side("a"), side("b")), performer, 0.0, 2.0)
+    assert len(whole) == len(part)
+    np.testing.assert_allclose(rotation_of(whole, "LeftHand"), rotation_of(part, "LeftHand"), atol=1e-6)
+    assert np.ptp(rotation_of(part, "LeftHandIndex2"), axis=0).max() < 1e-6
+    with pytest.raises(FormatError, match="performer"):
+        bake_pair((fewer, one), (side("a"), side("b")), None, 0.0, 2.0)

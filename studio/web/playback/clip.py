@@ -8,8 +8,8 @@ import numpy as np
 from studio.engine.calibration.result import Calibration
 from studio.engine.errors import FormatError, StudioError
 from studio.engine.frames import FrameSet, FusedSkeleton, StepResult
-from studio.engine.joints import JOINT_COUNT, OUTPUT_JOINTS
-from studio.engine.poses import Poses
+from studio.engine.joints import JOINT_COUNT
+from studio.engine.poses import Poses, on_output_joints
 from studio.engine.solve.trace import Trace
 from studio.take.solves import TRACE
 from studio.take.take import Take
@@ -45,15 +45,10 @@ class Clip:
         """Return a take's solve.
 
         Raises:
-            FormatError: the solve is not one of the output skeleton, empty, or damaged.
+            FormatError: the solve is empty, damaged, or an animation without hips.
         """
         folder = take.solve_folder(solve)
-        poses = Poses.load(folder / "poses.npz")
-        if poses.joint_names != OUTPUT_JOINTS:
-            raise FormatError(
-                f"solve {solve!r} has another skeleton ({len(poses.joint_names)} joints): it can be exported and "
-                "compared, not shown"
-            )
+        poses = on_output_joints(Poses.load(folder / "poses.npz"))
         if poses.frame_count == 0:
             raise FormatError(f"solve {solve!r} has no frames; solve the take again")
         return cls(
