@@ -64,5 +64,10 @@ def test_the_calibration_part_is_left_out_and_a_solve_is_replaced_whole(take):
     assert poses.time_s[0] >= CALIBRATION_S and poses.frame_count > 50 and shares[-1] == 1.0
     (folder / "old.txt").write_text("of the solve before")
     solve_take(take, preset("raw"), name="studio")
-    assert sorted(file.name for file in folder.iterdir()) == ["metrics.json", "poses.npz", "settings.json"]
+    assert sorted(file.name for file in folder.iterdir()) == [
+        "metrics.json",
+        "poses.npz",
+        "settings.json",
+        "trace.npz",
+    ]
     assert [file.name for file in folder.parent.iterdir()] == ["studio"]
