@@ -9,13 +9,14 @@ const JOINTS = [
   "Hips", "Spine2", "Head", "LeftArm", "LeftForeArm", "LeftHand", "RightArm", "RightForeArm", "RightHand",
   "LeftUpLeg", "LeftLeg", "LeftFoot", "LeftToeBase", "RightUpLeg", "RightLeg", "RightFoot", "RightToeBase",
 ];
+const STALE_MS = 600; // a message of the server may have been on its way for so long
 const CURVES = {
   position_m: "Position", speed_m_s: "Speed", confidence: "Confidence", uncertainty_mm: "Uncertainty",
 };
 
 const state = {
   replay: { open: false }, receivedAt: 0, solves: [], curves: null, wanted: "", joint: "LeftHand", curve: "position_m",
-  sending: false, next: null, listening: () => {},
+  sending: false, sentAt: -Infinity, next: null, listening: () => {},
 };
 
 /** Whether a take is replayed, and which: the status as the server last said. */
@@ -43,9 +44,11 @@ async function send(change) {
     return;
   }
   state.sending = true;
+  state.sentAt = performance.now();
   const status = await attempt(() => changeReplay(change));
   state.sending = false;
-  if (status) take(status);
+  state.sentAt = performance.now();
+  if (status && !state.next) take(status);
   const next = state.next;
   state.next = null;
   if (next) send(next);
@@ -60,6 +63,13 @@ export async function open(takeId, solve, ghost = null) {
 async function close() {
   const status = await attempt(closeReplay);
   if (status) take(status);
+}
+
+/** Change something here at once, and on the server. */
+function change(values) {
+  Object.assign(state.replay, { frame: frameNow() }, values);
+  state.receivedAt = performance.now();
+  send(values);
 }
 
 const toggle = () => send({ playing: !state.replay.playing });
@@ -79,9 +89,9 @@ const KEYS = {
   ArrowRight: (event) => goTo(frameNow() + (event.shiftKey ? 10 : 1)),
   Home: () => goTo(state.replay.first),
   End: () => goTo(state.replay.last),
-  l: () => send({ loop: !state.replay.loop }),
-  i: () => send({ first: Math.min(frameNow(), state.replay.last) }),
-  o: () => send({ last: Math.max(frameNow(), state.replay.first) }),
+  l: () => change({ loop: !state.replay.loop }),
+  i: () => change({ first: Math.min(frameNow(), state.replay.last) }),
+  o: () => change({ last: Math.max(frameNow(), state.replay.first) }),
   Escape: close,
 };
 
@@ -205,7 +215,7 @@ function show() {
 
 /** Take in the server's message about the replay. */
 export function updateReplay(status) {
-  if (state.sending) return;
+  if (state.sending || performance.now() - state.sentAt < STALE_MS) return; // said before our own change was heard
   take(status);
 }
 
