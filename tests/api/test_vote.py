@@ -2,6 +2,7 @@
 
 import random
 import threading
+import time
 from collections import Counter
 from pathlib import Path
 
@@ -11,6 +12,7 @@ import pytest
 from sklearn.linear_model import LogisticRegression
 from sklearn.model_selection import cross_val_score
 
+from studio.api.access import Access
 from studio.take.take import Take
 from tests.api.camera import wait_until
 from tests.live.performer import calibration
@@ -206,3 +208,31 @@ def test_a_test_goes_on_after_a_restart(studio, take, start_studio) -> None:
     again = start_studio(Path(studio.sessions))
     seen = again.http.get(f"/vote/{test['token']}", headers={"X-Voter": key}).json()
     assert seen["votes"] == {"3": {"choice": "right", "comment": ""}} and seen["next"] == 0
+
+
+def test_on_a_studio_that_asks_for_signing_in_a_link_opens_the_test_and_nothing_else(
+    start_studio, tmp_path
+) -> None:
+    sessions = tmp_path / "sessions"
+    access = Access(sessions, required=True, now_s=time.monotonic)
+    studio = start_studio(sessions, access=access)
+    made = take_with_solves(sessions / "monday" / "one")
+    made.add_calibration(calibration(["camera_0"]), use=True)
+    signed_in = {"Authorization": f"Bearer {access.operator_token}"}
+    body = {"title": "Walks", "pairs": [pair()], "rules": {"repeats": 0}}
+    test = studio.http.post("/blind", json=body, headers=signed_in).json()
+    voter = studio.http.post(f"/vote/{test['token']}/join", json={}).json()["voter"]
+    for side in ("left", "right"):
+        answer = studio.http.get(f"/vote/{test['token']}/0/{side}", headers={"X-Voter": voter})
+        assert answer.content.startswith(b"glTF")
+    root = str(studio.http.base_url).removesuffix("/api/v1/")
+    private = [
+        "/api/v1/blind",
+        f"/api/v1/blind/{test['id']}/results",
+        "/api/v1/takes",
+        "/api/v1/status",
+        "/metrics",
+    ]
+    detours = ["/api/v1/vote/../blind", "/vote/../api/v1/takes", "/api/v1/vote/%2e%2e/blind"]
+    for path in private + detours:
+        assert studio.http.get(root + path, headers={"X-Voter": voter}).status_code in (401, 404), path
