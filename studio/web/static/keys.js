@@ -4,7 +4,7 @@ import { putCamera } from "./api.js";
 import { attempt } from "./messages.js";
 import { replayKey } from "./replay.js";
 import { undoThrow } from "./takes.js";
-import { onKey } from "./viewer.js";
+import { inTextField, onKey } from "./viewer.js";
 
 const SHORTCUTS = [
   ["Stage", [["R", "Record, stop"], ["T", "T-pose: countdown, cancel"], ["Ctrl Z", "Put a take back that was thrown away"], ["?", "This list"]]],
@@ -15,9 +15,6 @@ const SHORTCUTS = [
   ["View", [["1", "Front"], ["2", "Side"], ["3", "Top"], ["4", "Turn about the performer"], ["F", "Follow the performer"]]],
 ];
 const VIEWPOINTS = { 1: "front", 2: "side", 3: "top", 4: "orbit", f: "follow" };
-
-/** Whether a key belongs to a field that is being filled in. */
-export const inTextField = (event) => Boolean(event.target.closest?.("input[type=text], input[type=number], input[type=password], input[type=search], textarea, select, [contenteditable]"));
 
 function showHelp() {
   const dialog = byId("help");

@@ -2,7 +2,7 @@
 import { byId, clock, setText } from "./dom.js";
 import { startRecording, stopRecording } from "./api.js";
 import { attempt } from "./messages.js";
-import { onKey } from "./viewer.js";
+import { inTextField, onKey } from "./viewer.js";
 
 let recording = null; // {take, seconds} as the server last said
 let receivedAt = 0;
@@ -21,10 +21,6 @@ async function toggle(onStopped) {
   busy = false;
 }
 
-function inTextField(event) {
-  return event.target.closest?.("input[type=text], input[type=search], input[type=number], select, textarea, dialog");
-}
-
 function tick() {
   const seconds = recording ? recording.seconds + (performance.now() - receivedAt) / 1000 : 0;
   setText(byId("timer"), clock(seconds, true));
@@ -36,7 +32,7 @@ export function startTransport(onStopped) {
   byId("record").addEventListener("click", () => toggle(onStopped));
   onKey((event) => {
     if (event.key.toLowerCase() !== "r" || event.ctrlKey || event.metaKey || event.altKey || event.repeat) return;
-    if (inTextField(event)) return;
+    if (inTextField(event) || event.target.closest?.("dialog")) return;
     event.preventDefault();
     toggle(onStopped);
   });

@@ -22,6 +22,9 @@ export function setNotice(text) {
   if (text) setText(notice, text);
 }
 
+/** Whether a key belongs to a field that is being filled in. */
+export const inTextField = (event) => Boolean(event.target.closest?.("input[type=text], input[type=number], input[type=password], input[type=search], textarea, select, [contenteditable]"));
+
 /** Call `handle` with keys pressed on the page or inside the 3D view. */
 export function onKey(handle) {
   document.addEventListener("keydown", handle);
