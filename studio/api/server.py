@@ -125,12 +125,12 @@ def serve(config: Config, *, demo: bool = False) -> int:
         if demo:
             cameras = DemoCameras(stage, url.replace("0.0.0.0", "127.0.0.1"), access.own_camera_token)
             cameras.start()
-        print(f"Capture Studio is open on {url} (Ctrl-C stops it)", flush=True)
-        if access.required:
-            _say_how_to_sign_in(access, url, encrypted=tls is not None)
         sys.setswitchinterval(SWITCH_S)
-        worker.warm_up()
         with _stopped_by_signals(server, cameras):
+            print(f"Capture Studio is open on {url} (Ctrl-C stops it)", flush=True)
+            if access.required:
+                _say_how_to_sign_in(access, url, encrypted=tls is not None)
+            worker.warm_up()
             server.run(sockets=[listening])
     finally:
         worker.cool_down()

@@ -12,8 +12,10 @@ from pathlib import Path
 def studio_program(sessions: Path) -> Iterator[str]:
     """`studio serve --demo` while the block runs; yields its address. Ends with Ctrl-C, as a user would."""
     command = [sys.executable, "-m", "studio", "serve", "--demo", "--port", "0", "--sessions", str(sessions)]
-    log = (sessions.parent / "serve.log").open("w")
-    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=log, text=True) as program:
+    with (
+        (sessions.parent / "serve.log").open("w") as log,
+        subprocess.Popen(command, stdout=subprocess.PIPE, stderr=log, text=True) as program,
+    ):
         assert program.stdout is not None
         line = program.stdout.readline()
         assert "http://" in line, (sessions.parent / "serve.log").read_text()
@@ -22,4 +24,3 @@ def studio_program(sessions: Path) -> Iterator[str]:
         finally:
             program.send_signal(signal.SIGINT)
             assert program.wait(timeout=30) == 0
-    log.close()

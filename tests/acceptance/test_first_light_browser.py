@@ -12,7 +12,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from playwright.sync_api import Page, expect
+from playwright.sync_api import Browser, Page, expect
 
 from studio.engine.joints import OUTPUT_INDEX
 from studio.engine.poses import Poses
@@ -20,7 +20,7 @@ from studio.take.take import Take
 from tests.acceptance.program import studio_program
 from tests.engine.export.readers.programs import read_with_bvhio, read_with_ufbx
 from tests.engine.export.scoring import position_error_cm
-from tests.web.browser import chromium_browser, quiet_page
+from tests.web.browser import quiet_page
 
 CALIBRATED_MS = 150_000
 SOLVED_MS = 120_000
@@ -66,10 +66,10 @@ def export(page: Page, label: str, path: Path) -> Path:
 
 @pytest.mark.browser
 @pytest.mark.timeout(900)
-def test_first_light(tmp_path: Path) -> None:
+def test_first_light(tmp_path: Path, chromium: Browser) -> None:
     sessions = tmp_path / "sessions"
     sessions.mkdir()
-    with studio_program(sessions) as host, chromium_browser() as browser, quiet_page(browser) as page:
+    with studio_program(sessions) as host, quiet_page(chromium) as page:
         page.goto(f"http://{host}/")
         expect(page.locator("#cameras .camera")).to_have_count(2, timeout=60_000)
         expect(page.locator("#calibration-badge")).to_have_text("calibrating", timeout=60_000)

@@ -12,7 +12,7 @@ from contextlib import contextmanager
 import httpx
 import pytest
 
-from tests.web.browser import chromium_browser, quiet_page
+from tests.web.browser import quiet_page
 
 
 @contextmanager
@@ -36,10 +36,10 @@ def open_program(sessions, *arguments):
             assert program.wait(timeout=30) == 0
 
 
-def test_an_operator_signs_in_with_a_browser(tmp_path):
-    with open_program(tmp_path / "sessions") as (url, operator, _, errors), chromium_browser() as browser:
+def test_an_operator_signs_in_with_a_browser(tmp_path, chromium):
+    with open_program(tmp_path / "sessions") as (url, operator, _, errors):
         assert "--tls-cert" in errors.read_text()
-        with quiet_page(browser) as page:
+        with quiet_page(chromium) as page:
             page.goto(url)
             page.wait_for_url("**/signin?next=/")
             page.fill("#token", operator)
@@ -51,7 +51,7 @@ def test_an_operator_signs_in_with_a_browser(tmp_path):
             command = page.inner_text(".secret code")
             assert f"--server {url} --token " in command
             assert "2 camera tokens" in page.inner_text("#access-count")
-        page = browser.new_page()
+        page = chromium.new_page()
         page.goto(f"{url}/signin?next=//elsewhere.example/")
         page.fill("#token", "wrong")
         page.click("button[type=submit]")

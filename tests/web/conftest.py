@@ -10,7 +10,7 @@ from playwright.sync_api import Browser, Page, expect
 
 from studio.engine.errors import StudioError
 from studio.web import ViewHandle, mount
-from tests.web.browser import chromium_browser, quiet_page
+from tests.web.browser import quiet_page
 from tests.web.stages import FakeStage, FolderOfTakes, serving
 
 expect.set_options(timeout=60_000)  # a machine that is busy is slow, not wrong
@@ -41,12 +41,6 @@ def address(handle: tuple[ViewHandle, FastAPI]) -> Iterator[str]:
     """Address of a server with the view."""
     with serving(handle[1]) as url:
         yield url
-
-
-@pytest.fixture(scope="session")
-def chromium() -> Iterator[Browser]:
-    with chromium_browser() as browser:
-        yield browser
 
 
 @pytest.fixture

@@ -6,17 +6,16 @@ import pytest
 from playwright.sync_api import expect
 
 from tests.acceptance.program import studio_program
-from tests.web.browser import chromium_browser, quiet_page
+from tests.web.browser import quiet_page
 
 pytestmark = pytest.mark.browser
 
 
-def test_a_receiver_is_added_switched_off_and_removed(tmp_path):
+def test_a_receiver_is_added_switched_off_and_removed(tmp_path, chromium):
     with (
         socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as receiver,
         studio_program(tmp_path) as host,
-        chromium_browser() as browser,
-        quiet_page(browser) as page,
+        quiet_page(chromium) as page,
     ):
         receiver.bind(("127.0.0.1", 0))
         receiver.settimeout(120.0)

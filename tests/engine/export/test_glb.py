@@ -19,7 +19,7 @@ from tests.engine.export.readers.programs import read_with_blender
 from tests.engine.export.readers.three_page import open_in_three
 from tests.engine.export.scoring import HARD_MOTIONS
 from tests.poses_factory import random_poses, t_pose
-from tests.web.browser import chromium_browser, quiet_page
+from tests.web.browser import quiet_page
 
 
 def glb_pose(path, times_s):
@@ -135,11 +135,11 @@ def test_without_a_mesh_and_with_one_frame(tmp_path):
     assert world["Hips"][0][0, 1] == pytest.approx(0.94, abs=1e-4)
 
 
-def test_three_js_shows_it_as_it_is(tmp_path):
+def test_three_js_shows_it_as_it_is(tmp_path, chromium):
     poses = random_poses(np.random.default_rng(5), seconds=1.0, turns_per_s=0.5)
     export(poses, tmp_path / "e.glb", "glb", take_name="Turn")
     frames = np.array([0, 7, 30, 59])
-    with chromium_browser() as browser, quiet_page(browser) as page:
+    with quiet_page(chromium) as page:
         file = open_in_three(page, tmp_path / "e.glb")
         assert file.about["clip"] == "Turn" and file.about["skinned"] == 2
         assert file.about["duration"] == pytest.approx(1.0, abs=1e-4)
