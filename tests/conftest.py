@@ -20,6 +20,7 @@ REAL_TIME = (
 )  # servers, browsers, cameras: they wait more than they compute
 
 
+@pytest.hookimpl(tryfirst=True)  # before pytest-xdist reads the groups
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     """Keep the tests of a file in one process, and all that run in real time in one, beside those that compute."""
     for item in items:
