@@ -16,7 +16,15 @@ SIGN_IN_PATH = "/signin"
 SIGN_IN_API = "/api/v1/access/signin"
 _OPEN = {SIGN_IN_PATH, SIGN_IN_API, LINK_PATH, "/static/studio.css", "/static/signin.js", "/static/icon.svg"}
 _OPEN |= {"/health"}
-_OPEN_BELOW = ("/vote/", "/api/v1/vote/", "/static/vendor/", "/static/vote", "/static/dom.js", "/static/strings")
+_OPEN_BELOW = (
+    "/vote/",
+    "/api/v1/vote/",
+    "/static/vendor/",
+    "/static/vote",
+    "/static/players.js",
+    "/static/dom.js",
+    "/static/strings",
+)
 """What voters of blind tests reach: their own link's token is asked for behind these."""
 
 _CLOSE = {"type": "websocket.close", "code": 4401, "reason": "sign in first"}

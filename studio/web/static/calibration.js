@@ -2,24 +2,25 @@
 import { byId, h, redraw, setText } from "./dom.js";
 import { finishCalibration, startCalibration } from "./api.js";
 import { attempt } from "./messages.js";
+import { number, t } from "./strings.js";
 
 const TONES = { good: "good", usable: "fair", refused: "bad" };
 const BUSY = ["gathering", "computing"];
 
 function mm(value) {
-  return value === null || value === undefined ? "–" : `${value.toFixed(0)} mm`;
+  return value === null || value === undefined ? "–" : `${number(value)} mm`;
 }
 
 function table(cameras, colours, reference) {
   const rows = Object.entries(cameras).sort().map(([name, camera]) => h("tr", {},
     h("td", {}, h("span", { class: "row" },
       h("span", { class: "swatch", style: `background:${colours[name] ?? "var(--muted)"}`, aria: { hidden: "true" } }), name)),
-    h("td", { class: "num" }, name === reference ? "reference" : mm(camera.residual_median_mm)),
-    h("td", { class: `num ${TONES[camera.verdict] ?? ""}` }, camera.verdict)));
+    h("td", { class: "num" }, name === reference ? t("camera.reference") : mm(camera.residual_median_mm)),
+    h("td", { class: `num ${TONES[camera.verdict] ?? ""}` }, t(`calibration.verdict.${camera.verdict}`))));
   return h("table", {},
-    h("thead", {}, h("tr", {}, h("th", { scope: "col" }, "Camera"),
-      h("th", { scope: "col", class: "num", title: "Median distance to the reference camera's joints" }, "Disagreement"),
-      h("th", { scope: "col", class: "num" }, "Verdict"))),
+    h("thead", {}, h("tr", {}, h("th", { scope: "col" }, t("calibration.camera")),
+      h("th", { scope: "col", class: "num", title: t("calibration.disagreement_hint") }, t("calibration.disagreement")),
+      h("th", { scope: "col", class: "num" }, t("calibration.verdict")))),
     h("tbody", {}, rows));
 }
 
@@ -36,7 +37,7 @@ function map(name, { points, cells, enough }, colour) {
   }));
   return h("div", { class: "coverage" },
     h("div", { class: "cells", style: `width:${width * size}px;height:${height * size}px`, aria: { hidden: "true" } }, squares),
-    h("span", { class: enough ? "good" : "muted" }, `${name}: ${points} points, ${cells.length} places${enough ? "" : ", walk on"}`));
+    h("span", { class: enough ? "good" : "muted" }, [t("calibration.coverage", { name, points, n: cells.length }), ...(enough ? [] : [t("calibration.walk_on")])].join(", ")));
 }
 
 function coverage(cameras, colours) {
@@ -51,8 +52,8 @@ function reasons(cameras) {
 
 function steps(progress) {
   const left = Math.max(0, Math.ceil(progress.seconds * (1 - progress.progress / 0.9)));
-  if (progress.state === "computing") return "Computing where the cameras stand";
-  return progress.seconds - left < 4 ? "Hold the T-pose, facing the reference camera" : `Walk all over the stage and turn: ${left} s left`;
+  if (progress.state === "computing") return t("calibration.computing");
+  return progress.seconds - left < 4 ? t("calibration.t_pose") : t("calibration.walk", { left });
 }
 
 function build(state, colours, ready) {
@@ -61,13 +62,13 @@ function build(state, colours, ready) {
   const parts = [];
   if (busy) {
     parts.push(h("p", { id: "calibration-step", role: "status" }, steps(progress)),
-      h("progress", { id: "calibration-progress", max: 1, value: progress.progress, aria: { label: "Calibration progress" } }));
+      h("progress", { id: "calibration-progress", max: 1, value: progress.progress, aria: { label: t("calibration.progress") } }));
     parts.push(h("div", { id: "coverage", class: "row" }));
   } else if (progress.state === "failed") {
     parts.push(h("p", { class: "bad", role: "status" }, progress.message));
   }
   if (!busy && state.state !== "good") {
-    parts.push(h("p", { class: "empty" }, "The performer holds a T-pose for 3 s, then walks all over the stage and turns."));
+    parts.push(h("p", { class: "empty" }, t("calibration.how")));
   }
   if (state.warnings.length) {
     parts.push(h("ul", { class: "reasons", role: "alert" }, state.warnings.map((text) => h("li", { class: "fair" }, text))));
@@ -77,11 +78,11 @@ function build(state, colours, ready) {
     h("button", {
       id: "calibrate", type: "button", class: state.state === "good" ? "" : "primary", disabled: busy || !ready,
       onclick: () => attempt(() => startCalibration()),
-    }, busy ? "Calibrating" : "Calibrate"),
+    }, t(busy ? "calibration.busy" : "calibration.start")),
     progress.state === "gathering" && h("button", {
-      type: "button", onclick: () => attempt(finishCalibration), title: "Compute with what was walked so far",
-    }, "Enough"),
-    state.height_m && h("span", { class: "muted" }, `Performer ${state.height_m.toFixed(2)} m`)));
+      type: "button", onclick: () => attempt(finishCalibration), title: t("calibration.enough_hint"),
+    }, t("calibration.enough")),
+    state.height_m && h("span", { class: "muted" }, t("calibration.performer", { height: number(state.height_m, 2) }))));
   return h("div", { class: "stack" }, parts.filter(Boolean));
 }
 
@@ -99,7 +100,7 @@ export function updateCalibration(state, colours, ready) {
   const busy = BUSY.includes(state.attempt.state);
   const [words, tone] = badge(state, busy);
   const mark = byId("calibration-badge");
-  setText(mark, words);
+  setText(mark, t(`calibration.badge.${words}`));
   mark.className = `badge ${tone}`;
   const { progress } = state.attempt;
   const still = { ...state, attempt: { ...state.attempt, progress: 0, frames: 0, coverage: 0 }, tpose: null, age_s: 0 };

@@ -2,6 +2,7 @@
 import { byId, h, redraw, setText } from "./dom.js";
 import { cancelTPose, choosePerformer, getPerformers, startTPose } from "./api.js";
 import { attempt, showNote } from "./messages.js";
+import { number, t } from "./strings.js";
 
 const BUSY = ["countdown", "holding", "computing"];
 const panel = { profiles: [], state: "idle", name: "" };
@@ -19,29 +20,29 @@ async function choose(event) {
   const name = event.currentTarget.value;
   if (!name) return;
   await attempt(() => choosePerformer(name));
-  showNote(`Working with the proportions of ${name}`);
+  showNote(t("performer.working", { name }));
 }
 
 function build(busy, ready) {
   const input = h("input", {
-    id: "performer-name", type: "text", maxLength: 60, placeholder: "name", value: panel.name, spellcheck: false,
-    aria: { label: "Name of the performer" }, title: "With a name, the proportions are kept for later sessions",
+    id: "performer-name", type: "text", maxLength: 60, placeholder: t("performer.name"), value: panel.name, spellcheck: false,
+    aria: { label: t("performer.name_label") }, title: t("performer.name_hint"),
     oninput: (event) => { panel.name = event.currentTarget.value; },
   });
   const button = h("button", {
     id: "tpose", type: "button", disabled: !ready, onclick: measure, aria: { keyshortcuts: "t" },
-    title: "Counts down, then measures the performer in a T-pose that is held for 2 s",
-  }, busy ? "Cancel" : "T-pose", h("kbd", {}, "T"));
-  const known = h("select", { id: "performer-known", onchange: choose, aria: { label: "Performers measured before" } },
-    h("option", { value: "" }, "Measured before"),
-    panel.profiles.map(({ name, height }) => h("option", { value: name }, `${name}, ${height.toFixed(2)} m`)));
+    title: t("performer.t_pose_hint"),
+  }, t(busy ? "message.cancel" : "performer.t_pose"), h("kbd", {}, "T"));
+  const known = h("select", { id: "performer-known", onchange: choose, aria: { label: t("performer.known_label") } },
+    h("option", { value: "" }, t("performer.known")),
+    panel.profiles.map(({ name, height }) => h("option", { value: name }, `${name}, ${number(height, 2)} m`)));
   return [h("div", { class: "pair" }, input, button), panel.profiles.length > 0 && known].filter(Boolean);
 }
 
 function words(tpose) {
   const { state, seconds_left: left, problems, message } = tpose;
-  if (state === "countdown") return `T-pose in ${Math.ceil(left)}${problems.length ? `: ${problems.join("; ")}` : ""}`;
-  if (state === "holding") return problems.length ? problems.join("; ") : `Hold still: ${Math.ceil(Math.max(left, 0))}`;
+  if (state === "countdown") return [t("performer.countdown", { seconds: Math.ceil(left) }), ...(problems.length ? [problems.join("; ")] : [])].join(": ");
+  if (state === "holding") return problems.length ? problems.join("; ") : t("performer.hold", { seconds: Math.ceil(Math.max(left, 0)) });
   return state === "idle" ? "" : message;
 }
 
@@ -53,7 +54,7 @@ export function updatePerformer(calibration, ready) {
     panel.state = tpose.state;
     if (tpose.state === "done") attempt(loadProfiles);
   }
-  setText(byId("performer-height"), calibration.height_m ? `${calibration.height_m.toFixed(2)} m` : "");
+  setText(byId("performer-height"), calibration.height_m ? `${number(calibration.height_m, 2)} m` : "");
   redraw(byId("performer"), [busy, ready, panel.profiles], () => build(busy, ready));
   setText(byId("tpose-words"), words(tpose));
   byId("tpose-words").className = `tpose ${busy ? "large" : ""} ${tpose.state === "failed" ? "bad" : ""}`;

@@ -2,6 +2,7 @@
 import { byId, clock, h, redraw, setText } from "./dom.js";
 import { changeReplay, closeReplay, getCurves, openReplay } from "./api.js";
 import { attempt, showNote } from "./messages.js";
+import { t } from "./strings.js";
 import { drawTimeline, frameAt } from "./timeline.js";
 
 const SPEEDS = [0.1, 0.25, 0.5, 1, 2];
@@ -10,9 +11,7 @@ const JOINTS = [
   "LeftUpLeg", "LeftLeg", "LeftFoot", "LeftToeBase", "RightUpLeg", "RightLeg", "RightFoot", "RightToeBase",
 ];
 const STALE_MS = 600; // a message of the server may have been on its way for so long
-const CURVES = {
-  position_m: "Position", speed_m_s: "Speed", confidence: "Confidence", uncertainty_mm: "Uncertainty",
-};
+const CURVES = ["position_m", "speed_m_s", "confidence", "uncertainty_mm"];
 
 const state = {
   replay: { open: false }, receivedAt: 0, solves: [], curves: null, wanted: "", joint: "LeftHand", curve: "position_m",
@@ -125,7 +124,7 @@ function ghostChoice() {
   const chosen = ghost ? `${ghost.take}|${ghost.solve}` : "";
   const options = state.solves.filter((one) => one.take !== takeId || one.solve !== solve)
     .map((one) => [`${one.take}|${one.solve}`, one.take === takeId ? one.solve : `${one.take}: ${one.solve}`]);
-  return choice("replay-ghost", "A second solve beside it", [["", "No ghost"], ...options], chosen, (value) => {
+  return choice("replay-ghost", t("replay.ghost"), [["", t("replay.no_ghost")], ...options], chosen, (value) => {
     const [ghostTake, ghostSolve] = value.split("|");
     open(takeId, solve, value ? { take: ghostTake, solve: ghostSolve } : null);
   });
@@ -134,7 +133,7 @@ function ghostChoice() {
 function solveChoice() {
   const { take: takeId, solve, ghost } = state.replay;
   const options = state.solves.filter((one) => one.take === takeId).map((one) => [one.solve, one.solve]);
-  return choice("replay-solve", "Which solve", options, solve, (value) => open(takeId, value, ghost));
+  return choice("replay-solve", t("replay.solve"), options, solve, (value) => open(takeId, value, ghost));
 }
 
 function build() {
@@ -145,29 +144,29 @@ function build() {
   }, text);
   return [
     h("div", { class: "replay-row" },
-      button("replay-start", "|◀", "First frame", "Home", () => goTo(state.replay.first)),
-      button("replay-back", "◂", "A frame back", "←", () => goTo(frameNow() - 1)),
-      button("replay-play", playing ? "❚❚" : "▶", playing ? "Pause" : "Play", "Space", toggle),
-      button("replay-on", "▸", "A frame on", "→", () => goTo(frameNow() + 1)),
-      button("replay-end", "▶|", "Last frame", "End", () => goTo(state.replay.last)),
-      button("replay-loop", "Loop", "Loop", "L", () => send({ loop: !loop }), loop),
-      button("replay-in", "In", "Begin here", "I", KEYS.i),
-      button("replay-out", "Out", "End here", "O", KEYS.o),
-      choice("replay-speed", "Speed", SPEEDS.map((value) => [value, `${value}×`]), speed, (value) => send({ speed: Number(value) })),
+      button("replay-start", "|◀", t("replay.first"), "Home", () => goTo(state.replay.first)),
+      button("replay-back", "◂", t("replay.back"), "←", () => goTo(frameNow() - 1)),
+      button("replay-play", playing ? "❚❚" : "▶", t(playing ? "replay.pause" : "replay.play"), "Space", toggle),
+      button("replay-on", "▸", t("replay.on"), "→", () => goTo(frameNow() + 1)),
+      button("replay-end", "▶|", t("replay.last"), "End", () => goTo(state.replay.last)),
+      button("replay-loop", t("replay.loop"), t("replay.loop"), "L", () => send({ loop: !loop }), loop),
+      button("replay-in", t("replay.in"), t("replay.in_hint"), "I", KEYS.i),
+      button("replay-out", t("replay.out"), t("replay.out_hint"), "O", KEYS.o),
+      choice("replay-speed", t("replay.speed"), SPEEDS.map((value) => [value, `${value}×`]), speed, (value) => send({ speed: Number(value) })),
       h("output", { id: "replay-time", class: "timer small-timer" }),
       h("span", { class: "spacer" }),
       solveChoice(), ghostChoice(),
       ghost && h("a", {
         class: "button small", href: `blind?a=${encodeURIComponent(`${takeId}|${solve}`)}&b=${encodeURIComponent(`${ghost.take}|${ghost.solve}`)}`,
-        title: "Let others decide between these two, blind",
-      }, "Blind test"),
-      button("replay-close", "Live", "Back to the live stage", "Esc", close)),
+        title: t("replay.blind_hint"),
+      }, t("replay.blind")),
+      button("replay-close", t("replay.live"), t("replay.live_hint"), "Esc", close)),
     h("div", { class: "replay-row" },
       h("strong", { class: "replay-take", title: state.replay.take }, state.replay.take.split("/").pop()),
-      choice("replay-joint", "Joint of the curves", JOINTS.map((name) => [name, name]), state.joint, (value) => { state.joint = value; loadCurves(); }),
-      choice("replay-curve", "Curve", Object.entries(CURVES), state.curve, (value) => { state.curve = value; paint(); }),
+      choice("replay-joint", t("replay.joint"), JOINTS.map((name) => [name, name]), state.joint, (value) => { state.joint = value; loadCurves(); }),
+      choice("replay-curve", t("replay.curve"), CURVES.map((name) => [name, t(`curve.${name}`)]), state.curve, (value) => { state.curve = value; paint(); }),
       h("span", { id: "replay-value", class: "count" })),
-    h("canvas", { id: "timeline", tabIndex: 0, role: "slider", aria: { label: "Timeline" }, onpointerdown: scrub }),
+    h("canvas", { id: "timeline", tabIndex: 0, role: "slider", aria: { label: t("replay.timeline") }, onpointerdown: scrub }),
   ];
 }
 
@@ -203,7 +202,7 @@ function show() {
   document.body.classList.toggle("replaying", isOpen);
   byId("replay").hidden = !isOpen;
   if (isOpen) {
-    setText(byId("replay-title"), `${takeId}, solve ${solve}`);
+    setText(byId("replay-title"), t("replay.title", { take: takeId, solve }));
     redraw(byId("replay-bar"), [takeId, solve, ghost, playing, loop, speed, state.solves], build);
     loadCurves();
     paint();
@@ -230,7 +229,7 @@ export function solved(takeId, solve) {
   if (!state.replay.open || state.replay.take !== takeId) return;
   state.wanted = ""; // the solve may be a new one of an old name
   open(takeId, solve, state.replay.ghost);
-  showNote(`Showing solve ${solve}`);
+  showNote(t("replay.showing", { solve }));
 }
 
 /** Begin; `listen` hears the replay's status whenever it changes. */

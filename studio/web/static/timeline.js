@@ -1,4 +1,6 @@
 // Draws the timeline: the curve of a joint, spans of stance and of cameras that were left out, the range, the playhead.
+import { number, t } from "./strings.js";
+
 const AXES = { x: "--axis-x", y: "--axis-y", z: "--axis-z" };
 const LANE = 7; // height of a span's lane [px]
 const MARGIN = 6;
@@ -15,8 +17,8 @@ export function frameAt(canvas, event, replay) {
 /** Lanes under the curve: label, colour and spans `[first, last]`. */
 function lanesOf(curves) {
   if (!curves) return [];
-  const stance = Object.entries(curves.stance).map(([side, spans]) => ({ label: `${side} foot stands`, colour: "--good", spans }));
-  const cameras = Object.entries(curves.cameras).map(([name, spans]) => ({ label: `${name} left out`, colour: "--bad", spans }));
+  const stance = Object.entries(curves.stance).map(([side, spans]) => ({ label: t(`curve.stands.${side}`), colour: "--good", spans }));
+  const cameras = Object.entries(curves.cameras).map(([name, spans]) => ({ label: t("curve.left_out", { name }), colour: "--bad", spans }));
   return [...stance, ...cameras];
 }
 
@@ -48,7 +50,7 @@ const unit = { position_m: "m", speed_m_s: "m/s", confidence: "", uncertainty_mm
 
 /** Words for the values at a frame. */
 function words(series, kind, index) {
-  return series.map(({ label, values }) => `${label} ${values[index].toFixed(kind === "uncertainty_mm" ? 0 : 2)}`.trim())
+  return series.map(({ label, values }) => `${label} ${number(values[index], kind === "uncertainty_mm" ? 0 : 2)}`.trim())
     .join("  ").concat(" ", unit[kind]);
 }
 
