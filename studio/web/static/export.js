@@ -1,16 +1,14 @@
 // The export dialog: format, target, rate, root motion, mesh, keys, trim and clean-up, of one take or several.
-import { byId, h, plural } from "./dom.js";
+import { byId, h } from "./dom.js";
 import { exportSolve } from "./api.js";
 import { attempt, showNote } from "./messages.js";
 import { replayed } from "./replay.js";
+import { t } from "./strings.js";
 
-const FORMATS = {
-  fbx: "FBX: MotionBuilder, Maya, Unreal, Unity, Blender", bvh: "BVH: skeleton and motion as text", glb: "GLB: character for browsers and engines",
-  usd: "USD: skeleton with keys", c3d: "C3D: joint centres and markers", trc: "TRC: OpenSim", csv: "CSV: joint positions", npz: "npz: poses for Python",
-};
-const TARGETS = { humanik: "HumanIK (MotionBuilder, Maya)", mixamo: "Mixamo", unreal: "Unreal 5 mannequin", vrm: "VRM, Unity humanoid" };
-const ROOTS = { hips: "on the hips", root: "on a root bone", "in-place": "in place" };
-const KEYS = { cubic: "cubic", linear: "linear", constant: "held" };
+const FORMATS = ["fbx", "bvh", "glb", "usd", "c3d", "trc", "csv", "npz"];
+const TARGETS = ["humanik", "mixamo", "unreal", "vrm"];
+const ROOTS = ["hips", "root", "in-place"];
+const KEYS = ["cubic", "linear", "constant"];
 const RATES = ["", 24, 25, 30, 60, 120];
 const SKELETONS = ["fbx", "bvh", "glb", "usd"];
 const KEPT = "export";
@@ -21,6 +19,8 @@ const FIELDS = {
 };
 
 const state = { jobs: [] };
+
+const named = (values, words) => Object.fromEntries(values.map((value) => [value, words(value)]));
 
 function select(id, label, options, value) {
   return h("label", { class: "field" }, h("span", {}, label), h("select", { id: `export-${id}`, onchange: id === "format" ? showFields : undefined },
@@ -44,16 +44,16 @@ function trim() {
 function fields(kept) {
   const { start, end } = trim();
   return [
-    select("format", "Format", FORMATS, kept.format ?? "fbx"),
-    select("target", "Target", TARGETS, kept.target ?? "humanik"),
-    h("label", { class: "field" }, h("span", {}, "Frames a second"), h("select", { id: "export-fps" },
-      RATES.map((rate) => h("option", { value: rate, selected: String(rate) === String(kept.fps ?? "") }, rate || "as solved")))),
-    select("root_motion", "Path", ROOTS, kept.root_motion ?? "hips"),
-    select("interpolation", "Between keys", KEYS, kept.interpolation ?? "cubic"),
-    h("div", { class: "two" }, number("start_s", "From [s]", start, "start"), number("end_s", "To [s]", end, "end")),
+    select("format", t("export.format"), named(FORMATS, (name) => t(`export.format.${name}`)), kept.format ?? "fbx"),
+    select("target", t("export.target"), named(TARGETS, (name) => t(`export.target.${name}`)), kept.target ?? "humanik"),
+    h("label", { class: "field" }, h("span", {}, t("export.rate")), h("select", { id: "export-fps" },
+      RATES.map((rate) => h("option", { value: rate, selected: String(rate) === String(kept.fps ?? "") }, rate || t("export.as_solved"))))),
+    select("root_motion", t("export.root"), named(ROOTS, (name) => t(`export.root.${name}`)), kept.root_motion ?? "hips"),
+    select("interpolation", t("export.keys"), named(KEYS, (name) => t(`export.keys.${name}`)), kept.interpolation ?? "cubic"),
+    h("div", { class: "two" }, number("start_s", t("export.from"), start, t("export.start")), number("end_s", t("export.to"), end, t("export.end"))),
     h("div", { class: "two" },
-      h("div", {}, check("mesh", "With a body", kept.mesh), check("foot_lock", "Lock standing feet"), check("loop", "Cut a loop")),
-      h("div", {}, number("smooth_hz", "Smooth [Hz]", "", "off"), number("key_error_cm", "Fewer keys, error [cm]", "", "off"))),
+      h("div", {}, check("mesh", t("export.mesh"), kept.mesh), check("foot_lock", t("export.foot_lock")), check("loop", t("export.loop"))),
+      h("div", {}, number("smooth_hz", t("export.smooth"), "", t("export.off")), number("key_error_cm", t("export.fewer_keys"), "", t("export.off")))),
   ];
 }
 
@@ -96,7 +96,7 @@ async function run(event) {
   bar.hidden = true;
   if (written === state.jobs.length) {
     byId("export-dialog").close();
-    showNote(`${plural(written, "file")} exported`);
+    showNote(t("export.done", { n: written }));
   }
 }
 
@@ -111,13 +111,13 @@ export function askExport(jobs) {
   state.jobs = jobs;
   const kept = JSON.parse(localStorage.getItem(KEPT) ?? "{}");
   const dialog = byId("export-dialog");
-  const what = jobs.length === 1 ? `${jobs[0].take.name}, solve ${jobs[0].solve}` : plural(jobs.length, "take");
-  dialog.replaceChildren(h("h2", {}, `Export ${what}`),
+  const title = jobs.length === 1 ? t("export.one", { take: jobs[0].take.name, solve: jobs[0].solve }) : t("export.many", { n: jobs.length });
+  dialog.replaceChildren(h("h2", {}, title),
     h("form", { class: "export-form", onsubmit: run }, ...fields(kept),
-      h("progress", { id: "export-progress", max: 1, hidden: true, aria: { label: "Exporting" } }),
+      h("progress", { id: "export-progress", max: 1, hidden: true, aria: { label: t("export.progress") } }),
       h("div", { class: "buttons" },
-        h("button", { id: "export-run", class: "primary", type: "submit" }, "Export"),
-        h("button", { type: "button", onclick: () => dialog.close() }, "Cancel"))));
+        h("button", { id: "export-run", class: "primary", type: "submit" }, t("export.short")),
+        h("button", { type: "button", onclick: () => dialog.close() }, t("message.cancel")))));
   showFields();
   dialog.showModal();
 }
