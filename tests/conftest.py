@@ -11,23 +11,20 @@ if TYPE_CHECKING:
     from playwright.sync_api import Browser
 
 
-TESTS = Path(__file__).parent
-REAL_TIME = (
-    "acceptance",
-    "api",
-    "web",
-    "live",
-)  # servers, browsers, cameras: they wait more than they compute
+REAL_TIME = tuple(f"tests/{name}/" for name in ("acceptance", "api", "web", "live"))
+"""Tests of servers, browsers and cameras: they wait more than they compute."""
 
 
-@pytest.hookimpl(tryfirst=True)  # before pytest-xdist reads the groups
-def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+@pytest.hookimpl(optionalhook=True)
+def pytest_xdist_make_scheduler(config: pytest.Config, log: object) -> object:
     """Keep the tests of a file in one process, and all that run in real time in one, beside those that compute."""
-    for item in items:
-        file = item.path.relative_to(TESTS)
-        group = "real time" if file.parts[0] in REAL_TIME else str(file)
-        item.add_marker(pytest.mark.xdist_group(group))
-    items.sort(key=lambda item: item.path.relative_to(TESTS).parts[0] not in REAL_TIME)
+    from xdist.scheduler import LoadScopeScheduling
+
+    class Scheduling(LoadScopeScheduling):
+        def _split_scope(self, nodeid: str) -> str:
+            return "real time" if nodeid.startswith(REAL_TIME) else nodeid.split("::")[0]
+
+    return Scheduling(config, log)
 
 
 @pytest.fixture(scope="session")

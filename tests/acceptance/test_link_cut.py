@@ -20,6 +20,10 @@ CAMERAS = 2
 PERIOD_S = 1 / 30
 
 
+BEFORE_S = 2.0
+"""Frames that are on their way when a take begins are in it: many, on a busy machine."""
+
+
 def cut_within_take(server: ServerProcess, proxy: Proxy, cuts_s: list[float], rng: random.Random) -> Path:
     """Record while the link is cut for so long each time; return the take, whole."""
     path = server.record("cut")
@@ -71,7 +75,7 @@ def ended_while_cut(server: ServerProcess, proxy: Proxy) -> None:
     seconds = (stopped.time_ns - start.time_ns) * 1e-9
     for name in ("camera_0", "camera_1"):
         count = sum(isinstance(r, RawFrame) and r.camera == name for r in records)
-        assert -0.15 < count * PERIOD_S - seconds < 0.6, f"{count} frames in {seconds:.2f} s"
+        assert -0.15 < count * PERIOD_S - seconds < BEFORE_S, f"{count} frames in {seconds:.2f} s"
 
 
 @pytest.mark.timeout(600)

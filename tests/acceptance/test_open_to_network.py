@@ -11,6 +11,7 @@ from contextlib import contextmanager
 
 import httpx
 import pytest
+from playwright.sync_api import expect
 
 from tests.web.browser import quiet_page
 
@@ -50,7 +51,7 @@ def test_an_operator_signs_in_with_a_browser(tmp_path, chromium):
             page.click("text=Pair cameras")
             command = page.inner_text(".secret code")
             assert f"--server {url} --token " in command
-            assert "2 camera tokens" in page.inner_text("#access-count")
+            expect(page.locator("#access-count")).to_contain_text("2 camera tokens")
         page = chromium.new_page()
         page.goto(f"{url}/signin?next=//elsewhere.example/")
         page.fill("#token", "wrong")
