@@ -20,12 +20,14 @@ from studio.api.origin import OriginGuard
 from studio.api.outputs import outputs_router
 from studio.api.performers import performers_router
 from studio.api.rigs import rigs_router
+from studio.api.shares import shares_router
 from studio.api.stage import stage_router
 from studio.api.takes import takes_router
 from studio.api.vote import vote_router
 from studio.blind.desk import Desk
 from studio.engine.calibration.result import Performer
 from studio.live import LiveStage
+from studio.share.store import Shares
 from studio.streams import Outputs
 
 _DESCRIPTION = """
@@ -80,6 +82,7 @@ def create_app(
     desk = Desk(sessions)
     app.include_router(blind_router(finder, jobs, desk))
     app.include_router(vote_router(desk))
+    app.include_router(shares_router(finder, Shares(sessions)))
     app.state.outputs = Outputs(sessions, lambda: performer_of(stage))
     stage.subscribe(app.state.outputs.add)
     app.include_router(outputs_router(stage, app.state.outputs))

@@ -1,10 +1,8 @@
 """Routes of blind tests for the operator: make one, hand out its link, close it, read the results."""
 
-import io
 from typing import Annotated, Any
 
 import msgspec
-import segno
 from fastapi import APIRouter
 from fastapi import Request as HttpRequest
 from fastapi.responses import PlainTextResponse, Response
@@ -13,6 +11,7 @@ from pydantic import Field
 from studio.api.errors import RESPONSES
 from studio.api.find import Finder
 from studio.api.jobs import Jobs
+from studio.api.qr import qr_picture
 from studio.api.stage import Request
 from studio.api.switches import from_request
 from studio.api.work import bake_work, solve_work
@@ -174,10 +173,7 @@ def blind_router(finder: Finder, jobs: Jobs, desk: Desk) -> APIRouter:
         found = desk.test(test)
         if not found.token:
             raise SettingsError("this test has no link; make a new one first")
-        code = segno.make(str(http.base_url).rstrip("/") + f"{VOTE_PATH}/{found.token}", micro=False)
-        out = io.BytesIO()
-        code.save(out, kind="svg", scale=12, border=3, dark="#14171b", light="#ffffff")
-        return Response(out.getvalue(), media_type="image/svg+xml", headers={"Cache-Control": "no-store"})
+        return qr_picture(str(http.base_url).rstrip("/") + f"{VOTE_PATH}/{found.token}")
 
     @router.post("/{test}/close")
     def close_test(test: str) -> dict[str, Any]:

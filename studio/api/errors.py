@@ -6,10 +6,11 @@ StudioError                             500 failed
 ├── CalibrationError                    409 calibration
 ├── TakeError                           409 take
 ├── NotAvailableError                   501 not_available
-├── NotFoundError, NoSuchTest           404 not_found
+├── NotFoundError, NoSuchTest, NoSuchShare  404 not_found
 ├── TooMany                             429 too_many
 └── VotingClosed                        410 closed
 a request that does not fit its route   422 invalid_request
+a body over the limit                   413 too_large
 anything else                           500 internal (the traceback is in the server's log)
 """
 
@@ -31,6 +32,7 @@ from studio.engine.errors import (
     StudioError,
     TakeError,
 )
+from studio.share.store import NoSuchShare
 
 _log = logging.getLogger(__name__)
 
@@ -55,6 +57,7 @@ class ErrorBody(BaseModel):
 KINDS: tuple[tuple[type[StudioError], int, str], ...] = (
     (NotFoundError, 404, "not_found"),
     (NoSuchTest, 404, "not_found"),
+    (NoSuchShare, 404, "not_found"),
     (TooMany, 429, "too_many"),
     (VotingClosed, 410, "closed"),
     (SettingsError, 422, "settings"),
@@ -95,7 +98,7 @@ async def _invalid(_: Request, error: Exception) -> JSONResponse:
 
 async def _http(request: Request, error: Exception) -> JSONResponse:
     assert isinstance(error, HTTPException)
-    codes = {404: "not_found", 405: "method_not_allowed"}
+    codes = {404: "not_found", 405: "method_not_allowed", 413: "too_large"}
     message = {404: f"there is nothing at {request.url.path}"}.get(error.status_code, str(error.detail))
     return error_response(error.status_code, codes.get(error.status_code, "http"), message)
 

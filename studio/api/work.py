@@ -164,3 +164,13 @@ def bake_work(pairs: list[tuple[list[Path], list[Path], dict[str, Any]]]) -> lis
         first, second = (Poses.load(file) for file in files)
         baked.append(bake_pair((first, second), (pair.a, pair.b), performer, pair.start_s, pair.end_s))
     return baked
+
+
+def share_work(poses: Path, title: str, subtitle: str, start_s: float | None, end_s: float | None) -> bytes:
+    """Return a part of the `poses.npz` as a replay page."""
+    from studio.engine.poses import Poses, on_output_joints
+    from studio.share.page import replay_page
+
+    return replay_page(
+        on_output_joints(Poses.load(poses)), title=title, subtitle=subtitle, start_s=start_s, end_s=end_s
+    )

@@ -18,6 +18,7 @@ _OPEN = {SIGN_IN_PATH, SIGN_IN_API, LINK_PATH, "/static/studio.css", "/static/si
 _OPEN |= {"/health"}
 _OPEN_BELOW = (
     "/vote/",
+    "/share/",
     "/api/v1/vote/",
     "/static/vendor/",
     "/static/vote",
@@ -25,7 +26,7 @@ _OPEN_BELOW = (
     "/static/dom.js",
     "/static/strings",
 )
-"""What voters of blind tests reach: their own link's token is asked for behind these."""
+"""What voters of blind tests and whoever got a replay reach: their own link's token is asked for behind these."""
 
 _CLOSE = {"type": "websocket.close", "code": 4401, "reason": "sign in first"}
 

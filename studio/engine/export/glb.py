@@ -21,7 +21,7 @@ from studio.engine.mannequin import SEAM, SkinnedMesh, mannequin
 
 _INTERPOLATIONS = {"cubic": "CUBICSPLINE", "linear": "LINEAR", "constant": "STEP"}
 _TYPES = {1: gltf.SCALAR, 3: gltf.VEC3, 4: gltf.VEC4, 16: gltf.MAT4}
-_COMPONENTS = {"float32": gltf.FLOAT, "uint16": gltf.UNSIGNED_SHORT, "uint32": gltf.UNSIGNED_INT}
+_COMPONENTS = {"float32": gltf.FLOAT, "int16": gltf.SHORT, "uint16": gltf.UNSIGNED_SHORT, "uint32": gltf.UNSIGNED_INT}
 _UNITS = {"translation": 100.0, "rotation": float(np.degrees(2.0))}
 """What turns keys into the cm and degrees of `curves`; a quaternion's part changes by half of a small turn."""
 
@@ -47,14 +47,19 @@ def write_glb(motion: LocalMotion, path: str | os.PathLike[str], options: Export
 
 @dataclass
 class GltfDocument:
-    """A glTF document with its buffer, as it grows."""
+    """A glTF document with its buffer, as it grows.
+
+    `packed`: linear rotations as 16-bit parts, 0.003 degrees fine, which takes half the room.
+    """
 
     tree: gltf.GLTF2 = field(default_factory=gltf.GLTF2)
     pieces: list[bytes] = field(default_factory=list)
     length: int = 0
+    packed: bool = False
 
     def add(self, values: NDArray[np.generic], *, target: int | None = None, bounds: bool = False) -> int:
-        """Add an array, shape (N,) or (N, components), to the buffer; return its accessor."""
+        """Add an array, shape (N,) or (N, components), to the buffer; return its accessor. 16-bit integers with a
+        sign stand for -1..1."""
         flat = np.ascontiguousarray(values).reshape(len(values), -1)
         data = flat.tobytes()
         self.tree.bufferViews.append(
@@ -68,6 +73,7 @@ class GltfDocument:
                 bufferView=len(self.tree.bufferViews) - 1,
                 componentType=_COMPONENTS[flat.dtype.name],
                 count=len(flat),
+                normalized=True if flat.dtype == np.int16 else None,
                 type=_TYPES[flat.shape[1]],
                 min=flat.min(axis=0).tolist() if bounds else None,
                 max=flat.max(axis=0).tolist() if bounds else None,
@@ -142,7 +148,10 @@ class GltfDocument:
         ) -> None:
             if kind == "CUBICSPLINE":
                 keys = _with_slopes(keys, dense, motion.frames_per_second, _UNITS[path])
-            output = self.add(keys.astype(np.float32))
+            if self.packed and path == "rotation" and kind != "CUBICSPLINE":
+                output = self.add(np.rint(keys * 32767.0).astype(np.int16))
+            else:
+                output = self.add(keys.astype(np.float32))
             animation.samplers.append(gltf.AnimationSampler(input=clock, output=output, interpolation=kind))
             node = joint if nodes is None else nodes[joint]
             target = gltf.AnimationChannelTarget(node=node, path=path)

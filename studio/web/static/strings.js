@@ -11,10 +11,11 @@ import exporting from "./strings/export.js";
 import page from "./strings/page.js";
 import record from "./strings/record.js";
 import replay from "./strings/replay.js";
+import share from "./strings/share.js";
 import switches from "./strings/switches.js";
 import takes from "./strings/takes.js";
 
-const TEXTS = { ...access, ...blind, ...calibration, ...cameras, ...exporting, ...page, ...record, ...replay, ...switches, ...takes };
+const TEXTS = { ...access, ...blind, ...calibration, ...cameras, ...exporting, ...page, ...record, ...replay, ...share, ...switches, ...takes };
 const KEPT = "language";
 const ATTRIBUTES = { t: null, tTitle: "title", tAria: "aria-label", tPlaceholder: "placeholder", tAlt: "alt" };
 

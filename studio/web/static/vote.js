@@ -1,7 +1,8 @@
 // The voters' page: join, see the pairs in one's own order, choose, change, go on after a reload. No name of what is
 // compared ever comes here.
 import { h } from "./dom.js";
-import { Players } from "./vote_players.js";
+import { t } from "./strings.js";
+import { Players } from "./players.js";
 
 const token = decodeURIComponent(location.pathname.split("/").pop());
 const ROOT = new URL(`../api/v1/vote/${encodeURIComponent(token)}`, document.baseURI).href;
@@ -30,7 +31,7 @@ async function ask(method, path, body, read = "json") {
         body: body && JSON.stringify(body),
       });
     } catch {
-      showTrouble("No connection. Trying again.");
+      showTrouble(t("vote.no_connection"));
       await pause(RETRY_MS);
       continue;
     }
@@ -41,7 +42,7 @@ async function ask(method, path, body, read = "json") {
       continue;
     }
     const value = await response.json().catch(() => null);
-    throw new Refused(response.status, value?.error?.message ?? `The server answered ${response.status}.`);
+    throw new Refused(response.status, value?.error?.message ?? t("server.status", { status: response.status }));
   }
 }
 
@@ -69,17 +70,17 @@ async function join(name) {
 
 function welcome() {
   const { title, question, pairs, ask_name: asks } = state.test;
-  const name = h("input", { type: "text", maxLength: 60, placeholder: "name or code, if you like", aria: { label: "Name or code" } });
-  say(h("h2", {}, question), h("p", {}, `${pairs} pairs of short animations. Choose the one that looks better to you; there is no wrong answer.`),
+  const name = h("input", { type: "text", maxLength: 60, placeholder: t("vote.name_example"), aria: { label: t("vote.name") } });
+  say(h("h2", {}, question), h("p", {}, t("vote.welcome", { n: pairs })),
     h("form", { onsubmit: (event) => { event.preventDefault(); attempt(() => join(asks ? name.value : "")); } },
-      asks && name, h("button", { class: "primary", type: "submit" }, "Begin"), h("p", { id: "trouble", class: "bad" })));
+      asks && name, h("button", { class: "primary", type: "submit" }, t("vote.begin")), h("p", { id: "trouble", class: "bad" })));
   byId("title").textContent = title;
 }
 
 function done() {
   byId("place").textContent = "";
-  say(h("h2", {}, "Thank you"), h("p", {}, "All your votes are kept. You may still look again and change them."),
-    h("form", { onsubmit: (event) => { event.preventDefault(); show(0); } }, h("button", { type: "submit" }, "Look again")));
+  say(h("h2", {}, t("vote.thanks")), h("p", {}, t("vote.done")),
+    h("form", { onsubmit: (event) => { event.preventDefault(); show(0); } }, h("button", { type: "submit" }, t("vote.look_again"))));
 }
 
 /** Seconds that the pair has been on the screen. */
@@ -115,7 +116,7 @@ async function vote(choice) {
   countWatching();
   const comment = byId("comment").value;
   Object.assign(state.test, await ask("PUT", `/${slot}`, { choice: wanted, watched_s: state.watched, comment }));
-  if (slot === state.slot) byId("kept").textContent = "Kept";
+  if (slot === state.slot) byId("kept").textContent = t("vote.kept");
 }
 
 function choiceButton(value, text) {
@@ -128,17 +129,17 @@ function controls(slot) {
   const last = slot === test.pairs - 1;
   return [
     h("div", { class: "transport" },
-      h("button", { id: "play", type: "button", onclick: () => state.players?.toggle(), aria: { label: "Play or pause" } }, "❚❚"),
-      h("input", { id: "scrub", type: "range", min: 0, max: 1, step: "any", value: 0, aria: { label: "Time" }, oninput: (event) => state.players?.seek(Number(event.currentTarget.value)) }),
-      h("select", { id: "speed", aria: { label: "Speed" }, onchange: (event) => { if (state.players) state.players.speed = Number(event.currentTarget.value); } },
+      h("button", { id: "play", type: "button", onclick: () => state.players?.toggle(), aria: { label: t("vote.play") } }, "❚❚"),
+      h("input", { id: "scrub", type: "range", min: 0, max: 1, step: "any", value: 0, aria: { label: t("vote.time") }, oninput: (event) => state.players?.seek(Number(event.currentTarget.value)) }),
+      h("select", { id: "speed", aria: { label: t("vote.speed") }, onchange: (event) => { if (state.players) state.players.speed = Number(event.currentTarget.value); } },
         [[1, "1×"], [0.5, "½×"], [0.25, "¼×"]].map(([value, text]) => h("option", { value }, text)))),
     h("div", { class: "choices" },
-      choiceButton("left", "A"), test.allow_none && choiceButton("none", "No preference"), choiceButton("right", "B"),
-      h("textarea", { id: "comment", maxLength: 1000, placeholder: "Why? (optional)", value: own?.comment ?? "", aria: { label: "Comment" }, onchange: () => attempt(() => vote()) }),
+      choiceButton("left", "A"), test.allow_none && choiceButton("none", t("vote.none")), choiceButton("right", "B"),
+      h("textarea", { id: "comment", maxLength: 1000, placeholder: t("vote.why"), value: own?.comment ?? "", aria: { label: t("vote.comment") }, onchange: () => attempt(() => vote()) }),
       h("div", { class: "row" },
-        !test.supervised && h("button", { type: "button", disabled: slot === 0, onclick: () => attempt(() => show(slot - 1)) }, "Back"),
+        !test.supervised && h("button", { type: "button", disabled: slot === 0, onclick: () => attempt(() => show(slot - 1)) }, t("vote.back")),
         h("p", {}, h("span", { id: "kept", role: "status" }), h("span", { id: "trouble", class: "bad" })),
-        !test.supervised && h("button", { id: "next", class: "primary", type: "button", disabled: !own, onclick: () => (last ? done() : attempt(() => show(slot + 1))) }, last ? "Finish" : "Next"))),
+        !test.supervised && h("button", { id: "next", class: "primary", type: "button", disabled: !own, onclick: () => (last ? done() : attempt(() => show(slot + 1))) }, t(last ? "vote.finish" : "vote.next")))),
   ];
 }
 
@@ -147,8 +148,8 @@ async function show(slot) {
   state.slot = slot;
   state.watched = 0;
   state.since = document.hidden ? 0 : performance.now();
-  byId("place").textContent = `${slot + 1} of ${state.test.pairs}`;
-  const stage = (id, label) => h("div", { class: "stage", id }, h("canvas", { aria: { label: `Animation ${label}` } }), h("b", {}, label));
+  byId("place").textContent = t("vote.place", { at: slot + 1, all: state.test.pairs });
+  const stage = (id, label) => h("div", { class: "stage", id }, h("canvas", { aria: { label: t("vote.animation", { label }) } }), h("b", {}, label));
   byId("main").replaceChildren(h("div", { class: "pair" },
     h("p", { class: "question" }, state.test.question),
     h("div", { class: "stages" }, stage("left", "A"), stage("right", "B")),
@@ -176,14 +177,14 @@ async function followRoom() {
     }
     if (test.shown !== seen) {
       seen = test.shown;
-      if (seen < 0) say(h("p", {}, "Wait for the next pair."));
+      if (seen < 0) say(h("p", {}, t("vote.wait")));
       else await show(seen);
     }
     await pause(POLL_MS);
   }
 }
 
-const over = () => say(h("h2", {}, "This test is over"), h("p", {}, "Thank you."));
+const over = () => say(h("h2", {}, t("vote.over")), h("p", {}, `${t("vote.thanks")}.`));
 
 async function begin() {
   state.test = await ask("GET", "");

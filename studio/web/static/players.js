@@ -1,4 +1,4 @@
-// Two canvases, one clock, one camera: both animations play in step, and turning one turns the other.
+// Animations on canvases: one clock and one camera for all, so that they play in step and turn together.
 import * as THREE from "three";
 import { OrbitControls } from "three/addons/controls/OrbitControls.js";
 import { GLTFLoader } from "three/addons/loaders/GLTFLoader.js";
@@ -42,7 +42,7 @@ class Stage {
 }
 
 export class Players {
-  /** Return players of two GLB files, playing; `listen(share, playing)` hears where they are. */
+  /** Return players of GLB files, one per canvas, playing; `listen(share, playing, seconds, duration)` hears where they are. */
   static async open(canvases, files, listen) {
     const loader = new GLTFLoader();
     const loaded = await Promise.all(files.map((file) => loader.parseAsync(file, "")));
@@ -56,6 +56,8 @@ export class Players {
     this.seconds = 0;
     this.speed = 1;
     this.playing = true;
+    this.loop = true;
+    this.following = true;
     this.drawn = 0;
     this.measured = 0;
     this.ratio = Math.min(window.devicePixelRatio, MAX_RATIO);
@@ -63,11 +65,13 @@ export class Players {
     this.target = this.middle();
     this.camera.position.copy(this.target).add(VIEW_FROM);
     this.controls = stages.map((stage) => new OrbitControls(this.camera, stage.canvas));
-    this.controls.forEach((controls, i) => {
+    for (const controls of this.controls) {
       controls.target.copy(this.target);
-      controls.addEventListener("change", () => this.controls[1 - i].target.copy(controls.target));
+      controls.addEventListener("change", () => {
+        for (const other of this.controls) if (other !== controls) other.target.copy(controls.target);
+      });
       controls.update();
-    });
+    }
     this.last = performance.now();
     this.running = true;
     requestAnimationFrame((now) => this.step(now));
@@ -75,15 +79,22 @@ export class Players {
 
   step(now) {
     if (!this.running) return;
-    if (this.playing) this.seconds = (this.seconds + ((now - this.last) / 1000) * this.speed) % this.duration;
+    if (this.playing) this.advance(((now - this.last) / 1000) * this.speed);
     this.last = now;
-    this.follow();
+    if (this.following) this.follow();
     this.adapt(now);
     for (const stage of this.stages) stage.draw(this.camera, this.seconds, this.ratio);
     this.drawn += 1;
     document.body.dataset.drawn = String(this.drawn);
-    this.listen(this.seconds / this.duration, this.playing);
+    this.listen(this.seconds / this.duration, this.playing, this.seconds, this.duration);
     requestAnimationFrame((next) => this.step(next));
+  }
+
+  /** Go on by so much time [s]: round and round, or up to the end. */
+  advance(seconds) {
+    const next = this.seconds + seconds;
+    if (next >= this.duration && !this.loop) this.playing = false;
+    this.seconds = this.playing ? next % this.duration : this.duration;
   }
 
   /** Draw fewer pixels where the machine is slow: steady motion is judged here, not sharpness. */
@@ -94,7 +105,7 @@ export class Players {
     if (this.drawn > 0 && took > SLOW_MS) this.ratio = Math.max(this.ratio * 0.8, MIN_RATIO);
   }
 
-  /** Go along with the middle between both performers, so that neither walks out of the picture. */
+  /** Go along with the middle between the performers, so that none walks out of the picture. */
   follow() {
     const middle = this.middle();
     const shift = middle.clone().sub(this.target).multiplyScalar(SOFTNESS);
@@ -104,17 +115,21 @@ export class Players {
   }
 
   middle() {
-    const places = this.stages.map((stage) => stage.hips.getWorldPosition(new THREE.Vector3()));
-    return places[0].add(places[1]).multiplyScalar(0.5).setY(LOOK_HEIGHT);
+    const sum = new THREE.Vector3();
+    for (const stage of this.stages) sum.add(stage.hips.getWorldPosition(new THREE.Vector3()));
+    return sum.divideScalar(this.stages.length).setY(LOOK_HEIGHT);
   }
 
+  /** Play or pause; at the end, play begins again. */
   toggle() {
     this.playing = !this.playing;
+    if (this.playing && this.seconds >= this.duration) this.seconds = 0;
   }
 
+  /** Pause at a share of the duration, 0 to 1. */
   seek(share) {
     this.playing = false;
-    this.seconds = share * this.duration;
+    this.seconds = Math.min(Math.max(share, 0), 1) * this.duration;
   }
 
   dispose() {

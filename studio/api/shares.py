@@ -1,0 +1,118 @@
+"""Routes of share links: a solve as one HTML file with its replay, and a link that opens just that file."""
+
+import html
+import re
+from datetime import datetime
+from typing import Annotated, Any
+
+import msgspec
+from fastapi import APIRouter
+from fastapi import Request as HttpRequest
+from fastapi.responses import HTMLResponse, Response
+from pydantic import Field
+
+from studio.api.errors import RESPONSES
+from studio.api.find import Finder
+from studio.api.qr import qr_picture
+from studio.api.stage import Request
+from studio.api.work import share_work
+from studio.share.store import MAX_TITLE, NoSuchShare, Share, Shares
+from studio.worker import run_in_process
+
+SHARE_PATH = "/share"
+_POLICY = re.compile(rb'http-equiv="Content-Security-Policy" content="([^"]*)"')
+_SANDBOX = "sandbox allow-scripts; frame-ancestors 'none'"
+"""What comes from a link has an origin of its own: no cookie, no storage and no route of the studio."""
+
+_GONE = """<!doctype html><html lang="en"><meta charset="utf-8"><title>No replay</title>
+<body style="font: 16px system-ui, sans-serif; display: grid; place-content: center; height: 100vh; margin: 0">
+<p>This link leads to no replay. It may have been taken back.</p></body></html>"""
+
+
+class ShareRequest(Request):
+    """What a replay is called, and which part of the solve it shows."""
+
+    title: str = Field("", max_length=MAX_TITLE, description="the take's name where left out")
+    start_s: Annotated[float | None, Field(ge=0, description="begin so far into the solve [s]")] = None
+    end_s: Annotated[float | None, Field(gt=0, description="end so far into the solve [s]")] = None
+
+
+def shares_router(finder: Finder, shares: Shares) -> APIRouter:
+    """Return the routes of share links."""
+    router = APIRouter(tags=["shares"], responses=RESPONSES)
+
+    @router.post("/api/v1/takes/{session}/{take}/solves/{solve}/share", status_code=201)
+    def add_share(session: str, take: str, solve: str, request: ShareRequest | None = None) -> dict[str, Any]:
+        """Make a replay of a solve as one HTML file, and a link to it; answers the link."""
+        request = request or ShareRequest()
+        opened = finder.take(session, take)
+        poses = finder.solve(opened, solve)
+        title = request.title.strip() or take
+        day = datetime.fromisoformat(opened.meta["created"]).astimezone().strftime("%Y-%m-%d")
+        page = run_in_process(share_work, poses, title, f"{solve} · {day}", request.start_s, request.end_s)
+        share = shares.add(
+            page,
+            title=title,
+            take=f"{session}/{take}",
+            solve=solve,
+            start_s=request.start_s,
+            end_s=request.end_s,
+        )
+        return _line(share)
+
+    @router.get("/api/v1/shares")
+    def get_shares() -> list[dict[str, Any]]:
+        """All links, the newest first."""
+        return [_line(share) for share in shares.list()]
+
+    @router.delete("/api/v1/shares/{share}")
+    def remove_share(share: str) -> dict[str, Any]:
+        """Take a link back: it leads nowhere from now on."""
+        return _line(shares.remove(share))
+
+    @router.get("/api/v1/shares/{share}/file", response_class=HTMLResponse)
+    def get_file(share: str) -> HTMLResponse:
+        """Download the replay: one HTML file that opens in any browser, without a network."""
+        found = shares.get(share)
+        name = re.sub(r"[^\w.-]+", "_", found.title, flags=re.ASCII).strip("._") or "replay"
+        headers = {"Content-Disposition": f'attachment; filename="{name}.html"', "Cache-Control": "no-store"}
+        return HTMLResponse(shares.page(found), headers=headers)
+
+    @router.get("/api/v1/shares/{share}/qr", response_class=Response)
+    def get_qr(share: str, http: HttpRequest) -> Response:
+        """The link as a QR code, an SVG picture; the host is the one that this was asked of."""
+        return qr_picture(str(http.base_url).rstrip("/") + _path(shares.get(share)))
+
+    @router.get(SHARE_PATH + "/{token}", response_class=HTMLResponse, include_in_schema=False)
+    def open_share(token: str) -> HTMLResponse:
+        """The replay page behind a link; nobody needs to sign in, and nothing else opens with it."""
+        headers = {
+            "Cache-Control": "no-store",
+            "Referrer-Policy": "no-referrer",
+            "X-Robots-Tag": "noindex",
+            "X-Content-Type-Options": "nosniff",
+        }
+        try:
+            page = shares.page(shares.by_token(token))
+        except NoSuchShare:
+            policy = f"default-src 'none'; style-src 'unsafe-inline'; {_SANDBOX}"
+            return HTMLResponse(_GONE, 404, headers | {"Content-Security-Policy": policy})
+        return HTMLResponse(page, headers=headers | {"Content-Security-Policy": _policy(page)})
+
+    return router
+
+
+def _policy(page: bytes) -> str:
+    """The file's own policy, and a sandbox."""
+    own = _POLICY.search(page)
+    rules = "default-src 'none'" if own is None else html.unescape(own[1].decode())
+    return f"{rules}; {_SANDBOX}"
+
+
+def _path(share: Share) -> str:
+    return f"{SHARE_PATH}/{share.token}"
+
+
+def _line(share: Share) -> dict[str, Any]:
+    """A link as the operator sees it."""
+    return {**msgspec.to_builtins(share), "path": _path(share)}

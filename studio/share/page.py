@@ -1,0 +1,61 @@
+"""The replay page: one HTML file with the player, the motion and the words, that asks no server for anything.
+
+The file says so itself: its Content-Security-Policy allows the script in it, what that unpacks, and nothing else.
+"""
+
+import base64
+import hashlib
+import json
+import re
+from functools import cache
+
+from jinja2 import Environment, FileSystemLoader
+
+from studio.engine.poses import Poses
+from studio.share.bake import replay_glb
+from studio.share.bundle import STATIC, bundle, packed
+
+_ENTRY = STATIC / "share_page.js"
+_SCRIPT = re.compile(r"<script>(.*?)</script>", re.DOTALL)
+
+
+def replay_page(
+    poses: Poses, *, title: str, subtitle: str = "", start_s: float | None = None, end_s: float | None = None
+) -> bytes:
+    """Return a part of a solve as an HTML file.
+
+    Args:
+        poses: the solve.
+        title, subtitle: what stands over it.
+        start_s, end_s: the part [s from its first frame]; None: all of it.
+
+    Raises:
+        FormatError: poses that cannot be exported. SettingsError: there is nothing in that part.
+    """
+    motion = packed(replay_glb(poses, start_s=start_s, end_s=end_s))
+    template = _templates().get_template("share.html")
+    values = {"title": title, "subtitle": subtitle, "modules": _modules(), "motion": motion}
+    script = _SCRIPT.search(template.render(policy="", style="", **{**values, "modules": "", "motion": ""}))
+    assert script is not None
+    style = (STATIC / "share.css").read_text(encoding="utf-8")
+    return template.render(policy=policy(script[1]), style=style, **values).encode()
+
+
+def policy(script: str) -> str:
+    """Return the policy under which just this inline script, and what it makes, may run."""
+    digest = base64.b64encode(hashlib.sha256(script.encode()).digest()).decode("ascii")
+    return (
+        f"default-src 'none'; script-src 'sha256-{digest}' blob:; style-src 'unsafe-inline'; "
+        "img-src data: blob:; base-uri 'none'; form-action 'none'"
+    )
+
+
+@cache
+def _modules() -> str:
+    """The player's modules as JSON that may stand in HTML: base64 holds nothing that ends a script."""
+    return json.dumps([[name, packed(text)] for name, text in bundle(_ENTRY)])
+
+
+@cache
+def _templates() -> Environment:
+    return Environment(loader=FileSystemLoader(STATIC.parent / "templates"), autoescape=True)

@@ -1,0 +1,52 @@
+"""Links to replays: kept, listed, opened by their secret only, taken back."""
+
+import pytest
+
+from studio.engine.errors import TakeError
+from studio.share.store import NoSuchShare, Shares
+
+
+def add(shares: Shares, title: str = "Walk"):
+    return shares.add(b"<p>", title=title, take="monday/one", solve="studio", start_s=None, end_s=2.0)
+
+
+def test_a_link_opens_its_file_and_survives_a_restart(tmp_path) -> None:
+    share = add(Shares(tmp_path))
+    again = Shares(tmp_path)
+    assert again.list() == [share] and again.by_token(share.token) == share
+    assert again.page(share) == b"<p>" and share.size_bytes == 3
+
+
+def test_secrets_differ_and_cannot_be_guessed_from_the_id(tmp_path) -> None:
+    shares = Shares(tmp_path)
+    made = [add(shares) for _ in range(20)]
+    assert len({share.token for share in made}) == 20 and all(len(share.token) >= 32 for share in made)
+    for wrong in ("", made[0].id, made[0].token[:-1], made[0].token + "x", "ü"):
+        with pytest.raises(NoSuchShare):
+            shares.by_token(wrong)
+
+
+def test_a_link_that_is_taken_back_leads_nowhere(tmp_path) -> None:
+    shares = Shares(tmp_path)
+    kept, gone = add(shares), add(shares)
+    shares.remove(gone.id)
+    assert shares.list() == [kept]
+    with pytest.raises(NoSuchShare):
+        shares.by_token(gone.token)
+    with pytest.raises(NoSuchShare):
+        shares.page(gone)
+    with pytest.raises(NoSuchShare):
+        shares.remove(gone.id)
+
+
+def test_what_is_damaged_is_passed_over_and_names_stay_inside(tmp_path) -> None:
+    shares = Shares(tmp_path)
+    share = add(shares)
+    (tmp_path / "shares" / "broken.json").write_text('{"id": 1}')
+    (tmp_path / "shares" / "foreign.json").write_text("[")
+    assert shares.list() == [share]
+    (tmp_path / "shares" / f"{share.id}.html").unlink()
+    with pytest.raises(NoSuchShare, match="gone"):
+        shares.page(share)
+    with pytest.raises((NoSuchShare, TakeError)):
+        shares.remove("../" + share.id)

@@ -1,0 +1,65 @@
+"""A replay that was given away, in a real browser: from a file without any network, and behind its link."""
+
+import re
+from pathlib import Path
+
+import httpx
+import numpy as np
+import pytest
+from playwright.sync_api import Page, expect
+
+from studio.share.page import replay_page
+from tests.poses_factory import random_poses
+from tests.web.playback.takes import take_with_solves
+from tests.web.test_page import serving, studio
+
+pytestmark = pytest.mark.browser
+
+
+def test_the_file_plays_without_a_network(page: Page, tmp_path: Path) -> None:
+    file = tmp_path / "walk.html"
+    file.write_bytes(replay_page(random_poses(np.random.default_rng(1), seconds=2.0), title="Walk"))
+    asked: list[str] = []
+    page.on("request", lambda request: asked.append(request.url))
+    page.goto(file.as_uri())
+    expect(page.locator("body")).to_have_attribute("data-ready", "")
+    expect(page.get_by_role("heading")).to_have_text("Walk")
+    page.keyboard.press("Space")
+    expect(page.locator("#play")).to_have_attribute("aria-label", "Play (Space)")
+    page.keyboard.press("Home")
+    expect(page.locator("#time")).to_have_text("0:00.00 / 0:02.00")
+    page.keyboard.press("Shift+ArrowRight")
+    expect(page.locator("#time")).to_have_text("0:00.33 / 0:02.00")
+    before = page.locator("canvas").screenshot()
+    page.keyboard.press("End")
+    expect(page.locator("#time")).to_have_text("0:02.00 / 0:02.00")
+    assert page.locator("canvas").screenshot() != before
+    page.locator("#loop").click()
+    expect(page.locator("#loop")).to_have_attribute("aria-pressed", "false")
+    page.locator("#play").click()  # at the end it begins again, and stops there
+    expect(page.locator("#play")).to_have_attribute("aria-label", "Play (Space)")
+    expect(page.locator("#time")).to_have_text("0:02.00 / 0:02.00")
+    page.set_viewport_size({"width": 390, "height": 844})
+    assert page.evaluate("document.documentElement.scrollWidth <= innerWidth")
+    assert [url for url in asked if not url.startswith(("file:", "blob:"))] == []
+
+
+def test_a_link_opens_the_replay_and_reaches_nothing_else(page: Page, tmp_path: Path) -> None:
+    take_with_solves(tmp_path / "monday" / "one")
+    with studio(tmp_path) as (app, _), serving(app) as url:
+        share = httpx.post(f"{url}/api/v1/takes/monday/one/solves/studio/share", timeout=60).json()
+        page.goto(url + share["path"])
+        expect(page.locator("body")).to_have_attribute("data-drawn", re.compile(r"\d"))
+        assert page.evaluate("self.origin") == "null"
+
+
+def test_a_script_in_the_page_cannot_ask_the_studio(chromium, tmp_path: Path) -> None:
+    take_with_solves(tmp_path / "monday" / "one")
+    page = chromium.new_page()  # what is refused is logged
+    with studio(tmp_path) as (app, _), serving(app) as url:
+        share = httpx.post(f"{url}/api/v1/takes/monday/one/solves/studio/share", timeout=60).json()
+        page.goto(url + share["path"])
+        expect(page.locator("body")).to_have_attribute("data-ready", "")
+        asked = "fetch('/api/v1/takes').then((answer) => answer.status, () => 'refused')"
+        assert page.evaluate(asked) == "refused"
+    page.close()
