@@ -130,3 +130,28 @@ def rotation_between(a: NDArray[np.float64], b: NDArray[np.float64]) -> NDArray[
         return 2 * np.outer(axis, axis) - np.eye(3)
     k = np.array([[0, -v[2], v[1]], [v[2], 0, -v[0]], [-v[1], v[0], 0]])
     return np.eye(3) + k + k @ k / one_plus_cosine
+
+
+def nearest_on_segments(
+    a0: NDArray[np.float64], a1: NDArray[np.float64], b0: NDArray[np.float64], b1: NDArray[np.float64]
+) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
+    """Return where the segments a0 a1 and b0 b1 are nearest to each other.
+
+    Args:
+        a0, a1, b0, b1: ends [m], shape (..., 3).
+
+    Returns:
+        The share of the way from a0 to a1 and from b0 to b1, shape (...), and the way from the place on b to the
+        place on a [m], shape (..., 3). Of parallel segments, one of the nearest pairs.
+
+    Source: Ericson, "Real-Time Collision Detection", 2005, section 5.1.9.
+    """
+    u, v, w = a1 - a0, b1 - b0, a0 - b0
+    uu, uv, vv, uw, vw = ((x * y).sum(axis=-1) for x, y in ((u, u), (u, v), (v, v), (u, w), (v, w)))
+    uu, vv = np.maximum(uu, 1e-18), np.maximum(vv, 1e-18)
+    across = uu * vv - uv**2
+    with np.errstate(invalid="ignore", divide="ignore"):
+        s = np.where(across > 1e-12 * uu * vv, np.clip((uv * vw - vv * uw) / across, 0.0, 1.0), 0.0)
+    t = np.clip((uv * s + vw) / vv, 0.0, 1.0)
+    s = np.clip((uv * t - uw) / uu, 0.0, 1.0)
+    return s, t, w + s[..., None] * u - t[..., None] * v

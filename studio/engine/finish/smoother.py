@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from scipy.linalg import cho_solve_banded, cholesky_banded
 from scipy.ndimage import gaussian_filter1d
 
+from studio.engine.finish.body_contact import BodyContact
 from studio.engine.finish.contacts import JOINTS, Contacts
 from studio.engine.finish.measurements import Measurements
 from studio.engine.finish.radii import squared_radii
@@ -119,6 +120,7 @@ class Smoother:
         self._rest = humanoid.rest_q
         self._low, self._high = humanoid.range_rad.T if limited else (-np.inf, np.inf)
         self._dt, self._lively = dt, lively
+        self._body = BodyContact(humanoid.skeleton.height_m) if limited and lively else None
 
     def stepped(
         self,
@@ -173,6 +175,8 @@ class Smoother:
             np.matmul(jacobians.transpose(0, 2, 1), weighted),
             np.matmul(pull.reshape(frames, 1, -1), jacobians)[:, 0],
         )
+        if self._body is not None:
+            _add_rows(normal, *self._body.rows(sites, jacobians))
         self._rest_rows(q, normal)
         self._limit_rows(q, normal)
         self._acceleration_rows(q, normal)
@@ -235,3 +239,12 @@ def _add_contact_rows(
     sunk = np.maximum(contacts.least_m - sites[:, joints, 2], 0.0)
     weight[:, joints, 2, 2] += (sunk > 0.0) / LEAST_SIGMA_M**2
     pull[:, joints, 2] += sunk / LEAST_SIGMA_M**2
+
+
+def _add_rows(
+    normal: _Normal, frames: NDArray[np.int64], rows: NDArray[np.float64], residuals: NDArray[np.float64]
+) -> None:
+    """Add rows, shape (row_count, nv), each of one frame, with what they are to move by, shape (row_count,)."""
+    for frame, row, residual in zip(frames.tolist(), rows, residuals, strict=True):
+        normal.diagonal[frame] += np.outer(row, row)
+        normal.right[frame] += residual * row

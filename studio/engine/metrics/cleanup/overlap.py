@@ -4,13 +4,13 @@ Parts are capsules on the bones. Radii are shares of stature: half of ANSUR's br
 divided by 2 pi (Gordon et al., "2012 Anthropometric Survey of U.S. Army Personnel", NATICK/TR-15/007, 2014,
 means of men and women over the mean stature of 1.72 m), the least of a part's, so that flesh that gives way
 does not count. Parts that share a joint or lie beside one another along a limb are not compared, nor are
-thighs, which touch in people who stand. Bones' distance: Ericson, "Real-Time Collision Detection", 2005,
-section 5.1.9.
+thighs, which touch in people who stand.
 """
 
 import numpy as np
 from numpy.typing import NDArray
 
+from studio.engine.geometry import nearest_on_segments
 from studio.engine.joints import INDEX
 from studio.engine.metrics.cleanup.events import Event, events_of, joined
 from studio.engine.metrics.cleanup.shown import Shown
@@ -100,13 +100,4 @@ def segment_distance_m(
     a0: NDArray[np.float64], a1: NDArray[np.float64], b0: NDArray[np.float64], b1: NDArray[np.float64]
 ) -> NDArray[np.float64]:
     """Return the least distance of segments a0 a1 and b0 b1 [m]; each (sample_count, 3) -> (sample_count,)."""
-    u, v, w = a1 - a0, b1 - b0, a0 - b0
-    uu, uv, vv = (u * u).sum(axis=1), (u * v).sum(axis=1), (v * v).sum(axis=1)
-    uw, vw = (u * w).sum(axis=1), (v * w).sum(axis=1)
-    uu, vv = np.maximum(uu, 1e-18), np.maximum(vv, 1e-18)
-    across = uu * vv - uv**2
-    with np.errstate(invalid="ignore", divide="ignore"):
-        s = np.where(across > 1e-12 * uu * vv, np.clip((uv * vw - vv * uw) / across, 0.0, 1.0), 0.0)
-    t = np.clip((uv * s + vw) / vv, 0.0, 1.0)
-    s = np.clip((uv * t - uw) / uu, 0.0, 1.0)
-    return np.linalg.norm(w + s[:, None] * u - t[:, None] * v, axis=1)
+    return np.linalg.norm(nearest_on_segments(a0, a1, b0, b1)[2], axis=1)
