@@ -15,7 +15,7 @@ COOKIE = "studio_operator"
 SIGN_IN_PATH = "/signin"
 SIGN_IN_API = "/api/v1/access/signin"
 _OPEN = {SIGN_IN_PATH, SIGN_IN_API, LINK_PATH, "/static/studio.css", "/static/signin.js", "/static/icon.svg"}
-_OPEN |= {"/health"}
+_OPEN |= {"/health", "/static/theme.js"}
 _OPEN_BELOW = (
     "/vote/",
     "/share/",

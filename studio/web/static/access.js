@@ -1,16 +1,17 @@
 // The access panel, where the studio is open to the network: camera tokens, the operator's token, signing out.
-import { byId, h, plural, redraw, setText } from "./dom.js";
+import { byId, h, redraw, setText } from "./dom.js";
 import { addCameraToken, getAccess, removeCameraToken, renewOperator, signOut } from "./api.js";
 import { attempt, showNote } from "./messages.js";
+import { language, t } from "./strings.js";
 
 const ENTRANCE = "signin";
 
 async function copy(text) {
   try {
     await navigator.clipboard.writeText(text);
-    showNote("Copied");
+    showNote(t("message.copied"));
   } catch {
-    showNote("Select the text and copy it: this page may not write to the clipboard");
+    showNote(t("message.copy_by_hand"));
   }
 }
 
@@ -19,7 +20,7 @@ function secret(label, text) {
   byId("access-secret").replaceChildren(h("div", { class: "secret" },
     h("p", {}, label),
     h("code", { tabIndex: 0 }, text),
-    h("button", { class: "small", type: "button", onclick: () => copy(text) }, "Copy")));
+    h("button", { class: "small", type: "button", onclick: () => copy(text) }, t("message.copy"))));
 }
 
 async function pair(event) {
@@ -28,7 +29,7 @@ async function pair(event) {
   const made = await attempt(() => addCameraToken(input.value.trim()));
   if (!made) return;
   input.value = "";
-  secret("Run this on the camera's machine. It is shown only now.", made.command);
+  secret(t("access.command"), made.command);
   await attempt(updateAccess);
 }
 
@@ -38,29 +39,29 @@ function row(camera) {
     await attempt(updateAccess);
   };
   return h("li", { class: "solve-row" },
-    h("span", { class: "name", title: `Since ${new Date(camera.created).toLocaleString()}` }, camera.label),
+    h("span", { class: "name", title: t("access.since", { date: new Date(camera.created).toLocaleString(language) }) }, camera.label),
     h("button", {
-      class: "small", type: "button", onclick: revoke, title: "Cameras that came with this token are cut off",
-      aria: { label: `Revoke the token of ${camera.label}` },
-    }, "Revoke"));
+      class: "small", type: "button", onclick: revoke, title: t("access.revoke_hint"),
+      aria: { label: t("access.revoke_label", { name: camera.label }) },
+    }, t("access.revoke")));
 }
 
 async function renew() {
   const made = await attempt(renewOperator);
   if (!made) return;
-  secret("The new operator's token. Everybody must sign in again, you too.", made.token);
+  secret(t("access.new_token"), made.token);
 }
 
 function build(cameras) {
   return [
     cameras.length > 0 && h("ul", {}, cameras.map(row)),
     h("form", { class: "pair", onsubmit: pair },
-      h("input", { id: "camera-label", type: "text", maxLength: 60, required: true, placeholder: "laptop by the window", aria: { label: "Whose cameras" } }),
-      h("button", { type: "submit" }, "Pair cameras")),
+      h("input", { id: "camera-label", type: "text", maxLength: 60, required: true, placeholder: t("access.label_example"), aria: { label: t("access.label") } }),
+      h("button", { type: "submit" }, t("access.pair"))),
     h("div", { id: "access-secret" }),
     h("div", { class: "solve-row" },
-      h("button", { class: "small", type: "button", onclick: renew }, "New operator's token"),
-      h("button", { class: "small", type: "button", onclick: async () => { await attempt(signOut); location.assign(ENTRANCE); } }, "Sign out")),
+      h("button", { class: "small", type: "button", onclick: renew }, t("access.renew")),
+      h("button", { class: "small", type: "button", onclick: async () => { await attempt(signOut); location.assign(ENTRANCE); } }, t("access.sign_out"))),
   ].filter(Boolean);
 }
 
@@ -69,7 +70,7 @@ export async function updateAccess() {
   const access = await getAccess();
   byId("access-panel").hidden = !access.required;
   if (!access.required) return;
-  setText(byId("access-count"), plural(access.cameras.length, "camera token"));
+  setText(byId("access-count"), t("access.tokens", { n: access.cameras.length }));
   const shown = byId("access-secret")?.firstChild;
   redraw(byId("access"), access.cameras, () => build(access.cameras));
   if (shown) byId("access-secret").replaceChildren(shown);

@@ -1,4 +1,6 @@
 // Every call to the server: routes under /api/v1, errors as the server words them.
+import { t } from "./strings.js";
+
 const ROOT = new URL("api/v1/", document.baseURI);
 
 /** Address of the events WebSocket. */
@@ -13,12 +15,12 @@ async function request(method, path, body) {
       body: body === undefined ? undefined : JSON.stringify(body),
     });
   } catch {
-    throw new Error("The server does not answer.");
+    throw new Error(t("server.silent"));
   }
   if (response.ok) return response;
   if (response.status === 401) location.assign(`signin?next=${encodeURIComponent(location.pathname)}`);
   const value = await response.json().catch(() => null);
-  throw new Error(value?.error?.message ?? `The server answered ${response.status}.`);
+  throw new Error(value?.error?.message ?? t("server.status", { status: response.status }));
 }
 
 const call = async (method, path, body) => (await request(method, path, body)).json();

@@ -1,19 +1,21 @@
 // The operator's page of blind tests: make one of two solves, hand out its link, see the votes come in.
-import { byId, h, plural, redraw } from "./dom.js";
+import { byId, h, redraw } from "./dom.js";
 import { blindAction, createBlindTest, createThesisTest, getBlindResults, getBlindTests, getTakes, showBlindSlot } from "./api.js";
+import { startFrame } from "./frame.js";
 import { attempt, showNote } from "./messages.js";
+import { number as written, t } from "./strings.js";
 
 const PERIOD_MS = 2000;
 const state = { takes: [], tests: [], chosen: location.hash.slice(1), pairs: [] };
 
 const percent = (value) => `${Math.round(100 * value)} %`;
-const pWords = (p) => (p < 0.001 ? "p < 0.001" : `p = ${p.toFixed(3)}`);
+const pWords = (p) => (p < 0.001 ? `p < ${written(0.001, 3)}` : `p = ${written(p, 3)}`);
 const linkOf = (test) => new URL(test.path, location.origin).href;
 
 async function copy(text) {
   try {
     await navigator.clipboard.writeText(text);
-    showNote("The link is copied");
+    showNote(t("blind.copied"));
   } catch {
     showNote(text);
   }
@@ -28,18 +30,18 @@ function button(text, onclick, title = "") {
 }
 
 function row(test) {
-  const votes = `${plural(test.voters, "voter")}, ${plural(test.votes, "vote")} of ${test.slots * Math.max(test.voters, 1)}`;
+  const votes = `${t("blind.voters", { n: test.voters })}, ${t("blind.votes", { n: test.votes, all: test.slots * Math.max(test.voters, 1) })}`;
   return h("li", { class: "test" },
-    h("div", {}, h("strong", {}, test.title), h("span", { class: test.open ? "good" : "muted" }, test.open ? "open" : "closed")),
-    h("p", { class: "muted" }, `${plural(test.pairs.length, "pair")} · ${votes}`),
+    h("div", {}, h("strong", {}, test.title), h("span", { class: test.open ? "good" : "muted" }, t(test.open ? "blind.open" : "blind.closed"))),
+    h("p", { class: "muted" }, `${t("blind.pairs", { n: test.pairs.length })} · ${votes}`),
     test.path && h("code", { class: "link" }, linkOf(test)),
     h("div", { class: "buttons" },
-      button("Results", () => choose(test.id)),
-      test.path && button("Copy link", () => copy(linkOf(test))),
-      test.path && h("a", { class: "button small", href: `api/v1/blind/${test.id}/qr`, target: "_blank", title: "The link as a code for phones" }, "QR code"),
-      button("New link", act(test, "link"), "The old link leads nowhere from now on"),
-      test.closed ? button("Reopen", act(test, "reopen")) : button("Close", act(test, "close"), "Take no more votes"),
-      test.rules.supervised && button(test.shown < 0 ? "Show the first pair" : "Show the next pair",
+      button(t("blind.results"), () => choose(test.id)),
+      test.path && button(t("blind.copy_link"), () => copy(linkOf(test))),
+      test.path && h("a", { class: "button small", href: `api/v1/blind/${test.id}/qr`, target: "_blank", title: t("blind.qr_hint") }, t("blind.qr")),
+      button(t("blind.new_link"), act(test, "link"), t("blind.new_link_hint")),
+      test.closed ? button(t("blind.reopen"), act(test, "reopen")) : button(t("blind.close"), act(test, "close"), t("blind.close_hint")),
+      test.rules.supervised && button(t(test.shown < 0 ? "blind.show_first" : "blind.show_next"),
         () => attempt(async () => { await showBlindSlot(test.id, test.shown + 1 < test.slots ? test.shown + 1 : -1); await refresh(); }))));
 }
 
@@ -55,10 +57,10 @@ function sideOf(prefix) {
 
 function sideForm(prefix, label, at) {
   return h("fieldset", {}, h("legend", {}, label),
-    h("select", { id: `${prefix}-solve`, aria: { label: `${label}: solve` } }, options(at)),
-    h("input", { id: `${prefix}-condition`, type: "text", maxLength: 100, placeholder: "what it stands for, such as limits on", aria: { label: `${label}: condition` } }),
-    h("select", { id: `${prefix}-keys`, aria: { label: `${label}: keys` } },
-      [["linear", "all keys"], ["held", "15 keys a second, held"], ["cubic", "15 keys a second, cubic"]].map(([value, text]) => h("option", { value }, text))));
+    h("select", { id: `${prefix}-solve`, aria: { label: t("blind.solve_of", { side: label }) } }, options(at)),
+    h("input", { id: `${prefix}-condition`, type: "text", maxLength: 100, placeholder: t("blind.condition_example"), aria: { label: t("blind.condition_of", { side: label }) } }),
+    h("select", { id: `${prefix}-keys`, aria: { label: t("blind.keys_of", { side: label }) } },
+      [["linear", t("blind.all_keys")], ["held", t("blind.held")], ["cubic", t("blind.cubic")]].map(([value, text]) => h("option", { value }, text))));
 }
 
 function number(id, label, value) {
@@ -74,8 +76,8 @@ function addPair() {
 
 function drawPairs() {
   byId("pairs").replaceChildren(...state.pairs.map((pair, i) => h("li", { class: "solve-row" },
-    h("span", { class: "name" }, `${pair.a.condition} against ${pair.b.condition}`),
-    button("Remove", () => { state.pairs.splice(i, 1); drawPairs(); }))));
+    h("span", { class: "name" }, t("blind.against", { a: pair.a.condition, b: pair.b.condition })),
+    button(t("message.remove"), () => { state.pairs.splice(i, 1); drawPairs(); }))));
   byId("make").disabled = !state.pairs.length;
 }
 
@@ -101,7 +103,7 @@ async function makeFromFile(event) {
     try {
       test = JSON.parse(await file.text());
     } catch {
-      throw new Error(`${file.name} is no JSON; docs/blind_tests.md shows what a test looks like.`);
+      throw new Error(t("blind.no_json", { file: file.name }));
     }
     await create(test);
   });
@@ -119,28 +121,28 @@ async function create(wanted) {
 function form() {
   const query = new URLSearchParams(location.search);
   const withSolves = state.takes.filter((take) => take.solves.length);
-  if (!withSolves.length) return h("p", { class: "empty" }, "A test needs takes with solves. Record one on the stage first.");
+  if (!withSolves.length) return h("p", { class: "empty" }, t("blind.no_takes"));
   return h("form", { class: "new-test", onsubmit: make },
-    h("label", { class: "field" }, h("span", {}, "Title"), h("input", { id: "test-title", type: "text", maxLength: 500, required: true, value: "Which settings?" })),
-    h("label", { class: "field" }, h("span", {}, "Question"), h("input", { id: "question", type: "text", maxLength: 500, required: true, value: "Which of the two movements looks better?" })),
-    h("div", { class: "two" }, sideForm("a", "One side", query.get("a")), sideForm("b", "Other side", query.get("b"))),
-    h("div", { class: "two" }, number("start", "From [s]", 0), number("end", "To [s], 0: the end", 0)),
-    h("button", { type: "button", onclick: addPair }, "Add this pair"),
+    h("label", { class: "field" }, h("span", {}, t("blind.test_title")), h("input", { id: "test-title", type: "text", maxLength: 500, required: true, value: t("blind.default_title") })),
+    h("label", { class: "field" }, h("span", {}, t("blind.question")), h("input", { id: "question", type: "text", maxLength: 500, required: true, value: t("blind.default_question") })),
+    h("div", { class: "two" }, sideForm("a", t("blind.one_side"), query.get("a")), sideForm("b", t("blind.other_side"), query.get("b"))),
+    h("div", { class: "two" }, number("start", t("blind.from"), 0), number("end", t("blind.to"), 0)),
+    h("button", { type: "button", onclick: addPair }, t("blind.add")),
     h("ul", { id: "pairs" }),
-    h("div", { class: "two" }, h("div", { class: "new-test" }, number("repeats", "Pairs shown twice", 0),
-      h("label", { class: "field" }, h("span", {}, "Closes"), h("input", { id: "closes", type: "datetime-local" }))), h("div", {}, check("allow-none", "No preference allowed"), check("ask-name", "Ask for a name"), check("supervised", "A room sees one pair at a time"))),
-    h("button", { id: "make", class: "primary", type: "submit", disabled: true }, "Make the test"),
-    h("label", { class: "field" }, h("span", {}, "From a file"), h("input", { id: "from-file", type: "file", accept: ".json,application/json", onchange: makeFromFile })),
-    h("div", { class: "solve-row" }, h("select", { id: "thesis-take", aria: { label: "Take for the thesis's pairs" } }, withSolves.map((take) => h("option", { value: take.id }, take.id))),
-      button("The thesis's ten pairs of this take", () => attempt(async () => {
+    h("div", { class: "two" }, h("div", { class: "new-test" }, number("repeats", t("blind.repeats"), 0),
+      h("label", { class: "field" }, h("span", {}, t("blind.closes")), h("input", { id: "closes", type: "datetime-local" }))), h("div", {}, check("allow-none", t("blind.allow_none")), check("ask-name", t("blind.ask_name")), check("supervised", t("blind.supervised")))),
+    h("button", { id: "make", class: "primary", type: "submit", disabled: true }, t("blind.make")),
+    h("label", { class: "field" }, h("span", {}, t("blind.from_file")), h("input", { id: "from-file", type: "file", accept: ".json,application/json", onchange: makeFromFile })),
+    h("div", { class: "solve-row" }, h("select", { id: "thesis-take", aria: { label: t("blind.thesis_take") } }, withSolves.map((take) => h("option", { value: take.id }, take.id))),
+      button(t("blind.thesis"), () => attempt(async () => {
         await createThesisTest(byId("thesis-take").value);
-        showNote("The take is being solved in ten ways; the test comes up here when it is made");
+        showNote(t("blind.thesis_made"));
       }))));
 }
 
 /** A bar of two shares with the interval of the first. */
 function bar(pair) {
-  if (!pair.of) return h("p", { class: "muted" }, "no votes yet");
+  if (!pair.of) return h("p", { class: "muted" }, t("blind.no_votes"));
   return h("div", { class: "bar", role: "img", aria: { label: `${pair.a} ${percent(pair.share)}, ${pair.b} ${percent(1 - pair.share)}` } },
     h("span", { class: "fill", style: `width: ${100 * pair.share}%` }),
     h("span", { class: "interval", style: `left: ${100 * pair.low}%; width: ${100 * (pair.high - pair.low)}%` }));
@@ -148,22 +150,25 @@ function bar(pair) {
 
 function pairRow(pair) {
   return h("div", { class: "result" },
-    h("div", { class: "ends" }, h("span", {}, `${pair.a}: ${pair.votes_a}`), pair.no_preference > 0 && h("span", { class: "muted" }, `no preference: ${pair.no_preference}`), h("span", {}, `${pair.b}: ${pair.votes_b}`)),
+    h("div", { class: "ends" }, h("span", {}, `${pair.a}: ${pair.votes_a}`), pair.no_preference > 0 && h("span", { class: "muted" }, t("blind.no_preference", { n: pair.no_preference })), h("span", {}, `${pair.b}: ${pair.votes_b}`)),
     bar(pair),
-    pair.of > 0 && h("p", { class: "muted" }, `${percent(pair.share)} (95 %: ${percent(pair.low)} to ${percent(pair.high)}) · ${pWords(pair.p_value)} · corrected ${pWords(pair.p_holm)}`));
+    pair.of > 0 && h("p", { class: "muted" }, t("blind.share", {
+      share: percent(pair.share), low: percent(pair.low), high: percent(pair.high), p: pWords(pair.p_value), corrected: pWords(pair.p_holm),
+    })));
 }
 
 function resultsOf(found, test) {
   const left = found.side_bias.left;
+  const same = found.consistency.of ? t("blind.same_of", { same: found.consistency.same, all: found.consistency.of }) : "–";
   return [
-    h("p", { class: "muted" }, `${plural(found.voters, "voter")}, ${found.finished} finished · left chosen ${left.of ? percent(left.share) : "–"} · same choice when repeated: ${found.consistency.of ? `${found.consistency.same} of ${found.consistency.of}` : "–"}`),
+    h("p", { class: "muted" }, `${t("blind.voters", { n: found.voters })}, ${t("blind.summary", { finished: found.finished, left: left.of ? percent(left.share) : "–", same })}`),
     ...found.pairs.map(pairRow),
     found.ranking.length > 0 && h("ol", { class: "ranking" }, found.ranking.map((one) => h("li", {}, `${one.condition}: ${percent(one.strength)}`))),
-    found.comments.length > 0 && h("ul", { class: "comments" }, found.comments.map((one) => h("li", {}, h("q", {}, one.comment), h("span", { class: "muted" }, ` ${one.voter}, chose ${one.chosen}`)))),
+    found.comments.length > 0 && h("ul", { class: "comments" }, found.comments.map((one) => h("li", {}, h("q", {}, one.comment), h("span", { class: "muted" }, ` ${t("blind.chose", { voter: one.voter, choice: one.chosen })}`)))),
     h("div", { class: "buttons" },
       h("a", { class: "button small", href: `api/v1/blind/${test}/votes.csv`, download: `${test}.csv` }, "CSV"),
       h("a", { class: "button small", href: `api/v1/blind/${test}/results`, download: `${test}.json` }, "JSON"),
-      h("a", { class: "button small", href: `api/v1/blind/${test}/key`, download: `${test}_key.json` }, "Sealed key")),
+      h("a", { class: "button small", href: `api/v1/blind/${test}/key`, download: `${test}_key.json` }, t("blind.sealed_key"))),
   ].filter(Boolean);
 }
 
@@ -178,16 +183,17 @@ async function refresh() {
   state.tests = tests;
   redraw(byId("tests"), [tests, problems], () => [
     ...problems.map((problem) => h("p", { class: "bad" }, problem)),
-    tests.length ? h("ul", {}, tests.map(row)) : h("p", { class: "empty" }, "No test yet."),
+    tests.length ? h("ul", {}, tests.map(row)) : h("p", { class: "empty" }, t("blind.no_test")),
   ]);
   const chosen = tests.find((test) => test.id === state.chosen);
   byId("results-section").hidden = !chosen;
   if (!chosen) return;
-  byId("results-title").textContent = `Results: ${chosen.title}`;
+  byId("results-title").textContent = t("blind.results_of", { title: chosen.title });
   const found = await getBlindResults(chosen.id);
   redraw(byId("results"), found, () => resultsOf(found, chosen.id));
 }
 
+startFrame();
 attempt(async () => {
   state.takes = await getTakes();
   byId("new").replaceChildren(form());

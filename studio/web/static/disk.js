@@ -1,5 +1,6 @@
 // What the operator must know of the disk and of a take that went through a restart of the server.
 import { byId, h, setText } from "./dom.js";
+import { number, t } from "./strings.js";
 
 const LOW_MINUTES = 20;
 
@@ -10,13 +11,13 @@ function place(id, build, where, beside) {
 
 function left(recording) {
   const minutes = recording.minutes_left;
-  const time = minutes >= 120 ? `${Math.floor(minutes / 60)} h` : `${Math.floor(minutes)} min`;
-  return `${time} left · ${recording.disk_free_gb.toFixed(recording.disk_free_gb < 10 ? 1 : 0)} GB`;
+  const time = minutes >= 120 ? t("disk.left_h", { hours: Math.floor(minutes / 60) }) : t("disk.left_min", { minutes: Math.floor(minutes) });
+  return `${time} · ${t("disk.gb", { gb: number(recording.disk_free_gb, recording.disk_free_gb < 10 ? 1 : 0) })}`;
 }
 
 /** Show how long the disk lasts, and the notice of a take that goes on after a restart. */
 export function updateDisk(recording) {
-  const disk = place("disk", () => h("output", { id: "disk", class: "disk", aria: { label: "Recording time left on the disk" } }), "afterend", byId("timer"));
+  const disk = place("disk", () => h("output", { id: "disk", class: "disk", aria: { label: t("disk.label") } }), "afterend", byId("timer"));
   setText(disk, left(recording));
   disk.classList.toggle("low", recording.minutes_left < LOW_MINUTES);
   const banner = place("banner", () => h("p", { id: "banner", class: "message banner", role: "status", hidden: true }), "afterbegin", byId("messages"));

@@ -39,6 +39,3 @@ export function clock(seconds, wide = false) {
   const minutes = String(Math.floor(tenths / 600)).padStart(wide ? 2 : 1, "0");
   return `${minutes}:${String(Math.floor(tenths / 10) % 60).padStart(2, "0")}.${tenths % 10}`;
 }
-
-/** Return `n thing` or `n things`. */
-export const plural = (n, thing) => `${n} ${thing}${n === 1 ? "" : "s"}`;

@@ -3,17 +3,17 @@ import { byId, h } from "./dom.js";
 import { putCamera } from "./api.js";
 import { attempt } from "./messages.js";
 import { replayKey } from "./replay.js";
+import { t } from "./strings.js";
 import { undoThrow } from "./takes.js";
 import { inTextField, onKey } from "./viewer.js";
 
-const SHORTCUTS = [
-  ["Stage", [["R", "Record, stop"], ["T", "T-pose: countdown, cancel"], ["Ctrl Z", "Put a take back that was thrown away"], ["?", "This list"]]],
-  ["Replay", [
-    ["Space", "Play, pause"], ["← →", "A frame back, on"], ["Shift ← →", "Ten frames back, on"],
-    ["Home End", "First, last frame"], ["I O", "Begin, end of the range"], ["L", "Loop"], ["Esc", "Back to the live stage"],
-  ]],
-  ["View", [["1", "Front"], ["2", "Side"], ["3", "Top"], ["4", "Turn about the performer"], ["F", "Follow the performer"]]],
-];
+const SHORTCUTS = {
+  stage: [["R", "record"], ["T", "t_pose"], ["Ctrl Z", "undo"], ["?", "help"]],
+  replay: [
+    ["Space", "play"], ["← →", "step"], ["Shift ← →", "step_ten"], ["Home End", "ends"], ["I O", "range"], ["L", "loop"], ["Esc", "live"],
+  ],
+  view: [["1", "front"], ["2", "side"], ["3", "top"], ["4", "orbit"], ["F", "follow"]],
+};
 const VIEWPOINTS = { 1: "front", 2: "side", 3: "top", 4: "orbit", f: "follow" };
 
 function showHelp() {
@@ -23,10 +23,10 @@ function showHelp() {
     return;
   }
   if (!dialog.firstChild) {
-    dialog.append(h("h2", {}, "Keyboard"), h("div", { class: "shortcuts" }, SHORTCUTS.map(([title, rows]) => h("section", {},
-      h("h3", {}, title),
-      h("dl", {}, rows.flatMap(([keys, what]) => [h("dt", {}, keys.split(" ").map((key) => h("kbd", {}, key))), h("dd", {}, what)]))))),
-    h("form", { method: "dialog" }, h("button", { type: "submit" }, "Close")));
+    dialog.append(h("h2", {}, t("keys.title")), h("div", { class: "shortcuts" }, Object.entries(SHORTCUTS).map(([title, rows]) => h("section", {},
+      h("h3", {}, t(`keys.${title}`)),
+      h("dl", {}, rows.flatMap(([keys, what]) => [h("dt", {}, keys.split(" ").map((key) => h("kbd", {}, key))), h("dd", {}, t(`keys.${what}`))]))))),
+    h("form", { method: "dialog" }, h("button", { type: "submit" }, t("message.close"))));
   }
   dialog.showModal();
 }

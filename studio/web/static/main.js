@@ -7,20 +7,16 @@ import { attempt, showError, showNote } from "./messages.js";
 import { updateCalibration } from "./calibration.js";
 import { updateCameras } from "./cameras.js";
 import { updateDisk } from "./disk.js";
+import { startFrame } from "./frame.js";
 import { startOutputs } from "./outputs.js";
 import { startKeys } from "./keys.js";
 import { replayed, solved, startReplay, updateReplay, updateReplayTakes } from "./replay.js";
 import { startPerformer, updatePerformer } from "./performer.js";
+import { number, t } from "./strings.js";
 import { Switches } from "./switches.js";
 import { startTakes, updateTakes } from "./takes.js";
 import { startTransport, updateTransport } from "./transport.js";
 import { setNotice, showLayers } from "./viewer.js";
-
-const CONNECTION_WORDS = {
-  connecting: "Connecting",
-  open: "Connected",
-  gone: "The server does not answer. Trying again",
-};
 
 const MANY_JOINTS = 6; // more than a limb's: not a joint that is lost, but somebody else
 const TRIAL = "trial"; // the solve that the switches make of the take that is replayed
@@ -30,7 +26,7 @@ const state = { colours: {}, takes: [], jobs: [], cameras: "", recording: false,
 
 function showConnection(connection) {
   document.body.dataset.connection = connection;
-  setText(byId("connection").querySelector(".text"), CONNECTION_WORDS[connection]);
+  setText(byId("connection").querySelector(".text"), t(`connection.${connection}`));
   if (connection === "gone") {
     updateTransport(null, false);
     setNotice("");
@@ -84,8 +80,8 @@ function showJobs(jobs) {
   state.jobs = jobs;
   const ended = jobs.filter((job) => before[job.id] && isUnderWay(before[job.id]) && !isUnderWay(job));
   for (const job of ended) {
-    if (job.state === "failed") showError(`${job.take}, solve ${job.name}: ${job.message}`);
-    else showNote(`${job.take} is solved as ${job.name}`);
+    if (job.state === "failed") showError(t("take.solve_failed", { name: job.take, solve: job.name, reason: job.message }));
+    else showNote(t("take.solved_as", { name: job.take, solve: job.name }));
   }
   if (ended.length) {
     attempt(async () => {
@@ -98,10 +94,10 @@ function showJobs(jobs) {
 
 function noticeOf(status) {
   const connected = Object.values(status.cameras).some((camera) => camera.connected);
-  if (!connected) return "No camera is connected";
-  if (status.calibration.state === "none") return "Waiting for a performer";
-  if (status.pipeline.rate_hz === 0) return "No performer in view";
-  if (Object.keys(status.pipeline.not_followed_mm).length > MANY_JOINTS) return "The pose is not where the cameras see somebody";
+  if (!connected) return t("notice.no_camera");
+  if (status.calibration.state === "none") return t("notice.waiting");
+  if (status.pipeline.rate_hz === 0) return t("notice.nobody");
+  if (Object.keys(status.pipeline.not_followed_mm).length > MANY_JOINTS) return t("notice.not_followed");
   return "";
 }
 
@@ -135,7 +131,7 @@ function showMessage(message) {
 }
 
 startTransport((summary) => {
-  showNote(`${summary.take}: ${summary.seconds.toFixed(1)} s recorded`);
+  showNote(t("record.done", { take: summary.take, seconds: number(summary.seconds, 1) }));
   if (summary.problem) showError(summary.problem);
   attempt(loadTakes);
 });
@@ -143,7 +139,8 @@ startPerformer();
 startOutputs();
 startTakes(loadTakes);
 startReplay((replay) => {
-  byId("solve-title").textContent = replay.open ? "Solve this take" : "Solve";
+  setText(byId("solve-title"), t(replay.open ? "solve.this_take" : "solve.title"));
 });
 startKeys();
+startFrame();
 follow(eventsUrl(), { onState: showConnection, onMessage: showMessage });

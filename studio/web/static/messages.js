@@ -1,12 +1,13 @@
 // The message bar over the 3D view: errors stay until they are dismissed, notes leave by themselves.
 import { byId, h } from "./dom.js";
+import { t } from "./strings.js";
 
 const NOTE_MS = 6000;
 
 function show(text, kind, action) {
   const bar = byId("messages");
   for (const old of bar.children) if (old.dataset.text === text) old.remove();
-  const close = h("button", { class: "small", type: "button", onclick: () => item.remove() }, "Dismiss");
+  const close = h("button", { class: "small", type: "button", onclick: () => item.remove() }, t("message.dismiss"));
   const act = action && h("button", { class: "small", type: "button", onclick: () => { item.remove(); action.run(); } }, action.label);
   const item = h("div", { class: `message ${kind}`, role: kind === "error" ? "alert" : "status" }, h("p", {}, text), act, close);
   item.dataset.text = text;

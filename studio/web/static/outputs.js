@@ -1,7 +1,8 @@
 // The live output panel: programs that get the character while the stage runs, switched on and off one by one.
-import { byId, h, plural, redraw, setText } from "./dom.js";
+import { byId, h, redraw, setText } from "./dom.js";
 import { addOutput, changeOutput, getOutputs, removeOutput } from "./api.js";
 import { attempt } from "./messages.js";
+import { t } from "./strings.js";
 
 const KINDS = { vmc: { label: "VMC (OSC)", port: 39539 }, rokoko: { label: "Rokoko JSON v3", port: 14043 } };
 const RATES = [30, 60, 120];
@@ -19,20 +20,20 @@ async function add(event) {
 const alter = (name, change) => attempt(async () => { await changeOutput(name, change); await updateOutputs(); });
 
 function row(output) {
-  const label = `${KINDS[output.kind].label} to ${output.host}:${output.port}`;
+  const label = t("outputs.to", { kind: KINDS[output.kind].label, place: `${output.host}:${output.port}` });
   return h("li", { class: "output" },
     h("label", { class: "check" },
       h("input", {
-        id: `output-${output.id}`, type: "checkbox", checked: output.enabled, aria: { label: `Send ${label}` },
+        id: `output-${output.id}`, type: "checkbox", checked: output.enabled, aria: { label: t("outputs.send", { label }) },
         onchange: (event) => alter(output.id, { enabled: event.currentTarget.checked }),
       }),
-      h("span", { class: "name", title: `${KINDS[output.kind].label}, at most ${output.rate_hz} frames a second` },
+      h("span", { class: "name", title: t("outputs.at_most", { kind: KINDS[output.kind].label, rate: output.rate_hz }) },
         `${output.host}:${output.port}`)),
     h("span", { class: "count" }, `${KINDS[output.kind].label}, ${output.rate_hz} Hz`),
     h("button", {
-      class: "small", type: "button", aria: { label: `Remove ${label}` },
+      class: "small", type: "button", aria: { label: t("outputs.remove", { label }) },
       onclick: () => attempt(async () => { await removeOutput(output.id); await updateOutputs(); }),
-    }, "Remove"),
+    }, t("message.remove")),
     output.problem && h("p", { class: "bad" }, output.problem));
 }
 
@@ -47,23 +48,23 @@ function field(id, label) {
 
 function form() {
   const kind = h("select", {
-    id: "output-kind", aria: { label: "What is sent" },
+    id: "output-kind", aria: { label: t("outputs.what") },
     onchange: (event) => { panel.kind = event.currentTarget.value; byId("output-port").placeholder = KINDS[panel.kind].port; },
   }, Object.entries(KINDS).map(([value, { label }]) => h("option", { value, selected: value === panel.kind }, label)));
   const rate = h("select", {
-    id: "output-rate", aria: { label: "Frames a second" },
+    id: "output-rate", aria: { label: t("outputs.rate") },
     onchange: (event) => { panel.rate = Number(event.currentTarget.value); },
   }, RATES.map((value) => h("option", { value, selected: value === panel.rate }, `${value} Hz`)));
   return h("form", { class: "output-form", onsubmit: add },
-    kind, rate, field("host", "Address"), field("port", "Port"),
-    h("button", { type: "submit" }, "Add"));
+    kind, rate, field("host", t("outputs.host")), field("port", t("outputs.port")),
+    h("button", { type: "submit" }, t("message.add")));
 }
 
 /** Show the targets and how they go. */
 export async function updateOutputs() {
   const { outputs, problem } = await getOutputs();
   const on = outputs.filter((output) => output.enabled);
-  setText(byId("outputs-count"), on.length ? `${on.length} on` : plural(outputs.length, "target"));
+  setText(byId("outputs-count"), on.length ? t("outputs.on", { n: on.length }) : t("outputs.targets", { n: outputs.length }));
   const shown = outputs.map(({ sent, dropped, bytes, ...rest }) => rest);
   redraw(byId("outputs"), [shown, problem], () => [
     problem && h("p", { class: "bad" }, problem),

@@ -1,4 +1,5 @@
 // The page to sign in: sends the operator's token, then goes to where the operator wanted to go.
+import { t } from "./strings.js";
 
 const form = document.getElementById("sign-in");
 const problem = document.getElementById("problem");
@@ -24,7 +25,7 @@ form.addEventListener("submit", async (event) => {
     }
     problem.textContent = (await response.json()).error.message;
   } catch {
-    problem.textContent = "The studio does not answer; is it running?";
+    problem.textContent = t("signin.silent");
   }
   problem.hidden = false;
 });

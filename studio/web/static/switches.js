@@ -1,32 +1,26 @@
 // The solve panel: a preset and every switch of the API's catalogue, each with its explanation.
-import { byId, h, plural, setText } from "./dom.js";
+import { byId, h, setText } from "./dom.js";
+import { hasText, serverText, t } from "./strings.js";
 
 const GROUPS = [
-  ["Input", ["cameras", "tracker", "confidence_threshold", "output_hz"]],
-  ["Solve", ["fusion", "ik", "human_limits", "flexibility", "relax_pose"]],
-  ["Conditioning", ["bone_length_limit", "displacement_limit", "smoothing"]],
-  ["Completion", ["look_at", "look_at_point_m", "hands", "floor_contact"]],
+  ["input", ["cameras", "tracker", "confidence_threshold", "output_hz"]],
+  ["solve", ["fusion", "ik", "human_limits", "flexibility", "relax_pose"]],
+  ["conditioning", ["bone_length_limit", "displacement_limit", "smoothing"]],
+  ["completion", ["look_at", "look_at_point_m", "hands", "floor_contact"]],
+  ["whole", ["finish", "physics"]],
 ];
 
-const NAMES = {
-  ik: "Inverse kinematics", output_hz: "Output rate", look_at_point_m: "Look-at point [m]", look_at: "Look at",
-  bone_length_limit: "Bone length limit [%]",
-};
 const plain = (text) => text.replaceAll("_", " ").replace(/^./, (first) => first.toUpperCase());
-const VALUE_WORDS = { one_euro: "One-Euro", holt: "Holt", "output_hz:30": "30 Hz", "output_hz:60": "60 Hz", "output_hz:120": "120 Hz" };
-
-const nameOf = (key) => NAMES[key] ?? plain(key);
-
-function valueWords(key, value) {
-  return VALUE_WORDS[`${key}:${value}`]
-    ?? String(value).split(":").map((part) => VALUE_WORDS[part] ?? plain(part)).join(", ");
-}
+const nameOf = (key) => serverText(`switch.${key}`, plain(key));
+const valueWords = (value) => String(value).split(":").map((part) => serverText(`value.${part}`, plain(part))).join(", ");
+const valueHelp = (key, value) => (hasText(`value_help.${key}:${value}`) ? t(`value_help.${key}:${value}`) : "");
+const presetWords = (name) => serverText(`preset.${name}`, plain(name));
 
 /** Groups of switches in the order of the page; switches that no group names come last. */
 function grouped(catalogue) {
   const known = new Set(GROUPS.flatMap(([, keys]) => keys));
   const rest = catalogue.map((item) => item.key).filter((key) => !known.has(key));
-  return [...GROUPS, ["More", rest]]
+  return [...GROUPS, ["more", rest]]
     .map(([title, keys]) => [title, keys.map((key) => catalogue.find((item) => item.key === key)).filter(Boolean)])
     .filter(([, items]) => items.length);
 }
@@ -59,21 +53,22 @@ export class Switches {
 
   build() {
     const preset = h("select", { id: "preset", onchange: (event) => this.choosePreset(event.target.value) },
-      Object.keys(this.presets).map((name) => h("option", { value: name }, valueWords("preset", name))));
-    this.reset = h("button", { class: "small", type: "button", onclick: () => this.choosePreset(this.preset) }, "Reset");
+      Object.keys(this.presets).map((name) => h("option", { value: name, title: serverText(`preset_help.${name}`, "") }, presetWords(name))));
+    this.reset = h("button", { class: "small", type: "button", onclick: () => this.choosePreset(this.preset) }, t("solve.reset"));
     const head = h("div", { class: "row" },
-      h("label", { class: "field grow", htmlFor: "preset" }, h("span", {}, "Preset"), preset), this.reset);
+      h("label", { class: "field grow", htmlFor: "preset" }, h("span", {}, t("solve.preset")), preset), this.reset);
     this.presetSelect = preset;
     const groups = grouped(this.catalogue).map(([title, items]) =>
-      h("div", { class: "group" }, h("h3", {}, title), items.map((item) => this.row(item))));
-    return [head, h("details", { id: "switches" }, h("summary", {}, "All switches"), groups)];
+      h("div", { class: "group" }, h("h3", {}, t(`group.${title}`)), items.map((item) => this.row(item))));
+    return [head, h("details", { id: "switches" }, h("summary", {}, t("solve.all")), groups)];
   }
 
   row(item) {
     const id = `switch-${item.key}`;
     const control = this.control(item, id);
     const row = h("div", { class: "switch" },
-      h("label", { htmlFor: id }, nameOf(item.key)), control.element, h("p", { class: "help", id: `${id}-help`, role: "tooltip" }, item.help));
+      h("label", { htmlFor: id }, nameOf(item.key)), control.element,
+      h("p", { class: "help", id: `${id}-help`, role: "tooltip" }, h("span", {}, serverText(`switch_help.${item.key}`, item.help)), h("strong", { hidden: true })));
     this.controls.set(item.key, { ...control, row });
     return row;
   }
@@ -83,7 +78,7 @@ export class Switches {
     const described = { describedby: `${id}-help` };
     if (item.kind === "choice") {
       const select = h("select", { id, aria: described, onchange: () => change(select.value) },
-        item.values.map((value) => h("option", { value }, valueWords(item.key, value))));
+        item.values.map((value) => h("option", { value, title: valueHelp(item.key, value) }, valueWords(value))));
       return { element: select, set: (value) => { select.value = value; } };
     }
     if (item.kind === "range") {
@@ -116,10 +111,13 @@ export class Switches {
     const count = Object.keys(changes).length;
     this.presetSelect.value = this.preset;
     this.reset.disabled = count === 0;
-    setText(byId("solve-summary"), count ? plural(count, "change") : "");
+    setText(byId("solve-summary"), count ? t("solve.changes", { n: count }) : "");
     for (const [key, control] of this.controls) {
       control.set(this.values[key] ?? "");
       control.row.classList.toggle("changed", key in changes);
+      const about = control.row.querySelector(".help strong"), words = valueHelp(key, this.values[key]);
+      about.hidden = !words;
+      setText(about, `${valueWords(this.values[key] ?? "")}: ${words}`);
     }
   }
 }

@@ -1,9 +1,10 @@
 // The list of takes: search, slate (name, star, rating, notes), solve again, replay, export, trash with undo.
-import { byId, clock, h, plural, redraw, setText } from "./dom.js";
+import { byId, clock, h, redraw, setText } from "./dom.js";
 import { changeTake, restoreTake, solveTake, throwTake } from "./api.js";
 import { askExport } from "./export.js";
 import { attempt, showNote } from "./messages.js";
 import { open } from "./replay.js";
+import { language, t } from "./strings.js";
 
 const STARS = 5;
 const list = { takes: [], jobs: {}, settings: () => ({}), search: "", selected: new Set(), editing: "", changed: () => {} };
@@ -12,8 +13,8 @@ function when(iso) {
   const date = new Date(iso);
   if (Number.isNaN(date.getTime())) return "";
   const today = new Date().toDateString() === date.toDateString();
-  const time = date.toLocaleTimeString([], { hour: "2-digit", minute: "2-digit" });
-  return today ? time : `${date.toLocaleDateString([], { day: "numeric", month: "short" })} ${time}`;
+  const time = date.toLocaleTimeString(language, { hour: "2-digit", minute: "2-digit" });
+  return today ? time : `${date.toLocaleDateString(language, { day: "numeric", month: "short" })} ${time}`;
 }
 
 /** Do something to a take, then show the list anew. */
@@ -25,7 +26,7 @@ async function throwAway(take) {
     list.selected.delete(take.id);
     const undo = () => alter(() => restoreTake(thrown.id));
     list.undo = undo;
-    showNote(`${take.name} is in the trash`, { label: "Undo", run: undo });
+    showNote(t("take.in_trash", { name: take.name }), { label: t("message.undo"), run: undo });
   });
 }
 
@@ -43,9 +44,9 @@ function small(text, label, onclick, title = label) {
 
 function solveRow(take, solve) {
   return h("li", { class: "solve-row" },
-    small("▶", `Replay ${take.name}, solve ${solve}`, () => open(take.id, solve), "Show this solve in the view"),
-    h("span", { class: "name", title: `Solve ${solve}` }, solve),
-    small("Export", `Export ${take.name}, solve ${solve}`, () => askExport([{ take, solve }])));
+    small("▶", t("take.replay", { name: take.name, solve }), () => open(take.id, solve), t("take.replay_hint")),
+    h("span", { class: "name", title: t("take.solve_hint", { solve }) }, solve),
+    small(t("export.short"), t("take.export", { name: take.name, solve }), () => askExport([{ take, solve }])));
 }
 
 /** The preset's name where it is free or solved with the preset as it stands, else numbered. */
@@ -60,13 +61,13 @@ function solveName(take, settings) {
 function solveButton(take, solving) {
   return h("button", {
     class: "small", type: "button", disabled: solving || take.recording,
-    title: "Solve this take with the preset and switches as set", aria: { label: `Solve ${take.name}` },
+    title: t("take.solve_with"), aria: { label: t("take.solve_label", { name: take.name }) },
     onclick: () => attempt(async () => {
       const chosen = list.settings();
       const { name } = await solveTake(take, solveName(take, chosen), chosen);
-      showNote(`Solving ${take.name} as ${name}`);
+      showNote(t("take.solving_as", { name: take.name, solve: name }));
     }),
-  }, solving ? "Solving" : "Solve");
+  }, t(solving ? "take.solving" : "take.solve"));
 }
 
 function slate(take) {
@@ -78,29 +79,29 @@ function slate(take) {
   };
   const field = (name, label, text) => h("label", { class: "field" }, h("span", {}, label), h("input", { id: `slate-${name}`, type: "text", maxLength: name === "name" ? 60 : 2000, value: text ?? "" }));
   return h("form", { class: "slate", onsubmit: save },
-    field("name", "Name", take.name), field("notes", "Notes", take.notes),
-    h("label", { class: "field" }, h("span", {}, "Rating"), h("select", { id: "slate-rating" },
-      [...Array(STARS + 1).keys()].map((stars) => h("option", { value: stars, selected: stars === (take.rating ?? 0) }, stars ? "★".repeat(stars) : "none")))),
+    field("name", t("take.name"), take.name), field("notes", t("take.notes"), take.notes),
+    h("label", { class: "field" }, h("span", {}, t("take.rating")), h("select", { id: "slate-rating" },
+      [...Array(STARS + 1).keys()].map((stars) => h("option", { value: stars, selected: stars === (take.rating ?? 0) }, stars ? "★".repeat(stars) : t("take.no_rating"))))),
     h("div", { class: "buttons" },
-      h("button", { class: "small primary", type: "submit" }, "Save"),
-      small("Cancel", "Cancel", () => { list.editing = ""; show(); }),
-      small("Throw away", `Throw ${take.name} away`, () => { list.editing = ""; throwAway(take); }, "Into the trash; it can be put back")));
+      h("button", { class: "small primary", type: "submit" }, t("message.save")),
+      small(t("message.cancel"), t("message.cancel"), () => { list.editing = ""; show(); }),
+      small(t("take.throw"), t("take.throw_label", { name: take.name }), () => { list.editing = ""; throwAway(take); }, t("take.throw_hint"))));
 }
 
 function head(take, solving) {
   const line = [take.seconds === null ? "" : clock(take.seconds), when(take.created), take.rating ? "★".repeat(take.rating) : ""];
   return h("div", { class: "take-head", title: take.problem || take.notes || take.id },
     h("input", {
-      type: "checkbox", checked: list.selected.has(take.id), aria: { label: `Select ${take.name}` },
+      type: "checkbox", checked: list.selected.has(take.id), aria: { label: t("take.select", { name: take.name }) },
       onchange: (event) => { list.selected[event.currentTarget.checked ? "add" : "delete"](take.id); showSelection(); },
     }),
     h("button", {
-      class: `star ${take.starred ? "on" : ""}`, type: "button", aria: { label: `Star ${take.name}`, pressed: String(Boolean(take.starred)) },
+      class: `star ${take.starred ? "on" : ""}`, type: "button", aria: { label: t("take.star", { name: take.name }), pressed: String(Boolean(take.starred)) },
       onclick: () => alter(() => changeTake(take, { starred: !take.starred })),
     }, take.starred ? "★" : "☆"),
     h("span", { class: "name" }, take.name),
     h("span", { class: "when" }, line.filter(Boolean).join("  ·  ")),
-    !take.recording && small("Edit", `Edit ${take.name}`, () => { list.editing = list.editing === take.id ? "" : take.id; show(); }, "Name, notes, rating, trash"),
+    !take.recording && small(t("take.edit"), t("take.edit_label", { name: take.name }), () => { list.editing = list.editing === take.id ? "" : take.id; show(); }, t("take.edit_hint")),
     solveButton(take, solving));
 }
 
@@ -108,7 +109,7 @@ function row(take) {
   const job = list.jobs[take.id];
   return h("li", { class: "take" },
     head(take, job !== undefined),
-    job && h("progress", { max: 1, value: job.progress, id: `progress-${take.id}`, aria: { label: `Solving ${take.name}` } }),
+    job && h("progress", { max: 1, value: job.progress, id: `progress-${take.id}`, aria: { label: t("take.solve_label", { name: take.name }) } }),
     take.notes && h("p", { class: "muted notes" }, take.notes),
     take.problem && h("p", { class: "fair" }, take.problem),
     list.editing === take.id && slate(take),
@@ -129,17 +130,17 @@ const bestSolve = (take) => ["finish", "studio", "live", "imported"].find((name)
 function showSelection() {
   const chosen = list.takes.filter((take) => list.selected.has(take.id) && take.solves.length);
   byId("takes-selected").replaceChildren(...(chosen.length < 2 ? [] : [
-    small(`Export ${plural(chosen.length, "take")}`, `Export ${chosen.length} takes`, () => askExport(chosen.map((take) => ({ take, solve: bestSolve(take) })))),
+    small(t("export.many", { n: chosen.length }), t("export.many", { n: chosen.length }), () => askExport(chosen.map((take) => ({ take, solve: bestSolve(take) })))),
   ]));
 }
 
 function show() {
   const takes = found();
-  setText(byId("takes-count"), list.takes.length ? plural(list.takes.length, "take") : "");
+  setText(byId("takes-count"), list.takes.length ? t("takes.count", { n: list.takes.length }) : "");
   byId("takes-search").hidden = list.takes.length < 2;
   redraw(byId("takes"), [takes, Object.keys(list.jobs), list.editing, list.search], () => {
     if (takes.length) return h("ul", {}, takes.map(row));
-    return h("p", { class: "empty" }, list.takes.length ? "No take has these words." : "No takes yet. Press R or the Record button to make one.");
+    return h("p", { class: "empty" }, t(list.takes.length ? "takes.none_found" : "takes.none"));
   });
   for (const [id, job] of Object.entries(list.jobs)) {
     const bar = byId(`progress-${id}`);

@@ -2,6 +2,7 @@
 import { byId, clock, setText } from "./dom.js";
 import { startRecording, stopRecording } from "./api.js";
 import { attempt } from "./messages.js";
+import { t } from "./strings.js";
 import { inTextField, onKey } from "./viewer.js";
 
 let recording = null; // {take, seconds} as the server last said
@@ -47,8 +48,8 @@ export function updateTransport(now, possible) {
   const button = byId("record");
   button.disabled = !possible && !now;
   button.setAttribute("aria-pressed", String(Boolean(now)));
-  button.title = now ? `Stop recording ${now.take} (R)` : possible ? "Record a take (R)" : "Connect a camera to record";
-  setText(button.querySelector(".label"), now ? "Stop" : "Record");
+  button.title = now ? t("record.stop_hint", { take: now.take }) : t(possible ? "record.start_hint" : "record.no_camera");
+  setText(button.querySelector(".label"), t(now ? "record.stop" : "record.start"));
   document.body.classList.toggle("recording", Boolean(now));
   byId("take-name").disabled = Boolean(now);
   if (began) { byId("take-name").value = now.take; tick(); }

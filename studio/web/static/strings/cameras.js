@@ -30,6 +30,7 @@ export default {
   "layer.character": [null, "Personnage"],
   "layer.fused": [null, "Fusion"],
   "layer.raw": [null, "Brut"],
+  "layer.effectors": [null, "Effecteurs et regard"],
   "layer.ghost": [null, "Fantôme"],
   "layer.trails": [null, "Traces"],
   "layer.cameras": [null, "Caméras"],
