@@ -69,15 +69,24 @@ class Previews:
         with self._lock:
             return self._counts.get(name, 0)
 
-    def png(self, name: str) -> bytes | None:
-        """Return a camera's newest preview as a grey PNG, near = bright; None where none has come."""
+    def newest(self, name: str) -> tuple[NDArray[np.uint8], DepthCamera] | None:
+        """Return a camera's newest preview as grey, near = bright, shape (height, width), with the intrinsics that it
+        has; None where none has come."""
         with self._lock:
             last = self._last.get(name)
-            preview = last[-1][1] if last else None
-        if preview is None:
+            newest = last[-1] if last else None
+        if newest is None:
+            return None
+        _, preview, whole = newest
+        return shade(preview_array(preview)), _camera(whole, preview)
+
+    def png(self, name: str) -> bytes | None:
+        """Return a camera's newest preview as a grey PNG, near = bright; None where none has come."""
+        newest = self.newest(name)
+        if newest is None:
             return None
         file = io.BytesIO()
-        Image.fromarray(shade(preview_array(preview))).save(file, "PNG")
+        Image.fromarray(newest[0]).save(file, "PNG")
         return file.getvalue()
 
     def floor_views(self, since_ns: int) -> FloorViews:

@@ -38,12 +38,17 @@ def stage_status(engine: "Engine", now_ns: int) -> dict[str, Any]:
         camera["shift_mm"] = round(shifts[name] * 1e3, 1) if name in shifts else None
         if name in moved and camera["state"] == "live":
             camera.update(state="trouble", starved="moved", reason=moved_words(moved[name]))
+    stage_ns = engine.roster.clock.server_to_stage_ns(now_ns)
     _, newest = engine.results.get()
     not_followed = {} if newest is None else not_followed_mm(newest)
     return {
         "cameras": cameras,
         "pipeline": engine.figures.status(now_ns)
-        | {"problem": engine.problem, "not_followed_mm": not_followed},
+        | {
+            "problem": engine.problem,
+            "not_followed_mm": not_followed,
+            "clock_offset_ns": None if stage_ns is None else now_ns - stage_ns,
+        },
         "recording": _recording(engine, now_ns),
         "calibration": _calibration(engine, now_ns),
         "settings": {

@@ -1,5 +1,6 @@
 """Puts the page and the 3D view on the server's app."""
 
+import math
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any, Protocol
@@ -8,6 +9,9 @@ from fastapi import FastAPI
 
 from studio.engine.calibration.result import Calibration
 from studio.engine.frames import StepResult
+from studio.live.previews import Previews
+from studio.web.drawing import Surroundings
+from studio.web.frusta import Picture
 from studio.web.page import add_page
 from studio.web.playback import Player, playback_routes
 from studio.web.playback.routes import Takes
@@ -17,7 +21,10 @@ from studio.web.view import View
 
 
 class Stage(Protocol):
-    """What the view needs of a live stage."""
+    """What the view needs of a live stage; `clock_ns` is the server's clock."""
+
+    clock_ns: Callable[[], int]
+    previews: Previews
 
     def subscribe(self, callback: Callable[[StepResult], None]) -> Callable[[], None]:
         """Call `callback` with every step, on the engine thread; the function returned ends that."""
@@ -26,7 +33,7 @@ class Stage(Protocol):
         """Return the calibration in use."""
 
     def status(self) -> dict[str, Any]:
-        """The stage's status as JSON; `cameras` is an object by name."""
+        """The stage's status as JSON; `cameras` is an object by name, `pipeline` has `clock_offset_ns`."""
 
 
 class ViewHandle:
@@ -53,10 +60,17 @@ def mount(app: FastAPI, stage: Stage, *, sessions: Path, takes: Takes) -> ViewHa
         sessions: folder of the recorded takes; takes: finds them.
     """
 
-    def look() -> tuple[Calibration | None, list[str]]:
-        return stage.calibration(), sorted(stage.status().get("cameras", {}))
+    def look() -> Surroundings:
+        status = stage.status()
+        cameras = status.get("cameras", {})
+        return Surroundings(
+            stage.calibration(),
+            sorted(cameras),
+            {name: picture for name in cameras if (picture := _picture(stage.previews, name)) is not None},
+            status.get("pipeline", {}).get("clock_offset_ns"),
+        )
 
-    view = View(look=look)
+    view = View(look=look, clock=lambda: stage.clock_ns() * 1e-9)
     player = Player(view)
     unsubscribe = stage.subscribe(view.show)
     app.include_router(viewer_routes(view.port))
@@ -65,3 +79,13 @@ def mount(app: FastAPI, stage: Stage, *, sessions: Path, takes: Takes) -> ViewHa
     app.state.events["replay"] = player.status
     add_page(app, sessions=sessions)
     return ViewHandle(view, player, unsubscribe)
+
+
+def _picture(previews: Previews, name: str) -> Picture | None:
+    """Return what a camera sees, None where its client does not tell."""
+    number = previews.count(name)
+    newest = previews.newest(name) if number else None
+    if newest is None:
+        return None
+    grey, camera = newest
+    return Picture(grey, 2.0 * math.atan(camera.height / (2.0 * camera.fy)), number)

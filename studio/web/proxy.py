@@ -26,15 +26,19 @@ MAX_DOWNSTREAM_BYTES = 1 << 26
 _REFUSED, _TOO_BIG, _GONE = 1008, 1009, 1001
 
 _INSERT = """<style>
-html, body, #root { background: #e6e9ed !important; }
+html { background: linear-gradient(#d9dde2, #eef0f3); height: 100%; }
+html[data-theme=dark] { background: linear-gradient(#1d2126, #2b3138); }
+body, #root, #root div[style*="background-color"] { background: none !important; }
 .mantine-Paper-root, .mantine-Notifications-root { display: none !important; }
 </style>
+<script src="../static/theme.js"></script>
 <script>
 console.warn = ((warn) => (...words) => {
   if (!String(words[0]).startsWith("THREE.Clock:")) warn.apply(console, words);
 })(console.warn);
 </script>"""
-"""Hides viser's panels and notices, and a deprecation notice that is meant for viser's own developers."""
+"""Hides viser's panels and notices, and a deprecation notice that is meant for viser's own developers; the scene lies
+on a backdrop that follows the page's theme."""
 
 
 @cache

@@ -1,4 +1,4 @@
-"""What the browser view shows, in layers: floor, cameras, raw skeletons, fused skeleton, character, ghost, trails."""
+"""What the browser view shows, in layers: floor, cameras, skeletons, effectors, character, ghost, trails."""
 
 import numpy as np
 import viser
@@ -8,13 +8,19 @@ from studio.engine.calibration.result import Calibration
 from studio.engine.errors import SettingsError
 from studio.engine.frames import StepResult
 from studio.web.character import Character
-from studio.web.palette import CAMERA_COLOURS, GHOST_OPACITY, GHOST_RGB, camera_colours
-from studio.web.skeletons import Frustum, FusedFigure, RawSkeleton, Trail
+from studio.web.effectors import Effectors
+from studio.web.frusta import Frustum, Picture
+from studio.web.ghost import Ghost
+from studio.web.palette import CAMERA_COLOURS, camera_colours
+from studio.web.skeletons import FusedFigure, RawSkeleton, Trail
+from studio.web.skin import send_frames_whole
+from studio.web.viewpoint import FIRST_LOOK, FOV_RAD, look_from_everywhere
 
 LAYERS: dict[str, tuple[str, bool]] = {
     "character": ("Character", True),
-    "fused": ("Fused", True),
-    "raw": ("Raw", True),
+    "fused": ("Fused", False),
+    "raw": ("Raw", False),
+    "effectors": ("Effectors and look", False),
     "ghost": ("Ghost", True),
     "trails": ("Trails", False),
     "cameras": ("Cameras", True),
@@ -22,7 +28,11 @@ LAYERS: dict[str, tuple[str, bool]] = {
 }
 """Layer -> what the page calls it, and whether it is shown at first."""
 
-_BACKGROUND_TOP, _BACKGROUND_BOTTOM = (226, 229, 233), (240, 242, 244)
+INSIDE = ("fused", "raw", "effectors")
+"""Layers that lie inside the body: it lets them show through."""
+
+_SEEN_THROUGH = 0.42
+_FIGURES = ("character", "fused", "raw", "effectors", "ghost", "trails")
 
 
 class Scene:
@@ -32,28 +42,28 @@ class Scene:
         self._server = server
         scene = server.scene
         scene.set_up_direction("+z")
-        scene.set_background_image(_gradient(), format="png")
         scene.configure_default_lights(enabled=True, cast_shadow=True)
-        server.initial_camera.position = (1.5, -5.4, 2.1)
-        server.initial_camera.look_at = (0.0, 0.0, 0.88)
-        server.initial_camera.fov = float(np.radians(37.0))
+        send_frames_whole(server)
+        server.initial_camera.fov = FOV_RAD
+        look_from_everywhere(server, FIRST_LOOK)
         self._layers = {
             name: scene.add_frame(f"/{name}", show_axes=False, visible=shown)
             for name, (_, shown) in LAYERS.items()
         }
         self._figures = {
-            name: scene.add_frame(f"/{name}/performer", show_axes=False, visible=False)
-            for name in ("character", "fused", "raw", "ghost", "trails")
+            name: scene.add_frame(f"/{name}/performer", show_axes=False, visible=False) for name in _FIGURES
         }
         scene.add_grid(
-            "/floor/grid", 8.0, 8.0, plane="xy", cell_size=0.5, section_size=1.0, cell_color=(206, 211, 217),
-            section_color=(182, 188, 197), cell_thickness=0.7, section_thickness=1.0, fade_distance=14.0,
-            fade_strength=1.2, fade_from="origin", shadow_opacity=0.16,
+            "/floor/grid", 8.0, 8.0, plane="xy", cell_size=0.5, section_size=1.0, cell_color=(150, 159, 170),
+            section_color=(124, 134, 147), cell_thickness=0.6, section_thickness=0.9, fade_distance=9.0,
+            fade_strength=1.4, fade_from="origin", shadow_opacity=0.28, plane_color=(255, 255, 255),
+            plane_opacity=0.05,
         )  # fmt: skip
         self._character = Character(server, "/character/performer/body")
-        self._ghost: Character | None = None  # made when a second solve is first shown
+        self._ghost = Ghost(server, "/ghost/performer")
         self._trails: list[Trail] = []
         self._fused = FusedFigure(server, "/fused/performer/skeleton")
+        self._effectors = Effectors(server, "/effectors/performer/effectors")
         self._raw: dict[str, RawSkeleton] = {}
         self._frusta: dict[str, Frustum] = {}
         self._calibration: Calibration | None = None
@@ -68,6 +78,9 @@ class Scene:
         if layer not in LAYERS:
             raise SettingsError(f"unknown layer {layer!r}; allowed: {', '.join(LAYERS)}")
         self._layers[layer].visible = shown
+        if layer in INSIDE:
+            inside = any(self.layer_shown(name) for name in INSIDE)
+            self._character.set_opacity(_SEEN_THROUGH if inside else None)
 
     def layer_shown(self, layer: str) -> bool:
         """Whether a layer of `LAYERS` is shown."""
@@ -89,6 +102,16 @@ class Scene:
             self._calibration = calibration
             self._draw_frusta()
 
+    def show_pictures(self, pictures: dict[str, Picture]) -> None:
+        """Show in each camera's frustum what it sees, if there is a picture by its name."""
+        for name, frustum in self._frusta.items():
+            frustum.show(pictures.get(name))
+
+    def camera_places_m(self) -> NDArray[np.float64]:
+        """Return where the calibrated cameras stand, shape (camera_count, 3)."""
+        cameras = {} if self._calibration is None else self._calibration.cameras
+        return np.array([camera.T_stage_camera[:3, 3] for camera in cameras.values()]).reshape(-1, 3)
+
     def _draw_frusta(self) -> None:
         for frustum in self._frusta.values():
             frustum.remove()
@@ -102,26 +125,31 @@ class Scene:
         }
 
     def draw(self, result: StepResult, ghost: StepResult | None = None) -> None:
-        """Show one step of the pipeline, and the character of another beside it."""
+        """Show one step of the pipeline, and a second figure beside it."""
         cameras = result.frame_set.cameras
         if any(name not in self.colours for name in cameras):
             self.use_cameras([*self.colours, *(name for name in cameras if name not in self.colours)])
+        if self.layer_shown("raw"):
+            self._draw_raw(result)
+        if self.layer_shown("fused"):
+            self._fused.draw(result.fused)
+        if self.layer_shown("effectors"):
+            self._effectors.draw(result)
+        if self.layer_shown("character"):
+            self._character.draw(result.positions_m, result.rotations_wxyz)
+        if ghost is not None:
+            self._ghost.draw(ghost)
+        for name, figure in self._figures.items():
+            figure.visible = name != "ghost" or ghost is not None
+
+    def _draw_raw(self, result: StepResult) -> None:
+        cameras = result.frame_set.cameras
         for name, positions in zip(cameras, result.frame_set.positions, strict=True):
             if name not in self._raw:
                 self._raw[name] = RawSkeleton(self._server, f"/raw/performer/{name}", self.colours[name])
             self._raw[name].draw(positions)
         for name in [name for name in self._raw if name not in cameras]:
             self._raw.pop(name).remove()
-        self._fused.draw(result.fused)
-        self._character.draw(result.positions_m, result.rotations_wxyz)
-        if ghost is not None:
-            if self._ghost is None:
-                self._ghost = Character(
-                    self._server, "/ghost/performer/body", tint=GHOST_RGB, opacity=GHOST_OPACITY
-                )
-            self._ghost.draw(ghost.positions_m, ghost.rotations_wxyz)
-        for name, figure in self._figures.items():
-            figure.visible = name != "ghost" or ghost is not None
 
     def draw_trails(self, paths_m: NDArray[np.float64]) -> None:
         """Show where joints were, shape (frame_count, joint_count, 3), the newest last."""
@@ -136,10 +164,3 @@ class Scene:
         """Show nobody: no camera has seen a performer for a while."""
         for figure in self._figures.values():
             figure.visible = False
-
-
-def _gradient() -> np.ndarray:
-    """A soft light backdrop, shape (64, 4, 3)."""
-    t = np.linspace(0.0, 1.0, 64)[:, None, None]
-    rows = np.array(_BACKGROUND_TOP) * (1 - t) + np.array(_BACKGROUND_BOTTOM) * t
-    return np.broadcast_to(rows, (64, 4, 3)).round().astype(np.uint8)

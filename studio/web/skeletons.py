@@ -1,12 +1,10 @@
-"""Stick figures, trails and camera frusta of the browser view."""
+"""Stick figures and trails of the browser view."""
 
 import numpy as np
 import viser
 from numpy.typing import NDArray
 
-from studio.engine.calibration.result import CameraCalibration
 from studio.engine.frames import FusedSkeleton
-from studio.engine.geometry import quaternions
 from studio.engine.joints import JOINT_COUNT, PARENTS
 from studio.render import shapes
 from studio.web.palette import FUSED_BONE_RGB, confidence_colours
@@ -14,7 +12,6 @@ from studio.web.palette import FUSED_BONE_RGB, confidence_colours
 _CHILDREN = np.flatnonzero(PARENTS >= 0)
 _NO_POINTS = np.zeros((1, 3), dtype=np.float32)
 _NO_BONES = np.zeros((1, 2, 3), dtype=np.float32)
-_FRUSTUM_FOV_DEG, _FRUSTUM_ASPECT = 48.0, 1.33
 
 
 def bones(positions: NDArray[np.float64]) -> NDArray[np.float32]:
@@ -99,31 +96,3 @@ class Trail:
         self._line.visible = len(path_m) > 1
         if len(path_m) > 1:
             self._line.points = np.stack([path_m[:-1], path_m[1:]], axis=1).astype(np.float32)
-
-
-class Frustum:
-    """A calibrated camera: its frustum and name, in its colour."""
-
-    def __init__(
-        self,
-        server: viser.ViserServer,
-        name: str,
-        label: str,
-        rgb: tuple[int, int, int],
-        camera: CameraCalibration,
-    ) -> None:
-        T = camera.T_stage_camera
-        self._frustum = server.scene.add_camera_frustum(
-            f"{name}/frustum", float(np.radians(_FRUSTUM_FOV_DEG)), _FRUSTUM_ASPECT, scale=0.11, color=rgb,
-            thickness=2.0, thickness_units="screen", wxyz=quaternions(T[:3, :3]), position=T[:3, 3],
-            variant="filled", cast_shadow=False,
-        )  # fmt: skip
-        self._label = server.scene.add_label(
-            f"{name}/name", label, position=T[:3, 3] + np.array([0.0, 0.0, 0.11]), anchor="bottom-center",
-            font_screen_scale=0.85,
-        )  # fmt: skip
-
-    def remove(self) -> None:
-        """Take it off the scene."""
-        self._frustum.remove()
-        self._label.remove()

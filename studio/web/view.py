@@ -5,10 +5,8 @@ import logging
 import socket
 import threading
 import time
-from collections import deque
 from collections.abc import Callable
 from contextlib import redirect_stdout
-from dataclasses import dataclass
 
 import numpy as np
 import viser
@@ -18,32 +16,16 @@ from studio.engine.calibration.result import Calibration
 from studio.engine.errors import SettingsError
 from studio.engine.frames import StepResult
 from studio.engine.joints import OUTPUT_INDEX
-from studio.web.scene import LAYERS, Scene
-from studio.web.viewpoint import VIEWPOINTS, Viewpoint
+from studio.web.drawing import Drawing, Look, Shown, Wanted
+from studio.web.scene import LAYERS
+from studio.web.viewpoint import VIEWPOINTS
 
 _log = logging.getLogger(__name__)
 
 DRAW_HZ = 30.0
-Look = Callable[[], tuple[Calibration | None, list[str]]]
-
-LOST_AFTER_S = 0.6
-"""A performer whom no camera has seen for this long is hidden."""
-
-TRAIL_FRAMES = 45
-"""Drawn frames that a trail of the live stage reaches back."""
 
 TRAIL_JOINTS = ("LeftHand", "RightHand", "LeftFoot", "RightFoot")
 MAX_TRAILS = 8
-
-
-@dataclass(frozen=True)
-class Shown:
-    """What is drawn: a step, another beside it, where the joints were before, shape (N, 52, 3), the calibration."""
-
-    result: StepResult
-    ghost: StepResult | None
-    trail: NDArray[np.float64]
-    calibration: Calibration | None
 
 
 def _free_port() -> int:
@@ -52,20 +34,13 @@ def _free_port() -> int:
         return int(probe.getsockname()[1])
 
 
-def _sees_performer(result: StepResult) -> bool:
-    """Whether a camera saw any of the performer in this step (and not only the memory of the filters)."""
-    return bool(np.isfinite(result.frame_set.positions).all(axis=2).any())
-
-
 class View:
     """Draws what the engine or the player makes, latest wins: `show` never waits for the browser.
 
-    `look` returns the calibration in use, if there is one, and the cameras' names in the order of their
-    colours; it is called from the drawing thread. `clock` is a monotonic clock [s].
+    `look` tells what surrounds the performer; it is called from the drawing thread. `clock` is the server's [s].
     """
 
     def __init__(self, *, look: Look, clock: Callable[[], float] = time.monotonic) -> None:
-        self._look = look
         self._clock = clock
         with redirect_stdout(io.StringIO()):  # viser prints a banner with its loopback address
             self._server = viser.ViserServer(
@@ -80,7 +55,7 @@ class View:
         self._trail_joints = TRAIL_JOINTS
         self._viewpoint: str | None = None
         self._stopping = False
-        self._scene = Scene(self._server)
+        self._drawing = Drawing(self._server, look)
         self._thread = threading.Thread(target=self._run, name="view", daemon=True)
         self._thread.start()
 
@@ -98,7 +73,7 @@ class View:
     @property
     def colours(self) -> dict[str, tuple[int, int, int]]:
         """Camera -> RGB colour."""
-        return dict(self._scene.colours)
+        return dict(self._drawing.scene.colours)
 
     @property
     def trail_joints(self) -> tuple[str, ...]:
@@ -174,51 +149,22 @@ class View:
             self._server.stop()
 
     def _run(self) -> None:
-        last_seen_s, last_draw_s, shown = -np.inf, -np.inf, False
-        viewpoint = Viewpoint(self._server)
-        trail: deque[NDArray[np.float64]] = deque(maxlen=TRAIL_FRAMES)
-        while True:
-            with self._changed:
-                self._changed.wait_for(lambda: self._stopping or self._fresh, timeout=0.2)
-                if self._stopping:
-                    return
-                fresh, self._fresh = self._fresh, False
-                replay, live = self._replay, self._result if fresh else None
-                layers, trail_joints = dict(self._layers), self._trail_joints
-                place, self._viewpoint = self._viewpoint, None
-            now_s = self._clock()
-            if replay is None and live is not None and _sees_performer(live):
-                last_seen_s = now_s
-            visible = replay is not None or now_s - last_seen_s < LOST_AFTER_S
-            if place is not None:
-                viewpoint.choose(place)
+        due_s = self._clock()
+        while (wanted := self._wait()) is not None:
             try:
-                calibration, cameras = self._look()
-                if replay is not None:
-                    step: Shown | None = replay if fresh else None
-                    calibration, cameras = replay.calibration, list(replay.result.frame_set.cameras)
-                elif live is not None and visible:
-                    trail.append(live.positions_m)
-                    step = Shown(live, None, np.array(trail), calibration)
-                else:
-                    step = None
-                if not visible or replay is not None:
-                    trail.clear()
-                with self._server.atomic():
-                    self._scene.use_cameras(cameras)
-                    self._scene.use_calibration(calibration)
-                    for layer, on in layers.items():
-                        self._scene.show_layer(layer, on)
-                    if step is not None:
-                        self._scene.draw(step.result, step.ghost)
-                        self._scene.draw_trails(step.trail[:, [OUTPUT_INDEX[name] for name in trail_joints]])
-                    elif shown and not visible:
-                        self._scene.hide_performer()
-                viewpoint.update(None if step is None else step.result.positions_m[0], now_s)
+                self._drawing.draw(wanted, self._clock())
             except Exception:  # the view must not end because one frame could not be drawn
                 _log.exception("the 3D view could not draw a frame")
-            shown = visible
-            pause_s = last_draw_s + 1.0 / DRAW_HZ - self._clock()
-            if pause_s > 0:
-                time.sleep(pause_s)
-            last_draw_s = self._clock()
+            due_s = max(due_s + 1.0 / DRAW_HZ, self._clock())
+            time.sleep(max(0.0, due_s - self._clock()))
+
+    def _wait(self) -> Wanted | None:
+        """Return what is to be drawn as soon as something is new, or after a while; None at the end."""
+        with self._changed:
+            self._changed.wait_for(lambda: self._stopping or self._fresh, timeout=0.2)
+            if self._stopping:
+                return None
+            fresh, self._fresh = self._fresh, False
+            place, self._viewpoint = self._viewpoint, None
+            live = self._result if fresh and self._replay is None else None
+            return Wanted(live, self._replay, fresh, dict(self._layers), self._trail_joints, place)

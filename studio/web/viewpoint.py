@@ -1,12 +1,19 @@
-"""Where the 3D view looks from: places round the performer, going along with the performer, turning slowly."""
+"""Where the 3D view looks from: all of the stage, places round the performer, going along with the performer."""
 
 from typing import Any
 
 import numpy as np
+import viser
 from numpy.typing import NDArray
 
-VIEWPOINTS = ("front", "side", "top", "orbit", "follow")
-"""Places by name; `orbit` turns about the performer, `follow` goes along and lets the user turn."""
+from studio.web.framing import Look, fit
+
+VIEWPOINTS = ("front", "side", "top", "orbit", "follow", "stage")
+"""Places by name: `orbit` turns about the performer, `follow` goes along, `stage` shows all that there is."""
+
+FOV_RAD = float(np.radians(37.0))
+FIRST_LOOK = Look(np.array([1.5, -5.4, 2.1]), np.array([0.0, 0.0, 0.88]))
+"""Before anything is known of the stage."""
 
 _DISTANCE_M = 4.6
 _LOOK_HEIGHT_M = 0.9
@@ -15,8 +22,26 @@ _OFFSETS = {
     "side": (_DISTANCE_M, 0.0, 0.45),
     "top": (0.0, -0.02, 5.6),
 }
+_FROM = np.array([0.34, -1.0, 0.3])
+_PERFORMER_M = np.array([[x, y, z] for x in (-0.9, 0.9) for y in (-0.5, 0.5) for z in (0.0, 1.95)])
+_CAMERA_M = np.array([[x, y, z] for x in (-0.2, 0.2) for y in (-0.2, 0.2) for z in (-0.2, 0.3)])
+"""Corners of what a performer with open arms and a camera's frustum with its name take."""
+
 _TURN_S = 24.0
 _STEP_M = 0.002
+
+
+def look_from_everywhere(server: viser.ViserServer, look: Look) -> None:
+    """Have browsers that open the view begin here."""
+    server.initial_camera.position = look.position_m
+    server.initial_camera.look_at = look.target_m
+
+
+def whole_stage(cameras_m: NDArray[np.float64], hips_m: NDArray[np.float64] | None, aspect: float) -> Look:
+    """Return a look at the performer and all cameras; cameras_m has the shape (camera_count, 3)."""
+    at = np.zeros(3) if hips_m is None else np.array([hips_m[0], hips_m[1], 0.0])
+    corners = [_PERFORMER_M + at, *(_CAMERA_M + camera for camera in cameras_m)]
+    return fit(np.concatenate(corners), _FROM, fov_rad=FOV_RAD, aspect=aspect)
 
 
 class Viewpoint:
@@ -26,19 +51,36 @@ class Viewpoint:
         self._server = server
         self._mode = ""
         self._last: NDArray[np.float64] | None = None
+        self._placed: dict[int, int] = {}
 
     def choose(self, place: str) -> None:
         """Look from a place of `VIEWPOINTS` from the next `update` on."""
         self._mode, self._last = place, None
 
-    def update(self, hips_m: NDArray[np.float64] | None, now_s: float) -> None:
+    def place_new_browsers(self, cameras_m: NDArray[np.float64]) -> None:
+        """Show browsers that have come, or that came before the cameras were known, the whole stage."""
+        clients = self._server.get_clients()
+        self._placed = {id_: count for id_, count in self._placed.items() if id_ in clients}
+        for id_, client in clients.items():
+            if self._placed.get(id_, -1) <= 0 and self._placed.get(id_) != len(cameras_m):
+                self._placed[id_] = len(cameras_m)
+                if len(cameras_m):
+                    self._show_stage(client, cameras_m, None)
+
+    def update(
+        self, hips_m: NDArray[np.float64] | None, now_s: float, cameras_m: NDArray[np.float64] | None = None
+    ) -> None:
         """Move the cameras; `hips_m` is where the performer is, None where there is nobody."""
         if not self._mode:
             return
         target = np.array([0.0, 0.0, _LOOK_HEIGHT_M])
         if hips_m is not None:
             target[:2] = hips_m[:2]
-        if self._mode in _OFFSETS:
+        if self._mode == "stage":
+            for client in self._server.get_clients().values():
+                self._show_stage(client, np.zeros((0, 3)) if cameras_m is None else cameras_m, hips_m)
+            self._mode = ""
+        elif self._mode in _OFFSETS:
             self._look(target + _OFFSETS[self._mode], target)
             self._mode = ""
         elif self._mode == "orbit":
@@ -50,6 +92,14 @@ class Viewpoint:
         elif np.linalg.norm(target - self._last) > _STEP_M:
             self._shift(target - self._last)
             self._last = target
+
+    def _show_stage(
+        self, client: Any, cameras_m: NDArray[np.float64], hips_m: NDArray[np.float64] | None
+    ) -> None:
+        look = whole_stage(cameras_m, hips_m, float(client.camera.aspect))
+        with client.atomic():
+            client.camera.position = look.position_m
+            client.camera.look_at = look.target_m
 
     def _look(self, position: NDArray[np.float64], target: NDArray[np.float64]) -> None:
         for client in self._server.get_clients().values():

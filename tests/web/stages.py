@@ -14,6 +14,8 @@ from studio.engine.calibration.result import Calibration, CameraCalibration
 from studio.engine.frames import FrameSet, FusedSkeleton, StepResult
 from studio.engine.geometry import make_transform
 from studio.engine.joints import JOINT_COUNT, OUTPUT_OF_CANONICAL_INDEX
+from studio.live.links import Links
+from studio.live.previews import Previews
 from studio.take.take import Take
 from tests.render.figures import t_pose
 
@@ -60,6 +62,8 @@ class FakeStage:
 
     def __init__(self) -> None:
         self.callbacks: list[Callable[[StepResult], None]] = []
+        self.clock_ns = time.monotonic_ns
+        self.previews = Previews(Links(), self.clock_ns)
 
     def subscribe(self, callback: Callable[[StepResult], None]) -> Callable[[], None]:
         self.callbacks.append(callback)

@@ -19,40 +19,64 @@ def pixels(page: Page) -> np.ndarray:
         return np.asarray(picture.convert("RGB")).astype(int)
 
 
-def body_pixels(page: Page) -> int:
-    """Pixels of the mannequin's joints: blue-grey, darker than anything else on the stage."""
-    colour = pixels(page)
-    return int(((colour.max(axis=2) < 170) & (np.ptp(colour, axis=2) < 40)).sum())
-
-
-def open_stage(page: Page, address: str) -> None:
+def open_stage(page: Page, address: str) -> np.ndarray:
+    """Open the view with nobody on it; return how it looks."""
     page.goto(f"{address}/viewer/")
     page.wait_for_selector("canvas")
     until(lambda: len(np.unique(pixels(page).reshape(-1, 3), axis=0)) > 200, timeout_s=30)
+    last = pixels(page)
+
+    def at_rest() -> bool:
+        nonlocal last
+        before, last = last, pixels(page)
+        return bool((before == last).all()) and reddish(last) > 100  # the first camera's frustum is orange
+
+    until(at_rest, timeout_s=30)
+    return last
+
+
+def reddish(picture: np.ndarray) -> int:
+    return int((picture[:, :, 0] > picture[:, :, 2] + 40).sum())
+
+
+def changed(page: Page, empty: np.ndarray) -> int:
+    """How many pixels differ from the empty stage."""
+    return int((np.abs(pixels(page) - empty).max(axis=2) > 12).sum())
 
 
 @pytest.mark.browser
 def test_a_performer_is_drawn_and_hidden_when_lost(address: str, stage: FakeStage, page: Page) -> None:
+    empty = open_stage(page, address)
     with stage.performing():
-        open_stage(page, address)
-        until(lambda: body_pixels(page) > 1500, timeout_s=30)
-    until(lambda: body_pixels(page) < 200, timeout_s=15)
+        until(lambda: changed(page, empty) > 5000, timeout_s=30)
+    until(lambda: changed(page, empty) < 200, timeout_s=15)
 
 
 @pytest.mark.browser
 def test_layers_are_switched_by_the_api(address: str, stage: FakeStage, page: Page) -> None:
+    empty = open_stage(page, address)
     with stage.performing():
-        open_stage(page, address)
-        until(lambda: body_pixels(page) > 1500, timeout_s=30)
-        answer = httpx.put(f"{address}/api/v1/view", json={"layers": {"character": False, "fused": False}})
+        until(lambda: changed(page, empty) > 5000, timeout_s=30)
+        answer = httpx.put(f"{address}/api/v1/view", json={"layers": {"character": False}})
         assert answer.json()["layers"]["character"] == {"label": "Character", "shown": False}
-        until(lambda: body_pixels(page) < 300, timeout_s=15)
+        until(lambda: changed(page, empty) < 300, timeout_s=15)
+        httpx.put(f"{address}/api/v1/view", json={"layers": {"raw": True, "fused": True, "effectors": True}})
+        until(lambda: changed(page, empty) > 500, timeout_s=15)
 
 
 def test_routes_tell_layers_and_colours_and_refuse_others(address: str) -> None:
     until(lambda: bool(httpx.get(f"{address}/api/v1/view").json()["colours"]))
     state = httpx.get(f"{address}/api/v1/view").json()
-    assert set(state["layers"]) == {"character", "fused", "raw", "ghost", "trails", "cameras", "floor"}
+    assert set(state["layers"]) == {
+        "character",
+        "fused",
+        "raw",
+        "ghost",
+        "trails",
+        "effectors",
+        "cameras",
+        "floor",
+    }
     assert list(state["colours"]) == list(CAMERAS)
     answer = httpx.put(f"{address}/api/v1/view", json={"layers": {"nobody": True}})
     assert answer.status_code == 400 and "allowed: character, fused" in answer.text
