@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 from scipy.ndimage import binary_closing, binary_opening, gaussian_filter1d
 
 from studio.engine.completion.floor import LEAST_HEIGHT
+from studio.engine.finish.places import places_of
 from studio.engine.joints import INDEX
 
 JOINTS = tuple(INDEX[name] for name in ("left_ankle", "left_toe", "right_ankle", "right_toe"))
@@ -16,6 +17,10 @@ STAND_SPEED_M_S = 0.5
 STAND_HEIGHT_M = 0.04
 """A joint stands below this speed and at most this far above the height at which it stands."""
 
+STILL_SPEED_M_S = 0.3
+STILL_HEIGHT_M = 0.06
+"""Between two stances it stands on where it stays below these: noise lifts a toe by centimetres."""
+
 SMOOTHING_S = 0.05
 """Speeds are those of the path smoothed by a Gaussian of this deviation: noise alone moves a standing foot."""
 
@@ -24,9 +29,6 @@ MAX_GAP_S = 0.08
 
 EASE_S = 0.05
 """A foot is taken hold of, and let go, over this time."""
-
-PLACE_S = 1.0
-"""Where a foot stands is the mean of its path over about this time: soles roll and shoes give, slowly."""
 
 FLAT_M = 0.025
 """A foot is flat where its ankle's height over its toe is that of rest to within this."""
@@ -68,12 +70,15 @@ def find_contacts(
         dt: time between frames [s].
         rest_heights_m: heights of `JOINTS` in the T-pose [m], shape (4,).
     """
-    slow = np.concatenate([_speed(feet[begin:end], dt) < STAND_SPEED_M_S for begin, end in pieces])
+    speed = np.concatenate([_speed(feet[begin:end], dt) for begin, end in pieces])
+    slow = speed < STAND_SPEED_M_S
     height = np.array([_standing_height(feet[slow[:, k], k, 2]) for k in range(len(JOINTS))])
-    standing = slow & (np.abs(feet[:, :, 2] - height) < STAND_HEIGHT_M)
+    above = np.abs(feet[:, :, 2] - height)
+    standing = slow & (above < STAND_HEIGHT_M)
+    still = (speed < STILL_SPEED_M_S) & (above < STILL_HEIGHT_M)
     gap, least = (np.ones((max(1, round(s / dt)), 1), dtype=bool) for s in (MAX_GAP_S, MIN_STAND_S))
     for begin, end in pieces:
-        standing[begin:end] = _steady(standing[begin:end], gap, least)
+        standing[begin:end] = _steady(_through(standing[begin:end], still[begin:end]), gap, least)
     floor_m = _floor_m(feet, standing, rest_heights_m)
     least_m = floor_m + LEAST_HEIGHT * rest_heights_m
     hold, place = np.zeros(standing.shape), feet.copy()
@@ -82,9 +87,7 @@ def find_contacts(
             for first, last in _runs(standing[begin:end, column]):
                 rows = slice(begin + first, begin + last)
                 hold[rows, column] = _eased(last - first, dt)
-                place[rows, column] = gaussian_filter1d(
-                    feet[rows, column], PLACE_S / dt, axis=0, mode="reflect", truncate=3.0
-                )
+                place[rows, column] = places_of(feet[rows, column], dt)
     np.maximum(place[:, :, 2], least_m, out=place[:, :, 2])
     return Contacts(hold, place, floor_m, least_m)
 
@@ -95,6 +98,16 @@ def _speed(feet: NDArray[np.float64], dt: float) -> NDArray[np.float64]:
         return np.zeros(feet.shape[:2])
     smooth = gaussian_filter1d(feet, SMOOTHING_S / dt, axis=0, mode="nearest")
     return np.linalg.norm(np.gradient(smooth, dt, axis=0), axis=2)
+
+
+def _through(standing: NDArray[np.bool_], still: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """Standing, and what lies between two stances where the joint is still all the time."""
+    out = standing.copy()
+    for column in range(standing.shape[1]):
+        for first, last in _runs(~standing[:, column]):
+            between = first > 0 and last < len(standing)
+            out[first:last, column] = between and still[first:last, column].all()
+    return out
 
 
 def _steady(
