@@ -8,6 +8,7 @@ from fastapi import FastAPI
 
 from studio.api.access import Access, AccessGuard, access_router
 from studio.api.blind import blind_router
+from studio.api.compare import compare_router
 from studio.api.errors import add_error_handlers
 from studio.api.events import events_router
 from studio.api.find import Finder
@@ -19,6 +20,7 @@ from studio.api.operations import operations_router
 from studio.api.origin import OriginGuard
 from studio.api.outputs import outputs_router
 from studio.api.performers import performers_router
+from studio.api.references import references_router
 from studio.api.rigs import rigs_router
 from studio.api.shares import shares_router
 from studio.api.stage import stage_router
@@ -77,7 +79,9 @@ def create_app(
     app.include_router(takes_router(sessions, finder, jobs))
     app.include_router(rigs_router(sessions))
     app.include_router(manage_router(sessions, finder, jobs))
-    app.include_router(measure_router(finder))
+    app.include_router(references_router(sessions, finder))
+    app.include_router(measure_router(finder, jobs))
+    app.include_router(compare_router(finder))
     app.include_router(operations_router(stage))
     desk = Desk(sessions)
     app.include_router(blind_router(finder, jobs, desk))

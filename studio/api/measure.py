@@ -1,25 +1,27 @@
 """Routes that measure solves: against a reference file, and against each other."""
 
-from pathlib import Path
 from typing import Annotated, Any, Literal
 
-from fastapi import APIRouter, Query, Request
-from fastapi.responses import HTMLResponse
+from fastapi import APIRouter, Query
+from fastapi.responses import FileResponse, HTMLResponse
 from pydantic import Field
-from starlette.concurrency import run_in_threadpool
 
 from studio.api.errors import RESPONSES, NotFoundError
 from studio.api.find import Finder
+from studio.api.jobs import Jobs
+from studio.api.measure_work import figures_work, write_report_work
+from studio.api.references import find_reference
 from studio.api.stage import Request as Body
 from studio.api.work import cleanup_work, compare_work, evaluate_work, report_work
-from studio.engine.errors import FormatError
-from studio.engine.files import write_atomically
-from studio.engine.metrics.kinds import REFERENCE_KINDS
 from studio.take.names import check_name, inside
+from studio.take.references import HowAligned, how_aligned
 from studio.take.take import Take
 from studio.worker import run_in_process
 
-MAX_REFERENCE_BYTES = 512 * 1024**2
+REPORT_HEADERS = {
+    "Content-Security-Policy": "default-src 'none'; style-src 'unsafe-inline'; img-src data:",
+    "Cache-Control": "no-store",
+}
 
 
 class EvaluateRequest(Body):
@@ -34,45 +36,31 @@ class EvaluateRequest(Body):
     unit_m: Annotated[float | None, Field(gt=0, description="metres per unit of a BVH")] = None
 
 
-def measure_router(finder: Finder) -> APIRouter:
+class ReportRequest(Body):
+    """Which reference of the take, and which solves; the first is what the others are told against."""
+
+    reference: str = Field(examples=["truth.csv"])
+    solves: list[str] = Field(default_factory=list, description="all where empty")
+
+
+def measure_router(finder: Finder, jobs: Jobs) -> APIRouter:
     """Return the routes that measure solves."""
     router = APIRouter(prefix="/api/v1/takes/{session}/{take}", tags=["measure"], responses=RESPONSES)
 
-    @router.get("/references")
-    def get_references(session: str, take: str) -> list[str]:
-        """Names of the references that were sent to the take."""
-        return _references(finder.take(session, take))
-
-    @router.put("/references/{name}", status_code=201)
-    async def put_reference(session: str, take: str, name: str, request: Request) -> dict[str, Any]:
-        """Keep a reference (BVH, CSV, C3D, TRC, poses.npz, targets) with the take; the file is the request's body."""
-        opened = await run_in_threadpool(finder.take, session, take)
-        path = _reference_path(opened, name)
-        data = bytearray()
-        async for piece in request.stream():
-            data += piece
-            if len(data) > MAX_REFERENCE_BYTES:
-                raise FormatError(f"a reference may have {MAX_REFERENCE_BYTES >> 20} MB at most")
-
-        def write() -> None:
-            with write_atomically(path) as file:
-                file.write(data)
-
-        await run_in_threadpool(write)
-        return {"name": name, "bytes": len(data)}
+    def solves_of(opened: Take, wanted: list[str]) -> list[str]:
+        names = wanted or opened.solve_names()
+        for name in names:
+            finder.solve(opened, name)
+        if not names:
+            raise NotFoundError(f"take {opened.meta['id']} has no solve; solve it first")
+        return names
 
     @router.post("/evaluate")
     def evaluate(session: str, take: str, request: EvaluateRequest) -> dict[str, Any]:
         """Measure solves against a reference; answers what `evaluate --json` holds."""
         opened = finder.take(session, take)
-        if request.reference not in _references(opened):
-            raise NotFoundError(
-                f"take {session}/{take} has no reference {request.reference!r}; send it first"
-            )
-        names = request.solves or opened.solve_names()
-        for name in names:
-            finder.solve(opened, name)
-        path = _reference_path(opened, request.reference)
+        path = find_reference(opened, request.reference)
+        names = solves_of(opened, request.solves)
         return run_in_process(
             evaluate_work, opened.path, path, names, request.align_time, request.unit_m, request.align
         )
@@ -89,17 +77,44 @@ def measure_router(finder: Finder) -> APIRouter:
     ) -> HTMLResponse:
         """The report of solves against a reference of the take, as one HTML page; all solves where none is named."""
         opened = finder.take(session, take)
-        if reference not in _references(opened):
-            raise NotFoundError(f"take {session}/{take} has no reference {reference!r}; send it first")
-        names = solve or opened.solve_names()
-        for name in names:
-            finder.solve(opened, name)
-        if not names:
-            raise NotFoundError(f"take {session}/{take} has no solve; solve it first")
-        path = _reference_path(opened, reference)
+        path = find_reference(opened, reference)
+        names = solves_of(opened, solve)
         page = run_in_process(report_work, opened.path, path, names, align_time, unit_m, align)
-        policy = "default-src 'none'; style-src 'unsafe-inline'; img-src data:"
-        return HTMLResponse(page, headers={"Content-Security-Policy": policy, "Cache-Control": "no-store"})
+        return HTMLResponse(page, headers=REPORT_HEADERS)
+
+    @router.post("/reports", status_code=202)
+    def make_report(session: str, take: str, request: ReportRequest) -> dict[str, Any]:
+        """Make the report in the background, with the reference aligned as it is kept; answers the job, whose `name`
+        is the report's."""
+        opened = finder.take(session, take)
+        path = find_reference(opened, request.reference)
+        names = solves_of(opened, request.solves)
+        name = f"report_{request.reference}.html"
+        out = inside(opened.path / "exports", name)
+        how = how_aligned(opened, request.reference)
+        job = jobs.submit(
+            "report", f"{session}/{take}", name, write_report_work, opened.path, path, how, names, out
+        )
+        return jobs.get(job.id)
+
+    @router.get("/reports/{name}", response_class=FileResponse)
+    def get_report(session: str, take: str, name: str) -> FileResponse:
+        """A report that was made."""
+        check_name("report", name)
+        path = inside(finder.take(session, take).path / "exports", name)
+        if not (name.startswith("report_") and name.endswith(".html") and path.is_file()):
+            raise NotFoundError(f"take {session}/{take} has no report {name!r}; POST .../reports makes one")
+        return FileResponse(path, media_type="text/html", headers=REPORT_HEADERS)
+
+    @router.get("/solves/{name}/figures")
+    def figures(session: str, take: str, name: str, reference: str | None = None) -> dict[str, Any]:
+        """A solve's figures: `own`, and where one is named against a reference, aligned as it is kept."""
+        opened = finder.take(session, take)
+        poses = finder.solve(opened, name)
+        if reference is None:
+            return run_in_process(figures_work, opened.path, poses, None, HowAligned())
+        path = find_reference(opened, reference)
+        return run_in_process(figures_work, opened.path, poses, path, how_aligned(opened, reference))
 
     @router.get("/solves/{name}/cleanup")
     def cleanup(session: str, take: str, name: str, reference: str | None = None) -> dict[str, Any]:
@@ -109,11 +124,7 @@ def measure_router(finder: Finder) -> APIRouter:
         very sharp counts too.
         """
         opened = finder.take(session, take)
-        path = None
-        if reference is not None:
-            if reference not in _references(opened):
-                raise NotFoundError(f"take {session}/{take} has no reference {reference!r}; send it first")
-            path = _reference_path(opened, reference)
+        path = None if reference is None else find_reference(opened, reference)
         return run_in_process(cleanup_work, opened.path, finder.solve(opened, name), path)
 
     @router.get("/compare")
@@ -123,23 +134,3 @@ def measure_router(finder: Finder) -> APIRouter:
         return run_in_process(compare_work, finder.solve(opened, a), finder.solve(opened, b))
 
     return router
-
-
-def _references(take: Take) -> list[str]:
-    return sorted(
-        path.name for path in (take.path / "references").glob("*") if path.suffix.lower() in REFERENCE_KINDS
-    )
-
-
-def _reference_path(take: Take, name: str) -> Path:
-    """Return where a reference lies.
-
-    Raises:
-        TakeError: a name that is not allowed. FormatError: a kind that is none.
-    """
-    check_name("reference", name)
-    if Path(name).suffix.lower() not in REFERENCE_KINDS:
-        raise FormatError(
-            f"reference {name!r} is of no kind that is read; allowed: {', '.join(REFERENCE_KINDS)}"
-        )
-    return inside(take.path / "references", name)

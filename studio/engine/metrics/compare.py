@@ -1,62 +1,95 @@
-"""How far two solves of one take are apart, without a reference: where to look before deciding between them."""
+"""How far two motions are apart, over time and by joint: where to look before deciding between them."""
 
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.interpolate import interp1d
 
 from studio.engine.errors import FormatError
 from studio.engine.joints import CANONICAL
 from studio.engine.metrics.canonical import canonical_positions
+from studio.engine.metrics.reference import Reference
 from studio.engine.poses import Poses
+
+WORST_APART_S = 0.5
+"""The instants that differ most are listed at least so far apart."""
+
+
+@dataclass(frozen=True)
+class Differences:
+    """Distances between a solve and another motion at the solve's instants.
+
+    Attributes:
+        frames: indices of the solve's frames at which a joint of both is known, shape (frame_count,).
+        time_s: their stage times [s], shape (frame_count,).
+        joints: canonical joints that both have.
+        mm: distance [mm], shape (frame_count, len(joints)); NaN where the other motion does not know the joint.
+    """
+
+    frames: NDArray[np.int64]
+    time_s: NDArray[np.float64]
+    joints: tuple[str, ...]
+    mm: NDArray[np.float64]
+
+    def summary(self, *, worst: int = 10) -> dict[str, Any]:
+        """Return `frames`, `mean_mm`, `p95_mm`, `max_mm`, `per_joint_mm` (means), and as `worst` the instants that
+        differ most (`time_s`, `joint`, `mm`)."""
+        return {
+            "frames": len(self.time_s),
+            "mean_mm": float(np.nanmean(self.mm)),
+            "p95_mm": float(np.nanpercentile(self.mm, 95)),
+            "max_mm": float(np.nanmax(self.mm)),
+            "per_joint_mm": {name: float(np.nanmean(self.mm[:, j])) for j, name in enumerate(self.joints)},
+            "worst": self._worst(worst),
+        }
+
+    def _worst(self, count: int) -> list[dict[str, Any]]:
+        found: list[dict[str, Any]] = []
+        largest = np.nanmax(np.nan_to_num(self.mm, nan=-1.0), axis=1)
+        for i in np.argsort(largest)[::-1]:
+            if len(found) == count:
+                break
+            if all(abs(self.time_s[i] - other["time_s"]) >= WORST_APART_S for other in found):
+                joint = int(np.nanargmax(np.nan_to_num(self.mm[i], nan=-1.0)))
+                found.append(
+                    {
+                        "time_s": float(self.time_s[i]),
+                        "joint": self.joints[joint],
+                        "mm": float(self.mm[i, joint]),
+                    }
+                )
+        return found
+
+
+def differences(poses: Poses, other: Reference) -> Differences:
+    """Return how far a solve is from another motion, which lies in the stage frame and on the stage clock.
+
+    Raises:
+        FormatError: no instant or no joint in common.
+    """
+    inside = (poses.time_s >= other.time_s[0] - 1e-9) & (poses.time_s <= other.time_s[-1] + 1e-9)
+    if not inside.any():
+        raise FormatError("the two motions have no instant in common; move one of them in time")
+    frames = np.flatnonzero(inside)
+    time_s = poses.time_s[frames]
+    at = other.at(np.clip(time_s, other.time_s[0], other.time_s[-1]))
+    mm = np.linalg.norm(canonical_positions(poses)[frames] - at, axis=2) * 1e3
+    known, told = np.flatnonzero(np.isfinite(mm).any(axis=0)), np.isfinite(mm).any(axis=1)
+    if len(known) == 0:
+        raise FormatError("the two motions have no joint in common; choose others")
+    joints = tuple(CANONICAL[j] for j in known)
+    return Differences(frames[told], time_s[told], joints, mm[np.ix_(told, known)])
 
 
 def compare(a: Poses, b: Poses, *, worst: int = 10) -> dict[str, Any]:
-    """Return the distances between two solves at their common instants.
+    """Return the distances between two solves of a take at their common instants, as `Differences.summary`.
 
     Args:
         a, b: solves in the same stage frame, on the same clock.
         worst: how many of the instants that differ most are listed, at least half a second apart.
 
-    Returns:
-        `frames`, `mean_mm`, `p95_mm`, `max_mm`, `per_joint_mm` (mean by canonical joint that both have), `worst`: a
-        list of `time_s`, `joint`, `mm`.
-
     Raises:
         FormatError: no instant or no joint in common.
     """
-    first, last = max(a.time_s[0], b.time_s[0]), min(a.time_s[-1], b.time_s[-1])
-    inside = (a.time_s >= first - 1e-9) & (a.time_s <= last + 1e-9)
-    if not inside.any():
-        raise FormatError("the two solves have no instant in common; choose solves of one take")
-    time_s = a.time_s[inside]
-    here, there = canonical_positions(a)[inside], canonical_positions(b)
-    joints = np.flatnonzero(np.isfinite(here).all(axis=(0, 2)) & np.isfinite(there).all(axis=(0, 2)))
-    if len(joints) == 0:
-        raise FormatError("the two solves have no joint in common; choose solves of one take")
-    at = interp1d(b.time_s, there[:, joints], axis=0, assume_sorted=True, fill_value="extrapolate")(time_s)
-    mm = np.linalg.norm(here[:, joints] - at, axis=2) * 1e3
-    names = [CANONICAL[j] for j in joints]
-    return {
-        "frames": len(time_s),
-        "mean_mm": float(mm.mean()),
-        "p95_mm": float(np.percentile(mm, 95)),
-        "max_mm": float(mm.max()),
-        "per_joint_mm": {name: float(mm[:, j].mean()) for j, name in enumerate(names)},
-        "worst": _worst(time_s, mm, names, worst),
-    }
-
-
-def _worst(
-    time_s: NDArray[np.float64], mm: NDArray[np.float64], names: list[str], count: int
-) -> list[dict[str, Any]]:
-    """Return the instants at which a joint differs most, with the joint."""
-    found: list[dict[str, Any]] = []
-    for i in np.argsort(mm.max(axis=1))[::-1]:
-        if len(found) == count:
-            break
-        if all(abs(time_s[i] - other["time_s"]) >= 0.5 for other in found):
-            joint = int(mm[i].argmax())
-            found.append({"time_s": float(time_s[i]), "joint": names[joint], "mm": float(mm[i, joint])})
-    return found
+    return differences(a, Reference(b.time_s, canonical_positions(b))).summary(worst=worst)

@@ -7,15 +7,15 @@ import numpy as np
 
 from studio.engine.joints import CANONICAL
 from studio.engine.metrics import thesis
-from studio.engine.metrics.alignment import align, clock_of
+from studio.engine.metrics.alignment import align
 from studio.engine.metrics.angles import joint_angle_errors_deg
 from studio.engine.metrics.bones import bone_length_sd_mm
 from studio.engine.metrics.cleanup.solve import cleanup_figures, part_of
+from studio.engine.metrics.clock import on_one_clock
 from studio.engine.metrics.contacts import contact_precision_recall, foot_heights_cm
 from studio.engine.metrics.feet import foot_slides_cm_s
 from studio.engine.metrics.honesty import uncertainty_coverage, uncertainty_median_ratio
 from studio.engine.metrics.latency import latency_ms
-from studio.engine.metrics.markers import fit_joint_centres
 from studio.engine.metrics.matching import Matched, match
 from studio.engine.metrics.pck import THRESHOLDS_MM, pck
 from studio.engine.metrics.position import mpjpe_mm, mpjpe_root_aligned_mm, per_joint_mm, rms_mm
@@ -49,7 +49,7 @@ def evaluate(
     Raises:
         FormatError: solve and reference share too little time or too few joints.
     """
-    centres, offsets_mm, clock = _on_one_clock(poses, reference, start_s, same_clock)
+    centres, offsets_mm, clock = on_one_clock(poses, reference, start_s, same_clock)
     matched = match(poses, centres, start_s=start_s, offset_s=clock[0], drift_ppm=clock[1])
     matched, alignment = align(matched, similarity=similarity)
     alignment = replace(alignment, offset_s=clock[0], drift_ppm=clock[1])
@@ -82,30 +82,6 @@ def evaluate(
         "clock_drift_ppm": clock[1],
         "frames": len(matched.time_s),
     }
-
-
-def _on_one_clock(
-    poses: Poses, reference: Reference | Markers, start_s: float | None, same_clock: bool
-) -> tuple[Reference, dict[str, float] | None, tuple[float, float]]:
-    """Return joint centres, the offsets that were fitted for them, and the reference's clock (offset [s], drift).
-
-    Markers' offsets and clock depend on one another: the bare markers give a first clock.
-    """
-    if isinstance(reference, Reference):
-        clock = (0.0, 0.0) if same_clock else clock_of(poses, reference, start_s=start_s)
-        return reference, None, clock
-    clock = (0.0, 0.0)
-    if not same_clock:
-        clock = clock_of(poses, reference.as_reference(), start_s=start_s)
-        for _ in range(2):
-            centres, _ = fit_joint_centres(
-                poses, reference, start_s=start_s, offset_s=clock[0], drift_ppm=clock[1]
-            )
-            clock = clock_of(poses, centres, start_s=start_s)
-    centres, offsets_mm = fit_joint_centres(
-        poses, reference, start_s=start_s, offset_s=clock[0], drift_ppm=clock[1]
-    )
-    return centres, offsets_mm, clock
 
 
 def _of_both(matched: Matched) -> dict[str, float | None]:

@@ -12,10 +12,16 @@ from studio.engine.calibration.result import Calibration
 from studio.engine.errors import SettingsError
 from studio.engine.frames import StepResult
 from studio.web.playback.clip import Clip
+from studio.web.playback.second import Second
 
 SPEEDS = (0.05, 4.0)
 TICK_S = 1.0 / 60.0
 TRAIL_FRAMES = 90
+GHOST_OFFSET_MS = 3_600_000.0
+GHOST_APART_M = 5.0
+"""How far the second figure may be moved, in time and to the side."""
+
+_Key = tuple[int, int, int, float, float]
 
 
 class Screen(Protocol):
@@ -35,15 +41,16 @@ class Screen(Protocol):
 
 
 class Player:
-    """Replays one clip, with another as a ghost at the same times. All methods may be called from any thread."""
+    """Replays one clip, with a second figure on the same clock. All methods may be called from any thread."""
 
     def __init__(self, screen: Screen, *, clock: Callable[[], float] = time.monotonic) -> None:
         self._screen = screen
         self._clock = clock
         self._changed = threading.Condition()
         self._clip: Clip | None = None
-        self._ghost: Clip | None = None
-        self._ghost_offset_s = 0.0
+        self._ghost: Second | None = None
+        self._ghost_offset_ms = 0.0
+        self._ghost_apart_m = 0.0
         self._playing = False
         self._loop = True
         self._speed = 1.0
@@ -59,18 +66,18 @@ class Player:
         """What is replayed."""
         return self._clip
 
-    def open(self, clip: Clip, ghost: Clip | None = None) -> None:
-        """Replay a clip; the place in time is kept where it is another solve of the same take."""
+    def open(self, clip: Clip, ghost: Second | None = None) -> None:
+        """Replay a clip; the place in time is kept where it is another solve of the same take, and so is how far the
+        second figure was moved where it is the same."""
         with self._changed:
             same = self._clip is not None and self._clip.take == clip.take
             time_s = None if not same or self._clip is None else float(self._clip.poses.time_s[self._frame()])
             kept_range = (
                 same and self._clip is not None and self._clip.poses.frame_count == clip.poses.frame_count
             )
+            if ghost is None or self._ghost is None or self._ghost.name != ghost.name:
+                self._ghost_offset_ms = 0.0
             self._clip, self._ghost = clip, ghost
-            self._ghost_offset_s = 0.0
-            if ghost is not None and ghost.take != clip.take:
-                self._ghost_offset_s = float(ghost.poses.time_s[0] - clip.poses.time_s[0])
             if not kept_range:
                 self._range = (0, clip.poses.frame_count - 1)
             if not same:
@@ -94,8 +101,11 @@ class Player:
         loop: bool | None = None,
         first: int | None = None,
         last: int | None = None,
+        ghost_offset_ms: float | None = None,
+        ghost_apart_m: float | None = None,
     ) -> None:
-        """Play or pause, go to a frame or by some frames, set speed, loop and the range that is played.
+        """Play or pause, go to a frame or by some frames, set speed, loop and the range that is played; move the
+        second figure on in its own motion, or to the side.
 
         Raises:
             SettingsError: nothing is replayed, or a value that is not allowed.
@@ -113,7 +123,10 @@ class Player:
                 raise SettingsError(
                     f"first={low}, last={high} is no range; allowed: 0 to {end}, first up to last"
                 )
+            _check_ghost(ghost_offset_ms, ghost_apart_m)
             place = self._now()
+            self._ghost_offset_ms = self._ghost_offset_ms if ghost_offset_ms is None else ghost_offset_ms
+            self._ghost_apart_m = self._ghost_apart_m if ghost_apart_m is None else ghost_apart_m
             self._range = (low, high)
             self._speed = self._speed if speed is None else speed
             self._loop = self._loop if loop is None else loop
@@ -138,7 +151,9 @@ class Player:
                 "open": True,
                 "take": clip.take,
                 "solve": clip.solve,
-                "ghost": None if ghost is None else {"take": ghost.take, "solve": ghost.solve},
+                "ghost": None if ghost is None else ghost.name,
+                "ghost_offset_ms": self._ghost_offset_ms,
+                "ghost_apart_m": self._ghost_apart_m,
                 "frames": clip.poses.frame_count,
                 "rate_hz": clip.poses.frames_per_second,
                 "frame": self._frame(),
@@ -184,9 +199,12 @@ class Player:
         clip = self._clip
         return 0 if clip is None else min(round(self._now()), clip.poses.frame_count - 1)
 
-    def _key(self) -> tuple[int, int, int] | None:
+    def _key(self) -> "_Key | None":
         """What is to be shown; None: the live stage."""
-        return None if self._clip is None else (id(self._clip), id(self._ghost), self._frame())
+        if self._clip is None:
+            return None
+        beside = (self._ghost_offset_ms, self._ghost_apart_m)
+        return id(self._clip), id(self._ghost), self._frame(), *beside
 
     def _stop_at_the_end(self) -> None:
         if self._playing and not self._loop and self._now() >= self._range[1]:
@@ -195,7 +213,7 @@ class Player:
     # --- the thread
 
     def _run(self) -> None:
-        key: tuple[int, int, int] | None = None
+        key: _Key | None = None
         while True:
             with self._changed:
                 seen = key
@@ -205,15 +223,23 @@ class Player:
                     return
                 self._stop_at_the_end()
                 key = self._key()
-                clip, ghost, offset_s = self._clip, self._ghost, self._ghost_offset_s
+                clip, ghost = self._clip, self._ghost
             if key == seen:
                 continue
             if clip is None or key is None:
                 self._screen.show_live()
                 continue
-            frame = key[2]
+            frame, offset_ms, apart_m = key[2:]
             beside = None
             if ghost is not None:
-                beside = ghost.step(ghost.nearest(float(clip.poses.time_s[frame]) + offset_s))
+                beside = ghost.step(float(clip.poses.time_s[frame]) + offset_ms * 1e-3, apart_m=apart_m)
             trail = clip.poses.positions_m[max(0, frame - TRAIL_FRAMES) : frame + 1]
             self._screen.show_replay(clip.step(frame), beside, trail, clip.calibration)
+
+
+def _check_ghost(offset_ms: float | None, apart_m: float | None) -> None:
+    """Raise SettingsError where the second figure may not be moved so far."""
+    if offset_ms is not None and not abs(offset_ms) <= GHOST_OFFSET_MS:
+        raise SettingsError(f"ghost_offset_ms={offset_ms:g} is not allowed; allowed: an hour at most")
+    if apart_m is not None and not abs(apart_m) <= GHOST_APART_M:
+        raise SettingsError(f"ghost_apart_m={apart_m:g} is not allowed; allowed: {GHOST_APART_M:g} at most")

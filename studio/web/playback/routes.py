@@ -6,10 +6,13 @@ from fastapi import APIRouter, Query
 from pydantic import BaseModel, ConfigDict, Field
 
 from studio.engine.errors import SettingsError
+from studio.engine.metrics.placing import Placed
+from studio.take.references import placed_path
 from studio.take.take import Take
 from studio.web.playback.clip import Clip
 from studio.web.playback.curves import MAX_POINTS, curves
 from studio.web.playback.player import Player
+from studio.web.playback.second import Second, alignment_of
 
 
 class Takes(Protocol):
@@ -33,10 +36,21 @@ class SolveOfTake(_Body):
     solve: str = Field(examples=["studio"])
 
 
+class Ghost(_Body):
+    """A second figure: a solve of this or another take, or a reference that was aligned with this one."""
+
+    take: str | None = Field(None, description="the take's id; the one that is replayed where left out")
+    solve: str | None = None
+    reference: str | None = Field(None, examples=["truth.csv"])
+    alignment: dict[str, Any] | None = Field(
+        None, description="how the replayed solve lies to this one, as a comparison answers it"
+    )
+
+
 class OpenRequest(SolveOfTake):
     """What is replayed, and what is shown beside it."""
 
-    ghost: SolveOfTake | None = Field(None, description="a second solve, of this or another take")
+    ghost: Ghost | None = None
 
 
 class ChangeRequest(_Body):
@@ -49,6 +63,8 @@ class ChangeRequest(_Body):
     loop: bool | None = None
     first: int | None = Field(None, description="first frame of the range that is played")
     last: int | None = Field(None, description="last frame of the range")
+    ghost_offset_ms: float | None = Field(None, description="the second figure is so far ahead in its motion")
+    ghost_apart_m: float | None = Field(None, description="the second figure stands so far to the side")
 
 
 def playback_routes(player: Player, takes: Takes) -> APIRouter:
@@ -61,6 +77,21 @@ def playback_routes(player: Player, takes: Takes) -> APIRouter:
         takes.solve(take, wanted.solve)
         return Clip.load(take, wanted.solve)
 
+    def second(wanted: Ghost, clip: Clip) -> Second:
+        id_ = wanted.take or clip.take
+        if (wanted.solve is None) == (wanted.reference is None):
+            raise SettingsError("a ghost is a solve or a reference: give one of the two")
+        if wanted.solve is not None:
+            how = None if wanted.alignment is None else alignment_of(wanted.alignment)
+            return Second.solve(load(SolveOfTake(take=id_, solve=wanted.solve)), clip, how)
+        if id_ != clip.take or wanted.reference is None:
+            raise SettingsError(
+                f"a reference of take {id_} lies on another stage; allowed: one of {clip.take}"
+            )
+        session, _, name = clip.take.partition("/")
+        placed = Placed.load(placed_path(takes.take(session, name), wanted.reference, clip.solve))
+        return Second.reference(clip.take, wanted.reference, placed.motion)
+
     @router.get("")
     def get_replay() -> dict[str, Any]:
         """Where the replay is; `open` is false while the live stage is shown."""
@@ -70,7 +101,7 @@ def playback_routes(player: Player, takes: Takes) -> APIRouter:
     def open_replay(request: OpenRequest) -> dict[str, Any]:
         """Show a take's solve instead of the live stage; cameras go on being received and recorded."""
         clip = load(request)
-        player.open(clip, None if request.ghost is None else load(request.ghost))
+        player.open(clip, None if request.ghost is None else second(request.ghost, clip))
         return player.status()
 
     @router.patch("")

@@ -9,6 +9,7 @@ from studio.engine.errors import FormatError, SettingsError
 from studio.web.playback.clip import Clip
 from studio.web.playback.curves import curves, spans
 from studio.web.playback.player import Player
+from studio.web.playback.second import Second
 from tests.api.camera import wait_until
 from tests.web.playback.takes import FRAMES, take_with_solves
 
@@ -91,7 +92,8 @@ def test_another_solve_keeps_the_place(player, take):
     play, screen, _ = player
     play.open(Clip.load(take, "studio"))
     play.change(frame=40, first=20, last=80)
-    play.open(Clip.load(take, "live"), ghost=Clip.load(take, "studio"))
+    clip = Clip.load(take, "live")
+    play.open(clip, ghost=Second.solve(Clip.load(take, "studio"), clip))
     status = play.status()
     assert (status["frame"], status["first"], status["last"]) == (40, 20, 80)
     assert status["ghost"] == {"take": "monday/one", "solve": "studio"} and not status["has_trace"]

@@ -1,0 +1,106 @@
+"""Another motion brought to the stage of a solve: its frame, its clock, and what was aligned away for it."""
+
+import json
+import os
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from studio.engine.errors import FormatError
+from studio.engine.files import write_atomically
+from studio.engine.metrics.alignment import Alignment, align, clock_of
+from studio.engine.metrics.canonical import canonical_positions
+from studio.engine.metrics.clock import on_one_clock
+from studio.engine.metrics.matching import match
+from studio.engine.metrics.reference import Markers, Reference
+from studio.engine.poses import Poses
+
+
+@dataclass(frozen=True)
+class Placed:
+    """A motion beside a solve.
+
+    Attributes:
+        motion: canonical joints in the stage frame, on the stage clock.
+        aligned: what was aligned away: the keys of `Alignment.to_json`, `kind` and `marker_offsets_mm`.
+    """
+
+    motion: Reference
+    aligned: dict[str, Any]
+
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Write it atomically as npz, in single precision.
+
+        Raises:
+            StudioError: the file cannot be written.
+        """
+        with write_atomically(path) as file:
+            np.savez_compressed(
+                file,
+                time_s=self.motion.time_s,
+                positions_m=self.motion.positions_m.astype(np.float32),
+                aligned=np.array(json.dumps(self.aligned)),
+            )
+
+    @classmethod
+    def load(cls, path: str | os.PathLike[str]) -> "Placed":
+        """Return what `save` wrote.
+
+        Raises:
+            FormatError: the file is missing or damaged.
+        """
+        if not Path(path).is_file():
+            raise FormatError(f"nothing was placed at {path}; align the reference with this solve first")
+        try:
+            with open(path, "rb") as file, np.load(file, allow_pickle=False) as data:
+                motion = Reference(data["time_s"], data["positions_m"].astype(float))
+                return cls(motion, json.loads(str(data["aligned"])))
+        except Exception as error:  # zipfile and zlib raise their own kinds on a damaged file
+            raise FormatError(f"{path} is damaged: {error}; align the reference again") from error
+
+
+def place(
+    poses: Poses,
+    reference: Reference | Markers,
+    *,
+    start_s: float | None = None,
+    same_clock: bool = True,
+    similarity: bool = False,
+) -> Placed:
+    """Return a reference brought to the stage of a solve, as `evaluate` aligns it.
+
+    Raises:
+        FormatError: solve and reference share too little time or too few joints.
+    """
+    centres, offsets_mm, clock = on_one_clock(poses, reference, start_s, same_clock)
+    matched = match(poses, centres, start_s=start_s, offset_s=clock[0], drift_ppm=clock[1])
+    _, fitted = align(matched, similarity=similarity)
+    alignment = Alignment(fitted.T_reference_stage, fitted.scale, *clock)
+    aligned = {
+        "kind": "similarity" if similarity else "rigid",
+        **alignment.to_json(),
+        "marker_offsets_mm": offsets_mm,
+    }
+    return Placed(on_stage(centres, alignment), aligned)
+
+
+def on_stage(motion: Reference, alignment: Alignment) -> Reference:
+    """Return a motion in the stage frame and on the stage clock."""
+    time_s = (motion.time_s - alignment.offset_s) / (1.0 + alignment.drift_ppm * 1e-6)
+    return Reference(time_s, alignment.to_stage(motion.positions_m))
+
+
+def line_up(poses: Poses, other: Poses, *, start_s: float | None = None) -> Alignment:
+    """Return how a solve of another take lies to this one when both show the same movement: place and time.
+
+    The two are held to have the same rate of time; their offset is found from the speeds of the joints.
+
+    Raises:
+        FormatError: less than 2 s of motion, or no motion in common.
+    """
+    motion = Reference(other.time_s, canonical_positions(other))
+    offset_s, drift_ppm = clock_of(poses, motion, start_s=start_s)
+    matched = match(poses, motion, start_s=start_s, offset_s=offset_s, drift_ppm=drift_ppm)
+    return Alignment(align(matched)[1].T_reference_stage, 1.0, offset_s, drift_ppm)

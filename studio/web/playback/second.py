@@ -1,0 +1,114 @@
+"""A second figure beside a clip: another solve, or a reference, with how it lies to the clip's stage and clock."""
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
+
+from studio.engine.errors import SettingsError
+from studio.engine.frames import FrameSet, FusedSkeleton, StepResult
+from studio.engine.geometry import make_transform
+from studio.engine.joints import JOINT_COUNT, OUTPUT_JOINTS
+from studio.engine.metrics.alignment import Alignment
+from studio.engine.metrics.reference import Reference
+from studio.web.playback.clip import Clip
+
+_AT_REST = np.tile([1.0, 0.0, 0.0, 0.0], (len(OUTPUT_JOINTS), 1))
+
+
+@dataclass(frozen=True)
+class Second:
+    """What is shown beside a clip, at stage times of the clip.
+
+    Attributes:
+        name: which it is, as JSON: `take` and `solve`, or `take` and `reference`.
+        shown: a clip, drawn as a character, or a motion already on the stage, drawn as a skeleton.
+        alignment: how the clip's stage and clock lie to those of `shown`.
+    """
+
+    name: dict[str, str]
+    shown: Clip | Reference
+    alignment: Alignment
+
+    @classmethod
+    def solve(cls, other: Clip, clip: Clip, alignment: Alignment | None = None) -> "Second":
+        """Return another solve beside a clip: of the same take at the same times, of another take from its beginning
+        on, unless an alignment says how it lies."""
+        if alignment is None:
+            start_s = 0.0
+            if other.take != clip.take:
+                start_s = float(other.poses.time_s[0] - clip.poses.time_s[0])
+            alignment = Alignment(np.eye(4), offset_s=start_s)
+        return cls({"take": other.take, "solve": other.solve}, other, alignment)
+
+    @classmethod
+    def reference(cls, take: str, name: str, motion: Reference) -> "Second":
+        """Return a reference of the clip's take, which lies on its stage."""
+        return cls({"take": take, "reference": name}, motion, Alignment(np.eye(4)))
+
+    def step(self, time_s: float, *, apart_m: float = 0.0) -> StepResult:
+        """Return the figure at a stage time [s], moved to the performer's left by `apart_m`.
+
+        Where it is known as joints only, `positions_m` is NaN and `fused` holds them; NaN = unknown then.
+        """
+        time_s = time_s + self.alignment.offset_s + self.alignment.drift_ppm * 1e-6 * time_s
+        shift = np.array([apart_m, 0.0, 0.0])
+        if isinstance(self.shown, Clip):
+            poses, frame = self.shown.poses, self.shown.nearest(time_s)
+            positions = self.alignment.to_stage(poses.positions_m[frame]) + shift
+            turn = Rotation.from_matrix(self.alignment.T_reference_stage[:3, :3]).inv()
+            own = Rotation.from_quat(poses.rotations_wxyz[frame], scalar_first=True)
+            return _step(time_s, positions, (turn * own).as_quat(scalar_first=True), None)
+        joints = joints_at(self.shown, time_s) + shift
+        return _step(time_s, np.full((len(OUTPUT_JOINTS), 3), np.nan), _AT_REST, joints)
+
+
+def joints_at(motion: Reference, time_s: float) -> NDArray[np.float64]:
+    """Return the joints at a time [m], shape (21, 3), between two samples; NaN = unknown, or outside the motion."""
+    times = motion.time_s
+    if not times[0] <= time_s <= times[-1]:
+        return np.full((JOINT_COUNT, 3), np.nan)
+    after = min(max(int(np.searchsorted(times, time_s)), 1), len(times) - 1)
+    share = (time_s - times[after - 1]) / (times[after] - times[after - 1])
+    before_m, after_m = motion.positions_m[after - 1], motion.positions_m[after]
+    return (1.0 - share) * before_m + share * after_m
+
+
+def alignment_of(value: dict[str, Any]) -> Alignment:
+    """Return an alignment from the keys of `Alignment.to_json`; those left out are at rest.
+
+    Raises:
+        SettingsError: numbers that are no alignment.
+    """
+    wxyz = np.array(value.get("rotation_wxyz", [1.0, 0.0, 0.0, 0.0]), dtype=float)
+    translation = np.array(value.get("translation_m", [0.0, 0.0, 0.0]), dtype=float)
+    scale = float(value.get("scale", 1.0))
+    numbers = [float(value.get(key, 0.0)) for key in ("time_offset_ms", "clock_drift_ppm")]
+    finite = all(np.isfinite(part).all() for part in (wxyz, translation, scale, numbers))
+    if not finite or abs(np.linalg.norm(wxyz) - 1.0) > 1e-3 or not 0.1 <= scale <= 10.0:
+        raise SettingsError(
+            "an alignment has rotation_wxyz (a unit quaternion), translation_m, scale (0.1 to 10), "
+            "time_offset_ms and clock_drift_ppm; take the one that the comparison answered"
+        )
+    rotation = Rotation.from_quat(wxyz, scalar_first=True).as_matrix()
+    return Alignment(make_transform(rotation, translation), scale, numbers[0] * 1e-3, numbers[1])
+
+
+def _step(
+    time_s: float,
+    positions_m: NDArray[np.float64],
+    rotations_wxyz: NDArray[np.float64],
+    joints_m: NDArray[np.float64] | None,
+) -> StepResult:
+    frames = FrameSet(
+        round(time_s * 1e9), (), np.zeros((0, JOINT_COUNT, 3)), np.zeros((0, JOINT_COUNT)), np.zeros((0, 3))
+    )
+    joints = np.full((JOINT_COUNT, 3), np.nan) if joints_m is None else joints_m
+    known = np.isfinite(joints).all(axis=1)
+    fused = FusedSkeleton(
+        joints, known.astype(float), np.full(JOINT_COUNT, np.nan), np.zeros((0, JOINT_COUNT), bool)
+    )
+    count = len(OUTPUT_JOINTS)
+    return StepResult(frames, fused, positions_m, rotations_wxyz, np.ones(count), np.full(count, np.nan))
