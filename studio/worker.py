@@ -1,7 +1,8 @@
 """Work in a process of its own, so that neither the live stage nor the server waits for it.
 
 A process takes seconds to load what a solve needs. `warm_up` has one load it before there is work; the next work goes
-to it, and another one takes its place.
+to it, and afterwards it waits for more, unless it has grown large or something went wrong: then another one takes its
+place.
 """
 
 import importlib
@@ -9,6 +10,7 @@ import logging
 import multiprocessing
 import os
 import signal
+import sys
 import threading
 import traceback
 from collections.abc import Callable
@@ -24,7 +26,22 @@ _log = logging.getLogger(__name__)
 _NICENESS = 10
 """Recording and the live stage come first where cores are short."""
 
-_PRELOADED = ("studio.replay", "studio.engine.export")
+_PRELOADED = ("studio.replay", "studio.engine.export", "studio.warming")
+"""Modules that a process loads before there is work; it calls `prepare` of those that have one."""
+
+_LARGEST_BYTES = 800 * 1024**2
+"""A process that has taken more memory than this is not kept."""
+
+_LOOK_S = 0.05
+"""How often a running work is asked whether it should stop."""
+
+
+class Stopped(StudioError):
+    """The work was told to stop before it was done."""
+
+
+class _Leave(BaseException):
+    """Raised inside a work that is to stop, past whatever catches errors there."""
 
 
 @dataclass
@@ -80,10 +97,24 @@ def _take() -> _Worker:
     return worker if worker is not None and worker.process.is_alive() else _start()
 
 
+def _put_back(worker: _Worker, stays: bool) -> None:
+    """Have a process that stays wait for the next work where none does; let any other go."""
+    global _spare
+    with _lock:
+        kept = stays and _warm and _spare is None
+        if kept:
+            _spare = worker
+    if not kept:
+        worker.connection.close()  # which ends it
+        worker.process.join()
+        _replace_spare()
+
+
 def run_in_process(
     function: Callable[..., Any],
     *args: Any,
     on_progress: Callable[[float], None] | None = None,
+    should_stop: Callable[[], bool] | None = None,
     **kwargs: Any,
 ) -> Any:
     """Return `function(*args, **kwargs)` as another process computes it; blocks the calling thread meanwhile.
@@ -91,16 +122,23 @@ def run_in_process(
     Args:
         function: of a module's top level; with `on_progress` it gets a keyword `progress`, a function that
             takes the share that is done, 0..1.
+        should_stop: asked from time to time; once it is true, the work ends when it next tells its progress.
 
     Raises:
+        Stopped: it was told to stop.
         StudioError: what the function raised, or that the process broke off.
     """
     worker = _take()
-    kind, value = "broken", None
+    kind, value, stays = "broken", None, False
     try:
         worker.connection.send((function, args, kwargs, on_progress is not None))
+        told = False
         while True:
-            kind, value = worker.connection.recv()
+            while should_stop is not None and not worker.connection.poll(_LOOK_S):
+                if not told and should_stop():
+                    worker.connection.send(None)
+                    told = True
+            kind, value, stays = worker.connection.recv()
             if kind != "progress":
                 break
             if on_progress is not None:
@@ -108,11 +146,11 @@ def run_in_process(
     except (EOFError, BrokenPipeError, ConnectionResetError):
         kind = "broken"
     finally:
-        worker.connection.close()
-        worker.process.join()
-        _replace_spare()
+        _put_back(worker, stays and kind != "progress")
     if kind == "done":
         return value
+    if kind == "stopped":
+        raise Stopped(f"{function.__qualname__} was stopped: newer work takes its place")
     if kind == "error":
         raise value
     if kind == "crash":
@@ -124,22 +162,56 @@ def run_in_process(
 
 
 def _work(connection: Connection, preloaded: tuple[str, ...]) -> None:
+    """Do one work after the other until the server closes the connection."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the server, which ends its workers
     if hasattr(os, "nice"):
         os.nice(_NICENESS)
     for name in preloaded:
-        importlib.import_module(name)
+        prepare = getattr(importlib.import_module(name), "prepare", None)
+        if prepare is not None:
+            prepare()
+    while True:
+        try:
+            work = connection.recv()
+        except (EOFError, ConnectionResetError):
+            return  # the server has gone, or needs this process no more
+        if work is None:
+            continue  # a word to stop that came after the end
+        try:
+            connection.send(_answer(connection, *work))
+        except BrokenPipeError:
+            return  # the server has gone
+
+
+def _answer(
+    connection: Connection, function: Callable[..., Any], args: Any, kwargs: dict[str, Any], tells: bool
+) -> tuple[str, Any, bool]:
+    """Do a work; return how it ended, what it gave, and whether this process is fit for more."""
+
+    def progress(share: float) -> None:
+        if connection.poll():
+            connection.recv()
+            raise _Leave
+        connection.send(("progress", float(share), True))
+
     try:
-        function, args, kwargs, progress = connection.recv()
-    except (EOFError, ConnectionResetError):
-        return  # the server has gone, or needs no spare any more
-    if progress:
-        kwargs = kwargs | {"progress": lambda share: connection.send(("progress", float(share)))}
-    try:
-        connection.send(("done", function(*args, **kwargs)))
+        value = function(*args, **kwargs | ({"progress": progress} if tells else {}))
+    except _Leave:
+        return "stopped", None, True
     except StudioError as error:
-        connection.send(("error", error))
+        return "error", error, True
     except BrokenPipeError:
-        return  # the server has gone
+        raise  # the server has gone
     except Exception:  # the boundary of the process: the server logs it
-        connection.send(("crash", traceback.format_exc()))
+        return "crash", traceback.format_exc(), False
+    return "done", value, _peak_bytes() < _LARGEST_BYTES
+
+
+def _peak_bytes() -> int:
+    """The most memory that this process has taken; 0 where the system does not tell."""
+    if sys.platform == "win32":
+        return 0
+    import resource
+
+    unit = 1 if sys.platform == "darwin" else 1024
+    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * unit

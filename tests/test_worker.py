@@ -1,6 +1,7 @@
 """Work in other processes: with a process kept ready and without, and what goes wrong in them."""
 
 import os
+import time
 
 import pytest
 
@@ -15,6 +16,12 @@ def pid_and_square(number: int, *, progress) -> tuple[int, int]:
 
 def refuse() -> None:
     raise SettingsError("no")
+
+
+def count_for_ever(*, progress) -> None:
+    while True:
+        progress(0.1)
+        time.sleep(0.01)
 
 
 def crash() -> None:
@@ -43,7 +50,7 @@ def test_the_value_and_the_progress_come_back(ready):
         assert square == number**2
         pids.add(pid)
     assert shares == [0.5, 0.5]
-    assert len(pids) == 2 and os.getpid() not in pids
+    assert len(pids) == (1 if ready else 2) and os.getpid() not in pids
 
 
 def test_errors_come_back_and_the_next_work_is_done(ready):
@@ -66,3 +73,16 @@ def test_a_ready_process_that_was_killed_is_done_without():
         assert worker.run_in_process(abs, -2) == 2
     finally:
         worker.cool_down()
+
+
+def test_work_that_is_stopped_leaves_its_process_fit_for_more(ready):
+    shares: list[float] = []
+    with pytest.raises(worker.Stopped, match="newer work"):
+        worker.run_in_process(count_for_ever, on_progress=shares.append, should_stop=lambda: len(shares) > 3)
+    assert worker.run_in_process(abs, -3, should_stop=lambda: False) == 3
+
+
+def test_a_word_to_stop_that_comes_too_late_stops_nothing_else(ready):
+    for number in range(5):
+        asked = iter([False, True])
+        assert worker.run_in_process(abs, -number, should_stop=lambda a=asked: next(a, True)) == number

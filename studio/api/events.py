@@ -1,4 +1,5 @@
-"""The events WebSocket: the status four times a second, for every page that listens."""
+"""The events WebSocket: the status four times a second, and at once when a job has ended, for every page that
+listens."""
 
 import asyncio
 from collections.abc import Callable
@@ -21,16 +22,24 @@ def events_router(stage: LiveStage, jobs: Jobs, parts: dict[str, Callable[[], An
     async def events(websocket: WebSocket) -> None:
         await websocket.accept()
         gone = asyncio.create_task(wait_until_gone(websocket))
+        loop, ended = asyncio.get_running_loop(), asyncio.Event()
+        leave = jobs.listen(lambda: loop.call_soon_threadsafe(ended.set))
+        news = asyncio.create_task(ended.wait())
         try:
             while not gone.done():
                 message = {"type": "status", "status": stage.status(), "jobs": jobs.list()}
                 message.update({name: part() for name, part in parts.items()})
                 await websocket.send_json(message)
-                await asyncio.wait({gone}, timeout=PERIOD_S)
+                await asyncio.wait({gone, news}, timeout=PERIOD_S, return_when=asyncio.FIRST_COMPLETED)
+                if news.done():
+                    ended.clear()
+                    news = asyncio.create_task(ended.wait())
         except (WebSocketDisconnect, RuntimeError):
             return  # the page was closed while it was being told
         finally:
+            leave()
             gone.cancel()
+            news.cancel()
 
     return router
 

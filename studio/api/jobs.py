@@ -10,12 +10,15 @@ from typing import Any
 
 from studio.api.errors import NotFoundError
 from studio.engine.errors import StudioError
-from studio.worker import run_in_process
+from studio.worker import Stopped, run_in_process
 
 _log = logging.getLogger(__name__)
 
 Work = Callable[[Callable[[float], None]], Any]
 """A job's work, which is given the function to tell its progress to."""
+
+REPLACED = "replaced"
+_UNDER_WAY = ("waiting", "running")
 
 KEPT = 50
 """Jobs that are remembered."""
@@ -23,7 +26,8 @@ KEPT = 50
 
 @dataclass
 class Job:
-    """A job: `state` is waiting, running, done or failed; `progress` 0..1; `message` says why it failed."""
+    """A job: `state` is waiting, running, done, failed or replaced (a newer one makes the same); `progress` 0..1;
+    `message` says why it failed."""
 
     id: str
     kind: str
@@ -43,16 +47,33 @@ class Jobs:
         self._numbers = itertools.count(1)
         self._queue: queue.SimpleQueue[tuple[Job, Work]] = queue.SimpleQueue()
         self._thread: threading.Thread | None = None
+        self._listeners: set[Callable[[], None]] = set()
 
     def submit(
         self, kind: str, take: str, name: str, function: Callable[..., Any], *args: Any, **kwargs: Any
     ) -> Job:
         """Begin `function(*args, progress=..., **kwargs)`, of a module's top level, in a process of its own; return
         the job."""
-        return self._add(
-            Job(str(next(self._numbers)), kind, take, name),
-            lambda progress: run_in_process(function, *args, on_progress=progress, **kwargs),
-        )
+        job = Job(str(next(self._numbers)), kind, take, name)
+
+        def work(progress: Callable[[float], None]) -> Any:
+            return run_in_process(
+                function, *args, on_progress=progress, should_stop=lambda: job.state == REPLACED, **kwargs
+            )
+
+        return self._add(job, work)
+
+    def replace(self, kinds: tuple[str, ...], take: str, name: str) -> None:
+        """Stop jobs of these kinds that would make the same as a job that is about to be submitted."""
+        with self._lock:
+            for job in self._jobs.values():
+                if (job.take, job.name) == (take, name) and job.kind in kinds and job.state in _UNDER_WAY:
+                    job.state = REPLACED
+
+    def listen(self, listener: Callable[[], None]) -> Callable[[], None]:
+        """Call `listener` whenever a job has ended, from any thread; return a function that ends this."""
+        self._listeners.add(listener)
+        return lambda: self._listeners.discard(listener)
 
     def call(self, kind: str, take: str, name: str, function: Callable[[], Any]) -> Job:
         """Have `function()` called in this process once the jobs before it have ended, and return the job."""
@@ -76,16 +97,30 @@ class Jobs:
             def progress(share: float, job: Job = job) -> None:
                 job.progress = round(share, 3)
 
-            job.state = "running"
-            try:
-                work(progress)
-            except StudioError as error:
-                job.state, job.message = "failed", str(error)
-            except Exception as error:  # the boundary of the thread
-                _log.exception("job %s failed", job.id)
-                job.state, job.message = "failed", f"{error!r}; the server's log has the details"
-            else:
-                job.state, job.progress = "done", 1.0
+            with self._lock:
+                if job.state == REPLACED:
+                    continue
+                job.state = "running"
+            self._do(job, lambda work=work, progress=progress: work(progress))
+            for listener in tuple(self._listeners):
+                listener()
+
+    def _do(self, job: Job, work: Callable[[], Any]) -> None:
+        """Do a job's work, and note how it ended."""
+        state, message = "done", ""
+        try:
+            work()
+        except Stopped:
+            state = REPLACED
+        except StudioError as error:
+            state, message = "failed", str(error)
+        except Exception as error:  # the boundary of the thread
+            _log.exception("job %s failed", job.id)
+            state, message = "failed", f"{error!r}; the server's log has the details"
+        with self._lock:
+            if job.state != REPLACED:
+                job.state, job.message = state, message
+                job.progress = 1.0 if state == "done" else job.progress
 
     def get(self, job_id: str) -> dict[str, Any]:
         """Return a job as JSON.

@@ -1,6 +1,7 @@
 """Routes of the takes on disk: list, detail, solve again, export."""
 
 import json
+from dataclasses import replace
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -17,6 +18,7 @@ from studio.api.switches import from_request
 from studio.api.work import export_work, solve_work
 from studio.engine.export.options import ExportOptions
 from studio.take.names import inside
+from studio.take.presets import Presets
 from studio.take.sessions import list_takes, take_info
 from studio.take.take import Take
 from studio.worker import run_in_process
@@ -31,6 +33,7 @@ class SolveRequest(Request):
     )
     name: str | None = Field(None, description="name of the solve; the preset's where left out")
     as_live: bool = Field(False, description="repeat the live stage bit for bit; preset and set are not used")
+    draft: bool = Field(False, description="a first look: without finishing and physics")
 
 
 Format = Literal["fbx", "bvh", "glb", "c3d", "trc", "csv", "npz", "usd"]
@@ -65,7 +68,7 @@ class ExportRequest(Request):
         return ExportOptions(**{**values, "take_name": self.take_name or take})
 
 
-def takes_router(sessions: Path, finder: Finder, jobs: Jobs) -> APIRouter:
+def takes_router(sessions: Path, finder: Finder, jobs: Jobs, presets: Presets) -> APIRouter:
     """Return the routes of the takes in `sessions`."""
     router = APIRouter(prefix="/api/v1", tags=["takes"], responses=RESPONSES)
 
@@ -85,15 +88,19 @@ def takes_router(sessions: Path, finder: Finder, jobs: Jobs) -> APIRouter:
 
     @router.post("/takes/{session}/{take}/solves", status_code=202)
     def solve(session: str, take: str, request: SolveRequest) -> dict[str, Any]:
-        """Solve the take's raw frames again; returns the job."""
+        """Solve the take's raw frames again; returns the job. An older one of this name is stopped."""
         opened = finder.take(session, take)
-        settings = from_request(request.preset, request.set)
+        settings = from_request(presets, request.preset, request.set)
+        if request.draft:
+            settings = replace(settings, finish="off", physics="off")
         name = request.name or ("as-live" if request.as_live else request.preset)
         opened.solve_folder(name)
         if not request.as_live:
             settings.camera_names(tuple(opened.calibration().cameras))
         args = (opened.path, settings.to_json(), name, request.as_live)
-        job = jobs.submit("solve", f"{session}/{take}", name, solve_work, *args)
+        kind = "draft" if request.draft else "solve"
+        jobs.replace(("draft", "solve") if request.draft else ("solve",), f"{session}/{take}", name)
+        job = jobs.submit(kind, f"{session}/{take}", name, solve_work, *args)
         return jobs.get(job.id)
 
     @router.get("/takes/{session}/{take}/solves/{solve}/export", response_class=FileResponse)
@@ -119,7 +126,7 @@ def takes_router(sessions: Path, finder: Finder, jobs: Jobs) -> APIRouter:
 
     @router.get("/jobs/{job_id}", tags=["jobs"])
     async def get_job(job_id: str) -> dict[str, Any]:
-        """One job: `state` is waiting, running, done or failed."""
+        """One job: `state` is waiting, running, done, failed, or replaced by a newer one that makes the same."""
         return jobs.get(job_id)
 
     return router
