@@ -17,6 +17,7 @@ from studio.engine.joints import (
     INDEX,
     JOINT_COUNT,
     MEASURED_JOINTS,
+    MIRROR,
     OUTPUT_INDEX,
     OUTPUT_OF_CANONICAL_INDEX,
     OUTPUT_PARENTS,
@@ -384,3 +385,19 @@ assert {pool["num_threads"] for pool in threadpool_info() if pool["user_api"] ==
     environment = {name: value for name, value in os.environ.items() if name != "OPENBLAS_NUM_THREADS"}
     for first in ("numpy", "studio"):
         subprocess.run([sys.executable, "-c", program, first], check=True, env=environment)
+
+
+@pytest.mark.parametrize("preset", ["thesis", "studio", "finish"])
+def test_a_body_that_began_with_left_for_right_turns_round(preset):
+    """All cameras first take the back for the front, without feet that would tell; then they see it right."""
+    calibration = stage(*TWO)
+    frames = []
+    for frame in recorded(calibration, arms_swinging, 3.0, noise_m=0.01):
+        if frame.device_time_ns < 1.4 * SECOND:  # of 1.0 to 4.0
+            positions = frame.positions[MIRROR].copy()
+            positions[[INDEX["left_toe"], INDEX["right_toe"]]] = np.nan
+            frame = replace(frame, positions=positions)
+        frames.append(frame)
+    results = run(calibration, frames, preset=preset)
+    assert errors_m(results, arms_swinging)[:20].mean() > 0.15
+    assert errors_m(results, arms_swinging)[-60:].mean() < 0.05

@@ -153,10 +153,11 @@ class BodyFilter:
         sites, jacobian = self._linearised(q)
         velocities = (jacobian @ self._belief.velocity).reshape(-1, 3)
         rows = self._gate.rows(readings, camera_positions, sites, velocities, late_s)
+        if self._turned_round(rows, dt):
+            return
         cameras = np.array([r.camera for r in readings])
         self._correct(rows, late_s, q, sites, jacobian)
         self._used[cameras] = rows.used
-        self._watch_facing(dt)
 
     def _due(self, readings: Sequence[Reading], cameras: int, dt: float) -> list[Reading]:
         """Return the readings to correct by now: as long as all are ahead, they wait for the other cameras' ones, so
@@ -169,14 +170,20 @@ class BodyFilter:
         due, self._waiting = self._waiting, []
         return due
 
-    def _watch_facing(self, dt: float) -> None:
-        """Turn the body round where it has walked backwards for a while: left and right were exchanged."""
+    def _turned_round(self, rows: Rows, dt: float) -> bool:
+        """Turn the body round where the cameras' joints have walked backwards for a while: left and right were
+        exchanged. The body's own joints would not tell: its feet cannot point backwards."""
         self._unwatched_s += dt
         if self._unwatched_s < FACING_S:
-            return
-        if self._facing.backwards(self._sites, self._unwatched_s):
-            self._begin(self._sites[MIRROR], np.full(JOINT_COUNT, 0.03))
+            return False
+        reported = rows.middle()[0]
+        backwards = self._facing.backwards(reported, self._unwatched_s)
         self._unwatched_s = 0.0
+        if not backwards:
+            return False
+        return self._begin(
+            np.where(np.isnan(reported), self._sites, reported)[MIRROR], np.full(JOINT_COUNT, 0.03)
+        )
 
     def _predict(self, dt: float) -> None:
         self._since_rows_s += dt

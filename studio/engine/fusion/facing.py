@@ -1,7 +1,7 @@
 """Which way a skeleton faces, and so whether its left and right are exchanged.
 
 A tracker that takes a performer's back for the front exchanges left and right, and nothing in the positions of
-one frame says so, except that feet then point backwards: toes lie in front of ankles.
+one frame says so, except that feet then point backwards (toes lie in front of ankles), and knees bend backwards.
 """
 
 import numpy as np
@@ -21,6 +21,9 @@ SURE = 0.7
 UPRIGHT = 0.75
 """Trunk and thighs are upright where their direction is this much vertical; only then do feet tell."""
 
+BENT = 0.5
+"""Knees tell from this sum of the sines of their bends, about the axis through both hips."""
+
 _LEFT = [INDEX[name] for name in ("left_hip", "left_shoulder")]
 _RIGHT = [INDEX[name] for name in ("right_hip", "right_shoulder")]
 _ANKLES = [INDEX["left_ankle"], INDEX["right_ankle"]]
@@ -31,14 +34,20 @@ _NECK, _HIPS = INDEX["neck"], INDEX["hips"]
 
 
 def forwardness(joints: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return how far the feet point to the front of the body, -1..1, shape (...).
+    """Return how far feet point, and knees bend, to the front of the body, -1..1, shape (...).
 
-    NaN where it cannot be told: unseen joints, or a performer who bends, sits or lifts a leg.
+    NaN where it cannot be told: unseen joints, or a performer who bends, sits or lifts a leg with straight knees.
 
     Args:
         joints: canonical joints [m], shape (..., 21, 3); NaN = unseen.
     """
     left = (joints[..., _LEFT, :] - joints[..., _RIGHT, :]).sum(axis=-2)
+    told = np.stack([_feet_forward(joints, left), _knees_forward(joints, left)])
+    known = ~np.isnan(told)
+    return np.where(known, told, 0.0).sum(axis=0) / np.where(known.any(axis=0), known.sum(axis=0), np.nan)
+
+
+def _feet_forward(joints: NDArray[np.float64], left: NDArray[np.float64]) -> NDArray[np.float64]:
     trunk = joints[..., _NECK, :] - joints[..., _HIPS, :]
     front = np.cross(left, trunk)
     thighs = joints[..., _LEGS, :] - joints[..., _KNEES, :]
@@ -46,6 +55,16 @@ def forwardness(joints: NDArray[np.float64]) -> NDArray[np.float64]:
     feet = (joints[..., _TOES, :] - joints[..., _ANKLES, :]).sum(axis=-2)
     length = np.linalg.norm(front, axis=-1) * np.linalg.norm(feet, axis=-1)
     return np.einsum("...k,...k->...", front, feet) / np.where(upright & (length > 1e-9), length, np.nan)
+
+
+def _knees_forward(joints: NDArray[np.float64], left: NDArray[np.float64]) -> NDArray[np.float64]:
+    thighs = joints[..., _KNEES, :] - joints[..., _LEGS, :]
+    shins = joints[..., _ANKLES, :] - joints[..., _KNEES, :]
+    length = np.linalg.norm(thighs, axis=-1) * np.linalg.norm(shins, axis=-1)
+    axes = np.cross(thighs, shins) / np.where(length > 1e-9, length, np.nan)[..., None]
+    width = np.linalg.norm(left, axis=-1)
+    bends = np.einsum("...ik,...k->...", axes, left) / np.where(width > 1e-9, width, np.nan)
+    return np.clip(np.where(np.abs(bends) > BENT, bends, np.nan), -1.0, 1.0)
 
 
 def _vertical(vectors: NDArray[np.float64]) -> NDArray[np.float64]:

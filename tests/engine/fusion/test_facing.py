@@ -1,4 +1,4 @@
-"""Left and right told by where the feet point."""
+"""Left and right told by where the feet point and the knees bend."""
 
 import numpy as np
 
@@ -18,6 +18,17 @@ def test_a_performer_who_bends_tells_nothing():
     bent = JOINTS.copy()
     bent[INDEX["neck"]] = bent[INDEX["hips"]] + [0.0, -0.5, 0.1]
     assert np.isnan(forwardness(bent))
+
+
+def test_knees_of_a_performer_who_sits_tell():
+    sitting = JOINTS.copy()
+    sitting[INDEX["neck"]] = sitting[INDEX["hips"]] + [0.0, -0.5, 0.1]
+    for side in ("left", "right"):
+        hip, knee, ankle = (INDEX[f"{side}_{joint}"] for joint in ("hip", "knee", "ankle"))
+        sitting[knee] = sitting[hip] + np.array([0.0, -0.4, 0.0])
+        sitting[ankle] = sitting[knee] + np.array([0.0, 0.0, -0.4])
+    assert forwardness(sitting) > 0.9
+    assert forwardness(sitting[MIRROR]) < -0.9
 
 
 def test_the_whole_demo_faces_forward_whenever_it_can_be_told():
