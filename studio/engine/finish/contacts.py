@@ -17,9 +17,8 @@ STAND_SPEED_M_S = 0.5
 STAND_HEIGHT_M = 0.04
 """A joint stands below this speed and at most this far above the height at which it stands."""
 
-STILL_SPEED_M_S = 0.3
-STILL_HEIGHT_M = 0.06
-"""Between two stances it stands on where it stays below these: noise lifts a toe by centimetres."""
+LIFTED_M = 0.06
+"""Between two stances it stands on where it stays slow and below this height: noise lifts a toe by centimetres."""
 
 SMOOTHING_S = 0.05
 """Speeds are those of the path smoothed by a Gaussian of this deviation: noise alone moves a standing foot."""
@@ -70,12 +69,11 @@ def find_contacts(
         dt: time between frames [s].
         rest_heights_m: heights of `JOINTS` in the T-pose [m], shape (4,).
     """
-    speed = np.concatenate([_speed(feet[begin:end], dt) for begin, end in pieces])
-    slow = speed < STAND_SPEED_M_S
+    slow = np.concatenate([_speed(feet[begin:end], dt) < STAND_SPEED_M_S for begin, end in pieces])
     height = np.array([_standing_height(feet[slow[:, k], k, 2]) for k in range(len(JOINTS))])
     above = np.abs(feet[:, :, 2] - height)
     standing = slow & (above < STAND_HEIGHT_M)
-    still = (speed < STILL_SPEED_M_S) & (above < STILL_HEIGHT_M)
+    still = slow & (above < LIFTED_M)
     gap, least = (np.ones((max(1, round(s / dt)), 1), dtype=bool) for s in (MAX_GAP_S, MIN_STAND_S))
     for begin, end in pieces:
         standing[begin:end] = _steady(_through(standing[begin:end], still[begin:end]), gap, least)
