@@ -115,6 +115,7 @@ def run_in_process(
     *args: Any,
     on_progress: Callable[[float], None] | None = None,
     should_stop: Callable[[], bool] | None = None,
+    spare: bool = True,
     **kwargs: Any,
 ) -> Any:
     """Return `function(*args, **kwargs)` as another process computes it; blocks the calling thread meanwhile.
@@ -123,12 +124,13 @@ def run_in_process(
         function: of a module's top level; with `on_progress` it gets a keyword `progress`, a function that
             takes the share that is done, 0..1.
         should_stop: asked from time to time; once it is true, the work ends when it next tells its progress.
+        spare: use the process that is kept ready; work that nobody waits for leaves it to others.
 
     Raises:
         Stopped: it was told to stop.
         StudioError: what the function raised, or that the process broke off.
     """
-    worker = _take()
+    worker = _take() if spare else _start()
     kind, value, stays = "broken", None, False
     try:
         worker.connection.send((function, args, kwargs, on_progress is not None))
@@ -146,7 +148,7 @@ def run_in_process(
     except (EOFError, BrokenPipeError, ConnectionResetError):
         kind = "broken"
     finally:
-        _put_back(worker, stays and kind != "progress")
+        _put_back(worker, spare and stays and kind != "progress")
     if kind == "done":
         return value
     if kind == "stopped":

@@ -20,17 +20,20 @@ from studio.api.operations import operations_router
 from studio.api.origin import OriginGuard
 from studio.api.outputs import outputs_router
 from studio.api.performers import performers_router
+from studio.api.presets import presets_router
 from studio.api.references import references_router
 from studio.api.rigs import rigs_router
 from studio.api.shares import shares_router
 from studio.api.stage import stage_router
 from studio.api.takes import takes_router
+from studio.api.thumbnails import Thumbnails, thumbnails_router
 from studio.api.vote import vote_router
 from studio.blind.desk import Desk
 from studio.engine.calibration.result import Performer
 from studio.live import LiveStage
 from studio.share.store import Shares
 from studio.streams import Outputs
+from studio.take.presets import Presets
 
 _DESCRIPTION = """
 Operate the studio: cameras, recording, settings, calibration, takes. The page does all it does through these
@@ -73,10 +76,14 @@ def create_app(
     app.include_router(link_router(stage, access, hello_timeout_s=hello_timeout_s))
     app.state.events = {}
     app.include_router(events_router(stage, jobs, app.state.events))
-    app.include_router(stage_router(stage))
+    presets, thumbnails = Presets(sessions), Thumbnails(stage)
+    app.state.events["thumbnails"] = lambda: thumbnails.made
+    app.include_router(stage_router(stage, presets))
+    app.include_router(presets_router(presets))
     finder = Finder(stage, sessions)
     app.include_router(performers_router(stage))
-    app.include_router(takes_router(sessions, finder, jobs))
+    app.include_router(takes_router(sessions, finder, jobs, presets, thumbnails))
+    app.include_router(thumbnails_router(finder))
     app.include_router(rigs_router(sessions))
     app.include_router(manage_router(sessions, finder, jobs))
     app.include_router(references_router(sessions, finder))

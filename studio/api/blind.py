@@ -13,7 +13,7 @@ from studio.api.find import Finder
 from studio.api.jobs import Jobs
 from studio.api.qr import qr_picture
 from studio.api.stage import Request
-from studio.api.switches import from_request
+from studio.api.switches import assignments
 from studio.api.work import bake_work, solve_work
 from studio.blind import thesis
 from studio.blind.desk import Desk
@@ -21,6 +21,7 @@ from studio.blind.model import BlindTest, Interpolation, Pair, Rules, Side, chec
 from studio.blind.results import results, votes_csv
 from studio.blind.store import read_key
 from studio.engine.errors import SettingsError
+from studio.engine.settings import parse_settings
 from studio.worker import run_in_process
 
 VOTE_PATH = "/vote"
@@ -132,7 +133,7 @@ def blind_router(finder: Finder, jobs: Jobs, desk: Desk) -> APIRouter:
                 name,
                 solve_work,
                 take.path,
-                from_request(one.preset, one.changes).to_json(),
+                parse_settings(one.preset, assignments(one.changes)).to_json(),
                 name,
                 False,
             )

@@ -70,4 +70,5 @@ class Finder:
             "rating": info.rating,
             "starred": info.starred,
             "problem": info.problem,
+            "thumbnail": (info.path / "exports" / "thumbnail.png").is_file(),
         }

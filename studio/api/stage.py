@@ -9,6 +9,7 @@ from studio.api import switches
 from studio.api.errors import RESPONSES, NotFoundError
 from studio.live import LiveStage
 from studio.live.stage import CALIBRATION_S
+from studio.take.presets import Presets
 
 _PNG: dict[int | str, dict[str, Any]] = {200: {"content": {"image/png": {}}, "description": "The picture."}}
 
@@ -58,7 +59,7 @@ class CalibrationRequest(Request):
     performer: str = Field("", description="who walks; somebody of another height is refused")
 
 
-def stage_router(stage: LiveStage) -> APIRouter:
+def stage_router(stage: LiveStage, presets: Presets) -> APIRouter:
     """Return the routes of the live stage."""
     router = APIRouter(prefix="/api/v1", tags=["stage"], responses=RESPONSES)
 
@@ -98,18 +99,18 @@ def stage_router(stage: LiveStage) -> APIRouter:
     @router.get("/switches")
     def get_switches() -> dict[str, Any]:
         """Every switch with its values and explanation, and the presets."""
-        return switches.catalogue()
+        return switches.catalogue(presets)
 
     @router.get("/settings")
     def get_settings() -> dict[str, Any]:
         """The live settings: the nearest preset, what differs from it, and every switch as text."""
-        return switches.describe(stage.settings())
+        return switches.describe(stage.settings(), presets.all())
 
     @router.put("/settings")
     def put_settings(request: SettingsRequest) -> dict[str, Any]:
         """Use a preset with changes from now on, also within a recording."""
-        stage.set_settings(switches.from_request(request.preset, request.set))
-        return switches.describe(stage.settings())
+        stage.set_settings(switches.from_request(presets, request.preset, request.set))
+        return switches.describe(stage.settings(), presets.all())
 
     @router.post("/calibration/start", status_code=202)
     def start_calibration(request: CalibrationRequest | None = None) -> dict[str, Any]:

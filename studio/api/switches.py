@@ -2,23 +2,17 @@
 
 from typing import Any
 
-from studio.engine.settings import (
-    CHOICES,
-    EXPLANATIONS,
-    PRESETS,
-    RANGES,
-    SolveSettings,
-    parse_settings,
-)
+from studio.engine.settings import CHOICES, EXPLANATIONS, RANGES, SolveSettings
+from studio.take.presets import Presets
 
 _NESTED = ("effectors", "displacement_limits_m_s")
 
 
-def catalogue() -> dict[str, Any]:
+def catalogue(presets: Presets) -> dict[str, Any]:
     """Return every switch and every preset.
 
     `switches`: `key`, `kind` (choice, range, text), `help`, `default` (as text), and for a choice `values`, for a
-    range `low` and `high`. `presets`: text by key, by name.
+    range `low` and `high`. `presets`: text by key, by name; `saved`: the names of those that can be changed.
     """
     defaults = texts(SolveSettings())
     switches = []
@@ -34,7 +28,8 @@ def catalogue() -> dict[str, Any]:
         else:
             item |= {"kind": "text"}
         switches.append(item)
-    return {"switches": switches, "presets": {name: texts(value) for name, value in PRESETS.items()}}
+    by_name = {name: texts(value) for name, value in presets.all().items()}
+    return {"switches": switches, "presets": by_name, "saved": list(presets.saved())}
 
 
 def texts(settings: SolveSettings, *, nested: bool = False) -> dict[str, str]:
@@ -55,21 +50,26 @@ def _text(value: Any) -> str:
     return f"{value:g}" if isinstance(value, float) and float(f"{value:g}") == value else str(value)
 
 
-def describe(settings: SolveSettings) -> dict[str, Any]:
-    """Return settings as the nearest preset and what differs: `preset`, `set`; and `switches`, all as text."""
+def describe(settings: SolveSettings, presets: dict[str, SolveSettings]) -> dict[str, Any]:
+    """Return settings as the nearest of some presets and what differs: `preset`, `set`; `switches`, all as text."""
     mine = texts(settings, nested=True)
     differences = {}
-    for name, value in PRESETS.items():
+    for name, value in presets.items():
         base = texts(value, nested=True)
         differences[name] = {key: text for key, text in mine.items() if base.get(key) != text}
     nearest = min(differences, key=lambda name: len(differences[name]))
     return {"preset": nearest, "set": differences[nearest], "switches": texts(settings)}
 
 
-def from_request(preset: str, changes: dict[str, Any]) -> SolveSettings:
+def from_request(presets: Presets, preset: str, changes: dict[str, Any]) -> SolveSettings:
     """Return a preset's settings with changes by key.
 
     Raises:
         SettingsError: an unknown preset, key or value.
     """
-    return parse_settings(preset, [f"{key}={_text(value)}" for key, value in changes.items()])
+    return presets.settings(preset, assignments(changes))
+
+
+def assignments(changes: dict[str, Any]) -> list[str]:
+    """Return changes by key as the command line writes them, `KEY=VALUE`."""
+    return [f"{key}={_text(value)}" for key, value in changes.items()]

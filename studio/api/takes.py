@@ -15,6 +15,7 @@ from studio.api.jobs import Jobs
 from studio.api.rigs import find_rig
 from studio.api.stage import Request
 from studio.api.switches import from_request
+from studio.api.thumbnails import Thumbnails
 from studio.api.work import export_work, solve_work
 from studio.engine.export.options import ExportOptions
 from studio.take.names import inside
@@ -68,14 +69,18 @@ class ExportRequest(Request):
         return ExportOptions(**{**values, "take_name": self.take_name or take})
 
 
-def takes_router(sessions: Path, finder: Finder, jobs: Jobs, presets: Presets) -> APIRouter:
+def takes_router(
+    sessions: Path, finder: Finder, jobs: Jobs, presets: Presets, thumbnails: Thumbnails
+) -> APIRouter:
     """Return the routes of the takes in `sessions`."""
     router = APIRouter(prefix="/api/v1", tags=["takes"], responses=RESPONSES)
 
     @router.get("/takes")
     def get_takes() -> list[dict[str, Any]]:
         """All takes, the newest first."""
-        infos = [finder.line(info) for info in list_takes(sessions)]
+        takes = list_takes(sessions)
+        thumbnails.want(takes)
+        infos = [finder.line(info) for info in takes]
         return sorted(infos, key=lambda info: (info["created"], info["id"]), reverse=True)
 
     @router.get("/takes/{session}/{take}")

@@ -174,3 +174,21 @@ def share_work(poses: Path, title: str, subtitle: str, start_s: float | None, en
     return replay_page(
         on_output_joints(Poses.load(poses)), title=title, subtitle=subtitle, start_s=start_s, end_s=end_s
     )
+
+
+def thumbnails_work(wanted: list[tuple[Path, Path]]) -> list[Path]:
+    """Draw the pictures of takes, given the `poses.npz` and the picture of each; return those that were made."""
+    from studio.engine.errors import StudioError
+    from studio.engine.poses import Poses
+    from studio.render.thumbnail import render_thumbnail
+
+    made = []
+    for poses, picture in wanted:
+        if not poses.parent.is_dir():
+            continue  # thrown away or renamed meanwhile
+        try:
+            render_thumbnail(Poses.load(poses), picture)
+        except StudioError:
+            continue  # a damaged solve has no picture; the list says what is wrong with the take
+        made.append(picture)
+    return made

@@ -16,7 +16,10 @@ def add_parser(subparsers: Any) -> None:
     parser = add_command(subparsers, "solve", run, _TEXT)
     add_take(parser)
     parser.add_argument(
-        "--preset", metavar="NAME", default="studio", help="raw, thesis, studio or finish (default studio)"
+        "--preset",
+        metavar="NAME",
+        default="studio",
+        help="raw, thesis, studio, finish, or one saved in the studio (default studio)",
     )
     parser.add_argument(
         "--set",
@@ -35,9 +38,9 @@ def add_parser(subparsers: Any) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
-    from studio.engine.settings import parse_settings
+    from studio.take.presets import Presets
 
-    settings = parse_settings(args.preset, args.set)
+    settings = Presets(args.take.resolve().parent.parent).settings(args.preset, args.set)
 
     from studio.replay import solve_take
     from studio.take.take import Take

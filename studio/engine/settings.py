@@ -259,7 +259,15 @@ def parse_settings(preset_name: str, assignments: list[str] | tuple[str, ...] = 
     Raises:
         SettingsError: an unknown preset, key or value.
     """
-    settings = preset(preset_name)
+    return changed(preset(preset_name), assignments)
+
+
+def changed(settings: SolveSettings, assignments: list[str] | tuple[str, ...]) -> SolveSettings:
+    """Return settings with `KEY=VALUE` assignments applied in order.
+
+    Raises:
+        SettingsError: an unknown key or value.
+    """
     for assignment in assignments:
         key, separator, value = assignment.partition("=")
         if not separator:

@@ -1,4 +1,5 @@
-"""Damage of the stage's own files in the folder of sessions: calibrations, performers, camera tokens, outputs.
+"""Damage of the stage's own files in the folder of sessions: calibrations, performers, camera tokens, outputs,
+presets.
 
 A file that is no JSON is put aside, so that the studio starts without it; what a killed program left half written is
 removed.
@@ -14,6 +15,7 @@ from studio.engine.errors import CalibrationError
 _FILES = {
     "access.json": "pair the cameras again",
     "outputs.json": "add the outputs again",
+    "presets.json": "save the presets again",
     "calibrations/*.json": "the last good calibration is in use; else calibrate again",
     "performers/*.json": "measure the performer again",
 }

@@ -1,0 +1,28 @@
+"""Pictures of takes: made in the background when the list is asked for, kept, and sent."""
+
+import io
+from collections.abc import Callable
+from pathlib import Path
+
+from PIL import Image
+
+from tests.api.camera import wait_until
+from tests.api.conftest import Studio
+from tests.web.playback.takes import take_with_solves
+
+
+def test_takes_with_solves_get_a_picture(start_studio: Callable[..., Studio], tmp_path: Path) -> None:
+    take_with_solves(tmp_path / "monday" / "one")
+    broken = take_with_solves(tmp_path / "monday" / "two")
+    for name in broken.solve_names():
+        (broken.solve_folder(name) / "poses.npz").write_bytes(b"no poses")
+    http = start_studio(tmp_path).http
+    assert http.get("/takes/monday/one/thumbnail").status_code == 404
+    wait_until(lambda: any(take["thumbnail"] for take in http.get("/takes").json()), "a take has its picture")
+    lines = {take["name"]: take["thumbnail"] for take in http.get("/takes").json()}
+    assert lines == {"one": True, "two": False}
+    answer = http.get("/takes/monday/one/thumbnail")
+    picture = Image.open(io.BytesIO(answer.content))
+    assert (answer.headers["content-type"], picture.size) == ("image/png", (128, 128))
+    assert len(set(picture.convert("L").tobytes())) > 30  # a figure, not an empty floor
+    assert http.get("/takes/monday/nobody/thumbnail").status_code == 404
