@@ -13,6 +13,7 @@ from studio.api.errors import add_error_handlers
 from studio.api.events import events_router
 from studio.api.find import Finder
 from studio.api.jobs import Jobs
+from studio.api.limits import BodyGuard, PlainAnswers
 from studio.api.link import HELLO_TIMEOUT_S, link_router
 from studio.api.manage import manage_router
 from studio.api.measure import measure_router
@@ -70,8 +71,10 @@ def create_app(
     jobs = Jobs()
     access = access or Access(sessions, required=False, now_s=time.monotonic)
     add_error_handlers(app)
+    app.add_middleware(BodyGuard)
     app.add_middleware(AccessGuard, access=access)
-    app.add_middleware(OriginGuard)  # the last one added is the first to look
+    app.add_middleware(OriginGuard)
+    app.add_middleware(PlainAnswers)  # the last one added is the first to look
     app.include_router(access_router(access))
     app.include_router(link_router(stage, access, hello_timeout_s=hello_timeout_s))
     app.state.events = {}

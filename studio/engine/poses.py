@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from studio.engine.arrays import read_arrays
 from studio.engine.errors import FormatError
 from studio.engine.files import write_atomically
 from studio.engine.joints import OUTPUT_JOINTS, OUTPUT_PARENTS
@@ -80,8 +81,7 @@ class Poses:
         if not Path(path).is_file():
             raise FormatError(f"no poses at {path}; run `studio solve` first")
         try:
-            with open(path, "rb") as file, np.load(file, allow_pickle=False) as data:
-                values = {key: data[key] for key in _KEYS}
+            values = read_arrays(path, _KEYS)
         except (KeyError, ValueError, OSError, EOFError) as error:
             raise FormatError(f"{path} is not a poses.npz: {error}; solve the take again") from error
         except Exception as error:  # zipfile and zlib raise their own kinds on a truncated file

@@ -20,6 +20,12 @@ from studio.take.take import Take, check_meta
 ENDING = ".take.zip"
 MAX_FILES = 10_000
 MAX_BYTES = 200 * 1024**3
+MAX_META_BYTES = 16 << 20
+MAX_RATIO, SMALL_BYTES = 100, 256 << 20
+"""Files beyond `SMALL_BYTES` in all grow by so much at most when they are unpacked; a take's texts by 5 to 20."""
+
+KEPT_FREE_BYTES = 256 << 20
+"""So much of the disk is left to recordings."""
 
 _CHUNK = 1 << 20
 _SUBFOLDERS = ("calibrations", "solves", "references")
@@ -57,6 +63,7 @@ def read_bundle(file: str | Path | IO[bytes], out: str | Path) -> Take:
     try:
         with zipfile.ZipFile(file) as bundle:
             members = _members(bundle)
+            _check_disk(Path(out), sum(member.file_size for member in members))
             meta = _meta(bundle)
             with new_take(out, source=meta["source"], created=meta["created"]) as take:
                 for member in members:
@@ -93,14 +100,30 @@ def _members(bundle: zipfile.ZipFile) -> list[zipfile.ZipInfo]:
         raise FormatError(
             f"the file holds over {MAX_FILES} files or {MAX_BYTES >> 30} GB; no take is so large"
         )
+    unpacked, packed = (sum(getattr(m, size) for m in members) for size in ("file_size", "compress_size"))
+    if unpacked > max(SMALL_BYTES, MAX_RATIO * packed):
+        raise FormatError(
+            f"the file would grow from {packed >> 10} kB to {unpacked >> 20} MB, as no take does; "
+            "give one that this program made"
+        )
     if len({member.filename for member in members}) != len(members):
         raise FormatError("the file holds a name twice; give one that this program made")
     return members
 
 
+def _check_disk(out: Path, size: int) -> None:
+    folder = next(parent for parent in out.absolute().parents if parent.is_dir())
+    free = shutil.disk_usage(folder).free
+    if size > free - KEPT_FREE_BYTES:
+        raise StudioError(
+            f"the take needs {size >> 20} MB and {folder} has {free >> 20} MB left; free some space"
+        )
+
+
 def _meta(bundle: zipfile.ZipFile) -> dict:
     try:
-        meta = json.loads(bundle.read("take.json"))
+        with bundle.open("take.json") as file:
+            meta = json.loads(_Bounded(file, MAX_META_BYTES).read(MAX_META_BYTES + 1))
     except (KeyError, ValueError, RecursionError) as error:
         raise FormatError(f"the file has no take.json that can be read: {error}") from error
     try:

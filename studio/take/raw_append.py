@@ -17,12 +17,13 @@ import msgspec
 from mcap.data_stream import ReadDataStream, RecordBuilder
 from mcap.opcode import Opcode
 from mcap.records import Channel, Chunk, ChunkIndex, DataEnd, Footer, McapRecord, Message, Statistics
-from mcap.stream_reader import MAGIC_SIZE, breakup_chunk
+from mcap.stream_reader import MAGIC_SIZE
 from mcap.writer import MCAP0_MAGIC
 
 from studio import wire
 from studio.engine.errors import FormatError, TakeError
 from studio.take.ranges import Ranges
+from studio.take.raw_chunks import open_chunk
 from studio.take.raw_reader import DAMAGE
 from studio.take.raw_records import LIVE_TOPIC, camera_topic
 
@@ -117,7 +118,7 @@ def _scan(file: IO[bytes], size: int, state: RawState) -> None:
         file.seek(offset + _HEAD.size)
         try:
             chunk = Chunk.read(ReadDataStream(BytesIO(file.read(length))))
-            records = breakup_chunk(chunk, validate_crc=True)
+            records = open_chunk(chunk)
         except DAMAGE:
             continue  # the reader leaves it out, too
         for record in records:

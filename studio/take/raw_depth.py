@@ -11,13 +11,14 @@ from typing import IO, NamedTuple
 
 import numpy as np
 from mcap.records import Chunk, Message
-from mcap.stream_reader import StreamReader, breakup_chunk
+from mcap.stream_reader import StreamReader
 from numpy.typing import NDArray
 
 from studio import wire
 from studio.engine.depth import DepthCamera, DepthFrame
 from studio.engine.errors import FormatError, TakeError
 from studio.engine.frames import ClockModel
+from studio.take.raw_chunks import open_chunk
 from studio.take.raw_clocks import TakeClocks
 from studio.take.raw_reader import DAMAGE, RawReader
 from studio.take.raw_records import RawDepth, RawEvent, depth_camera
@@ -173,7 +174,7 @@ def _read_chunk(file: IO[bytes], offset: int) -> dict[tuple[int, int, int], byte
         if isinstance(record, Chunk):
             return {
                 (message.channel_id, message.publish_time, message.log_time): message.data
-                for message in breakup_chunk(record, validate_crc=True)
+                for message in open_chunk(record)
                 if isinstance(message, Message)
             }
     raise EOFError(f"no chunk at {offset}")

@@ -11,10 +11,11 @@ import msgspec
 import zstandard
 from mcap.exceptions import McapError
 from mcap.records import Channel, Chunk, Footer, McapRecord, Message
-from mcap.stream_reader import MAGIC_SIZE, StreamReader, breakup_chunk
+from mcap.stream_reader import MAGIC_SIZE, StreamReader
 
 from studio import wire
 from studio.engine.errors import FormatError, TakeError
+from studio.take.raw_chunks import open_chunk
 from studio.take.raw_records import (
     LATE_KEY,
     LIVE_TOPIC,
@@ -110,7 +111,7 @@ class RawReader:
                 break
             if isinstance(record, Chunk):
                 try:
-                    inner = breakup_chunk(record, validate_crc=True)
+                    inner = open_chunk(record)
                 except DAMAGE as error:
                     self._note("a chunk is damaged and was left out", error)
                     continue

@@ -10,6 +10,7 @@ from zipfile import BadZipFile
 import numpy as np
 from numpy.typing import NDArray
 
+from studio.engine.arrays import read_arrays
 from studio.engine.errors import FormatError
 from studio.engine.files import write_atomically
 from studio.engine.frames import FrameSet, FusedSkeleton, StepResult
@@ -81,9 +82,8 @@ class Trace:
             FormatError: no such file, or a damaged one.
         """
         try:
-            with open(path, "rb") as opened, np.load(opened, allow_pickle=False) as file:
-                values = {key: file[key] for key in _KEYS}
-        except (OSError, ValueError, KeyError, EOFError, BadZipFile) as error:
+            values = read_arrays(path, _KEYS)
+        except (OSError, ValueError, KeyError, EOFError, MemoryError, BadZipFile) as error:
             raise FormatError(f"{path} is no trace of a solve ({error}); solve the take again") from error
         for key in ("cameras", "reasons"):
             values[key] = tuple(str(text) for text in values[key])

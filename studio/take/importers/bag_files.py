@@ -191,8 +191,16 @@ def _unpack(compression: bytes, data: bytes) -> bytes:
     if compression == b"lz4":
         import lz4.frame
 
-        return lz4.frame.decompress(data)
-    return bz2.decompress(data) if compression == b"bz2" else data
+        return _bounded(lz4.frame.LZ4FrameDecompressor(), data)
+    return _bounded(bz2.BZ2Decompressor(), data) if compression == b"bz2" else data
+
+
+def _bounded(unpacker: Any, data: bytes) -> bytes:
+    """Return what `data` holds, unless that is more than a record may have."""
+    unpacked = unpacker.decompress(data, _RECORD_BYTES_LIMIT)
+    if not unpacker.eof:
+        raise ValueError(f"a chunk that ends early, or has over {_RECORD_BYTES_LIMIT} bytes once unpacked")
+    return unpacked
 
 
 @dataclass

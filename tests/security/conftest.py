@@ -1,0 +1,5 @@
+"""The servers of the API's tests."""
+
+from tests.api.conftest import recorded, start_studio, studio
+
+__all__ = ["recorded", "start_studio", "studio"]

@@ -1,0 +1,126 @@
+"""The real program's sockets, and where the code opens connections."""
+
+import ast
+import socket
+import subprocess
+import sys
+from pathlib import Path
+
+import psutil
+import pytest
+from websockets.exceptions import WebSocketException
+from websockets.sync.client import connect
+
+import studio
+
+PACKAGE = Path(studio.__file__).parent
+LOOPBACK = {"127.0.0.1", "::1"}
+
+MAY_CONNECT = {
+    "camera/link.py": "a camera's link to the server that its operator named",
+    "web/proxy.py": "viser, on the loopback",
+    "web/view.py": "a free port on the loopback",
+    "api/server.py": "the server's own socket",
+    "streams/sender.py": "live output by UDP, to the machines that an operator named",
+    "batch/run.py": "the Dask scheduler that the command line names",
+}
+CONNECTING = {
+    "socket", "urllib.request", "http.client", "httpx", "requests", "aiohttp", "ftplib", "smtplib",
+    "websockets.sync.client", "websockets.asyncio.client", "distributed", "pythonosc.udp_client",
+}  # fmt: skip
+
+
+def imported(path: Path) -> set[str]:
+    """Full names of the modules that a file imports, inside functions too."""
+    names: set[str] = set()
+    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+        if isinstance(node, ast.Import):
+            names |= {alias.name for alias in node.names}
+        elif isinstance(node, ast.ImportFrom) and node.module:
+            names |= {node.module} | {f"{node.module}.{alias.name}" for alias in node.names}
+    return names
+
+
+def test_nothing_else_opens_connections():
+    """No request can make the server fetch an address (SSRF): few modules could, and none takes one from a file."""
+    found = {
+        path.relative_to(PACKAGE).as_posix() for path in PACKAGE.rglob("*.py") if imported(path) & CONNECTING
+    }
+    assert found == set(MAY_CONNECT)
+
+
+def test_the_guard_notices(tmp_path):
+    file = tmp_path / "x.py"
+    file.write_text("def f():\n    from urllib import request\n    request.urlopen('http://x')\n")
+    assert imported(file) & CONNECTING
+
+
+@pytest.mark.parametrize(
+    ("host", "open_"), [("127.0.0.1", 0), ("0.0.0.0", 1)], ids=["loopback", "open to the network"]
+)
+def test_one_socket_is_open_to_the_network_and_viser_s_is_not(tmp_path, host, open_):
+    command = [sys.executable, "-m", "studio", "serve", "--host", host, "--port", "0", "--demo"]
+    with subprocess.Popen(
+        [*command, "--sessions", str(tmp_path)], stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True
+    ) as program:
+        try:
+            port = int(program.stdout.readline().split(" (")[0].rsplit(":", 1)[1])
+            listening = sockets_of(program.pid)
+            assert (host, port) in listening
+            outside = [(address, number) for address, number in listening if address not in LOOPBACK]
+            assert outside == [(host, port)] * open_
+            inside = [number for address, number in listening if address in LOOPBACK and number != port]
+            assert len(inside) == 1, "viser's own"
+            for address in addresses():
+                with pytest.raises(OSError), socket.create_connection((address, inside[0]), timeout=2):
+                    pass
+            if open_:  # nor through the proxy without signing in
+                with (
+                    pytest.raises(WebSocketException),
+                    connect(f"ws://127.0.0.1:{port}/viewer", origin=f"http://127.0.0.1:{port}") as viewer,
+                ):
+                    viewer.recv(timeout=5)
+        finally:
+            program.terminate()
+            program.wait(timeout=30)
+
+
+HANDLERS = (
+    "on_click",
+    "on_update",
+    "on_pointer_event",
+    "on_scene_click",
+    "on_rect_select",
+    "add_button",
+    "on_drag",
+)
+
+
+def test_the_3d_view_listens_to_nobody():
+    """Who reaches viser sees the stage and can operate nothing: no handler of its messages changes any state."""
+    for path in (PACKAGE / "web").rglob("*.py"):
+        used = {
+            node.attr
+            for node in ast.walk(ast.parse(path.read_text(encoding="utf-8")))
+            if isinstance(node, ast.Attribute)
+        }
+        assert not used & set(HANDLERS), path.name
+
+
+def sockets_of(pid: int) -> list[tuple[str, int]]:
+    """Address and port of all TCP sockets on which a program and those it started listen."""
+    program = psutil.Process(pid)
+    return [
+        (connection.laddr.ip, connection.laddr.port)
+        for each in [program, *program.children(recursive=True)]
+        for connection in each.net_connections("tcp")
+        if connection.status == psutil.CONN_LISTEN
+    ]
+
+
+def addresses() -> list[str]:
+    """This machine's own addresses on networks."""
+    found = [
+        one.address for many in psutil.net_if_addrs().values() for one in many if one.family == socket.AF_INET
+    ]
+    return [address for address in found if address not in LOOPBACK]
