@@ -21,7 +21,7 @@ from studio.take.names import inside
 from studio.take.sessions import take_info, take_path
 from studio.take.slate import Slate, change_slate
 from studio.take.take import check_free
-from studio.take.trash import Thrown, empty_trash, list_trash, restore, throw_away
+from studio.take.trash import Thrown, empty_trash, list_trash, restore, throw_away, throw_solve_away
 from studio.worker import run_in_process
 
 
@@ -60,6 +60,12 @@ def manage_router(sessions: Path, finder: Finder, jobs: Jobs) -> APIRouter:
         finder.take(session, take)
         return throw_away(sessions, session, take)
 
+    @router.delete("/takes/{session}/{take}/solves/{solve}")
+    def throw_solve(session: str, take: str, solve: str) -> Thrown:
+        """Move a solve of a take to the trash; answers its place there."""
+        finder.solve(finder.take(session, take), solve)
+        return throw_solve_away(sessions, session, take, solve)
+
     @router.get("/takes/{session}/{take}/calibrations")
     def get_calibrations(session: str, take: str) -> dict[str, Any]:
         """Numbers of the take's calibrations, and as `calibration` the one in use, as `calibrate --json`."""
@@ -89,7 +95,7 @@ def manage_router(sessions: Path, finder: Finder, jobs: Jobs) -> APIRouter:
 
     @router.post("/trash/{trash_id}/restore", tags=["trash"])
     def put_back(trash_id: str) -> dict[str, Any]:
-        """Put a take back, under another name where its own is taken by now; answers its line of the list."""
+        """Put a take or a solve back, under another name where its own is taken by now; answers the take's line."""
         session, name = restore(sessions, trash_id)
         return finder.line(take_info(take_path(sessions, session, name)))
 

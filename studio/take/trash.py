@@ -1,6 +1,7 @@
-"""The trash: takes that were thrown away, kept in `sessions/.trash` until they are restored or it is emptied.
+"""The trash: takes and solves that were thrown away, kept in `sessions/.trash` until restored or emptied.
 
-`.trash/<id>/take` is the take's folder, `.trash/<id>/thrown.json` says from where it came and when.
+`.trash/<id>/take` is the take's folder, or `.trash/<id>/solve` a solve's; `.trash/<id>/thrown.json` says from where
+it came and when.
 """
 
 import json
@@ -12,21 +13,25 @@ from pathlib import Path
 from studio.engine.errors import TakeError
 from studio.engine.files import write_json
 from studio.take.lock import is_held
-from studio.take.names import inside, is_safe_name
+from studio.take.names import check_name, inside, is_safe_name
 from studio.take.sessions import take_path
-from studio.take.take import check_free, utc_now
+from studio.take.take import Take, check_free, utc_now
 
 FOLDER = ".trash"
 
 
 @dataclass(frozen=True)
 class Thrown:
-    """A take in the trash: its id there, its session and name before, when it was thrown away (ISO 8601, UTC)."""
+    """A take in the trash: its id there, its session and name before, when it was thrown away (ISO 8601, UTC).
+
+    `solve` names what of the take was thrown away, empty for all of it.
+    """
 
     id: str
     session: str
     name: str
     thrown: str
+    solve: str = ""
 
 
 def throw_away(sessions_dir: Path, session: str, name: str) -> Thrown:
@@ -40,16 +45,37 @@ def throw_away(sessions_dir: Path, session: str, name: str) -> Thrown:
         raise TakeError(f"there is no take {session}/{name} to throw away")
     if is_held(path):
         raise TakeError(f"take {session}/{name} is in use; wait until that is done")
-    thrown = Thrown(secrets.token_hex(6), session, name, utc_now())
+    return _move_to_trash(sessions_dir, Thrown(secrets.token_hex(6), session, name, utc_now()), path)
+
+
+def throw_solve_away(sessions_dir: Path, session: str, name: str, solve: str) -> Thrown:
+    """Move one solve of a take to the trash.
+
+    Raises:
+        TakeError: no such take or solve, a name that is not allowed, or a folder that cannot be moved.
+    """
+    take = Take.open(take_path(sessions_dir, session, name))
+    if solve not in take.solve_names():
+        raise TakeError(f"take {session}/{name} has no solve {solve[:80]!r} to throw away")
+    thrown = Thrown(secrets.token_hex(6), session, name, utc_now(), check_name("solve", solve))
+    return _move_to_trash(sessions_dir, thrown, take.solve_folder(solve))
+
+
+def _move_to_trash(sessions_dir: Path, thrown: Thrown, path: Path) -> Thrown:
     place = sessions_dir / FOLDER / thrown.id
+    value = {key: text for key, text in vars(thrown).items() if key != "id"}
     try:
         place.mkdir(parents=True)
-        write_json(place / "thrown.json", {"session": session, "name": name, "thrown": thrown.thrown})
-        path.rename(place / "take")
+        write_json(place / "thrown.json", value)
+        path.rename(place / _what(thrown))
     except OSError as error:
         shutil.rmtree(place, ignore_errors=True)
-        raise TakeError(f"cannot move {session}/{name} to the trash: {error.strerror}") from error
+        raise TakeError(f"cannot move {path.name} to the trash: {error.strerror}") from error
     return thrown
+
+
+def _what(thrown: Thrown) -> str:
+    return "solve" if thrown.solve else "take"
 
 
 def list_trash(sessions_dir: Path) -> list[Thrown]:
@@ -58,21 +84,22 @@ def list_trash(sessions_dir: Path) -> list[Thrown]:
     for file in (sessions_dir / FOLDER).glob("*/thrown.json"):
         try:
             value = json.loads(file.read_text(encoding="utf-8"))
-            found.append(
-                Thrown(file.parent.name, str(value["session"]), str(value["name"]), str(value["thrown"]))
-            )
+            texts = (str(value[key]) for key in ("session", "name", "thrown"))
+            found.append(Thrown(file.parent.name, *texts, str(value.get("solve", ""))))
         except (OSError, ValueError, KeyError, TypeError):
             continue  # not one of ours
     return sorted(found, key=lambda thrown: (thrown.thrown, thrown.id), reverse=True)
 
 
 def restore(sessions_dir: Path, trash_id: str) -> tuple[str, str]:
-    """Put a take back where it was, under another name where that is taken; return its session and name.
+    """Put a take or a solve back, under another name where its own is taken; return the take's session and name.
 
     Raises:
-        TakeError: nothing of that id in the trash, or a folder that cannot be moved.
+        TakeError: nothing of that id in the trash, a solve whose take is gone, or a folder that cannot be moved.
     """
     thrown = _find(sessions_dir, trash_id)
+    if thrown.solve:
+        return _restore_solve(sessions_dir, thrown)
     name, number = thrown.name, 2
     while take_path(sessions_dir, thrown.session, name).exists():
         name, number = f"{thrown.name[:55]}_{number}", number + 1
@@ -86,6 +113,25 @@ def restore(sessions_dir: Path, trash_id: str) -> tuple[str, str]:
         raise TakeError(f"cannot restore {thrown.session}/{name}: {error.strerror}") from error
     shutil.rmtree(place, ignore_errors=True)
     return thrown.session, name
+
+
+def _restore_solve(sessions_dir: Path, thrown: Thrown) -> tuple[str, str]:
+    path = take_path(sessions_dir, thrown.session, thrown.name)
+    if not (path / "take.json").is_file():
+        raise TakeError(
+            f"the take {thrown.session}/{thrown.name} of solve {thrown.solve!r} is not there; restore it first"
+        )
+    take, name, number = Take.open(path), thrown.solve, 2
+    while take.solve_folder(name).exists():
+        name, number = f"{thrown.solve[:55]}_{number}", number + 1
+    place = sessions_dir / FOLDER / thrown.id
+    try:
+        take.solve_folder(name).parent.mkdir(exist_ok=True)
+        (place / "solve").rename(take.solve_folder(name))
+    except OSError as error:
+        raise TakeError(f"cannot restore solve {name!r}: {error.strerror}") from error
+    shutil.rmtree(place, ignore_errors=True)
+    return thrown.session, thrown.name
 
 
 def empty_trash(sessions_dir: Path, trash_id: str | None = None) -> int:

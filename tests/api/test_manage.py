@@ -32,6 +32,18 @@ def test_the_trash(recorded):
     assert recorded.http.get("/trash").json() == []
 
 
+def test_a_solve_goes_to_the_trash_and_back(recorded):
+    thrown = recorded.http.delete("/takes/tests/one/solves/live").json()
+    assert (thrown["name"], thrown["solve"]) == ("one", "live")
+    assert recorded.http.get("/takes").json()[0]["solves"] == []
+    assert recorded.http.get("/trash").json() == [thrown]
+    assert_error(recorded.http.delete("/takes/tests/one/solves/live"), 404, "not_found")
+    assert recorded.http.post(f"/trash/{thrown['id']}/restore").json()["solves"] == ["live"]
+    thrown = recorded.http.delete("/takes/tests/one/solves/live").json()
+    recorded.http.delete("/takes/tests/one").raise_for_status()
+    assert_error(recorded.http.post(f"/trash/{thrown['id']}/restore"), 409, "take", "restore it first")
+
+
 def test_what_is_being_recorded_stays(recorded):
     recorded.http.post("/record/start", json={"session": "tests", "take": "two"}).raise_for_status()
     for answer in (

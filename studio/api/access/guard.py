@@ -7,7 +7,7 @@ from starlette.datastructures import Headers
 from starlette.responses import RedirectResponse
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
-from studio.api.access.tokens import Access
+from studio.api.access.tokens import Access, Role
 from studio.api.errors import error_response
 from studio.wire import LINK_PATH
 
@@ -28,6 +28,12 @@ _OPEN_BELOW = (
 )
 """What voters of blind tests and whoever got a replay reach: their own link's token is asked for behind these."""
 
+_LOOKS = {"GET", "HEAD", "OPTIONS"}
+_SIGN_OUT_API = "/api/v1/access/signout"
+_NOT_FOR_VIEWERS = ("/blind", "/remote", "/api/v1/blind", "/api/v1/shares", "/api/v1/access/")
+_NOT_FOR_VIEWERS_AT_ALL = ("/export", "/file", "/report")
+"""What begins, and what ends with these: takes' data, links, and what would unblind a test."""
+
 _CLOSE = {"type": "websocket.close", "code": 4401, "reason": "sign in first"}
 
 
@@ -36,10 +42,21 @@ def is_open(path: str) -> bool:
     return path in _OPEN or (path.startswith(_OPEN_BELOW) and ".." not in path)
 
 
+def may_look(scope: Scope) -> bool:
+    """Whether a request or a WebSocket only looks, and at what viewers may see."""
+    path = scope["path"]
+    if path == _SIGN_OUT_API:
+        return True
+    if path.startswith(_NOT_FOR_VIEWERS) or path.endswith(_NOT_FOR_VIEWERS_AT_ALL):
+        return False
+    return scope["type"] == "websocket" or scope["method"] in _LOOKS
+
+
 class AccessGuard:
-    """ASGI middleware: lets operators through, and everybody to what is open.
+    """ASGI middleware: lets operators through, viewers to what only looks, and everybody to what is open.
 
     A browser carries its key in a cookie, a program the token as `Authorization: Bearer <token>`.
+    `scope["state"]["role"]` says who asks.
     """
 
     def __init__(self, app: ASGIApp, access: Access) -> None:
@@ -49,35 +66,42 @@ class AccessGuard:
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         if not self._access.required or scope["type"] not in ("http", "websocket") or is_open(scope["path"]):
             await self._app(scope, receive, send)
-        elif self._is_operator(scope):
+            return
+        role = self._role(scope)
+        if role == "operator" or (role == "viewer" and may_look(scope)):
+            scope.setdefault("state", {})["role"] = role
             await self._app(
                 scope, receive, self._watched(scope, send) if scope["type"] == "websocket" else send
             )
         elif scope["type"] == "websocket":
             await send(_CLOSE)
+        elif role == "viewer":
+            message = "you are a viewer, who may look but not change or download; sign in as the operator"
+            await error_response(403, "viewer", message)(scope, receive, send)
         elif _is_page(scope):
             await RedirectResponse(f"{SIGN_IN_PATH}?next={quote(scope['path'])}", 303)(scope, receive, send)
         else:
             message = "sign in first, or send the operator's token as `Authorization: Bearer TOKEN`"
             await error_response(401, "signed_out", message)(scope, receive, send)
 
-    def _is_operator(self, scope: Scope) -> bool:
+    def _role(self, scope: Scope) -> Role | None:
         headers = Headers(scope=scope)
-        if self._access.is_signed_in(cookie_key(headers)):
-            return True
+        role = self._access.role_of_key(cookie_key(headers))
         token = _bearer(headers)
+        if role is not None or not token:
+            return role
         address = scope["client"][0] if scope.get("client") else ""
-        return bool(token) and self._access.may_try(address) and self._access.check_token(token, address)
+        return self._access.check_token(token, address) if self._access.may_try(address) else None
 
     def _watched(self, scope: Scope, send: Send) -> Send:
-        """Return `send` of a WebSocket that is closed once its operator is signed out."""
+        """Return `send` of a WebSocket that is closed once who opened it is signed out."""
         headers = Headers(scope=scope)
         key, token = cookie_key(headers), _bearer(headers)
         open_ = True
 
         async def checked(message: Message) -> None:
             nonlocal open_
-            if open_ and not (self._access.is_signed_in(key) or self._access.is_operator_token(token)):
+            if open_ and not (self._access.role_of_key(key) or self._access.role_of_token(token)):
                 open_ = False
                 await send(_CLOSE)
             if open_:

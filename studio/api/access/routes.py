@@ -6,12 +6,12 @@ from fastapi import APIRouter, Request, Response
 from pydantic import BaseModel, ConfigDict, Field
 
 from studio.api.access.guard import COOKIE, SIGN_IN_API, cookie_key
-from studio.api.access.tokens import FAILURES_OVER_S, Access
+from studio.api.access.tokens import FAILURES_OVER_S, Access, Role
 from studio.api.errors import RESPONSES, ErrorBody, error_response
 
 
 class SignIn(BaseModel):
-    """The operator's token, as the server printed it at its start."""
+    """The operator's token, as the server printed it at its start, or a viewer's."""
 
     model_config = ConfigDict(extra="forbid")
 
@@ -35,9 +35,10 @@ class CameraAccess(BaseModel):
 
 
 class AccessState(BaseModel):
-    """Whether tokens are asked for, and the cameras' tokens."""
+    """Whether tokens are asked for, who asks, and the cameras' tokens, which viewers are not told."""
 
     required: bool
+    role: Role
     cameras: list[CameraAccess]
 
 
@@ -53,6 +54,13 @@ class OperatorToken(BaseModel):
     """A new operator's token; it cannot be shown again."""
 
     token: str
+
+
+class ViewerLink(BaseModel):
+    """A new viewer's token and the link that signs in with it; it cannot be shown again."""
+
+    token: str
+    link: str
 
 
 def access_router(access: Access) -> APIRouter:
@@ -71,7 +79,7 @@ def access_router(access: Access) -> APIRouter:
             )
         key = access.sign_in(body.token.strip(), address)
         if key is None:
-            message = "this is not the operator's token; the server prints it at its start"
+            message = "this is not the operator's token, which the server prints at its start, nor a viewer's"
             return error_response(401, "wrong_token", message)
         response = Response(status_code=204)
         response.set_cookie(
@@ -88,16 +96,24 @@ def access_router(access: Access) -> APIRouter:
         return response
 
     @router.get("/api/v1/access")
-    def get_access() -> AccessState:
-        """Whether tokens are asked for, and the cameras' tokens without their secrets."""
+    def get_access(request: Request) -> AccessState:
+        """Whether tokens are asked for, who asks, and the cameras' tokens without their secrets."""
+        role = getattr(request.state, "role", "operator")
+        tokens = access.camera_tokens() if role == "operator" else []
         return AccessState(
-            required=access.required, cameras=[CameraAccess(**token) for token in access.camera_tokens()]
+            required=access.required, role=role, cameras=[CameraAccess(**token) for token in tokens]
         )
 
     @router.post("/api/v1/access/operator", status_code=201)
     def renew_operator() -> OperatorToken:
         """Make a new operator's token; the old one and all who signed in with it are out, this browser too."""
         return OperatorToken(token=access.renew_operator())
+
+    @router.post("/api/v1/access/viewers", status_code=201)
+    def renew_viewers(request: Request) -> ViewerLink:
+        """Make a new link for viewers, who see the stage and change nothing; the old one and its viewers are out."""
+        token = access.renew_viewer()
+        return ViewerLink(token=token, link=f"{str(request.base_url).rstrip('/')}/signin#{token}")
 
     @router.post("/api/v1/access/cameras", status_code=201)
     def add_camera(body: NewCamera, request: Request) -> MadeCamera:

@@ -1,8 +1,8 @@
-"""Tokens of operators and cameras, and who is signed in.
+"""Tokens of operators, viewers and cameras, and who is signed in.
 
 Only hashes are kept, in `access.json` in the folder of sessions, which only its owner may read: a token is shown
-once, when it is made. The operator's token is a new one at every start of the server; a camera's lasts until it is
-revoked.
+once, when it is made. The operator's token is a new one at every start of the server, a viewer's is made when it is
+asked for; a camera's lasts until it is revoked.
 """
 
 import hashlib
@@ -13,7 +13,7 @@ import threading
 from collections.abc import Callable
 from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 from studio.api.errors import NotFoundError
 from studio.engine.errors import StudioError
@@ -23,6 +23,9 @@ from studio.take.take import utc_now
 FILE_NAME = "access.json"
 MAX_FAILURES, FAILURES_OVER_S = 10, 60.0
 """So many wrong tokens of one address within this time, then it must wait."""
+
+Role = Literal["operator", "viewer"]
+"""Who may do all, and who may only look."""
 
 _TOKEN_BYTES = 24
 _MAX_SIGNED_IN = 100
@@ -44,6 +47,7 @@ class Access:
     Attributes:
         required: whether anything is asked at all; False on a loopback address.
         operator_token: what operators sign in with.
+        viewer_token: what viewers sign in with; empty before `renew_viewer`.
         own_camera_token: for the cameras that the server starts itself; never written down.
     """
 
@@ -61,45 +65,55 @@ class Access:
         self._file = sessions / FILE_NAME
         self._now_s = now_s
         self._lock = threading.Lock()
-        self._signed_in: dict[str, None] = {}
+        self._signed_in: dict[str, Role] = {}
         self._failures: dict[str, list[float]] = {}
         self._cameras = _read(self._file)
         self.own_camera_token = secrets.token_urlsafe(_TOKEN_BYTES)
-        self.operator_token = ""
+        self.operator_token = self.viewer_token = ""
         self.renew_operator()
 
     def renew_operator(self) -> str:
-        """Return a new operator's token; the old one and everybody who signed in with it are out."""
+        """Return a new operator's token; everybody who signed in is out, viewers too."""
         with self._lock:
-            self.operator_token = secrets.token_urlsafe(_TOKEN_BYTES)
+            self.operator_token, self.viewer_token = secrets.token_urlsafe(_TOKEN_BYTES), ""
             self._signed_in.clear()
             return self.operator_token
+
+    def renew_viewer(self) -> str:
+        """Return a new viewer's token; the old one and everybody who signed in with it are out."""
+        with self._lock:
+            self.viewer_token = secrets.token_urlsafe(_TOKEN_BYTES)
+            self._signed_in = {key: role for key, role in self._signed_in.items() if role != "viewer"}
+            return self.viewer_token
 
     def may_try(self, address: str) -> bool:
         """Whether an address may try a token: not after too many wrong ones."""
         with self._lock:
             return len(self._recent(address)) < MAX_FAILURES
 
-    def check_token(self, token: str, address: str) -> bool:
-        """Whether a token is the operator's; a wrong one counts against the address."""
-        if self.is_operator_token(token):
-            return True
-        with self._lock:
-            self._failures[address] = [*self._recent(address), self._now_s()]
-        return False
+    def check_token(self, token: str, address: str) -> Role | None:
+        """Return whose token it is; a wrong one is nobody's, and counts against the address."""
+        role = self.role_of_token(token)
+        if role is None:
+            with self._lock:
+                self._failures[address] = [*self._recent(address), self._now_s()]
+        return role
 
-    def is_operator_token(self, token: str) -> bool:
-        """Whether a token is the operator's."""
+    def role_of_token(self, token: str) -> Role | None:
+        """Return whose token it is, None for nobody's."""
         with self._lock:
-            return _same(token, self.operator_token)
+            if _same(token, self.operator_token):
+                return "operator"
+            return "viewer" if self.viewer_token and _same(token, self.viewer_token) else None
 
     def sign_in(self, token: str, address: str) -> str | None:
         """Return the key of a signed-in browser, or None where the token is wrong."""
-        if not self.check_token(token, address):
+        role = self.check_token(token, address)
+        if role is None:
             return None
         with self._lock:
             key = secrets.token_urlsafe(_TOKEN_BYTES)
-            self._signed_in[key] = None
+            self._signed_in[key] = role
             while len(self._signed_in) > _MAX_SIGNED_IN:
                 del self._signed_in[next(iter(self._signed_in))]
             return key
@@ -109,10 +123,10 @@ class Access:
         with self._lock:
             self._signed_in.pop(key, None)
 
-    def is_signed_in(self, key: str) -> bool:
-        """Whether a key is that of a signed-in browser."""
+    def role_of_key(self, key: str) -> Role | None:
+        """Return who signed in with the key of a browser, None where nobody did."""
         with self._lock:
-            return key in self._signed_in
+            return self._signed_in.get(key)
 
     def _recent(self, address: str) -> list[float]:
         since = self._now_s() - FAILURES_OVER_S

@@ -125,6 +125,31 @@ def test_a_new_operators_token_puts_everybody_out(studio, access):
     assert studio.http.get("status", headers={"Authorization": f"Bearer {new}"}).status_code == 200
 
 
+def test_viewers_look_and_change_nothing(studio, access):
+    operator = {"Authorization": f"Bearer {access.operator_token}"}
+    made = studio.http.post("access/viewers", headers=operator).json()
+    assert made["link"].endswith(f"/signin#{made['token']}")
+    key = access.sign_in(made["token"], "here")
+    viewer = {"Cookie": f"studio_operator={key}"}
+    assert studio.http.get("takes", headers=viewer).status_code == 200
+    assert studio.http.get("access", headers=viewer).json() == {
+        "required": True, "role": "viewer", "cameras": []
+    }  # fmt: skip
+    for method, path in (
+        ("POST", "record/start"), ("PUT", "settings"), ("POST", "access/operator"), ("DELETE", "trash"),
+        ("GET", "takes/a/b/file"), ("GET", "takes/a/b/solves/c/export?format=bvh"), ("GET", "blind"),
+    ):  # fmt: skip
+        answer = studio.http.request(method, path, headers=viewer)
+        assert (answer.status_code, answer.json()["error"]["code"]) == (403, "viewer"), path
+    with connect(studio.url("events"), additional_headers=viewer) as socket:
+        assert "status" in socket.recv(timeout=5)
+        studio.http.post("access/viewers", headers=operator)
+        with pytest.raises(WebSocketException):
+            for _ in range(20):
+                socket.recv(timeout=5)
+    assert studio.http.get("takes", headers=viewer).status_code == 401
+
+
 def test_cameras_need_a_token_of_their_own(studio, access):
     assert isinstance(link(studio, ""), wire.Refused)
     assert link(studio, "wrong").code == "token"
@@ -177,4 +202,4 @@ def test_a_broken_file_is_said(tmp_path):
 def test_loopback_asks_for_nothing(start_studio, tmp_path):
     open_studio = start_studio(tmp_path / "sessions")
     assert open_studio.http.get("status").status_code == 200
-    assert open_studio.http.get("access").json() == {"required": False, "cameras": []}
+    assert open_studio.http.get("access").json() == {"required": False, "role": "operator", "cameras": []}
