@@ -5,6 +5,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+from studio.take.placing import place_reference
 from studio.take.references import HowAligned
 
 MAX_SAMPLES = 1200
@@ -37,38 +38,6 @@ def check_reference_work(file: Path) -> dict[str, Any]:
         "seconds": round(float(motion.time_s[-1] - motion.time_s[0]), 3),
         "rate_hz": round(float(1.0 / np.median(steps)), 3),
         "joints": joints,
-    }
-
-
-def place_work(take: Path, poses: Path, reference: Path, how: HowAligned, out: Path) -> dict[str, Any]:
-    """Bring a reference to the stage of a solve, and keep it at `out`; return what was aligned away and covered."""
-    return _placed(take, poses, reference, how, out)[1]
-
-
-def _placed(
-    take: Path, poses: Path, reference: Path, how: HowAligned, out: Path
-) -> tuple[Any, dict[str, Any]]:
-    from studio.engine.joints import CANONICAL
-    from studio.engine.metrics.placing import place
-    from studio.engine.metrics.reference import read_reference
-    from studio.engine.poses import Poses
-    from studio.take.take import Take
-
-    solve = Poses.load(poses)
-    placed = place(
-        solve,
-        read_reference(reference, unit_m=how.unit_m),
-        start_s=Take.open(take).meta["calibration_s"],
-        same_clock=not how.align_time,
-        similarity=how.align == "similarity",
-    )
-    placed.save(out)
-    motion = placed.motion
-    return placed, {
-        "aligned": placed.aligned,
-        "joints": [name for name, known in zip(CANONICAL, motion.known, strict=True) if known],
-        "from_s": float(motion.time_s[0] - solve.time_s[0]),
-        "to_s": float(motion.time_s[-1] - solve.time_s[0]),
     }
 
 
@@ -124,7 +93,7 @@ def difference_work(
     if b is None:
         assert reference is not None
         file, how, kept = reference
-        placed = Placed.load(kept) if kept.is_file() else _placed(take, a, file, how, kept)[0]
+        placed = Placed.load(kept) if kept.is_file() else place_reference(take, a, file, how, kept)
         alignment, motion = Alignment(np.eye(4)), placed.motion
     else:
         other = Poses.load(b)

@@ -12,9 +12,10 @@ from starlette.concurrency import run_in_threadpool
 
 from studio.api.errors import RESPONSES, NotFoundError
 from studio.api.find import Finder
-from studio.api.measure_work import check_reference_work, place_work
+from studio.api.measure_work import check_reference_work
 from studio.api.stage import Request as Body
 from studio.engine.errors import FormatError, StudioError
+from studio.take.placing import place_and_tell
 from studio.take.references import (
     HowAligned,
     forget_placed,
@@ -119,7 +120,7 @@ def references_router(sessions: Path, finder: Finder) -> APIRouter:
         if how != how_aligned(opened, name):
             forget_placed(opened, name)
         out = placed_path(opened, name, request.solve)
-        found = run_in_process(place_work, opened.path, poses, path, how, out)
+        found = run_in_process(place_and_tell, opened.path, poses, path, how, out)
         keep_how_aligned(opened, name, how)
         return found
 

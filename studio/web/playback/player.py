@@ -154,6 +154,7 @@ class Player:
                 "ghost": None if ghost is None else ghost.name,
                 "ghost_offset_ms": self._ghost_offset_ms,
                 "ghost_apart_m": self._ghost_apart_m,
+                "begins_s": float(clip.poses.time_s[0]),
                 "frames": clip.poses.frame_count,
                 "rate_hz": clip.poses.frames_per_second,
                 "frame": self._frame(),

@@ -7,12 +7,14 @@ from pydantic import BaseModel, ConfigDict, Field
 
 from studio.engine.errors import SettingsError
 from studio.engine.metrics.placing import Placed
-from studio.take.references import placed_path
+from studio.take.placing import place_and_tell
+from studio.take.references import how_aligned, placed_path, reference_path
 from studio.take.take import Take
 from studio.web.playback.clip import Clip
 from studio.web.playback.curves import MAX_POINTS, curves
 from studio.web.playback.player import Player
 from studio.web.playback.second import Second, alignment_of
+from studio.worker import run_in_process
 
 
 class Takes(Protocol):
@@ -89,8 +91,12 @@ def playback_routes(player: Player, takes: Takes) -> APIRouter:
                 f"a reference of take {id_} lies on another stage; allowed: one of {clip.take}"
             )
         session, _, name = clip.take.partition("/")
-        placed = Placed.load(placed_path(takes.take(session, name), wanted.reference, clip.solve))
-        return Second.reference(clip.take, wanted.reference, placed.motion)
+        take = takes.take(session, name)
+        kept = placed_path(take, wanted.reference, clip.solve)
+        if not kept.is_file():
+            file, how = reference_path(take, wanted.reference), how_aligned(take, wanted.reference)
+            run_in_process(place_and_tell, take.path, takes.solve(take, clip.solve), file, how, kept)
+        return Second.reference(clip.take, wanted.reference, Placed.load(kept).motion)
 
     @router.get("")
     def get_replay() -> dict[str, Any]:

@@ -23,12 +23,13 @@ class Second:
     """What is shown beside a clip, at stage times of the clip.
 
     Attributes:
-        name: which it is, as JSON: `take` and `solve`, or `take` and `reference`.
+        name: which it is, as JSON: `take` and `solve`, or `take` and `reference`; `lined_up` where it was brought
+            to the place and time of the clip.
         shown: a clip, drawn as a character, or a motion already on the stage, drawn as a skeleton.
         alignment: how the clip's stage and clock lie to those of `shown`.
     """
 
-    name: dict[str, str]
+    name: dict[str, Any]
     shown: Clip | Reference
     alignment: Alignment
 
@@ -36,12 +37,15 @@ class Second:
     def solve(cls, other: Clip, clip: Clip, alignment: Alignment | None = None) -> "Second":
         """Return another solve beside a clip: of the same take at the same times, of another take from its beginning
         on, unless an alignment says how it lies."""
-        if alignment is None:
+        name: dict[str, Any] = {"take": other.take, "solve": other.solve}
+        if alignment is not None:
+            name["lined_up"] = True
+        else:
             start_s = 0.0
             if other.take != clip.take:
                 start_s = float(other.poses.time_s[0] - clip.poses.time_s[0])
             alignment = Alignment(np.eye(4), offset_s=start_s)
-        return cls({"take": other.take, "solve": other.solve}, other, alignment)
+        return cls(name, other, alignment)
 
     @classmethod
     def reference(cls, take: str, name: str, motion: Reference) -> "Second":

@@ -6,14 +6,12 @@ const ROOT = new URL("api/v1/", document.baseURI);
 /** Address of the events WebSocket. */
 export const eventsUrl = () => new URL("events", ROOT).href.replace(/^http/, "ws");
 
-async function request(method, path, body) {
+const request = (method, path, body) => (body === undefined ? send(method, path) : send(method, path, JSON.stringify(body), { "Content-Type": "application/json" }));
+
+async function send(method, path, body, headers = {}) {
   let response;
   try {
-    response = await fetch(new URL(path, ROOT), {
-      method,
-      headers: body === undefined ? {} : { "Content-Type": "application/json" },
-      body: body === undefined ? undefined : JSON.stringify(body),
-    });
+    response = await fetch(new URL(path, ROOT), { method, headers, body });
   } catch {
     throw new Error(t("server.silent"));
   }
@@ -78,3 +76,25 @@ export async function exportSolve(take, solve, options) {
 export const changeTake = (take, change) => call("PATCH", takePath(take), change);
 export const throwTake = (take) => call("DELETE", takePath(take));
 export const restoreTake = (trashId) => call("POST", `trash/${encodeURIComponent(trashId)}/restore`);
+
+const byId = (takeId) => `takes/${takeId.split("/").map(encodeURIComponent).join("/")}`;
+
+/** Return how far two motions are apart: `{a: {take, solve}, b: {take, solve} or {reference}, line_up, offset_ms}`. */
+export const compareMotions = (wanted) => call("POST", "compare", wanted);
+
+/** Return a solve's figures by itself and, where one is named, against a reference. */
+export const getFigures = ({ take, solve }, reference) =>
+  call("GET", `${byId(take)}/solves/${encodeURIComponent(solve)}/figures${reference ? `?${new URLSearchParams({ reference })}` : ""}`);
+
+const referencePath = (take, name) => `${byId(take)}/references/${encodeURIComponent(name)}`;
+
+export const getReferenceFiles = () => call("GET", "reference-files");
+export const getReferences = (take) => call("GET", `${byId(take)}/references`);
+export const getReference = (take, name) => call("GET", referencePath(take, name));
+export const addReference = (take, file) => call("POST", `${byId(take)}/references`, { file });
+export const sendReference = async (take, name, file) => (await send("PUT", referencePath(take, name), file)).json();
+export const alignReference = (take, name, how) => call("POST", `${referencePath(take, name)}/align`, how);
+export const removeReference = (take, name) => call("DELETE", referencePath(take, name));
+export const restoreReference = (take, name) => call("POST", `${referencePath(take, name)}/restore`);
+export const makeReport = (take, reference) => call("POST", `${byId(take)}/reports`, { reference });
+export const reportAddress = (take, name) => new URL(`${byId(take)}/reports/${encodeURIComponent(name)}`, ROOT).href;

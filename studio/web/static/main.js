@@ -5,9 +5,11 @@ import { eventsUrl, getSettings, getSwitches, getTakes, getView, putSettings, so
 import { follow } from "./events.js";
 import { attempt, showError, showNote } from "./messages.js";
 import { updateCalibration } from "./calibration.js";
+import { forgetMeasured, startCompare, toggleCompare, updateCompare, updateCompareTakes } from "./compare.js";
 import { updateCameras } from "./cameras.js";
 import { updateDisk } from "./disk.js";
 import { startFrame } from "./frame.js";
+import { hearJobs } from "./jobs.js";
 import { startOutputs } from "./outputs.js";
 import { startKeys } from "./keys.js";
 import { replayed, solved, startReplay, updateReplay, updateReplayTakes } from "./replay.js";
@@ -20,6 +22,7 @@ import { setNotice, showLayers } from "./viewer.js";
 
 const MANY_JOINTS = 6; // more than a limb's: not a joint that is lost, but somebody else
 const TRIAL = "trial"; // the solve that the switches make of the take that is replayed
+const OWN_WORDS = ["report", "export"]; // jobs whose end is told where they were begun
 const SAVED_MS = 2500; // a take that another browser stopped is on disk by then
 
 const state = { colours: {}, takes: [], jobs: [], cameras: "", recording: false, problem: "", switches: null };
@@ -63,6 +66,7 @@ async function applySettings(chosen) {
 async function loadTakes() {
   state.takes = await getTakes();
   updateReplayTakes(state.takes);
+  updateCompareTakes(state.takes);
   drawTakes();
 }
 
@@ -80,6 +84,7 @@ function showJobs(jobs) {
   state.jobs = jobs;
   const ended = jobs.filter((job) => before[job.id] && isUnderWay(before[job.id]) && !isUnderWay(job));
   for (const job of ended) {
+    if (OWN_WORDS.includes(job.kind)) continue;
     if (job.state === "failed") showError(t("take.solve_failed", { name: job.take, solve: job.name, reason: job.message }));
     else showNote(t("take.solved_as", { name: job.take, solve: job.name }));
   }
@@ -87,6 +92,7 @@ function showJobs(jobs) {
     attempt(async () => {
       await loadTakes();
       for (const job of ended) if (job.kind === "solve" && job.state === "done") solved(job.take, job.name);
+      if (ended.some((job) => job.kind === "solve")) forgetMeasured();
     });
   }
   else drawTakes();
@@ -126,6 +132,7 @@ function showStatus(status) {
 
 function showMessage(message) {
   showStatus(message.status);
+  hearJobs(message.jobs);
   if (state.switches) showJobs(message.jobs);
   updateReplay(message.replay);
 }
@@ -138,9 +145,11 @@ startTransport((summary) => {
 startPerformer();
 startOutputs();
 startTakes(loadTakes);
+startCompare();
 startReplay((replay) => {
   setText(byId("solve-title"), t(replay.open ? "solve.this_take" : "solve.title"));
-});
+  updateCompare();
+}, toggleCompare);
 startKeys();
 startFrame();
 follow(eventsUrl(), { onState: showConnection, onMessage: showMessage });

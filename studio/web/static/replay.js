@@ -15,14 +15,14 @@ const CURVES = ["position_m", "speed_m_s", "confidence", "uncertainty_mm"];
 
 const state = {
   replay: { open: false }, receivedAt: 0, solves: [], curves: null, wanted: "", joint: "LeftHand", curve: "position_m",
-  sending: false, sentAt: -Infinity, next: null, listening: () => {},
+  sending: false, sentAt: -Infinity, next: null, listening: () => {}, comparing: () => {},
 };
 
 /** Whether a take is replayed, and which: the status as the server last said. */
 export const replayed = () => state.replay;
 
 /** The frame that is shown now. */
-function frameNow() {
+export function frameNow() {
   const { frame, playing, speed, rate_hz: rate, first, last, loop } = state.replay;
   if (!playing) return frame;
   const ahead = frame + ((performance.now() - state.receivedAt) / 1000) * speed * rate;
@@ -53,9 +53,10 @@ async function send(change) {
   if (next) send(next);
 }
 
-/** Show a take's solve instead of the live stage; `ghost`: a second `{take, solve}` beside it. */
+/** Show a take's solve instead of the live stage; `ghost`: a second `{take, solve, alignment?}` or `{take, reference}` beside it. */
 export async function open(takeId, solve, ghost = null) {
-  const status = await attempt(() => openReplay({ take: takeId, solve, ghost }));
+  const { lined_up: _, ...beside } = ghost ?? {};
+  const status = await attempt(() => openReplay({ take: takeId, solve, ghost: ghost && beside }));
   if (status) take(status);
 }
 
@@ -65,7 +66,7 @@ async function close() {
 }
 
 /** Change something here at once, and on the server. */
-function change(values) {
+export function change(values) {
   Object.assign(state.replay, { frame: frameNow() }, values);
   state.receivedAt = performance.now();
   send(values);
@@ -73,7 +74,8 @@ function change(values) {
 
 const toggle = () => send({ playing: !state.replay.playing });
 
-function goTo(frame) {
+/** Pause, and show a frame. */
+export function goTo(frame) {
   const last = state.replay.frames - 1;
   state.replay.frame = Math.min(Math.max(frame, 0), last);
   state.replay.playing = false;
@@ -121,10 +123,11 @@ function choice(id, label, options, value, onchange) {
 
 function ghostChoice() {
   const { take: takeId, solve, ghost } = state.replay;
-  const chosen = ghost ? `${ghost.take}|${ghost.solve}` : "";
+  const chosen = ghost ? `${ghost.take}|${ghost.solve ?? ghost.reference}` : "";
+  const reference = ghost?.reference ? [[chosen, ghost.reference]] : [];
   const options = state.solves.filter((one) => one.take !== takeId || one.solve !== solve)
     .map((one) => [`${one.take}|${one.solve}`, one.take === takeId ? one.solve : `${one.take}: ${one.solve}`]);
-  return choice("replay-ghost", t("replay.ghost"), [["", t("replay.no_ghost")], ...options], chosen, (value) => {
+  return choice("replay-ghost", t("replay.ghost"), [["", t("replay.no_ghost")], ...reference, ...options], chosen, (value) => {
     const [ghostTake, ghostSolve] = value.split("|");
     open(takeId, solve, value ? { take: ghostTake, solve: ghostSolve } : null);
   });
@@ -156,10 +159,7 @@ function build() {
       h("output", { id: "replay-time", class: "timer small-timer" }),
       h("span", { class: "spacer" }),
       solveChoice(), ghostChoice(),
-      ghost && h("a", {
-        class: "button small", href: `blind?a=${encodeURIComponent(`${takeId}|${solve}`)}&b=${encodeURIComponent(`${ghost.take}|${ghost.solve}`)}`,
-        title: t("replay.blind_hint"),
-      }, t("replay.blind")),
+      button("replay-compare", t("compare.title"), t("compare.hint"), "", () => state.comparing(), false),
       button("replay-close", t("replay.live"), t("replay.live_hint"), "Esc", close)),
     h("div", { class: "replay-row" },
       h("strong", { class: "replay-take", title: state.replay.take }, state.replay.take.split("/").pop()),
@@ -232,9 +232,10 @@ export function solved(takeId, solve) {
   showNote(t("replay.showing", { solve }));
 }
 
-/** Begin; `listen` hears the replay's status whenever it changes. */
-export function startReplay(listen) {
+/** Begin; `listen` hears the replay's status whenever it changes, `compare` opens the compare view. */
+export function startReplay(listen, compare) {
   state.listening = listen;
+  state.comparing = compare;
   new ResizeObserver(paint).observe(byId("replay"));
   requestAnimationFrame(run);
 }

@@ -7,6 +7,7 @@ import access from "./strings/access.js";
 import blind from "./strings/blind.js";
 import calibration from "./strings/calibration.js";
 import cameras from "./strings/cameras.js";
+import compare from "./strings/compare.js";
 import exporting from "./strings/export.js";
 import page from "./strings/page.js";
 import record from "./strings/record.js";
@@ -15,7 +16,7 @@ import share from "./strings/share.js";
 import switches from "./strings/switches.js";
 import takes from "./strings/takes.js";
 
-const TEXTS = { ...access, ...blind, ...calibration, ...cameras, ...exporting, ...page, ...record, ...replay, ...share, ...switches, ...takes };
+const TEXTS = { ...access, ...blind, ...calibration, ...cameras, ...compare, ...exporting, ...page, ...record, ...replay, ...share, ...switches, ...takes };
 const KEPT = "language";
 const ATTRIBUTES = { t: null, tTitle: "title", tAria: "aria-label", tPlaceholder: "placeholder", tAlt: "alt" };
 

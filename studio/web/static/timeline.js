@@ -1,4 +1,5 @@
 // Draws the timeline: the curve of a joint, spans of stance and of cameras that were left out, the range, the playhead.
+import { prepare } from "./canvas.js";
 import { number, t } from "./strings.js";
 
 const AXES = { x: "--axis-x", y: "--axis-y", z: "--axis-z" };
@@ -32,18 +33,6 @@ function extent(series) {
   const values = series.flatMap(({ values: all }) => all);
   const low = Math.min(...values), high = Math.max(...values);
   return high - low < 1e-6 ? [low - 0.5, high + 0.5] : [low, high];
-}
-
-/** Resize the canvas' pixels to its box, and return its context and size in CSS pixels. */
-function prepare(canvas) {
-  const ratio = window.devicePixelRatio || 1;
-  const { clientWidth: width, clientHeight: height } = canvas;
-  const [w, hgt] = [Math.round(width * ratio), Math.round(height * ratio)];
-  if (canvas.width !== w || canvas.height !== hgt) Object.assign(canvas, { width: w, height: hgt });
-  const context = canvas.getContext("2d");
-  context.setTransform(ratio, 0, 0, ratio, 0, 0);
-  context.clearRect(0, 0, width, height);
-  return { context, width, height };
 }
 
 const unit = { position_m: "m", speed_m_s: "m/s", confidence: "", uncertainty_mm: "mm" };

@@ -1,0 +1,32 @@
+// Work that the server does in the background: whoever began some hears how it goes.
+const waiting = new Map(); // id -> {onProgress, done, failed}
+const last = new Map(); // id -> the job as the server last said
+
+function tell(job) {
+  const one = waiting.get(job.id);
+  if (!one) return;
+  if (job.state === "done" || job.state === "failed") {
+    waiting.delete(job.id);
+    if (job.state === "done") one.done(job);
+    else one.failed(new Error(job.message));
+    return;
+  }
+  one.onProgress?.(job.state === "waiting" ? null : job.progress);
+}
+
+/** Return the job once it is done; `onProgress` hears the share that is done, null while it waits. Throws why it failed. */
+export function ended(job, onProgress) {
+  return new Promise((done, failed) => {
+    waiting.set(job.id, { onProgress, done, failed });
+    tell(last.get(job.id) ?? job);
+  });
+}
+
+/** Take in the server's list of jobs. */
+export function hearJobs(jobs) {
+  last.clear();
+  for (const job of jobs) {
+    last.set(job.id, job);
+    tell(job);
+  }
+}
