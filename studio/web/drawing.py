@@ -119,7 +119,7 @@ class Drawing:
                 if wanted.replay is None and wanted.live is not None:
                     self._tell_time(wanted.live, around, now_s)
         cameras_m = self.scene.camera_places_m()
-        self._viewpoint.place_new_browsers(cameras_m)
+        self._viewpoint.place_new_browsers(cameras_m, now_s)
         self._viewpoint.update(
             None if self._last is None else self._last.result.positions_m[0], now_s, cameras_m
         )

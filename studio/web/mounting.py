@@ -16,7 +16,7 @@ from studio.web.page import add_page
 from studio.web.playback import Player, playback_routes
 from studio.web.playback.routes import Takes
 from studio.web.proxy import viewer_routes
-from studio.web.routes import view_routes
+from studio.web.routes import view_routes, view_state
 from studio.web.view import View
 
 
@@ -77,6 +77,7 @@ def mount(app: FastAPI, stage: Stage, *, sessions: Path, takes: Takes) -> ViewHa
     app.include_router(view_routes(view))
     app.include_router(playback_routes(player, takes))
     app.state.events["replay"] = player.status
+    app.state.events["view"] = lambda: view_state(view).model_dump()
     add_page(app, sessions=sessions)
     return ViewHandle(view, player, unsubscribe)
 

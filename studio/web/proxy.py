@@ -32,6 +32,7 @@ body, #root, #root div[style*="background-color"] { background: none !important;
 .mantine-Paper-root, .mantine-Notifications-root { display: none !important; }
 </style>
 <script src="../static/theme.js"></script>
+<script src="../static/view_times.js"></script>
 <script>
 console.warn = ((warn) => (...words) => {
   if (!String(words[0]).startsWith("THREE.Clock:")) warn.apply(console, words);

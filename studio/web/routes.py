@@ -1,4 +1,4 @@
-"""Routes of the 3D view under `/api/v1/view`: which layers are shown, and the cameras' colours."""
+"""Routes of the 3D view under `/api/v1/view`: layers, trails, viewpoint, colours, and the clock of its poses."""
 
 from fastapi import APIRouter
 from pydantic import BaseModel, ConfigDict, Field
@@ -18,12 +18,20 @@ class Layer(BaseModel):
 
 
 class ViewState(BaseModel):
-    """What the 3D view shows: layers by name, a colour (`#rrggbb`) per camera, joints with trails, viewpoints."""
+    """What the 3D view shows: layers by name, a colour (`#rrggbb`) per camera, joints with trails, viewpoints and the
+    one in use."""
 
     layers: dict[str, Layer]
     colours: dict[str, str]
     trails: list[str]
     viewpoints: list[str]
+    viewpoint: str
+
+
+class Clock(BaseModel):
+    """The server's clock, on which the 3D view stamps its poses."""
+
+    server_s: float
 
 
 class ViewChange(BaseModel):
@@ -40,19 +48,15 @@ def view_routes(view: View) -> APIRouter:
     """Return the routes of one view."""
     router = APIRouter(prefix="/api/v1/view", tags=["view"])
 
-    def state() -> ViewState:
-        shown = view.layers
-        return ViewState(
-            layers={name: Layer(label=label, shown=shown[name]) for name, (label, _) in LAYERS.items()},
-            colours={name: as_hex(rgb) for name, rgb in view.colours.items()},
-            trails=list(view.trail_joints),
-            viewpoints=list(VIEWPOINTS),
-        )
-
     @router.get("")
     def get_view() -> ViewState:
         """What the 3D view shows."""
-        return state()
+        return view_state(view)
+
+    @router.get("/clock")
+    async def get_clock() -> Clock:
+        """The server's clock now: a page that asks a few times knows how its own lies to it."""
+        return Clock(server_s=view.clock())
 
     @router.put("")
     def put_view(change: ViewChange) -> ViewState:
@@ -65,6 +69,18 @@ def view_routes(view: View) -> APIRouter:
             view.set_trail_joints(change.trails)
         if change.camera is not None:
             view.look_from(change.camera)
-        return state()
+        return view_state(view)
 
     return router
+
+
+def view_state(view: View) -> ViewState:
+    """Return what a view shows."""
+    shown = view.layers
+    return ViewState(
+        layers={name: Layer(label=label, shown=shown[name]) for name, (label, _) in LAYERS.items()},
+        colours={name: as_hex(rgb) for name, rgb in view.colours.items()},
+        trails=list(view.trail_joints),
+        viewpoints=list(VIEWPOINTS),
+        viewpoint=view.viewpoint,
+    )

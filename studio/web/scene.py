@@ -18,8 +18,8 @@ from studio.web.viewpoint import FIRST_LOOK, FOV_RAD, look_from_everywhere
 
 LAYERS: dict[str, tuple[str, bool]] = {
     "character": ("Character", True),
-    "fused": ("Fused", False),
-    "raw": ("Raw", False),
+    "fused": ("Fused skeleton", False),
+    "raw": ("Raw skeletons", False),
     "effectors": ("Effectors and look", False),
     "ghost": ("Ghost", True),
     "trails": ("Trails", False),

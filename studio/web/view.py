@@ -41,7 +41,7 @@ class View:
     """
 
     def __init__(self, *, look: Look, clock: Callable[[], float] = time.monotonic) -> None:
-        self._clock = clock
+        self.clock = clock
         with redirect_stdout(io.StringIO()):  # viser prints a banner with its loopback address
             self._server = viser.ViserServer(
                 host="127.0.0.1", port=_free_port(), label="Stage", verbose=False
@@ -53,7 +53,8 @@ class View:
         self._fresh = False
         self._layers = {name: shown for name, (_, shown) in LAYERS.items()}
         self._trail_joints = TRAIL_JOINTS
-        self._viewpoint: str | None = None
+        self._viewpoint = "stage"
+        self._look_anew = False
         self._stopping = False
         self._drawing = Drawing(self._server, look)
         self._thread = threading.Thread(target=self._run, name="view", daemon=True)
@@ -80,6 +81,12 @@ class View:
         """Output joints that draw a trail."""
         with self._changed:
             return self._trail_joints
+
+    @property
+    def viewpoint(self) -> str:
+        """The place of `VIEWPOINTS` that was chosen last."""
+        with self._changed:
+            return self._viewpoint
 
     def show(self, result: StepResult) -> None:
         """Have a live step drawn as soon as the last one is; a newer one replaces it. Safe from any thread."""
@@ -136,7 +143,7 @@ class View:
         if place not in VIEWPOINTS:
             raise SettingsError(f"camera={place!r} is not allowed; allowed: {', '.join(VIEWPOINTS)}")
         with self._changed:
-            self._viewpoint = place
+            self._viewpoint, self._look_anew = place, True
             self._changed.notify()
 
     def close(self) -> None:
@@ -149,14 +156,14 @@ class View:
             self._server.stop()
 
     def _run(self) -> None:
-        due_s = self._clock()
+        due_s = self.clock()
         while (wanted := self._wait()) is not None:
             try:
-                self._drawing.draw(wanted, self._clock())
+                self._drawing.draw(wanted, self.clock())
             except Exception:  # the view must not end because one frame could not be drawn
                 _log.exception("the 3D view could not draw a frame")
-            due_s = max(due_s + 1.0 / DRAW_HZ, self._clock())
-            time.sleep(max(0.0, due_s - self._clock()))
+            due_s = max(due_s + 1.0 / DRAW_HZ, self.clock())
+            time.sleep(max(0.0, due_s - self.clock()))
 
     def _wait(self) -> Wanted | None:
         """Return what is to be drawn as soon as something is new, or after a while; None at the end."""
@@ -165,6 +172,7 @@ class View:
             if self._stopping:
                 return None
             fresh, self._fresh = self._fresh, False
-            place, self._viewpoint = self._viewpoint, None
+            place = self._viewpoint if self._look_anew else None
+            self._look_anew = False
             live = self._result if fresh and self._replay is None else None
             return Wanted(live, self._replay, fresh, dict(self._layers), self._trail_joints, place)

@@ -8,8 +8,8 @@ from numpy.typing import NDArray
 
 from studio.web.framing import Look, fit
 
-VIEWPOINTS = ("front", "side", "top", "orbit", "follow", "stage")
-"""Places by name: `orbit` turns about the performer, `follow` goes along, `stage` shows all that there is."""
+VIEWPOINTS = ("stage", "front", "side", "top", "orbit", "follow", "free")
+"""Places by name: `stage` shows all, `orbit` turns about the performer, `follow` goes along, `free` ends both."""
 
 FOV_RAD = float(np.radians(37.0))
 FIRST_LOOK = Look(np.array([1.5, -5.4, 2.1]), np.array([0.0, 0.0, 0.88]))
@@ -27,6 +27,8 @@ _PERFORMER_M = np.array([[x, y, z] for x in (-0.9, 0.9) for y in (-0.5, 0.5) for
 _CAMERA_M = np.array([[x, y, z] for x in (-0.2, 0.2) for y in (-0.2, 0.2) for z in (-0.2, 0.3)])
 """Corners of what a performer with open arms and a camera's frustum with its name take."""
 
+_USUAL_ASPECT = 1.45
+_SETTLED_S = 1.2
 _TURN_S = 24.0
 _STEP_M = 0.002
 
@@ -51,21 +53,31 @@ class Viewpoint:
         self._server = server
         self._mode = ""
         self._last: NDArray[np.float64] | None = None
-        self._placed: dict[int, int] = {}
+        self._cameras = 0
+        self._came_s: dict[int, float] = {}
+        self._placed: set[int] = set()
 
     def choose(self, place: str) -> None:
         """Look from a place of `VIEWPOINTS` from the next `update` on."""
-        self._mode, self._last = place, None
+        self._mode, self._last = ("" if place == "free" else place), None
 
-    def place_new_browsers(self, cameras_m: NDArray[np.float64]) -> None:
-        """Show browsers that have come, or that came before the cameras were known, the whole stage."""
+    def place_new_browsers(self, cameras_m: NDArray[np.float64], now_s: float) -> None:
+        """Show browsers that have come, or that came before the cameras were known, the whole stage.
+
+        A browser begins with the server's first look, made for a usual page; a moment later, since it would take its
+        first look for a newer one, it gets one of its own shape.
+        """
+        if len(cameras_m) != self._cameras:
+            self._cameras = len(cameras_m)
+            look_from_everywhere(self._server, whole_stage(cameras_m, None, _USUAL_ASPECT))
+            self._placed.clear()
         clients = self._server.get_clients()
-        self._placed = {id_: count for id_, count in self._placed.items() if id_ in clients}
+        self._came_s = {id_: self._came_s.get(id_, now_s) for id_ in clients}
+        self._placed &= clients.keys()
         for id_, client in clients.items():
-            if self._placed.get(id_, -1) <= 0 and self._placed.get(id_) != len(cameras_m):
-                self._placed[id_] = len(cameras_m)
-                if len(cameras_m):
-                    self._show_stage(client, cameras_m, None)
+            if id_ not in self._placed and now_s - self._came_s[id_] > _SETTLED_S and len(cameras_m):
+                self._placed.add(id_)
+                self._show_stage(client, cameras_m, None)
 
     def update(
         self, hips_m: NDArray[np.float64] | None, now_s: float, cameras_m: NDArray[np.float64] | None = None

@@ -73,7 +73,7 @@ class FakeStage:
         return calibration()
 
     def status(self) -> dict[str, object]:
-        return {"cameras": {name: {} for name in CAMERAS}}
+        return {"cameras": {name: {} for name in CAMERAS}, "pipeline": {"clock_offset_ns": self.clock_ns()}}
 
     @contextmanager
     def performing(self) -> Iterator[None]:

@@ -1,10 +1,9 @@
 // The keyboard: one list of shortcuts, for the handler and for the overlay that `?` shows.
 import { byId, h } from "./dom.js";
-import { putCamera } from "./api.js";
-import { attempt } from "./messages.js";
+import { undo } from "./messages.js";
 import { replayKey } from "./replay.js";
 import { t } from "./strings.js";
-import { undoThrow } from "./takes.js";
+import { lookFrom } from "./view_tools.js";
 import { inTextField, onKey } from "./viewer.js";
 
 const SHORTCUTS = {
@@ -12,9 +11,9 @@ const SHORTCUTS = {
   replay: [
     ["Space", "play"], ["← →", "step"], ["Shift ← →", "step_ten"], ["Home End", "ends"], ["I O", "range"], ["L", "loop"], ["Esc", "live"],
   ],
-  view: [["1", "front"], ["2", "side"], ["3", "top"], ["4", "orbit"], ["F", "follow"]],
+  view: [["1", "front"], ["2", "side"], ["3", "top"], ["4", "orbit"], ["5", "whole"], ["F", "follow"]],
 };
-const VIEWPOINTS = { 1: "front", 2: "side", 3: "top", 4: "orbit", f: "follow" };
+const VIEWPOINTS = { 1: "front", 2: "side", 3: "top", 4: "orbit", 5: "stage", f: "follow" };
 
 function showHelp() {
   const dialog = byId("help");
@@ -34,11 +33,11 @@ function showHelp() {
 function handle(event) {
   if (inTextField(event)) return;
   const key = event.key.toLowerCase();
-  if (key === "z" && (event.ctrlKey || event.metaKey) && undoThrow()) event.preventDefault();
+  if (key === "z" && (event.ctrlKey || event.metaKey) && undo()) event.preventDefault();
   if (event.ctrlKey || event.metaKey || event.altKey || document.querySelector("dialog[open]:not(#help)")) return;
   if (event.key === "?") showHelp();
   else if (byId("help").open) return;
-  else if (VIEWPOINTS[key]) attempt(() => putCamera(VIEWPOINTS[key]));
+  else if (VIEWPOINTS[key]) lookFrom(VIEWPOINTS[key]);
   else if (key === " " && event.target.closest?.("button, input, summary, a")) return; // it presses what has the focus
   else if (!replayKey(event)) return;
   event.preventDefault();

@@ -1,21 +1,5 @@
-// The 3D view: the layers' checkboxes, the notice over it, and keys pressed inside it.
-import { byId, h, setText } from "./dom.js";
-import { putLayers } from "./api.js";
-import { attempt } from "./messages.js";
-import { serverText, t } from "./strings.js";
-
-/** Show a checkbox per layer of the view. */
-export function showLayers(layers) {
-  for (const label of byId("layers").querySelectorAll("label")) label.remove();
-  const labelOf = (name, layer) => serverText(`layer.${name}`, layer.label);
-  byId("layers").append(...Object.entries(layers).map(([name, layer]) =>
-    h("label", { title: t("stage.layer_hint", { layer: labelOf(name, layer) }) },
-      h("input", {
-        type: "checkbox", name, checked: layer.shown,
-        onchange: (event) => attempt(() => putLayers({ [name]: event.target.checked })),
-      }),
-      labelOf(name, layer))));
-}
+// The 3D view: the notice over it, and keys pressed inside it.
+import { byId, setText } from "./dom.js";
 
 /** Show a sentence over the view, or nothing. */
 export function setNotice(text) {

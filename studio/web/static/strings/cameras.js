@@ -26,13 +26,5 @@ export default {
   "camera.not_kept": ["{n} frames not kept: the client's spool is full", "{n} images non gardées : la mémoire du client est pleine"],
   "camera.figures_hint": ["Frame rate, delay from capture to arrival, its spread, frames that did not come", "Cadence, délai de la capture à l'arrivée, son étendue, images perdues"],
   "camera.clock_hint": ["Offset and drift to the stage clock, and how exactly they are known", "Décalage et dérive par rapport à l'horloge du plateau, et leur précision"],
-  "camera.sees": ["What {name} sees", "Ce que voit {name}"],
-  "layer.character": [null, "Personnage"],
-  "layer.fused": [null, "Fusion"],
-  "layer.raw": [null, "Brut"],
-  "layer.effectors": [null, "Effecteurs et regard"],
-  "layer.ghost": [null, "Fantôme"],
-  "layer.trails": [null, "Traces"],
-  "layer.cameras": [null, "Caméras"],
-  "layer.floor": [null, "Sol"]
+  "camera.sees": ["What {name} sees", "Ce que voit {name}"]
 };

@@ -17,7 +17,6 @@ export default {
   "stage.view": ["3D view of the stage", "Vue 3D du plateau"],
   "stage.controls": ["Controls", "Commandes"],
   "stage.layers": ["Show", "Afficher"],
-  "stage.layer_hint": ["Show or hide in the 3D view: {layer}", "Afficher ou masquer dans la vue 3D : {layer}"],
   "notice.no_camera": ["No camera is connected", "Aucune caméra n'est connectée"],
   "notice.waiting": ["Waiting for a performer", "En attente d'un interprète"],
   "notice.nobody": ["No performer in view", "Aucun interprète dans le champ"],
@@ -51,5 +50,6 @@ export default {
   "keys.side": ["Side", "Côté"],
   "keys.top": ["Top", "Dessus"],
   "keys.orbit": ["Turn about the performer", "Tourner autour de l'interprète"],
+  "keys.whole": ["All of the stage", "Tout le plateau"],
   "keys.follow": ["Follow the performer", "Suivre l'interprète"]
 };

@@ -1,0 +1,77 @@
+// How old a pose is when it reaches this browser: from the cameras' capture to the WebSocket's message, on one clock.
+import { getClock } from "./api.js";
+import { byId, setText } from "./dom.js";
+import { number, t } from "./strings.js";
+
+const KEPT_S = 10; // poses that the figures are of
+const FEWEST = 20;
+const FIRST_EXCHANGES = 8;
+const EXCHANGE_MS = 5000;
+const EXCHANGES = 24; // two minutes of them, so that a clock that drifts is followed
+const SHOW_MS = 500;
+const GOAL_MS = 80;
+
+const now = () => (performance.timeOrigin + performance.now()) / 1000;
+const state = { exchanges: [], poses: [] };
+
+/** Ask for the server's time; of a few answers the quickest is the truest. */
+async function exchange() {
+  const sent = now();
+  const { server_s: server } = await getClock();
+  const received = now();
+  state.exchanges.push({ offset: server - (sent + received) / 2, trip: received - sent });
+  if (state.exchanges.length > EXCHANGES) state.exchanges.shift();
+}
+
+async function keepExchanging() {
+  try {
+    await exchange();
+  } catch {
+    state.exchanges = []; // the server is gone: another one may answer, with another clock
+  }
+  setTimeout(keepExchanging, state.exchanges.length < FIRST_EXCHANGES ? 150 : EXCHANGE_MS);
+}
+
+const best = () => state.exchanges.reduce((a, b) => (b.trip < a.trip ? b : a));
+
+/** Return the value that a share of the values does not exceed. */
+export function quantile(values, share) {
+  const sorted = values.toSorted((a, b) => a - b);
+  return sorted[Math.min(sorted.length - 1, Math.ceil(share * sorted.length) - 1)];
+}
+
+/** The figures of the last seconds [ms], or null before there are enough: to the message, and from there to the screen. */
+export function figures() {
+  const since = now() - KEPT_S;
+  state.poses = state.poses.filter((pose) => pose.came > since);
+  if (state.poses.length < FEWEST || state.exchanges.length < FIRST_EXCHANGES) return null;
+  const { offset, trip } = best();
+  const message = state.poses.map(({ came, captured }) => 1000 * (came + offset - captured));
+  const server = state.poses.map(({ drawn, captured }) => 1000 * (drawn - captured));
+  const screen = state.poses.map(({ came, shown }) => 1000 * (shown - came));
+  return {
+    median: quantile(message, 0.5), p95: quantile(message, 0.95), server_p95: quantile(server, 0.95),
+    screen_p95: quantile(screen, 0.95), sure: 500 * trip, poses: message.length,
+  };
+}
+
+function show() {
+  const found = figures();
+  const shown = byId("latency");
+  shown.hidden = !found;
+  if (!found) return;
+  const ms = (value) => number(value);
+  setText(shown.querySelector(".value"), t("latency.value", { ms: ms(found.median), p95: ms(found.p95) }));
+  setText(shown.querySelector(".screen"), t("latency.screen", { ms: ms(found.screen_p95) }));
+  shown.title = t("latency.hint", { server: ms(found.server_p95), sure: number(found.sure, 1) });
+  shown.classList.toggle("fair", found.p95 > GOAL_MS);
+}
+
+/** Measure from now on. */
+export function startLatency() {
+  window.addEventListener("message", ({ origin, data }) => {
+    if (origin === location.origin && data?.type === "pose") state.poses.push(data);
+  });
+  keepExchanging();
+  setInterval(show, SHOW_MS);
+}
