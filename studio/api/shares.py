@@ -2,7 +2,7 @@
 
 import html
 import re
-from datetime import datetime
+from datetime import UTC, datetime
 from typing import Annotated, Any
 
 import msgspec
@@ -43,22 +43,26 @@ def shares_router(finder: Finder, shares: Shares) -> APIRouter:
 
     @router.post("/api/v1/takes/{session}/{take}/solves/{solve}/share", status_code=201)
     def add_share(session: str, take: str, solve: str, request: ShareRequest | None = None) -> dict[str, Any]:
-        """Make a replay of a solve as one HTML file, and a link to it; answers the link."""
+        """Make a replay of a solve as one HTML file, and a link to it; answers the link. What was made of the same
+        solve before is answered again."""
         request = request or ShareRequest()
         opened = finder.take(session, take)
         poses = finder.solve(opened, solve)
-        title = request.title.strip() or take
+        what = {
+            "title": request.title.strip() or take,
+            "take": f"{session}/{take}",
+            "solve": solve,
+            "start_s": request.start_s,
+            "end_s": request.end_s,
+        }
+        known = shares.same(**what, since=datetime.fromtimestamp(poses.stat().st_mtime, UTC))
+        if known is not None:
+            return _line(known)
         day = datetime.fromisoformat(opened.meta["created"]).astimezone().strftime("%Y-%m-%d")
-        page = run_in_process(share_work, poses, title, f"{solve} · {day}", request.start_s, request.end_s)
-        share = shares.add(
-            page,
-            title=title,
-            take=f"{session}/{take}",
-            solve=solve,
-            start_s=request.start_s,
-            end_s=request.end_s,
+        page = run_in_process(
+            share_work, poses, what["title"], f"{solve} · {day}", request.start_s, request.end_s
         )
-        return _line(share)
+        return _line(shares.add(page, **what))
 
     @router.get("/api/v1/shares")
     def get_shares() -> list[dict[str, Any]]:
@@ -67,8 +71,13 @@ def shares_router(finder: Finder, shares: Shares) -> APIRouter:
 
     @router.delete("/api/v1/shares/{share}")
     def remove_share(share: str) -> dict[str, Any]:
-        """Take a link back: it leads nowhere from now on."""
+        """Take a link back: it leads nowhere from now on. For a day it can be put back."""
         return _line(shares.remove(share))
+
+    @router.post("/api/v1/shares/{share}/restore")
+    def restore_share(share: str) -> dict[str, Any]:
+        """Put a link back that was taken back."""
+        return _line(shares.restore(share))
 
     @router.get("/api/v1/shares/{share}/file", response_class=HTMLResponse)
     def get_file(share: str) -> HTMLResponse:

@@ -17,6 +17,8 @@ def test_a_solve_is_shared_and_taken_back(studio, take) -> None:
     assert answer.status_code == 201, answer.text
     share = answer.json()
     assert studio.http.get("/shares").json() == [share]
+    again = studio.http.post("/takes/monday/one/solves/studio/share", json={"title": "A <walk>"})
+    assert again.json() == share
     root = f"http://127.0.0.1:{studio.port}"
     page = httpx.get(root + share["path"])
     assert page.status_code == 200 and "A &lt;walk&gt;" in page.text
@@ -29,6 +31,10 @@ def test_a_solve_is_shared_and_taken_back(studio, take) -> None:
     assert file.content == page.content and len(page.content) == share["size_bytes"]
     assert studio.http.get(f"/shares/{share['id']}/qr").headers["content-type"] == "image/svg+xml"
     assert studio.http.delete(f"/shares/{share['id']}").status_code == 200
+    assert httpx.get(root + share["path"]).status_code == 404
+    assert studio.http.post(f"/shares/{share['id']}/restore").json() == share
+    assert httpx.get(root + share["path"]).status_code == 200
+    studio.http.delete(f"/shares/{share['id']}").raise_for_status()
     gone = httpx.get(root + share["path"])
     assert (
         gone.status_code == 404

@@ -1,5 +1,7 @@
 """Links to replays: kept, listed, opened by their secret only, taken back."""
 
+from datetime import UTC, datetime, timedelta
+
 import pytest
 
 from studio.engine.errors import TakeError
@@ -34,9 +36,35 @@ def test_a_link_that_is_taken_back_leads_nowhere(tmp_path) -> None:
     with pytest.raises(NoSuchShare):
         shares.by_token(gone.token)
     with pytest.raises(NoSuchShare):
-        shares.page(gone)
-    with pytest.raises(NoSuchShare):
         shares.remove(gone.id)
+    with pytest.raises(NoSuchShare):
+        shares.restore(kept.id)
+    assert shares.restore(gone.id) == shares.by_token(gone.token) == gone
+
+
+def test_what_was_taken_back_is_deleted_after_a_day(tmp_path) -> None:
+    clock = [datetime(2030, 1, 1, tzinfo=UTC)]
+    shares = Shares(tmp_path, now=lambda: clock[0])
+    gone = add(shares)
+    shares.remove(gone.id)
+    clock[0] += timedelta(hours=23)
+    add(shares)
+    assert (tmp_path / "shares" / f"{gone.id}.html").exists()
+    clock[0] += timedelta(hours=2)
+    add(shares)
+    assert not (tmp_path / "shares" / f"{gone.id}.html").exists()
+    with pytest.raises(NoSuchShare):
+        shares.restore(gone.id)
+
+
+def test_the_same_is_found_again_unless_the_solve_is_newer(tmp_path) -> None:
+    shares = Shares(tmp_path)
+    share = add(shares)
+    made = datetime.fromisoformat(share.created)
+    what = {"title": "Walk", "take": "monday/one", "solve": "studio", "start_s": None, "end_s": 2.0}
+    assert shares.same(**what, since=made) == share
+    assert shares.same(**what, since=made + timedelta(seconds=1)) is None
+    assert shares.same(**{**what, "end_s": None}, since=made) is None
 
 
 def test_what_is_damaged_is_passed_over_and_names_stay_inside(tmp_path) -> None:

@@ -24,12 +24,12 @@ async function send(method, path, body, headers = {}) {
 const call = async (method, path, body) => (await request(method, path, body)).json();
 
 export const getView = () => call("GET", "view");
-export const changeView = (change) => call("PUT", "view", change);
-export const getClock = () => call("GET", "view/clock");
+export const putCamera = (camera) => call("PUT", "view", { camera });
 export const openReplay = (wanted) => call("PUT", "replay", wanted);
 export const changeReplay = (change) => call("PATCH", "replay", change);
 export const closeReplay = () => call("DELETE", "replay");
 export const getCurves = (joint) => call("GET", `replay/curves?joint=${joint}`);
+export const putLayers = (layers) => call("PUT", "view", { layers });
 export const getSwitches = () => call("GET", "switches");
 export const getSettings = () => call("GET", "settings");
 export const putSettings = (preset, set) => call("PUT", "settings", { preset, set });
@@ -66,6 +66,12 @@ const takePath = (take) => `takes/${encodeURIComponent(take.session)}/${encodeUR
 
 /** Begin to solve a take again with `{preset, set}` as solve `name`. */
 export const solveTake = (take, name, settings) => call("POST", `${takePath(take)}/solves`, { ...settings, name });
+
+/** Make a replay of a solve to give away; `part`: `{start_s, end_s}`, what is left out is all of it. */
+export const shareSolve = (take, solve, part) => call("POST", `${takePath(take)}/solves/${encodeURIComponent(solve)}/share`, part);
+export const getShares = () => call("GET", "shares");
+export const removeShare = (id) => call("DELETE", `shares/${id}`);
+export const restoreShare = (id) => call("POST", `shares/${id}/restore`);
 
 /** Return a solve's export as a Blob; `options`: the format and what else the API has. */
 export async function exportSolve(take, solve, options) {

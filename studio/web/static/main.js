@@ -1,7 +1,7 @@
 // The page: loads the switches and the view's state, then follows the server's events.
 import { byId, setText } from "./dom.js";
 import { updateAccess } from "./access.js";
-import { eventsUrl, getSettings, getSwitches, getTakes, getView, putSettings, solveTake } from "./api.js";
+import { eventsUrl, getSettings, getSwitches, getTakes, getView, putSettings } from "./api.js";
 import { follow } from "./events.js";
 import { attempt, showError, showNote } from "./messages.js";
 import { updateCalibration } from "./calibration.js";
@@ -12,27 +12,26 @@ import { startFrame } from "./frame.js";
 import { hearJobs } from "./jobs.js";
 import { startOutputs } from "./outputs.js";
 import { startKeys } from "./keys.js";
-import { startLatency } from "./latency.js";
 import { replayed, solved, startReplay, updateReplay, updateReplayTakes } from "./replay.js";
 import { startPerformer, updatePerformer } from "./performer.js";
 import { number, t } from "./strings.js";
 import { Switches } from "./switches.js";
 import { startTakes, updateTakes } from "./takes.js";
 import { startTransport, updateTransport } from "./transport.js";
-import { startViewTools, updateView } from "./view_tools.js";
-import { setNotice } from "./viewer.js";
+import { TRIAL, solveTrial, updateTrial } from "./trial.js";
+import { setNotice, showLayers } from "./viewer.js";
 
 const MANY_JOINTS = 6; // more than a limb's: not a joint that is lost, but somebody else
-const TRIAL = "trial"; // the solve that the switches make of the take that is replayed
 const OWN_WORDS = ["report", "export"]; // jobs whose end is told where they were begun
 const SAVED_MS = 2500; // a take that another browser stopped is on disk by then
 
-const state = { colours: {}, takes: [], jobs: [], cameras: "", recording: false, problem: "", switches: null };
+const state = { colours: {}, takes: [], jobs: null, cameras: "", recording: false, problem: "", switches: null };
 
 function showConnection(connection) {
   document.body.dataset.connection = connection;
   setText(byId("connection").querySelector(".text"), t(`connection.${connection}`));
   if (connection === "gone") {
+    state.jobs = null; // a server that comes back counts them anew
     updateTransport(null, false);
     setNotice("");
   }
@@ -43,7 +42,7 @@ function showConnection(connection) {
 async function load() {
   const [view, switches, settings] = await Promise.all([getView(), getSwitches(), getSettings()]);
   state.colours = view.colours;
-  updateView(view);
+  showLayers(view.layers);
   state.switches ??= new Switches(switches, applySettings);
   state.switches.show(settings);
   await Promise.all([loadTakes(), updateAccess()]);
@@ -53,8 +52,7 @@ async function load() {
 async function applySettings(chosen) {
   const replay = replayed();
   if (replay.open) {
-    const [session, name] = replay.take.split("/");
-    await attempt(() => solveTake({ session, name }, TRIAL, { preset: chosen.preset, set: chosen.changes() }));
+    await solveTrial(replay.take, chosen);
     return;
   }
   try {
@@ -73,7 +71,7 @@ async function loadTakes() {
 }
 
 function drawTakes() {
-  const running = state.jobs.filter((job) => isUnderWay(job));
+  const running = (state.jobs ?? []).filter(isUnderWay);
   const byTake = Object.fromEntries(running.map((job) => [job.take, job]));
   updateTakes(state.takes, byTake, () => ({ preset: state.switches.preset, set: state.switches.changes() }));
 }
@@ -82,21 +80,19 @@ const isUnderWay = (job) => job.state === "waiting" || job.state === "running";
 
 /** Show how solves go; one that has ended brings new files. */
 function showJobs(jobs) {
-  const before = Object.fromEntries(state.jobs.map((job) => [job.id, job]));
+  const before = Object.fromEntries((state.jobs ?? jobs).map((job) => [job.id, job]));
   state.jobs = jobs;
-  const ended = jobs.filter((job) => before[job.id] && isUnderWay(before[job.id]) && !isUnderWay(job));
+  const ended = jobs.filter((job) => !isUnderWay(job) && (!before[job.id] || isUnderWay(before[job.id])));
+  const done = ended.filter((job) => job.state === "done" && (job.kind === "solve" || job.kind === "draft"));
+  for (const job of done) solved(job.take, job.name);
   for (const job of ended) {
     if (OWN_WORDS.includes(job.kind)) continue;
     if (job.state === "failed") showError(t("take.solve_failed", { name: job.take, solve: job.name, reason: job.message }));
-    else showNote(t("take.solved_as", { name: job.take, solve: job.name }));
+    else if (job.state === "done" && job.name !== TRIAL) showNote(t("take.solved_as", { name: job.take, solve: job.name }));
   }
-  if (ended.length) {
-    attempt(async () => {
-      await loadTakes();
-      for (const job of ended) if (job.kind === "solve" && job.state === "done") solved(job.take, job.name);
-      if (ended.some((job) => job.kind === "solve")) forgetMeasured();
-    });
-  }
+  updateTrial(jobs.filter(isUnderWay), replayed());
+  if (done.length) forgetMeasured();
+  if (ended.length) attempt(loadTakes);
   else drawTakes();
 }
 
@@ -137,7 +133,6 @@ function showMessage(message) {
   hearJobs(message.jobs);
   if (state.switches) showJobs(message.jobs);
   updateReplay(message.replay);
-  updateView(message.view);
 }
 
 startTransport((summary) => {
@@ -154,7 +149,5 @@ startReplay((replay) => {
   updateCompare();
 }, toggleCompare);
 startKeys();
-startViewTools();
-startLatency();
 startFrame();
 follow(eventsUrl(), { onState: showConnection, onMessage: showMessage });

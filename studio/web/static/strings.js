@@ -8,6 +8,7 @@ import blind from "./strings/blind.js";
 import calibration from "./strings/calibration.js";
 import cameras from "./strings/cameras.js";
 import compare from "./strings/compare.js";
+import curves from "./strings/curves.js";
 import exporting from "./strings/export.js";
 import page from "./strings/page.js";
 import record from "./strings/record.js";
@@ -15,9 +16,8 @@ import replay from "./strings/replay.js";
 import share from "./strings/share.js";
 import switches from "./strings/switches.js";
 import takes from "./strings/takes.js";
-import view from "./strings/view.js";
 
-const TEXTS = { ...access, ...blind, ...calibration, ...cameras, ...compare, ...exporting, ...page, ...record, ...replay, ...share, ...switches, ...takes, ...view };
+const TEXTS = { ...access, ...blind, ...calibration, ...cameras, ...curves, ...compare, ...exporting, ...page, ...record, ...replay, ...share, ...switches, ...takes };
 const KEPT = "language";
 const ATTRIBUTES = { t: null, tTitle: "title", tAria: "aria-label", tPlaceholder: "placeholder", tAlt: "alt" };
 

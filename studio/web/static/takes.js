@@ -4,6 +4,7 @@ import { changeTake, restoreTake, solveTake, throwTake } from "./api.js";
 import { askExport } from "./export.js";
 import { attempt, showNote } from "./messages.js";
 import { open } from "./replay.js";
+import { askShare } from "./sharing.js";
 import { language, t } from "./strings.js";
 
 const STARS = 5;
@@ -46,7 +47,8 @@ function solveRow(take, solve) {
   return h("li", { class: "solve-row" },
     small("▶", t("take.replay", { name: take.name, solve }), () => open(take.id, solve), t("take.replay_hint")),
     h("span", { class: "name", title: t("take.solve_hint", { solve }) }, solve),
-    small(t("export.short"), t("take.export", { name: take.name, solve }), () => askExport([{ take, solve }])));
+    small(t("export.short"), t("take.export", { name: take.name, solve }), () => askExport([{ take, solve }])),
+    small(t("share.short"), t("share.take", { name: take.name, solve }), () => askShare(take, solve), t("share.hint")));
 }
 
 /** The preset's name where it is free or solved with the preset as it stands, else numbered. */
