@@ -1,6 +1,5 @@
 """Routes of the takes on disk: list, detail, solve again, export."""
 
-import json
 from dataclasses import replace
 from pathlib import Path
 from typing import Annotated, Any, Literal
@@ -21,6 +20,7 @@ from studio.engine.export.options import ExportOptions
 from studio.take.names import inside
 from studio.take.presets import Presets
 from studio.take.sessions import list_takes, take_info
+from studio.take.solves import read_metrics, read_settings
 from studio.take.take import Take
 from studio.worker import run_in_process
 
@@ -139,10 +139,4 @@ def takes_router(
 
 def _solve_detail(folder: Path) -> dict[str, Any]:
     """`settings` and `metrics` of a solve; null where the file is missing or broken."""
-    out: dict[str, Any] = {}
-    for key in ("settings", "metrics"):
-        try:
-            out[key] = json.loads((folder / f"{key}.json").read_text(encoding="utf-8"))
-        except (OSError, ValueError):
-            out[key] = None
-    return out
+    return {"settings": read_settings(folder), "metrics": read_metrics(folder)}

@@ -53,9 +53,9 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _report(args: argparse.Namespace, folder: Any) -> int:
-    import json
+    from studio.take.solves import read_metrics
 
-    metrics = json.loads((folder / "metrics.json").read_text(encoding="utf-8"))
+    metrics = read_metrics(folder) or {}
     write_result(args, {"solve": folder.name, **metrics})
     print(f"solve {folder.name}: {folder}")
     for key, value in metrics.items():

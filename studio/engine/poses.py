@@ -7,10 +7,11 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from studio.engine.arrays import read_arrays
+from studio.engine.arrays import read_arrays, save_arrays
 from studio.engine.errors import FormatError
 from studio.engine.files import write_atomically
 from studio.engine.joints import OUTPUT_JOINTS, OUTPUT_PARENTS
+from studio.engine.versions import POSES
 
 _KEYS = ("time_s", "joint_names", "parents", "positions_m", "rotations_wxyz", "confidence", "uncertainty_mm")
 
@@ -69,7 +70,7 @@ class Poses:
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write `poses.npz` atomically: either the whole file is there afterwards, or the old one."""
         with write_atomically(path) as file:
-            np.savez_compressed(file, **{key: np.asarray(getattr(self, key)) for key in _KEYS})
+            save_arrays(file, {key: np.asarray(getattr(self, key)) for key in _KEYS}, POSES)
 
     @classmethod
     def load(cls, path: str | os.PathLike[str]) -> "Poses":
@@ -81,9 +82,11 @@ class Poses:
         if not Path(path).is_file():
             raise FormatError(f"no poses at {path}; run `studio solve` first")
         try:
-            values = read_arrays(path, _KEYS)
+            values = read_arrays(path, _KEYS, POSES)
         except (KeyError, ValueError, OSError, EOFError) as error:
             raise FormatError(f"{path} is not a poses.npz: {error}; solve the take again") from error
+        except FormatError:
+            raise
         except Exception as error:  # zipfile and zlib raise their own kinds on a truncated file
             raise FormatError(f"{path} is damaged: {error}; solve the take again") from error
         values["joint_names"] = tuple(str(name) for name in values["joint_names"])

@@ -6,8 +6,9 @@ from pathlib import Path
 from typing import Any
 
 from studio.engine.calibration.result import Performer, performer_from_json, performer_to_json
-from studio.engine.errors import TakeError
+from studio.engine.errors import FormatError, TakeError
 from studio.engine.files import write_json
+from studio.engine.versions import PERFORMER
 from studio.take.names import check_name, inside, is_safe_name
 from studio.take.take import utc_now
 
@@ -34,7 +35,7 @@ def save_profile(sessions: Path, name: str, performer: Performer) -> Profile:
         TakeError: a name that is not allowed. StudioError: the folder cannot be written.
     """
     profile = Profile(check_name("performer", name), utc_now(), performer)
-    write_json(_path(sessions, name), {"format_version": 1, **profile.to_json()})
+    write_json(_path(sessions, name), PERFORMER.stamped(profile.to_json()))
     return profile
 
 
@@ -49,9 +50,9 @@ def load_profile(sessions: Path, name: str) -> Profile:
         known = ", ".join(profile.name for profile in list_profiles(sessions)) or "none yet"
         raise TakeError(f"there is no performer {name!r}; measured so far: {known}")
     try:
-        value = json.loads(path.read_text(encoding="utf-8"))
+        value = PERFORMER.current(json.loads(path.read_text(encoding="utf-8")), path)
         return Profile(name, str(value["measured"]), performer_from_json(value))
-    except (OSError, ValueError, KeyError, TypeError, RecursionError) as error:
+    except (OSError, ValueError, KeyError, TypeError, AttributeError, RecursionError, FormatError) as error:
         raise TakeError(f"performer {name!r} cannot be read ({error!r}); measure again") from error
 
 

@@ -1,6 +1,5 @@
 """The report of a take's solves, as the command and the server write it."""
 
-import json
 from pathlib import Path
 from typing import Any
 
@@ -9,6 +8,7 @@ from studio.engine.files import write_atomically
 from studio.engine.metrics.reference import Markers, Reference
 from studio.engine.poses import Poses
 from studio.report.evaluation import Measured, evaluation_report
+from studio.take.solves import read_settings
 from studio.take.take import Take
 
 
@@ -16,22 +16,15 @@ def take_report(take: Take, reference: Reference | Markers, figures: dict[str, d
     """Return the report of a take's solves as HTML; `figures` by solve, as `metrics.evaluate` gives them."""
     solves = {
         name: Measured(
-            Poses.load(take.solve_folder(name) / "poses.npz"), one, _settings(take.solve_folder(name))
+            Poses.load(take.solve_folder(name) / "poses.npz"),
+            one,
+            read_settings(take.solve_folder(name)) or {},
         )
         for name, one in figures.items()
     }
     return evaluation_report(
         f"Figures of {take.path.name}", solves, reference, start_s=take.meta["calibration_s"]
     )
-
-
-def _settings(folder: Path) -> dict[str, Any]:
-    """A solve's settings; empty where they are not there (an import) or damaged."""
-    try:
-        value = json.loads((folder / "settings.json").read_text(encoding="utf-8"))
-    except (OSError, ValueError):
-        return {}
-    return value if isinstance(value, dict) else {}
 
 
 def write_report(

@@ -4,12 +4,12 @@ import json
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
-from studio.engine.errors import SettingsError
+from studio.engine.errors import FormatError, SettingsError
 from studio.engine.files import write_json
+from studio.engine.versions import OUTPUTS
 from studio.streams import rokoko, vmc
 
 FILE = "outputs.json"
-FORMAT_VERSION = 1
 KINDS: dict[str, int] = {"vmc": vmc.PORT, "rokoko": rokoko.PORT}
 """What can be sent, and the port that its receivers listen on."""
 
@@ -77,8 +77,10 @@ def load_targets(sessions: Path) -> list[Target]:
         return []
     try:
         value = json.loads(path.read_text(encoding="utf-8"))
-        return [Target(**item) for item in value["targets"]]
-    except (OSError, ValueError, KeyError, TypeError, RecursionError, SettingsError) as error:
+        return [Target(**item) for item in OUTPUTS.current(value, path.name)["targets"]]
+    except (
+        OSError, ValueError, KeyError, TypeError, AttributeError, RecursionError, FormatError, SettingsError
+    ) as error:  # fmt: skip
         raise SettingsError(
             f"live outputs cannot be read from {path.name} ({error}); delete the file and add them again"
         ) from error
@@ -90,6 +92,4 @@ def save_targets(sessions: Path, targets: list[Target]) -> None:
     Raises:
         StudioError: the file cannot be written.
     """
-    write_json(
-        sessions / FILE, {"format_version": FORMAT_VERSION, "targets": [asdict(target) for target in targets]}
-    )
+    write_json(sessions / FILE, OUTPUTS.stamped({"targets": [asdict(target) for target in targets]}))

@@ -1,16 +1,18 @@
-"""Writing a solve into a take: the whole folder takes its place at once."""
+"""Writing a solve into a take, where the whole folder takes its place at once, and reading what it says of itself."""
 
+import json
 import os
 import shutil
 import tempfile
 from pathlib import Path
 from typing import Any
 
-from studio.engine.errors import TakeError
+from studio.engine.errors import FormatError, TakeError
 from studio.engine.files import write_json
 from studio.engine.poses import Poses
 from studio.engine.settings import SolveSettings
 from studio.engine.solve.trace import Trace
+from studio.engine.versions import METRICS, SETTINGS, FileFormat
 from studio.take.take import Take
 
 TRACE = "trace.npz"
@@ -43,8 +45,8 @@ def write_solve(
         poses.save(temporary / "poses.npz")
         if trace is not None:
             trace.save(temporary / TRACE)
-        write_json(temporary / "settings.json", settings.to_json())
-        write_json(temporary / "metrics.json", metrics)
+        write_json(temporary / "settings.json", SETTINGS.stamped(settings.to_json()))
+        write_json(temporary / "metrics.json", METRICS.stamped(metrics))
         _replace(folder, temporary)
     except OSError as error:
         reason = error.strerror or str(error)
@@ -53,6 +55,24 @@ def write_solve(
         if temporary is not None:
             shutil.rmtree(temporary, ignore_errors=True)
     return folder
+
+
+def read_settings(folder: Path) -> dict[str, Any] | None:
+    """Return the settings of the solve in a folder, as `SolveSettings.to_json`; None without any that can be read."""
+    return _read(folder / "settings.json", SETTINGS)
+
+
+def read_metrics(folder: Path) -> dict[str, Any] | None:
+    """Return the metrics of the solve in a folder; None without any that can be read."""
+    return _read(folder / "metrics.json", METRICS)
+
+
+def _read(file: Path, kind: FileFormat) -> dict[str, Any] | None:
+    try:
+        value = json.loads(file.read_text(encoding="utf-8"))
+        return kind.current(value, file) if isinstance(value, dict) else None
+    except (OSError, ValueError, RecursionError, FormatError):
+        return None
 
 
 def _replace(folder: Path, new: Path) -> None:

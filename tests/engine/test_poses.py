@@ -28,6 +28,7 @@ def test_the_file_holds_the_keys_of_the_contract(tmp_path, poses):
     with np.load(tmp_path / "poses.npz", allow_pickle=False) as data:
         shapes = {key: data[key].shape for key in data.files}
     frames, joints = poses.frame_count, 52
+    assert shapes.pop("format_version") == ()
     assert shapes == {
         "time_s": (frames,), "joint_names": (joints,), "parents": (joints,), "positions_m": (frames, joints, 3),
         "rotations_wxyz": (frames, joints, 4), "confidence": (frames, joints), "uncertainty_mm": (frames, joints),

@@ -16,8 +16,9 @@ from pathlib import Path
 from typing import Any, Literal
 
 from studio.api.errors import NotFoundError
-from studio.engine.errors import StudioError
+from studio.engine.errors import FormatError, StudioError
 from studio.engine.files import write_atomically
+from studio.engine.versions import ACCESS
 from studio.take.take import utc_now
 
 FILE_NAME = "access.json"
@@ -173,7 +174,7 @@ class Access:
             return next((c.id for c in self._cameras if hmac.compare_digest(c.hash, given)), None)
 
     def _write(self, cameras: list[CameraToken]) -> None:
-        value = {"format_version": 1, "cameras": [asdict(camera) for camera in cameras]}
+        value = ACCESS.stamped({"cameras": [asdict(camera) for camera in cameras]})
         with write_atomically(self._file) as file:
             file.write(json.dumps(value, indent=2).encode())
         self._file.chmod(0o600)
@@ -184,12 +185,12 @@ def _read(file: Path) -> list[CameraToken]:
     if not file.exists():
         return []
     try:
-        value: dict[str, Any] = json.loads(file.read_text(encoding="utf-8"))
+        value: dict[str, Any] = ACCESS.current(json.loads(file.read_text(encoding="utf-8")), file.name)
         return [
             CameraToken(**{key: str(camera[key]) for key in CameraToken.__annotations__})
             for camera in value["cameras"]
         ]
-    except (OSError, ValueError, KeyError, TypeError) as error:
+    except (OSError, ValueError, KeyError, TypeError, AttributeError, FormatError) as error:
         raise StudioError(
             f"{file} cannot be read ({error!r}); mend it, or delete it and pair the cameras again"
         ) from error

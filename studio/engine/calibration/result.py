@@ -11,6 +11,7 @@ from studio.engine.errors import CalibrationError
 from studio.engine.frames import ClockModel
 from studio.engine.geometry import is_rigid
 from studio.engine.joints import CANONICAL, INDEX
+from studio.engine.versions import CALIBRATION
 
 
 @dataclass(frozen=True)
@@ -86,20 +87,21 @@ class Calibration:
     def to_json(self) -> dict[str, Any]:
         """Return the calibration as the JSON of `calibrate --json` and of `calibrations/<n>.json`."""
         performer = None if self.performer is None else performer_to_json(self.performer)
-        return {
-            "format_version": 1,
+        content = {
             "reference": self.reference,
             "performer": performer,
             "cameras": {name: _camera_to_json(camera) for name, camera in self.cameras.items()},
         }
+        return CALIBRATION.stamped(content)
 
     @classmethod
     def from_json(cls, value: dict[str, Any]) -> "Calibration":
         """Return the calibration in `value`; a file with only `cameras.<name>.T_stage_camera` is enough.
 
         Raises:
-            CalibrationError: no camera, or a transform that is not rigid.
+            CalibrationError: no camera, or a transform that is not rigid. FormatError: of a later version.
         """
+        value = CALIBRATION.current(value, "the calibration") if isinstance(value, dict) else value
         cameras = value.get("cameras") if isinstance(value, dict) else None
         if not isinstance(cameras, dict) or not cameras:
             raise CalibrationError(

@@ -21,7 +21,12 @@ from studio.engine.mannequin import SEAM, SkinnedMesh, mannequin
 
 _INTERPOLATIONS = {"cubic": "CUBICSPLINE", "linear": "LINEAR", "constant": "STEP"}
 _TYPES = {1: gltf.SCALAR, 3: gltf.VEC3, 4: gltf.VEC4, 16: gltf.MAT4}
-_COMPONENTS = {"float32": gltf.FLOAT, "int16": gltf.SHORT, "uint16": gltf.UNSIGNED_SHORT, "uint32": gltf.UNSIGNED_INT}
+_COMPONENTS = {
+    "float32": gltf.FLOAT,
+    "int16": gltf.SHORT,
+    "uint16": gltf.UNSIGNED_SHORT,
+    "uint32": gltf.UNSIGNED_INT,
+}
 _UNITS = {"translation": 100.0, "rotation": float(np.degrees(2.0))}
 """What turns keys into the cm and degrees of `curves`; a quaternion's part changes by half of a small turn."""
 

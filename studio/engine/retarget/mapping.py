@@ -11,6 +11,7 @@ from studio.engine.errors import FormatError
 from studio.engine.files import write_json
 from studio.engine.joints import OUTPUT_JOINTS, OUTPUT_PARENTS
 from studio.engine.retarget.rig import Rig
+from studio.engine.versions import RIG_MAPPING
 
 SUFFIX = ".mapping.json"
 MAX_BYTES = 1 << 20
@@ -152,7 +153,8 @@ def save_mapping(path: Path, rig: Rig, bones: dict[str, str]) -> None:
     Raises:
         StudioError: the file cannot be written.
     """
-    write_json(path, {"rig": rig.identity, "bones": {role: bones.get(role) for role in OUTPUT_JOINTS}})
+    table = {"rig": rig.identity, "bones": {role: bones.get(role) for role in OUTPUT_JOINTS}}
+    write_json(path, RIG_MAPPING.stamped(table))
 
 
 def load_mapping(path: Path) -> tuple[str, dict[str, str]]:
@@ -173,6 +175,7 @@ def load_mapping(path: Path) -> tuple[str, dict[str, str]]:
         ) from error
     if not isinstance(value, dict) or not isinstance(value.get("bones"), dict):
         raise FormatError(f"{path} is no mapping: it has no bones; `studio rig FILE --out` writes one")
+    value = RIG_MAPPING.current(value, path)
     return str(value.get("rig", "")), checked_bones(value["bones"], str(path))
 
 

@@ -10,11 +10,12 @@ from zipfile import BadZipFile
 import numpy as np
 from numpy.typing import NDArray
 
-from studio.engine.arrays import read_arrays
+from studio.engine.arrays import read_arrays, save_arrays
 from studio.engine.errors import FormatError
 from studio.engine.files import write_atomically
 from studio.engine.frames import FrameSet, FusedSkeleton, StepResult
 from studio.engine.joints import JOINT_COUNT
+from studio.engine.versions import TRACE
 
 BLOCK = 1024
 STEP_M = 0.0005
@@ -72,7 +73,7 @@ class Trace:
             StudioError: the file cannot be written.
         """
         with write_atomically(path) as file:
-            np.savez_compressed(file, **{key: getattr(self, key) for key in _KEYS})
+            save_arrays(file, {key: getattr(self, key) for key in _KEYS}, TRACE)
 
     @classmethod
     def load(cls, path: str | os.PathLike[str]) -> "Trace":
@@ -82,7 +83,7 @@ class Trace:
             FormatError: no such file, or a damaged one.
         """
         try:
-            values = read_arrays(path, _KEYS)
+            values = read_arrays(path, _KEYS, TRACE)
         except (OSError, ValueError, KeyError, EOFError, MemoryError, BadZipFile) as error:
             raise FormatError(f"{path} is no trace of a solve ({error}); solve the take again") from error
         for key in ("cameras", "reasons"):
