@@ -155,7 +155,7 @@ class Drawing:
     def _tell_time(self, step: StepResult, around: Surroundings, now_s: float) -> None:
         """Send the times with the pose, as they are: viser's handle takes seconds that hardly differ as equal."""
         if around.clock_offset_ns is not None:
-            captured_s = (step.frame_set.time_ns + around.clock_offset_ns) * 1e-9
+            captured_s = (step.frame_set.stage_time_ns + around.clock_offset_ns) * 1e-9
             self._server.scene._queue_scene_message(SetPositionMessage(CLOCK_NODE, (captured_s, now_s, 0.0)))
 
 

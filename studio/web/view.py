@@ -156,12 +156,14 @@ class View:
             self._server.stop()
 
     def _run(self) -> None:
-        due_s = self.clock()
+        due_s, problem = self.clock(), ""
         while (wanted := self._wait()) is not None:
             try:
                 self._drawing.draw(wanted, self.clock())
-            except Exception:  # the view must not end because one frame could not be drawn
-                _log.exception("the 3D view could not draw a frame")
+            except Exception as error:  # the view must not end because one frame could not be drawn
+                if repr(error) != problem:  # what goes wrong in every frame is told once
+                    _log.exception("the 3D view could not draw a frame")
+                problem = repr(error)
             due_s = max(due_s + 1.0 / DRAW_HZ, self.clock())
             time.sleep(max(0.0, due_s - self.clock()))
 

@@ -64,13 +64,14 @@ class FakeStage:
         self.callbacks: list[Callable[[StepResult], None]] = []
         self.clock_ns = time.monotonic_ns
         self.previews = Previews(Links(), self.clock_ns)
+        self._calibration = calibration()
 
     def subscribe(self, callback: Callable[[StepResult], None]) -> Callable[[], None]:
         self.callbacks.append(callback)
         return lambda: self.callbacks.remove(callback)
 
     def calibration(self) -> Calibration:
-        return calibration()
+        return self._calibration
 
     def status(self) -> dict[str, object]:
         return {"cameras": {name: {} for name in CAMERAS}, "pipeline": {"clock_offset_ns": self.clock_ns()}}

@@ -164,9 +164,14 @@ def test_a_refused_value_is_explained_and_taken_back(empty: str, chromium: Brows
 
 def test_layers_follow_their_checkboxes(empty: str, page: Page) -> None:
     open_page(page, empty)
-    page.get_by_label("Fused").uncheck()
-    page.wait_for_timeout(300)
-    assert httpx.get(f"{empty}/api/v1/view").json()["layers"]["fused"]["shown"] is False
+    page.get_by_text("Show", exact=True).click()
+    page.get_by_label("Fused skeleton").check()
+    page.get_by_label("Trails").check()
+    page.get_by_role("button", name="Head").click()
+    expect(page.get_by_role("button", name="Head")).to_have_attribute("aria-pressed", "true")
+    view = httpx.get(f"{empty}/api/v1/view").json()
+    assert view["layers"]["fused"]["shown"] and view["layers"]["trails"]["shown"]
+    assert "Head" in view["trails"]
 
 
 def test_record_solve_and_export(live: str, page: Page, tmp_path: Path) -> None:

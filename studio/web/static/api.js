@@ -24,12 +24,12 @@ async function send(method, path, body, headers = {}) {
 const call = async (method, path, body) => (await request(method, path, body)).json();
 
 export const getView = () => call("GET", "view");
-export const putCamera = (camera) => call("PUT", "view", { camera });
+export const changeView = (change) => call("PUT", "view", change);
+export const getClock = () => call("GET", "view/clock");
 export const openReplay = (wanted) => call("PUT", "replay", wanted);
 export const changeReplay = (change) => call("PATCH", "replay", change);
 export const closeReplay = () => call("DELETE", "replay");
 export const getCurves = (joint) => call("GET", `replay/curves?joint=${joint}`);
-export const putLayers = (layers) => call("PUT", "view", { layers });
 export const getSwitches = () => call("GET", "switches");
 export const getSettings = () => call("GET", "settings");
 export const putSettings = (preset, set) => call("PUT", "settings", { preset, set });

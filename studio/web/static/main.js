@@ -12,6 +12,7 @@ import { startFrame } from "./frame.js";
 import { hearJobs } from "./jobs.js";
 import { startOutputs } from "./outputs.js";
 import { startKeys } from "./keys.js";
+import { startLatency } from "./latency.js";
 import { replayed, solved, startReplay, updateReplay, updateReplayTakes } from "./replay.js";
 import { startPerformer, updatePerformer } from "./performer.js";
 import { number, t } from "./strings.js";
@@ -19,7 +20,8 @@ import { Switches } from "./switches.js";
 import { startTakes, updateTakes } from "./takes.js";
 import { startTransport, updateTransport } from "./transport.js";
 import { TRIAL, solveTrial, updateTrial } from "./trial.js";
-import { setNotice, showLayers } from "./viewer.js";
+import { startViewTools, updateView } from "./view_tools.js";
+import { setNotice } from "./viewer.js";
 
 const MANY_JOINTS = 6; // more than a limb's: not a joint that is lost, but somebody else
 const OWN_WORDS = ["report", "export"]; // jobs whose end is told where they were begun
@@ -42,7 +44,7 @@ function showConnection(connection) {
 async function load() {
   const [view, switches, settings] = await Promise.all([getView(), getSwitches(), getSettings()]);
   state.colours = view.colours;
-  showLayers(view.layers);
+  updateView(view);
   state.switches ??= new Switches(switches, applySettings);
   state.switches.show(settings);
   await Promise.all([loadTakes(), updateAccess()]);
@@ -133,6 +135,7 @@ function showMessage(message) {
   hearJobs(message.jobs);
   if (state.switches) showJobs(message.jobs);
   updateReplay(message.replay);
+  updateView(message.view);
 }
 
 startTransport((summary) => {
@@ -149,5 +152,7 @@ startReplay((replay) => {
   updateCompare();
 }, toggleCompare);
 startKeys();
+startViewTools();
+startLatency();
 startFrame();
 follow(eventsUrl(), { onState: showConnection, onMessage: showMessage });

@@ -16,8 +16,9 @@ import replay from "./strings/replay.js";
 import share from "./strings/share.js";
 import switches from "./strings/switches.js";
 import takes from "./strings/takes.js";
+import view from "./strings/view.js";
 
-const TEXTS = { ...access, ...blind, ...calibration, ...cameras, ...curves, ...compare, ...exporting, ...page, ...record, ...replay, ...share, ...switches, ...takes };
+const TEXTS = { ...access, ...blind, ...calibration, ...cameras, ...curves, ...compare, ...exporting, ...page, ...record, ...replay, ...share, ...switches, ...takes, ...view };
 const KEPT = "language";
 const ATTRIBUTES = { t: null, tTitle: "title", tAria: "aria-label", tPlaceholder: "placeholder", tAlt: "alt" };
 
