@@ -85,6 +85,23 @@ class Fit:
     information: Array
 
 
+class Rows(NamedTuple):
+    """What a pose lacks: rows of points, then of samples in free space.
+
+    Attributes:
+        rows: what a tangent step adds, shape (row_count, 6 + dof_count). offsets: what is lacking [m], shape
+            (row_count,). weights: [1/m2], shape (row_count,).
+        samples, normals: of the rows in free space, which samples they are and where to they should move, shapes
+            (free_count,) and (free_count, 3).
+    """
+
+    rows: Array
+    offsets: Array
+    weights: Array
+    samples: NDArray[np.int64]
+    normals: Array
+
+
 def free_samples(surface: Surface) -> Array:
     """Return the places on the limbs' and head's axes that are tested for free space: cone, share, shape (n, 2)."""
     samples = []
@@ -139,7 +156,7 @@ class Fitter:
         """
         information = np.eye(self._dofs)
         for _ in range(iterations):
-            rows, offsets, weights = self.rows(figure, pose, points, silhouettes, reach)
+            rows, offsets, weights, *_ = self.rows(figure, pose, points, silhouettes, reach)
             weighted = rows * weights[:, None]
             information = rows.T @ weighted + np.diag(prior.information + prior.posture)
             gradient = weighted.T @ offsets + prior.information * prior.pose.step_from(pose)
@@ -155,8 +172,8 @@ class Fitter:
         points: Points,
         silhouettes: tuple[Silhouette, ...],
         reach: float = REACH_M,
-    ) -> tuple[Array, Array, Array]:
-        """Return rows of points, then of samples in free space, what they lack [m], and their weights [1/m2]."""
+    ) -> Rows:
+        """Return what a pose lacks."""
         samples = free_samples(figure.surface)
         places, _, axes, origins, frames = self.place(figure, pose)
         surface = figure.surface
@@ -165,15 +182,18 @@ class Fitter:
         )
         weight = 1.0 / (1.0 + (distance[:, 0] / reach) ** 2) ** 2
         parts = [(surface.body[cone], place, normal, offset, weight)]
+        which = [np.zeros(0, dtype=np.int64)]
         for seen in silhouettes:
-            found = free_space(seen, surface, origins, frames, samples)
+            *found, sample = free_space(seen, surface, origins, frames, samples)
             parts.append((*found, FREE_WEIGHT / (1.0 + (found[3] / FREE_REACH_M) ** 2)))
+            which.append(sample)
         bodies, spots, normals, offsets, weights = (
             np.concatenate(arrays) for arrays in zip(*parts, strict=True)
         )
         rows = np.zeros((len(bodies), self._dofs))
         rows_of(self.chain, places, axes, bodies, spots, normals, rows)
-        return rows, offsets, weights * (POINT_SHARE / POINT_SIGMA_M**2)
+        weights *= POINT_SHARE / POINT_SIGMA_M**2
+        return Rows(rows, offsets, weights, np.concatenate(which), normals[len(cone) :])
 
     def _step(self, information: Array, gradient: Array, pose: Pose, free: NDArray[np.bool_] | None) -> Array:
         """Solve for the step; angles that would leave their limits stay on them and the rest is solved again."""

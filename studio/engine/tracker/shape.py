@@ -10,8 +10,7 @@ from numpy.typing import NDArray
 
 from studio.engine.tracker.body import SHAPE, SHAPE_SPREAD
 from studio.engine.tracker.chain import ROOT_DOFS
-from studio.engine.tracker.fit import Figure, Fit, Fitter, Points, Prior
-from studio.engine.tracker.placing import place_cones
+from studio.engine.tracker.fit import Figure, Fit, Fitter, Points, Prior, free_samples
 from studio.engine.tracker.silhouette import Silhouette
 from studio.engine.tracker.surface import offsets_from
 
@@ -44,14 +43,22 @@ class ShapeEstimate:
     ) -> Figure:
         """Take one frame's points at a fitted pose into the estimate; return the body of the new shape."""
         figure = Figure.of(self.mean)
-        rows, offsets, weights = fitter.rows(figure, fit.pose, points, silhouettes)
+        rows, offsets, weights, which, normals = fitter.rows(figure, fit.pose, points, silhouettes)
         count = len(points.places)
         columns = np.zeros((len(rows), len(SHAPE)))
         if self._updates % _REFRESH == 0:
             self._shifted = _slopes(self.mean, figure)
         self._updates += 1
+        samples = free_samples(figure.surface)[which]
+        *_, origins, frames = fitter.place(figure, fit.pose)
+        spots = _spots(figure, origins, frames, samples)
         for k, slope in enumerate(self._shifted):
-            columns[:count, k] = (offsets[:count] - self._shaped(fitter, figure, slope, fit, points)) / _STEP
+            changed = _sum(figure, slope)
+            *_, origins, frames = fitter.place(changed, fit.pose)
+            there = offsets_from(points.places, points.views, fit.cone, changed.surface, origins, frames)
+            columns[:count, k] = (offsets[:count] - there) / _STEP
+            moved = _spots(changed, origins, frames, samples) - spots
+            columns[count:, k] = np.einsum("ij,ij->i", normals, moved) / _STEP
         pose_weighted, shape_weighted = rows * weights[:, None], columns * weights[:, None]
         pose_part = rows.T @ pose_weighted + np.diag(prior.information + prior.posture)
         pose_gradient = pose_weighted.T @ offsets + prior.information * prior.pose.step_from(fit.pose)
@@ -67,12 +74,11 @@ class ShapeEstimate:
         self.mean = mean
         return Figure.of(mean)
 
-    def _shaped(self, fitter: Fitter, figure: Figure, slope: Figure, fit: Fit, points: Points) -> Array:
-        """Return how far the points lie outside a figure that one shape number has changed by `_STEP` [m]."""
-        changed = _sum(figure, slope)
-        places, rotations, *_ = fitter.place(changed, fit.pose)
-        origins, frames = place_cones(changed.surface, places, rotations)
-        return offsets_from(points.places, points.views, fit.cone, changed.surface, origins, frames)
+
+def _spots(figure: Figure, origins: Array, frames: Array, samples: Array) -> Array:
+    """Return where samples of a figure lie [m], shape (sample_count, 3)."""
+    cone = samples[:, 0].astype(np.int64)
+    return origins[cone] + frames[cone, :, 2] * (samples[:, 1] * figure.surface.length[cone])[:, None]
 
 
 _CHANGING = ("origin", "length", "start_radius", "end_radius")

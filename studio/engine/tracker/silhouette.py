@@ -123,8 +123,9 @@ def _violation(seen, point, radius, normal):  # type: ignore[no-untyped-def]
 @compiled
 def free_space(seen, surface, origins, frames, samples):  # type: ignore[no-untyped-def]
     """Return the samples that are in free space for a camera: bodies, points, directions in which they should move,
-    and how far [m]."""
+    how far [m], and which samples they are."""
     bodies = np.empty(len(samples), np.int64)
+    which = np.empty(len(samples), np.int64)
     points = np.empty((len(samples), 3))
     normals = np.empty((len(samples), 3))
     offsets = np.empty(len(samples))
@@ -138,8 +139,9 @@ def free_space(seen, surface, origins, frames, samples):  # type: ignore[no-unty
         if away > 0.0:
             bodies[count] = surface.body[c]
             offsets[count] = away
+            which[count] = k
             count += 1
-    return bodies[:count], points[:count], normals[:count], offsets[:count]
+    return bodies[:count], points[:count], normals[:count], offsets[:count], which[:count]
 
 
 @compiled

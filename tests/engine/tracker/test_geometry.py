@@ -140,7 +140,7 @@ def test_a_limb_beside_the_silhouette_is_drawn_to_it(body):
     depth = np.where(person, 3.0, 0.0)
     seen = Silhouette(lens_of(camera), rotation, np.array([0.0, 1.0, 3.0]), depth, nearest)
     hands = np.flatnonzero(surface.body == surface.body[surface.part == 1].max())
-    _, points, normals, offsets = free_space(
+    _, points, normals, offsets, _ = free_space(
         seen, surface, origins, frames, np.stack([hands, 0.5 + 0 * hands], axis=1)
     )
     assert len(points) == len(hands) and (offsets > 0.2).all()
