@@ -15,6 +15,7 @@ from studio.engine.errors import SettingsError
 
 FILE = "studio.toml"
 PREFIX = "STUDIO_"
+MIN_TOKEN = 16
 LOG_FORMATS = ("text", "json")
 LOG_LEVELS = ("debug", "info", "warning", "error")
 
@@ -27,6 +28,8 @@ class Config:
         host: address to listen on; port: 0 takes a free one.
         sessions: folder of the takes.
         tls_cert, tls_key: PEM files; both or none.
+        operator_token_file, camera_token_file: files with tokens that somebody else made, such as secrets of a
+            container; without them the server makes its own.
         log_format: `text` or `json` (a line per event); log_level: the least that is logged.
     """
 
@@ -35,6 +38,8 @@ class Config:
     sessions: Path = field(default=Path("sessions"))
     tls_cert: Path | None = None
     tls_key: Path | None = None
+    operator_token_file: Path | None = None
+    camera_token_file: Path | None = None
     log_format: str = "text"
     log_level: str = "info"
 
@@ -47,6 +52,26 @@ class Config:
             raise SettingsError(
                 "--tls-cert and --tls-key (tls_cert, tls_key) belong together; give both, or none"
             )
+
+
+def read_token(file: Path | None, name: str) -> str:
+    """Return the token in a file, `name` being its key; empty where no file is named.
+
+    Raises:
+        SettingsError: the file cannot be read, or what it holds is too short to be a secret.
+    """
+    if file is None:
+        return ""
+    try:
+        token = file.read_text(encoding="utf-8").strip()
+    except (OSError, ValueError) as error:
+        raise SettingsError(f"{name}={file} cannot be read: {error}") from error
+    if len(token) < MIN_TOKEN or not token.isascii() or not token.isprintable() or " " in token:
+        raise SettingsError(
+            f"{name}={file} holds no token; allowed: {MIN_TOKEN} or more letters, digits or signs without spaces, "
+            "such as `openssl rand -hex 24` gives"
+        )
+    return token
 
 
 def _one_of(name: str, value: str, allowed: tuple[str, ...]) -> None:
@@ -111,6 +136,6 @@ def _converted(name: str, value: Any, source: str) -> Any:
         return int(text)
     if not isinstance(value, str | os.PathLike):
         raise SettingsError(f"{name}={value!r} ({source}) is no text")
-    if name in ("sessions", "tls_cert", "tls_key"):
+    if name in ("sessions", "tls_cert", "tls_key", "operator_token_file", "camera_token_file"):
         return Path(value).expanduser()
     return str(value)

@@ -7,7 +7,9 @@ from pathlib import Path
 
 import pytest
 
-from studio.config import Config, effective
+from studio.__main__ import make_parser
+from studio.commands.camera import chosen_token
+from studio.config import Config, effective, read_token
 from studio.engine.errors import SettingsError
 from studio.logs import JsonLines
 
@@ -55,3 +57,27 @@ def test_every_key_is_in_the_document() -> None:
     for one in fields(Config):
         for word in (f"`{one.name}`", f"`STUDIO_{one.name.upper()}`", f"`--{one.name.replace('_', '-')}`"):
             assert word in text, word
+
+
+@pytest.mark.parametrize("text", ["", "short", "with space in it though", "é" * 20, "a\tb" * 10])
+def test_files_without_a_token_are_refused(tmp_path: Path, text: str) -> None:
+    (tmp_path / "token").write_text(text, encoding="utf-8")
+    with pytest.raises(SettingsError, match="holds no token"):
+        read_token(tmp_path / "token", "camera_token_file")
+    with pytest.raises(SettingsError, match="cannot be read"):
+        read_token(tmp_path / "nothing", "camera_token_file")
+
+
+def test_where_a_cameras_token_comes_from(tmp_path: Path) -> None:
+    for name in ("a", "b"):
+        (tmp_path / name).write_text(f"{name * 20}\n")
+    environment = {"STUDIO_CAMERA_TOKEN": "c" * 20, "STUDIO_CAMERA_TOKEN_FILE": str(tmp_path / "b")}
+    options = ["camera", "--source", "simulated:0/1"]
+    for more, given, right in (
+        (["--token", "t"], environment, "t"),
+        (["--token-file", str(tmp_path / "a")], environment, "a" * 20),
+        ([], environment, "c" * 20),
+        ([], {"STUDIO_CAMERA_TOKEN_FILE": str(tmp_path / "b")}, "b" * 20),
+        ([], {}, ""),
+    ):
+        assert chosen_token(make_parser().parse_args([*options, *more]), given) == right

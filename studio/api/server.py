@@ -20,7 +20,7 @@ from studio.api.access import Access
 from studio.api.app import create_app
 from studio.api.demo import DemoCameras
 from studio.api.find import Finder
-from studio.config import Config
+from studio.config import Config, read_token
 from studio.engine.errors import StudioError
 from studio.live import LiveStage
 from studio.logs import set_up_logging
@@ -98,13 +98,15 @@ def serve(config: Config, *, demo: bool = False) -> int:
         demo: start two simulated cameras, and calibrate where there is no calibration yet.
 
     Raises:
-        StudioError: the port is in use, the folder cannot be made, or the certificate cannot be used.
+        StudioError: the port is in use, the folder cannot be made, or the certificate or a token cannot be used.
     """
     set_up_logging(config.log_format, config.log_level)
     host, port, sessions = config.host, config.port, config.sessions
     tls = None if config.tls_cert is None or config.tls_key is None else Tls(config.tls_cert, config.tls_key)
     if tls is not None:
         tls.check()
+    operator_token = read_token(config.operator_token_file, "operator_token_file")
+    camera_token = read_token(config.camera_token_file, "camera_token_file")
     listening = open_socket(host, port)
     try:
         stage = LiveStage(sessions)
@@ -114,7 +116,13 @@ def serve(config: Config, *, demo: bool = False) -> int:
         raise
     cameras = view = app = None
     try:
-        access = Access(sessions, required=host not in LOOPBACK, now_s=time.monotonic)
+        access = Access(
+            sessions,
+            required=host not in LOOPBACK,
+            now_s=time.monotonic,
+            operator_token=operator_token,
+            camera_token=camera_token,
+        )
         app = create_app(stage, sessions, access=access)
         view = mount(app, stage, sessions=sessions, takes=Finder(stage, sessions))
         if host in LOOPBACK:  # a page that renames its own host to 127.0.0.1 is refused
@@ -129,7 +137,7 @@ def serve(config: Config, *, demo: bool = False) -> int:
         with _stopped_by_signals(server, cameras):
             print(f"Capture Studio is open on {url} (Ctrl-C stops it)", flush=True)
             if access.required:
-                _say_how_to_sign_in(access, url, encrypted=tls is not None)
+                _say_how_to_sign_in(access, url, config)
             worker.warm_up()
             server.run(sockets=[listening])
     finally:
@@ -145,18 +153,26 @@ def serve(config: Config, *, demo: bool = False) -> int:
     return 0
 
 
-def _say_how_to_sign_in(access: Access, url: str, *, encrypted: bool) -> None:
-    """Print the operator's token and, where no camera was paired yet, a first token for cameras."""
-    print(f"operators sign in with the token {access.operator_token}", flush=True)
+def _say_how_to_sign_in(access: Access, url: str, config: Config) -> None:
+    """Print the operator's token and, where no camera was paired yet, a first token for cameras.
+
+    Tokens that came in files are not printed: output may end up in a log.
+    """
+    if config.operator_token_file is None:
+        print(f"operators sign in with the token {access.operator_token}", flush=True)
+    else:
+        print(f"operators sign in with the token in {config.operator_token_file}", flush=True)
     paired = len(access.camera_tokens())
-    if paired:
+    if config.camera_token_file is not None:
+        print(f"cameras: studio camera --source SOURCE --server {url} --token-file FILE", flush=True)
+    elif paired:
         print(
             f"{paired} camera tokens are valid; Access on the page makes others and revokes them", flush=True
         )
     else:
         _, token = access.add_camera("made at the first start")
         print(f"cameras: studio camera --source SOURCE --server {url} --token {token}", flush=True)
-    if not encrypted:
+    if config.tls_cert is None:
         print(f"warning: {PLAIN_WARNING}", file=sys.stderr, flush=True)
 
 

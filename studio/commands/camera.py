@@ -2,10 +2,12 @@
 
 import argparse
 import os
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 from studio.commands.common import add_command
+from studio.config import read_token
 
 _TEXT = """\
 Run a camera client: read a source and send its frames to the studio.
@@ -37,8 +39,13 @@ def add_parser(subparsers: Any) -> None:
     parser.add_argument(
         "--token",
         metavar="T",
-        default=os.environ.get("STUDIO_CAMERA_TOKEN", ""),
         help="a token for cameras, where the studio asks for one (default: STUDIO_CAMERA_TOKEN of the environment)",
+    )
+    parser.add_argument(
+        "--token-file",
+        metavar="FILE",
+        type=Path,
+        help="file with that token (default: STUDIO_CAMERA_TOKEN_FILE of the environment)",
     )
     parser.add_argument(
         "--spool",
@@ -75,6 +82,22 @@ def add_parser(subparsers: Any) -> None:
     parser.add_argument("--parent", metavar="PID", type=int, help=argparse.SUPPRESS)
 
 
+def chosen_token(args: argparse.Namespace, environment: Mapping[str, str]) -> str:
+    """Return the token of the flags, else of the environment; empty where there is none.
+
+    Raises:
+        SettingsError: a file that holds none.
+    """
+    if args.token is not None:
+        return args.token
+    if args.token_file is not None:
+        return read_token(args.token_file, "--token-file")
+    if "STUDIO_CAMERA_TOKEN" in environment:
+        return environment["STUDIO_CAMERA_TOKEN"]
+    file = environment.get("STUDIO_CAMERA_TOKEN_FILE")
+    return read_token(Path(file) if file else None, "STUDIO_CAMERA_TOKEN_FILE")
+
+
 def run(args: argparse.Namespace) -> int:
     from studio.camera.client import run_camera
     from studio.engine.errors import SettingsError
@@ -87,7 +110,7 @@ def run(args: argparse.Namespace) -> int:
         source=args.source,
         server=args.server,
         name=args.name,
-        token=args.token,
+        token=chosen_token(args, os.environ),
         spool=args.spool,
         spool_bytes=args.spool_mb << 20,
         parent=args.parent,

@@ -37,6 +37,13 @@ def add_server_options(parser: argparse.ArgumentParser) -> None:
     )
     add("--tls-cert", metavar="FILE", type=Path, help="certificate (PEM), to encrypt with --tls-key")
     add("--tls-key", metavar="FILE", type=Path, help="the certificate's private key (PEM)")
+    add(
+        "--operator-token-file",
+        metavar="FILE",
+        type=Path,
+        help="file with the token of operators (default: a new token at every start, which is printed)",
+    )
+    add("--camera-token-file", metavar="FILE", type=Path, help="file with a token that lets cameras in")
     add("--log-format", choices=LOG_FORMATS, help="how events are logged (default text)")
     add("--log-level", choices=LOG_LEVELS, help="the least that is logged (default info)")
 

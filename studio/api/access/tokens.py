@@ -52,12 +52,22 @@ class Access:
         own_camera_token: for the cameras that the server starts itself; never written down.
     """
 
-    def __init__(self, sessions: Path, *, required: bool, now_s: Callable[[], float]) -> None:
+    def __init__(
+        self,
+        sessions: Path,
+        *,
+        required: bool,
+        now_s: Callable[[], float],
+        operator_token: str = "",
+        camera_token: str = "",
+    ) -> None:
         """Read the cameras' tokens, and make a new one for operators.
 
         Args:
             sessions: folder in which the file lies.
             now_s: a monotonic clock [s].
+            operator_token: the first operator's token; a new one where empty.
+            camera_token: a token for cameras that somebody else keeps.
 
         Raises:
             StudioError: the file cannot be read.
@@ -72,6 +82,8 @@ class Access:
         self.own_camera_token = secrets.token_urlsafe(_TOKEN_BYTES)
         self.operator_token = self.viewer_token = ""
         self.renew_operator()
+        self.operator_token = operator_token or self.operator_token
+        self._camera_token = camera_token
 
     def renew_operator(self) -> str:
         """Return a new operator's token; everybody who signed in is out, viewers too."""
@@ -169,6 +181,8 @@ class Access:
         """Return the id of a camera's token, or None where it is wrong or was revoked."""
         if _same(token, self.own_camera_token):
             return "own"
+        if _same(token, self._camera_token):
+            return "given"
         given = _hash(token)
         with self._lock:
             return next((c.id for c in self._cameras if hmac.compare_digest(c.hash, given)), None)

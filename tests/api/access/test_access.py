@@ -203,3 +203,14 @@ def test_loopback_asks_for_nothing(start_studio, tmp_path):
     open_studio = start_studio(tmp_path / "sessions")
     assert open_studio.http.get("status").status_code == 200
     assert open_studio.http.get("access").json() == {"required": False, "role": "operator", "cameras": []}
+
+
+def test_tokens_that_somebody_else_keeps(tmp_path):
+    given = Access(
+        tmp_path, required=True, now_s=time.monotonic, operator_token="o" * 20, camera_token="c" * 20
+    )
+    assert given.sign_in("o" * 20, "here") and given.camera_token_id("c" * 20) == "given"
+    assert given.camera_token_id("") is None and given.camera_token_id("o" * 20) is None
+    assert given.renew_operator() != "o" * 20 and given.sign_in("o" * 20, "here") is None
+    without = Access(tmp_path, required=True, now_s=time.monotonic)
+    assert without.camera_token_id("") is None and without.camera_token_id("c" * 20) is None
