@@ -23,6 +23,7 @@ from studio.api.outputs import outputs_router
 from studio.api.performers import performers_router
 from studio.api.presets import presets_router
 from studio.api.references import references_router
+from studio.api.remote import remote_router
 from studio.api.rigs import rigs_router
 from studio.api.shares import shares_router
 from studio.api.stage import stage_router
@@ -76,6 +77,7 @@ def create_app(
     app.add_middleware(OriginGuard)
     app.add_middleware(PlainAnswers)  # the last one added is the first to look
     app.include_router(access_router(access))
+    app.include_router(remote_router(access))
     app.include_router(link_router(stage, access, hello_timeout_s=hello_timeout_s))
     app.state.events = {}
     app.include_router(events_router(stage, jobs, app.state.events))

@@ -1,4 +1,4 @@
-"""The pages (Jinja2): `/`, `/signin`, `/blind`, `/vote/TOKEN`, and their static files: plain ES modules."""
+"""The pages (Jinja2): `/`, `/signin`, `/blind`, `/remote`, `/vote/TOKEN`; their static files: plain ES modules."""
 
 import secrets
 from importlib import metadata
@@ -42,6 +42,10 @@ def add_page(app: FastAPI, *, sessions: Path) -> None:
     @router.get("/blind")
     async def blind_page(request: Request) -> HTMLResponse:
         return page(request, "blind.html", {})
+
+    @router.get("/remote")
+    async def remote_page(request: Request) -> HTMLResponse:
+        return page(request, "remote.html", {})
 
     @router.get("/vote/{token}")
     async def voting_page(request: Request) -> HTMLResponse:

@@ -30,7 +30,7 @@ _OPEN_BELOW = (
 
 _LOOKS = {"GET", "HEAD", "OPTIONS"}
 _SIGN_OUT_API = "/api/v1/access/signout"
-_NOT_FOR_VIEWERS = ("/blind", "/remote", "/api/v1/blind", "/api/v1/shares", "/api/v1/access/")
+_NOT_FOR_VIEWERS = ("/blind", "/remote", "/api/v1/remote", "/api/v1/blind", "/api/v1/shares", "/api/v1/access/")
 _NOT_FOR_VIEWERS_AT_ALL = ("/export", "/file", "/report")
 """What begins, and what ends with these: takes' data, links, and what would unblind a test."""
 

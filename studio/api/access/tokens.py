@@ -25,6 +25,9 @@ FILE_NAME = "access.json"
 MAX_FAILURES, FAILURES_OVER_S = 10, 60.0
 """So many wrong tokens of one address within this time, then it must wait."""
 
+INVITATION_S = 600.0
+"""How long an invitation signs in."""
+
 Role = Literal["operator", "viewer"]
 """Who may do all, and who may only look."""
 
@@ -78,6 +81,7 @@ class Access:
         self._lock = threading.Lock()
         self._signed_in: dict[str, Role] = {}
         self._failures: dict[str, list[float]] = {}
+        self._invitations: dict[str, float] = {}
         self._cameras = _read(self._file)
         self.own_camera_token = secrets.token_urlsafe(_TOKEN_BYTES)
         self.operator_token = self.viewer_token = ""
@@ -90,6 +94,7 @@ class Access:
         with self._lock:
             self.operator_token, self.viewer_token = secrets.token_urlsafe(_TOKEN_BYTES), ""
             self._signed_in.clear()
+            self._invitations.clear()
             return self.operator_token
 
     def renew_viewer(self) -> str:
@@ -98,6 +103,20 @@ class Access:
             self.viewer_token = secrets.token_urlsafe(_TOKEN_BYTES)
             self._signed_in = {key: role for key, role in self._signed_in.items() if role != "viewer"}
             return self.viewer_token
+
+    def invite(self) -> str:
+        """Return a token that signs one operator's browser in, once, within `INVITATION_S`."""
+        token = secrets.token_urlsafe(_TOKEN_BYTES)
+        with self._lock:
+            now = self._now_s()
+            self._invitations = {key: until for key, until in self._invitations.items() if until > now}
+            self._invitations[_hash(token)] = now + INVITATION_S
+        return token
+
+    def _is_invited(self, token: str) -> bool:
+        """Whether a token is an invitation that was not used yet; it is now."""
+        with self._lock:
+            return self._invitations.pop(_hash(token), 0.0) > self._now_s()
 
     def may_try(self, address: str) -> bool:
         """Whether an address may try a token: not after too many wrong ones."""
@@ -121,7 +140,7 @@ class Access:
 
     def sign_in(self, token: str, address: str) -> str | None:
         """Return the key of a signed-in browser, or None where the token is wrong."""
-        role = self.check_token(token, address)
+        role: Role | None = "operator" if self._is_invited(token) else self.check_token(token, address)
         if role is None:
             return None
         with self._lock:

@@ -40,6 +40,7 @@ export const startCalibration = () => call("POST", "calibration/start");
 export const finishCalibration = () => call("POST", "calibration/finish");
 export const startTPose = (performer) => call("POST", "tpose/start", { performer });
 export const cancelTPose = () => call("POST", "tpose/cancel");
+export const invitePhone = () => call("POST", "remote");
 export const getPerformers = () => call("GET", "performers");
 export const choosePerformer = (name) => call("POST", `performers/${encodeURIComponent(name)}/use`);
 export const getTakes = () => call("GET", "takes");

@@ -1,8 +1,10 @@
 // The calibration panel: what is in use, the Calibrate button, its progress and verdict.
 import { byId, h, redraw, setText } from "./dom.js";
-import { finishCalibration, startCalibration } from "./api.js";
+import { finishCalibration } from "./api.js";
+import { coverageMap, coverageShare } from "./coverage.js";
 import { attempt } from "./messages.js";
 import { number, t } from "./strings.js";
+import { openWizard } from "./wizard.js";
 
 const TONES = { good: "good", usable: "fair", refused: "bad" };
 const BUSY = ["gathering", "computing"];
@@ -24,25 +26,10 @@ function table(cameras, colours, reference) {
     h("tbody", {}, rows));
 }
 
-/** Where the hips were, seen from above with the camera at the bottom: one square per half metre of floor. */
-function map(name, { points, cells, enough }, colour) {
-  const size = 9;
-  const xs = cells.map(([x]) => x);
-  const zs = cells.map(([, z]) => z);
-  const [left, near] = [Math.min(...xs), Math.min(...zs)];
-  const [width, height] = [Math.max(...xs) - left + 1, Math.max(...zs) - near + 1];
-  const squares = cells.map(([x, z, count]) => h("span", {
-    class: "cell",
-    style: `left:${(x - left) * size}px;top:${(height - 1 - (z - near)) * size}px;background:${colour};opacity:${Math.min(1, 0.3 + count / 60)}`,
-  }));
-  return h("div", { class: "coverage" },
-    h("div", { class: "cells", style: `width:${width * size}px;height:${height * size}px`, aria: { hidden: "true" } }, squares),
-    h("span", { class: enough ? "good" : "muted" }, [t("calibration.coverage", { name, points, n: cells.length }), ...(enough ? [] : [t("calibration.walk_on")])].join(", ")));
-}
-
 function coverage(cameras, colours) {
-  return Object.entries(cameras).filter(([, { cells }]) => cells.length > 0)
-    .map(([name, seen]) => map(name, seen, colours[name] ?? "var(--accent)"));
+  return Object.entries(cameras).filter(([, { cells }]) => cells.length > 0).map(([name, seen]) => h("div", { class: "coverage" },
+    coverageMap(seen, colours[name] ?? "var(--accent)", t("calibration.coverage", { name, points: seen.points, n: seen.cells.length })),
+    h("span", { class: seen.enough ? "good" : "muted" }, `${name}: ${seen.enough ? t("wizard.map_enough") : `${number(100 * coverageShare(seen))} %`}`)));
 }
 
 function reasons(cameras) {
@@ -76,8 +63,8 @@ function build(state, colours, ready) {
   if (!busy && state.state !== "none") parts.push(table(state.cameras, colours, state.reference), reasons(state.cameras));
   parts.push(h("div", { class: "row" },
     h("button", {
-      id: "calibrate", type: "button", class: state.state === "good" ? "" : "primary", disabled: busy || !ready,
-      onclick: () => attempt(() => startCalibration()),
+      id: "calibrate", type: "button", class: state.state === "good" ? "" : "primary", disabled: !ready,
+      onclick: openWizard, title: t("wizard.open_hint"),
     }, t(busy ? "calibration.busy" : "calibration.start")),
     progress.state === "gathering" && h("button", {
       type: "button", onclick: () => attempt(finishCalibration), title: t("calibration.enough_hint"),

@@ -22,6 +22,7 @@ import { startTransport, updateTransport } from "./transport.js";
 import { TRIAL, solveTrial, updateTrial } from "./trial.js";
 import { startViewTools, updateView } from "./view_tools.js";
 import { setNotice } from "./viewer.js";
+import { updateWizard } from "./wizard.js";
 
 const MANY_JOINTS = 6; // more than a limb's: not a joint that is lost, but somebody else
 const OWN_WORDS = ["report", "export"]; // jobs whose end is told where they were begun
@@ -118,6 +119,7 @@ function showStatus(status) {
   updateDisk(status.recording);
   updateCalibration(status.calibration, state.colours, ready);
   updatePerformer(status.calibration, ready);
+  updateWizard(status, state.colours);
   const { active, take, seconds, problem } = status.recording;
   if (active !== state.recording) {
     state.recording = active;

@@ -3,13 +3,16 @@ import { byId, h, redraw, setText } from "./dom.js";
 import { cancelTPose, choosePerformer, getPerformers, startTPose } from "./api.js";
 import { attempt, showNote } from "./messages.js";
 import { number, t } from "./strings.js";
+import { startWizard } from "./wizard.js";
 
 const BUSY = ["countdown", "holding", "computing"];
 const panel = { profiles: [], state: "idle", name: "" };
 
+const nameNow = () => byId("performer-name")?.value.trim() ?? "";
+
 function measure() {
   if (BUSY.includes(panel.state)) attempt(cancelTPose);
-  else attempt(() => startTPose(byId("performer-name")?.value.trim() ?? ""));
+  else attempt(() => startTPose(nameNow()));
 }
 
 async function loadProfiles() {
@@ -63,6 +66,7 @@ export function updatePerformer(calibration, ready) {
 /** Ask for the profiles, and listen for the T key. */
 export function startPerformer() {
   attempt(loadProfiles);
+  startWizard(nameNow);
   document.addEventListener("keydown", (event) => {
     const typing = event.target.closest("input, select, textarea, [contenteditable]");
     if (event.key.toLowerCase() !== "t" || typing || event.ctrlKey || event.metaKey || event.altKey || event.repeat) return;

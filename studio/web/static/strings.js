@@ -17,8 +17,9 @@ import share from "./strings/share.js";
 import switches from "./strings/switches.js";
 import takes from "./strings/takes.js";
 import view from "./strings/view.js";
+import wizard from "./strings/wizard.js";
 
-const TEXTS = { ...access, ...blind, ...calibration, ...cameras, ...curves, ...compare, ...exporting, ...page, ...record, ...replay, ...share, ...switches, ...takes, ...view };
+const TEXTS = { ...access, ...blind, ...calibration, ...cameras, ...curves, ...compare, ...exporting, ...page, ...record, ...replay, ...share, ...switches, ...takes, ...view, ...wizard };
 const KEPT = "language";
 const ATTRIBUTES = { t: null, tTitle: "title", tAria: "aria-label", tPlaceholder: "placeholder", tAlt: "alt" };
 

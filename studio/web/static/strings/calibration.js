@@ -8,7 +8,6 @@ export default {
   "calibration.verdict.usable": ["usable", "utilisable"],
   "calibration.verdict.refused": ["refused", "refusé"],
   "calibration.coverage": ["{name}: {points} points, {n} place|{name}: {points} points, {n} places", "{name} : {points} points, {n} endroit|{name} : {points} points, {n} endroits"],
-  "calibration.walk_on": ["walk on", "marchez encore"],
   "calibration.computing": ["Computing where the cameras stand", "Calcul de la place des caméras"],
   "calibration.t_pose": ["Hold the T-pose, facing the reference camera", "Tenez la pose en T, face à la caméra de référence"],
   "calibration.walk": ["Walk all over the stage and turn: {left} s left", "Parcourez tout le plateau en tournant : encore {left} s"],

@@ -1,0 +1,71 @@
+"""The way for a phone to become the remote control: an address that it reaches, as a QR code that signs it in."""
+
+import base64
+import ipaddress
+import socket
+from urllib.parse import quote
+
+from fastapi import APIRouter, Request
+from pydantic import BaseModel, Field
+
+from studio.api.access import Access
+from studio.api.access.guard import SIGN_IN_PATH
+from studio.api.access.tokens import INVITATION_S
+from studio.api.errors import RESPONSES
+from studio.api.qr import qr_picture
+
+REMOTE_PATH = "/remote"
+_ELSEWHERE = ("192.0.2.1", 9)
+"""An address of no machine (RFC 5737): asking for the way to it sends nothing, and tells this machine's address."""
+
+
+class Invitation(BaseModel):
+    """How a phone becomes the remote control."""
+
+    url: str = Field(description="what the phone opens; where tokens are asked for it signs in once")
+    qr: str = Field(description="the same as a QR code: SVG in base64")
+    local: bool = Field(description="this server answers on its own machine only: no phone reaches it")
+    minutes: int = Field(description="how long the address signs in; 0: nobody is asked to")
+
+
+def remote_router(access: Access) -> APIRouter:
+    """Return the route of the remote control."""
+    router = APIRouter(prefix="/api/v1", tags=["access"], responses=RESPONSES)
+
+    @router.post("/remote", status_code=201)
+    def invite(request: Request) -> Invitation:
+        """Make an address that opens the remote control on a phone; it signs in one browser, within ten minutes."""
+        host = request.url.hostname or ""
+        if access.required and _is_loopback(host):
+            host = own_address() or host
+        root = f"{request.url.scheme}://{f'[{host}]' if ':' in host else host}:{request.url.port or _usual(request)}"
+        if access.required:
+            url = f"{root}{SIGN_IN_PATH}?next={quote(REMOTE_PATH)}#{access.invite()}"
+        else:
+            url = root + REMOTE_PATH
+        picture = base64.b64encode(bytes(qr_picture(url).body)).decode("ascii")
+        minutes = int(INVITATION_S // 60) if access.required else 0
+        return Invitation(url=url, qr=picture, local=not access.required, minutes=minutes)
+
+    return router
+
+
+def own_address() -> str:
+    """Return this machine's address in its network, empty where it has none."""
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as asked:
+        try:
+            asked.connect(_ELSEWHERE)
+            return str(asked.getsockname()[0])
+        except OSError:
+            return ""
+
+
+def _is_loopback(host: str) -> bool:
+    try:
+        return ipaddress.ip_address(host).is_loopback
+    except ValueError:
+        return host == "localhost"
+
+
+def _usual(request: Request) -> int:
+    return 443 if request.url.scheme == "https" else 80
