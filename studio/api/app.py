@@ -11,6 +11,7 @@ from studio.api.blind import blind_router
 from studio.api.compare import compare_router
 from studio.api.errors import add_error_handlers
 from studio.api.events import events_router
+from studio.api.exports import exports_router
 from studio.api.find import Finder
 from studio.api.jobs import Jobs
 from studio.api.limits import BodyGuard, PlainAnswers
@@ -89,6 +90,7 @@ def create_app(
     app.include_router(performers_router(stage))
     app.include_router(takes_router(sessions, finder, jobs, presets, thumbnails))
     app.include_router(thumbnails_router(finder))
+    app.include_router(exports_router(sessions, finder, jobs))
     app.include_router(rigs_router(sessions))
     app.include_router(manage_router(sessions, finder, jobs))
     app.include_router(references_router(sessions, finder))

@@ -65,7 +65,7 @@ class ExportRequest(Request):
 
     def options(self, take: str) -> ExportOptions:
         """Return the options of an export of this take."""
-        values = self.model_dump(exclude={"format", "rig"})
+        values = self.model_dump(include=set(ExportRequest.model_fields) - {"format", "rig"})
         return ExportOptions(**{**values, "take_name": self.take_name or take})
 
 

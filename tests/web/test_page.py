@@ -205,6 +205,7 @@ def test_record_solve_and_export(live: str, page: Page, tmp_path: Path) -> None:
     take.get_by_role("button", name="Export walk, solve raw").click()
     expect(page.locator("#export-format")).to_have_value("bvh")  # as it was the last time
     page.locator("#export-format").select_option("fbx")
+    page.locator("#export-advanced > summary").click()
     page.locator("#export-target").select_option("unreal")
     page.locator("#export-root_motion").select_option("root")
     dialog.get_by_label("Lock standing feet").check()

@@ -74,12 +74,6 @@ export const getShares = () => call("GET", "shares");
 export const removeShare = (id) => call("DELETE", `shares/${id}`);
 export const restoreShare = (id) => call("POST", `shares/${id}/restore`);
 
-/** Return a solve's export as a Blob; `options`: the format and what else the API has. */
-export async function exportSolve(take, solve, options) {
-  const path = `${takePath(take)}/solves/${encodeURIComponent(solve)}/export?${new URLSearchParams(options)}`;
-  return (await request("GET", path)).blob();
-}
-
 export const changeTake = (take, change) => call("PATCH", takePath(take), change);
 export const throwTake = (take) => call("DELETE", takePath(take));
 export const restoreTake = (trashId) => call("POST", `trash/${encodeURIComponent(trashId)}/restore`);
@@ -105,3 +99,14 @@ export const removeReference = (take, name) => call("DELETE", referencePath(take
 export const restoreReference = (take, name) => call("POST", `${referencePath(take, name)}/restore`);
 export const makeReport = (take, reference) => call("POST", `${byId(take)}/reports`, { reference });
 export const reportAddress = (take, name) => new URL(`${byId(take)}/reports/${encodeURIComponent(name)}`, ROOT).href;
+
+/** Begin to export solves: `{solves: [{take, solve}], format, ...}`; returns the job. */
+export const makeExport = (wanted) => call("POST", "exports", wanted);
+
+/** Return the file of an export that is done, as a Blob. */
+export const downloadExport = async (jobId) => (await request("GET", `exports/${jobId}`)).blob();
+
+export const getRigs = () => call("GET", "rigs");
+export const sendRig = async (name, file) => (await send("PUT", `rigs/${encodeURIComponent(name)}`, file)).json();
+export const getRigMapping = (name) => call("GET", `rigs/${encodeURIComponent(name)}/mapping`);
+export const putRigMapping = (name, bones) => call("PUT", `rigs/${encodeURIComponent(name)}/mapping`, { bones });

@@ -1,123 +1,197 @@
-// The export dialog: format, target, rate, root motion, mesh, keys, trim and clean-up, of one take or several.
+// The export dialog: what it is for, format and options, a rig, one take or several; made in the background, then downloaded.
 import { byId, h } from "./dom.js";
-import { exportSolve } from "./api.js";
+import { downloadExport, makeExport } from "./api.js";
+import { FORMATS, KEYS, ORDERS, RATES, RECIPES, RIG_FORMATS, ROOTS, TARGETS, UNDERSTOOD, UNITS, recipeOf } from "./export_recipes.js";
+import { RigChoice } from "./export_rig.js";
+import { ended } from "./jobs.js";
 import { attempt, showNote } from "./messages.js";
 import { replayed } from "./replay.js";
 import { t } from "./strings.js";
 
-const FORMATS = ["fbx", "bvh", "glb", "usd", "c3d", "trc", "csv", "npz"];
-const TARGETS = ["humanik", "mixamo", "unreal", "vrm"];
-const ROOTS = ["hips", "root", "in-place"];
-const KEYS = ["cubic", "linear", "constant"];
-const RATES = ["", 24, 25, 30, 60, 120];
-const SKELETONS = ["fbx", "bvh", "glb", "usd"];
 const KEPT = "export";
+const REMEMBERED = ["recipe", "format", "target", "fps", "root_motion", "interpolation", "mesh", "rotation_order", "unit", "rig"];
+const NUMBERS = ["fps", "start_s", "end_s", "smooth_hz", "key_error_cm"];
+const CHECKS = ["mesh", "foot_lock", "loop"];
 
-// Which fields a format understands; the others are hidden.
-const FIELDS = {
-  target: SKELETONS, root_motion: SKELETONS, interpolation: ["fbx", "glb"], mesh: ["fbx", "glb", "usd"], key_error_cm: ["fbx"],
-};
+const state = { jobs: [], recipe: "", rig: null, running: false };
 
-const state = { jobs: [] };
+const field = (id) => byId(`export-${id}`);
 
-const named = (values, words) => Object.fromEntries(values.map((value) => [value, words(value)]));
-
-function select(id, label, options, value) {
-  return h("label", { class: "field" }, h("span", {}, label), h("select", { id: `export-${id}`, onchange: id === "format" ? showFields : undefined },
-    Object.entries(options).map(([key, text]) => h("option", { value: key, selected: key === value }, text))));
+function select(id, values, words, chosen, onchange) {
+  return h("label", { class: "field" }, h("span", {}, t(`export.${id}`)), h("select", { id: `export-${id}`, onchange },
+    values.map((value) => h("option", { value, selected: String(value) === String(chosen ?? values[0]) }, words(value)))));
 }
 
-function number(id, label, value, placeholder) {
-  return h("label", { class: "field" }, h("span", {}, label), h("input", { id: `export-${id}`, type: "number", min: 0, step: "any", value: value ?? "", placeholder }));
-}
+const number = (id, value, placeholder) => h("label", { class: "field", title: t(`export.${id}.hint`) }, h("span", {}, t(`export.${id}`)),
+  h("input", { id: `export-${id}`, type: "number", min: 0, step: "any", value: value ?? "", placeholder }));
 
-const check = (id, label, checked) => h("label", { class: "check" }, h("input", { id: `export-${id}`, type: "checkbox", checked }), label);
+const check = (id, checked) => h("label", { class: "check", title: t(`export.${id}.hint`) }, h("input", { id: `export-${id}`, type: "checkbox", checked: Boolean(checked), onchange: showFields }), t(`export.${id}`));
 
+/** The part between the in and out points of the replay, where the one take is replayed. */
 function trim() {
   const replay = replayed();
-  const one = state.jobs.length === 1 && replay.open && replay.take === state.jobs[0].take.id;
-  if (!one) return {};
+  if (state.jobs.length !== 1 || !replay.open || replay.take !== state.jobs[0].take.id) return {};
   return { start: replay.first > 0 ? (replay.first / replay.rate_hz).toFixed(2) : undefined,
     end: replay.last < replay.frames - 1 ? (replay.last / replay.rate_hz).toFixed(2) : undefined };
+}
+
+function recipes() {
+  return h("fieldset", { class: "recipes" }, h("legend", {}, t("export.for")),
+    Object.keys(RECIPES).map((name) => h("label", { class: "recipe" },
+      h("input", { class: "sr", type: "radio", name: "export-recipe", value: name, checked: name === state.recipe, onchange: () => useRecipe(name) }),
+      h("strong", {}, t(`recipe.${name}`)), h("span", { class: "muted" }, t(`recipe.${name}.what`)))));
+}
+
+/** Fill in the fields as a program wants them. */
+function useRecipe(name) {
+  state.recipe = name;
+  for (const [id, value] of Object.entries(RECIPES[name])) {
+    const control = field(id);
+    if (control.type === "checkbox") control.checked = value;
+    else control.value = value;
+  }
+  rigChanged();
+}
+
+/** An export onto a rig has the rig's own format, unless another is chosen. */
+function rigChanged() {
+  const kind = state.rig.name.split(".").pop();
+  if (onRig() && RIG_FORMATS.includes(kind)) field("format").value = kind;
+  showFields();
+}
+
+/** A format that was chosen by itself fits the recipe that has it, else none. */
+function formatChosen() {
+  const format = field("format").value;
+  const fits = state.recipe === "rig" ? RIG_FORMATS.includes(format) : RECIPES[state.recipe]?.format === format;
+  if (!fits) state.recipe = recipeOf(format);
+  for (const input of byId("export-dialog").querySelectorAll("[name=export-recipe]")) input.checked = input.value === state.recipe;
+  showFields();
+}
+
+const onRig = () => state.recipe === "rig";
+
+/** Show the fields that the format understands. */
+function showFields() {
+  const format = field("format").value;
+  for (const [id, formats] of Object.entries(UNDERSTOOD)) {
+    const owned = onRig() && ["target", "mesh", "unit"].includes(id);
+    const holder = field(id)?.closest(".field, .check");
+    if (holder) holder.hidden = owned || !formats.includes(format);
+  }
+  byId("export-rig-section").hidden = !onRig();
+  field("run").disabled = state.running || (onRig() && !state.rig.ready);
+}
+
+function takesList() {
+  if (state.jobs.length === 1) return null;
+  return h("div", { class: "batch" },
+    h("ul", {}, state.jobs.map((job) => h("li", {}, h("span", { class: "name", title: job.take.id }, job.take.name),
+      h("select", { aria: { label: t("export.solve_of", { name: job.take.name }) }, onchange: (event) => { job.solve = event.currentTarget.value; } },
+        job.take.solves.map((solve) => h("option", { value: solve, selected: solve === job.solve }, solve)))))),
+    check("together", false));
+}
+
+function advanced(kept) {
+  return h("details", { class: "advanced", id: "export-advanced" }, h("summary", {}, t("export.advanced")),
+    h("div", { class: "grid" },
+      select("target", TARGETS, (name) => t(`export.target.${name}`), kept.target),
+      select("root_motion", ROOTS, (name) => t(`export.root.${name}`), kept.root_motion),
+      select("interpolation", KEYS, (name) => t(`export.keys.${name}`), kept.interpolation),
+      number("key_error_cm", "", t("export.off")),
+      select("rotation_order", ORDERS, (name) => name, kept.rotation_order),
+      select("unit", UNITS, (name) => name, kept.unit),
+      h("label", { class: "field", title: t("export.timecode.hint") }, h("span", {}, t("export.timecode")), h("input", { id: "export-timecode", type: "text", placeholder: "hh:mm:ss:ff", pattern: "\\d\\d:\\d\\d:\\d\\d:\\d\\d", value: "" })),
+      number("smooth_hz", "", t("export.off"))),
+    h("div", { class: "checks" }, check("foot_lock"), check("loop")));
 }
 
 function fields(kept) {
   const { start, end } = trim();
   return [
-    select("format", t("export.format"), named(FORMATS, (name) => t(`export.format.${name}`)), kept.format ?? "fbx"),
-    select("target", t("export.target"), named(TARGETS, (name) => t(`export.target.${name}`)), kept.target ?? "humanik"),
-    h("label", { class: "field" }, h("span", {}, t("export.rate")), h("select", { id: "export-fps" },
-      RATES.map((rate) => h("option", { value: rate, selected: String(rate) === String(kept.fps ?? "") }, rate || t("export.as_solved"))))),
-    select("root_motion", t("export.root"), named(ROOTS, (name) => t(`export.root.${name}`)), kept.root_motion ?? "hips"),
-    select("interpolation", t("export.keys"), named(KEYS, (name) => t(`export.keys.${name}`)), kept.interpolation ?? "cubic"),
-    h("div", { class: "two" }, number("start_s", t("export.from"), start, t("export.start")), number("end_s", t("export.to"), end, t("export.end"))),
-    h("div", { class: "two" },
-      h("div", {}, check("mesh", t("export.mesh"), kept.mesh), check("foot_lock", t("export.foot_lock")), check("loop", t("export.loop"))),
-      h("div", {}, number("smooth_hz", t("export.smooth"), "", t("export.off")), number("key_error_cm", t("export.fewer_keys"), "", t("export.off")))),
-  ];
+    takesList(), recipes(),
+    h("div", { id: "export-rig-section" }, state.rig.element),
+    h("div", { class: "grid" },
+      select("format", FORMATS, (name) => t(`export.format.${name}`), kept.format ?? "fbx", formatChosen),
+      select("fps", RATES, (rate) => (rate ? t("export.fps.value", { rate }) : t("export.fps.as_solved")), kept.fps),
+      number("start_s", start, t("export.start_s.none")), number("end_s", end, t("export.end_s.none"))),
+    h("div", { class: "checks" }, check("mesh", kept.mesh)),
+    advanced(kept),
+  ].filter(Boolean);
 }
 
-function showFields() {
-  const format = byId("export-format").value;
-  for (const [id, formats] of Object.entries(FIELDS)) {
-    byId(`export-${id}`).closest(".field, .check").hidden = !formats.includes(format);
-  }
-}
-
+/** What the API is asked for. */
 function chosen() {
-  const format = byId("export-format").value;
-  const value = (id) => byId(`export-${id}`).value;
-  const query = { format, fps: value("fps"), start_s: value("start_s"), end_s: value("end_s"), smooth_hz: value("smooth_hz") };
-  for (const id of ["target", "root_motion", "interpolation", "key_error_cm"]) if (FIELDS[id].includes(format)) query[id] = value(id);
-  if (FIELDS.mesh.includes(format)) query.mesh = byId("export-mesh").checked;
-  for (const id of ["foot_lock", "loop"]) if (byId(`export-${id}`).checked) query[id] = true;
-  return Object.fromEntries(Object.entries(query).filter(([, text]) => text !== ""));
+  const format = field("format").value;
+  const understood = (id) => !(id in UNDERSTOOD) || UNDERSTOOD[id].includes(format);
+  const request = { format, solves: state.jobs.map(({ take, solve }) => ({ take: take.id, solve })) };
+  for (const id of NUMBERS) if (understood(id) && field(id).value !== "") request[id] = Number(field(id).value);
+  for (const id of ["target", "root_motion", "interpolation", "rotation_order", "unit", "timecode"]) {
+    if (understood(id) && field(id).value !== "") request[id] = field(id).value;
+  }
+  for (const id of CHECKS) if (understood(id)) request[id] = field(id).checked;
+  if (understood("together") && field("together")?.checked) request.together = true;
+  if (onRig()) {
+    request.rig = state.rig.name;
+    for (const id of ["target", "mesh", "unit"]) delete request[id];
+  }
+  return request;
+}
+
+function keep(request) {
+  const kept = { ...request, recipe: state.recipe };
+  localStorage.setItem(KEPT, JSON.stringify(Object.fromEntries(REMEMBERED.map((key) => [key, kept[key]]))));
 }
 
 async function run(event) {
   event.preventDefault();
-  const query = chosen();
-  const { format, target, fps, root_motion, interpolation, mesh } = query;
-  localStorage.setItem(KEPT, JSON.stringify({ format, target, fps, root_motion, interpolation, mesh }));
-  const button = byId("export-run"), bar = byId("export-progress");
-  button.disabled = true;
-  bar.hidden = false;
+  const request = chosen();
+  keep(request);
+  const bar = byId("export-progress");
+  const words = byId("export-words");
+  state.running = true;
+  showFields();
+  bar.hidden = words.hidden = false;
   bar.removeAttribute("value");
-  let written = 0;
-  for (const { take, solve } of state.jobs) {
-    const file = await attempt(() => exportSolve(take, solve, query));
-    if (file) {
-      save(file, `${take.name}_${solve}.${format}`);
-      written += 1;
-    }
-    bar.value = written / state.jobs.length;
-  }
-  button.disabled = false;
-  bar.hidden = true;
-  if (written === state.jobs.length) {
+  const made = await attempt(async () => {
+    const job = await ended(await makeExport(request), (share) => { if (share !== null) bar.value = share; });
+    await save(job);
+    return job;
+  });
+  state.running = false;
+  bar.hidden = words.hidden = true;
+  showFields();
+  if (made) {
     byId("export-dialog").close();
-    showNote(t("export.done", { n: written }));
+    showNote(t("export.done", { n: request.solves.length, name: made.name }));
   }
 }
 
-function save(file, name) {
-  const link = h("a", { href: URL.createObjectURL(file), download: name });
+async function save(job) {
+  const file = await downloadExport(job.id);
+  const link = h("a", { href: URL.createObjectURL(file), download: job.name });
   link.click();
   setTimeout(() => URL.revokeObjectURL(link.href), 60000);
 }
 
-/** Ask how solves are exported, `[{take, solve}]`, and download the files. */
+/** Ask how solves are exported, `[{take, solve}]`, and download what they make. */
 export function askExport(jobs) {
-  state.jobs = jobs;
-  const kept = JSON.parse(localStorage.getItem(KEPT) ?? "{}");
   const dialog = byId("export-dialog");
-  const title = jobs.length === 1 ? t("export.one", { take: jobs[0].take.name, solve: jobs[0].solve }) : t("export.many", { n: jobs.length });
-  dialog.replaceChildren(h("h2", {}, title),
-    h("form", { class: "export-form", onsubmit: run }, ...fields(kept),
-      h("progress", { id: "export-progress", max: 1, hidden: true, aria: { label: t("export.progress") } }),
-      h("div", { class: "buttons" },
-        h("button", { id: "export-run", class: "primary", type: "submit" }, t("export.short")),
-        h("button", { type: "button", onclick: () => dialog.close() }, t("message.cancel")))));
-  showFields();
+  if (!state.running) {
+    const kept = JSON.parse(localStorage.getItem(KEPT) ?? "{}");
+    state.jobs = jobs.map((job) => ({ ...job }));
+    state.recipe = kept.recipe ?? "motionbuilder";
+    state.rig = new RigChoice(rigChanged);
+    const title = jobs.length === 1 ? t("export.one", { take: jobs[0].take.name, solve: jobs[0].solve }) : t("export.many", { n: jobs.length });
+    dialog.replaceChildren(h("h2", {}, title),
+      h("form", { class: "export-form", onsubmit: run }, ...fields(kept),
+        h("p", { id: "export-words", class: "muted hint", hidden: true }, t("export.background")),
+        h("progress", { id: "export-progress", max: 1, hidden: true, aria: { label: t("export.progress") } }),
+        h("div", { class: "buttons" },
+          h("button", { id: "export-run", class: "primary", type: "submit" }, t("export.short")),
+          h("button", { type: "button", onclick: () => dialog.close() }, t("message.close")))));
+    showFields();
+    state.rig.open(kept.rig);
+  }
   dialog.showModal();
 }

@@ -156,10 +156,10 @@ export class ReferenceSection {
 
   settings() {
     const { details, aligned } = this;
-    const check = (id, key, checked) => h("label", { class: "check", title: t(`${key}_hint`) }, h("input", { id, type: "checkbox", checked, onchange: () => this.align() }), t(key));
+    const check = (id, label, title, checked) => h("label", { class: "check", title }, h("input", { id, type: "checkbox", checked, onchange: () => this.align() }), label);
     return h("div", { class: "reference-settings" },
-      check("reference-own-clock", "reference.own_clock", details.align_time || !details.aligned_with.length),
-      check("reference-size", "reference.size", details.align === "similarity"),
+      check("reference-own-clock", t("reference.own_clock"), t("reference.own_clock_hint"), details.align_time || !details.aligned_with.length),
+      check("reference-size", t("reference.size"), t("reference.size_hint"), details.align === "similarity"),
       this.chosen.endsWith(".bvh") && h("label", { class: "field", title: t("reference.unit_hint") }, h("span", {}, t("reference.unit")),
         h("input", { id: "reference-unit", type: "number", min: 0, step: "any", value: details.unit_m ?? "", placeholder: t("reference.unit_by_height"), onchange: () => this.align() })),
       aligned ? this.away(aligned) : h("button", { id: "reference-align", class: "small", type: "button", onclick: () => this.align() }, t("reference.align", { solve: this.solve })),

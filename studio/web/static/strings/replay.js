@@ -15,7 +15,6 @@ export default {
   "replay.out": ["Out", "Fin"],
   "replay.out_hint": ["End here", "Finir ici"],
   "replay.speed": ["Speed", "Vitesse"],
-  "replay.blind": ["Blind test", "Test à l'aveugle"],
   "replay.blind_hint": ["Let others decide between these two, blind", "Laisser d'autres choisir entre les deux, à l'aveugle"],
   "replay.live": ["Live", "Direct"],
   "replay.live_hint": ["Back to the live stage", "Retour au direct"],

@@ -1,0 +1,37 @@
+// What exports are for: the programs that people know, each with the format and options that open right there.
+export const FORMATS = ["fbx", "bvh", "glb", "usd", "c3d", "trc", "csv", "npz"];
+export const TARGETS = ["humanik", "mixamo", "unreal", "vrm"];
+export const ROOTS = ["hips", "root", "in-place"];
+export const KEYS = ["cubic", "linear", "constant"];
+export const RATES = ["", 24, 25, 30, 60, 120];
+export const ORDERS = ["ZXY", "ZYX", "YZX", "XZY", "YXZ", "XYZ"];
+export const UNITS = ["cm", "m", "mm", "in"];
+
+const SKELETONS = ["fbx", "bvh", "glb", "usd"];
+
+/** Which options a format understands; the others are hidden and not sent. */
+export const UNDERSTOOD = {
+  target: SKELETONS, root_motion: SKELETONS, interpolation: ["fbx", "glb"], mesh: ["fbx", "glb", "usd"], key_error_cm: ["fbx"],
+  timecode: ["fbx"], rotation_order: ["bvh"], unit: ["bvh"], together: ["fbx"],
+};
+
+/** Formats that an export onto a rig has. */
+export const RIG_FORMATS = SKELETONS;
+
+const fbx = { format: "fbx", target: "humanik", root_motion: "hips", interpolation: "cubic", mesh: false };
+
+/** Recipes by name, in the order of the page. */
+export const RECIPES = {
+  motionbuilder: fbx,
+  unreal: { ...fbx, target: "unreal", root_motion: "root" },
+  unity: { ...fbx, target: "vrm", mesh: true },
+  blender: { ...fbx, mesh: true },
+  mixamo: { ...fbx, target: "mixamo" },
+  web: { ...fbx, format: "glb", mesh: true },
+  biomechanics: { format: "c3d" },
+  opensim: { format: "trc" },
+  rig: { ...fbx },
+};
+
+/** The recipe that fits a format best, for a format that was chosen by itself; "" where none is meant. */
+export const recipeOf = (format) => Object.keys(RECIPES).find((name) => RECIPES[name].format === format) ?? "";
