@@ -5,7 +5,9 @@ Personnel", NATICK/TR-15/007, 2014, means of men and women; lengths of bones are
 (Drillis & Contini 1966). Joint centres lie under the skin where the literature has them: the hip joints 0.104
 apart (Bell, Pedersen & Brand 1990) and before the middle of the pelvis's depth; the middle of the upper arm's head a
 centimetre inside the acromion's edge (half of the biacromial breadth, 0.115, ANSUR; Nyffeler et al., "Association of
-a large lateral extension of the acromion with rotator cuff tears", JBJS 2006).
+a large lateral extension of the acromion with rotator cuff tears", JBJS 2006). Upper arms and forearms reach from joint
+centre to joint centre: de Leva, "Adjustments to Zatsiorsky-Seluyanov's segment inertia parameters", J. Biomechanics 29,
+1996, means of men and women.
 """
 
 from dataclasses import dataclass
@@ -73,9 +75,9 @@ _LEFT_AND_RIGHT = (
     # Shoulder: the deltoid and what lies between it and the neck.
     Cone("LeftShoulder", (0.010, 0.000, 0.005), (0.090, 0.000, -0.002), 0.036, 0.032, "trunk_girth"),
     # Arm: biceps 0.197, forearm 0.170 and wrist 0.098 round (ANSUR, flexed; relaxed a twentieth less).
-    Cone("LeftArm", (0.000, 0.0, 0.0), (0.186, 0.0, 0.0), 0.031, 0.0235, "arm_girth"),
-    Cone("LeftForeArm", (0.000, 0.0, 0.0), (0.055, 0.0, 0.0), 0.0235, 0.0255, "arm_girth"),
-    Cone("LeftForeArm", (0.055, 0.0, 0.0), (0.146, 0.0, 0.0), 0.0255, 0.0155, "arm_girth"),
+    Cone("LeftArm", (0.000, 0.0, 0.0), (0.160, 0.0, 0.0), 0.031, 0.0235, "arm_girth"),
+    Cone("LeftForeArm", (0.000, 0.0, 0.0), (0.058, 0.0, 0.0), 0.0235, 0.0255, "arm_girth"),
+    Cone("LeftForeArm", (0.058, 0.0, 0.0), (0.153, 0.0, 0.0), 0.0255, 0.0155, "arm_girth"),
     # Hand: 0.050 broad and 0.11 long; thickness of the palm 0.017 (Garrett, "The adult human hand", 1971).
     Cone("LeftHand", (0.008, 0.0, 0.0), (0.045, 0.0, 0.0), 0.018, 0.023, "arm_girth", 1.7, (0.0, 1.0, 0.0)),
     Cone("LeftHand", (0.052, 0.0, 0.0), (0.090, 0.0, 0.0), 0.020, 0.012, "arm_girth", 1.9, (0.0, 1.0, 0.0)),
@@ -142,7 +144,7 @@ def part_of(body: str) -> int:
     return 0
 
 
-_UPPER_ARM, _FOREARM, _THIGH, _SHANK = 0.186, 0.146, 0.245, 0.246
+_UPPER_ARM, _FOREARM, _THIGH, _SHANK = 0.160, 0.153, 0.245, 0.246
 
 
 def _scales(shape: Array) -> dict[str, float]:
@@ -188,6 +190,8 @@ def _usual_offsets() -> Array:
     offsets = usual - usual[np.maximum(PARENTS, 0)]
     for side, sign in (("left", 1.0), ("right", -1.0)):
         offsets[INDEX[f"{side}_shoulder"], 0] = sign * _SHOULDER_HALF_WIDTH
+        offsets[INDEX[f"{side}_elbow"], 0] = sign * _UPPER_ARM
+        offsets[INDEX[f"{side}_wrist"], 0] = sign * _FOREARM
     return offsets
 
 
