@@ -14,7 +14,7 @@ from studio.__main__ import main
 from studio.batch.jobs import Job, do
 from studio.batch.run import run_jobs
 from studio.commands.batch import find_takes
-from tests.api.camera import wait_until
+from tests.acceptance.processes import wait_until
 from tests.web.playback.takes import take_with_solves
 
 TAKES = 3
