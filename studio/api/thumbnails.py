@@ -61,7 +61,7 @@ class Thumbnails:
                 wanted = [(poses, picture_of(path)) for path, poses in batch.items()]
                 done = run_in_process(thumbnails_work, wanted, spare=False)
             except StudioError as error:
-                _log.warning("no thumbnails: %s", error)
+                _log.info("no thumbnails: %s", error)
                 done = []
             self._failed |= {path for path in batch if picture_of(path) not in done}
             self.made += len(done)

@@ -82,7 +82,7 @@ def test_first_light(tmp_path: Path, chromium: Browser) -> None:
         record(page, "first")
         page.screenshot(path=tmp_path / "recorded.png")
 
-        page.locator("summary").click()
+        page.locator("#switches > summary").click()
         page.select_option("#switch-smoothing", "one_euro:before")
         take = page.locator(".take", has_text="first")
         take.get_by_role("button", name="Solve first", exact=True).click()

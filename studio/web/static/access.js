@@ -1,6 +1,7 @@
 // The access panel, where the studio is open to the network: camera tokens, the operator's token, signing out.
 import { byId, h, redraw, setText } from "./dom.js";
-import { addCameraToken, getAccess, removeCameraToken, renewOperator, signOut } from "./api.js";
+import { addCameraToken, getAccess, removeCameraToken, renewOperator, renewViewers, signOut } from "./api.js";
+import { askSure } from "./ask.js";
 import { attempt, showNote } from "./messages.js";
 import { language, t } from "./strings.js";
 
@@ -35,6 +36,7 @@ async function pair(event) {
 
 function row(camera) {
   const revoke = async () => {
+    if (!(await askSure(t("access.revoke"), t("access.revoke_sure", { name: camera.label }), t("access.revoke")))) return;
     await attempt(() => removeCameraToken(camera.id));
     await attempt(updateAccess);
   };
@@ -46,7 +48,13 @@ function row(camera) {
     }, t("access.revoke")));
 }
 
+async function inviteViewers() {
+  const made = await attempt(renewViewers);
+  if (made) secret(t("access.viewer_link"), made.link);
+}
+
 async function renew() {
+  if (!(await askSure(t("access.renew"), t("access.renew_sure"), t("access.renew")))) return;
   const made = await attempt(renewOperator);
   if (!made) return;
   secret(t("access.new_token"), made.token);
@@ -59,17 +67,22 @@ function build(cameras) {
       h("input", { id: "camera-label", type: "text", maxLength: 60, required: true, placeholder: t("access.label_example"), aria: { label: t("access.label") } }),
       h("button", { type: "submit" }, t("access.pair"))),
     h("div", { id: "access-secret" }),
-    h("div", { class: "solve-row" },
+    h("div", { class: "buttons" },
+      h("button", { class: "small", type: "button", onclick: inviteViewers, title: t("access.viewers_hint") }, t("access.viewers")),
       h("button", { class: "small", type: "button", onclick: renew }, t("access.renew")),
       h("button", { class: "small", type: "button", onclick: async () => { await attempt(signOut); location.assign(ENTRANCE); } }, t("access.sign_out"))),
   ].filter(Boolean);
 }
 
-/** Show who may send; nothing at all on a studio that asks for no tokens. */
+/** Show who may send; nothing at all on a studio that asks for no tokens, nor to viewers. Returns who asks. */
 export async function updateAccess() {
   const access = await getAccess();
-  byId("access-panel").hidden = !access.required;
-  if (!access.required) return;
+  byId("access-panel").hidden = !access.required || access.role !== "operator";
+  if (access.required && access.role === "operator") show(access);
+  return access.role;
+}
+
+function show(access) {
   setText(byId("access-count"), t("access.tokens", { n: access.cameras.length }));
   const shown = byId("access-secret")?.firstChild;
   redraw(byId("access"), access.cameras, () => build(access.cameras));

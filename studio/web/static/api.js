@@ -44,6 +44,10 @@ export const invitePhone = () => call("POST", "remote");
 export const getPerformers = () => call("GET", "performers");
 export const choosePerformer = (name) => call("POST", `performers/${encodeURIComponent(name)}/use`);
 export const getTakes = () => call("GET", "takes");
+export const getPresets = () => call("GET", "presets");
+export const savePreset = (name, settings) => call("PUT", `presets/${encodeURIComponent(name)}`, settings);
+export const renamePreset = (name, to) => call("PATCH", `presets/${encodeURIComponent(name)}`, { name: to });
+export const removePreset = (name) => call("DELETE", `presets/${encodeURIComponent(name)}`);
 
 export const getOutputs = () => call("GET", "outputs");
 export const addOutput = (output) => call("POST", "outputs", output);
@@ -60,6 +64,7 @@ export const showBlindSlot = (id, slot) => call("PUT", `blind/${id}/shown`, { sl
 export const getAccess = () => call("GET", "access");
 export const addCameraToken = (label) => call("POST", "access/cameras", { label });
 export const removeCameraToken = (id) => request("DELETE", `access/cameras/${id}`);
+export const renewViewers = () => call("POST", "access/viewers");
 export const renewOperator = () => call("POST", "access/operator");
 export const signOut = () => request("POST", "access/signout");
 
@@ -76,6 +81,10 @@ export const restoreShare = (id) => call("POST", `shares/${id}/restore`);
 
 export const changeTake = (take, change) => call("PATCH", takePath(take), change);
 export const throwTake = (take) => call("DELETE", takePath(take));
+export const throwSolve = (take, solve) => call("DELETE", `${takePath(take)}/solves/${encodeURIComponent(solve)}`);
+export const getTrash = () => call("GET", "trash");
+export const deleteTrash = (trashId) => call("DELETE", `trash/${encodeURIComponent(trashId)}`);
+export const emptyTrash = () => call("DELETE", "trash");
 export const restoreTake = (trashId) => call("POST", `trash/${encodeURIComponent(trashId)}/restore`);
 
 const byId = (takeId) => `takes/${takeId.split("/").map(encodeURIComponent).join("/")}`;

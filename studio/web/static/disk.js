@@ -17,7 +17,7 @@ function left(recording) {
 
 /** Show how long the disk lasts, and the notice of a take that goes on after a restart. */
 export function updateDisk(recording) {
-  const disk = place("disk", () => h("output", { id: "disk", class: "disk", aria: { label: t("disk.label") } }), "afterend", byId("timer"));
+  const disk = place("disk", () => h("output", { id: "disk", class: "disk", aria: { label: t("disk.label") } }), "beforeend", byId("timer").parentElement);
   setText(disk, left(recording));
   disk.classList.toggle("low", recording.minutes_left < LOW_MINUTES);
   const banner = place("banner", () => h("p", { id: "banner", class: "message banner", role: "status", hidden: true }), "afterbegin", byId("messages"));

@@ -2,6 +2,7 @@
 import { byId, h } from "./dom.js";
 import { undo } from "./messages.js";
 import { replayKey } from "./replay.js";
+import { canOperate } from "./role.js";
 import { t } from "./strings.js";
 import { lookFrom } from "./view_tools.js";
 import { inTextField, onKey } from "./viewer.js";
@@ -31,7 +32,7 @@ function showHelp() {
 }
 
 function handle(event) {
-  if (inTextField(event)) return;
+  if (inTextField(event) || (!canOperate() && event.key !== "?")) return;
   const key = event.key.toLowerCase();
   if (key === "z" && (event.ctrlKey || event.metaKey) && undo()) event.preventDefault();
   if (event.ctrlKey || event.metaKey || event.altKey || document.querySelector("dialog[open]:not(#help)")) return;

@@ -14,11 +14,16 @@ import { startOutputs } from "./outputs.js";
 import { startKeys } from "./keys.js";
 import { startLatency } from "./latency.js";
 import { replayed, solved, startReplay, updateReplay, updateReplayTakes } from "./replay.js";
+import { showPanel, startPanels } from "./panels.js";
 import { startPerformer, updatePerformer } from "./performer.js";
 import { number, t } from "./strings.js";
 import { Switches } from "./switches.js";
-import { startTakes, updateTakes } from "./takes.js";
-import { startTransport, updateTransport } from "./transport.js";
+import { startTakes, updatePictures, updateTakes } from "./takes.js";
+import { startTrash } from "./trash.js";
+import { updateLevels } from "./levels.js";
+import { setRole } from "./role.js";
+import { startTransport, updateNextTake, updateTransport } from "./transport.js";
+import { startWarnings, updateWarnings } from "./warnings.js";
 import { TRIAL, solveTrial, updateTrial } from "./trial.js";
 import { startViewTools, updateView } from "./view_tools.js";
 import { setNotice } from "./viewer.js";
@@ -26,9 +31,10 @@ import { updateWizard } from "./wizard.js";
 
 const MANY_JOINTS = 6; // more than a limb's: not a joint that is lost, but somebody else
 const OWN_WORDS = ["report", "export"]; // jobs whose end is told where they were begun
+const CHOSEN = "switches"; // what the switches of a replayed take were set to, over a reload
 const SAVED_MS = 2500; // a take that another browser stopped is on disk by then
 
-const state = { colours: {}, takes: [], jobs: null, cameras: "", recording: false, problem: "", switches: null };
+const state = { colours: {}, takes: [], jobs: null, cameras: "", recording: false, problem: "", switches: null, replayed: "" };
 
 function showConnection(connection) {
   document.body.dataset.connection = connection;
@@ -46,15 +52,36 @@ async function load() {
   const [view, switches, settings] = await Promise.all([getView(), getSwitches(), getSettings()]);
   state.colours = view.colours;
   updateView(view);
-  state.switches ??= new Switches(switches, applySettings);
+  if (state.switches) state.switches.update(switches);
+  else state.switches = new Switches(switches, applySettings, loadPresets);
   state.switches.show(settings);
-  await Promise.all([loadTakes(), updateAccess()]);
+  state.replayed = "";
+  await Promise.all([loadTakes(), updateAccess().then(setRole)]);
+}
+
+/** Have the switches be those of what is shown: of the take that is replayed as they were last set, else of the stage. */
+function followReplay(replay) {
+  const shown = replay.open ? replay.take : "";
+  setText(byId("solve-title-fold"), t(replay.open ? "solve.this_take" : "solve.title"));
+  drawTakes();
+  if (shown === state.replayed || !state.switches) return;
+  state.replayed = shown;
+  const kept = JSON.parse(sessionStorage.getItem(CHOSEN) ?? "null");
+  if (shown && kept?.take === shown) state.switches.show(kept);
+  else if (!shown) attempt(async () => state.switches.show(await getSettings()));
+}
+
+/** Ask for the presets anew, and use the one of a name. */
+async function loadPresets(name) {
+  state.switches.update(await getSwitches());
+  if (name && name !== state.switches.preset) state.switches.use({ preset: name, values: { ...state.switches.presets[name] } });
 }
 
 /** Use the switches as set: for the take that is replayed, else for the live stage. What is refused is put back. */
 async function applySettings(chosen) {
   const replay = replayed();
   if (replay.open) {
+    sessionStorage.setItem(CHOSEN, JSON.stringify({ take: replay.take, preset: chosen.preset, set: chosen.changes() }));
     await solveTrial(replay.take, chosen);
     return;
   }
@@ -70,10 +97,12 @@ async function loadTakes() {
   state.takes = await getTakes();
   updateReplayTakes(state.takes);
   updateCompareTakes(state.takes);
+  updateNextTake(state.takes);
   drawTakes();
 }
 
 function drawTakes() {
+  if (!state.switches) return;
   const running = (state.jobs ?? []).filter(isUnderWay);
   const byTake = Object.fromEntries(running.map((job) => [job.take, job]));
   updateTakes(state.takes, byTake, () => ({ preset: state.switches.preset, set: state.switches.changes() }));
@@ -117,6 +146,8 @@ function showStatus(status) {
   }
   updateCameras(status.cameras, state.colours, status.recording.active);
   updateDisk(status.recording);
+  updateLevels(status.cameras, state.colours);
+  updateWarnings(status);
   updateCalibration(status.calibration, state.colours, ready);
   updatePerformer(status.calibration, ready);
   updateWizard(status, state.colours);
@@ -137,20 +168,25 @@ function showMessage(message) {
   hearJobs(message.jobs);
   if (state.switches) showJobs(message.jobs);
   updateReplay(message.replay);
+  updatePictures(message.thumbnails);
   updateView(message.view);
 }
 
 startTransport((summary) => {
   showNote(t("record.done", { take: summary.take, seconds: number(summary.seconds, 1) }));
   if (summary.problem) showError(summary.problem);
+  showPanel("takes-title");
   attempt(loadTakes);
 });
+startPanels();
 startPerformer();
+startWarnings();
 startOutputs();
 startTakes(loadTakes);
+startTrash(loadTakes);
 startCompare();
 startReplay((replay) => {
-  setText(byId("solve-title"), t(replay.open ? "solve.this_take" : "solve.title"));
+  followReplay(replay);
   updateCompare();
 }, toggleCompare);
 startKeys();

@@ -10,14 +10,13 @@ function wanted() {
   return url.origin === location.origin ? url.pathname : "/";
 }
 
-form.addEventListener("submit", async (event) => {
-  event.preventDefault();
+async function signIn(token) {
   problem.hidden = true;
   try {
     const response = await fetch("api/v1/access/signin", {
       method: "POST",
       headers: { "Content-Type": "application/json" },
-      body: JSON.stringify({ token: document.getElementById("token").value }),
+      body: JSON.stringify({ token }),
     });
     if (response.ok) {
       location.assign(wanted());
@@ -28,4 +27,15 @@ form.addEventListener("submit", async (event) => {
     problem.textContent = t("signin.silent");
   }
   problem.hidden = false;
+}
+
+form.addEventListener("submit", (event) => {
+  event.preventDefault();
+  signIn(document.getElementById("token").value);
 });
+
+const given = location.hash.slice(1); // a viewer's link
+if (given) {
+  history.replaceState(null, "", location.pathname + location.search);
+  signIn(given);
+}

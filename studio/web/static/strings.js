@@ -7,8 +7,8 @@ import access from "./strings/access.js";
 import blind from "./strings/blind.js";
 import calibration from "./strings/calibration.js";
 import cameras from "./strings/cameras.js";
-import compare from "./strings/compare.js";
 import curves from "./strings/curves.js";
+import compare from "./strings/compare.js";
 import exporting from "./strings/export.js";
 import page from "./strings/page.js";
 import record from "./strings/record.js";
@@ -19,7 +19,7 @@ import takes from "./strings/takes.js";
 import view from "./strings/view.js";
 import wizard from "./strings/wizard.js";
 
-const TEXTS = { ...access, ...blind, ...calibration, ...cameras, ...curves, ...compare, ...exporting, ...page, ...record, ...replay, ...share, ...switches, ...takes, ...view, ...wizard };
+const TEXTS = { ...access, ...blind, ...calibration, ...cameras, ...compare, ...curves, ...exporting, ...page, ...record, ...replay, ...share, ...switches, ...takes, ...view, ...wizard };
 const KEPT = "language";
 const ATTRIBUTES = { t: null, tTitle: "title", tAria: "aria-label", tPlaceholder: "placeholder", tAlt: "alt" };
 

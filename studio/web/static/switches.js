@@ -1,5 +1,7 @@
 // The solve panel: a preset and every switch of the API's catalogue, each with its explanation.
 import { byId, h, setText } from "./dom.js";
+import { showUndo } from "./messages.js";
+import { PresetChoice, presetWords } from "./presets.js";
 import { hasText, serverText, t } from "./strings.js";
 
 const GROUPS = [
@@ -14,7 +16,7 @@ const plain = (text) => text.replaceAll("_", " ").replace(/^./, (first) => first
 const nameOf = (key) => serverText(`switch.${key}`, plain(key));
 const valueWords = (value) => String(value).split(":").map((part) => serverText(`value.${part}`, plain(part))).join(", ");
 const valueHelp = (key, value) => (hasText(`value_help.${key}:${value}`) ? t(`value_help.${key}:${value}`) : "");
-const presetWords = (name) => serverText(`preset.${name}`, plain(name));
+const OPEN = "switches-open";
 
 /** Groups of switches in the order of the page; switches that no group names come last. */
 function grouped(catalogue) {
@@ -26,11 +28,14 @@ function grouped(catalogue) {
 }
 
 export class Switches {
-  /** `switches`: [{key, kind, values, low, high, help}]; `presets`: {name: {key: text}}. */
-  constructor({ switches, presets }, onChange) {
+  /** `switches`: [{key, kind, values, low, high, help}]; `presets`: {name: {key: text}}, `saved`: names of those that can be
+   * changed; `onChange` hears of every choice, `onPresets` asks for the catalogue anew. */
+  constructor({ switches, presets, saved }, onChange, onPresets) {
     this.catalogue = switches;
     this.presets = presets;
+    this.saved = saved;
     this.onChange = onChange;
+    this.onPresets = onPresets;
     this.controls = new Map();
     this.preset = "studio" in presets ? "studio" : Object.keys(presets)[0];
     this.values = { ...presets[this.preset] };
@@ -44,6 +49,15 @@ export class Switches {
     return Object.fromEntries(Object.entries(this.values).filter(([key, value]) => value !== base[key]));
   }
 
+  /** Take in a catalogue with other presets. */
+  update({ presets, saved }) {
+    const values = { ...this.values };
+    Object.assign(this, { presets, saved });
+    if (!(this.preset in presets)) this.preset = "studio";
+    this.values = values;
+    this.refresh();
+  }
+
   /** Show settings as the server has them. */
   show({ preset, set }) {
     if (preset in this.presets) this.preset = preset;
@@ -52,15 +66,18 @@ export class Switches {
   }
 
   build() {
-    const preset = h("select", { id: "preset", onchange: (event) => this.choosePreset(event.target.value) },
-      Object.keys(this.presets).map((name) => h("option", { value: name, title: serverText(`preset_help.${name}`, "") }, presetWords(name))));
-    this.reset = h("button", { class: "small", type: "button", onclick: () => this.choosePreset(this.preset) }, t("solve.reset"));
-    const head = h("div", { class: "row" },
-      h("label", { class: "field grow", htmlFor: "preset" }, h("span", {}, t("solve.preset")), preset), this.reset);
-    this.presetSelect = preset;
+    this.choice = new PresetChoice({
+      settings: () => ({ preset: this.preset, set: this.changes() }),
+      onChoose: (name) => this.choosePreset(name),
+      onReset: () => this.choosePreset(this.preset),
+      onSaved: (name) => this.onPresets(name),
+    });
     const groups = grouped(this.catalogue).map(([title, items]) =>
       h("div", { class: "group" }, h("h3", {}, t(`group.${title}`)), items.map((item) => this.row(item))));
-    return [head, h("details", { id: "switches" }, h("summary", {}, t("solve.all")), groups)];
+    const all = h("details", {
+      id: "switches", open: sessionStorage.getItem(OPEN) === "true", ontoggle: (event) => sessionStorage.setItem(OPEN, String(event.target.open)),
+    }, h("summary", {}, t("solve.all")), groups);
+    return [...this.choice.elements, all];
   }
 
   row(item) {
@@ -93,9 +110,16 @@ export class Switches {
     return { element: text, set: (value) => { text.value = value; } };
   }
 
+  /** Use a preset as it is; the switches that this puts back can be had again. */
   choosePreset(name) {
-    this.preset = name;
-    this.values = { ...this.presets[name] };
+    const before = { preset: this.preset, values: this.values };
+    const lost = Object.keys(this.changes()).length;
+    this.use({ preset: name, values: { ...this.presets[name] } });
+    if (lost) showUndo(t("solve.put_back", { n: lost, name: presetWords(name) }), () => this.use(before));
+  }
+
+  use({ preset, values }) {
+    Object.assign(this, { preset, values });
     this.refresh();
     this.onChange(this);
   }
@@ -109,8 +133,7 @@ export class Switches {
   refresh() {
     const changes = this.changes();
     const count = Object.keys(changes).length;
-    this.presetSelect.value = this.preset;
-    this.reset.disabled = count === 0;
+    this.choice.show(Object.keys(this.presets), this.saved, this.preset, count > 0);
     setText(byId("solve-summary"), count ? t("solve.changes", { n: count }) : "");
     for (const [key, control] of this.controls) {
       control.set(this.values[key] ?? "");

@@ -1,25 +1,71 @@
-// Record and stop: the button, the R key, the timer and the take's name.
-import { byId, clock, setText } from "./dom.js";
+// Record and stop: the button, the R key, the countdown before, the timer, the slate and the take's name.
+import { byId, clock, h, setText } from "./dom.js";
 import { startRecording, stopRecording } from "./api.js";
 import { attempt } from "./messages.js";
-import { t } from "./strings.js";
+import { language, t } from "./strings.js";
+import { canOperate } from "./role.js";
+import { beep } from "./warnings.js";
 import { inTextField, onKey } from "./viewer.js";
+
+const COUNTDOWNS = [0, 3, 5, 10];
+const KEPT = "countdown";
+const SLATE_MS = 2500;
+const HIGH_HZ = 880, LOW_HZ = 587;
 
 let recording = null; // {take, seconds} as the server last said
 let receivedAt = 0;
 let busy = false;
+let counting = 0; // the timer of a countdown, 0 where there is none
+let next = ""; // name that a take gets by itself
+
+const countdown = () => Number(localStorage.getItem(KEPT) ?? 0);
+
+async function begin() {
+  busy = true;
+  await attempt(() => startRecording(byId("take-name").value.trim()));
+  busy = false;
+}
+
+function showCount(left) {
+  const place = byId("countdown");
+  place.hidden = left <= 0;
+  if (left > 0) {
+    setText(place.querySelector(".number"), String(left));
+    setText(place.querySelector(".slate-name"), byId("take-name").value.trim() || next || t("record.take"));
+  }
+}
+
+function cancelCount() {
+  clearTimeout(counting);
+  counting = 0;
+  showCount(0);
+  showButton();
+}
+
+function count(left) {
+  showCount(left);
+  if (left <= 0) {
+    counting = 0;
+    beep(HIGH_HZ, 0.25);
+    begin();
+    return;
+  }
+  beep(LOW_HZ, 0.08);
+  counting = setTimeout(() => count(left - 1), 1000);
+}
 
 async function toggle(onStopped) {
-  const button = byId("record");
-  if (busy || button.disabled) return;
-  busy = true;
-  if (recording) {
+  if (busy || byId("record").disabled || !canOperate()) return;
+  if (counting) cancelCount();
+  else if (recording) {
+    busy = true;
     const summary = await attempt(stopRecording);
+    busy = false;
     if (summary) onStopped(summary);
-  } else {
-    await attempt(() => startRecording(byId("take-name").value.trim()));
-  }
-  busy = false;
+  } else if (countdown() > 0) {
+    count(countdown());
+    showButton();
+  } else await begin();
 }
 
 function tick() {
@@ -28,15 +74,49 @@ function tick() {
   if (recording) requestAnimationFrame(tick);
 }
 
+/** Show the slate for a moment: name of the take, day and time of day. */
+function showSlate(take) {
+  const slate = byId("slate");
+  const now = new Date();
+  slate.replaceChildren(
+    h("strong", {}, take),
+    h("span", {}, now.toLocaleDateString(language, { day: "numeric", month: "long", year: "numeric" })),
+    h("span", {}, now.toLocaleTimeString(language)));
+  slate.hidden = false;
+  setTimeout(() => { slate.hidden = true; }, SLATE_MS);
+}
+
+function showButton(possible = !byId("record").disabled) {
+  const button = byId("record");
+  button.disabled = !possible && !recording && !counting;
+  button.setAttribute("aria-pressed", String(Boolean(recording)));
+  button.classList.toggle("counting", Boolean(counting));
+  button.title = recording ? t("record.stop_hint", { take: recording.take }) : t(possible ? "record.start_hint" : "record.no_camera");
+  setText(button.querySelector(".label"), t(recording ? "record.stop" : counting ? "message.cancel" : "record.start"));
+}
+
 /** Connect the button and the key; `onStopped` hears the summary of a take that is on disk. */
 export function startTransport(onStopped) {
   byId("record").addEventListener("click", () => toggle(onStopped));
+  byId("countdown-seconds").append(...COUNTDOWNS.map((seconds) =>
+    h("option", { value: seconds, selected: seconds === countdown() }, seconds ? t("record.seconds", { seconds }) : t("record.at_once"))));
+  byId("countdown-seconds").addEventListener("change", (event) => localStorage.setItem(KEPT, event.currentTarget.value));
   onKey((event) => {
+    if (event.key === "Escape" && counting) cancelCount();
     if (event.key.toLowerCase() !== "r" || event.ctrlKey || event.metaKey || event.altKey || event.repeat) return;
-    if (inTextField(event) || event.target.closest?.("dialog")) return;
+    if (inTextField(event) || document.querySelector("dialog[open]")) return;
     event.preventDefault();
     toggle(onStopped);
   });
+}
+
+/** Take in the list of takes: the name of the next one by itself stands in the empty field. */
+export function updateNextTake(takes) {
+  const now = new Date();
+  const day = [now.getFullYear(), String(now.getMonth() + 1).padStart(2, "0"), String(now.getDate()).padStart(2, "0")].join("-");
+  const numbers = takes.filter((take) => take.session === day).map((take) => Number(/^take_(\d+)$/.exec(take.name)?.[1] ?? 0));
+  next = `take_${String(Math.max(0, ...numbers) + 1).padStart(3, "0")}`;
+  byId("take-name").placeholder = next;
 }
 
 /** Show whether the stage records (`{take, seconds}` or null) and whether it could. */
@@ -45,13 +125,11 @@ export function updateTransport(now, possible) {
   const ended = !now && recording;
   recording = now;
   receivedAt = performance.now();
-  const button = byId("record");
-  button.disabled = !possible && !now;
-  button.setAttribute("aria-pressed", String(Boolean(now)));
-  button.title = now ? t("record.stop_hint", { take: now.take }) : t(possible ? "record.start_hint" : "record.no_camera");
-  setText(button.querySelector(".label"), t(now ? "record.stop" : "record.start"));
+  if (counting && !possible && !now) cancelCount();
+  showButton(possible);
   document.body.classList.toggle("recording", Boolean(now));
   byId("take-name").disabled = Boolean(now);
-  if (began) { byId("take-name").value = now.take; tick(); }
+  byId("countdown-seconds").disabled = Boolean(now);
+  if (began) { byId("take-name").value = now.take; tick(); if (now.seconds < SLATE_MS / 1000) showSlate(now.take); }
   if (ended) { byId("take-name").value = ""; tick(); }
 }

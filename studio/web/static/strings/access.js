@@ -1,6 +1,11 @@
 export default {
   "access.title": ["Access", "Accès"],
   "access.command": ["Run this on the camera's machine. It is shown only now.", "Lancez ceci sur la machine de la caméra. Ce n'est montré que maintenant."],
+  "access.viewers": ["Link for viewers", "Lien pour spectateurs"],
+  "access.viewers_hint": ["Whoever opens it sees the stage and changes nothing; an older link ends", "Qui l'ouvre voit le plateau sans rien changer ; un lien plus ancien expire"],
+  "access.viewer_link": ["Whoever opens this link sees the stage and changes nothing. It is shown only now.", "Qui ouvre ce lien voit le plateau sans rien changer. Il n'est montré que maintenant."],
+  "access.renew_sure": ["Everybody is signed out, viewers too. This cannot be undone.", "Tout le monde est déconnecté, les spectateurs aussi. C'est irréversible."],
+  "access.revoke_sure": ["Cameras that came with the token of {name} are cut off. This cannot be undone.", "Les caméras venues avec le jeton de {name} sont coupées. C'est irréversible."],
   "access.since": ["Since {date}", "Depuis le {date}"],
   "access.revoke": ["Revoke", "Révoquer"],
   "access.revoke_hint": ["Cameras that came with this token are cut off", "Les caméras venues avec ce jeton sont coupées"],

@@ -1,0 +1,28 @@
+// Small questions in a dialog: whether one is sure, and a name.
+import { h } from "./dom.js";
+import { t } from "./strings.js";
+
+/** Show a dialog with a form; return what `answer` says once it is sent, or null where it is left. */
+function ask(title, content, act, danger, answer) {
+  return new Promise((resolve) => {
+    let result = null;
+    const dialog = h("dialog", { class: "ask", aria: { label: title }, onclose: () => { dialog.remove(); resolve(result); } },
+      h("h2", {}, title),
+      h("form", { class: "stack", onsubmit: (event) => { event.preventDefault(); result = answer(); dialog.close(); } },
+        content,
+        h("div", { class: "buttons" },
+          h("button", { type: "submit", class: danger ? "danger" : "primary" }, act),
+          h("button", { type: "button", onclick: () => dialog.close() }, t("message.cancel")))));
+    document.body.append(dialog);
+    dialog.showModal();
+  });
+}
+
+/** Ask whether something that cannot be undone shall be done; `act`: the word on the button. */
+export const askSure = (title, words, act) => ask(title, h("p", {}, words), act, true, () => true);
+
+/** Ask for a name; return it, or null. */
+export function askName(title, label, value, act) {
+  const input = h("input", { type: "text", value, maxLength: 60, required: true, autocomplete: "off", spellcheck: false });
+  return ask(title, h("label", { class: "field" }, h("span", {}, label), input), act, false, () => input.value.trim() || null);
+}

@@ -1,0 +1,43 @@
+// Panels of the side fold up by their titles; which are folded is kept over a reload.
+import { byId } from "./dom.js";
+
+const KEPT = "folded";
+const FOLDED_FIRST = ["outputs-title"];
+
+function folded() {
+  return new Set(JSON.parse(localStorage.getItem(KEPT) ?? "null") ?? FOLDED_FIRST);
+}
+
+function fold(title, isFolded) {
+  title.closest(".panel").classList.toggle("folded", isFolded);
+  title.querySelector("button").setAttribute("aria-expanded", String(!isFolded));
+}
+
+function toggle(title) {
+  const all = folded();
+  const isFolded = !all.has(title.id);
+  all[isFolded ? "add" : "delete"](title.id);
+  localStorage.setItem(KEPT, JSON.stringify([...all]));
+  fold(title, isFolded);
+}
+
+/** Make the titles of the panels buttons. */
+export function startPanels() {
+  for (const title of byId("side").querySelectorAll(".panel > header h2")) {
+    const button = document.createElement("button");
+    button.type = "button";
+    button.className = "fold";
+    button.id = `${title.id}-fold`;
+    button.append(...title.childNodes);
+    button.addEventListener("click", () => toggle(title));
+    title.append(button);
+    fold(title, folded().has(title.id));
+  }
+}
+
+/** Unfold the panel of a title and bring it into sight. */
+export function showPanel(titleId) {
+  const title = byId(titleId);
+  fold(title, false);
+  title.closest(".panel").scrollIntoView({ block: "nearest", behavior: "smooth" });
+}
