@@ -12,7 +12,7 @@ const SHOW_MS = 500;
 const GOAL_MS = 80;
 
 const now = () => (performance.timeOrigin + performance.now()) / 1000;
-const state = { exchanges: [], poses: [] };
+const state = { exchanges: [], poses: [], pictures: [] };
 
 /** Ask for the server's time; of a few answers the quickest is the truest. */
 async function exchange() {
@@ -44,14 +44,15 @@ export function quantile(values, share) {
 export function figures() {
   const since = now() - KEPT_S;
   state.poses = state.poses.filter((pose) => pose.came > since);
+  state.pictures = state.pictures.filter(({ shown }) => shown > since);
   if (state.poses.length < FEWEST || state.exchanges.length < FIRST_EXCHANGES) return null;
   const { offset, trip } = best();
   const message = state.poses.map(({ came, captured }) => 1000 * (came + offset - captured));
   const server = state.poses.map(({ drawn, captured }) => 1000 * (drawn - captured));
-  const screen = state.poses.map(({ came, shown }) => 1000 * (shown - came));
+  const screen = state.pictures.map(({ came, shown }) => 1000 * (shown - came));
   return {
     median: quantile(message, 0.5), p95: quantile(message, 0.95), server_p95: quantile(server, 0.95),
-    screen_p95: quantile(screen, 0.95), sure: 500 * trip, poses: message.length,
+    screen_p95: screen.length ? quantile(screen, 0.95) : null, sure: 500 * trip, poses: message.length,
   };
 }
 
@@ -62,7 +63,7 @@ function show() {
   if (!found) return;
   const ms = (value) => number(value);
   setText(shown.querySelector(".value"), t("latency.value", { ms: ms(found.median), p95: ms(found.p95) }));
-  setText(shown.querySelector(".screen"), t("latency.screen", { ms: ms(found.screen_p95) }));
+  setText(shown.querySelector(".screen"), found.screen_p95 === null ? "" : t("latency.screen", { ms: ms(found.screen_p95) }));
   shown.title = t("latency.hint", { server: ms(found.server_p95), sure: number(found.sure, 1) });
   shown.classList.toggle("fair", found.p95 > GOAL_MS);
 }
@@ -70,7 +71,9 @@ function show() {
 /** Measure from now on. */
 export function startLatency() {
   window.addEventListener("message", ({ origin, data }) => {
-    if (origin === location.origin && data?.type === "pose") state.poses.push(data);
+    if (origin !== location.origin) return;
+    if (data?.type === "pose") state.poses.push(data);
+    if (data?.type === "shown") state.pictures.push(data);
   });
   keepExchanging();
   setInterval(show, SHOW_MS);

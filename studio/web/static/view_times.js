@@ -2,23 +2,43 @@
 (() => {
   const CLOCK = "/clock"; // the node whose position is [captured, drawn, 0], s on the server's clock
   const now = () => (performance.timeOrigin + performance.now()) / 1000;
+  const tell = (message) => parent.postMessage(message, location.origin);
 
-  function came([captured, drawn], at) {
+  // Runs in the view's worker, which has its WebSocket: notes when a message came, and says it with what it became.
+  function noteArrivals() {
+    const arrivals = [];
+    self.WebSocket = class extends WebSocket {
+      constructor(...how) {
+        super(...how);
+        arrivals.length = 0;
+        this.addEventListener("message", () => arrivals.push((performance.timeOrigin + performance.now()) / 1000));
+      }
+    };
+    const post = self.postMessage.bind(self);
+    self.postMessage = (data, ...rest) => {
+      if (data.type === "message_batch") data.came = arrivals.shift();
+      post(data, ...rest);
+    };
+  }
+
+  const script = (text) => URL.createObjectURL(new Blob([text], { type: "text/javascript" }));
+  const before = script(`(${noteArrivals})();`);
+
+  function hear({ data }) {
+    if (data.type !== "message_batch") return;
+    const times = data.messages.findLast((message) => message.type === "SetPositionMessage" && message.name === CLOCK);
+    if (!times) return;
+    const [captured, drawn] = times.position;
+    const came = data.came ?? now();
+    tell({ type: "pose", captured, drawn, came });
     // The scene is drawn in the next animation frame; when the one after it begins, that picture was handed over.
-    requestAnimationFrame(() => requestAnimationFrame(() => {
-      parent.postMessage({ type: "pose", captured, drawn, came: at, shown: now() }, location.origin);
-    }));
+    requestAnimationFrame(() => requestAnimationFrame(() => tell({ type: "shown", came, shown: now() })));
   }
 
   window.Worker = class extends Worker {
-    constructor(...how) {
-      super(...how);
-      this.addEventListener("message", ({ data }) => {
-        if (data.type !== "message_batch") return;
-        const at = now();
-        const times = data.messages.findLast((message) => message.type === "SetPositionMessage" && message.name === CLOCK);
-        if (times) came(times.position, at);
-      });
+    constructor(address, how) {
+      super(how?.type === "module" ? script(`import "${before}"; import "${address}";`) : address, how);
+      this.addEventListener("message", hear);
     }
   };
 })();
