@@ -1,6 +1,7 @@
 """Sessions and takes as the folders show them: `sessions/<session>/<take>/`."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import lru_cache
 from pathlib import Path
 
 from mcap.exceptions import McapError
@@ -64,7 +65,30 @@ def find_take(sessions_dir: str | Path, take_id: str) -> Path | None:
 
 
 def take_info(path: Path) -> TakeInfo:
-    """Return a take's line in the list; a take that cannot be read has a `problem`."""
+    """Return a take's line in the list; a take that cannot be read has a `problem`.
+
+    What was read is kept and read again where a file is another than before, so that a list of thousands of takes costs
+    a look at each folder.
+    """
+    info = _read_info(path, tuple(_stamp(path / name) for name in ("take.json", "raw.mcap")))
+    return info if info.problem is not None else replace(info, solves=tuple(Take(path, {}).solve_names()))
+
+
+_Stamp = tuple[int, int, int] | None
+_MOST_KEPT = 1 << 17
+
+
+def _stamp(path: Path) -> _Stamp:
+    """Return what tells that a file or folder is another than before; None where there is none."""
+    try:
+        found = path.stat()
+    except OSError:
+        return None
+    return found.st_ino, found.st_size, found.st_mtime_ns
+
+
+@lru_cache(maxsize=_MOST_KEPT)
+def _read_info(path: Path, _: tuple[_Stamp, ...]) -> TakeInfo:
     session, name = path.parent.name, path.name
     try:
         take = Take.open(path)
@@ -77,7 +101,6 @@ def take_info(path: Path) -> TakeInfo:
         created=take.meta["created"],
         length_s=raw_length_s(take.raw_path),
         cameras=take.camera_names,
-        solves=tuple(take.solve_names()),
         state=take.meta["recording"],
         source=take.meta["source"],
         performer=take.meta.get("performer", ""),

@@ -66,3 +66,17 @@ def test_a_link_out_of_the_folder_is_refused(tmp_path: Path) -> None:
     (tmp_path / "sessions" / "day").symlink_to(tmp_path)
     with pytest.raises(TakeError, match="leads out"):
         take_path(tmp_path / "sessions", "day", "take_001")
+
+
+def test_the_list_follows_what_changes(tmp_path: Path) -> None:
+    take = recorded_take(tmp_path / "day" / "take_001", ["camera_0"], 5)
+    (before,) = list_takes(tmp_path)
+    assert list_takes(tmp_path) == [before]
+    take.meta["notes"] = "changed"
+    take.save_meta()
+    (take.path / "solves" / "new").mkdir(parents=True)
+    assert list_takes(tmp_path)[0].notes == "changed" and list_takes(tmp_path)[0].solves == ()
+    (take.path / "solves" / "new" / "poses.npz").write_bytes(b"")
+    assert list_takes(tmp_path)[0].solves == ("new",)
+    (take.path / "take.json").write_text("{")
+    assert list_takes(tmp_path)[0].problem
