@@ -27,6 +27,7 @@ class Config:
     Attributes:
         host: address to listen on; port: 0 takes a free one.
         sessions: folder of the takes.
+        recordings: folder whose recordings the page may open as cameras, beside the takes.
         tls_cert, tls_key: PEM files; both or none.
         operator_token_file, camera_token_file: files with tokens that somebody else made, such as secrets of a
             container; without them the server makes its own.
@@ -36,6 +37,7 @@ class Config:
     host: str = "127.0.0.1"
     port: int = 8000
     sessions: Path = field(default=Path("sessions"))
+    recordings: Path | None = None
     tls_cert: Path | None = None
     tls_key: Path | None = None
     operator_token_file: Path | None = None
@@ -136,6 +138,6 @@ def _converted(name: str, value: Any, source: str) -> Any:
         return int(text)
     if not isinstance(value, str | os.PathLike):
         raise SettingsError(f"{name}={value!r} ({source}) is no text")
-    if name in ("sessions", "tls_cert", "tls_key", "operator_token_file", "camera_token_file"):
+    if name in ("sessions", "recordings", "tls_cert", "tls_key", "operator_token_file", "camera_token_file"):
         return Path(value).expanduser()
     return str(value)

@@ -7,6 +7,7 @@ from pathlib import Path
 from fastapi import FastAPI
 
 from studio.api.access import Access, AccessGuard, access_router
+from studio.api.add_cameras import add_cameras_router
 from studio.api.blind import blind_router
 from studio.api.compare import compare_router
 from studio.api.errors import add_error_handlers
@@ -16,6 +17,7 @@ from studio.api.find import Finder
 from studio.api.jobs import Jobs
 from studio.api.limits import BodyGuard, PlainAnswers
 from studio.api.link import HELLO_TIMEOUT_S, link_router
+from studio.api.local_cameras import LocalCameras
 from studio.api.manage import manage_router
 from studio.api.measure import measure_router
 from studio.api.operations import operations_router
@@ -23,6 +25,7 @@ from studio.api.origin import OriginGuard
 from studio.api.outputs import outputs_router
 from studio.api.performers import performers_router
 from studio.api.presets import presets_router
+from studio.api.recordings import Recordings
 from studio.api.references import references_router
 from studio.api.remote import remote_router
 from studio.api.rigs import rigs_router
@@ -51,15 +54,17 @@ def create_app(
     sessions: Path,
     *,
     access: Access | None = None,
+    recordings: Path | None = None,
     hello_timeout_s: float = HELLO_TIMEOUT_S,
 ) -> FastAPI:
-    """Return the app of a stage that the caller starts and closes; `state.outputs` is closed with it, what others
-    put into `state.events` goes out with every event.
+    """Return the app of a stage that the caller starts and closes; `state.outputs` and `state.local_cameras` are
+    closed with it, what others put into `state.events` goes out with every event.
 
     Args:
         stage: the live stage.
         sessions: folder of the takes; nothing outside it is served.
         access: who may do what; nobody is asked for anything where None.
+        recordings: folder whose recordings may be played as cameras, beside the takes.
         hello_timeout_s: a camera link that says nothing for so long is refused.
     """
     app = FastAPI(
@@ -79,8 +84,12 @@ def create_app(
     app.add_middleware(PlainAnswers)  # the last one added is the first to look
     app.include_router(access_router(access))
     app.include_router(remote_router(access))
+    app.state.local_cameras = LocalCameras(stage, access.own_camera_token)
+    app.include_router(
+        add_cameras_router(access, app.state.local_cameras, Recordings(sessions, recordings))
+    )
     app.include_router(link_router(stage, access, hello_timeout_s=hello_timeout_s))
-    app.state.events = {}
+    app.state.events = {"local_cameras": app.state.local_cameras.status}
     app.include_router(events_router(stage, jobs, app.state.events))
     presets, thumbnails = Presets(sessions), Thumbnails(stage)
     app.state.events["thumbnails"] = lambda: thumbnails.made

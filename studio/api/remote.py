@@ -35,10 +35,7 @@ def remote_router(access: Access) -> APIRouter:
     @router.post("/remote", status_code=201)
     def invite(request: Request) -> Invitation:
         """Make an address that opens the remote control on a phone; it signs in one browser, within ten minutes."""
-        host = request.url.hostname or ""
-        if access.required and _is_loopback(host):
-            host = own_address() or host
-        root = f"{request.url.scheme}://{f'[{host}]' if ':' in host else host}:{request.url.port or _usual(request)}"
+        root = root_address(request, for_others=access.required)
         if access.required:
             url = f"{root}{SIGN_IN_PATH}?next={quote(REMOTE_PATH)}#{access.invite()}"
         else:
@@ -48,6 +45,14 @@ def remote_router(access: Access) -> APIRouter:
         return Invitation(url=url, qr=picture, local=not access.required, minutes=minutes)
 
     return router
+
+
+def root_address(request: Request, *, for_others: bool) -> str:
+    """Return the studio's address as the browser wrote it; `for_others`: as other machines reach it."""
+    host = request.url.hostname or ""
+    if for_others and _is_loopback(host):
+        host = own_address() or host
+    return f"{request.url.scheme}://{f'[{host}]' if ':' in host else host}:{request.url.port or _usual(request)}"
 
 
 def own_address() -> str:

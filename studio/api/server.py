@@ -18,8 +18,8 @@ from starlette.middleware.trustedhost import TrustedHostMiddleware
 from studio import worker
 from studio.api.access import Access
 from studio.api.app import create_app
-from studio.api.demo import DemoCameras
 from studio.api.find import Finder
+from studio.api.local_cameras import LocalCameras
 from studio.config import Config, read_token
 from studio.engine.errors import StudioError
 from studio.live import LiveStage
@@ -114,7 +114,7 @@ def serve(config: Config, *, demo: bool = False) -> int:
     except BaseException:
         listening.close()
         raise
-    cameras = view = app = None
+    view = app = None
     try:
         access = Access(
             sessions,
@@ -123,7 +123,7 @@ def serve(config: Config, *, demo: bool = False) -> int:
             operator_token=operator_token,
             camera_token=camera_token,
         )
-        app = create_app(stage, sessions, access=access)
+        app = create_app(stage, sessions, access=access, recordings=config.recordings)
         view = mount(app, stage, sessions=sessions, takes=Finder(stage, sessions))
         if host in LOOPBACK:  # a page that renames its own host to 127.0.0.1 is refused
             app.add_middleware(TrustedHostMiddleware, allowed_hosts=[*LOOPBACK, "[::1]"])
@@ -131,10 +131,9 @@ def serve(config: Config, *, demo: bool = False) -> int:
         scheme = "http" if tls is None else "https"
         url = f"{scheme}://{'localhost' if host == '::1' else host}:{listening.getsockname()[1]}"
         if demo:
-            cameras = DemoCameras(stage, url.replace("0.0.0.0", "127.0.0.1"), access.own_camera_token)
-            cameras.start()
+            app.state.local_cameras.start_simulated(url.replace("0.0.0.0", "127.0.0.1"))
         sys.setswitchinterval(SWITCH_S)
-        with _stopped_by_signals(server, cameras):
+        with _stopped_by_signals(server, app.state.local_cameras):
             print(f"Capture Studio is open on {url} (Ctrl-C stops it)", flush=True)
             if access.required:
                 _say_how_to_sign_in(access, url, config)
@@ -142,8 +141,8 @@ def serve(config: Config, *, demo: bool = False) -> int:
             server.run(sockets=[listening])
     finally:
         worker.cool_down()
-        if cameras is not None:
-            cameras.close()
+        if app is not None:
+            app.state.local_cameras.close()
         stage.close()
         if app is not None:
             app.state.outputs.close()
@@ -195,7 +194,7 @@ def make_server(app: object, tls: Tls | None = None) -> Server:
 
 
 @contextmanager
-def _stopped_by_signals(server: Server, cameras: DemoCameras | None) -> Iterator[None]:
+def _stopped_by_signals(server: Server, cameras: LocalCameras) -> Iterator[None]:
     """Have the first Ctrl-C or SIGTERM end the server in order, the second at once."""
     if threading.current_thread() is not threading.main_thread():
         yield
@@ -204,8 +203,7 @@ def _stopped_by_signals(server: Server, cameras: DemoCameras | None) -> Iterator
     def stop(_number: int, _frame: FrameType | None) -> None:
         server.force_exit = server.should_exit
         server.should_exit = True
-        if cameras is not None:
-            cameras.end()
+        cameras.end()
 
     old = {number: signal.signal(number, stop) for number in (signal.SIGINT, signal.SIGTERM)}
     try:

@@ -35,6 +35,12 @@ def add_server_options(parser: argparse.ArgumentParser) -> None:
         type=Path,
         help="folder of the recorded takes (default sessions, in the folder where the studio is started)",
     )
+    add(
+        "--recordings",
+        metavar="DIR",
+        type=Path,
+        help="folder whose recordings the page may open as cameras, beside the takes",
+    )
     add("--tls-cert", metavar="FILE", type=Path, help="certificate (PEM), to encrypt with --tls-key")
     add("--tls-key", metavar="FILE", type=Path, help="the certificate's private key (PEM)")
     add(
