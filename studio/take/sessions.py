@@ -67,8 +67,8 @@ def find_take(sessions_dir: str | Path, take_id: str) -> Path | None:
 def take_info(path: Path) -> TakeInfo:
     """Return a take's line in the list; a take that cannot be read has a `problem`.
 
-    What was read is kept and read again where a file is another than before, so that a list of thousands of takes costs
-    a look at each folder.
+    What was read is kept, and read again where a file is another than before: a list of thousands costs a look
+    at each folder.
     """
     info = _read_info(path, tuple(_stamp(path / name) for name in ("take.json", "raw.mcap")))
     return info if info.problem is not None else replace(info, solves=tuple(Take(path, {}).solve_names()))
