@@ -9,6 +9,7 @@ import { forgetMeasured, startCompare, toggleCompare, updateCompare, updateCompa
 import { updateCameras } from "./cameras.js";
 import { updateDisk } from "./disk.js";
 import { startFrame } from "./frame.js";
+import { updateNextStep } from "./next_step.js";
 import { hearJobs } from "./jobs.js";
 import { startOutputs } from "./outputs.js";
 import { startKeys } from "./keys.js";
@@ -34,7 +35,7 @@ const OWN_WORDS = ["report", "export"]; // jobs whose end is told where they wer
 const CHOSEN = "switches"; // what the switches of a replayed take were set to, over a reload
 const SAVED_MS = 2500; // a take that another browser stopped is on disk by then
 
-const state = { colours: {}, takes: [], jobs: null, cameras: "", recording: false, problem: "", switches: null, replayed: "" };
+const state = { colours: {}, takes: null, jobs: null, cameras: "", recording: false, problem: "", switches: null, replayed: "" };
 
 function showConnection(connection) {
   document.body.dataset.connection = connection;
@@ -102,10 +103,12 @@ async function loadTakes() {
 }
 
 function drawTakes() {
-  if (!state.switches) return;
+  if (!state.switches || !state.takes) return;
   const running = (state.jobs ?? []).filter(isUnderWay);
   const byTake = Object.fromEntries(running.map((job) => [job.take, job]));
-  updateTakes(state.takes, byTake, () => ({ preset: state.switches.preset, set: state.switches.changes() }));
+  const last = Object.fromEntries((state.jobs ?? []).map((job) => [job.take, job]));
+  const failed = Object.fromEntries(Object.values(last).filter((job) => job.state === "failed" && job.kind === "solve").map((job) => [job.take, job]));
+  updateTakes(state.takes, { running: byTake, failed }, () => ({ preset: state.switches.preset, set: state.switches.changes() }));
 }
 
 const isUnderWay = (job) => job.state === "waiting" || job.state === "running";
@@ -161,6 +164,7 @@ function showStatus(status) {
   state.problem = problem;
   updateTransport(active ? { take, seconds } : null, ready);
   setNotice(noticeOf(status));
+  updateNextStep(status, state.takes, replayed().open);
 }
 
 function showMessage(message) {

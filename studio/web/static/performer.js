@@ -2,6 +2,7 @@
 import { byId, h, redraw, setText } from "./dom.js";
 import { cancelTPose, choosePerformer, getPerformers, startTPose } from "./api.js";
 import { attempt, showNote } from "./messages.js";
+import { canOperate } from "./role.js";
 import { number, t } from "./strings.js";
 import { startWizard } from "./wizard.js";
 
@@ -70,6 +71,6 @@ export function startPerformer() {
   document.addEventListener("keydown", (event) => {
     const typing = event.target.closest("input, select, textarea, [contenteditable]");
     if (event.key.toLowerCase() !== "t" || typing || event.ctrlKey || event.metaKey || event.altKey || event.repeat) return;
-    if (!byId("tpose")?.disabled) measure();
+    if (canOperate() && !byId("tpose")?.disabled) measure();
   });
 }

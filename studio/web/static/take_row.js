@@ -84,8 +84,8 @@ function head(take, { acts, selected, job }) {
     }, t(job ? "take.solving" : "take.solve")));
 }
 
-/** Return the row of a take; `shown`: `take|solve` that is replayed, `job`: its solve under way, `picture`: how many were made. */
-export function takeRow(take, { acts, best, editing, job, picture: made, selected, shown }) {
+/** Return the row of a take; `shown`: `take|solve` that is replayed, `job`: its solve under way, `failed`: one that failed, `picture`: how many were made. */
+export function takeRow(take, { acts, best, editing, failed, job, picture: made, selected, shown }) {
   return h("li", { class: `take ${shown.startsWith(`${take.id}|`) ? "replayed" : ""}` },
     picture(take, best, made),
     h("div", { class: "take-body" },
@@ -93,6 +93,7 @@ export function takeRow(take, { acts, best, editing, job, picture: made, selecte
       line(take),
       take.notes && h("p", { class: "muted notes" }, take.notes),
       take.problem && h("p", { class: "fair" }, take.problem),
+      failed && !job && h("p", { class: "bad" }, t("take.failed", { solve: failed.name, reason: failed.message })),
       job && h("progress", { max: 1, value: job.progress, id: `progress-${take.id}`, aria: { label: t("take.solving_label", { name: take.name }) } })),
     editing && slate(take, acts),
     take.solves.length > 0 && h("ul", { class: "solves" }, take.solves.map((solve) => solveRow(take, solve, acts, shown === `${take.id}|${solve}`))));

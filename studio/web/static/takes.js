@@ -10,7 +10,7 @@ import { takeRow } from "./take_row.js";
 const KEPT = "takes-search";
 const BEST = ["finish", "studio", "live", "imported"];
 const list = {
-  takes: null, jobs: {}, pictures: 0, settings: () => ({}), search: sessionStorage.getItem(KEPT) ?? "", selected: new Set(), editing: "",
+  takes: null, jobs: {}, failed: {}, pictures: 0, settings: () => ({}), search: sessionStorage.getItem(KEPT) ?? "", selected: new Set(), editing: "",
   changed: () => {},
 };
 
@@ -102,9 +102,9 @@ function show() {
   const shown = replay.open ? `${replay.take}|${replay.solve}` : "";
   setText(byId("takes-count"), list.takes.length ? t("takes.count", { n: list.takes.length }) : "");
   byId("takes-search").hidden = list.takes.length < 2;
-  redraw(byId("takes"), [takes, Object.keys(list.jobs), list.editing, list.search, shown], () => (takes.length
+  redraw(byId("takes"), [takes, Object.keys(list.jobs), list.failed, list.editing, list.search, shown], () => (takes.length
     ? h("ul", {}, takes.map((take) => takeRow(take, {
-      acts, best: bestSolve(take), editing: list.editing === take.id, job: list.jobs[take.id], picture: list.pictures, selected: list.selected.has(take.id), shown,
+      acts, best: bestSolve(take), editing: list.editing === take.id, job: list.jobs[take.id], failed: list.failed[take.id], picture: list.pictures, selected: list.selected.has(take.id), shown,
     })))
     : nothing()));
   for (const [id, job] of Object.entries(list.jobs)) {
@@ -114,9 +114,10 @@ function show() {
   showSelection();
 }
 
-/** Show the takes, newest first; `jobs`: solves under way by take id; `settings`: returns preset and switches as set. */
-export function updateTakes(takes, jobs, settings) {
-  Object.assign(list, { takes, jobs, settings });
+/** Show the takes, newest first; `running`: solves under way by take id, `failed`: those that ended without a result; `settings`:
+ * returns preset and switches as set. */
+export function updateTakes(takes, { running, failed }, settings) {
+  Object.assign(list, { takes, jobs: running, failed, settings });
   show();
 }
 

@@ -2,15 +2,14 @@
 import { byId, clock, h, setText } from "./dom.js";
 import { startRecording, stopRecording } from "./api.js";
 import { attempt } from "./messages.js";
-import { language, t } from "./strings.js";
 import { canOperate } from "./role.js";
-import { beep } from "./warnings.js";
+import { play } from "./sound.js";
+import { language, t } from "./strings.js";
 import { inTextField, onKey } from "./viewer.js";
 
 const COUNTDOWNS = [0, 3, 5, 10];
 const KEPT = "countdown";
 const SLATE_MS = 2500;
-const HIGH_HZ = 880, LOW_HZ = 587;
 
 let recording = null; // {take, seconds} as the server last said
 let receivedAt = 0;
@@ -46,11 +45,11 @@ function count(left) {
   showCount(left);
   if (left <= 0) {
     counting = 0;
-    beep(HIGH_HZ, 0.25);
+    play("go");
     begin();
     return;
   }
-  beep(LOW_HZ, 0.08);
+  play("tick");
   counting = setTimeout(() => count(left - 1), 1000);
 }
 

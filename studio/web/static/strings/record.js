@@ -22,7 +22,6 @@ export default {
   "sound.off": ["Sounds are on: tones for countdown and warnings", "Sons actifs : signaux pour le compte à rebours et les alertes"],
   "warning.nobody": ["The performer has left the view", "L'interprète est sorti du champ"],
   "warning.silent": ["{names} gives no frames|{names} give no frames", "{names} ne donne plus d'images|{names} ne donnent plus d'images"],
-  "warning.starved": ["{names} starves|{names} starve", "{names} manque de données|{names} manquent de données"],
   "warning.not_seen": ["{names} does not see the performer|{names} do not see the performer", "{names} ne voit pas l'interprète|{names} ne voient pas l'interprète"],
   "disk.left_h": ["{hours} h left", "reste {hours} h"],
   "disk.left_min": ["{minutes} min left", "reste {minutes} min"],

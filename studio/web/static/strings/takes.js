@@ -22,6 +22,7 @@ export default {
   "take.solve_with": ["Solve this take with the preset and switches as set", "Calculer cette prise avec le préréglage et les réglages actuels"],
   "take.solving_as": ["Solving {name} as {solve}", "Calcul de {name} en {solve}"],
   "take.solved_as": ["{name} is solved as {solve}", "{name} est calculée en {solve}"],
+  "take.failed": ["Solve {solve} failed: {reason}", "Le calcul {solve} a échoué : {reason}"],
   "take.solve_failed": ["{name}, solve {solve}: {reason}", "{name}, calcul {solve} : {reason}"],
   "take.name": ["Name", "Nom"],
   "take.notes": ["Notes", "Notes"],

@@ -1,0 +1,38 @@
+// The next step, over the view: for whoever opens the studio for the first time, and whenever something is missing.
+import { byId, h, redraw } from "./dom.js";
+import { showPanel } from "./panels.js";
+import { canOperate } from "./role.js";
+import { t } from "./strings.js";
+
+const STEPS = ["cameras", "calibrate", "record"];
+const BUSY = ["gathering", "computing"];
+
+/** The step that is missing, "" where none is: a studio with a take needs no guide beyond its cameras. */
+function stepOf(status, takes, replaying) {
+  if (replaying || status.recording.active || BUSY.includes(status.calibration.attempt.state)) return "";
+  if (!Object.values(status.cameras).some((camera) => camera.connected)) return "cameras";
+  if (status.calibration.state === "none") return "calibrate";
+  return takes && takes.length === 0 ? "record" : "";
+}
+
+const ACTS = {
+  cameras: () => showPanel("cameras-title"),
+  calibrate: () => byId("calibrate")?.click(),
+  record: () => byId("record").click(),
+};
+
+function build(step) {
+  const at = STEPS.indexOf(step);
+  return [
+    h("ol", { class: "guide-steps" }, STEPS.map((name, i) => h("li", { class: i < at ? "done" : i === at ? "now" : "" , aria: i === at ? { current: "step" } : {} }, t(`guide.${name}`)))),
+    h("p", { class: "guide-words" }, t(`guide.${step}_words`)),
+    h("button", { class: "primary operate", type: "button", onclick: ACTS[step] }, t(`guide.${step}_act`)),
+  ];
+}
+
+/** Show the next step; `takes`: null before they are known. */
+export function updateNextStep(status, takes, replaying) {
+  const step = canOperate() ? stepOf(status, takes, replaying) : "";
+  byId("guide").hidden = !step;
+  if (step) redraw(byId("guide"), step, () => build(step));
+}
