@@ -152,15 +152,20 @@ def _distance_to_segments(
 
 def spike_count(curve_m: NDArray[np.float64], rate_hz: float) -> int:
     """Return how many maximal intervals of a curve are covered by windows of 4/30 s that span over 10 cm."""
+    return _run_count(in_spike(curve_m, rate_hz), 1)
+
+
+def in_spike(curve_m: NDArray[np.float64], rate_hz: float) -> NDArray[np.bool_]:
+    """Return which samples of a curve lie in a window of 4/30 s that spans over 10 cm."""
     window = max(1, round(SPIKE_S * rate_hz)) + 1
+    covered = np.zeros(len(curve_m), dtype=bool)
     if len(curve_m) < window:
-        return 0
+        return covered
     views = np.lib.stride_tricks.sliding_window_view(curve_m, window)
     spiking = np.flatnonzero(np.ptp(views, axis=1) > SPIKE_M)
-    covered = np.zeros(len(curve_m), dtype=bool)
     for k in range(window):
         covered[spiking + k] = True
-    return _run_count(covered, 1)
+    return covered
 
 
 def deviation_count(a_m: NDArray[np.float64], b_m: NDArray[np.float64], rate_hz: float) -> int:

@@ -8,20 +8,26 @@ from numpy.typing import NDArray
 from studio.engine.errors import SettingsError
 from studio.engine.joints import INDEX, OUTPUT_INDEX, OUTPUT_JOINTS, OUTPUT_OF_CANONICAL
 from studio.engine.metrics.feet import stance_of
+from studio.engine.metrics.thesis import in_spike
+from studio.engine.solve.trace import Trace
 from studio.web.playback.clip import Clip
 
-MAX_POINTS = 2000
+MAX_POINTS = 4000
+CHEST = OUTPUT_OF_CANONICAL["chest"]
 _CANONICAL_OF_OUTPUT = {output: name for name, output in OUTPUT_OF_CANONICAL.items()}
 _FEET = {"left": ("LeftFoot", "LeftToeBase"), "right": ("RightFoot", "RightToeBase")}
 
 
 def curves(clip: Clip, joint: str, points: int = MAX_POINTS) -> dict[str, Any]:
-    """Return the curves of an output joint, thinned to `points` frames.
+    """Return the curves of an output joint, thinned to about `points` frames that keep every curve's extremes.
 
     Returns:
-        `frame` (indices), `time_s`, `position_m` (`x`, `y`, `z`), `speed_m_s`, `confidence`, `uncertainty_mm`;
+        `frame` (indices), `start_s` (stage time of the first frame), `time_s` (from there on), `position_m` (`x`, `y`, `z`), `speed_m_s`, `confidence`, `uncertainty_mm`;
         `cameras`, by name a list of spans `[first, last, reason]` in which the camera's joint was not used although
-        the camera saw it; `stance`, by side a list of spans `[first, last]` of frames.
+        the camera saw it; `used`, by name the spans `[first, last]` in which it was; `stance`, by side the spans in
+        which a foot stands; `spikes`, the spans in which the joint goes 10 cm along an axis, as seen from the chest,
+        within 4/30 s (the thesis's measure).
+        Spans that are closer than a thinned frame are one.
 
     Raises:
         SettingsError: no such joint.
@@ -30,54 +36,106 @@ def curves(clip: Clip, joint: str, points: int = MAX_POINTS) -> dict[str, Any]:
         raise SettingsError(f"there is no joint {joint!r}; allowed: {', '.join(OUTPUT_JOINTS)}")
     poses, row = clip.poses, OUTPUT_INDEX[joint]
     count = poses.frame_count
-    frames = np.unique(np.linspace(0, count - 1, min(count, points)).round().astype(int))
     positions = poses.positions_m[:, row]
     speed = np.zeros(count)
     if count > 1:
         speed = np.linalg.norm(np.gradient(positions, poses.time_s, axis=0), axis=1)
+    confidence = np.nan_to_num(poses.confidence[:, row])
+    uncertainty = np.nan_to_num(poses.uncertainty_mm[:, row], nan=-1.0)
+    frames = thinned(np.column_stack([positions, speed, confidence, uncertainty]), points)
+    gap = count // points
     times = poses.time_s - poses.time_s[0]
     return {
         "joint": joint,
         "frame": frames.tolist(),
+        "start_s": float(poses.time_s[0]),
         "time_s": times[frames].round(4).tolist(),
         "position_m": {axis: positions[frames, k].round(4).tolist() for k, axis in enumerate("xyz")},
         "speed_m_s": speed[frames].round(3).tolist(),
-        "confidence": np.nan_to_num(poses.confidence[frames, row]).round(3).tolist(),
-        "uncertainty_mm": np.nan_to_num(poses.uncertainty_mm[frames, row], nan=-1.0).round(1).tolist(),
-        "cameras": _unused(clip, joint),
-        "stance": _stance(clip),
+        "confidence": confidence[frames].round(3).tolist(),
+        "uncertainty_mm": uncertainty[frames].round(1).tolist(),
+        "cameras": _unused(clip, joint, gap),
+        "used": _used(clip, joint, gap),
+        "stance": _stance(clip, gap),
+        "spikes": _spikes(clip, row, gap),
     }
 
 
-def _unused(clip: Clip, joint: str) -> dict[str, list[list[Any]]]:
+def thinned(values: NDArray[np.float64], points: int) -> NDArray[np.int64]:
+    """Return about `points` frames to draw curves by: of each stretch, the first and where each curve is extreme.
+
+    Args:
+        values: a column per curve, shape (frame_count, curve_count).
+        points: all frames where there are no more.
+    """
+    count, curve_count = values.shape
+    if count <= points:
+        return np.arange(count)
+    size = -(-count * (2 * curve_count + 1) // points)
+    bins = -(-count // size)
+    padded = np.pad(values, ((0, bins * size - count), (0, 0)), mode="edge").reshape(bins, size, curve_count)
+    starts = np.arange(bins)[:, None] * size
+    found = np.column_stack([starts, padded.argmin(axis=1) + starts, padded.argmax(axis=1) + starts])
+    return np.unique(np.minimum(np.append(found, count - 1), count - 1))
+
+
+def _unused(clip: Clip, joint: str, gap: int) -> dict[str, list[list[Any]]]:
     """Per camera the spans in which it saw the joint and was not used for it, with the reason."""
     name = _CANONICAL_OF_OUTPUT.get(joint)
     if clip.trace is None or name is None:
         return {}
     trace, place = clip.trace, INDEX[name]
-    out = {}
+    out: dict[str, list[list[Any]]] = {}
     for camera, label in enumerate(trace.cameras):
-        seen = trace.camera_half_mm[:, camera, place, 0] != np.iinfo(np.int16).min
-        left_out = seen & ~trace.used[:, camera, place]
+        left_out = _seen(trace, camera, place) & ~trace.used[:, camera, place]
         reasons = trace.reason[:, camera, place]
-        out[label] = [
-            [first, last, trace.reasons[reasons[first]] or "not used"] for first, last in spans(left_out)
-        ]
+        mine: list[list[Any]] = []
+        for reason in np.unique(reasons[left_out]):
+            words = trace.reasons[reason] or "not used"
+            mine += [[*span, words] for span in spans(left_out & (reasons == reason), gap)]
+        out[label] = sorted(mine)
     return out
 
 
-def _stance(clip: Clip) -> dict[str, list[list[int]]]:
+def _used(clip: Clip, joint: str, gap: int) -> dict[str, list[tuple[int, int]]]:
+    """Per camera the spans in which it was used for a joint."""
+    name = _CANONICAL_OF_OUTPUT.get(joint)
+    if clip.trace is None or name is None:
+        return {}
+    trace, place = clip.trace, INDEX[name]
+    return {
+        label: spans(_seen(trace, camera, place) & trace.used[:, camera, place], gap)
+        for camera, label in enumerate(trace.cameras)
+    }
+
+
+def _seen(trace: Trace, camera: int, place: int) -> NDArray[np.bool_]:
+    seen: NDArray[np.bool_] = trace.camera_half_mm[:, camera, place, 0] != np.iinfo(np.int16).min
+    return seen
+
+
+def _stance(clip: Clip, gap: int) -> dict[str, list[tuple[int, int]]]:
     poses = clip.poses
     if poses.frame_count < 3:
         return {side: [] for side in _FEET}
     out = {}
     for side, joints in _FEET.items():
         feet = poses.positions_m[:, [OUTPUT_INDEX[joint] for joint in joints]]
-        out[side] = [list(span) for span in spans(stance_of(feet, poses.time_s).any(axis=1))]
+        out[side] = spans(stance_of(feet, poses.time_s).any(axis=1), gap)
     return out
 
 
-def spans(flags: NDArray[np.bool_]) -> list[tuple[int, int]]:
-    """Return the first and last index of every run of True."""
-    edges = np.flatnonzero(np.diff(np.concatenate([[False], flags, [False]]).astype(np.int8)))
-    return [(int(first), int(last) - 1) for first, last in edges.reshape(-1, 2)]
+def _spikes(clip: Clip, row: int, gap: int) -> list[tuple[int, int]]:
+    poses = clip.poses
+    from_chest = poses.positions_m[:, row] - poses.positions_m[:, OUTPUT_INDEX[CHEST]]
+    flags = [in_spike(from_chest[:, axis], poses.frames_per_second) for axis in range(3)]
+    return spans(np.any(flags, axis=0), gap)
+
+
+def spans(flags: NDArray[np.bool_], gap: int = 0) -> list[tuple[int, int]]:
+    """Return the first and last index of every run of True; runs with no more than `gap` between them are one."""
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], flags, [False]]).astype(np.int8))).reshape(-1, 2)
+    if len(edges) and gap:
+        apart = edges[1:, 0] - edges[:-1, 1] > gap
+        edges = np.column_stack([edges[np.append(True, apart), 0], edges[np.append(apart, True), 1]])
+    return [(int(first), int(last) - 1) for first, last in edges]

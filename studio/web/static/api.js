@@ -29,6 +29,7 @@ export const getClock = () => call("GET", "view/clock");
 export const openReplay = (wanted) => call("PUT", "replay", wanted);
 export const changeReplay = (change) => call("PATCH", "replay", change);
 export const closeReplay = () => call("DELETE", "replay");
+export const getCleanup = (take, solve) => call("GET", `${takePath(take)}/solves/${encodeURIComponent(solve)}/cleanup`);
 export const getCurves = (joint) => call("GET", `replay/curves?joint=${joint}`);
 export const getSwitches = () => call("GET", "switches");
 export const getSettings = () => call("GET", "settings");

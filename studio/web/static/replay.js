@@ -1,9 +1,10 @@
 // Replay of a take: the bar under the view, its keys, and where the playhead is between two messages of the server.
 import { byId, clock, h, redraw, setText } from "./dom.js";
-import { changeReplay, closeReplay, getCurves, openReplay } from "./api.js";
+import { changeReplay, closeReplay, getCleanup, getCurves, getView, openReplay } from "./api.js";
+import { editSpans } from "./curves.js";
 import { attempt, showNote } from "./messages.js";
 import { t } from "./strings.js";
-import { drawTimeline, frameAt } from "./timeline.js";
+import { drawTimeline, frameAt, wordsAt } from "./timeline.js";
 
 const SPEEDS = [0.1, 0.25, 0.5, 1, 2];
 const JOINTS = [
@@ -11,10 +12,10 @@ const JOINTS = [
   "LeftUpLeg", "LeftLeg", "LeftFoot", "LeftToeBase", "RightUpLeg", "RightLeg", "RightFoot", "RightToeBase",
 ];
 const STALE_MS = 600; // a message of the server may have been on its way for so long
-const CURVES = ["position_m", "speed_m_s", "confidence", "uncertainty_mm"];
 
 const state = {
-  replay: { open: false }, receivedAt: 0, solves: [], curves: null, wanted: "", joint: "LeftHand", curve: "position_m",
+  replay: { open: false }, receivedAt: 0, solves: [], curves: null, wanted: "", joint: "LeftHand",
+  more: { colours: {}, edits: null, serial: 0 }, // beside the curves: the cameras' colours, the places to mend
   sending: false, sentAt: -Infinity, next: null, listening: () => {}, comparing: () => {},
 };
 
@@ -108,29 +109,36 @@ async function loadCurves() {
   const wanted = JSON.stringify([state.replay.take, state.replay.solve, state.joint]);
   if (state.wanted === wanted) return;
   state.wanted = wanted;
-  state.curves = null;
-  const curves = await attempt(() => getCurves(state.joint));
-  if (curves && state.wanted === wanted) {
-    state.curves = curves;
-    paint();
+  const shown = `${state.replay.take}|${state.replay.solve}`;
+  if (state.more.of !== shown) state.curves = null;
+  const found = await attempt(() => Promise.all([getCurves(state.joint), getView()]));
+  if (!found || state.wanted !== wanted) return;
+  const [curves, { colours }] = found;
+  state.curves = curves;
+  state.more = { of: shown, colours, edits: state.more.of === shown ? state.more.edits : null, serial: state.more.serial + 1 };
+  paint();
+}
+
+/** Show the places that an animator would have to mend, or hide them. */
+async function toggleEdits() {
+  const { take: takeId, solve, rate_hz: rate } = state.replay;
+  if (!state.curves) return;
+  if (state.more.edits) {
+    state.more = { ...state.more, edits: null, serial: state.more.serial + 1 };
+  } else {
+    const [session, name] = takeId.split("/");
+    setText(byId("replay-edits"), t("edits.looking"));
+    const found = await attempt(() => getCleanup({ session, name }, solve));
+    if (found && state.replay.take === takeId && state.replay.solve === solve) {
+      state.more = { ...state.more, edits: editSpans(found.cleanup_events ?? [], state.curves.start_s, rate), serial: state.more.serial + 1 };
+    }
   }
+  paint();
 }
 
 function choice(id, label, options, value, onchange) {
   return h("select", { id, aria: { label }, title: label, onchange: (event) => onchange(event.currentTarget.value) },
     options.map(([key, text]) => h("option", { value: key, selected: String(key) === String(value) }, text)));
-}
-
-function ghostChoice() {
-  const { take: takeId, solve, ghost } = state.replay;
-  const chosen = ghost ? `${ghost.take}|${ghost.solve ?? ghost.reference}` : "";
-  const reference = ghost?.reference ? [[chosen, ghost.reference]] : [];
-  const options = state.solves.filter((one) => one.take !== takeId || one.solve !== solve)
-    .map((one) => [`${one.take}|${one.solve}`, one.take === takeId ? one.solve : `${one.take}: ${one.solve}`]);
-  return choice("replay-ghost", t("replay.ghost"), [["", t("replay.no_ghost")], ...reference, ...options], chosen, (value) => {
-    const [ghostTake, ghostSolve] = value.split("|");
-    open(takeId, solve, value ? { take: ghostTake, solve: ghostSolve } : null);
-  });
 }
 
 function solveChoice() {
@@ -158,25 +166,40 @@ function build() {
       choice("replay-speed", t("replay.speed"), SPEEDS.map((value) => [value, `${value}×`]), speed, (value) => send({ speed: Number(value) })),
       h("output", { id: "replay-time", class: "timer small-timer" }),
       h("span", { class: "spacer" }),
-      solveChoice(), ghostChoice(),
+      solveChoice(),
       button("replay-compare", t("compare.title"), t("compare.hint"), "", () => state.comparing(), false),
       button("replay-close", t("replay.live"), t("replay.live_hint"), "Esc", close)),
     h("div", { class: "replay-row" },
       h("strong", { class: "replay-take", title: state.replay.take }, state.replay.take.split("/").pop()),
       choice("replay-joint", t("replay.joint"), JOINTS.map((name) => [name, name]), state.joint, (value) => { state.joint = value; loadCurves(); }),
-      choice("replay-curve", t("replay.curve"), CURVES.map((name) => [name, t(`curve.${name}`)]), state.curve, (value) => { state.curve = value; paint(); }),
-      h("span", { id: "replay-value", class: "count" })),
-    h("canvas", { id: "timeline", tabIndex: 0, role: "slider", aria: { label: t("replay.timeline") }, onpointerdown: scrub }),
+      h("span", { id: "replay-value", class: "count" }),
+      h("span", { class: "spacer" }),
+      button("replay-edits", t("edits.button"), t("edits.hint"), "", toggleEdits, Boolean(state.more.edits))),
+    h("div", { class: "timeline" },
+      h("canvas", { id: "timeline", tabIndex: 0, role: "slider", aria: { label: t("replay.timeline") }, onpointerdown: scrub, onpointermove: hover, onpointerleave: hover }),
+      h("div", { id: "timeline-tip", class: "timeline-tip", aria: { hidden: "true" }, hidden: true })),
   ];
 }
 
 function scrub(event) {
   const canvas = event.currentTarget;
   canvas.setPointerCapture(event.pointerId);
-  const move = (moved) => goTo(frameAt(canvas, moved, state.replay));
+  const move = (moved) => goTo(frameAt(canvas, moved, state.replay, true));
   move(event);
   canvas.addEventListener("pointermove", move);
   canvas.addEventListener("pointerup", () => canvas.removeEventListener("pointermove", move), { once: true });
+}
+
+/** Say what the curves are under the pointer. */
+function hover(event) {
+  const tip = byId("timeline-tip"), canvas = byId("timeline");
+  tip.hidden = event.type === "pointerleave" || event.buttons > 0 || !state.curves;
+  if (tip.hidden) return;
+  const frame = frameAt(canvas, event, state.replay, true);
+  const { values, spans } = wordsAt(state.curves, state.more, frame);
+  tip.replaceChildren(h("strong", {}, `${clock(frame / state.replay.rate_hz)}  ${frame}`), h("span", {}, values), ...spans.map((words) => h("span", {}, words)));
+  const box = canvas.getBoundingClientRect();
+  tip.style.left = `${Math.min(Math.max(event.clientX - box.left - tip.offsetWidth / 2, 0), Math.max(box.width - tip.offsetWidth, 0))}px`;
 }
 
 /** Draw what changes with every frame. */
@@ -189,7 +212,11 @@ function paint() {
   canvas.setAttribute("aria-valuenow", String(frame));
   canvas.setAttribute("aria-valuemax", String(frames - 1));
   canvas.setAttribute("aria-valuemin", "0");
-  setText(byId("replay-value"), drawTimeline(canvas, state.replay, state.curves, state.curve, frame));
+  drawTimeline(canvas, state.replay, state.curves, state.more, frame);
+  setText(byId("replay-value"), wordsAt(state.curves, state.more, frame).values);
+  const { edits } = state.more;
+  setText(byId("replay-edits"), edits ? t("edits.count", { n: edits.length }) : t("edits.button"));
+  byId("replay-edits").setAttribute("aria-pressed", String(Boolean(edits)));
 }
 
 function run() {

@@ -1,84 +1,115 @@
-// Draws the timeline: the curve of a joint, spans of stance and of cameras that were left out, the range, the playhead.
+// Draws the timeline: a joint's curves, which cameras were used, standing feet, spikes, edits, the range, the playhead.
 import { prepare } from "./canvas.js";
-import { number, t } from "./strings.js";
+import { lanesOf, seriesNow, spansNow, tracksOf } from "./curves.js";
+import { t } from "./strings.js";
 
-const AXES = { x: "--axis-x", y: "--axis-y", z: "--axis-z" };
-const LANE = 7; // height of a span's lane [px]
 const MARGIN = 6;
+const GUTTER = 96; // room for labels, where there is some
+const WIDE = 700;
+const TOP = 4;
+const LANE = 12; // a lane's height [px]
+const GAP = 6;
+const MARK = 5; // half the width of a mark
 
-const colour = (name) => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
+const style = () => getComputedStyle(document.documentElement);
+const left = (width) => (width >= WIDE ? GUTTER : MARGIN);
 
-/** Return the frame under a pointer. */
-export function frameAt(canvas, event, replay) {
+/** Return the frame under a pointer; `labelled`: whether the canvas has room for labels on its left. */
+export function frameAt(canvas, event, replay, labelled = false) {
   const box = canvas.getBoundingClientRect();
-  const share = (event.clientX - box.left - MARGIN) / Math.max(box.width - 2 * MARGIN, 1);
+  const begin = labelled ? left(box.width) : MARGIN;
+  const share = (event.clientX - box.left - begin) / Math.max(box.width - begin - MARGIN, 1);
   return Math.round(Math.min(Math.max(share, 0), 1) * (replay.frames - 1));
 }
 
-/** Lanes under the curve: label, colour and spans `[first, last]`. */
-function lanesOf(curves) {
-  if (!curves) return [];
-  const stance = Object.entries(curves.stance).map(([side, spans]) => ({ label: t(`curve.stands.${side}`), colour: "--good", spans }));
-  const cameras = Object.entries(curves.cameras).map(([name, spans]) => ({ label: t("curve.left_out", { name }), colour: "--bad", spans }));
-  return [...stance, ...cameras];
+/** Height that the timeline needs [px]. */
+export function timelineHeight(curves, more) {
+  const tracks = tracksOf(curves).reduce((sum, track) => sum + track.height + GAP, 0);
+  return 2 * TOP + Math.max(tracks + lanesOf(curves, more).length * LANE, 28);
 }
 
-function seriesOf(curves, kind) {
-  if (!curves) return [];
-  if (kind === "position_m") return Object.entries(curves.position_m).map(([axis, values]) => ({ label: axis, colour: AXES[axis], values }));
-  return [{ label: "", colour: "--accent", values: curves[kind] }];
+function drawTrack(context, track, curves, top, x, colour) {
+  const [low, high] = track.extent;
+  const y = (value) => top + track.height - 2 - ((value - low) / (high - low)) * (track.height - 4);
+  context.lineWidth = 1.25;
+  context.lineJoin = "round";
+  for (const { colour: name, values } of track.series) {
+    context.strokeStyle = colour(name);
+    context.beginPath();
+    values.forEach((value, i) => context.lineTo(x(curves.frame[i]), y(value)));
+    context.stroke();
+  }
 }
 
-function extent(series) {
-  const values = series.flatMap(({ values: all }) => all);
-  const low = Math.min(...values), high = Math.max(...values);
-  return high - low < 1e-6 ? [low - 0.5, high + 0.5] : [low, high];
+function drawLane(context, lane, top, x, colour) {
+  const thick = lane.rows === 2 ? LANE / 2 - 2 : LANE - 4;
+  for (const [first, last, , tone, row = 0] of lane.spans) {
+    context.fillStyle = colour(tone ?? lane.colour);
+    if (lane.marks) {
+      context.beginPath();
+      context.moveTo(x(first) - MARK, top);
+      context.lineTo(x(first) + MARK, top);
+      context.lineTo(x(first), top + LANE - 3);
+      context.fill();
+    } else {
+      context.fillRect(x(first), top + 1 + (row * LANE) / 2, Math.max(x(last) - x(first), 1.5), thick);
+    }
+  }
 }
 
-const unit = { position_m: "m", speed_m_s: "m/s", confidence: "", uncertainty_mm: "mm" };
-
-/** Words for the values at a frame. */
-function words(series, kind, index) {
-  return series.map(({ label, values }) => `${label} ${number(values[index], kind === "uncertainty_mm" ? 0 : 2)}`.trim())
-    .join("  ").concat(" ", unit[kind]);
-}
-
-/** Words for the spans that hold a frame. */
-function spansAt(lanes, frame) {
-  return lanes.flatMap(({ label, spans }) => spans.filter(([first, last]) => first <= frame && frame <= last)
-    .map(([, , reason]) => (reason ? `${label}: ${reason}` : label)));
-}
-
-/** Draw all of it for a frame; return the values there in words. */
-export function drawTimeline(canvas, replay, curves, kind, frame) {
-  const { context, width, height } = prepare(canvas);
-  const x = (at) => MARGIN + (at / Math.max(replay.frames - 1, 1)) * (width - 2 * MARGIN);
-  const lanes = lanesOf(curves);
-  const bottom = height - lanes.length * LANE - 4;
+/** Draw all that does not change from frame to frame. */
+function drawStill(context, width, height, replay, curves, more) {
+  const styles = style();
+  const colour = (name) => (name.startsWith("--") ? styles.getPropertyValue(name).trim() : name);
+  const begin = left(width);
+  const x = (at) => begin + (at / Math.max(replay.frames - 1, 1)) * (width - begin - MARGIN);
   context.fillStyle = colour("--range");
   context.fillRect(x(replay.first), 0, Math.max(x(replay.last) - x(replay.first), 1), height);
-  lanes.forEach((lane, row) => {
-    context.fillStyle = colour(lane.colour);
-    for (const [first, last] of lane.spans) {
-      context.fillRect(x(first), bottom + 2 + row * LANE, Math.max(x(last) - x(first), 1.5), LANE - 2);
-    }
-  });
-  const series = seriesOf(curves, kind);
-  let text = "";
-  if (series.length) {
-    const [low, high] = extent(series);
-    const y = (value) => bottom - 4 - ((value - low) / (high - low)) * (bottom - 10);
-    context.lineWidth = 1.4;
-    for (const { colour: name, values } of series) {
-      context.strokeStyle = colour(name);
-      context.beginPath();
-      values.forEach((value, i) => context.lineTo(x(curves.frame[i]), y(value)));
-      context.stroke();
-    }
-    const index = Math.round((frame / Math.max(replay.frames - 1, 1)) * (curves.frame.length - 1));
-    text = [words(series, kind, index), ...spansAt(lanes, frame)].join("   ·   ");
+  context.font = `11px ${styles.fontFamily}`;
+  context.textBaseline = "middle";
+  const label = (text, middle) => {
+    if (begin !== GUTTER) return;
+    context.fillStyle = colour("--muted");
+    context.fillText(text, 8, middle, GUTTER - 16);
+  };
+  let top = TOP;
+  for (const track of tracksOf(curves)) {
+    label(track.label, top + track.height / 2);
+    drawTrack(context, track, curves, top, x, colour);
+    top += track.height + GAP;
   }
-  context.fillStyle = colour("--text");
-  context.fillRect(x(frame) - 0.75, 0, 1.5, height);
-  return text;
+  for (const lane of lanesOf(curves, more)) {
+    label(lane.label, top + LANE / 2);
+    drawLane(context, lane, top, x, colour);
+    top += LANE;
+  }
+}
+
+const kept = { canvas: document.createElement("canvas"), key: "" };
+
+/** Draw all of it for a frame. `more`: the cameras' `colours` and the `edits`. */
+export function drawTimeline(canvas, replay, curves, more, frame) {
+  const wanted = timelineHeight(curves, more);
+  if (canvas.style.height !== `${wanted}px`) canvas.style.height = `${wanted}px`;
+  const { context, width, height } = prepare(canvas);
+  if (!width) return;
+  const { take, solve, frames, first, last } = replay;
+  const key = JSON.stringify([width, height, devicePixelRatio, take, solve, frames, first, last, more.serial, document.documentElement.dataset.theme]);
+  if (kept.key !== key) {
+    kept.key = key;
+    Object.assign(kept.canvas, { width: canvas.width, height: canvas.height });
+    const still = kept.canvas.getContext("2d");
+    still.setTransform(canvas.width / width, 0, 0, canvas.height / height, 0, 0);
+    drawStill(still, width, height, replay, curves, more);
+  }
+  context.drawImage(kept.canvas, 0, 0, width, height);
+  const begin = left(width);
+  context.fillStyle = style().getPropertyValue("--text").trim();
+  context.fillRect(begin + (frame / Math.max(frames - 1, 1)) * (width - begin - MARGIN) - 0.75, 0, 1.5, height);
+}
+
+/** Words for what is at a frame: values first, then what holds there. */
+export function wordsAt(curves, more, frame) {
+  if (!curves) return { values: t("curve.loading"), spans: [] };
+  return { values: seriesNow(curves, frame), spans: spansNow(curves, more, frame) };
 }

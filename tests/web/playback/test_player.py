@@ -7,7 +7,7 @@ import pytest
 
 from studio.engine.errors import FormatError, SettingsError
 from studio.web.playback.clip import Clip
-from studio.web.playback.curves import curves, spans
+from studio.web.playback.curves import curves, spans, thinned
 from studio.web.playback.player import Player
 from studio.web.playback.second import Second
 from tests.api.camera import wait_until
@@ -142,11 +142,11 @@ def test_a_damaged_solve_is_told(take):
 
 def test_curves_name_joints_cameras_and_reasons(take):
     clip = Clip.load(take, "studio")
-    found = curves(clip, "LeftHand", points=50)
-    assert len(found["frame"]) == 50 and found["frame"][0] == 0 and found["frame"][-1] == FRAMES - 1
-    middle = found["frame"][25]
-    assert found["position_m"]["z"][25] == pytest.approx(clip.poses.positions_m[middle, 9, 2], abs=1e-4)
+    found = curves(clip, "LeftHand")
+    assert found["frame"] == list(range(FRAMES))
+    assert found["position_m"]["z"][25] == pytest.approx(clip.poses.positions_m[25, 9, 2], abs=1e-4)
     assert found["cameras"] == {"left": [], "right": [[10, 19, "spike"]]}
+    assert found["used"] == {"left": [(0, FRAMES - 1)], "right": [(0, 9), (20, FRAMES - 1)]}
     assert set(found["stance"]) == {"left", "right"}
     with pytest.raises(SettingsError, match="LeftHand"):
         curves(clip, "Tail")
@@ -155,3 +155,14 @@ def test_curves_name_joints_cameras_and_reasons(take):
 def test_spans():
     assert spans(np.array([1, 1, 0, 1, 0], dtype=bool)) == [(0, 1), (3, 3)]
     assert spans(np.zeros(3, dtype=bool)) == []
+    flags = np.array([1, 0, 1, 0, 0, 1], dtype=bool)
+    assert spans(flags, gap=1) == [(0, 2), (5, 5)] and spans(flags, gap=2) == [(0, 5)]
+
+
+def test_thinned_curves_keep_every_spike():
+    values = np.random.default_rng(1).normal(size=(36_000, 4))
+    values[12_345, 2], values[20_001, 0] = 50.0, -50.0
+    frames = thinned(values, 2000)
+    assert {0, 12_345, 20_001, 35_999} <= set(frames.tolist()) and 1500 < len(frames) <= 2100
+    assert (np.diff(frames) > 0).all()
+    assert thinned(values[:50], 2000).tolist() == list(range(50))

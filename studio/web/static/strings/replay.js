@@ -1,7 +1,5 @@
 export default {
   "replay.title": ["{take}, solve {solve}", "{take}, calcul {solve}"],
-  "replay.ghost": ["A second solve beside it", "Un second calcul à côté"],
-  "replay.no_ghost": ["No ghost", "Sans fantôme"],
   "replay.solve": ["Which solve", "Quel calcul"],
   "replay.first": ["First frame", "Première image"],
   "replay.back": ["A frame back", "Une image en arrière"],
@@ -19,14 +17,6 @@ export default {
   "replay.live": ["Live", "Direct"],
   "replay.live_hint": ["Back to the live stage", "Retour au direct"],
   "replay.joint": ["Joint of the curves", "Articulation des courbes"],
-  "replay.curve": ["Curve", "Courbe"],
   "replay.timeline": ["Timeline", "Ligne de temps"],
-  "replay.showing": ["Showing solve {solve}", "Calcul {solve} affiché"],
-  "curve.position_m": ["Position", "Position"],
-  "curve.speed_m_s": ["Speed", "Vitesse"],
-  "curve.confidence": ["Confidence", "Confiance"],
-  "curve.uncertainty_mm": ["Uncertainty", "Incertitude"],
-  "curve.stands.left": ["left foot stands", "pied gauche posé"],
-  "curve.stands.right": ["right foot stands", "pied droit posé"],
-  "curve.left_out": ["{name} left out", "{name} écartée"]
+  "replay.showing": ["Showing solve {solve}", "Calcul {solve} affiché"]
 };
