@@ -8,9 +8,7 @@ place.
 import importlib
 import logging
 import multiprocessing
-import os
 import signal
-import sys
 import threading
 import traceback
 from collections.abc import Callable
@@ -20,6 +18,7 @@ from multiprocessing.process import BaseProcess
 from typing import Any
 
 from studio.engine.errors import StudioError
+from studio.engine.system import lower_priority, peak_memory_bytes
 
 _log = logging.getLogger(__name__)
 
@@ -166,8 +165,7 @@ def run_in_process(
 def _work(connection: Connection, preloaded: tuple[str, ...]) -> None:
     """Do one work after the other until the server closes the connection."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the server, which ends its workers
-    if hasattr(os, "nice"):
-        os.nice(_NICENESS)
+    lower_priority(_NICENESS)
     for name in preloaded:
         prepare = getattr(importlib.import_module(name), "prepare", None)
         if prepare is not None:
@@ -206,14 +204,4 @@ def _answer(
         raise  # the server has gone
     except Exception:  # the boundary of the process: the server logs it
         return "crash", traceback.format_exc(), False
-    return "done", value, _peak_bytes() < _LARGEST_BYTES
-
-
-def _peak_bytes() -> int:
-    """The most memory that this process has taken; 0 where the system does not tell."""
-    if sys.platform == "win32":
-        return 0
-    import resource
-
-    unit = 1 if sys.platform == "darwin" else 1024
-    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * unit
+    return "done", value, peak_memory_bytes() < _LARGEST_BYTES

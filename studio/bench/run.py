@@ -5,8 +5,8 @@ from collections.abc import Callable
 from studio.bench import stages
 from studio.bench.depth import depth_simulator, tracker
 from studio.bench.stage import make_stage
-from studio.bench.timing import one_core
 from studio.camera.simulator.noisy_joints import FRAMES_PER_SECOND
+from studio.engine.system import one_core
 
 TRACKED_CAMERAS = (1, 3)
 MOST_IMAGES = 120

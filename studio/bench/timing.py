@@ -1,9 +1,7 @@
 """Measuring how long one frame of a stage takes."""
 
-import os
 import time
-from collections.abc import Callable, Iterable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable, Iterable
 from typing import Any, TypeVar
 
 import numpy as np
@@ -31,17 +29,3 @@ def per_frame(work: Callable[[Item], Any], items: Iterable[Item]) -> dict[str, f
         "frames_per_second": float(1e3 / counted_ms.mean()),
         "ratio_to_mink_frame_tasks": None,
     }
-
-
-@contextmanager
-def one_core() -> Iterator[None]:
-    """Keep this process on one core meanwhile, where the system can."""
-    if not hasattr(os, "sched_setaffinity"):
-        yield
-        return
-    before = os.sched_getaffinity(0)
-    os.sched_setaffinity(0, {max(before)})
-    try:
-        yield
-    finally:
-        os.sched_setaffinity(0, before)

@@ -5,7 +5,7 @@ import platform
 import uuid
 from pathlib import Path
 
-_USB = Path("/sys/bus/usb/devices")
+from studio.engine.system import USB_DEVICES
 
 
 def machine_id() -> str:
@@ -13,7 +13,7 @@ def machine_id() -> str:
     return hashlib.sha256(f"{platform.node()} {uuid.getnode():x}".encode()).hexdigest()[:16]
 
 
-def usb_controller(serial: str, devices: Path = _USB) -> str:
+def usb_controller(serial: str, devices: Path = USB_DEVICES) -> str:
     """Return the name of the USB controller that a device hangs at, such as `0000:00:14.0`; "" = not known.
 
     Linux tells it: a device's folder lies in that of its root hub, `usb<number>`, and this one in its controller's.

@@ -4,27 +4,9 @@ The mark is an advisory lock of the system (`flock`); where the system has none,
 """
 
 import os
-import sys
 from pathlib import Path
 
-if sys.platform != "win32":
-    import fcntl
-
-    def hold(path: Path) -> int | None:
-        """Mark a file or folder as in use; return a handle for `release`, None where it is marked already."""
-        handle = os.open(path, os.O_RDONLY)
-        try:
-            fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except OSError:
-            os.close(handle)
-            return None
-        return handle
-
-else:
-
-    def hold(path: Path) -> int | None:
-        """Return a handle for `release`; this system marks nothing."""
-        return os.open(os.devnull, os.O_RDONLY)
+from studio.engine.system import hold
 
 
 def release(handle: int | None) -> None:
@@ -38,3 +20,6 @@ def is_held(path: Path) -> bool:
     handle = hold(path)
     release(handle)
     return handle is None
+
+
+__all__ = ["hold", "is_held", "release"]

@@ -12,11 +12,11 @@ from pathlib import Path
 from typing import Any
 
 from studio.engine.files import write_json
+from studio.engine.system import boot_id
 from studio.take.names import is_safe_name
 
 MARKER = "recording.json"
 RECORDING, STOPPING = "recording", "stopping"
-_BOOT_FILE = Path("/proc/sys/kernel/random/boot_id")
 
 
 @dataclass(frozen=True)
@@ -55,10 +55,7 @@ class Marker:
 
 def machine() -> str:
     """Return what names this start of the machine; empty where the system does not tell."""
-    try:
-        return _BOOT_FILE.read_text(encoding="ascii").strip()
-    except OSError:
-        return ""
+    return boot_id()
 
 
 def write_marker(sessions: Path, marker: Marker) -> None:

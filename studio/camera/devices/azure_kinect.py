@@ -29,9 +29,8 @@ def open_azure_kinect(argument: str) -> "AzureKinectSource | AzureKinectBodies":
     """
     text, flags = split_argument(argument, _KIND, ("bodies",))
     number = device_number(text, _KIND)
-    kinect = library(
-        "pykinect_azure", kind=_KIND, install="pip install pykinect_azure, and the Azure Kinect SDK 1.4"
-    )
+    install = "install the extra: uv sync --extra azure-kinect, and the Azure Kinect SDK 1.4"
+    kinect = library("pykinect_azure", kind=_KIND, install=install)
     try:
         kinect.initialize_libraries(track_body="bodies" in flags)
         settings = kinect.default_configuration

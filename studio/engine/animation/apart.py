@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from studio.engine.errors import FormatError, NotAvailableError
+from studio.engine.system import limit_memory
 
 MAX_BYTES = 1 << 30
 """Largest file that is read."""
@@ -69,20 +70,9 @@ def _error(path: Path, said: str) -> FormatError | NotAvailableError:
     return FormatError(f"{path} is damaged or not of its kind: its reader broke over it; export it again")
 
 
-def limit_memory() -> None:
-    """Let this process have no more than a few GB, where the system knows such limits."""
-    try:
-        import resource
-    except ImportError:  # Windows
-        return
-    _, hard = resource.getrlimit(resource.RLIMIT_AS)
-    soft = _MEMORY_BYTES if hard == resource.RLIM_INFINITY else min(_MEMORY_BYTES, hard)
-    resource.setrlimit(resource.RLIMIT_AS, (soft, hard))
-
-
 def work(read: "object") -> None:
     """Run a worker's `read(path) -> arrays` on the command line's FILE and write OUT.npz."""
-    limit_memory()
+    limit_memory(_MEMORY_BYTES)
     path, out = Path(sys.argv[1]), Path(sys.argv[2])
     try:
         arrays = read(path)  # type: ignore[operator]

@@ -1,0 +1,85 @@
+"""All that differs between operating systems; what a system does not have is left out in order.
+
+Nothing else in the program calls what only POSIX systems, or only Linux, have: `tests/test_systems.py` looks.
+"""
+
+import contextlib
+import os
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+try:
+    import fcntl
+    import resource
+except ImportError:  # Windows
+    fcntl = resource = None  # type: ignore[assignment]
+
+USB_DEVICES = Path("/sys/bus/usb/devices")
+"""Where Linux lists USB devices; no such folder elsewhere."""
+
+_BOOT_ID = Path("/proc/sys/kernel/random/boot_id")
+
+
+def hold(path: Path) -> int | None:
+    """Mark a file or folder as in use by an advisory lock, which goes with the process.
+
+    Returns:
+        A handle to be closed in the end, None where it is marked already. Windows marks nothing.
+    """
+    if fcntl is None:
+        return os.open(os.devnull, os.O_RDONLY)
+    handle = os.open(path, os.O_RDONLY)
+    try:
+        fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except OSError:
+        os.close(handle)
+        return None
+    return handle
+
+
+def lower_priority(niceness: int) -> None:
+    """Let other processes come first, where the system can."""
+    if hasattr(os, "nice"):
+        os.nice(niceness)
+
+
+def limit_memory(most_bytes: int) -> None:
+    """Let this process have no more than this, where the system knows such limits."""
+    if resource is None:
+        return
+    _, hard = resource.getrlimit(resource.RLIMIT_AS)
+    soft = most_bytes if hard == resource.RLIM_INFINITY else min(most_bytes, hard)
+    with contextlib.suppress(ValueError, OSError):  # macOS knows the limit and refuses to set it
+        resource.setrlimit(resource.RLIMIT_AS, (soft, hard))
+
+
+def peak_memory_bytes() -> int:
+    """Return the most memory that this process has had; 0 where the system does not tell."""
+    if resource is None:
+        return 0
+    unit = 1 if sys.platform == "darwin" else 1024
+    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * unit
+
+
+def boot_id() -> str:
+    """Return what names this start of the machine; empty where the system does not tell."""
+    try:
+        return _BOOT_ID.read_text(encoding="ascii").strip()
+    except OSError:
+        return ""
+
+
+@contextmanager
+def one_core() -> Iterator[None]:
+    """Keep this process on one core meanwhile, where the system can."""
+    if not hasattr(os, "sched_setaffinity"):
+        yield
+        return
+    before = os.sched_getaffinity(0)
+    os.sched_setaffinity(0, {max(before)})
+    try:
+        yield
+    finally:
+        os.sched_setaffinity(0, before)

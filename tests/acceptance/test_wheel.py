@@ -1,0 +1,78 @@
+"""The wheel carries all that the program needs: installed on its own, it serves its pages."""
+
+import os
+import shutil
+import subprocess
+import sys
+import zipfile
+from pathlib import Path
+
+import httpx
+import pytest
+
+ROOT = Path(__file__).parents[2]
+UV = shutil.which("uv") or shutil.which("uv", path=str(ROOT / ".tools" / "uv" / "bin"))
+
+
+@pytest.fixture(scope="module")
+def wheel(tmp_path_factory) -> Path:
+    """The wheel, built from the sources."""
+    if UV is None:
+        pytest.skip("no uv on this machine to build the wheel with")
+    out = tmp_path_factory.mktemp("dist")
+    subprocess.run([UV, "build", "--quiet", "--wheel", "--out-dir", out, ROOT], check=True, timeout=120)
+    return next(out.glob("*.whl"))
+
+
+def test_every_file_is_in_it(wheel):
+    with zipfile.ZipFile(wheel) as archive:
+        inside = set(archive.namelist())
+    files = {path.relative_to(ROOT).as_posix() for path in (ROOT / "studio").rglob("*") if path.is_file()}
+    assert {name for name in files if "__pycache__" not in name} <= inside
+    assert not [name for name in inside if name.startswith(("tests/", "sessions/"))]
+
+
+def serve_and_look(python: str, folder: Path, environment: dict[str, str]) -> str:
+    """Start the studio of an environment and fetch its page and what it is made of; return where it lies."""
+    command = [python, "-m", "studio", "serve", "--port", "0", "--sessions", str(folder / "sessions")]
+    with subprocess.Popen(command, cwd=folder, env=environment, stdout=subprocess.PIPE, text=True) as program:
+        try:
+            url = program.stdout.readline().split()[5]
+            with httpx.Client(base_url=url, timeout=30) as client:
+                page = client.get("/")
+                assert page.status_code == 200 and "Capture Studio" in page.text
+                for path in (
+                    "static/main.js",
+                    "static/studio.css",
+                    "static/vendor/three/three.module.js",
+                    "viewer/",
+                ):
+                    assert client.get(path).status_code == 200, path
+                assert client.get("/health").json()["status"] == "ok"
+        finally:
+            program.terminate()
+            program.wait(timeout=30)
+    where = [python, "-c", "import studio; print(studio.__file__)"]
+    return subprocess.run(where, cwd=folder, env=environment, capture_output=True, text=True).stdout
+
+
+def test_it_serves_its_pages(wheel, tmp_path):
+    """The wheel alone, with the packages that are here already."""
+    place = tmp_path / "installed"
+    subprocess.run(
+        [UV, "pip", "install", "--quiet", "--no-deps", "--target", place, wheel], check=True, timeout=60
+    )
+    environment = {**os.environ, "PYTHONPATH": str(place)}
+    assert str(place) in serve_and_look(sys.executable, tmp_path, environment)
+
+
+@pytest.mark.long
+def test_it_serves_its_pages_from_a_fresh_environment(wheel, tmp_path):
+    subprocess.run(
+        [UV, "venv", "--quiet", "--python", sys.executable, tmp_path / "venv"], check=True, timeout=60
+    )
+    folder = tmp_path / "venv" / ("Scripts" if sys.platform == "win32" else "bin")
+    python = str(folder / "python")
+    subprocess.run([UV, "pip", "install", "--quiet", "--python", python, wheel], check=True, timeout=600)
+    environment = {key: value for key, value in os.environ.items() if key != "PYTHONPATH"}
+    assert str(tmp_path) in serve_and_look(python, tmp_path, environment)

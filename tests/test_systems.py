@@ -1,0 +1,146 @@
+"""The program is made for Linux, macOS and Windows: what only some systems have is called in one module."""
+
+import ast
+import subprocess
+import sys
+import textwrap
+from pathlib import Path
+
+import pytest
+
+import studio
+from studio.camera.sources import SOURCES
+
+PACKAGE = Path(studio.__file__).parent
+ONE_MODULE = "engine/system.py"
+MODULES = {
+    "fcntl",
+    "resource",
+    "termios",
+    "tty",
+    "pwd",
+    "grp",
+    "pty",
+    "posix",
+    "syslog",
+    "crypt",
+    "winreg",
+    "msvcrt",
+}
+CALLS = {
+    "os": {
+        "fork", "forkpty", "getuid", "geteuid", "getgid", "setuid", "setgid", "setsid", "getpgid", "setpgid",
+        "killpg", "nice", "sync", "uname", "chown", "fchown", "mkfifo", "getloadavg", "sysconf", "sched_setaffinity",
+        "sched_getaffinity", "posix_fadvise", "posix_fallocate", "fdatasync", "pread", "pwrite", "wait", "waitpid",
+        "statvfs", "O_DIRECTORY", "O_CLOEXEC", "O_NOFOLLOW", "umask", "getpriority", "setpriority",
+    },
+    "signal": {"SIGKILL", "SIGHUP", "SIGUSR1", "SIGUSR2", "SIGALRM", "SIGCHLD", "SIGPIPE", "alarm", "pause"},
+    "socket": {"AF_UNIX", "SO_REUSEPORT", "socketpair"},
+    "multiprocessing": {"get_start_method"},
+}  # fmt: skip
+PLACES = ("/proc/", "/dev/", "/sys/", "/tmp/", "/etc/", "/usr/", "/bin/", "/var/")
+
+
+def only_some_systems(source: str) -> list[str]:
+    """What a file uses that only some systems have: modules, calls, fixed places."""
+    found = []
+    tree = ast.parse(source)
+    documentation = {id(node.value) for node in ast.walk(tree) if isinstance(node, ast.Expr)}
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Import):
+            found += [alias.name for alias in node.names if alias.name.split(".")[0] in MODULES]
+        elif isinstance(node, ast.ImportFrom) and node.module:
+            found += [node.module] if node.module.split(".")[0] in MODULES else []
+            found += [f"{node.module}.{a.name}" for a in node.names if a.name in CALLS.get(node.module, ())]
+        elif isinstance(node, ast.Attribute) and isinstance(node.value, ast.Name):
+            found += [f"{node.value.id}.{node.attr}"] if node.attr in CALLS.get(node.value.id, ()) else []
+        elif isinstance(node, ast.Constant) and isinstance(node.value, str) and id(node) not in documentation:
+            found += [node.value] if node.value.startswith(PLACES) else []
+    return found
+
+
+def test_nothing_else_is_of_some_systems_only():
+    found = {
+        path.relative_to(PACKAGE).as_posix(): used
+        for path in PACKAGE.rglob("*.py")
+        if (used := only_some_systems(path.read_text(encoding="utf-8")))
+    }
+    assert set(found) == {ONE_MODULE}, found
+
+
+@pytest.mark.parametrize(
+    "line",
+    ["import fcntl", "from os import fork", "import os; os.nice(1)", "def f():\n import resource",
+     "import signal; signal.SIGKILL", "open('/proc/self/status')"],
+)  # fmt: skip
+def test_the_guard_notices(line):
+    assert only_some_systems(line)
+
+
+def test_files_are_read_and_written_as_utf_8():
+    """Windows has another encoding by default."""
+    for path in PACKAGE.rglob("*.py"):
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+            if isinstance(node, ast.Call) and isinstance(node.func, ast.Attribute):
+                if node.func.attr in ("read_text", "write_text") and isinstance(
+                    node.func.value, ast.Name | ast.BinOp
+                ):
+                    assert any(one.arg == "encoding" for one in node.keywords), f"{path}:{node.lineno}"
+
+
+def test_it_is_imported_where_the_system_has_nothing(tmp_path):
+    """As on Windows: without fcntl, resource, nice and affinity, everything is imported, and locks mark nothing."""
+    code = """
+        import os, sys
+        sys.modules["fcntl"] = sys.modules["resource"] = None
+        for name in ("nice", "sched_setaffinity", "sched_getaffinity"):
+            delattr(os, name)
+        from studio.engine import system
+        with system.one_core():
+            system.lower_priority(5), system.limit_memory(1)
+        assert system.peak_memory_bytes() == 0
+        handle = system.hold(".")
+        assert handle is not None and system.hold(".") is not None
+        import studio.api.server, studio.camera.client, studio.replay, studio.take.doctor
+    """
+    subprocess.run([sys.executable, "-c", textwrap.dedent(code)], check=True, timeout=120)
+
+
+def test_devices_that_are_not_ready_are_said_in_one_line(tmp_path):
+    """By the program's own `main`, as somebody without any SDK meets it."""
+    code = """
+        import sys
+        for name in ("pyrealsense2", "pyorbbecsdk", "primesense", "pykinect_azure", "pykinect2", "mediapipe"):
+            sys.modules[name] = None
+        from studio.__main__ import main
+        for source in sys.argv[2:]:
+            assert main(["camera", "--source", source, "--spool", sys.argv[1]]) == 1
+    """
+    sources = [
+        f"{name}:{__file__}" if name == "webcam" else name for name, kind in SOURCES.items() if kind.device
+    ]
+    command = [sys.executable, "-c", textwrap.dedent(code), str(tmp_path), *sources]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=120)
+    assert done.returncode == 0, done.stderr
+    lines = done.stderr.strip().splitlines()
+    assert len(lines) == len(sources) == 6
+    for source, line in zip(sources, lines, strict=True):
+        assert line.startswith(f"studio camera: source {source.partition(':')[0]}") and "install" in line, (
+            line
+        )
+
+
+def test_a_model_file_that_is_missing_is_said(tmp_path):
+    command = [
+        sys.executable,
+        "-m",
+        "studio",
+        "camera",
+        "--source",
+        "webcam:missing.task",
+        "--spool",
+        str(tmp_path),
+    ]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=60)
+    assert done.returncode in (1, 2) and len(done.stderr.strip().splitlines()) == 1
+    assert "missing.task" in done.stderr or "mediapipe" in done.stderr
