@@ -93,7 +93,9 @@ def difference_work(
     if b is None:
         assert reference is not None
         file, how, kept = reference
-        placed = Placed.load(kept) if kept.is_file() else place_reference(take, a, file, how, kept)
+        if not kept.is_file():
+            place_reference(take, a, file, how, kept)
+        placed = Placed.load(kept)
         alignment, motion = Alignment(np.eye(4)), placed.motion
     else:
         other = Poses.load(b)

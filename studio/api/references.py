@@ -15,7 +15,7 @@ from studio.api.find import Finder
 from studio.api.measure_work import check_reference_work
 from studio.api.stage import Request as Body
 from studio.engine.errors import FormatError, StudioError
-from studio.take.placing import place_and_tell
+from studio.take.placing import place_reference, placed_facts
 from studio.take.references import (
     HowAligned,
     forget_placed,
@@ -103,10 +103,12 @@ def references_router(sessions: Path, finder: Finder) -> APIRouter:
 
     @router.get(prefix + "/{name}")
     def get_reference(session: str, take: str, name: str) -> dict[str, Any]:
-        """A reference: `bytes`, how it is aligned (`align_time`, `align`, `unit_m`), `aligned_with` (solves)."""
+        """A reference: `bytes`, how it is aligned (`align_time`, `align`, `unit_m`), and as `aligned_with`, by solve,
+        what was aligned away."""
         opened = finder.take(session, take)
         path = find_reference(opened, name)
-        placed = [solve for solve in opened.solve_names() if placed_path(opened, name, solve).is_file()]
+        found = {solve: placed_facts(placed_path(opened, name, solve)) for solve in opened.solve_names()}
+        placed = {solve: facts for solve, facts in found.items() if facts is not None}
         how = asdict(how_aligned(opened, name))
         return {"name": name, "bytes": path.stat().st_size, **how, "aligned_with": placed}
 
@@ -120,7 +122,7 @@ def references_router(sessions: Path, finder: Finder) -> APIRouter:
         if how != how_aligned(opened, name):
             forget_placed(opened, name)
         out = placed_path(opened, name, request.solve)
-        found = run_in_process(place_and_tell, opened.path, poses, path, how, out)
+        found = run_in_process(place_reference, opened.path, poses, path, how, out)
         keep_how_aligned(opened, name, how)
         return found
 

@@ -79,7 +79,9 @@ def placed_path(take: Take, name: str, solve: str) -> Path:
 def forget_placed(take: Take, name: str) -> None:
     """Delete what was derived of a reference: the file, or how it is aligned, is another now."""
     for solve in take.solve_names():
-        placed_path(take, name, solve).unlink(missing_ok=True)
+        placed = placed_path(take, name, solve)
+        placed.unlink(missing_ok=True)
+        placed.with_suffix(".json").unlink(missing_ok=True)
 
 
 def remove_reference(take: Take, name: str) -> None:

@@ -12,6 +12,7 @@ from studio.web.skeletons import bones
 
 _JOINT_RADIUS_M = 0.021
 _HIDDEN_M = 1e-5
+_INSIDE_M = 0.4
 _NO_BONES = np.zeros((1, 2, 3), dtype=np.float32)
 
 
@@ -60,10 +61,20 @@ class Ghost:
         self._body_frame = server.scene.add_frame(f"{name}/body", show_axes=False)
         self._body: Character | None = None
         self._figure: JointFigure | None = None
+        self.stands_inside = False
+        """Whether it is a skeleton now that stands where the performer does."""
 
-    def draw(self, result: StepResult) -> None:
-        """Show a character, or the joints of `fused` where `positions_m` is NaN."""
+    def draw(self, result: StepResult | None, hips_m: np.ndarray) -> None:
+        """Show a character, or the joints of `fused` where `positions_m` is NaN; None: nobody.
+
+        `hips_m` is where the first figure's hips are, shape (3,).
+        """
+        if result is None:
+            self.stands_inside = False
+            return
         as_body = bool(np.isfinite(result.positions_m).all())
+        away_m = np.linalg.norm((result.fused.positions - hips_m)[:, :2], axis=1)
+        self.stands_inside = not as_body and bool((away_m < _INSIDE_M).any())
         self._body_frame.visible = as_body
         if as_body:
             if self._body is None:

@@ -78,9 +78,14 @@ class Scene:
         if layer not in LAYERS:
             raise SettingsError(f"unknown layer {layer!r}; allowed: {', '.join(LAYERS)}")
         self._layers[layer].visible = shown
-        if layer in INSIDE:
-            inside = any(self.layer_shown(name) for name in INSIDE)
-            self._character.set_opacity(_SEEN_THROUGH if inside else None)
+        if layer in INSIDE or layer == "ghost":
+            self._see_through()
+
+    def _see_through(self) -> None:
+        """Let the body be seen through where skeletons are shown inside it."""
+        inside = any(self.layer_shown(name) for name in INSIDE)
+        inside |= self._ghost.stands_inside and self.layer_shown("ghost")
+        self._character.set_opacity(_SEEN_THROUGH if inside else None)
 
     def layer_shown(self, layer: str) -> bool:
         """Whether a layer of `LAYERS` is shown."""
@@ -137,8 +142,7 @@ class Scene:
             self._effectors.draw(result)
         if self.layer_shown("character"):
             self._character.draw(result.positions_m, result.rotations_wxyz)
-        if ghost is not None:
-            self._ghost.draw(ghost)
+        self._ghost.draw(ghost, result.positions_m[0])
         for name, figure in self._figures.items():
             figure.visible = name != "ghost" or ghost is not None
 

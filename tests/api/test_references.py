@@ -49,7 +49,7 @@ def test_aligned_compared_measured_removed_restored(recorded):
     assert found["aligned"]["kind"] == "similarity" and found["aligned"]["scale"] != 1.0
     assert found["from_s"] < 0.0 < found["to_s"]
     kept = http.get(where).json()
-    assert (kept["align_time"], kept["align"], kept["aligned_with"]) == (False, "similarity", ["live"])
+    assert (kept["align_time"], kept["align"], kept["aligned_with"]) == (False, "similarity", {"live": found})
     both = {"a": {"take": "tests/one", "solve": "live"}, "b": {"reference": "truth.csv"}}
     compared = http.post("/compare", json=both).json()
     assert set(compared["per_joint_mm"]) == {"hips", "head", "left_wrist"}

@@ -7,7 +7,7 @@ from pydantic import BaseModel, ConfigDict, Field
 
 from studio.engine.errors import SettingsError
 from studio.engine.metrics.placing import Placed
-from studio.take.placing import place_and_tell
+from studio.take.placing import place_reference
 from studio.take.references import how_aligned, placed_path, reference_path
 from studio.take.take import Take
 from studio.web.playback.clip import Clip
@@ -95,7 +95,7 @@ def playback_routes(player: Player, takes: Takes) -> APIRouter:
         kept = placed_path(take, wanted.reference, clip.solve)
         if not kept.is_file():
             file, how = reference_path(take, wanted.reference), how_aligned(take, wanted.reference)
-            run_in_process(place_and_tell, take.path, takes.solve(take, clip.solve), file, how, kept)
+            run_in_process(place_reference, take.path, takes.solve(take, clip.solve), file, how, kept)
         return Second.reference(clip.take, wanted.reference, Placed.load(kept).motion)
 
     @router.get("")

@@ -126,7 +126,7 @@ function form() {
     h("label", { class: "field" }, h("span", {}, t("blind.test_title")), h("input", { id: "test-title", type: "text", maxLength: 500, required: true, value: t("blind.default_title") })),
     h("label", { class: "field" }, h("span", {}, t("blind.question")), h("input", { id: "question", type: "text", maxLength: 500, required: true, value: t("blind.default_question") })),
     h("div", { class: "two" }, sideForm("a", t("blind.one_side"), query.get("a")), sideForm("b", t("blind.other_side"), query.get("b"))),
-    h("div", { class: "two" }, number("start", t("blind.from"), 0), number("end", t("blind.to"), 0)),
+    h("div", { class: "two" }, number("start", t("blind.from"), Number(query.get("start"))), number("end", t("blind.to"), Number(query.get("end")))),
     h("button", { type: "button", onclick: addPair }, t("blind.add")),
     h("ul", { id: "pairs" }),
     h("div", { class: "two" }, h("div", { class: "new-test" }, number("repeats", t("blind.repeats"), 0),

@@ -155,9 +155,7 @@ function difference() {
       t("compare.summary", { mean: number(found.mean_mm), p95: number(found.p95_mm), max: number(found.max_mm) }))),
     h("div", { class: "moments" }, found.worst.slice(0, 5).map((one) => h("button", {
       class: "small", type: "button", title: t("compare.go_there"), onclick: () => { state.joint = one.joint; goTo(frameOf(one.time_s)); updateCompare(); },
-    }, `${clock(secondsOf(one.time_s))}  ${t(`joint.${one.joint}`)}  ${number(one.mm)} mm`))),
-    h("details", { id: "compare-joints", open: localStorage.getItem("compare.joints") !== "closed", ontoggle: (event) => localStorage.setItem("compare.joints", event.currentTarget.open ? "open" : "closed") },
-      h("summary", {}, t("compare.per_joint")), jointTable(found, state.joint, chooseJoint)),
+    }, `${clock(secondsOf(one.time_s))}  ${t(`joint.${one.joint}`)}  ${number(one.mm)}`))),
   ];
 }
 
@@ -197,6 +195,10 @@ async function loadFigures(side) {
   updateCompare();
 }
 
+/** The part between the in and out points, as the page of blind tests takes it; 0: to the end. */
+const partOf = ({ first, last, frames, rate_hz: rate }) =>
+  new URLSearchParams({ start: (first / rate).toFixed(2), end: last < frames - 1 ? (last / rate).toFixed(2) : "0" });
+
 function figures() {
   const { take: takeId, solve, ghost } = replayed();
   const sides = [{ take: takeId, solve }, ...(ghost ? [ghost] : [])];
@@ -212,7 +214,7 @@ function figures() {
     ...failures.map((words) => h("p", { class: "bad" }, words)),
     h("p", { class: "muted hint" }, t(state.against ? "compare.marked" : "compare.marked_alone")),
     ghost?.solve && h("a", {
-      class: "button small", href: `blind?a=${encodeURIComponent(`${takeId}|${solve}`)}&b=${encodeURIComponent(`${ghost.take}|${ghost.solve}`)}`, title: t("replay.blind_hint"),
+      class: "button small", href: `blind?a=${encodeURIComponent(`${takeId}|${solve}`)}&b=${encodeURIComponent(`${ghost.take}|${ghost.solve}`)}&${partOf(replayed())}`, title: t("replay.blind_hint"),
     }, t("compare.blind")),
   ].filter(Boolean);
 }
@@ -232,9 +234,12 @@ export function updateCompare() {
   redraw(byId("compare-choice"), [takeId, solve, ghost, apart, offset, names, state.takes.map((one) => [one.id, one.solves])], choices);
   ask();
   redraw(byId("compare-difference"), [ghost, state.foundKey === keyNow() && state.foundKey, state.joint, state.failure], difference);
+  const found = state.foundKey === keyNow() ? state.found : null;
+  byId("compare-joints-panel").hidden = !ghost || !found;
+  if (found) redraw(byId("compare-joints"), [state.foundKey, state.joint], () => jointTable(found, state.joint, chooseJoint));
   loadFigures({ take: takeId, solve });
   if (ghost?.solve) loadFigures(ghost);
-  redraw(byId("compare-figures"), [takeId, solve, ghost, state.against, names, state.measured], figures);
+  redraw(byId("compare-figures"), [takeId, solve, ghost, state.against, names, state.measured, replay.first, replay.last], figures);
   state.references.draw();
   paint();
 }

@@ -17,7 +17,7 @@ const ALONE = [["jitter_mm", 2], ["jerk_m_s3", 0], ["foot_slide_cm_s", 1], ["bon
 
 const shown = (value, digits) => (value === null || value === undefined ? "–" : number(value, digits));
 
-/** Which of two figures is better: 0, 1, or -1 where neither is. */
+/** Which of two figures is better, the one nearer to `target`: 0, 1, or -1 where neither is. */
 export function better(a, b, target = 0) {
   if ([a, b].some((value) => value === null || value === undefined)) return -1;
   const [left, right] = [Math.abs(a - target), Math.abs(b - target)];
@@ -25,12 +25,15 @@ export function better(a, b, target = 0) {
   return left < right ? 0 : 1;
 }
 
+/** A row; the column of a reference, which has no figures, holds its own value of the figure where there is one. */
 function row(key, digits, figures, target) {
-  const values = figures.map((one) => one?.[key]);
-  const best = figures[0] && figures[1] ? better(values[0], values[1], target) : -1;
+  const values = figures.map((one) => (one ? shown(one[key], digits) : ""));
+  const best = figures[0] && figures[1] ? better(figures[0][key], figures[1][key], target ?? 0) : -1;
+  const own = figures.indexOf(null);
+  if (own >= 0 && typeof target === "number") values[own] = shown(target, digits);
   return h("tr", {}, h("th", { scope: "row", title: t(`figure.${key}.hint`) }, t(`figure.${key}`)),
-    values.map((value, side) => h("td", { class: side === best ? "better" : "" }, shown(value, digits),
-      side === best && h("span", { class: "sr", }, ` (${t("compare.better")})`))));
+    values.map((value, side) => h("td", { class: side === best ? "better" : "" }, value,
+      side === best && h("span", { class: "sr" }, ` (${t("compare.better")})`))));
 }
 
 function group(title, rows) {
@@ -39,11 +42,11 @@ function group(title, rows) {
 
 /** The figures of two motions, each `{own, reference}`, null for a motion that has none; `names` head the columns. */
 export function figureTable(names, figures) {
-  const own = figures.map((one) => one?.own);
-  const against = figures.map((one) => one?.reference);
+  const own = figures.map((one) => one?.own ?? null);
+  const against = figures.map((one) => one?.reference ?? null);
   const measured = against.find(Boolean);
   const rows = (keys, from) => keys.filter(([key]) => from.some((one) => one && one[key] !== null && one[key] !== undefined))
-    .map(([key, digits, target]) => row(key, digits, from, target ? measured[target] ?? 0 : 0));
+    .map(([key, digits, target]) => row(key, digits, from, target && measured ? measured[target] : undefined));
   return h("table", { class: "figures" },
     h("thead", {}, h("tr", {}, h("td", {}), names.map((name, side) => h("th", { scope: "col", title: name },
       h("span", { class: `swatch side-${side}`, aria: { hidden: "true" } }), h("span", { class: "name" }, name))))),

@@ -52,7 +52,7 @@ export class ReferenceSection {
     Object.assign(this, { chosen: name, details: null, aligned: null });
     const details = await attempt(() => getReference(this.take, name));
     if (this.chosen !== name || !details) return;
-    this.details = details;
+    Object.assign(this, { details, aligned: details.aligned_with[this.solve] ?? null });
     this.changed();
   }
 
@@ -158,7 +158,7 @@ export class ReferenceSection {
     const { details, aligned } = this;
     const check = (id, label, title, checked) => h("label", { class: "check", title }, h("input", { id, type: "checkbox", checked, onchange: () => this.align() }), label);
     return h("div", { class: "reference-settings" },
-      check("reference-own-clock", t("reference.own_clock"), t("reference.own_clock_hint"), details.align_time || !details.aligned_with.length),
+      check("reference-own-clock", t("reference.own_clock"), t("reference.own_clock_hint"), details.align_time || !Object.keys(details.aligned_with).length),
       check("reference-size", t("reference.size"), t("reference.size_hint"), details.align === "similarity"),
       this.chosen.endsWith(".bvh") && h("label", { class: "field", title: t("reference.unit_hint") }, h("span", {}, t("reference.unit")),
         h("input", { id: "reference-unit", type: "number", min: 0, step: "any", value: details.unit_m ?? "", placeholder: t("reference.unit_by_height"), onchange: () => this.align() })),

@@ -49,7 +49,8 @@ def test_a_solve_is_replayed_with_keys_and_pointer(address: str, page: Page) -> 
 def test_state_survives_a_reload_and_a_ghost_is_chosen(address: str, page: Page) -> None:
     page.goto(address)
     page.get_by_role("button", name="Replay one, solve studio").click()
-    page.locator("#replay-ghost").select_option("monday/two|studio")
+    page.locator("#replay-compare").click()
+    page.locator("#compare-b").select_option("monday/two|studio")
     expect(page.locator("#replay-value")).to_contain_text("m")
     page.locator("#replay-joint").select_option("RightFoot")
     page.locator("#replay-joint").focus()
