@@ -8,7 +8,7 @@ from websockets.sync.client import ClientConnection, connect
 from studio import wire
 from tests.live.performer import frame, hello
 
-WAIT_S = 30.0
+WAIT_S = 120.0
 
 
 def wait_until(happened: Callable[[], bool], what: str) -> None:

@@ -5,9 +5,9 @@ Personnel", NATICK/TR-15/007, 2014, means of men and women; lengths of bones are
 (Drillis & Contini 1966). Joint centres lie under the skin where the literature has them: the hip joints 0.104
 apart (Bell, Pedersen & Brand 1990) and before the middle of the pelvis's depth; the middle of the upper arm's head a
 centimetre inside the acromion's edge (half of the biacromial breadth, 0.115, ANSUR; Nyffeler et al., "Association of
-a large lateral extension of the acromion with rotator cuff tears", JBJS 2006). Upper arms and forearms reach from joint
-centre to joint centre: de Leva, "Adjustments to Zatsiorsky-Seluyanov's segment inertia parameters", J. Biomechanics 29,
-1996, means of men and women.
+a large lateral extension of the acromion with rotator cuff tears", JBJS 2006). Upper arms and forearms
+reach from joint centre to joint centre: de Leva, "Adjustments to Zatsiorsky-Seluyanov's segment inertia parameters",
+J. Biomechanics 29, 1996, means of men and women.
 """
 
 from dataclasses import dataclass

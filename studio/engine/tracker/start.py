@@ -14,6 +14,10 @@ from studio.engine.tracker.silhouette import Silhouette
 Array = NDArray[np.float64]
 
 _TRUNK_BAND = (0.45, 0.80)
+_LIKELY_TRUNK = (0.36, 0.64)
+"""The trunk's heights as shares of the highest point's, whether that is the head or a hand."""
+_HEAD_REACH_M = 0.14
+"""The head is so near to the middle of the trunk, seen from above [m]."""
 _HALF_DEPTH_M = 0.09
 _FACING_AWAY_COST_M2 = 1.0
 """Who starts usually faces the cameras: the opposite must explain this much more [m2]."""
@@ -30,8 +34,16 @@ class Start:
 
 
 def height_of(points: Points) -> float:
-    """Return the height of who stands there [m], within what people are."""
-    return float(np.clip(np.percentile(points.places[:, 2], 99.5) + 0.005, 0.8, 2.2))
+    """Return the height of who stands there [m], within what people are; arms that are held up do not count."""
+    heights = points.places[:, 2]
+    top = float(np.percentile(heights, 99.5))
+    trunk = (heights > _LIKELY_TRUNK[0] * top) & (heights < _LIKELY_TRUNK[1] * top)
+    if trunk.any():
+        middle = np.median(points.places[trunk, :2], axis=0)
+        above = np.linalg.norm(points.places[:, :2] - middle, axis=1) < _HEAD_REACH_M
+        if above.any():
+            top = float(np.percentile(heights[above], 99.5))
+    return float(np.clip(top + 0.005, 0.8, 2.2))
 
 
 def shape_of_height(height_m: float) -> Array:
@@ -99,7 +111,7 @@ def cold_start(
                 pose, _ = search.search(limb, figure, pose, fit.distance, points, silhouettes, loose)
             fit = fitter.fit(figure, pose, points, silhouettes, loose, iterations=4, reach=0.12)
         cost = cost_of(search, figure, fit, points, silhouettes)
-        if np.cos(yaw - headings[0]) < -0.3:
+        if np.cos(heading(fit.pose) - headings[0]) < -0.3:
             cost += _FACING_AWAY_COST_M2 * len(points.places) / 1000.0
         if best is None or cost < best.cost_m2:
             best = Start(figure, fit, cost)
