@@ -3,6 +3,7 @@
 import asyncio
 import re
 import sys
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import numpy as np
@@ -49,7 +50,8 @@ def take(source, count: int) -> list:
     async def frames():
         return [frame async for _, frame in counted(source.frames(), count)]
 
-    return asyncio.run(frames())
+    with ThreadPoolExecutor(1) as thread:  # a browser's loop may run in this one
+        return thread.submit(asyncio.run, frames()).result()
 
 
 async def counted(frames, count: int):

@@ -78,8 +78,11 @@ def read_cameras(path: Path, notes: list[str]) -> tuple[tuple[ReadCamera, ...], 
 def _open(path: Path) -> "InputContainer":
     import av
 
+    lenient = (
+        {"metadata_errors": "replace"} if int(av.__version__.split(".")[0]) < 19 else {}
+    )  # as 19 is by itself
     try:
-        return av.open(str(path), "r", format="matroska", metadata_errors="replace")
+        return av.open(str(path), "r", format="matroska", **lenient)
     except (av.error.FFmpegError, OSError) as error:
         raise FormatError(f"{path} cannot be read as a Matroska file ({error.strerror})") from error
 
