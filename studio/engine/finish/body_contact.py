@@ -13,7 +13,7 @@ from studio.engine.joints import INDEX
 from studio.engine.tracker.body import CONES
 
 GIVES_M = 0.010
-SIGMA_M = 0.005
+SIGMA_M = 0.007
 """Parts may be so deep in each other, and beyond that have this deviation [m]."""
 
 NEAR_M = 0.005

@@ -1,10 +1,10 @@
 """Which ankles and toes stand, when and where: found in a first smooth pass over the take."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import binary_closing, binary_opening, gaussian_filter1d
+from scipy.ndimage import binary_closing, binary_opening, binary_propagation, gaussian_filter1d
 
 from studio.engine.completion.floor import LEAST_HEIGHT
 from studio.engine.finish.places import places_of
@@ -57,6 +57,21 @@ class Contacts:
         """The contacts of some frames."""
         return Contacts(self.hold[rows], self.place_m[rows], self.floor_m, self.least_m)
 
+    def at_places_of(self, feet: NDArray[np.float64], pieces: list[tuple[int, int]], dt: float) -> "Contacts":
+        """The same stances at the places where another trajectory's feet stand; arguments as of `find_contacts`.
+
+        An ankle and a toe of which each has a place of its own may be further apart than the foot is long; where
+        they are held together they agree on places between, and a toe stays there when its heel comes up.
+        """
+        place = feet.copy()
+        for begin, end in pieces:
+            for column in range(len(JOINTS)):
+                for first, last in _runs(self.hold[begin:end, column] > 0.0):
+                    rows = slice(begin + first, begin + last)
+                    place[rows, column] = places_of(feet[rows, column], dt)
+        np.maximum(place[:, :, 2], self.least_m, out=place[:, :, 2])
+        return replace(self, place_m=place)
+
 
 def find_contacts(
     feet: NDArray[np.float64], pieces: list[tuple[int, int]], dt: float, rest_heights_m: NDArray[np.float64]
@@ -79,15 +94,12 @@ def find_contacts(
         standing[begin:end] = _steady(_through(standing[begin:end], still[begin:end]), gap, least)
     floor_m = _floor_m(feet, standing, rest_heights_m)
     least_m = floor_m + LEAST_HEIGHT * rest_heights_m
-    hold, place = np.zeros(standing.shape), feet.copy()
+    hold = np.zeros(standing.shape)
     for begin, end in pieces:
         for column in range(len(JOINTS)):
             for first, last in _runs(standing[begin:end, column]):
-                rows = slice(begin + first, begin + last)
-                hold[rows, column] = _eased(last - first, dt)
-                place[rows, column] = places_of(feet[rows, column], dt)
-    np.maximum(place[:, :, 2], least_m, out=place[:, :, 2])
-    return Contacts(hold, place, floor_m, least_m)
+                hold[begin + first : begin + last, column] = _eased(last - first, dt)
+    return Contacts(hold, feet, floor_m, least_m).at_places_of(feet, pieces, dt)
 
 
 def _speed(feet: NDArray[np.float64], dt: float) -> NDArray[np.float64]:
@@ -99,9 +111,12 @@ def _speed(feet: NDArray[np.float64], dt: float) -> NDArray[np.float64]:
 
 
 def _through(standing: NDArray[np.bool_], still: NDArray[np.bool_]) -> NDArray[np.bool_]:
-    """Standing, and what lies between two stances where the joint is still all the time."""
+    """Standing, and where the joint is still: between two stances all the time; a toe before and after them too."""
     out = standing.copy()
     for column in range(standing.shape[1]):
+        if column in _TOES:
+            out[:, column] = binary_propagation(standing[:, column], mask=still[:, column])
+            continue
         for first, last in _runs(~standing[:, column]):
             between = first > 0 and last < len(standing)
             out[first:last, column] = between and still[first:last, column].all()

@@ -22,6 +22,7 @@ from studio.engine.finish.contacts import JOINTS, Contacts, find_contacts
 from studio.engine.finish.lost_limbs import bring_back, far_limbs
 from studio.engine.finish.measurements import Measurements, NoiseScale, measure, swapped
 from studio.engine.finish.smoother import Smoother
+from studio.engine.finish.soles import lift_m
 from studio.engine.finish.store import Store
 from studio.engine.finish.trajectory import Kinematics
 from studio.engine.frames import StepResult
@@ -70,7 +71,7 @@ class Finisher:
             Skeleton.of(performer), human_limits=limited, flexibility=settings.flexibility
         )
         self._dt = 1.0 / settings.output_hz
-        self._kinematics = Kinematics(humanoid)
+        self._humanoid, self._kinematics = humanoid, Kinematics(humanoid)
         effectors, usual = settings.effectors, SolveSettings().effectors
         self._reach = np.array([effectors[name].reach / usual[name].reach for name in CANONICAL])
         self._first, self._smoother = (
@@ -115,12 +116,15 @@ class Finisher:
         lifted_m, contacts = 0.0, None
         if self._with_contacts:
             contacts = find_contacts(self._feet(q), pieces, self._dt, self._rest_heights_m)
-            for _ in range(CONTACT_ITERATIONS):
+            for iteration in range(CONTACT_ITERATIONS):
+                if iteration > 0:
+                    contacts = contacts.at_places_of(self._feet(q), pieces, self._dt)
                 self._step(q, pieces, contacts)
-            lifted_m = -contacts.floor_m
         q = self._smoother.within_limits(q)
         if self._physics is not None:
             q = self._with_physics(self._physics, q, pieces, contacts)
+        if contacts is not None:
+            lifted_m = lift_m(self._humanoid, q, contacts, self._rest_heights_m)
         squared_radii = self._squared_radii(q, pieces)
         q[:, 2] += lifted_m
         yield from self._posed(q, squared_radii, lifted_m)

@@ -1,0 +1,52 @@
+"""How far a finished take is lifted, so that it stands on the floor with its soles."""
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+
+from studio.engine.export.skeleton import SOLE_BELOW_JOINT_M
+from studio.engine.finish.contacts import Contacts
+from studio.engine.human.model import Humanoid
+
+LOWEST_PERCENT = 5.0
+"""The lowest standing sole is under the floor in so many of a take's frames: shoes give."""
+
+GIVES_M = 0.007
+DEEP_PERCENT = 1.0
+"""And the lowest of all soles, standing or not, further under it than the first in so many frames at most."""
+
+_BODIES = ("LeftFoot", "LeftToeBase", "RightFoot", "RightToeBase")
+
+
+def lift_m(
+    humanoid: Humanoid, q: NDArray[np.float64], contacts: Contacts, rest_heights_m: NDArray[np.float64]
+) -> float:
+    """Return how far to lift a take [m]; negative = it hovers and is let down.
+
+    Feet that stand are at the height at which cameras see their joints, which is a centimetre or two off that of
+    the exported sole; the same everywhere, so that one shift of the take mends it.
+
+    Args:
+        q: finished configurations, shape (frame_count, nq).
+        contacts: of the same frames.
+        rest_heights_m: heights of `contacts.JOINTS` in the T-pose [m], shape (4,).
+    """
+    soles = _soles_m(humanoid, q, rest_heights_m - rest_heights_m.min() + SOLE_BELOW_JOINT_M)
+    standing = np.where(contacts.hold > 0.0, soles, np.inf).min(axis=1)
+    standing = standing[np.isfinite(standing)]
+    if len(standing) == 0:
+        return -contacts.floor_m
+    deep = np.percentile(soles.min(axis=1), DEEP_PERCENT) + GIVES_M
+    return -float(min(np.percentile(standing, LOWEST_PERCENT), deep))
+
+
+def _soles_m(humanoid: Humanoid, q: NDArray[np.float64], below_m: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Heights of the places so far under `contacts.JOINTS`, which turn with the feet [m], shape (frame_count, 4)."""
+    model, data = humanoid.model, mujoco.MjData(humanoid.model)
+    bodies = [model.body(name).id for name in _BODIES]
+    out = np.empty((len(q), len(bodies)))
+    for t, configuration in enumerate(q):
+        data.qpos[:] = configuration
+        mujoco.mj_kinematics(model, data)
+        out[t] = data.xpos[bodies, 2] - data.xmat[bodies, 8] * below_m
+    return out

@@ -1,0 +1,40 @@
+"""A finished take stands on the floor with its soles."""
+
+import numpy as np
+import pytest
+
+from studio.engine.finish.contacts import find_contacts
+from studio.engine.finish.soles import lift_m
+from studio.engine.human.model import build_humanoid
+from studio.engine.human.skeleton import Skeleton
+from studio.engine.joints import INDEX, OUTPUT_OF_CANONICAL_INDEX
+from studio.engine.tracker.body import performer_of
+
+REST_M = np.array([0.08, 0.04, 0.08, 0.04])
+DT = 1 / 60
+
+
+def _contacts(feet):
+    return find_contacts(feet, [(0, len(feet))], DT, REST_M)
+
+
+@pytest.mark.parametrize("off_m", [0.02, -0.03])
+def test_a_take_that_hovers_or_sinks_is_brought_to_the_floor(off_m):
+    """In the T-pose the ball of the foot stands 2 cm over the sole, as exports have it."""
+    humanoid = build_humanoid(Skeleton.of(performer_of(np.zeros(11))))
+    joints = [INDEX[name] for name in ("left_ankle", "left_toe", "right_ankle", "right_toe")]
+    rest_m = humanoid.skeleton.rest_positions_m[OUTPUT_OF_CANONICAL_INDEX[joints]]
+    q = np.tile(humanoid.rest_qpos, (90, 1))
+    q[:, 7:] = 0.0
+    q[:, 2] += off_m
+    feet = np.tile(rest_m + np.array([0.0, 0.0, off_m]), (90, 1, 1))
+    contacts = find_contacts(feet, [(0, 90)], DT, rest_m[:, 2])
+    assert lift_m(humanoid, q, contacts, rest_m[:, 2]) == pytest.approx(0.02 - rest_m[1, 2] - off_m, abs=1e-6)
+
+
+def test_a_take_without_a_stance_is_not_moved():
+    humanoid = build_humanoid(Skeleton.of(performer_of(np.zeros(11))))
+    feet = np.zeros((30, 4, 3))
+    feet[:, :, 0] = np.linspace(0.0, 2.0, 30)[:, None]
+    contacts = _contacts(feet)
+    assert lift_m(humanoid, np.tile(humanoid.rest_qpos, (30, 1)), contacts, REST_M) == 0.0
