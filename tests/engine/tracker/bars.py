@@ -23,9 +23,9 @@ from studio.engine.tracker.tracker import Tracker
 from tests.engine.tracker.scenes import LIMBS
 
 HZ = 30
-T_POSE_S, BEFORE_S, SECONDS = 2.5, 0.5, 6.0
-"""Every motion begins with a T-pose, in which the body's shape is found; then comes half a second before the part
-that counts, and that part."""
+T_POSE_S, BEFORE_S, SECONDS = 2.5, 1.5, 6.0
+"""Every motion begins with a T-pose, in which the body's shape is found; the rest of the calibration part is left out
+but for a second and a half, in which the tracker finds the performer again; then comes the part that counts."""
 
 OFF_M, DOUBTED, NEAR_M = 0.10, 0.75, 0.03
 
