@@ -39,6 +39,7 @@ class _Arrival(NamedTuple):
     arrival_ns: int
     device_ns: int
     sequence: int
+    confidence: float
 
 
 class LiveCamera:
@@ -110,8 +111,10 @@ class LiveCamera:
         """Count a frame, given to the pipeline or not."""
         self.frames += 1
         self.heard_ns = arrival_ns
-        self._arrivals.append(_Arrival(arrival_ns, frame.device_time_ns, frame.sequence))
-        if np.count_nonzero(frame.confidence) >= LEAST_JOINTS:
+        seen = frame.confidence[frame.confidence > 0.0]
+        sure = float(seen.mean()) if len(seen) else 0.0
+        self._arrivals.append(_Arrival(arrival_ns, frame.device_time_ns, frame.sequence, sure))
+        if len(seen) >= LEAST_JOINTS:
             self._seen_ns = arrival_ns
 
     def took(self, frame: CameraFrame) -> None:
@@ -141,6 +144,7 @@ class LiveCamera:
             latencies = np.array([(one.arrival_ns - model.stage_ns(one.device_ns)) * 1e-6 for one in recent])
             latency, jitter = round(float(np.median(latencies)), 2), round(float(latencies.std()), 2)
         rate, loss = _rate([one.arrival_ns for one in recent]), _loss([one.sequence for one in recent])
+        sure = None if not recent else round(float(np.mean([one.confidence for one in recent])), 3)
         state, starved, reason = self._state(now_ns, calibrated, rate, latency, loss)
         client = self.client
         return {
@@ -159,6 +163,7 @@ class LiveCamera:
             "latency_ms": latency,
             "jitter_ms": jitter,
             "loss_percent": None if loss is None else round(100.0 * loss, 1),
+            "confidence": sure,
             "clock": self._clock_status(),
             "frames": self.frames,
             "skipped": self.skipped,

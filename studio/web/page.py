@@ -1,4 +1,4 @@
-"""The pages (Jinja2): `/`, `/signin`, `/blind`, `/remote`, `/vote/TOKEN`; their static files: plain ES modules."""
+"""The pages (Jinja2): `/`, `/signin`, `/blind`, `/remote`, `/camera`, `/vote/TOKEN`; their static files: plain ES modules."""
 
 import secrets
 from importlib import metadata
@@ -38,6 +38,10 @@ def add_page(app: FastAPI, *, sessions: Path) -> None:
     @router.get("/signin")
     async def sign_in_page(request: Request) -> HTMLResponse:
         return page(request, "signin.html", {})
+
+    @router.get("/camera")
+    async def camera_page(request: Request) -> HTMLResponse:
+        return page(request, "camera.html", {})
 
     @router.get("/blind")
     async def blind_page(request: Request) -> HTMLResponse:

@@ -16,6 +16,7 @@ SIGN_IN_PATH = "/signin"
 SIGN_IN_API = "/api/v1/access/signin"
 _OPEN = {SIGN_IN_PATH, SIGN_IN_API, LINK_PATH, "/static/studio.css", "/static/signin.js", "/static/icon.svg"}
 _OPEN |= {"/health", "/static/theme.js"}
+_OPEN |= {"/camera", "/static/camera_page.js", "/static/camera_command.js", "/static/cameras.css"}
 _OPEN_BELOW = (
     "/vote/",
     "/share/",
@@ -31,6 +32,7 @@ _OPEN_BELOW = (
 _LOOKS = {"GET", "HEAD", "OPTIONS"}
 _SIGN_OUT_API = "/api/v1/access/signout"
 _NOT_FOR_VIEWERS = ("/blind", "/remote", "/api/v1/remote", "/api/v1/blind", "/api/v1/shares", "/api/v1/access/")
+_NOT_FOR_VIEWERS += ("/api/v1/recordings",)
 _NOT_FOR_VIEWERS_AT_ALL = ("/export", "/file", "/report")
 """What begins, and what ends with these: takes' data, links, and what would unblind a test."""
 

@@ -147,7 +147,7 @@ function showStatus(status) {
     state.cameras = names;
     attempt(async () => { state.colours = (await getView()).colours; });
   }
-  updateCameras(status.cameras, state.colours, status.recording.active);
+  updateCameras(status.cameras, state.colours, status.recording.active, state.local);
   updateDisk(status.recording);
   updateLevels(status.cameras, state.colours);
   updateWarnings(status);
@@ -168,6 +168,8 @@ function showStatus(status) {
 }
 
 function showMessage(message) {
+  state.local = message.local_cameras;
+  state.colours = message.view.colours;
   showStatus(message.status);
   hearJobs(message.jobs);
   if (state.switches) showJobs(message.jobs);
