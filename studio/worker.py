@@ -10,8 +10,10 @@ import logging
 import multiprocessing
 import signal
 import threading
+import time
 import traceback
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from multiprocessing.connection import Connection
 from multiprocessing.process import BaseProcess
@@ -24,6 +26,9 @@ _log = logging.getLogger(__name__)
 
 _NICENESS = 10
 """Recording and the live stage come first where cores are short."""
+
+_SHORT_S = 4.0
+"""Work of less computing time gives way to nothing: somebody looks at the screen and waits for it."""
 
 _PRELOADED = ("studio.replay", "studio.engine.export", "studio.warming")
 """Modules that a process loads before there is work; it calls `prepare` of those that have one."""
@@ -165,7 +170,8 @@ def run_in_process(
 def _work(connection: Connection, preloaded: tuple[str, ...]) -> None:
     """Do one work after the other until the server closes the connection."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the server, which ends its workers
-    lower_priority(_NICENESS)
+    if not preloaded:
+        lower_priority(_NICENESS)
     for name in preloaded:
         prepare = getattr(importlib.import_module(name), "prepare", None)
         if prepare is not None:
@@ -178,9 +184,31 @@ def _work(connection: Connection, preloaded: tuple[str, ...]) -> None:
         if work is None:
             continue  # a word to stop that came after the end
         try:
-            connection.send(_answer(connection, *work))
+            with _giving_way() as gave_way:
+                kind, value, stays = _answer(connection, *work)
+            connection.send((kind, value, stays and not gave_way.is_set()))
         except BrokenPipeError:
             return  # the server has gone
+
+
+@contextmanager
+def _giving_way() -> Iterator[threading.Event]:
+    """Lower this process's priority for good once the work in the block has computed for long; the event tells."""
+    done, gave_way = threading.Event(), threading.Event()
+    until_s = time.process_time() + _SHORT_S
+
+    def watch() -> None:
+        while not done.wait(0.5):
+            if time.process_time() > until_s:
+                lower_priority(_NICENESS)
+                gave_way.set()
+                return
+
+    threading.Thread(target=watch, daemon=True).start()
+    try:
+        yield gave_way
+    finally:
+        done.set()
 
 
 def _answer(

@@ -50,16 +50,23 @@ class Jobs:
         self._listeners: set[Callable[[], None]] = set()
 
     def submit(
-        self, kind: str, take: str, name: str, function: Callable[..., Any], *args: Any, **kwargs: Any
+        self,
+        kind: str,
+        take: str,
+        name: str,
+        function: Callable[..., Any],
+        *args: Any,
+        then: Callable[[Any], None] = lambda value: None,
+        **kwargs: Any,
     ) -> Job:
         """Begin `function(*args, progress=..., **kwargs)`, of a module's top level, in a process of its own; return
-        the job."""
+        the job. `then` is called in this process with what it returned, before the job is done."""
         job = Job(str(next(self._numbers)), kind, take, name)
 
-        def work(progress: Callable[[float], None]) -> Any:
-            return run_in_process(
-                function, *args, on_progress=progress, should_stop=lambda: job.state == REPLACED, **kwargs
-            )
+        def work(progress: Callable[[float], None]) -> None:
+            stop = lambda: job.state == REPLACED  # noqa: E731
+            value = run_in_process(function, *args, on_progress=progress, should_stop=stop, **kwargs)
+            then(value)
 
         return self._add(job, work)
 

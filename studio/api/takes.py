@@ -1,10 +1,9 @@
 """Routes of the takes on disk: list, detail, solve again, export."""
 
-from dataclasses import replace
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, Literal, Protocol
 
-from fastapi import APIRouter, Query
+from fastapi import APIRouter, Query, Request
 from fastapi.responses import FileResponse
 from pydantic import Field
 
@@ -12,11 +11,12 @@ from studio.api.errors import RESPONSES
 from studio.api.find import Finder
 from studio.api.jobs import Jobs
 from studio.api.rigs import find_rig
-from studio.api.stage import Request
+from studio.api.stage import Request as Body
 from studio.api.switches import from_request
 from studio.api.thumbnails import Thumbnails
-from studio.api.work import export_work, solve_work
+from studio.api.work import draft_work, export_work, solve_work
 from studio.engine.export.options import ExportOptions
+from studio.engine.poses import Poses
 from studio.take.names import inside
 from studio.take.presets import Presets
 from studio.take.sessions import list_takes, take_info
@@ -25,7 +25,7 @@ from studio.take.take import Take
 from studio.worker import run_in_process
 
 
-class SolveRequest(Request):
+class SolveRequest(Body):
     """How a take is solved again."""
 
     preset: str = "studio"
@@ -34,13 +34,17 @@ class SolveRequest(Request):
     )
     name: str | None = Field(None, description="name of the solve; the preset's where left out")
     as_live: bool = Field(False, description="repeat the live stage bit for bit; preset and set are not used")
-    draft: bool = Field(False, description="a first look: without finishing and physics")
+    draft: bool = Field(
+        False,
+        description="a first look at what is around the playhead where this take is replayed: shown there, without "
+        "finishing and physics, and not kept",
+    )
 
 
 Format = Literal["fbx", "bvh", "glb", "c3d", "trc", "csv", "npz", "usd"]
 
 
-class ExportRequest(Request):
+class ExportRequest(Body):
     """A format and its options, as `studio export` has them; what a format does not understand is refused."""
 
     format: Format
@@ -69,6 +73,20 @@ class ExportRequest(Request):
         return ExportOptions(**{**values, "take_name": self.take_name or take})
 
 
+class Replayer(Protocol):
+    """What replays takes, as the app's `state.player`."""
+
+    def part(self, take: str) -> tuple[float, float]:
+        """Return the stage times around the playhead [s].
+
+        Raises:
+            SettingsError: this take is not replayed.
+        """
+
+    def show_part(self, take: str, poses: Poses) -> None:
+        """Show these poses instead of those of the take's solve at their times."""
+
+
 def takes_router(
     sessions: Path, finder: Finder, jobs: Jobs, presets: Presets, thumbnails: Thumbnails
 ) -> APIRouter:
@@ -92,20 +110,27 @@ def takes_router(
         return {**finder.line(take_info(path)), "meta": opened.meta, "solve_details": solves}
 
     @router.post("/takes/{session}/{take}/solves", status_code=202)
-    def solve(session: str, take: str, request: SolveRequest) -> dict[str, Any]:
+    def solve(session: str, take: str, request: SolveRequest, http: Request) -> dict[str, Any]:
         """Solve the take's raw frames again; returns the job. An older one of this name is stopped."""
         opened = finder.take(session, take)
         settings = from_request(presets, request.preset, request.set)
-        if request.draft:
-            settings = replace(settings, finish="off", physics="off")
         name = request.name or ("as-live" if request.as_live else request.preset)
         opened.solve_folder(name)
         if not request.as_live:
             settings.camera_names(tuple(opened.calibration().cameras))
-        args = (opened.path, settings.to_json(), name, request.as_live)
-        kind = "draft" if request.draft else "solve"
-        jobs.replace(("draft", "solve") if request.draft else ("solve",), f"{session}/{take}", name)
-        job = jobs.submit(kind, f"{session}/{take}", name, solve_work, *args)
+        id_ = f"{session}/{take}"
+        if request.draft:
+            player: Replayer = http.app.state.player
+            start_s, end_s = player.part(id_)
+            jobs.replace(("draft", "solve"), id_, name)
+            work = (opened.path, settings.to_json(), start_s, end_s)
+            job = jobs.submit(
+                "draft", id_, name, draft_work, *work, then=lambda poses: player.show_part(id_, poses)
+            )
+        else:
+            jobs.replace(("solve",), id_, name)
+            args = (opened.path, settings.to_json(), name, request.as_live)
+            job = jobs.submit("solve", id_, name, solve_work, *args)
         return jobs.get(job.id)
 
     @router.get("/takes/{session}/{take}/solves/{solve}/export", response_class=FileResponse)

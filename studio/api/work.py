@@ -20,6 +20,17 @@ def solve_work(
     )
 
 
+def draft_work(
+    path: Path, settings: dict[str, Any], start_s: float, end_s: float, *, progress: Callable[[float], None]
+) -> Any:
+    """Return the `Poses` of a part of the take at `path`, from `start_s` to `end_s` of stage time."""
+    from studio.engine.settings import SolveSettings
+    from studio.replay import solve_part
+    from studio.take.take import Take
+
+    return solve_part(Take.open(path), SolveSettings.from_json(settings), start_s, end_s, progress=progress)
+
+
 def export_work(poses: Path, out: Path, format: str, options: ExportOptions, rig: Path | None = None) -> None:
     """Export the `poses.npz` to `out`, onto a rig where one is given."""
     from studio.engine.export import export

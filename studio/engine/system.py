@@ -40,9 +40,10 @@ def hold(path: Path) -> int | None:
 
 
 def lower_priority(niceness: int) -> None:
-    """Let other processes come first, where the system can."""
-    if hasattr(os, "nice"):
-        os.nice(niceness)
+    """Let other processes come first, where the system can; of a process with threads, its main thread gives way."""
+    if hasattr(os, "setpriority"):
+        own = os.getpid()
+        os.setpriority(os.PRIO_PROCESS, own, os.getpriority(os.PRIO_PROCESS, own) + niceness)
 
 
 def limit_memory(most_bytes: int) -> None:

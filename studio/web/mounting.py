@@ -76,6 +76,7 @@ def mount(app: FastAPI, stage: Stage, *, sessions: Path, takes: Takes) -> ViewHa
     app.include_router(viewer_routes(view.port))
     app.include_router(view_routes(view))
     app.include_router(playback_routes(player, takes))
+    app.state.player = player
     app.state.events["replay"] = player.status
     app.state.events["view"] = lambda: view_state(view).model_dump()
     add_page(app, sessions=sessions)

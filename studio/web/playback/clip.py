@@ -1,6 +1,6 @@
 """A solve of a take, loaded for replay."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -76,6 +76,20 @@ class Clip:
             poses.confidence[frame],
             poses.uncertainty_mm[frame],
         )
+
+    def with_part(self, part: Poses) -> "Clip":
+        """Return the clip with these poses, of the output skeleton, at their times; what those frames were made of
+        stays as it was."""
+        times = self.poses.time_s
+        rows = np.flatnonzero((times >= part.time_s[0] - 1e-6) & (times <= part.time_s[-1] + 1e-6))
+        after = np.clip(np.searchsorted(part.time_s, times[rows]), 1, max(part.frame_count - 1, 1))
+        nearer = (times[rows] - part.time_s[after - 1]) < (part.time_s[after] - times[rows])
+        of = after - nearer
+        changed = {}
+        for name in ("positions_m", "rotations_wxyz", "confidence", "uncertainty_mm"):
+            changed[name] = getattr(self.poses, name).copy()
+            changed[name][rows] = getattr(part, name)[of]
+        return replace(self, poses=replace(self.poses, **changed))
 
     def nearest(self, time_s: float) -> int:
         """Return the frame nearest to a stage time [s]."""

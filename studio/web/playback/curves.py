@@ -22,7 +22,8 @@ def curves(clip: Clip, joint: str, points: int = MAX_POINTS) -> dict[str, Any]:
     """Return the curves of an output joint, thinned to about `points` frames that keep every curve's extremes.
 
     Returns:
-        `frame` (indices), `start_s` (stage time of the first frame), `time_s` (from there on), `position_m` (`x`, `y`, `z`), `speed_m_s`, `confidence`, `uncertainty_mm`;
+        `frame` (indices), `start_s` (stage time of the first frame), `time_s` (from there on), `position_m` (`x`,
+        `y`, `z`), `speed_m_s`, `confidence`, `uncertainty_mm`;
         `cameras`, by name a list of spans `[first, last, reason]` in which the camera's joint was not used although
         the camera saw it; `used`, by name the spans `[first, last]` in which it was; `stance`, by side the spans in
         which a foot stands; `spikes`, the spans in which the joint goes 10 cm along an axis, as seen from the chest,

@@ -11,12 +11,15 @@ from numpy.typing import NDArray
 from studio.engine.calibration.result import Calibration
 from studio.engine.errors import SettingsError
 from studio.engine.frames import StepResult
+from studio.engine.poses import Poses, on_output_joints
 from studio.web.playback.clip import Clip
 from studio.web.playback.second import Second
 
 SPEEDS = (0.05, 4.0)
 TICK_S = 1.0 / 60.0
 TRAIL_FRAMES = 90
+PART_S = (0.3, 1.2)
+"""How much before and after the playhead a first look shows [s]."""
 GHOST_OFFSET_MS = 3_600_000.0
 GHOST_APART_M = 5.0
 """How far the second figure may be moved, in time and to the side."""
@@ -83,6 +86,25 @@ class Player:
             if not same:
                 self._playing = False
             self._go(0 if time_s is None else clip.nearest(time_s))
+
+    def part(self, take: str) -> tuple[float, float]:
+        """Return the stage times around the playhead [s], for a first look there.
+
+        Raises:
+            SettingsError: this take is not replayed.
+        """
+        with self._changed:
+            if self._clip is None or self._clip.take != take:
+                raise SettingsError(f"take {take} is not replayed; open it first, or leave draft out")
+            now_s = float(self._clip.poses.time_s[self._frame()])
+            return now_s - PART_S[0], now_s + PART_S[1]
+
+    def show_part(self, take: str, poses: Poses) -> None:
+        """Show these poses at their times, until another solve is opened; nothing where the take is not replayed."""
+        with self._changed:
+            if self._clip is not None and self._clip.take == take:
+                self._clip = self._clip.with_part(on_output_joints(poses))
+                self._changed.notify()
 
     def close_clip(self) -> None:
         """Show the live stage again."""

@@ -118,10 +118,11 @@ function showJobs(jobs) {
   const before = Object.fromEntries((state.jobs ?? jobs).map((job) => [job.id, job]));
   state.jobs = jobs;
   const ended = jobs.filter((job) => !isUnderWay(job) && (!before[job.id] || isUnderWay(before[job.id])));
-  const done = ended.filter((job) => job.state === "done" && (job.kind === "solve" || job.kind === "draft"));
+  const done = ended.filter((job) => job.state === "done" && job.kind === "solve");
   for (const job of done) solved(job.take, job.name);
   for (const job of ended) {
     if (OWN_WORDS.includes(job.kind)) continue;
+    if (job.kind === "draft") continue; // the solve that follows says what is wrong
     if (job.state === "failed") showError(t("take.solve_failed", { name: job.take, solve: job.name, reason: job.message }));
     else if (job.state === "done" && job.name !== TRIAL) showNote(t("take.solved_as", { name: job.take, solve: job.name }));
   }

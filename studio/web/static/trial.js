@@ -7,13 +7,12 @@ import { t } from "./strings.js";
 /** Name of the solve that the switches make of the take that is replayed. */
 export const TRIAL = "trial";
 
-/** Solve a take with the switches as set; where finishing takes longer, a draft without it is there at once. */
+/** Solve a take with the switches as set; what is around the playhead is shown first, as a draft. */
 export async function solveTrial(takeId, chosen) {
   const [session, name] = takeId.split("/");
   const settings = { preset: chosen.preset, set: chosen.changes() };
   const ask = (more) => attempt(() => solveTake({ session, name }, TRIAL, { ...settings, ...more }));
-  if (chosen.values.finish === "on" && !(await ask({ draft: true }))) return;
-  await ask({});
+  if (await ask({ draft: true })) await ask({});
 }
 
 /** Show how far the trial of the replayed take is; `jobs`: those under way. */

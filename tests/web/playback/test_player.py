@@ -1,11 +1,13 @@
 """The player: time, range, loop, steps, another solve of the same take; what it hands to the view."""
 
 import threading
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from studio.engine.errors import FormatError, SettingsError
+from studio.engine.export.resample import frames_of
 from studio.web.playback.clip import Clip
 from studio.web.playback.curves import curves, spans, thinned
 from studio.web.playback.player import Player
@@ -166,3 +168,30 @@ def test_thinned_curves_keep_every_spike():
     assert {0, 12_345, 20_001, 35_999} <= set(frames.tolist()) and 1500 < len(frames) <= 2100
     assert (np.diff(frames) > 0).all()
     assert thinned(values[:50], 2000).tolist() == list(range(50))
+
+
+def test_a_first_look_replaces_what_is_around_the_playhead_until_another_solve_is_opened(player, take):
+    play, screen, _ = player
+    with pytest.raises(SettingsError, match="not replayed"):
+        play.part("monday/one")
+    clip = Clip.load(take, "studio")
+    play.open(clip)
+    play.change(frame=60)
+    start_s, end_s = play.part("monday/one")
+    times = clip.poses.time_s
+    assert times[0] < start_s < times[60] < end_s <= times[-1] + 0.5
+    part = frames_of(clip.poses, slice(50, 80))
+    moved = replace(part, positions_m=part.positions_m + 1.0)
+    play.show_part("monday/two", moved)
+    assert play.clip is clip
+    play.show_part("monday/one", moved)
+    wanted = clip.poses.positions_m[60] + 1.0
+    wait_until(
+        lambda: bool(screen.shown) and np.allclose(screen.shown[-1][0].positions_m, wanted), "it is shown"
+    )
+    shown = play.clip.poses.positions_m
+    np.testing.assert_array_equal(shown[50:80], clip.poses.positions_m[50:80] + 1.0)
+    np.testing.assert_array_equal(shown[:50], clip.poses.positions_m[:50])
+    np.testing.assert_array_equal(shown[80:], clip.poses.positions_m[80:])
+    play.open(clip)
+    assert play.clip is clip

@@ -1,7 +1,7 @@
 export default {
   "trial.progress": ["Solving with these switches", "Calcul avec ces réglages"],
   "trial.solving": ["Solving with these switches", "Calcul avec ces réglages"],
-  "trial.draft": ["First look, without finishing", "Premier aperçu, sans la finition"],
+  "trial.draft": ["First look around the playhead", "Premier aperçu autour du curseur"],
   "curve.loading": ["Loading the curves", "Chargement des courbes"],
   "curve.position_m": ["Position", "Position"],
   "curve.speed_m_s": ["Speed", "Vitesse"],
