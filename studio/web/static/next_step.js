@@ -1,6 +1,6 @@
 // The next step, over the view: for whoever opens the studio for the first time, and whenever something is missing.
+import { showAddCamera, startSimulated } from "./add_camera.js";
 import { byId, h, redraw } from "./dom.js";
-import { showPanel } from "./panels.js";
 import { canOperate } from "./role.js";
 import { t } from "./strings.js";
 
@@ -16,7 +16,7 @@ function stepOf(status, takes, replaying) {
 }
 
 const ACTS = {
-  cameras: () => showPanel("cameras-title"),
+  cameras: showAddCamera,
   calibrate: () => byId("calibrate")?.click(),
   record: () => byId("record").click(),
 };
@@ -26,7 +26,9 @@ function build(step) {
   return [
     h("ol", { class: "guide-steps" }, STEPS.map((name, i) => h("li", { class: i < at ? "done" : i === at ? "now" : "" , aria: i === at ? { current: "step" } : {} }, t(`guide.${name}`)))),
     h("p", { class: "guide-words" }, t(`guide.${step}_words`)),
-    h("button", { class: "primary operate", type: "button", onclick: ACTS[step] }, t(`guide.${step}_act`)),
+    h("div", { class: "buttons operate" },
+      h("button", { class: "primary", type: "button", onclick: ACTS[step] }, t(`guide.${step}_act`)),
+      step === "cameras" && h("button", { type: "button", onclick: startSimulated }, t("guide.simulated_act"))),
   ];
 }
 

@@ -39,5 +39,5 @@ export function startPanels() {
 export function showPanel(titleId) {
   const title = byId(titleId);
   fold(title, false);
-  title.closest(".panel").scrollIntoView({ block: "nearest", behavior: "smooth" });
+  title.closest(".panel").scrollIntoView({ block: "start", behavior: "smooth" });
 }

@@ -10,6 +10,7 @@ import { inTextField, onKey } from "./viewer.js";
 const COUNTDOWNS = [0, 3, 5, 10];
 const KEPT = "countdown";
 const SLATE_MS = 2500;
+const ENDS = ["verdict", "done"]; // steps of the calibration at which R goes on to recording
 
 let recording = null; // {take, seconds} as the server last said
 let receivedAt = 0;
@@ -103,8 +104,10 @@ export function startTransport(onStopped) {
   onKey((event) => {
     if (event.key === "Escape" && counting) cancelCount();
     if (event.key.toLowerCase() !== "r" || event.ctrlKey || event.metaKey || event.altKey || event.repeat) return;
-    if (inTextField(event) || document.querySelector("dialog[open]")) return;
+    const dialog = document.querySelector("dialog[open]");
+    if (inTextField(event) || (dialog && !ENDS.includes(dialog.dataset.step))) return;
     event.preventDefault();
+    dialog?.close();
     toggle(onStopped);
   });
 }

@@ -2,7 +2,7 @@
 import { byId, h, redraw, setText } from "./dom.js";
 import { cancelTPose, finishCalibration, startCalibration, startTPose } from "./api.js";
 import { coverageMap, coverageShare } from "./coverage.js";
-import { GATHERING, POSING, STEPS, sayingOf, soundsOf, stepOf } from "./guide.js";
+import { GATHERING, POSING, STEPS, sayingOf, soundsOf, stepOf, verdictOf } from "./guide.js";
 import { attempt } from "./messages.js";
 import { showPhone } from "./phone.js";
 import { isMuted, play, setMuted } from "./sound.js";
@@ -161,7 +161,9 @@ export function updateWizard(status, colours) {
   const begins = before && ((GATHERING.includes(status.calibration.attempt.state) && !GATHERING.includes(before.attempt.state))
     || (POSING.includes(status.calibration.tpose.state) && !POSING.includes(before.tpose.state)));
   if (step !== state.step) clearTimeout(state.leaving);
-  if (step === "done" && state.step === "pose" && state.byItself) state.leaving = setTimeout(close, CLOSE_MS);
+  const measured = step === "done" && state.step === "pose";
+  const agreed = step === "verdict" && state.step === "walk" && verdictOf(status.calibration.attempt) !== "refused";
+  if (state.byItself && (measured || agreed)) state.leaving = setTimeout(close, CLOSE_MS);
   state.step = step;
   if (begins) open(true);
   if (isOpen()) for (const sound of soundsOf(before, status.calibration)) play(sound);
