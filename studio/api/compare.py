@@ -51,7 +51,7 @@ def compare_router(finder: Finder) -> APIRouter:
 
         Two takes begin together, unless they are lined up. A reference is aligned as it is kept with its take.
         """
-        take = finder.take(*_parts(request.a.take))
+        take = finder.by_id(request.a.take)
         a = finder.solve(take, request.a.solve)
         other = request.b
         if (other.solve is None) == (other.reference is None):
@@ -64,17 +64,9 @@ def compare_router(finder: Finder) -> APIRouter:
             kept = placed_path(take, other.reference, request.a.solve)
             reference = (file, how_aligned(take, other.reference), kept)
             return run_in_process(difference_work, take.path, a, None, reference, apart)
-        there = finder.take(*_parts(other.take or request.a.take))
+        there = finder.by_id(other.take or request.a.take)
         apart["another_take"] = there.path != take.path
         b = finder.solve(there, other.solve or "")
         return run_in_process(difference_work, take.path, a, b, None, apart)
 
     return router
-
-
-def _parts(take_id: str) -> tuple[str, str]:
-    """Return session and name of a take's id."""
-    session, slash, name = take_id.partition("/")
-    if not slash:
-        raise SettingsError(f"take={take_id!r} is not allowed; allowed: session/name")
-    return session, name

@@ -87,10 +87,8 @@ def exports_router(sessions: Path, finder: Finder, jobs: Jobs) -> APIRouter:
     exports = Exports(sessions)
 
     def item_of(one: SolveOfTake, request: ExportsRequest, rig: Path | None) -> Item:
-        session, slash, name = one.take.partition("/")
-        if not slash:
-            raise SettingsError(f"take={one.take!r} is not allowed; allowed: session/name")
-        take = finder.take(session, name)
+        take = finder.by_id(one.take)
+        session, _, name = one.take.partition("/")
         poses = finder.solve(take, one.solve)
         onto = "" if rig is None else f"_{rig.stem}"
         out = inside(take.path / "exports", f"{name}_{one.solve}{onto}.{request.format}")

@@ -4,7 +4,7 @@ from pathlib import Path
 from typing import Any
 
 from studio.api.errors import NotFoundError
-from studio.engine.errors import TakeError
+from studio.engine.errors import SettingsError, TakeError
 from studio.live import LiveStage
 from studio.take.sessions import TakeInfo, take_path
 from studio.take.take import Take
@@ -38,6 +38,17 @@ class Finder:
         if self._stage.recording_name() == f"{session}/{name}":
             raise TakeError(f"take {session}/{name} is being recorded; stop it first")
         return Take.open(path)
+
+    def by_id(self, take_id: str) -> Take:
+        """Return a take by its id, session/name.
+
+        Raises:
+            SettingsError: no id. NotFoundError, TakeError: as `take`.
+        """
+        session, slash, name = take_id.partition("/")
+        if not slash:
+            raise SettingsError(f"take={take_id!r} is not allowed; allowed: session/name")
+        return self.take(session, name)
 
     def solve(self, take: Take, name: str) -> Path:
         """Return the `poses.npz` of a take's solve.

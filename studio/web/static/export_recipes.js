@@ -24,7 +24,7 @@ const fbx = { format: "fbx", target: "humanik", root_motion: "hips", interpolati
 export const RECIPES = {
   motionbuilder: fbx,
   unreal: { ...fbx, target: "unreal", root_motion: "root" },
-  unity: { ...fbx, target: "vrm", mesh: true },
+  unity: { ...fbx, target: "vrm", root_motion: "root", mesh: true },
   blender: { ...fbx, mesh: true },
   mixamo: { ...fbx, target: "mixamo" },
   web: { ...fbx, format: "glb", mesh: true },
