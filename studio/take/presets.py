@@ -1,6 +1,6 @@
 """Presets: those of the program, and those that an operator saved, in `sessions/presets.json`.
 
-The file: `{"format_version": 1, "presets": {name: settings as settings.json has them}}`.
+The file: `format_version` and `presets`, by name the settings as `settings.json` has them.
 """
 
 import json
@@ -8,13 +8,13 @@ import threading
 from pathlib import Path
 from typing import Any
 
-from studio.engine.errors import SettingsError, StudioError
+from studio.engine.errors import FormatError, SettingsError, StudioError
 from studio.engine.files import write_json
 from studio.engine.settings import PRESETS, SolveSettings, changed
+from studio.engine.versions import SAVED_PRESETS
 from studio.take.names import is_safe_name
 
 FILE = "presets.json"
-FORMAT_VERSION = 1
 MAX_PRESETS = 200
 
 
@@ -32,17 +32,14 @@ class Presets:
             SettingsError: the file is damaged or of a later version.
         """
         try:
-            value = json.loads(self._file.read_text(encoding="utf-8"))
+            value = SAVED_PRESETS.current(json.loads(self._file.read_text(encoding="utf-8")), self._file)
+            found = {name: _usable(settings) for name, settings in value.get("presets", {}).items()}
         except FileNotFoundError:
             return {}
-        except (OSError, ValueError) as error:
+        except FormatError as error:
+            raise SettingsError(f"{error}, or move the file away") from error
+        except (OSError, ValueError, AttributeError) as error:
             raise SettingsError(f"cannot read {self._file}: {error}; move it away to go on") from error
-        if not isinstance(value, dict) or value.get("format_version") != FORMAT_VERSION:
-            raise SettingsError(
-                f"{self._file} is not of format version {FORMAT_VERSION}; "
-                "use the program that wrote it, or move it away"
-            )
-        found = {name: _usable(settings) for name, settings in value.get("presets", {}).items()}
         return {name: settings for name, settings in found.items() if settings is not None}
 
     def all(self) -> dict[str, SolveSettings]:
@@ -106,7 +103,7 @@ class Presets:
 
     def _write(self, presets: dict[str, SolveSettings]) -> None:
         value = {name: settings.to_json() for name, settings in presets.items()}
-        write_json(self._file, {"format_version": FORMAT_VERSION, "presets": value})
+        write_json(self._file, SAVED_PRESETS.stamped({"presets": value}))
 
 
 def _check_name(name: str) -> None:

@@ -13,7 +13,7 @@ from tests.live.performer import calibration
 def make_stage(sessions: Path) -> None:
     for _ in range(2):
         save_calibration(sessions / "calibrations", calibration(["camera_0"]), {"camera_0": ""})
-    for name in ("access.json", "outputs.json"):
+    for name in ("access.json", "outputs.json", "presets.json"):
         (sessions / name).write_text('{"format_version": 1}')
     (sessions / "performers").mkdir()
     (sessions / "performers" / "Ann.json").write_text("{}")
@@ -26,7 +26,7 @@ def test_whole_files_have_no_findings(tmp_path):
 
 @pytest.mark.parametrize("data", [b"", b"{", b"\xff\x00", b"7"])
 @pytest.mark.parametrize(
-    "name", ["access.json", "outputs.json", "calibrations/2.json", "performers/Ann.json"]
+    "name", ["access.json", "outputs.json", "presets.json", "calibrations/2.json", "performers/Ann.json"]
 )
 def test_a_damaged_file_is_put_aside(tmp_path, name, data):
     make_stage(tmp_path)
