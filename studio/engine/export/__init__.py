@@ -8,19 +8,13 @@ its settings in `fbx_scene`) and the other modules named as their format the fil
 import os
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from importlib import import_module
 from typing import Any, Literal
 
 from studio.engine.errors import SettingsError
-from studio.engine.export.bvh import write_bvh
-from studio.engine.export.c3d import write_c3d
 from studio.engine.export.clip import clip, prepared_poses
-from studio.engine.export.fbx import write_fbx
-from studio.engine.export.glb import write_glb
 from studio.engine.export.options import POSE_OPTIONS, ExportOptions, check_options
 from studio.engine.export.skeleton import LocalMotion
-from studio.engine.export.table import write_csv, write_npz
-from studio.engine.export.trc import write_trc
-from studio.engine.export.usd import write_usd
 from studio.engine.poses import Poses
 
 _PREPARING = 0.4
@@ -47,17 +41,29 @@ class Exporter:
     several: bool = False
 
 
+def _writer(module: str, name: str) -> Callable[..., None]:
+    """Return a writer that loads its module, and the library that it needs, when something is written."""
+
+    def write(*args: Any, **kwargs: Any) -> None:
+        getattr(import_module(f"{__name__}.{module}"), name)(*args, **kwargs)
+
+    return write
+
+
 EXPORTERS: dict[str, Exporter] = {
     "fbx": Exporter(
-        write_fbx, "motion", _BONES | {"interpolation", "mesh", "key_error_cm", "timecode"}, several=True
+        _writer("fbx", "write_fbx"),
+        "motion",
+        _BONES | {"interpolation", "mesh", "key_error_cm", "timecode"},
+        several=True,
     ),
-    "bvh": Exporter(write_bvh, "motion", _BONES | {"rotation_order", "unit"}),
-    "glb": Exporter(write_glb, "motion", _BONES | {"interpolation", "mesh"}),
-    "c3d": Exporter(write_c3d, "poses"),
-    "trc": Exporter(write_trc, "poses"),
-    "csv": Exporter(write_csv, "poses"),
-    "npz": Exporter(write_npz, "poses"),
-    "usd": Exporter(write_usd, "motion", _BONES | {"mesh"}),
+    "bvh": Exporter(_writer("bvh", "write_bvh"), "motion", _BONES | {"rotation_order", "unit"}),
+    "glb": Exporter(_writer("glb", "write_glb"), "motion", _BONES | {"interpolation", "mesh"}),
+    "c3d": Exporter(_writer("c3d", "write_c3d"), "poses"),
+    "trc": Exporter(_writer("trc", "write_trc"), "poses"),
+    "csv": Exporter(_writer("table", "write_csv"), "poses"),
+    "npz": Exporter(_writer("table", "write_npz"), "poses"),
+    "usd": Exporter(_writer("usd", "write_usd"), "motion", _BONES | {"mesh"}),
 }
 """Format -> its writer."""
 

@@ -4,7 +4,6 @@ from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.interpolate import CubicHermiteSpline
 
 from studio.engine.errors import SettingsError
 from studio.engine.export.kinematics import local_keys, world_poses
@@ -85,4 +84,6 @@ def _sample(
     """Return `values` at `times` by cubics with central-difference slopes, so a spike does not ring."""
     if len(time_s) < 2:
         return np.repeat(values, len(times), axis=0)
+    from scipy.interpolate import CubicHermiteSpline  # takes long to load: not when the server starts
+
     return CubicHermiteSpline(time_s, values, np.gradient(values, time_s, axis=0))(times)

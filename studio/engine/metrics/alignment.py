@@ -5,7 +5,6 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.signal import correlate, correlation_lags
 from scipy.spatial.transform import Rotation
 
 from studio.engine.errors import FormatError
@@ -144,6 +143,8 @@ def _velocity(reference: Reference, time_s: NDArray[np.float64], matched: Matche
 
 def _speed_offset(poses: Poses, reference: Reference, start_s: float | None) -> float:
     """Offset [s] at which the summed speeds of the common joints agree best."""
+    from scipy.signal import correlate, correlation_lags  # takes long to load: not when the server starts
+
     first = poses.time_s[0] if start_s is None else max(start_s, float(poses.time_s[0]))
     positions = np.where(reference.known[None, :, None], canonical_positions(poses), np.nan)
     solve_grid = np.arange(first, poses.time_s[-1], 1 / _GRID_HZ)

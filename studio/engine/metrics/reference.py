@@ -5,10 +5,10 @@ import os
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.interpolate import CubicSpline
 
 from studio.engine.animation.files import ENDINGS, read_animation
 from studio.engine.animation.landmarks import canonical_points, uses_markers
@@ -67,8 +67,10 @@ class Reference:
         return out
 
     @cached_property
-    def _splines(self) -> list[tuple[NDArray[np.int64], NDArray[np.bool_], CubicSpline]]:
+    def _splines(self) -> list[tuple[NDArray[np.int64], NDArray[np.bool_], Any]]:
         """Splines of joints that are known in the same samples: joints, those samples, spline."""
+        from scipy.interpolate import CubicSpline  # takes long to load: not when the server starts
+
         known = np.isfinite(self.positions_m).all(axis=2)
         splines = []
         for pattern in np.unique(known.T, axis=0):

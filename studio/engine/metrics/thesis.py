@@ -7,7 +7,6 @@ multiples caméras 3D", École Polytechnique de Montréal 2014, sections 3.2.3 a
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.signal import butter, sosfiltfilt
 from scipy.spatial import cKDTree
 
 from studio.engine.metrics.matching import Matched
@@ -173,6 +172,8 @@ def deviation_count(a_m: NDArray[np.float64], b_m: NDArray[np.float64], rate_hz:
 
     The curves are low-passed at 3 Hz first (Butterworth of second order, forwards and backwards).
     """
+    from scipy.signal import butter, sosfiltfilt  # takes long to load: not when the server starts
+
     filter_sos = butter(2, LOW_PASS_HZ, fs=rate_hz, output="sos")
     p, q = (np.diff(sosfiltfilt(filter_sos, x), n=2) * rate_hz**2 for x in (a_m, b_m))
     opposite = (p * q < 0) & (np.abs(p) > DEVIATION_M_S2) & (np.abs(q) > DEVIATION_M_S2)
