@@ -98,7 +98,8 @@ def find_contacts(
     for begin, end in pieces:
         for column in range(len(JOINTS)):
             for first, last in _runs(standing[begin:end, column]):
-                hold[begin + first : begin + last, column] = _eased(last - first, dt)
+                free = first > 0, begin + last < end
+                hold[begin + first : begin + last, column] = _eased(last - first, dt, free)
     return Contacts(hold, feet, floor_m, least_m).at_places_of(feet, pieces, dt)
 
 
@@ -146,10 +147,11 @@ def _runs(flags: NDArray[np.bool_]) -> list[tuple[int, int]]:
     return [(int(a), int(b)) for a, b in zip(edges[::2], edges[1::2], strict=True)]
 
 
-def _eased(count: int, dt: float) -> NDArray[np.float64]:
-    """Hold over a run of frames: up, 1, and down again."""
-    to_edge = np.minimum(np.arange(count), np.arange(count)[::-1]) + 1.0
-    return np.minimum(to_edge * dt / EASE_S, 1.0)
+def _eased(count: int, dt: float, free: tuple[bool, bool]) -> NDArray[np.float64]:
+    """Hold over a run of frames: up, 1, and down again; only where the joint is `free` before, and after."""
+    from_begin, to_end = np.arange(count) + 1.0, np.arange(count)[::-1] + 1.0
+    to_edge = np.minimum(from_begin if free[0] else np.inf, to_end if free[1] else np.inf)
+    return np.minimum(np.broadcast_to(to_edge, count) * dt / EASE_S, 1.0)
 
 
 def _floor_m(

@@ -12,8 +12,8 @@ LOWEST_PERCENT = 5.0
 """The lowest standing sole is under the floor in so many of a take's frames: shoes give."""
 
 GIVES_M = 0.007
-DEEP_PERCENT = 1.0
-"""And the lowest of all soles, standing or not, further under it than the first in so many frames at most."""
+FOR_DIPS_M = 0.01
+"""No sole, standing or not, is further under the floor than the first, as far as so much more lift can mend it."""
 
 _BODIES = ("LeftFoot", "LeftToeBase", "RightFoot", "RightToeBase")
 
@@ -36,8 +36,8 @@ def lift_m(
     standing = standing[np.isfinite(standing)]
     if len(standing) == 0:
         return -contacts.floor_m
-    deep = np.percentile(soles.min(axis=1), DEEP_PERCENT) + GIVES_M
-    return -float(min(np.percentile(standing, LOWEST_PERCENT), deep))
+    usual = float(np.percentile(standing, LOWEST_PERCENT))
+    return -max(min(usual, float(soles.min()) + GIVES_M), usual - FOR_DIPS_M)
 
 
 def _soles_m(humanoid: Humanoid, q: NDArray[np.float64], below_m: NDArray[np.float64]) -> NDArray[np.float64]:

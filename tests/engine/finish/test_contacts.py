@@ -15,7 +15,7 @@ STANDING = np.array([[0.1, 0.0, 0.08], [0.1, -0.15, 0.02], [-0.1, 0.0, 0.08], [-
 def test_a_stance_at_the_ends_of_a_take_is_one():
     """A foot that stands from the first frame to the last is held in all of them."""
     contacts = find_contacts(np.tile(STANDING, (60, 1, 1)), [(0, 60)], 1 / 60, REST_M)
-    assert (contacts.hold > 0).all()
+    assert (contacts.hold == 1.0).all()
     assert contacts.floor_m == 0.0
 
 
