@@ -203,7 +203,7 @@ function figures() {
   const { take: takeId, solve, ghost } = replayed();
   const sides = [{ take: takeId, solve }, ...(ghost ? [ghost] : [])];
   const values = sides.map((side) => (side.solve ? state.figures.get(figuresKey(side)) : { own: null, reference: null }));
-  const names = sides.map((side) => shortName(side, takeId));
+  const names = sides.map((side) => (side.reference ? t("compare.reference") : shortName(side, takeId)));
   const busy = values.some((one) => !one);
   const failures = [...new Set(values.map((one) => one?.failure).filter(Boolean))];
   const references = state.references.names;

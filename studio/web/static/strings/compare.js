@@ -6,6 +6,7 @@ export default {
   "compare.second": ["Second motion", "Second mouvement"],
   "compare.nothing": ["Choose a second motion", "Choisir un second mouvement"],
   "compare.solves": ["Solves of this take", "Calculs de cette prise"],
+  "compare.reference": ["reference", "référence"],
   "compare.references": ["References", "Références"],
   "compare.other_takes": ["Other takes", "Autres prises"],
   "compare.arrangement": ["How they are shown", "Disposition"],
