@@ -1,7 +1,7 @@
-"""`python -m tests.web.view_cost [SECONDS]`: what the 3D view costs the real server, without, with 1 and with 4 browsers.
+"""`python -m tests.web.view_cost [SECONDS]`: what the 3D view costs the real server: no browser, 1 and 4 browsers.
 
 Starts the real program with its simulated stage, waits for its calibration, and connects programs that take the
-view's messages as fast as they come, as a browser on a fast machine does. Prints shares of a core and messages a second.
+view's messages as fast as they come, as a browser on a fast machine does. Prints shares of a core.
 """
 
 import asyncio
@@ -74,10 +74,8 @@ def main(seconds: float) -> None:
             pid = server_pid(host)
             for browsers in (0, 1, 4, 0):
                 share, count, size = asyncio.run(measure(host, pid, browsers, seconds))
-                print(
-                    f"{browsers} browsers: {100 * share:.1f} % of a core; {count:.0f} messages, {size:.0f} kB a second each",
-                    flush=True,
-                )
+                words = f"{count:.0f} messages and {size:.0f} kB a second each"
+                print(f"{browsers} browsers: {100 * share:.1f} % of a core; {words}", flush=True)
 
 
 def server_pid(host: str) -> int:
