@@ -77,16 +77,23 @@ def standing(figure: Figure, points: Points, yaw: float, rest: Array) -> Pose:
 
 
 def cost_of(
-    search: LimbSearch, figure: Figure, fit: Fit, points: Points, silhouettes: tuple[Silhouette, ...]
+    search: LimbSearch,
+    figure: Figure,
+    pose: Pose,
+    distance: Array,
+    points: Points,
+    silhouettes: tuple[Silhouette, ...],
 ) -> float:
-    """Return what a fit leaves unexplained [m2]: capped squared distances, and limbs in free space."""
-    unexplained = float(
-        np.minimum(fit.distance.min(axis=1), _CAP_M) @ np.minimum(fit.distance.min(axis=1), _CAP_M)
-    )
+    """Return what a pose leaves unexplained [m2]: capped squared distances, and limbs in free space.
+
+    `distance`: of each point to each part [m], shape (point_count, 5).
+    """
+    capped = np.minimum(distance.min(axis=1), _CAP_M)
+    unexplained = float(capped @ capped)
     none = Points(*(np.zeros((0, 3)),) * 3, np.zeros(0, np.int64))
     for limb in search.limbs:
-        angles = fit.pose.angles[limb.dofs][None]
-        unexplained += float(search.cost(limb, figure, fit.pose, angles, none, np.zeros(0), silhouettes)[0])
+        angles = pose.angles[limb.dofs][None]
+        unexplained += float(search.cost(limb, figure, pose, angles, none, np.zeros(0), silhouettes)[0])
     return unexplained
 
 
@@ -110,7 +117,7 @@ def cold_start(
             for limb in search.limbs:
                 pose, _ = search.search(limb, figure, pose, fit.distance, points, silhouettes, loose)
             fit = fitter.fit(figure, pose, points, silhouettes, loose, iterations=4, reach=0.12)
-        cost = cost_of(search, figure, fit, points, silhouettes)
+        cost = cost_of(search, figure, fit.pose, fit.distance, points, silhouettes)
         if np.cos(heading(fit.pose) - headings[0]) < -0.3:
             cost += _FACING_AWAY_COST_M2 * len(points.places) / 1000.0
         if best is None or cost < best.cost_m2:

@@ -11,6 +11,7 @@ from studio.engine.depth import DepthCamera, DepthFrame
 from studio.engine.errors import CalibrationError
 from studio.engine.geometry import invert_transform, transform_points
 from studio.engine.joints import JOINT_COUNT
+from studio.engine.tracker.arms import ARMS, both_found
 from studio.engine.tracker.body import (
     CANONICAL_BODIES,
     USUAL_HEIGHT_M,
@@ -46,6 +47,8 @@ _EXPLAINED_M, _EXPLAINED_SHARE, _LOST_SHARE = 0.10, 0.80, 0.5
 _BAD_LIMB_M2 = 1.0
 _DOUBT = 8
 """After so many frames that do not fit, other headings are tried."""
+ARMS_LOST_M2 = 0.12
+"""Both arms leave at least this much unexplained where they are searched for together [m2]."""
 _BETTER = 0.6
 """Another pose must leave less than this share unexplained."""
 
@@ -264,6 +267,8 @@ class Tracker:
             )
             found = pose is not before
             self._watch.told(limb.part, cost, searched=found or cost >= threshold, found=found)
+        if self._watch.costs_m2[list(ARMS)].min() > ARMS_LOST_M2:
+            pose = both_found(self._fitter, self._search, self._figure, pose, points, silhouettes, prior)
         return pose
 
     def _learn(self, points: Points, silhouettes: tuple[Silhouette, ...], prior: Prior) -> None:
@@ -282,7 +287,8 @@ class Tracker:
         if self._doubt < _DOUBT or self._doubt % 4:
             return
         yaw = heading(self._fit.pose) + np.radians([0.0, 180.0, 90.0, -90.0][self._doubt // 4 % 4])
-        cost = cost_of(self._search, self._figure, self._fit, points, silhouettes)
+        fit = self._fit
+        cost = cost_of(self._search, self._figure, fit.pose, fit.distance, points, silhouettes)
         start = cold_start(
             self._fitter, self._search, self._figure, points, silhouettes, self._motion.posture, [yaw]
         )
