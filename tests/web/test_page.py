@@ -32,7 +32,8 @@ NAMELESS = """() => [...document.querySelectorAll("button, input, select, iframe
 
 # Texts whose contrast with what is behind them is under 4.5:1.
 FAINT = """() => {
-  const rgb = (text) => text.match(/[\\d.]+/g).map(Number).map((v, i) => text.startsWith("color") && i < 3 ? 255 * v : v);
+  const rgb = (text) => text.match(/[\\d.]+/g).map(Number)
+    .map((v, i) => text.startsWith("color") && i < 3 ? 255 * v : v);
   const luminance = ([r, g, b]) => [r, g, b].map((v) => v / 255)
     .map((v) => v <= 0.03928 ? v / 12.92 : ((v + 0.055) / 1.055) ** 2.4)
     .reduce((sum, v, i) => sum + v * [0.2126, 0.7152, 0.0722][i], 0);
@@ -248,7 +249,8 @@ def test_nothing_overflows_or_jumps(live: str, page: Page, width: int, height: i
     page.set_viewport_size({"width": width, "height": height})
     page.add_init_script(
         "window.shift = 0; new PerformanceObserver((list) => {"
-        " for (const entry of list.getEntries()) window.shift += entry.value; })"
+        " for (const entry of list.getEntries()) { window.shift += entry.value;"
+        " (window.moved ??= []).push([entry.value, ...entry.sources.map((s) => s.node?.id)]); } })"
         '.observe({ type: "layout-shift", buffered: true });'
     )
     open_page(page, live)
@@ -263,7 +265,7 @@ def test_nothing_overflows_or_jumps(live: str, page: Page, width: int, height: i
     record, viewer = page.locator("#record").bounding_box(), page.locator("#viewer").bounding_box()
     assert record is not None and record["y"] + record["height"] <= height
     assert viewer is not None and viewer["width"] >= 0.6 * width and viewer["height"] >= 0.45 * height
-    assert page.evaluate("window.shift") < 0.1
+    assert page.evaluate("window.shift") < 0.1, page.evaluate("window.moved")
     assert page.evaluate(FAINT) == []
 
 

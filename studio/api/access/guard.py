@@ -31,10 +31,19 @@ _OPEN_BELOW = (
 
 _LOOKS = {"GET", "HEAD", "OPTIONS"}
 _SIGN_OUT_API = "/api/v1/access/signout"
-_NOT_FOR_VIEWERS = ("/blind", "/remote", "/api/v1/remote", "/api/v1/blind", "/api/v1/shares", "/api/v1/access/")
-_NOT_FOR_VIEWERS += ("/api/v1/recordings",)
+_NOT_FOR_VIEWERS = (
+    "/api/v1/access/",
+    "/api/v1/blind",
+    "/api/v1/exports",
+    "/api/v1/recordings",
+    "/api/v1/reference-files",
+    "/api/v1/remote",
+    "/api/v1/shares",
+    "/blind",
+    "/remote",
+)
 _NOT_FOR_VIEWERS_AT_ALL = ("/export", "/file", "/report")
-"""What begins, and what ends with these: takes' data, links, and what would unblind a test."""
+"""What begins, and what ends with these: takes' data, names of other files, links, what would unblind a test."""
 
 _CLOSE = {"type": "websocket.close", "code": 4401, "reason": "sign in first"}
 

@@ -1,6 +1,7 @@
 // The operator's page of blind tests: make one of two solves, hand out its link, see the votes come in.
 import { byId, h, redraw } from "./dom.js";
 import { blindAction, createBlindTest, createThesisTest, getBlindResults, getBlindTests, getTakes, showBlindSlot } from "./api.js";
+import { askSure } from "./ask.js";
 import { startFrame } from "./frame.js";
 import { attempt, showNote } from "./messages.js";
 import { number as written, t } from "./strings.js";
@@ -25,6 +26,10 @@ function act(test, action, method = "POST") {
   return () => attempt(async () => { await blindAction(test.id, action, method); await refresh(); });
 }
 
+async function newLink(test) {
+  if (await askSure(t("blind.new_link"), t("blind.new_link_sure"), t("blind.new_link"))) await act(test, "link")();
+}
+
 function button(text, onclick, title = "") {
   return h("button", { class: "small", type: "button", onclick, title }, text);
 }
@@ -39,7 +44,7 @@ function row(test) {
       button(t("blind.results"), () => choose(test.id)),
       test.path && button(t("blind.copy_link"), () => copy(linkOf(test))),
       test.path && h("a", { class: "button small", href: `api/v1/blind/${test.id}/qr`, target: "_blank", title: t("blind.qr_hint") }, t("blind.qr")),
-      button(t("blind.new_link"), act(test, "link"), t("blind.new_link_hint")),
+      button(t("blind.new_link"), () => newLink(test), t("blind.new_link_hint")),
       test.closed ? button(t("blind.reopen"), act(test, "reopen")) : button(t("blind.close"), act(test, "close"), t("blind.close_hint")),
       test.rules.supervised && button(t(test.shown < 0 ? "blind.show_first" : "blind.show_next"),
         () => attempt(async () => { await showBlindSlot(test.id, test.shown + 1 < test.slots ? test.shown + 1 : -1); await refresh(); }))));

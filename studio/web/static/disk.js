@@ -4,11 +4,6 @@ import { number, t } from "./strings.js";
 
 const LOW_MINUTES = 20;
 
-function place(id, build, where, beside) {
-  if (!byId(id)) beside.insertAdjacentElement(where, build());
-  return byId(id);
-}
-
 function left(recording) {
   const minutes = recording.minutes_left;
   const time = minutes >= 120 ? t("disk.left_h", { hours: Math.floor(minutes / 60) }) : t("disk.left_min", { minutes: Math.floor(minutes) });
@@ -17,10 +12,11 @@ function left(recording) {
 
 /** Show how long the disk lasts, and the notice of a take that goes on after a restart. */
 export function updateDisk(recording) {
-  const disk = place("disk", () => h("output", { id: "disk", class: "disk", aria: { label: t("disk.label") } }), "beforeend", byId("timer").parentElement);
+  const disk = byId("disk");
   setText(disk, left(recording));
   disk.classList.toggle("low", recording.minutes_left < LOW_MINUTES);
-  const banner = place("banner", () => h("p", { id: "banner", class: "message banner", role: "status", hidden: true }), "afterbegin", byId("messages"));
+  if (!byId("banner")) byId("messages").prepend(h("p", { id: "banner", class: "message banner", role: "status", hidden: true }));
+  const banner = byId("banner");
   banner.hidden = !recording.notice;
   setText(banner, recording.notice);
 }

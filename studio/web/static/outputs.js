@@ -1,7 +1,7 @@
 // The live output panel: programs that get the character while the stage runs, switched on and off one by one.
 import { byId, h, redraw, setText } from "./dom.js";
 import { addOutput, changeOutput, getOutputs, removeOutput } from "./api.js";
-import { attempt } from "./messages.js";
+import { attempt, showUndo } from "./messages.js";
 import { t } from "./strings.js";
 
 const KINDS = { vmc: { label: "VMC (OSC)", port: 39539 }, rokoko: { label: "Rokoko JSON v3", port: 14043 } };
@@ -19,6 +19,14 @@ async function add(event) {
 
 const alter = (name, change) => attempt(async () => { await changeOutput(name, change); await updateOutputs(); });
 
+function remove({ id, kind, host, port, rate_hz }, label) {
+  return attempt(async () => {
+    await removeOutput(id);
+    showUndo(t("outputs.removed", { label }), () => attempt(async () => { await addOutput({ kind, host, port, rate_hz }); await updateOutputs(); }));
+    await updateOutputs();
+  });
+}
+
 function row(output) {
   const label = t("outputs.to", { kind: KINDS[output.kind].label, place: `${output.host}:${output.port}` });
   return h("li", { class: "output" },
@@ -32,7 +40,7 @@ function row(output) {
     h("span", { class: "count" }, `${KINDS[output.kind].label}, ${output.rate_hz} Hz`),
     h("button", {
       class: "small", type: "button", aria: { label: t("outputs.remove", { label }) },
-      onclick: () => attempt(async () => { await removeOutput(output.id); await updateOutputs(); }),
+      onclick: () => remove(output, label),
     }, t("message.remove")),
     output.problem && h("p", { class: "bad" }, output.problem));
 }

@@ -138,6 +138,7 @@ def test_viewers_look_and_change_nothing(studio, access):
     for method, path in (
         ("POST", "record/start"), ("PUT", "settings"), ("POST", "access/operator"), ("DELETE", "trash"),
         ("GET", "takes/a/b/file"), ("GET", "takes/a/b/solves/c/export?format=bvh"), ("GET", "blind"),
+        ("GET", "exports/1"), ("GET", "recordings"),
     ):  # fmt: skip
         answer = studio.http.request(method, path, headers=viewer)
         assert (answer.status_code, answer.json()["error"]["code"]) == (403, "viewer"), path

@@ -23,6 +23,7 @@ export default {
   "outputs.send": ["Send {label}", "Envoyer {label}"],
   "outputs.at_most": ["{kind}, at most {rate} frames a second", "{kind}, au plus {rate} images par seconde"],
   "outputs.remove": ["Remove {label}", "Retirer {label}"],
+  "outputs.removed": ["{label} is removed", "{label} est retiré"],
   "outputs.what": ["What is sent", "Ce qui est envoyé"],
   "outputs.rate": ["Frames a second", "Images par seconde"],
   "outputs.host": ["Address", "Adresse"],

@@ -16,6 +16,7 @@ export default {
   "blind.qr_hint": ["The link as a code for phones", "Le lien en code pour téléphones"],
   "blind.new_link": ["New link", "Nouveau lien"],
   "blind.new_link_hint": ["The old link leads nowhere from now on", "L'ancien lien ne mène plus nulle part"],
+  "blind.new_link_sure": ["The old link leads nowhere then; voters need the new one. This cannot be undone.", "L'ancien lien ne mènera plus nulle part ; les votants auront besoin du nouveau. C'est irréversible."],
   "blind.reopen": ["Reopen", "Rouvrir"],
   "blind.close": ["Close", "Fermer"],
   "blind.close_hint": ["Take no more votes", "Ne plus prendre de votes"],
