@@ -1,7 +1,8 @@
 """`python -m tests.web.view_cost [SECONDS]`: what the 3D view costs the real server: no browser, 1 and 4 browsers.
 
 Starts the real program with its simulated stage, waits for its calibration, and connects programs that take the
-view's messages as fast as they come, as a browser on a fast machine does. Prints shares of a core.
+view's messages as fast as they come, as a browser on a fast machine does. Prints shares of a core, and how old poses
+are when their message comes: the server stamps them on its monotonic clock, which is this program's too.
 """
 
 import asyncio
@@ -12,9 +13,12 @@ from pathlib import Path
 
 import httpx
 import msgspec
+import numpy as np
 import viser
+import zstandard
 from websockets.asyncio.client import connect
 
+from studio.web.drawing import CLOCK_NODE
 from tests.acceptance.program import studio_program
 
 CALIBRATED_S = 180.0
@@ -25,8 +29,8 @@ CAMERA = {
 }  # fmt: skip
 
 
-async def browser(host: str, received: list[int], until_s: float) -> None:
-    """Take the view's messages until a time; add to their count and bytes."""
+async def browser(host: str, received: list[int], ages_ms: list[float], until_s: float) -> None:
+    """Take the view's messages until a time; add to their count and bytes, and to the ages of poses [ms]."""
     address = f"ws://{host}/viewer"
     protocol = f"viser-v{viser.__version__}"
     async with connect(
@@ -35,8 +39,21 @@ async def browser(host: str, received: list[int], until_s: float) -> None:
         await socket.send(msgspec.msgpack.encode(CAMERA))
         while time.monotonic() < until_s:
             message = await asyncio.wait_for(socket.recv(), 5.0)
+            came_s = time.monotonic()
+            captured_s = captured(message)
+            if captured_s is not None:
+                ages_ms.append(1e3 * (came_s - captured_s))
             received[0] += 1
             received[1] += len(message)
+
+
+def captured(message: bytes) -> float | None:
+    """When the newest pose of one of viser's messages was captured, on the server's clock [s]."""
+    size = int.from_bytes(message[8:16], "little")
+    content = msgspec.msgpack.decode(zstandard.ZstdDecompressor().decompress(message[16 : 16 + size]))
+    times = [one["position"][0] for one in content["messages"]
+             if one["type"] == "SetPositionMessage" and one["name"] == CLOCK_NODE]  # fmt: skip
+    return times[-1] if times else None
 
 
 def cpu_s(pid: int) -> float:
@@ -45,21 +62,28 @@ def cpu_s(pid: int) -> float:
     return (int(fields[11]) + int(fields[12])) / 100.0
 
 
-async def measure(host: str, pid: int, browsers: int, seconds: float) -> tuple[float, float, float]:
-    """Return the server's share of a core, and messages and kilobytes a second of each browser."""
-    received = [0, 0]
+async def measure(host: str, pid: int, browsers: int, seconds: float) -> tuple[float, str]:
+    """Return the server's share of a core, and in words what each browser got."""
+    received, ages_ms = [0, 0], list[float]()
     settle_s = 3.0
     end_s = time.monotonic() + settle_s + seconds
-    tasks = [asyncio.create_task(browser(host, received, end_s + 0.5)) for _ in range(browsers)]
+    tasks = [asyncio.create_task(browser(host, received, ages_ms, end_s + 0.5)) for _ in range(browsers)]
     await asyncio.sleep(settle_s)
     received[:] = [0, 0]
+    ages_ms.clear()
     begin_s, begin_cpu_s = time.monotonic(), cpu_s(pid)
     await asyncio.sleep(seconds)
     passed_s = time.monotonic() - begin_s
     share = (cpu_s(pid) - begin_cpu_s) / passed_s
     count, size = (number / passed_s / max(browsers, 1) for number in received)
     await asyncio.gather(*tasks)
-    return share, count, size / 1e3
+    if not ages_ms:
+        return share, "nothing is sent"
+    median, p95 = np.percentile(ages_ms, [50, 95])
+    return (
+        share,
+        f"{count:.0f} messages, {size / 1e3:.0f} kB a second; latency {median:.0f} ms, p95 {p95:.0f} ms",
+    )
 
 
 def main(seconds: float) -> None:
@@ -73,8 +97,7 @@ def main(seconds: float) -> None:
                 time.sleep(1.0)
             pid = server_pid(host)
             for browsers in (0, 1, 4, 0):
-                share, count, size = asyncio.run(measure(host, pid, browsers, seconds))
-                words = f"{count:.0f} messages and {size:.0f} kB a second each"
+                share, words = asyncio.run(measure(host, pid, browsers, seconds))
                 print(f"{browsers} browsers: {100 * share:.1f} % of a core; {words}", flush=True)
 
 
