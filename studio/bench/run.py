@@ -6,6 +6,7 @@ from studio.bench import stages
 from studio.bench.depth import depth_simulator, tracker
 from studio.bench.stage import make_stage
 from studio.camera.simulator.noisy_joints import FRAMES_PER_SECOND
+from studio.engine.solve.collect import collect_poses
 from studio.engine.system import one_core
 
 TRACKED_CAMERAS = (1, 3)
@@ -33,15 +34,19 @@ def run_bench(frames: int, *, progress: Callable[[float], None] | None = None) -
         tell(0.4)
         out["solve_mink"] = stages.solve_mink(stage, fused)
         out["mink_frame_tasks"] = stages.mink_frame_tasks(stage, fused)
+        out["mink_retargeting"] = stages.retargeting_mink(stage, fused)
         tell(0.7)
         out["completion"] = stages.completion(stage, sets, fused)
-        out["pipeline"], poses = stages.pipeline(stage)
+        out |= stages.filters(fused)
+        out["pipeline"], results = stages.pipeline(stage)
+        out |= stages.sending(results)
+        out["finish"] = stages.finish(stage)
         tell(0.9)
-        out |= stages.exports(poses)
+        out |= stages.exports(collect_poses(results))
         out["depth_simulator"] = depth_simulator(frames)
         for count in TRACKED_CAMERAS:
             out[f"tracker_{count}"] = tracker(min(frames, MOST_IMAGES), count)
     plain = out["mink_frame_tasks"]["median_ms"]
-    for name in ("solve", "solve_mink", "mink_frame_tasks"):
+    for name in ("solve", "solve_mink", "mink_frame_tasks", "mink_retargeting"):
         out[name]["ratio_to_mink_frame_tasks"] = out[name]["median_ms"] / plain
     return out

@@ -1,6 +1,7 @@
 """The stages that are measured, each fed with what the stage before it gave."""
 
 import tempfile
+import time
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -9,17 +10,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from studio import wire
-from studio.bench.plain_mink import PlainMink
-from studio.bench.stage import JOINT_SET, Stage
+from studio.bench.plain_mink import PlainMink, RetargetingMink
+from studio.bench.stage import Stage
 from studio.bench.timing import WARM_UP, per_frame
 from studio.camera.simulator.noisy_joints import FRAMES_PER_SECOND
 from studio.engine.body import Body
 from studio.engine.completion.floor import FloorContact
 from studio.engine.completion.hands import Hands
 from studio.engine.completion.look_at import LookAt
+from studio.engine.conditioning.filters import FILTERS
 from studio.engine.errors import NotAvailableError
 from studio.engine.export import EXPORTERS, export
-from studio.engine.frames import CameraFrame, FrameSet, FusedSkeleton
+from studio.engine.frames import CameraFrame, FrameSet, FusedSkeleton, StepResult
 from studio.engine.fusion import make_fusion
 from studio.engine.geometry import matrices
 from studio.engine.human.model import build_humanoid
@@ -28,9 +30,12 @@ from studio.engine.pipeline import Pipeline
 from studio.engine.poses import Poses
 from studio.engine.schedule import Schedule
 from studio.engine.settings import SolveSettings, preset
-from studio.engine.solve.collect import collect_poses
 from studio.engine.solve.solver import Solver
+from studio.engine.solve.take import solve_frames
 from studio.engine.sync import Synchroniser
+from studio.streams.frames import frame_message
+from studio.streams.unity import unity_pose
+from studio.streams.vmc import VmcEncoder
 from studio.take.raw import RawWriter, camera_frame
 
 Figures = dict[str, float | None]
@@ -46,7 +51,7 @@ def parse(stage: Stage) -> tuple[Figures, list[CameraFrame]]:
     def work(item: tuple[str, bytes]) -> None:
         message = wire.decode(item[1])
         assert isinstance(message, wire.SkeletonFrame)
-        frames.append(camera_frame(item[0], JOINT_SET, message))
+        frames.append(camera_frame(item[0], stage.joint_set, message))
 
     return per_frame(work, stage.messages), frames
 
@@ -54,7 +59,7 @@ def parse(stage: Stage) -> tuple[Figures, list[CameraFrame]]:
 def record(stage: Stage) -> Figures:
     """One message of one camera into `raw.mcap`, with a flush every half second."""
     hello = [
-        wire.Hello(wire.PROTOCOL_VERSION, name, "bench", JOINT_SET, "bench")
+        wire.Hello(wire.PROTOCOL_VERSION, name, "bench", stage.joint_set, "bench")
         for name in stage.calibration.cameras
     ]
     with tempfile.TemporaryDirectory() as folder, RawWriter(Path(folder) / "raw.mcap") as writer:
@@ -120,6 +125,54 @@ def mink_frame_tasks(stage: Stage, fused: list[FusedSkeleton]) -> Figures:
     return per_frame(lambda skeleton: solver.solve(skeleton.positions), fused)
 
 
+def retargeting_mink(stage: Stage, fused: list[FusedSkeleton]) -> Figures:
+    """The same by mink with the settings of General Motion Retargeting, for comparison."""
+    solver = RetargetingMink(build_humanoid(Skeleton.of(stage.calibration.performer)))
+    return per_frame(lambda skeleton: solver.solve(skeleton.positions), fused)
+
+
+def filters(fused: list[FusedSkeleton]) -> dict[str, Figures]:
+    """One output frame of each filter on the fused joints."""
+    out = {}
+    for name, make in FILTERS.items():
+        one = make()
+        out[f"filter_{name}"] = per_frame(lambda s, one=one: one.apply(s.positions, OUTPUT_S), fused)
+    return out
+
+
+def sending(results: list[StepResult]) -> dict[str, Figures]:
+    """One output frame as bytes: for programs by WebSocket (`encode`), for receivers by VMC (`broadcast`)."""
+    vmc = VmcEncoder()
+    return {
+        "encode": per_frame(frame_message, results),
+        "broadcast": per_frame(
+            lambda r: vmc.encode(
+                unity_pose(r.frame_set.stage_time_ns * 1e-9, r.positions_m, r.rotations_wxyz)
+            ),
+            results,
+        ),
+    }
+
+
+def finish(stage: Stage) -> Figures:
+    """One output frame of a take that is solved as a whole, preset `finish`, all of it together."""
+    frames = [
+        camera_frame(camera, stage.joint_set, message)
+        for camera, data in stage.messages
+        if isinstance(message := wire.decode(data), wire.SkeletonFrame)
+    ]
+    begin = time.perf_counter()
+    poses = solve_frames(frames, stage.calibration, preset("finish"))
+    each_ms = (time.perf_counter() - begin) * 1e3 / poses.frame_count
+    return {
+        "median_ms": each_ms,
+        "p99_ms": each_ms,
+        "cpu_p99_ms": each_ms,
+        "frames_per_second": 1e3 / each_ms,
+        "ratio_to_mink_frame_tasks": None,
+    }
+
+
 def completion(stage: Stage, sets: list[FrameSet], fused: list[FusedSkeleton]) -> Figures:
     """One output frame of what completes the solve: floor contact, look-at, hands."""
     performer = stage.calibration.performer
@@ -143,10 +196,11 @@ def completion(stage: Stage, sets: list[FrameSet], fused: list[FusedSkeleton]) -
     return per_frame(work, solved)
 
 
-def pipeline(stage: Stage) -> tuple[Figures, Poses]:
+def pipeline(stage: Stage) -> tuple[Figures, list[StepResult]]:
     """One output frame of all that the live stage does: messages to pose, from bytes."""
     whole, schedule = Pipeline(stage.calibration, SETTINGS), Schedule(SETTINGS.output_hz)
-    results, batches, waiting = [], [], []
+    results: list[StepResult] = []
+    batches, waiting = [], []
     newest: dict[str, int] = {}
     for camera, data in stage.messages:
         waiting.append((camera, data))
@@ -161,12 +215,12 @@ def pipeline(stage: Stage) -> tuple[Figures, Poses]:
         for camera, data in batch[0]:
             message = wire.decode(data)
             assert isinstance(message, wire.SkeletonFrame)
-            whole.add_frame(camera_frame(camera, JOINT_SET, message))
+            whole.add_frame(camera_frame(camera, stage.joint_set, message))
         result = whole.step(batch[1])
         if result is not None:
             results.append(result)
 
-    return per_frame(work, batches), collect_poses(results)
+    return per_frame(work, batches), results
 
 
 def exports(poses: Poses) -> dict[str, Figures]:
@@ -183,6 +237,7 @@ def exports(poses: Poses) -> dict[str, Figures]:
             out[f"export_{name}"] = {
                 "median_ms": whole["median_ms"] / poses.frame_count,
                 "p99_ms": whole["p99_ms"] / poses.frame_count,
+                "cpu_p99_ms": whole["cpu_p99_ms"] / poses.frame_count,
                 "frames_per_second": whole["frames_per_second"] * poses.frame_count,
                 "ratio_to_mink_frame_tasks": None,
             }

@@ -1,6 +1,7 @@
 """`studio bench`: how fast every stage is on this machine."""
 
 import argparse
+from pathlib import Path
 from typing import Any
 
 from studio.commands.common import add_command, add_json, progress_bar, table, write_result
@@ -9,38 +10,62 @@ _TEXT = """\
 Measure the speed of every stage, each on one core, on the embedded simulated stage.
 
 The whole live pipeline is `pipeline`. The solvers are compared with plain mink, one FrameTask per joint, on
-the same model and motion in the same run."""
+the same model and motion in the same run, and with mink as General Motion Retargeting sets it up. With --growth
+also: how the pipeline grows with cameras (1 to 8) and joints, and a finished take with its length."""
 
 
 def add_parser(subparsers: Any) -> None:
     parser = add_command(subparsers, "bench", run, _TEXT)
     parser.add_argument("--frames", metavar="N", type=int, default=300, help="frames per stage (default 300)")
+    parser.add_argument("--growth", action="store_true", help="measure growth too (a few minutes)")
+    parser.add_argument("--report", metavar="FILE.html", type=Path, help="write tables and plots as a page")
     add_json(parser)
 
 
 def run(args: argparse.Namespace) -> int:
+    from studio.bench.growth import growth
+    from studio.bench.report import bench_report
     from studio.bench.run import run_bench
     from studio.engine.errors import SettingsError
+    from studio.engine.files import write_atomically
+    from studio.engine.system import peak_memory_bytes
 
     if args.frames < 30:
         raise SettingsError(f"--frames {args.frames} is too few; allowed: 30 or more")
     with progress_bar("bench") as progress:
         stages = run_bench(args.frames, progress=progress)
-    write_result(args, {"stages": stages})
+    result: dict[str, Any] = {"stages": stages, "peak_memory_mb": peak_memory_bytes() / 2**20}
+    if args.growth:
+        result["growth"] = growth(args.frames)
+    write_result(args, result)
+    if args.report is not None:
+        with write_atomically(args.report) as file:
+            file.write(bench_report(result).encode())
     print(summary(stages))
+    for name, points in result.get("growth", {}).items():
+        print(f"{name}: " + ", ".join(f"{at}: {told(point)}" for at, point in points.items()))
     return 0
+
+
+def told(point: dict[str, Any]) -> str:
+    """A point of the growth in words."""
+    if "solve_s" in point:
+        return f"{point['frames_per_second']:.0f} frames/s, {point['peak_memory_mb']:.0f} MB"
+    median, p99, cpu = (1e3 * point[key] for key in ("median_ms", "p99_ms", "cpu_p99_ms"))
+    return f"median {median:.0f} us, p99 {p99:.0f} us ({cpu:.0f} of processor time)"
 
 
 def summary(stages: dict[str, dict[str, float | None]]) -> str:
     """The stages as a table, one line each."""
-    rows = [["stage", "median ms", "p99 ms", "frames/s", "time / plain mink's"]]
+    rows = [["stage", "median us", "p99 us", "p99 cpu us", "frames/s", "time / plain mink's"]]
     for name, stage in stages.items():
         ratio = stage.get("ratio_to_mink_frame_tasks")
         rows.append(
             [
                 name,
-                f"{stage['median_ms']:.3f}",
-                f"{stage['p99_ms']:.3f}",
+                f"{1e3 * stage['median_ms']:.1f}",
+                f"{1e3 * stage['p99_ms']:.1f}",
+                f"{1e3 * stage['cpu_p99_ms']:.1f}",
                 f"{stage['frames_per_second']:.0f}",
                 "" if ratio is None else f"{ratio:.2f}",
             ]

@@ -165,15 +165,17 @@ def test_a_refused_calibration_is_kept_but_not_used(stage, test_data, tmp_path):
 
 
 def test_bench_measures_every_stage(tmp_path):
-    done = studio("bench", "--frames", "60", "--json", "bench.json", cwd=tmp_path)
+    done = studio("bench", "--frames", "60", "--json", "bench.json", "--report", "bench.html", cwd=tmp_path)
     assert (done.returncode, done.stderr) == (0, "")
+    assert "<svg" in (tmp_path / "bench.html").read_text()
     stages = json.loads((tmp_path / "bench.json").read_text())["stages"]
-    wanted = {"parse", "record", "sync", "fusion", "solve", "solve_mink", "mink_frame_tasks", "completion",
-              "pipeline", "export_fbx", "export_bvh"}  # fmt: skip
+    wanted = {"parse", "record", "sync", "fusion", "solve", "solve_mink", "mink_frame_tasks", "mink_retargeting",
+              "completion", "filter_holt", "filter_one_euro", "pipeline", "encode", "broadcast", "finish",
+              "tracker_1", "tracker_3", "export_fbx", "export_bvh"}  # fmt: skip
     assert wanted <= set(stages)
     for name, figures in stages.items():
         assert 0 < figures["median_ms"] <= figures["p99_ms"]
         assert figures["frames_per_second"] > 0
         assert (figures["ratio_to_mink_frame_tasks"] is None) == (
-            name not in ("solve", "solve_mink", "mink_frame_tasks")
+            name not in ("solve", "solve_mink", "mink_frame_tasks", "mink_retargeting")
         )

@@ -17,6 +17,7 @@ PACKAGE = Path(studio.__file__).parent
 LOOPBACK = {"127.0.0.1", "::1"}
 
 MAY_CONNECT = {
+    "api/remote.py": "asks the system for this machine's own address; nothing is sent",
     "camera/link.py": "a camera's link to the server that its operator named",
     "web/proxy.py": "viser, on the loopback",
     "web/view.py": "a free port on the loopback",

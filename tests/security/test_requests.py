@@ -192,6 +192,21 @@ def test_who_watches_or_votes_or_is_a_camera_operates_nothing(guarded):
                 pass
 
 
+def test_a_viewer_changes_nothing(guarded):
+    """Whoever signed in by a viewer's link is refused by every route that changes something, but signing out."""
+    studio, access = guarded
+    key = access.sign_in(access.renew_viewer(), "here")
+    headers = {"Cookie": f"studio_operator={key}"}
+    assert studio.http.get("/status", headers=headers).status_code == 200
+    before = studio.http.get("/status", headers=headers).json()
+    for method, path in operations_of(studio, access):
+        if method != "GET" and "/vote/" not in path and not path.endswith(("/signin", "/signout")):
+            answer = studio.http.request(method, root(studio) + path, json={}, headers=headers)
+            assert answer.status_code == 403, (method, path, answer.status_code)
+    after = studio.http.get("/status", headers=headers).json()
+    assert after["settings"] == before["settings"] and after["recording"]["active"] is False
+
+
 def operations_of(studio, access: Access) -> list[tuple[str, str]]:
     headers = {"Authorization": f"Bearer {access.operator_token}"}
     paths = studio.http.get("/openapi.json", headers=headers).json()["paths"]
