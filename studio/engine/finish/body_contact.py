@@ -16,6 +16,10 @@ GIVES_M = 0.010
 SIGMA_M = 0.007
 """Parts may be so deep in each other, and beyond that have this deviation [m]."""
 
+BELIEVED_M = 0.018
+"""What is much deeper than this is where cameras see it: joints' noise goes so deep, and no further (Geman-McClure
+weights: Zhang, "Parameter estimation techniques", 1997, section 9). The body may be slimmer than was thought."""
+
 NEAR_M = 0.005
 """Parts this near to touching have a row too, which asks for nothing but holds back steps into each other: without
 it, a part that was pushed out went back in with the next step, and out again."""
@@ -89,9 +93,11 @@ class BodyContact:
         s, t = along_a[frames, pairs, None], along_b[frames, pairs, None]
         way = apart[frames, pairs] / distance[frames, pairs, None]
         shares = np.concatenate([1.0 - s, s, t - 1.0, -t], axis=1)
+        too_deep = np.maximum(deep[frames, pairs], 0.0)
+        root_weight = 1.0 / (1.0 + (too_deep / BELIEVED_M) ** 2) / SIGMA_M
         of_joints = jacobians.reshape(len(sites), -1, 3, jacobians.shape[2])[frames[:, None], _JOINTS[pairs]]
         return (
             frames,
-            np.einsum("rk,ra,rkan->rn", shares, way, of_joints) / SIGMA_M,
-            np.maximum(deep[frames, pairs], 0.0) / SIGMA_M,
+            np.einsum("rk,ra,rkan->rn", shares, way, of_joints) * root_weight[:, None],
+            too_deep * root_weight,
         )

@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 from studio.engine.calibration.proportions import anthropometric_positions
-from studio.engine.finish.body_contact import GIVES_M, SIGMA_M, BodyContact
+from studio.engine.finish import body_contact
+from studio.engine.finish.body_contact import BELIEVED_M, GIVES_M, SIGMA_M, BodyContact
 from studio.engine.finish.trajectory import Kinematics, moved
 from studio.engine.human.model import build_humanoid
 from studio.engine.human.skeleton import Skeleton
@@ -16,6 +17,12 @@ from studio.engine.tracker.body import performer_of
 def body():
     humanoid = build_humanoid(Skeleton.of(performer_of(np.zeros(11))))
     return humanoid, Kinematics(humanoid), BodyContact(humanoid.skeleton.height_m)
+
+
+@pytest.fixture
+def all_believed(monkeypatch):
+    """Every depth counts alike."""
+    monkeypatch.setattr(body_contact, "BELIEVED_M", 1e3)
 
 
 def _hanging(humanoid, abduction: float) -> np.ndarray:
@@ -44,7 +51,7 @@ def test_a_t_pose_asks_for_nothing(body):
     assert not residuals.any()
 
 
-def test_a_row_says_how_two_parts_come_apart(body):
+def test_a_row_says_how_two_parts_come_apart(body, all_believed):
     """The residual falls by the row times a small step: finite differences, to what tapering adds."""
     humanoid, kinematics, contact = body
     q = _hanging(humanoid, -0.3)
@@ -58,7 +65,7 @@ def test_a_row_says_how_two_parts_come_apart(body):
         assert (residuals[deepest] - after[deepest]) / 1e-6 == pytest.approx(rows[deepest, k], abs=2.0)
 
 
-def test_steps_along_the_rows_bring_parts_apart(body):
+def test_steps_along_the_rows_bring_parts_apart(body, all_believed):
     humanoid, kinematics, contact = body
     q = _hanging(humanoid, -0.3)
     for _ in range(8):
@@ -68,7 +75,7 @@ def test_steps_along_the_rows_bring_parts_apart(body):
     assert contact.rows(*kinematics.linearised(q))[2].max(initial=0.0) * SIGMA_M < 0.002
 
 
-def test_parts_scale_with_the_performer():
+def test_parts_scale_with_the_performer(all_believed):
     sites = anthropometric_positions(1.7)[None].copy()
     sites[0, INDEX["right_wrist"]] = sites[0, INDEX["right_hip"]] + [-0.11, 0.0, -0.05]
     sites[0, INDEX["right_elbow"]] = sites[0, INDEX["right_wrist"]] + [-0.02, 0.0, 0.25]
@@ -76,3 +83,28 @@ def test_parts_scale_with_the_performer():
     small, large = (BodyContact(height).rows(sites, jacobians)[2].max(initial=0.0) for height in (1.2, 2.2))
     assert small == 0.0
     assert large * SIGMA_M > GIVES_M
+
+
+def _forearm_in_thigh(deep_m: float) -> np.ndarray:
+    """Canonical joints of which the right forearm lies across the right thigh, so deep beyond what flesh gives."""
+    sites = anthropometric_positions(1.7)[None].copy()
+    hip, knee = sites[0, INDEX["right_hip"]], sites[0, INDEX["right_knee"]]
+    thigh = 0.5 * (hip + knee)
+    radii = body_contact._PARTS["right_thigh"][2:], body_contact._PARTS["right_forearm"][2:]
+    away = 1.7 * sum(0.5 * (begin + end) for begin, end in radii) - GIVES_M - deep_m
+    for joint, y in (("right_elbow", 0.13), ("right_wrist", -0.13), ("right_hand", -0.2)):
+        sites[0, INDEX[joint]] = thigh + np.array([-away, y, 0.0])
+    return sites
+
+
+def test_what_is_too_deep_for_noise_counts_little():
+    """The pull grows with the depth at first, and fades where cameras see one part well inside the other."""
+    contact, jacobians = BodyContact(1.7), np.zeros((1, 63, 1))
+    jacobians[0, 3 * INDEX["right_elbow"], 0] = jacobians[0, 3 * INDEX["right_wrist"], 0] = 1.0
+
+    def pull(deep_m: float) -> float:
+        _, rows, residuals = contact.rows(_forearm_in_thigh(deep_m), jacobians)
+        return float(np.abs(rows[:, 0] @ residuals))
+
+    assert pull(0.2 * BELIEVED_M) < pull(0.5 * BELIEVED_M)
+    assert pull(3.0 * BELIEVED_M) < 0.2 * pull(0.5 * BELIEVED_M)
