@@ -107,11 +107,13 @@ export class ReferenceSection {
 
   async remove(name) {
     const take = this.take;
+    this.names = this.names.filter((one) => one !== name); // nothing is measured against it from now on
+    if (this.chosen === name) Object.assign(this, { chosen: "", details: null, aligned: null });
     if (replayed().ghost?.reference === name) await this.show(null);
     const removed = await attempt(() => removeReference(take, name));
-    if (!removed) return;
-    this.measured();
+    if (removed) this.measured();
     await attempt(() => this.load());
+    if (!removed) return;
     showNote(t("reference.removed", { name }), { label: t("message.undo"), run: () => attempt(async () => { await restoreReference(take, name); await this.load(); }) });
   }
 
