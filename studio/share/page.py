@@ -10,6 +10,7 @@ import re
 from functools import cache
 
 from jinja2 import Environment, FileSystemLoader
+from markupsafe import Markup
 
 from studio.engine.poses import Poses
 from studio.share.bake import replay_glb
@@ -34,10 +35,10 @@ def replay_page(
     """
     motion = packed(replay_glb(poses, start_s=start_s, end_s=end_s))
     template = _templates().get_template("share.html")
-    values = {"title": title, "subtitle": subtitle, "modules": _modules(), "motion": motion}
+    values = {"title": title, "subtitle": subtitle, "modules": Markup(_modules()), "motion": motion}
     script = _SCRIPT.search(template.render(policy="", style="", **{**values, "modules": "", "motion": ""}))
     assert script is not None
-    style = (STATIC / "share.css").read_text(encoding="utf-8")
+    style = Markup((STATIC / "share.css").read_text(encoding="utf-8"))  # the program's own, like the modules
     return template.render(policy=policy(script[1]), style=style, **values).encode()
 
 
