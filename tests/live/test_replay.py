@@ -1,11 +1,12 @@
 """Replay of takes that lack something: one clear error, and nothing half-written."""
 
+import numpy as np
 import pytest
 
 from studio.engine.errors import CalibrationError, TakeError
 from studio.engine.poses import Poses
 from studio.engine.settings import preset
-from studio.replay import solve_take
+from studio.replay import solve_part, solve_take
 from studio.take.raw import RawWriter
 from studio.take.take import Take
 from studio.wire import encode
@@ -71,3 +72,15 @@ def test_the_calibration_part_is_left_out_and_a_solve_is_replaced_whole(take):
         "trace.npz",
     ]
     assert [file.name for file in folder.parent.iterdir()] == ["studio"]
+
+
+def test_a_first_look_is_nearly_the_whole_solve_there_and_keeps_nothing(take):
+    take.add_calibration(calibration(["camera_0", "camera_1"]), use=True)
+    part = solve_part(take, preset("finish"), 1.5, 1.8)  # finishing needs the whole take: it is left out
+    assert nothing_written(take) and 1.5 <= part.time_s[0] < part.time_s[-1] <= 1.8
+    whole = Poses.load(solve_take(take, preset("studio"), name="studio") / "poses.npz")
+    first = int(np.argmin(np.abs(whole.time_s - part.time_s[0])))
+    same = whole.positions_m[first : first + part.frame_count]
+    assert np.linalg.norm(same - part.positions_m, axis=2).max() < 0.03
+    with pytest.raises(TakeError, match="no camera shows"):
+        solve_part(take, preset("studio"), 50.0, 60.0)
