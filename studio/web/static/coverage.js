@@ -2,7 +2,7 @@
 const NAMESPACE = "http://www.w3.org/2000/svg";
 const FULL = 45; // frames in a cell that count as full
 const WIDE = 4; // cells to either side of the camera that are always shown
-const FAR = [2, 9]; // and away from it: from, up to
+const FAR = 9; // and away from it
 const ENOUGH_POINTS = 600, ENOUGH_CELLS = 8; // as the server asks for
 
 function svg(tag, attributes, ...children) {
@@ -21,7 +21,7 @@ export function coverageShare({ points, cells }) {
 export function coverageMap({ cells }, colour, label) {
   const xs = cells.map(([x]) => x), zs = cells.map(([, z]) => z);
   const left = Math.min(-WIDE, ...xs), right = Math.max(WIDE - 1, ...xs);
-  const far = Math.max(FAR[1], ...zs), near = Math.min(FAR[0], ...zs, 0);
+  const far = Math.max(FAR, ...zs), near = Math.min(0, ...zs);
   const [width, height] = [right - left + 1, far - near + 1];
   const walked = new Map(cells.map(([x, z, count]) => [`${x},${z}`, count]));
   const squares = [];
