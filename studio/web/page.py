@@ -1,4 +1,4 @@
-"""The pages (Jinja2): `/`, `/signin`, `/blind`, `/remote`, `/camera`, `/vote/TOKEN`; their static files: plain ES modules."""
+"""The pages (Jinja2): `/`, `/signin`, `/blind`, `/remote`, `/camera`, `/vote/TOKEN`; their files: ES modules."""
 
 import secrets
 from importlib import metadata
