@@ -23,6 +23,11 @@ from studio.web.viewpoint import VIEWPOINTS
 _log = logging.getLogger(__name__)
 
 DRAW_HZ = 30.0
+AHEAD_S = 1.0 / 120.0
+"""So much before the next picture of the live stage is due the newest step is waited for: it is drawn as it comes."""
+
+NEXT_STEP_S = 1.0 / 50.0
+"""A step that came while the last picture was drawn is drawn when no newer one comes for this long."""
 
 TRAIL_JOINTS = ("LeftHand", "RightHand", "LeftFoot", "RightFoot")
 MAX_TRAILS = 8
@@ -51,6 +56,7 @@ class View:
         self._result: StepResult | None = None
         self._replay: Shown | None = None
         self._fresh = False
+        self._steps = 0
         self._layers = {name: shown for name, (_, shown) in LAYERS.items()}
         self._trail_joints = TRAIL_JOINTS
         self._viewpoint = "stage"
@@ -92,6 +98,7 @@ class View:
         """Have a live step drawn as soon as the last one is; a newer one replaces it. Safe from any thread."""
         with self._changed:
             self._result = result
+            self._steps += 1
             if self._replay is None:
                 self._fresh = True
                 self._changed.notify()
@@ -156,20 +163,25 @@ class View:
             self._server.stop()
 
     def _run(self) -> None:
-        due_s, problem = self.clock(), ""
+        problem = ""
         while (wanted := self._wait()) is not None:
+            begun_s = self.clock()
             try:
-                self._drawing.draw(wanted, self.clock())
+                self._drawing.draw(wanted, begun_s)
+                self._server.flush()  # viser would wait for more to send together
             except Exception as error:  # the view must not end because one frame could not be drawn
                 if repr(error) != problem:  # what goes wrong in every frame is told once
                     _log.exception("the 3D view could not draw a frame")
                 problem = repr(error)
-            due_s = max(due_s + 1.0 / DRAW_HZ, self.clock())
-            time.sleep(max(0.0, due_s - self.clock()))
+            pause_s = 1.0 / DRAW_HZ - (AHEAD_S if wanted.replay is None else 0.0)
+            time.sleep(max(0.0, begun_s + pause_s - self.clock()))
 
     def _wait(self) -> Wanted | None:
         """Return what is to be drawn as soon as something is new, or after a while; None at the end."""
         with self._changed:
+            if self._fresh and self._replay is None:  # it came during the pause: a newer one comes any moment
+                steps = self._steps
+                self._changed.wait_for(lambda: self._stopping or self._steps > steps, timeout=NEXT_STEP_S)
             self._changed.wait_for(lambda: self._stopping or self._fresh, timeout=0.2)
             if self._stopping:
                 return None
