@@ -11,7 +11,11 @@ if TYPE_CHECKING:
     from playwright.sync_api import Browser
 
 
-REAL_TIME = tuple(f"tests/{name}/" for name in ("acceptance", "api", "web", "live"))
+REAL_TIME = (
+    *(f"tests/{name}/" for name in ("acceptance", "api", "web", "live")),
+    "tests/engine/export/test_glb.py",
+    "tests/security/test_page.py",
+)
 """Tests of servers, browsers and cameras: they wait more than they compute."""
 
 
