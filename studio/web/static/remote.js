@@ -16,7 +16,6 @@ const state = { step: "cameras", status: null, heardAt: 0, colours: {}, busy: fa
 async function act(action) {
   if (state.busy) return;
   state.busy = true;
-  navigator.vibrate?.(20);
   setText(byId("messages"), "");
   try {
     await action();
