@@ -39,7 +39,6 @@ def open_program(sessions, *arguments):
 
 def test_an_operator_signs_in_with_a_browser(tmp_path, chromium):
     with open_program(tmp_path / "sessions") as (url, operator, _, errors):
-        assert "--tls-cert" in errors.read_text()
         with quiet_page(chromium) as page:
             page.goto(url)
             page.wait_for_url("**/signin?next=/")
@@ -47,11 +46,25 @@ def test_an_operator_signs_in_with_a_browser(tmp_path, chromium):
             page.click("button[type=submit]")
             page.wait_for_url(f"{url}/")
             page.wait_for_selector("body[data-connection=open]")
+            assert "--tls-cert" in errors.read_text()  # the last that the server says at its start
             page.fill("#camera-label", "laptop")
             page.click("text=Pair cameras")
             command = page.inner_text(".secret code")
             assert f"--server {url} --token " in command
             expect(page.locator("#access-count")).to_contain_text("2 camera tokens")
+            page.get_by_role("button", name="Link for viewers").click()
+            expect(page.locator(".secret code")).to_contain_text(f"{url}/signin#")
+            link = page.inner_text(".secret code")
+        context = chromium.new_context()
+        viewer = context.new_page()
+        refused = []
+        viewer.on("response", lambda answer: refused.append(answer.url) if answer.status >= 400 else None)
+        viewer.goto(link)
+        viewer.wait_for_selector("body[data-connection=open][data-role=viewer]")
+        expect(viewer.locator("#record")).to_be_hidden()
+        expect(viewer.locator("#access-panel")).to_be_hidden()
+        assert refused == []
+        context.close()
         page = chromium.new_page()
         page.goto(f"{url}/signin?next=//elsewhere.example/")
         page.fill("#token", "wrong")
