@@ -1,0 +1,179 @@
+"""The wizard and the remote control in a real browser, on statuses as the stage sends them, made up step by step."""
+
+import json
+import re
+from pathlib import Path
+
+import pytest
+from playwright.sync_api import Page, WebSocketRoute, expect
+from websockets.sync.client import connect
+
+from tests.web.test_page import FAINT, NAMELESS, SIZES, performing, serving, studio
+
+pytestmark = pytest.mark.browser
+VERDICT = {"residual_median_mm": 31.0, "residual_p95_mm": 120.0, "coverage": 0.9}
+
+
+class Told:
+    """Statuses that a page is told instead of the stage's own."""
+
+    def __init__(self, page: Page, message: dict) -> None:
+        self.message = message
+        self._routes: list[WebSocketRoute] = []
+        page.route_web_socket("**/api/v1/events", lambda route: self._routes.append(route))
+
+    def calibration(self, attempt: dict | None = None, tpose: dict | None = None, **changes: object) -> None:
+        """Change the calibration's attempt and T-pose, and tell it."""
+        known = self.message["status"]["calibration"]
+        known["attempt"].update(attempt or {})
+        known["tpose"].update(tpose or {})
+        known.update(changes)
+        for route in self._routes:
+            route.send(json.dumps(self.message))
+
+
+@pytest.fixture
+def address(tmp_path: Path):
+    """Address of a studio without cameras."""
+    with studio(tmp_path) as (app, _), serving(app) as url:
+        yield url
+
+
+def camera() -> dict:
+    """A camera that is fine, as the status has it."""
+    clock = {"offset_ms": 0.0, "drift_ppm": 0.0, "error_ms": 0.1, "jumps": 0}
+    counts = dict.fromkeys(("kept_by_client", "unknown_by_client", "not_kept_by_client", "previews"), 0)
+    figures = {"fps": 30.0, "latency_ms": 5.0, "jitter_ms": 1.0, "loss_percent": 0.0, "confidence": 0.9}
+    words = {"state": "live", "starved": "", "reason": "", "device": "test", "machine": "", "message": ""}
+    flags = {"connected": True, "calibrated": True, "reference": False, "local": True}
+    return {**flags, **words, **figures, **counts, "clock": clock, "shift_mm": None, "frames": 100}
+
+
+@pytest.fixture
+def told(address: str, page: Page) -> Told:
+    """A page that is told of two cameras."""
+    with connect(f"{address.replace('http', 'ws')}/api/v1/events") as events:
+        message = json.loads(events.recv(timeout=10))
+    message["status"]["cameras"] = {"left": camera(), "right": camera()}
+    return Told(page, message)
+
+
+def coverage(points: int, enough: bool) -> dict:
+    cells = [[x, z, points // 10] for x in range(-2, 2) for z in (4, 5, 6)][: max(1, points // 60)]
+    return {"points": points, "cells": cells, "enough": enough}
+
+
+def open_page(page: Page, address: str) -> None:
+    page.goto(address)
+    expect(page.locator("#connection")).to_have_text("Connected")
+    expect(page.locator("#preset")).to_be_visible()
+
+
+def walk(told: Told) -> None:
+    told.calibration()
+    seen = {"left": coverage(300, False), "right": coverage(900, True)}
+    told.calibration({"state": "gathering", "seconds": 34.0, "progress": 0.5, "coverage": seen})
+
+
+def test_from_the_walk_to_a_measured_performer(address: str, page: Page, told: Told) -> None:
+    open_page(page, address)
+    page.locator("h1").click()
+    walk(told)  # somebody begins: the wizard opens by itself
+    big = page.locator("#wizard-big")
+    expect(big).to_have_text("Walk and turn")
+    expect(page.locator("#wizard-number")).to_have_text(re.compile(r"\d+"))
+    expect(page.locator(".wizard-map")).to_have_count(2)
+    expect(page.locator(".wizard-map").first).to_contain_text("50 %")
+    expect(page.locator(".wizard-map").last).to_contain_text("enough")
+    assert page.evaluate(FAINT) == [] and page.evaluate(NAMELESS) == []
+    told.calibration({"state": "computing", "progress": 0.9})
+    expect(big).to_have_text("Computing")
+    why = "too little spread: walk through the whole stage"
+    told.calibration(
+        {
+            "state": "failed",
+            "message": f"refused: right: {why}",
+            "cameras": {
+                "left": {**VERDICT, "verdict": "good", "reasons": []},
+                "right": {**VERDICT, "verdict": "refused", "reasons": [why]},
+            },
+        }
+    )
+    expect(big).to_have_text("Refused")
+    expect(page.locator("body")).to_have_attribute("data-sound", "refusal")
+    expect(page.locator("#wizard-cards")).to_contain_text("31 mm, 95 % within 120 mm")
+    expect(page.locator("#wizard-cards p")).to_have_text("too little spreadwalk through the whole stage")
+    expect(page.locator("#wizard-again")).to_have_class("primary")
+    walk(told)
+    told.calibration({"state": "done", "cameras": {"left": {**VERDICT, "verdict": "good", "reasons": []}}})
+    expect(big).to_have_text("Good")
+    page.locator("#wizard-pose").click()
+    expect(page.locator("#wizard-tpose")).to_be_enabled()
+    told.calibration(tpose={"state": "countdown", "seconds_left": 4.8, "problems": ["left arm too low"]})
+    expect(page.locator("#wizard-number")).to_have_text(re.compile(r"[0-5]"))
+    expect(page.locator("#wizard-small")).to_have_text("left arm too low")
+    told.calibration(tpose={"state": "holding", "seconds_left": 2.0, "problems": []})
+    expect(big).to_have_text("Hold still")
+    told.calibration(tpose={"state": "done", "height_m": 1.78, "message": "measured"}, height_m=1.78)
+    expect(big).to_have_text("Ready to record")
+    expect(page.locator("#wizard-small")).to_contain_text("1.78 m")
+    expect(page.locator("body")).to_have_attribute("data-sound", "success")
+    page.keyboard.press("Escape")
+    expect(page.locator("#wizard")).to_be_hidden()
+
+
+def test_it_is_legible_from_afar_and_fits_every_screen(address: str, page: Page, told: Told) -> None:
+    open_page(page, address)
+    walk(told)
+    for width, height in SIZES:
+        page.set_viewport_size({"width": width, "height": height})
+        assert page.evaluate("document.querySelector('#wizard').scrollWidth <= innerWidth")
+        sizes = page.evaluate(
+            "['#wizard-big', '#wizard-number'].map((which) =>"
+            " parseFloat(getComputedStyle(document.querySelector(which)).fontSize))"
+        )
+        if (
+            width == 1920
+        ):  # 15 minutes of arc at 3 m on a 24 inch screen are 13 mm, 47 pixels of capital letters
+            assert min(sizes) >= 65
+        finish = page.locator("#wizard-enough").bounding_box()
+        assert finish is not None and finish["y"] + finish["height"] <= height
+
+
+def test_sound_is_muted_for_good(address: str, page: Page, told: Told) -> None:
+    open_page(page, address)
+    walk(told)
+    page.locator("#wizard-mute").click()
+    expect(page.locator("#wizard-mute")).to_have_text("Sound off")
+    before = page.evaluate("document.body.dataset.sound")
+    told.calibration({"state": "computing"})
+    expect(page.locator("#wizard-big")).to_have_text("Computing")
+    assert page.evaluate("document.body.dataset.sound") == before != "step"
+    assert page.evaluate("localStorage.getItem('muted')") == "yes"
+
+
+def test_the_remote_control_says_the_same_and_records(tmp_path: Path, page: Page) -> None:
+    page.set_viewport_size({"width": 390, "height": 844})
+    with studio(tmp_path) as (app, stage), serving(app) as url:
+        page.goto(f"{url}/remote")
+        expect(page.locator("#big")).to_have_text("No camera yet")
+        expect(page.locator("#record")).to_be_disabled()
+        with performing(url):
+            expect(page.locator("#big")).to_have_text("2 cameras ready")
+            assert page.evaluate(FAINT) == [] and page.evaluate(NAMELESS) == []
+            page.locator("#record").click()
+            expect(page.locator("#big")).to_have_text("Recording")
+            expect(page.locator("#record")).to_contain_text("Stop")
+            assert stage.recording_name() is not None
+            page.locator("#record").click()
+            expect(page.locator("#record")).to_have_text("Record")
+            page.locator("#calibrate").click()
+            expect(page.locator("#big")).to_have_text("Hold a T-pose")
+            expect(page.locator("#calibrate")).to_have_text("Enough")
+        assert page.evaluate("document.documentElement.scrollWidth <= innerWidth")
+
+
+def test_the_way_for_a_phone_is_shown(address: str, page: Page) -> None:
+    page.goto(address)
+    page.locator("#remote-link").click()
+    expect(page.locator("#phone")).to_contain_text("answers on this computer only")
