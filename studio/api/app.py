@@ -85,9 +85,7 @@ def create_app(
     app.include_router(access_router(access))
     app.include_router(remote_router(access))
     app.state.local_cameras = LocalCameras(stage, access.own_camera_token)
-    app.include_router(
-        add_cameras_router(access, app.state.local_cameras, Recordings(sessions, recordings))
-    )
+    app.include_router(add_cameras_router(access, app.state.local_cameras, Recordings(sessions, recordings)))
     app.include_router(link_router(stage, access, hello_timeout_s=hello_timeout_s))
     app.state.events = {"local_cameras": app.state.local_cameras.status}
     app.include_router(events_router(stage, jobs, app.state.events))

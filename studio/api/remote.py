@@ -52,7 +52,9 @@ def root_address(request: Request, *, for_others: bool) -> str:
     host = request.url.hostname or ""
     if for_others and _is_loopback(host):
         host = own_address() or host
-    return f"{request.url.scheme}://{f'[{host}]' if ':' in host else host}:{request.url.port or _usual(request)}"
+    return (
+        f"{request.url.scheme}://{f'[{host}]' if ':' in host else host}:{request.url.port or _usual(request)}"
+    )
 
 
 def own_address() -> str:

@@ -90,12 +90,16 @@ def test_simulated_cameras_are_started_and_stopped(server: str) -> None:
 
 def test_a_recording_plays_as_cameras(server: str, recordings: Recordings, tmp_path: Path) -> None:
     rows = "".join(f"{i / 30},0,0,2,1,0,0.4,2,1,0,0.6,2,1,0,0.7,2,1\n" for i in range(90))
-    names = ",".join(f"{j}_{k}" for j in ("hips", "chest", "neck", "head") for k in ("x", "y", "z", "confidence"))
+    names = ",".join(
+        f"{j}_{k}" for j in ("hips", "chest", "neck", "head") for k in ("x", "y", "z", "confidence")
+    )
     for file in (tmp_path / "recordings" / "june" / "walk").glob("*/joints.csv"):
         file.write_text(f"time_s,{names}\n{rows}")
     listed = httpx.get(f"{server}/recordings").json()
     assert {"id": "recordings/june/walk", "cameras": ["camera_0", "camera_1"]} in listed
-    assert httpx.post(f"{server}/local-cameras", json={"recording": "recordings/june/walk"}).status_code == 201
+    assert (
+        httpx.post(f"{server}/local-cameras", json={"recording": "recordings/june/walk"}).status_code == 201
+    )
 
     def frames() -> list[int]:
         return [one["frames"] for one in httpx.get(f"{server}/status").json()["cameras"].values()]
