@@ -45,7 +45,9 @@ CALIBRATION_S = 34.0
 """A T-pose of 3 s and a walk of 30 s, with a second to begin."""
 
 MAX_CALIBRATION_S = 300.0
-RESERVED_SESSIONS = ("calibrations", PERFORMERS)
+RESERVED_SESSIONS = ("blind", "calibrations", PERFORMERS, "rigs", "shares")
+"""Folders of the stage and the server beside those of sessions."""
+
 MAX_COUNTDOWN_S = 60.0
 _log = logging.getLogger(__name__)
 

@@ -7,7 +7,7 @@ import time
 import pytest
 
 from studio import wire
-from studio.engine.errors import SettingsError, StudioError
+from studio.engine.errors import SettingsError, StudioError, TakeError
 from studio.engine.pipeline import Pipeline
 from studio.live import CameraRefused, LiveStage
 from studio.live.links import LINK_TIMEOUT_NS
@@ -86,6 +86,12 @@ def test_all_that_was_sent_is_recorded_while_the_engine_is_busy(stage, tmp_path)
     raw = inspect_raw(Take.open(tmp_path / "s" / "t").raw_path)
     assert raw.frames == {"camera_0": 300} and raw.complete
     assert stage.status()["cameras"]["camera_0"]["skipped"] > 0
+
+
+@pytest.mark.parametrize("session", ["blind", "calibrations", "performers", "rigs", "shares"])
+def test_no_session_takes_a_folder_of_the_stage(stage, session):
+    with pytest.raises(TakeError, match="not allowed"):
+        stage.start_recording(session, "t")
 
 
 def test_a_name_may_be_taken_over_once_its_client_is_silent(tmp_path):
