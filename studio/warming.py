@@ -1,7 +1,7 @@
 """Makes a process ready to solve: whatever is loaded or compiled at its first call is there afterwards."""
 
 from studio import wire
-from studio.bench.stage import JOINT_SET, make_stage
+from studio.bench.stage import make_stage
 from studio.engine.settings import preset
 from studio.engine.solve.following import Following
 from studio.engine.solve.take import solve_frames
@@ -18,5 +18,5 @@ def prepare() -> None:
     for name, data in stage.messages:
         message = wire.decode(data)
         assert isinstance(message, wire.SkeletonFrame)
-        frames.append(camera_frame(name, JOINT_SET, message))
+        frames.append(camera_frame(name, stage.joint_set, message))
     solve_frames(frames, stage.calibration, preset("studio"), following=Following(), trace=TraceCollector())

@@ -86,3 +86,9 @@ def test_a_word_to_stop_that_comes_too_late_stops_nothing_else(ready):
     for number in range(5):
         asked = iter([False, True])
         assert worker.run_in_process(abs, -number, should_stop=lambda a=asked: next(a, True)) == number
+
+
+def test_what_makes_a_process_ready_runs():
+    from studio.warming import prepare
+
+    prepare()

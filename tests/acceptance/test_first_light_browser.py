@@ -77,6 +77,7 @@ def test_first_light(tmp_path: Path, chromium: Browser) -> None:
         expect(page.locator("#calibration-badge")).to_have_text(
             re.compile("good|usable"), timeout=CALIBRATED_MS
         )
+        expect(page.locator("#wizard")).to_be_hidden(timeout=30_000)  # it opened and leaves by itself
         expect(page.locator("#notice")).to_be_hidden(timeout=30_000)
         page.screenshot(path=tmp_path / "live.png")
         record(page, "first")
