@@ -75,7 +75,10 @@ def test_as_live_equals_the_live_poses_bit_for_bit(studio, cameras):
     live = assert_equal_bits(take, "again")
     assert live.frame_count == summary["poses"]
     assert np.ptp(live.positions_m, axis=0).max() > 0.05  # it is a motion, not one pose over and over
-    assert json.loads((folder / "settings.json").read_text()) == preset("studio").to_json()
+    assert json.loads((folder / "settings.json").read_text()) == {
+        "format_version": 1,
+        **preset("studio").to_json(),
+    }
     assert json.loads((folder / "metrics.json").read_text())["as_live"] is True
 
 
