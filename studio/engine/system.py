@@ -19,6 +19,7 @@ except ImportError:  # Windows
 USB_DEVICES = Path("/sys/bus/usb/devices")
 """Where Linux lists USB devices; no such folder elsewhere."""
 
+_STATUS = Path("/proc/self/status")
 _BOOT_ID = Path("/proc/sys/kernel/random/boot_id")
 
 
@@ -57,9 +58,17 @@ def limit_memory(most_bytes: int) -> None:
 
 
 def peak_memory_bytes() -> int:
-    """Return the most memory that this process has had; 0 where the system does not tell."""
+    """Return the most memory that this process has had; 0 where the system does not tell.
+
+    Linux hands a starting process the peak of the one that started it in `ru_maxrss`, so its own is read elsewhere.
+    """
     if resource is None:
         return 0
+    try:
+        lines = _STATUS.read_text(encoding="ascii").splitlines()
+        return next(int(line.split()[1]) * 1024 for line in lines if line.startswith("VmHWM:"))
+    except (OSError, StopIteration):
+        pass
     unit = 1 if sys.platform == "darwin" else 1024
     return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * unit
 
