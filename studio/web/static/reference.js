@@ -110,6 +110,9 @@ export class ReferenceSection {
     this.names = this.names.filter((one) => one !== name); // nothing is measured against it from now on
     if (this.chosen === name) Object.assign(this, { chosen: "", details: null, aligned: null });
     if (replayed().ghost?.reference === name) await this.show(null);
+    for (let tries = 0; tries < 40 && replayed().ghost?.reference === name; tries += 1) { // the view lets go of it first
+      await new Promise((go) => { setTimeout(go, 50); });
+    }
     const removed = await attempt(() => removeReference(take, name));
     if (removed) this.measured();
     await attempt(() => this.load());
