@@ -165,7 +165,7 @@ def test_a_refused_value_is_explained_and_taken_back(empty: str, chromium: Brows
 
 def test_layers_follow_their_checkboxes(empty: str, page: Page) -> None:
     open_page(page, empty)
-    page.get_by_text("Show", exact=True).click()
+    page.locator("summary", has_text="Show").click()
     page.get_by_label("Fused skeleton").check()
     page.get_by_label("Trails").check()
     page.get_by_role("button", name="Head").click()

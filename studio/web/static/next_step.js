@@ -11,7 +11,7 @@ const BUSY = ["gathering", "computing"];
 function stepOf(status, takes, replaying) {
   if (replaying || status.recording.active || BUSY.includes(status.calibration.attempt.state)) return "";
   if (!Object.values(status.cameras).some((camera) => camera.connected)) return "cameras";
-  if (status.calibration.state === "none") return "calibrate";
+  if (["none", "provisional"].includes(status.calibration.state)) return "calibrate";
   return takes && takes.length === 0 ? "record" : "";
 }
 
