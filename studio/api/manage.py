@@ -125,23 +125,23 @@ def manage_router(sessions: Path, finder: Finder, jobs: Jobs) -> APIRouter:
         sessions.mkdir(parents=True, exist_ok=True)
         with tempfile.TemporaryDirectory(prefix=".upload-", dir=sessions) as folder:
             file = Path(folder) / "upload.zip"
-            await _receive(request, file)
+            await receive(request, file, MAX_BYTES, f"the file is larger than {MAX_BYTES >> 30} GB")
             await run_in_threadpool(run_in_process, unbundle_work, file, path)
         return finder.line(await run_in_threadpool(take_info, path))
 
     return router
 
 
-async def _receive(request: Request, file: Path) -> None:
+async def receive(request: Request, file: Path, most_bytes: int, too_large: str) -> None:
     """Write a request's body to a file, piece by piece.
 
     Raises:
-        FormatError: it is larger than a take may be.
+        FormatError: it is larger than `most_bytes`; `too_large` says so.
     """
     size = 0
     with file.open("wb") as target:
         async for piece in request.stream():
             size += len(piece)
-            if size > MAX_BYTES:
-                raise FormatError(f"the file is larger than {MAX_BYTES >> 30} GB")
+            if size > most_bytes:
+                raise FormatError(too_large)
             await run_in_threadpool(target.write, piece)

@@ -12,6 +12,7 @@ from starlette.concurrency import run_in_threadpool
 
 from studio.api.errors import RESPONSES, NotFoundError
 from studio.api.find import Finder
+from studio.api.manage import receive
 from studio.api.measure_work import check_reference_work
 from studio.api.stage import Request as Body
 from studio.engine.errors import FormatError, StudioError
@@ -76,18 +77,10 @@ def references_router(sessions: Path, finder: Finder) -> APIRouter:
         opened = await run_in_threadpool(finder.take, session, take)
         target = _new_path(opened, name)
 
-        async def receive(file: Path) -> None:
-            size = 0
-            with file.open("wb") as out:
-                async for piece in request.stream():
-                    size += len(piece)
-                    if size > MAX_REFERENCE_BYTES:
-                        raise FormatError(f"a reference may have {MAX_REFERENCE_BYTES >> 20} MB at most")
-                    await run_in_threadpool(out.write, piece)
-
         with _waiting_room(opened) as folder:
             file = Path(folder) / name
-            await receive(file)
+            too_large = f"a reference may have {MAX_REFERENCE_BYTES >> 20} MB at most"
+            await receive(request, file, MAX_REFERENCE_BYTES, too_large)
             return await run_in_threadpool(_keep, opened, file, target)
 
     @router.post(prefix, status_code=201)
