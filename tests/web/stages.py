@@ -97,7 +97,7 @@ class FakeStage:
             thread.join()
 
 
-def until(condition: Callable[[], bool], timeout_s: float = 10.0) -> None:
+def until(condition: Callable[[], bool], timeout_s: float = 60.0) -> None:
     """Wait until the condition holds; fail when it does not in time."""
     end_s = time.monotonic() + timeout_s
     while not condition():

@@ -23,7 +23,7 @@ def open_stage(page: Page, address: str) -> np.ndarray:
     """Open the view with nobody on it; return how it looks."""
     page.goto(f"{address}/viewer/")
     page.wait_for_selector("canvas")
-    until(lambda: len(np.unique(pixels(page).reshape(-1, 3), axis=0)) > 200, timeout_s=30)
+    until(lambda: len(np.unique(pixels(page).reshape(-1, 3), axis=0)) > 200)
     last = pixels(page)
 
     def at_rest() -> bool:
@@ -31,7 +31,7 @@ def open_stage(page: Page, address: str) -> np.ndarray:
         before, last = last, pixels(page)
         return bool((before == last).all()) and reddish(last) > 100  # the first camera's frustum is orange
 
-    until(at_rest, timeout_s=30)
+    until(at_rest)
     return last
 
 
@@ -40,28 +40,37 @@ def reddish(picture: np.ndarray) -> int:
 
 
 def changed(page: Page, empty: np.ndarray) -> int:
-    """How many pixels differ from the empty stage."""
-    return int((np.abs(pixels(page) - empty).max(axis=2) > 12).sum())
+    """How many blocks of 8 x 8 pixels differ from the empty stage.
+
+    Blocks, because the viewer draws with fewer pixels on a busy machine: edges and lines get other widths.
+    """
+    return int((np.abs(blocks(pixels(page)) - blocks(empty)).max(axis=2) > 12).sum())
+
+
+def blocks(picture: np.ndarray) -> np.ndarray:
+    """Means of blocks of 8 x 8 pixels, shape (height / 8, width / 8, 3)."""
+    height, width = (8 * (n // 8) for n in picture.shape[:2])
+    return picture[:height, :width].reshape(height // 8, 8, width // 8, 8, 3).mean(axis=(1, 3))
 
 
 @pytest.mark.browser
 def test_a_performer_is_drawn_and_hidden_when_lost(address: str, stage: FakeStage, page: Page) -> None:
     empty = open_stage(page, address)
     with stage.performing():
-        until(lambda: changed(page, empty) > 5000, timeout_s=30)
-    until(lambda: changed(page, empty) < 200, timeout_s=15)
+        until(lambda: changed(page, empty) > 80)
+    until(lambda: changed(page, empty) < 3)
 
 
 @pytest.mark.browser
 def test_layers_are_switched_by_the_api(address: str, stage: FakeStage, page: Page) -> None:
     empty = open_stage(page, address)
     with stage.performing():
-        until(lambda: changed(page, empty) > 5000, timeout_s=30)
+        until(lambda: changed(page, empty) > 80)
         answer = httpx.put(f"{address}/api/v1/view", json={"layers": {"character": False}})
         assert answer.json()["layers"]["character"] == {"label": "Character", "shown": False}
-        until(lambda: changed(page, empty) < 300, timeout_s=15)
+        until(lambda: changed(page, empty) < 3)
         httpx.put(f"{address}/api/v1/view", json={"layers": {"raw": True, "fused": True, "effectors": True}})
-        until(lambda: changed(page, empty) > 500, timeout_s=15)
+        until(lambda: changed(page, empty) > 8)
 
 
 def test_routes_tell_layers_and_colours_and_refuse_others(address: str) -> None:
