@@ -33,7 +33,8 @@ COMMANDS = (
 _DESCRIPTION = """\
 Markerless motion capture from several depth cameras, in the browser.
 
-Without a command the studio opens on http://127.0.0.1:8000; on first run with a simulated stage."""
+Without a command the studio opens on http://127.0.0.1:8000, on first run with a simulated stage; options are then
+those of `serve`."""
 
 _EPILOG = """\
 a recording from start to end:
@@ -65,8 +66,8 @@ def make_parser() -> argparse.ArgumentParser:
 def main(argv: list[str] | None = None) -> int:
     """Run one command and return its exit code; wrong use leaves by SystemExit(2), as argparse does."""
     arguments = list(sys.argv[1:] if argv is None else argv)
-    if not arguments:
-        arguments = ["serve", "--demo-on-first-run"]
+    if not arguments or (arguments[0].startswith("-") and arguments[0] not in ("-h", "--help", "--version")):
+        arguments = ["serve", "--demo-on-first-run", *arguments]
     args = make_parser().parse_args(spread_settings(arguments))
     try:
         return args.run(args)

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from studio.__main__ import COMMANDS, make_parser
+from studio.__main__ import COMMANDS, main, make_parser
 from studio.commands.common import spread_settings, table
 from studio.commands.serve import is_first_run
 from tests.commands.program import studio
@@ -136,3 +136,10 @@ def test_first_run_is_before_the_first_take(tmp_path):
     assert is_first_run(tmp_path)
     (tmp_path / "day" / "walk" / "take.json").write_text("{}")
     assert not is_first_run(tmp_path)
+
+
+def test_options_without_a_command_are_those_of_serve(capsys):
+    with pytest.raises(SystemExit) as left:
+        main(["--port", "many"])
+    assert left.value.code == 2
+    assert "studio serve: error: argument --port: 'many' is no port" in capsys.readouterr().err
