@@ -1,10 +1,8 @@
 """The simulated stage is calibrated by itself, once."""
 
 import logging
-import math
 
 from studio.engine.errors import StudioError
-from studio.engine.motion.authored import demo_motion
 from studio.live import LiveStage
 
 _log = logging.getLogger(__name__)
@@ -13,7 +11,10 @@ ATTEMPTS = 3
 
 
 class CalibratesOnce:
-    """Begins a calibration with one round of the performance, once all cameras are here, where there is none."""
+    """Begins a calibration, once all cameras are here, where there is none.
+
+    The performer walks about and holds a T-pose between any two movements, whenever it begins.
+    """
 
     def __init__(self, stage: LiveStage) -> None:
         self._stage = stage
@@ -32,6 +33,6 @@ class CalibratesOnce:
             return
         self._attempts += 1
         try:
-            self._stage.start_calibration(math.ceil(demo_motion().duration_s))
+            self._stage.start_calibration()
         except StudioError as error:
             _log.warning("the simulated stage was not calibrated: %s", error)

@@ -9,6 +9,8 @@ from typing import Any
 
 from studio.engine.calibration.calibrate import calibrate, with_performer
 from studio.engine.calibration.depth_floor import seen_floors
+from studio.engine.calibration.estimate import estimate_residuals
+from studio.engine.calibration.quality import Residuals
 from studio.engine.calibration.result import Calibration
 from studio.engine.errors import CalibrationError, StudioError
 from studio.engine.frames import CameraFrame
@@ -18,6 +20,9 @@ from studio.live.previews import FloorViews
 from studio.worker import run_in_process
 
 _log = logging.getLogger(__name__)
+
+ESTIMATE_NS = 2_000_000_000
+"""How often the cameras' agreement is estimated while frames are gathered."""
 
 PROVISIONAL_FRAMES = 30
 """Frames of one camera, about a second, from which something can be drawn before any calibration."""
@@ -35,6 +40,7 @@ class Attempt:
     began_ns: int = 0
     frames: dict[str, int] = field(default_factory=dict)
     coverage: dict[str, Coverage] = field(default_factory=dict)
+    estimates: dict[str, Residuals] = field(default_factory=dict)
     result: Calibration | None = None
     kept: Kept | None = None
 
@@ -73,6 +79,8 @@ class Calibrator:
         self._serials: dict[str, str] = {}
         self._height_m: float | None = None
         self._busy = False
+        self._estimated_ns = 0
+        self._estimating: threading.Thread | None = None
 
     @property
     def computing(self) -> bool:
@@ -114,7 +122,12 @@ class Calibrator:
     def update(self, now_ns: int, reference: str | None, place: Callable[[CameraFrame], CameraFrame]) -> None:
         """Compute once the time is over; `place` puts a frame on the stage clock by its exchanges."""
         attempt = self.attempt
-        if attempt.state != "gathering" or now_ns - attempt.began_ns < attempt.seconds * 1e9 or self._busy:
+        if attempt.state != "gathering":
+            return
+        if now_ns - attempt.began_ns < attempt.seconds * 1e9 or self._busy:
+            if reference is not None and now_ns - max(self._estimated_ns, attempt.began_ns) > ESTIMATE_NS:
+                self._estimated_ns = now_ns
+                self._estimate(attempt, reference, place)
             return
         if reference is None or reference not in self._frames:
             attempt.state = "failed"
@@ -129,6 +142,21 @@ class Calibrator:
         self._frames = {}
         attempt.state, attempt.message = "computing", "computing the calibration"
         self._begin(frames, reference, provisional=False)
+
+    def _estimate(
+        self, attempt: Attempt, reference: str, place: Callable[[CameraFrame], CameraFrame]
+    ) -> None:
+        """Estimate in a thread how well the cameras agree so far, unless the last estimate still goes on."""
+        if self._estimating is not None and self._estimating.is_alive():
+            return
+        frames = {name: list(mine) for name, mine in self._frames.items()}
+        starts_ns = {name: place(mine[0]).device_time_ns for name, mine in frames.items()}
+
+        def estimate() -> None:
+            attempt.estimates = estimate_residuals(frames, starts_ns, reference)
+
+        self._estimating = threading.Thread(target=estimate, name="calibration estimate", daemon=True)
+        self._estimating.start()
 
     def start_provisional(self, frames: list[CameraFrame]) -> None:
         """Compute a calibration of one camera alone from its last frames."""
@@ -191,9 +219,16 @@ class Calibrator:
             "seconds": attempt.seconds,
             "frames": dict(attempt.frames),
             "coverage": {name: coverage.to_json() for name, coverage in sorted(attempt.coverage.items())},
+            "estimates": {name: _estimate_json(one) for name, one in sorted(attempt.estimates.items())},
             "number": None if attempt.kept is None else attempt.kept.number,
             "cameras": {} if attempt.result is None else camera_verdicts(attempt.result),
         }
+
+
+def _estimate_json(estimate: Residuals) -> dict[str, float | None]:
+    """Return an estimate as JSON; None while too little was seen together."""
+    values = {"residual_median_mm": estimate.median_m, "residual_p95_mm": estimate.p95_m}
+    return {name: None if value is None else round(value * 1e3, 1) for name, value in values.items()}
 
 
 def calibrate_stage(

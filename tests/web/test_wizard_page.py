@@ -72,7 +72,11 @@ def open_page(page: Page, address: str) -> None:
 def walk(told: Told) -> None:
     told.calibration()
     seen = {"left": coverage(300, False), "right": coverage(900, True)}
-    told.calibration({"state": "gathering", "seconds": 34.0, "progress": 0.5, "coverage": seen})
+    near = {"right": {"residual_median_mm": 41.4, "residual_p95_mm": 300.0}}
+    told.message["status"]["cameras"]["left"]["reference"] = True
+    told.calibration(
+        {"state": "gathering", "seconds": 34.0, "progress": 0.5, "coverage": seen, "estimates": near}
+    )
 
 
 def test_from_the_walk_to_a_measured_performer(address: str, page: Page, told: Told) -> None:
@@ -85,6 +89,7 @@ def test_from_the_walk_to_a_measured_performer(address: str, page: Page, told: T
     expect(page.locator(".wizard-map")).to_have_count(2)
     expect(page.locator(".wizard-map").first).to_contain_text("50 %")
     expect(page.locator(".wizard-map").last).to_contain_text("enough")
+    expect(page.locator(".wizard-residual")).to_have_text(["reference", "41 mmto the reference"])
     assert page.evaluate(FAINT) == [] and page.evaluate(NAMELESS) == []
     told.calibration({"state": "computing", "progress": 0.9})
     expect(big).to_have_text("Computing")

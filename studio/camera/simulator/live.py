@@ -16,7 +16,7 @@ from studio.camera.simulator.rig import MAX_CAMERAS, standard_rig
 from studio.camera.sources import SourceFrame
 from studio.engine.errors import SettingsError
 from studio.engine.joints import INDEX
-from studio.engine.motion.authored import demo_motion
+from studio.engine.motion.authored import stage_motion
 from studio.wire import HandState
 
 _PERIOD_NS = round(1e9 / FRAMES_PER_SECOND)
@@ -55,7 +55,7 @@ class SimulatedSource:
         self._rng = np.random.default_rng(streams[index])
         self._wall = WallClock()
         self._clock = random_clock(self._rng, since_s=self._wall.start_ns * 1e-9)
-        self._motion = demo_motion()
+        self._motion = stage_motion()
         self._tracker = NoisyJoints(
             camera.T_stage_camera,
             self._motion.offsets_m,

@@ -105,6 +105,25 @@ def demo_motion() -> CanonicalMotion:
     return compose(AUTHORED_OFFSETS, script.keys, script.path, script.now)
 
 
+def stage_motion() -> CanonicalMotion:
+    """Return what the embedded performer does on the live stage, over and over, from the T-pose back into it.
+
+    The movements of `demo_motion`, with a T-pose held between them, so that one that is asked for is soon seen.
+    """
+    script = _Script()
+    script.t_pose()
+    script.relax()
+    for part, points in zip(_STAGE_PARTS, _STAGE_WALKS, strict=True):
+        _walk_to(script, points)
+        part(script)
+        script.to(0.8, **_both(_T_POSE))
+        script.hold(T_POSE_S)
+        script.relax()
+    script.travel(lambda path: path.turn(path.yaws[-1] + 2 * np.pi, 4.5))
+    script.to(1.0, **_both(_T_POSE))
+    return compose(AUTHORED_OFFSETS, script.keys, script.path, script.now)
+
+
 def movement(name: str) -> CanonicalMotion:
     """Return one of the thesis's four movements of the arms (`MOVEMENTS`), done several times on one place."""
     part, times = MOVEMENTS[name]
@@ -120,7 +139,11 @@ def movement(name: str) -> CanonicalMotion:
 
 
 def _walk(script: _Script) -> None:
-    points = [(0.0, -1.1), (0.0, 1.0), (1.1, 0.2), (-1.2, 0.2), (0.0, 0.0)]
+    _walk_to(script, [(0.0, -1.1), (0.0, 1.0), (1.1, 0.2), (-1.2, 0.2), (0.0, 0.0)])
+
+
+def _walk_to(script: _Script, points: list[tuple[float, float]]) -> None:
+    """Walk from point to point, and turn to the front."""
     script.travel(lambda path: path.walk(points, speed_m_s=1.05))
     front = round(script.path.yaws[-1] / (2 * np.pi)) * 2 * np.pi
     script.travel(lambda path: path.turn(front))
@@ -188,6 +211,13 @@ def _jump(script: _Script) -> None:
     script.hold(landed + jump.push_s - script.now)
     script.to(0.8, drop=0.0, back=0.0, lean=0.0, **_both(_RELAXED))
 
+
+_STAGE_PARTS = (_front_back, _up_down, _circles, _punches, _squat, _jump)
+_STAGE_WALKS = (
+    [(0.0, -1.1), (0.9, -0.6)], [(-1.0, -0.8), (-1.1, 0.6)], [(0.3, 1.0), (1.1, 0.9)],
+    [(1.1, -0.9), (0.2, -1.1)], [(-1.1, 0.0)], [(0.4, 1.0), (0.0, 0.0)],
+)  # fmt: skip
+"""What the performer does on the live stage: where to go before each part."""
 
 MOVEMENTS: dict[str, tuple[Callable[[_Script], None], int]] = {
     "arms_front_back": (_front_back, 2),

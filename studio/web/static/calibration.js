@@ -90,7 +90,7 @@ export function updateCalibration(state, colours, ready) {
   setText(mark, t(`calibration.badge.${words}`));
   mark.className = `badge ${tone}`;
   const { progress } = state.attempt;
-  const still = { ...state, attempt: { ...state.attempt, progress: 0, frames: 0, coverage: 0 }, tpose: null, age_s: 0 };
+  const still = { ...state, attempt: { ...state.attempt, progress: 0, frames: 0, coverage: 0, estimates: 0 }, tpose: null, age_s: 0 };
   redraw(byId("calibration"), [still, colours, ready], () => [build(state, colours, ready)]);
   if (busy && byId("calibration-progress")) {
     byId("calibration-progress").value = progress;

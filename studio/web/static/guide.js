@@ -9,6 +9,9 @@ const GATHERED = 0.9; // share of the progress at which all frames are there
 
 const connected = (status) => Object.values(status.cameras).filter((camera) => camera.connected);
 
+/** Whether nobody hears what is said: all cameras are simulated, and so is the performer. */
+const simulated = (status) => connected(status).length > 0 && connected(status).every((camera) => camera.device.startsWith("simulated"));
+
 /** Return the step that the stage is in, given the one before. */
 export function stepOf(status, before) {
   const { attempt, tpose } = status.calibration;
@@ -42,17 +45,17 @@ function camerasSaying(status) {
   if (!here.length) return { tone: "bad", big: t("wizard.no_camera"), small: t("wizard.no_camera_do") };
   const bad = here.filter((camera) => camera.state !== "live" || (camera.starved && camera.starved !== "no_performer"));
   if (bad.length) return { tone: "fair", big: t("wizard.camera_trouble", { n: bad.length }), small: bad[0].reason };
-  return { tone: "good", big: t("wizard.cameras_ready", { n: here.length }), small: t("wizard.stand") };
+  return { tone: "good", big: t("wizard.cameras_ready", { n: here.length }), small: t(simulated(status) ? "wizard.simulated" : "wizard.stand") };
 }
 
-function walkSaying(attempt) {
+function walkSaying(attempt, alone) {
   if (attempt.state === "computing") return { tone: "busy", big: t("wizard.computing"), small: t("wizard.computing_hint") };
   const left = walkLeft(attempt);
   const posing = left - (attempt.seconds - POSE_S);
-  if (posing > 0) return { tone: "busy", big: t("wizard.hold_t"), small: t("wizard.face_reference"), seconds: posing, kind: "pose" };
+  if (posing > 0 && !alone) return { tone: "busy", big: t("wizard.hold_t"), small: t("wizard.face_reference"), seconds: posing, kind: "pose" };
   const seen = Object.values(attempt.coverage);
   const all = seen.length > 0 && seen.every((camera) => camera.enough);
-  return { tone: all ? "good" : "busy", big: t("wizard.walk"), small: t(all ? "wizard.enough" : "wizard.walk_hint"), seconds: left, kind: "walk" };
+  return { tone: all ? "good" : "busy", big: t(alone ? "wizard.simulated_walk" : "wizard.walk"), small: t(all ? "wizard.enough" : alone ? "wizard.simulated" : "wizard.walk_hint"), seconds: left, kind: "walk" };
 }
 
 function verdictSaying(attempt) {
@@ -63,25 +66,25 @@ function verdictSaying(attempt) {
   return { tone, big: t(`wizard.verdict.${verdict}`), small, reasons };
 }
 
-function poseSaying(calibration) {
+function poseSaying(calibration, alone) {
   const { state, seconds_left: left, problems, message, height_m: height } = calibration.tpose;
-  const wrong = problems.join("; ");
+  const wrong = alone && problems.length ? t("wizard.simulated_wait") : problems.join("; ");
   if (state === "countdown") return { tone: problems.length ? "fair" : "busy", big: t("wizard.t_pose_in"), small: wrong, seconds: left, kind: "countdown" };
   if (state === "holding" && wrong) return { tone: "fair", big: t("wizard.not_yet"), small: wrong };
   if (state === "holding") return { tone: "good", big: t("wizard.hold_still"), small: "", seconds: Math.max(left, 0), kind: "hold" };
   if (state === "computing") return { tone: "busy", big: t("wizard.measuring"), small: "" };
   if (state === "failed") return { tone: "bad", big: t("wizard.pose_failed"), small: message };
   if (state === "done") return { tone: "good", big: `${number(height, 2)} m`, small: t("wizard.measured") };
-  return { tone: "plain", big: t("wizard.t_pose"), small: t("wizard.t_pose_hint") };
+  return { tone: "plain", big: t("wizard.t_pose"), small: t(alone ? "wizard.simulated_pose" : "wizard.t_pose_hint") };
 }
 
 /** What is said at a step: `tone`, `big` and `small` words, `seconds` that run down (of a `kind`), `reasons`. */
 export function sayingOf(status, step) {
   const { calibration } = status;
   if (step === "cameras") return camerasSaying(status);
-  if (step === "walk") return walkSaying(calibration.attempt);
+  if (step === "walk") return walkSaying(calibration.attempt, simulated(status));
   if (step === "verdict") return verdictSaying(calibration.attempt);
-  if (step === "pose") return poseSaying(calibration);
+  if (step === "pose") return poseSaying(calibration, simulated(status));
   const height = calibration.height_m;
   return { tone: "good", big: t("wizard.ready"), small: height ? t("wizard.ready_height", { height: number(height, 2) }) : "" };
 }

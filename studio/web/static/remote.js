@@ -54,10 +54,12 @@ function showButtons(ready) {
 
 function cameraRow([name, camera]) {
   const seen = gathering() ? calibration().attempt.coverage[name] : null;
+  const median = calibration().attempt.estimates?.[name]?.residual_median_mm;
   return h("li", {}, h("span", { class: "swatch", style: `background:${state.colours[name] ?? "var(--muted)"}` }), h("strong", {}, name),
     seen ? h("progress", { max: 1, value: coverageShare(seen), aria: { label: t("wizard.map_share", { name }) } })
       : h("span", { class: camera.state === "live" ? "good" : "bad" }, t(`camera.state.${camera.state}`)),
-    h("span", { class: "muted" }, seen ? `${number(100 * coverageShare(seen))} %` : t("camera.fps", { fps: number(camera.fps) })));
+    seen && typeof median === "number" ? h("span", { class: "figure", title: t("wizard.estimate_hint") }, `${number(median)} mm`)
+      : h("span", { class: "muted" }, seen ? `${number(100 * coverageShare(seen))} %` : t("camera.fps", { fps: number(camera.fps) })));
 }
 
 function show() {
@@ -68,7 +70,7 @@ function show() {
   setText(byId("big"), saying.big);
   setText(byId("small"), saying.small);
   redraw(byId("reasons"), saying.reasons ?? [], () => (saying.reasons ?? []).map(([name, why, what]) => h("li", {}, `${name}: ${why}`, what && h("b", {}, what))));
-  redraw(byId("cameras"), [state.step, state.colours, gathering() && calibration().attempt.coverage, cameras.map(([name, { state: now, fps }]) => [name, now, Math.round(fps)])], () => cameras.map(cameraRow));
+  redraw(byId("cameras"), [state.step, state.colours, gathering() && [calibration().attempt.coverage, calibration().attempt.estimates], cameras.map(([name, { state: now, fps }]) => [name, now, Math.round(fps)])], () => cameras.map(cameraRow));
   showButtons(cameras.some(([, camera]) => camera.connected));
   count();
 }

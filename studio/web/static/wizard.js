@@ -58,11 +58,19 @@ function cameraCards() {
     camera.connected && h("span", { class: "muted" }, t("camera.fps", { fps: number(camera.fps) }))));
 }
 
+/** How far a camera's joints are from the reference's at the moment: a number in large letters, and what it is. */
+function residualNow(name) {
+  if (state.status.cameras[name]?.reference) return [h("span", {}, t("camera.reference"))];
+  const median = state.status.calibration.attempt.estimates?.[name]?.residual_median_mm;
+  return typeof median === "number" ? [h("b", {}, number(median), " mm"), h("span", {}, t("wizard.estimate"))] : [h("b", {}, "–"), h("span", {}, t("wizard.estimate_none"))];
+}
+
 function maps() {
   const seen = Object.entries(state.status.calibration.attempt.coverage);
   return seen.map(([name, coverage]) => h("li", { class: "wizard-map" },
     coverageMap(coverage, state.colours[name] ?? "var(--accent)", t("calibration.coverage", { name, points: coverage.points, n: coverage.cells.length })),
-    h("div", { class: "wizard-map-head" }, h("strong", {}, name),
+    h("p", { class: "wizard-residual", title: t("wizard.estimate_hint") }, residualNow(name)),
+    h("div", { class: "wizard-map-head" }, h("span", { class: "swatch", style: `background:${state.colours[name] ?? "var(--muted)"}` }), h("strong", {}, name),
       h("span", { class: coverage.enough ? "good" : "muted" }, coverage.enough ? t("wizard.map_enough") : `${number(100 * coverageShare(coverage))} %`)),
     h("progress", { max: 1, value: coverageShare(coverage), aria: { label: t("wizard.map_share", { name }) } })));
 }
@@ -114,7 +122,7 @@ function show() {
   setText(byId("wizard-mute"), t(isMuted() ? "wizard.sound_off" : "wizard.sound_on"));
   byId("wizard-mute").setAttribute("aria-pressed", String(!isMuted()));
   const { attempt: walk, tpose, state: calibrated, reference } = state.status.calibration;
-  redraw(byId("wizard-cards"), [state.step, state.step === "walk" ? walk.coverage : walk.cameras, saying.reasons, reference, state.colours,
+  redraw(byId("wizard-cards"), [state.step, state.step === "walk" ? [walk.coverage, walk.estimates] : walk.cameras, saying.reasons, reference, state.colours,
     state.step === "cameras" && Object.entries(state.status.cameras).map(([name, { state: now, fps }]) => [name, now, Math.round(fps)])], () => cards(saying));
   const ready = Object.values(state.status.cameras).some((camera) => camera.connected);
   redraw(byId("wizard-actions"), [state.step, walk.state, tpose.state, calibrated, ready, state.step === "walk" && enough()], actions);

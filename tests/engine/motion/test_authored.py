@@ -1,10 +1,13 @@
 import numpy as np
 import pytest
 
+from studio.engine.calibration.tpose import tpose_problems
 from studio.engine.joints import INDEX
-from studio.engine.motion.authored import T_POSE_S, WALK_S, calibration_motion, demo_motion
+from studio.engine.motion.authored import T_POSE_S, WALK_S, calibration_motion, demo_motion, stage_motion
 from studio.engine.motion.body import AUTHORED_OFFSETS
 from tests.engine.motion.plausibility import figures
+
+UP = np.array([0.0, 0.0, 1.0])
 
 
 @pytest.fixture(scope="module")
@@ -17,9 +20,14 @@ def walk():
     return calibration_motion(AUTHORED_OFFSETS)
 
 
-@pytest.mark.parametrize("which", ["demo", "walk"])
-def test_the_performer_is_human(which, demo, walk):
-    seen = figures({"demo": demo, "walk": walk}[which])
+@pytest.fixture(scope="module")
+def stage():
+    return stage_motion()
+
+
+@pytest.mark.parametrize("which", ["demo", "walk", "stage"])
+def test_the_performer_is_human(which, demo, walk, stage):
+    seen = figures({"demo": demo, "walk": walk, "stage": stage}[which])
     assert seen["slide_m_s"] < 0.03
     assert seen["lowest_m"] > 0.02
     assert seen["bone_change_m"] < 1e-6 and seen["bone_error_m"] < 1e-6
@@ -37,6 +45,17 @@ def test_trunk_and_arms_move_smoothly(demo, walk):
 
 def test_the_demo_ends_as_it_begins(demo):
     np.testing.assert_allclose(demo.positions_m[0], demo.positions_m[-1], atol=1e-4)
+
+
+def test_a_t_pose_is_never_far_on_the_live_stage(stage):
+    np.testing.assert_allclose(stage.positions_m[0], stage.positions_m[-1], atol=1e-4)
+    rate_hz = 1.0 / stage.frame_s
+    joints, look = stage.positions_m, round(0.5 * rate_hz)
+    seen = [not tpose_problems(joints[i - look : i], UP, rate_hz) for i in range(look, len(joints), 6)]
+    ends = np.flatnonzero(np.diff([0, *seen, 0]))  # in turn: one begins, one ends
+    long = [(begin, end) for begin, end in ends.reshape(-1, 2) if (end - begin) * 6 / rate_hz > 2.3]
+    begins_s = [begin * 6 / rate_hz for begin, _ in long]
+    assert max(np.diff([*begins_s, begins_s[0] + stage.duration_s])) < 22.0
 
 
 def test_the_demo_shows_what_it_promises(demo):

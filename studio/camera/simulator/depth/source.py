@@ -13,13 +13,13 @@ from numpy.typing import NDArray
 
 from studio.camera.pacing import WallClock
 from studio.camera.simulator.clock import jitter_s, random_clock
-from studio.camera.simulator.depth.motion import read_performance
+from studio.camera.simulator.depth.motion import perform
 from studio.camera.simulator.depth.performers import DEFAULT
 from studio.camera.simulator.depth.sensors import find_sensor
 from studio.camera.simulator.depth.stage import DepthStage, dropped
 from studio.camera.simulator.rig import MAX_CAMERAS, standard_rig
-from studio.camera.simulator.simulate import DEMO
 from studio.engine.errors import SettingsError
+from studio.engine.motion.authored import stage_motion
 
 _SENSOR = "azure-kinect"
 
@@ -58,7 +58,7 @@ class SimulatedDepthSource:
         self.device = f"simulated {sensor.device}"
         self.camera = sensor.camera
         self.frames_per_second = sensor.frames_per_second
-        performance = read_performance(DEMO, DEFAULT, calibration=False)
+        performance = perform(stage_motion(), DEFAULT)
         self._duration_ns = round(performance.motion.duration_s * 1e9)
         self._simulated = DepthStage.of(sensor, rig, performance, DEFAULT, seed=seed).camera(index)
         self._simulated.image(0.0)  # compiles what is not compiled yet
