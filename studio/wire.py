@@ -35,6 +35,7 @@ ENDED = 2**62
 """`up_to` of the last `Ack` of a take."""
 
 Sequence = Annotated[int, Meta(ge=0, le=2**62)]
+Percent = Annotated[int, Meta(ge=0, le=100)]
 Id = Annotated[str, Meta(max_length=64)]
 Text = Annotated[str, Meta(max_length=500)]
 
@@ -160,7 +161,11 @@ class Preview(msgspec.Struct, tag="preview", forbid_unknown_fields=True):
 
 
 class Status(msgspec.Struct, tag="status", forbid_unknown_fields=True):
-    """Health of the client, about once a second."""
+    """Health of the client, about once a second.
+
+    `processor_percent`, `sending_percent`: how busy its tracker or process is, and how long messages waited to be
+    taken by the network, of the last three seconds.
+    """
 
     frames_sent: int
     frames_dropped: int
@@ -168,6 +173,8 @@ class Status(msgspec.Struct, tag="status", forbid_unknown_fields=True):
     frames_kept: int = 0
     frames_not_kept: int = 0
     frames_unknown: int = 0
+    processor_percent: Percent = 0
+    sending_percent: Percent = 0
 
 
 class Recording(msgspec.Struct, tag="recording", forbid_unknown_fields=True):

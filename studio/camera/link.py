@@ -23,8 +23,10 @@ from studio.camera.sources import (
     intrinsics_of_source,
     newest_depth,
     serial_of_source,
+    tracked_ns_of_source,
 )
 from studio.camera.spool import Spool
+from studio.camera.workload import Workload
 from studio.engine.errors import FormatError, SettingsError, StudioError
 
 QUEUE_FRAMES = 60
@@ -123,6 +125,7 @@ class Link:
         self._depth: dict[int, bytes] = {}
         self._recording = False
         self._queue = FrameQueue(QUEUE_FRAMES)
+        self._workload = Workload(lambda: tracked_ns_of_source(source))
         self._spool = spool
         self._keeper = Keeper(spool, self._hello, self._queue.wake, drop_unknown=drop_unknown)
         self.frames_sent = 0
@@ -227,7 +230,9 @@ class Link:
             item = self._queue.pop()
             if item is not None:
                 sequence, data = item
+                begin_ns = time.monotonic_ns()
                 await socket.send(data)
+                self._workload.sent(begin_ns)
                 self._keeper.sent(sequence)
                 if (image := self._depth.pop(sequence, None)) is not None:
                     await socket.send(image)
@@ -299,6 +304,7 @@ class Link:
                 await socket.send(wire.encode(wire.preview_image(*newest)))
 
     def _status(self) -> wire.Status:
+        processor, sending = self._workload.shares()
         return wire.Status(
             frames_sent=self.frames_sent,
             frames_dropped=self._queue.dropped,
@@ -306,6 +312,8 @@ class Link:
             frames_kept=self._keeper.owed,
             frames_not_kept=self._keeper.refused,
             frames_unknown=self._keeper.unknown,
+            processor_percent=processor,
+            sending_percent=sending,
         )
 
 

@@ -143,6 +143,11 @@ def serial_of_source(source: Any) -> str:
     return str(getattr(source, "serial", ""))
 
 
+def tracked_ns_of_source(source: Any) -> int:
+    """Return how long a source's tracker has been busy in all [ns]; 0 where it has none."""
+    return int(getattr(source, "tracked_ns", 0))
+
+
 def newest_depth(source: Any) -> tuple[int, NDArray[np.uint16]] | None:
     """Return the newest depth image that a source made a skeleton of, with its time; None where there is none."""
     latest = getattr(source, "latest", None)

@@ -7,6 +7,7 @@ import asyncio
 import logging
 import multiprocessing
 import signal
+import time
 import traceback
 from collections import deque
 from collections.abc import AsyncIterator, Callable
@@ -37,6 +38,7 @@ class TrackedSource:
         keep_depth: the frames carry their image, to be recorded.
 
     Attributes:
+        tracked_ns: how long the observer has been busy in all [ns].
         passed_over: images that came while the observer was busy.
         status: what the observer says of the newest image.
         latest: the newest image and what was found in it, for a preview; None at the beginning.
@@ -50,6 +52,7 @@ class TrackedSource:
         self.serial = str(getattr(depth, "serial", ""))
         self.frames_per_second, self.realtime = depth.frames_per_second, depth.realtime
         self.intrinsics: wire.Intrinsics | None = intrinsics_of(depth.camera)
+        self.tracked_ns = 0
         self.passed_over = 0
         self.status = "starting"
         self.latest: tuple[NDArray[np.uint16], Observation] | None = None
@@ -81,7 +84,9 @@ class TrackedSource:
             await asyncio.to_thread(process.wait_ready)
             images = self._newest() if self.realtime else aiter(self.depth.frames())
             async for time_ns, depth_mm in images:
+                begin_ns = time.monotonic_ns()
                 seen = await asyncio.to_thread(process.observe, time_ns, depth_mm)
+                self.tracked_ns += time.monotonic_ns() - begin_ns
                 self.status, self.latest = seen.status, (depth_mm, seen)
                 self._done_ns.append(time_ns)
                 yield SourceFrame(

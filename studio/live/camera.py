@@ -20,6 +20,9 @@ NOBODY_NS = 1_500_000_000
 RECENT_NS = 2_000_000_000
 SLOW_SHARE = 0.7
 LATE_MS = 250.0
+BUSY_PERCENT = 85
+"""A client whose processor is as busy, and whose frames come too slowly, is held up by it."""
+
 LOSS_SHARE = 0.05
 LEAST_JOINTS = 4
 
@@ -169,6 +172,8 @@ class LiveCamera:
             "skipped": self.skipped,
             "late": self.late,
             "errors": self.errors,
+            "processor_percent": None if client is None else client.processor_percent,
+            "sending_percent": None if client is None else client.sending_percent,
             "dropped_by_client": None if client is None else client.frames_dropped,
             "kept_by_client": None if client is None else client.frames_kept,
             "not_kept_by_client": None if client is None else client.frames_not_kept,
@@ -215,13 +220,21 @@ class LiveCamera:
             )
         if self.reason:
             return "trouble", "clock", self.reason
-        if latency_ms is not None and latency_ms > LATE_MS:
+        nominal = self.hello.frames_per_second
+        late, lossy = (latency_ms or 0.0) > LATE_MS, (loss or 0.0) > LOSS_SHARE
+        busy = 0 if self.client is None else self.client.processor_percent
+        if busy >= BUSY_PERCENT and (late or lossy or self.slow(now_ns)):
+            words = (
+                f"its machine's processor is {busy} % busy, {rate:.0f} of {nominal:.0f} frames a second: close "
+                "other programs there, lower the camera's frame rate, or use a faster machine"
+            )
+            return "trouble", "processor", words
+        if latency_ms is not None and late:
             return "trouble", "network", f"frames come {latency_ms:.0f} ms late: the network is slow"
-        if loss is not None and loss > LOSS_SHARE:
+        if loss is not None and lossy:
             return "trouble", "network", f"{100 * loss:.0f} % of the frames do not come: the network is slow"
         if self.client is not None and self.client.message:
             return "trouble", "", self.client.message
-        nominal = self.hello.frames_per_second
         if self.slow(now_ns):
             return "live", "no_frames", f"{rate:.0f} instead of {nominal:.0f} frames a second"
         if self._seen_ns is None or now_ns - self._seen_ns > NOBODY_NS:

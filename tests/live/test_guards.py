@@ -180,6 +180,17 @@ def test_slow_cameras_on_one_usb_controller_are_named(second, told):
     assert told is None or found["a"].startswith(told)
 
 
+@pytest.mark.parametrize(
+    ("rate", "busy", "lacks"), [(12.0, 96, "processor"), (12.0, 40, "no_frames"), (30.0, 96, "")]
+)
+def test_a_client_that_its_processor_holds_up_is_told_so(rate, busy, lacks):
+    camera = slow_camera("a", "m1", "", rate)
+    camera.client = wire.Status(frames_sent=100, frames_dropped=0, processor_percent=busy)
+    told = camera.status(3_000_000_000, reference=True, calibrated=True)
+    assert told["starved"] == lacks and told["processor_percent"] == busy
+    assert (lacks == "processor") == ("processor is 96 % busy, 12 of 30 frames" in told["reason"])
+
+
 def test_a_shared_usb_controller_stands_in_the_status(stage):
     said = {"machine": "m1", "usb_controller": "usb", "frames_per_second": 60.0}
     links = [stage.join(hello(name, **said)) for name in ("camera_0", "camera_1")]

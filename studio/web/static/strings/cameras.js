@@ -43,6 +43,7 @@ export default {
   "camera.starved.no_frames": ["Slow", "Lente"],
   "camera.starved.network": ["Slow network", "Réseau lent"],
   "camera.starved.usb": ["Shared USB?", "USB partagé ?"],
+  "camera.starved.processor": ["Slow machine", "Machine lente"],
   "camera.starved.clock": ["Wrong clock", "Horloge fausse"],
   "camera.starved.no_performer": ["Sees nobody", "Ne voit personne"],
   "camera.starved.moved": ["Moved?", "Déplacée ?"],
