@@ -1,12 +1,19 @@
 """What a server does not need at its start is not loaded then: its start stays short."""
 
+import json
 import subprocess
 import sys
 import time
+import urllib.request
 
 import pytest
 
-NOT_AT_THE_START = (
+NOT_BEFORE_THE_FIRST_ANSWER = (
+    "numba",
+    "mujoco",
+    "mink",
+    "scipy.interpolate",
+    "scipy.optimize",
     "scipy.signal",
     "scipy.stats",
     "ezc3d",
@@ -18,27 +25,53 @@ NOT_AT_THE_START = (
     "ufbx",
     "pxr",
 )
+NOT_FOR_A_WORD = ("numpy", "scipy", "fastapi", "studio.engine.frames")
 READY_S = 3.0
 
+SERVER = f"""
+import json, sys, urllib.request
+from pathlib import Path
+import studio.api.server as server
+from studio.config import Config
 
-def test_what_the_server_loads():
-    code = f"import sys, studio.api.server; print([n for n in {NOT_AT_THE_START!r} if n in sys.modules])"
-    done = subprocess.run(
-        [sys.executable, "-c", code], capture_output=True, text=True, timeout=120, check=True
+def loaded():
+    print(json.dumps([name for name in {NOT_BEFORE_THE_FIRST_ANSWER!r} if name in sys.modules]), flush=True)
+    raise KeyboardInterrupt
+
+server._prepare_for_work = loaded
+server.serve(Config(port=0, sessions=Path(sys.argv[1])))
+"""
+
+
+def run(*arguments: str) -> subprocess.CompletedProcess[str]:
+    return subprocess.run([sys.executable, *arguments], capture_output=True, text=True, timeout=120)
+
+
+def test_what_is_loaded_when_the_server_answers(tmp_path):
+    printed = run("-c", SERVER, str(tmp_path)).stdout.splitlines()
+    assert json.loads(printed[-1]) == []
+
+
+@pytest.mark.parametrize("arguments", [["--help"], ["--version"], ["solve", "--help"], ["config"]])
+def test_what_light_commands_load(arguments):
+    code = (
+        "import sys\nfrom studio.__main__ import main\ntry:\n    main(sys.argv[1:])\nexcept SystemExit:\n    pass\n"
+        f"print([name for name in {NOT_FOR_A_WORD!r} if name in sys.modules], file=sys.stderr)"
     )
-    assert done.stdout.strip() == "[]"
+    assert run("-c", code, *arguments).stderr.splitlines()[-1] == "[]"
 
 
 @pytest.mark.long
 def test_ready_within_three_seconds(tmp_path):
-    """On an idle machine, from the command to the line that says where it is open, files in the system's memory."""
+    """On an idle machine, from the command to the answer of /health, files in the system's memory."""
     command = [sys.executable, "-m", "studio", "serve", "--port", "0", "--sessions", str(tmp_path)]
     times = []
     for _ in range(4):
         start = time.perf_counter()
         with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as program:
-            assert "is open on" in program.stdout.readline()
+            address = program.stdout.readline().split("is open on ")[1].split()[0]
+            urllib.request.urlopen(f"{address}/health", timeout=60).read()
             times.append(time.perf_counter() - start)
             program.terminate()
-            program.wait(timeout=30)
+            program.wait(timeout=60)
     assert min(times) <= READY_S, times

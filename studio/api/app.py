@@ -8,6 +8,7 @@ from fastapi import FastAPI
 
 from studio.api.access import Access, AccessGuard, access_router
 from studio.api.add_cameras import add_cameras_router
+from studio.api.add_routes import add_routes
 from studio.api.blind import blind_router
 from studio.api.compare import compare_router
 from studio.api.errors import add_error_handlers
@@ -82,35 +83,35 @@ def create_app(
     app.add_middleware(AccessGuard, access=access)
     app.add_middleware(OriginGuard)
     app.add_middleware(PlainAnswers)  # the last one added is the first to look
-    app.include_router(access_router(access))
-    app.include_router(remote_router(access))
+    add_routes(app, access_router(access))
+    add_routes(app, remote_router(access))
     app.state.local_cameras = LocalCameras(stage, access.own_camera_token)
-    app.include_router(add_cameras_router(access, app.state.local_cameras, Recordings(sessions, recordings)))
-    app.include_router(link_router(stage, access, hello_timeout_s=hello_timeout_s))
+    add_routes(app, add_cameras_router(access, app.state.local_cameras, Recordings(sessions, recordings)))
+    add_routes(app, link_router(stage, access, hello_timeout_s=hello_timeout_s))
     app.state.events = {"local_cameras": app.state.local_cameras.status}
-    app.include_router(events_router(stage, jobs, app.state.events))
+    add_routes(app, events_router(stage, jobs, app.state.events))
     presets, thumbnails = Presets(sessions), Thumbnails(stage)
     app.state.events["thumbnails"] = lambda: thumbnails.made
-    app.include_router(stage_router(stage, presets))
-    app.include_router(presets_router(presets))
+    add_routes(app, stage_router(stage, presets))
+    add_routes(app, presets_router(presets))
     finder = Finder(stage, sessions)
-    app.include_router(performers_router(stage))
-    app.include_router(takes_router(sessions, finder, jobs, presets, thumbnails))
-    app.include_router(thumbnails_router(finder))
-    app.include_router(exports_router(sessions, finder, jobs))
-    app.include_router(rigs_router(sessions))
-    app.include_router(manage_router(sessions, finder, jobs))
-    app.include_router(references_router(sessions, finder))
-    app.include_router(measure_router(finder, jobs))
-    app.include_router(compare_router(finder))
-    app.include_router(operations_router(stage))
+    add_routes(app, performers_router(stage))
+    add_routes(app, takes_router(sessions, finder, jobs, presets, thumbnails))
+    add_routes(app, thumbnails_router(finder))
+    add_routes(app, exports_router(sessions, finder, jobs))
+    add_routes(app, rigs_router(sessions))
+    add_routes(app, manage_router(sessions, finder, jobs))
+    add_routes(app, references_router(sessions, finder))
+    add_routes(app, measure_router(finder, jobs))
+    add_routes(app, compare_router(finder))
+    add_routes(app, operations_router(stage))
     desk = Desk(sessions)
-    app.include_router(blind_router(finder, jobs, desk))
-    app.include_router(vote_router(desk))
-    app.include_router(shares_router(finder, Shares(sessions)))
+    add_routes(app, blind_router(finder, jobs, desk))
+    add_routes(app, vote_router(desk))
+    add_routes(app, shares_router(finder, Shares(sessions)))
     app.state.outputs = Outputs(sessions, lambda: performer_of(stage))
     stage.subscribe(app.state.outputs.add)
-    app.include_router(outputs_router(stage, app.state.outputs))
+    add_routes(app, outputs_router(stage, app.state.outputs))
     return app
 
 

@@ -1,12 +1,13 @@
 """Runs the server: the socket, the live stage, the page, the simulated stage, and an orderly end."""
 
+import importlib
 import signal
 import socket
 import ssl
 import sys
 import threading
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -32,9 +33,21 @@ GRACE_S = 3
 SWITCH_S = 0.001
 """How long a thread may keep the interpreter: short, so that the engine thread does not delay the link."""
 
+_LOADED_LATER = ("studio.engine.pipeline", "numba", "scipy.interpolate")
+"""What the first calibrated frame and the first body in the view need, but the first answer does not."""
+
 
 class Server(uvicorn.Server):
     """uvicorn without its own signal handlers: it would end the process before a recording is saved."""
+
+    def __init__(self, config: uvicorn.Config, on_ready: Callable[[], None]) -> None:
+        super().__init__(config)
+        self._on_ready = on_ready
+
+    async def startup(self, sockets: list[socket.socket] | None = None) -> None:
+        """Begin to answer, then call `on_ready`."""
+        await super().startup(sockets=sockets)
+        self._on_ready()
 
     @contextmanager
     def capture_signals(self) -> Iterator[None]:
@@ -127,7 +140,7 @@ def serve(config: Config, *, demo: bool = False) -> int:
         view = mount(app, stage, sessions=sessions, takes=Finder(stage, sessions))
         if host in LOOPBACK:  # a page that renames its own host to 127.0.0.1 is refused
             app.add_middleware(TrustedHostMiddleware, allowed_hosts=[*LOOPBACK, "[::1]"])
-        server = make_server(app, tls)
+        server = make_server(app, tls, on_ready=_prepare_for_work)
         scheme = "http" if tls is None else "https"
         url = f"{scheme}://{'localhost' if host == '::1' else host}:{listening.getsockname()[1]}"
         if demo:
@@ -137,7 +150,6 @@ def serve(config: Config, *, demo: bool = False) -> int:
             print(f"Capture Studio is open on {url} (Ctrl-C stops it)", flush=True)
             if access.required:
                 _say_how_to_sign_in(access, url, config)
-            worker.warm_up()
             server.run(sockets=[listening])
     finally:
         worker.cool_down()
@@ -175,8 +187,21 @@ def _say_how_to_sign_in(access: Access, url: str, config: Config) -> None:
         print(f"warning: {PLAIN_WARNING}", file=sys.stderr, flush=True)
 
 
-def make_server(app: object, tls: Tls | None = None) -> Server:
-    """Return the server of an app; its socket is given to `run`."""
+def _prepare_for_work() -> None:
+    """Load in a process and in a thread of their own what was left out for the sake of a quick start."""
+    worker.warm_up()
+
+    def load() -> None:
+        for name in _LOADED_LATER:
+            importlib.import_module(name)
+
+    threading.Thread(target=load, name="loading").start()
+
+
+def make_server(
+    app: object, tls: Tls | None = None, *, on_ready: Callable[[], None] = lambda: None
+) -> Server:
+    """Return the server of an app; its socket is given to `run`, `on_ready` is called once it answers."""
     files = {} if tls is None else {"ssl_certfile": str(tls.certificate), "ssl_keyfile": str(tls.key)}
     return Server(
         uvicorn.Config(
@@ -189,7 +214,8 @@ def make_server(app: object, tls: Tls | None = None) -> Server:
             ws_per_message_deflate=False,
             timeout_graceful_shutdown=GRACE_S,
             **files,
-        )
+        ),
+        on_ready,
     )
 
 

@@ -5,13 +5,15 @@ and frames in the same order gives the same poses, bit for bit. The events are d
 """
 
 import json
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from studio.engine.calibration.result import Calibration
 from studio.engine.errors import FormatError
 from studio.engine.frames import CameraFrame, ClockModel, StepResult
-from studio.engine.pipeline import Pipeline
 from studio.engine.settings import SolveSettings
+
+if TYPE_CHECKING:
+    from studio.engine.pipeline import Pipeline
 
 NOTES = ("segment", "stage_clock", "restart", "stopped")
 """Events that tell of a recording and do nothing to the pipeline."""
@@ -109,6 +111,8 @@ class LoggedPipeline:
             calibration = event["calibration"]
             self.pipeline = None
             if calibration is not None:
+                from studio.engine.pipeline import Pipeline  # takes long to load: not when the server starts
+
                 self.pipeline = Pipeline(Calibration.from_json(calibration), self.settings)
         elif kind == "settings":
             self.settings = SolveSettings.from_json(event["settings"])

@@ -4,7 +4,6 @@ from functools import cache
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.interpolate import pchip_interpolate
 
 # By shape: exponent of the rounded outline, exponent of the cross-section, and (t, relative radius) along it.
 _OUTLINES: dict[str, tuple[float, float, tuple[tuple[float, float], ...]]] = {
@@ -26,7 +25,7 @@ def surface(shape: str, rings: int, sectors: int) -> NDArray[np.float64]:
     """Return points of a unit shape's surface, shape (rings, sectors, 3), from pole to pole around z."""
     outline, section, radii = _OUTLINES[shape]
     t = 0.5 - 0.5 * np.cos(np.linspace(0.0, np.pi, rings))
-    along = pchip_interpolate([p[0] for p in radii], [p[1] for p in radii], t)
+    along = _smooth_course(radii, t)
     radius = along * np.clip(1.0 - np.abs(2.0 * t - 1.0) ** outline, 0.0, 1.0) ** (1.0 / outline)
     angle = np.arange(sectors) * (2.0 * np.pi / sectors)
     c, s = np.cos(angle), np.sin(angle)
@@ -36,6 +35,15 @@ def surface(shape: str, rings: int, sectors: int) -> NDArray[np.float64]:
     points[..., 1] = radius[:, None] * (s * round_off)[None, :]
     points[..., 2] = t[:, None]
     return points
+
+
+def _smooth_course(knots: tuple[tuple[float, float], ...], t: NDArray[np.float64]) -> NDArray[np.float64]:
+    places, values = zip(*knots, strict=True)
+    if len(knots) == 2:
+        return np.interp(t, places, values)
+    from scipy.interpolate import pchip_interpolate  # takes long to load: not when the server starts
+
+    return pchip_interpolate(places, values, t)
 
 
 @cache

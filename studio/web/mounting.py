@@ -7,6 +7,7 @@ from typing import Any, Protocol
 
 from fastapi import FastAPI
 
+from studio.api.add_routes import add_routes
 from studio.engine.calibration.result import Calibration
 from studio.engine.frames import StepResult
 from studio.live.previews import Previews
@@ -73,9 +74,9 @@ def mount(app: FastAPI, stage: Stage, *, sessions: Path, takes: Takes) -> ViewHa
     view = View(look=look, clock=lambda: stage.clock_ns() * 1e-9)
     player = Player(view)
     unsubscribe = stage.subscribe(view.show)
-    app.include_router(viewer_routes(view.port))
-    app.include_router(view_routes(view))
-    app.include_router(playback_routes(player, takes))
+    add_routes(app, viewer_routes(view.port))
+    add_routes(app, view_routes(view))
+    add_routes(app, playback_routes(player, takes))
     app.state.player = player
     app.state.events["replay"] = player.status
     app.state.events["view"] = lambda: view_state(view).model_dump()

@@ -10,6 +10,8 @@ from fastapi.responses import HTMLResponse
 from fastapi.staticfiles import StaticFiles
 from fastapi.templating import Jinja2Templates
 
+from studio.api.add_routes import add_routes
+
 _HERE = Path(__file__).parent
 _POLICY = (
     "default-src 'self'; connect-src 'self' ws: wss:; style-src 'self' 'unsafe-inline'; img-src 'self' data:; "
@@ -66,5 +68,5 @@ def add_page(app: FastAPI, *, sessions: Path) -> None:
         }
         return templates.TemplateResponse(request, template, context, headers=headers)
 
-    app.include_router(router)
+    add_routes(app, router)
     app.mount("/static", _FreshFiles(directory=_HERE / "static"), name="static")

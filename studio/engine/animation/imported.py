@@ -26,7 +26,6 @@ from studio.engine.joints import (
 )
 from studio.engine.motion.motion import END, Motion
 from studio.engine.poses import Poses
-from studio.engine.solve.swing import swing_rotations
 
 Array = NDArray[np.float64]
 
@@ -158,6 +157,8 @@ def poses_of_points(
     Raises:
         FormatError: as `files.joints_of_points`; or the points do not tell proportions, or how somebody stands.
     """
+    from studio.engine.solve.swing import swing_rotations  # takes long to load: not when the server starts
+
     told = np.isfinite(canonical_points(points)).all(axis=2)
     joints = joints_of_points(points, what)
     weights = np.isfinite(joints).all(axis=2).astype(np.float64)

@@ -4,7 +4,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import median_filter
 
 from studio.engine.calibration.noise import rays, sigmas
 from studio.engine.calibration.pairs import Track, sample
@@ -62,6 +61,8 @@ class Walk:
 
 def running_median(positions: NDArray[np.float64], window: int) -> NDArray[np.float64]:
     """Return running medians over `window` instants of joints, shape (instant_count, 21, 3); gaps are bridged."""
+    from scipy.ndimage import median_filter  # takes long to load: not when the server starts
+
     filled = positions.copy()
     for j in range(positions.shape[1]):
         seen = np.flatnonzero(np.isfinite(positions[:, j, 0]))

@@ -4,7 +4,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.interpolate import PchipInterpolator
 
 Array = NDArray[np.float64]
 
@@ -67,6 +66,8 @@ def _triangles(rings: int, sectors: int) -> NDArray[np.int64]:
 
 def course(knots: list[tuple[float, float]], at: Array) -> Array:
     """Return a smooth course through (place, value) without overshoot, at other places; held at both ends."""
+    from scipy.interpolate import PchipInterpolator  # takes long to load: not when the server starts
+
     places, values = np.array(knots, dtype=np.float64).T
     return PchipInterpolator(places, values)(np.clip(at, places[0], places[-1]))
 

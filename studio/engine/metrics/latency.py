@@ -2,7 +2,6 @@
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import minimize_scalar
 
 from studio.engine.joints import INDEX
 from studio.engine.metrics.matching import Matched
@@ -36,6 +35,8 @@ def latency_ms(matched: Matched, reference: Reference) -> float | None:
         a, b = solve[valid], velocity[valid]
         power = float(np.sqrt((a @ a) * (b @ b)))
         return float(a @ b) / power if power > 0 else 0.0
+
+    from scipy.optimize import minimize_scalar  # takes long to load: not when the server starts
 
     frames = int(LONGEST_S / step)
     lags = step * np.arange(-frames, frames + 1)

@@ -7,7 +7,6 @@ fitted away, which `Markers` references say in their figures (`marker_offsets_mm
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.interpolate import interp1d
 from scipy.spatial.transform import Rotation, Slerp
 
 from studio.engine.errors import FormatError
@@ -43,6 +42,8 @@ def fit_joint_centres(
     Raises:
         FormatError: fewer than 3 markers of joints that the solve has, or too little time in common.
     """
+    from scipy.interpolate import interp1d  # takes long to load: not when the server starts
+
     stage = (markers.time_s - offset_s) / (1.0 + drift_ppm * 1e-6)
     first = poses.time_s[0] if start_s is None else max(start_s, float(poses.time_s[0]))
     inside = (stage >= first) & (stage <= poses.time_s[-1])
