@@ -64,8 +64,9 @@ class Jobs:
         job = Job(str(next(self._numbers)), kind, take, name)
 
         def work(progress: Callable[[float], None]) -> None:
-            stop = lambda: job.state == REPLACED  # noqa: E731
-            value = run_in_process(function, *args, on_progress=progress, should_stop=stop, **kwargs)
+            value = run_in_process(
+                function, *args, on_progress=progress, should_stop=lambda: job.state == REPLACED, **kwargs
+            )
             then(value)
 
         return self._add(job, work)

@@ -9,10 +9,10 @@ from pydantic import Field
 from studio.api.errors import RESPONSES, NotFoundError
 from studio.api.find import Finder
 from studio.api.jobs import Jobs
-from studio.api.measure_work import figures_work, write_report_work
+from studio.api.measure_work import evaluate_work, figures_work, report_work, write_report_work
 from studio.api.references import find_reference
 from studio.api.stage import Request as Body
-from studio.api.work import cleanup_work, compare_work, evaluate_work, report_work
+from studio.api.work import cleanup_work, compare_work
 from studio.take.names import check_name, inside
 from studio.take.references import HowAligned, how_aligned
 from studio.take.take import Take
@@ -61,9 +61,8 @@ def measure_router(finder: Finder, jobs: Jobs) -> APIRouter:
         opened = finder.take(session, take)
         path = find_reference(opened, request.reference)
         names = solves_of(opened, request.solves)
-        return run_in_process(
-            evaluate_work, opened.path, path, names, request.align_time, request.unit_m, request.align
-        )
+        how = HowAligned(request.align_time, request.align, request.unit_m)
+        return run_in_process(evaluate_work, opened.path, path, names, how)
 
     @router.get("/report", response_class=HTMLResponse)
     def report(
@@ -79,7 +78,7 @@ def measure_router(finder: Finder, jobs: Jobs) -> APIRouter:
         opened = finder.take(session, take)
         path = find_reference(opened, reference)
         names = solves_of(opened, solve)
-        page = run_in_process(report_work, opened.path, path, names, align_time, unit_m, align)
+        page = run_in_process(report_work, opened.path, path, names, HowAligned(align_time, align, unit_m))
         return HTMLResponse(page, headers=REPORT_HEADERS)
 
     @router.post("/reports", status_code=202)

@@ -43,23 +43,37 @@ def check_reference_work(file: Path) -> dict[str, Any]:
 
 def figures_work(take: Path, poses: Path, reference: Path | None, how: HowAligned) -> dict[str, Any]:
     """Return a solve's figures: `own`, and `reference`, as `evaluate --json` has them; null without a reference."""
-    from studio.engine.metrics.evaluate import evaluate
     from studio.engine.metrics.own import own_figures
     from studio.engine.metrics.reference import read_reference
     from studio.engine.poses import Poses
+    from studio.take.evaluating import evaluate_poses
     from studio.take.take import Take
 
-    solve, start_s = Poses.load(poses), Take.open(take).meta["calibration_s"]
-    against = None
+    opened, against = Take.open(take), None
     if reference is not None:
-        against = evaluate(
-            solve,
-            read_reference(reference, unit_m=how.unit_m),
-            start_s=start_s,
-            same_clock=not how.align_time,
-            similarity=how.align == "similarity",
-        )
-    return {"own": own_figures(solve, start_s=start_s), "reference": against}
+        against = evaluate_poses(opened, poses, read_reference(reference, unit_m=how.unit_m), how)
+    return {"own": own_figures(Poses.load(poses), start_s=opened.meta["calibration_s"]), "reference": against}
+
+
+def evaluate_work(take: Path, reference: Path, solves: list[str], how: HowAligned) -> dict[str, Any]:
+    """Return what `evaluate --json` holds for these solves of the take."""
+    from studio.engine.metrics.reference import read_reference
+    from studio.take.evaluating import evaluate_solves
+    from studio.take.take import Take
+
+    truth = read_reference(reference, unit_m=how.unit_m)
+    return {"solves": evaluate_solves(Take.open(take), truth, solves, how)}
+
+
+def report_work(take: Path, reference: Path, solves: list[str], how: HowAligned) -> str:
+    """Return the report of these solves of the take as HTML."""
+    from studio.engine.metrics.reference import read_reference
+    from studio.report.take_report import take_report
+    from studio.take.evaluating import evaluate_solves
+    from studio.take.take import Take
+
+    opened, truth = Take.open(take), read_reference(reference, unit_m=how.unit_m)
+    return take_report(opened, truth, evaluate_solves(opened, truth, solves, how))
 
 
 def difference_work(
@@ -148,22 +162,12 @@ def write_report_work(
     progress: Callable[[float], None],
 ) -> None:
     """Write the report of these solves of the take to a file."""
-    from studio.engine.metrics.evaluate import evaluate
     from studio.engine.metrics.reference import read_reference
-    from studio.engine.poses import Poses
     from studio.report.take_report import write_report
+    from studio.take.evaluating import evaluate_solves
     from studio.take.take import Take
 
     opened, truth = Take.open(take), read_reference(reference, unit_m=how.unit_m)
-    figures = {}
-    for k, name in enumerate(solves):
-        progress(k / (len(solves) + 1))
-        figures[name] = evaluate(
-            Poses.load(opened.solve_folder(name) / "poses.npz"),
-            truth,
-            start_s=opened.meta["calibration_s"],
-            same_clock=not how.align_time,
-            similarity=how.align == "similarity",
-        )
-    progress(len(solves) / (len(solves) + 1))
+    measured = len(solves) / (len(solves) + 1)
+    figures = evaluate_solves(opened, truth, solves, how, progress=lambda share: progress(share * measured))
     write_report(out, opened, truth, figures)

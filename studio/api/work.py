@@ -70,43 +70,6 @@ def map_rig_work(rig: Path, bones: dict[str, str | None]) -> dict[str, Any]:
     return rig_facts(rig)
 
 
-def evaluate_work(
-    take: Path, reference: Path, solves: list[str], align_time: bool, unit_m: float | None, align: str
-) -> dict[str, Any]:
-    """Return what `evaluate --json` holds for these solves of the take."""
-    from studio.engine.metrics.evaluate import evaluate
-    from studio.engine.metrics.reference import read_reference
-    from studio.engine.poses import Poses
-    from studio.take.take import Take
-
-    opened = Take.open(take)
-    truth = read_reference(reference, unit_m=unit_m)
-    return {
-        "solves": {
-            name: evaluate(
-                Poses.load(opened.solve_folder(name) / "poses.npz"),
-                truth,
-                start_s=opened.meta["calibration_s"],
-                same_clock=not align_time,
-                similarity=align == "similarity",
-            )
-            for name in solves
-        }
-    }
-
-
-def report_work(
-    take: Path, reference: Path, solves: list[str], align_time: bool, unit_m: float | None, align: str
-) -> str:
-    """Return the report of these solves of the take as HTML."""
-    from studio.engine.metrics.reference import read_reference
-    from studio.report.take_report import take_report
-    from studio.take.take import Take
-
-    figures = evaluate_work(take, reference, solves, align_time, unit_m, align)["solves"]
-    return take_report(Take.open(take), read_reference(reference, unit_m=unit_m), figures)
-
-
 def cleanup_work(take: Path, poses: Path, reference: Path | None) -> dict[str, Any]:
     """Return the clean-up of the solve in `poses.npz`, against a reference where there is one."""
     from studio.engine.metrics.cleanup.solve import solve_cleanup

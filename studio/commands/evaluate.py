@@ -93,11 +93,11 @@ def add_parser(subparsers: Any) -> None:
 
 def run(args: argparse.Namespace) -> int:
     from studio.engine.errors import TakeError
-    from studio.engine.metrics.evaluate import evaluate
     from studio.engine.metrics.reference import read_reference
-    from studio.engine.poses import Poses
     from studio.report.evaluation_tables import aligned_away
     from studio.report.take_report import write_report
+    from studio.take.evaluating import evaluate_solves
+    from studio.take.references import HowAligned
     from studio.take.take import Take
 
     take = Take.open(args.take)
@@ -106,18 +106,9 @@ def run(args: argparse.Namespace) -> int:
     if not names:
         raise TakeError(f"take {take.path} has no solve yet; run `studio solve {take.path}`")
     reference = read_reference(args.reference, unit_m=args.unit_m)
-    solves: dict[str, dict[str, Any]] = {}
+    how = HowAligned(args.align_time, args.align, args.unit_m)
     with progress_bar("evaluate") as progress:
-        for k, name in enumerate(names):
-            solves[name] = evaluate(
-                Poses.load(take.solve_folder(name) / "poses.npz"),
-                reference,
-                start_s=take.meta["calibration_s"],
-                same_clock=not args.align_time,
-                similarity=args.align == "similarity",
-            )
-            if progress is not None:
-                progress((k + 1) / len(names))
+        solves = evaluate_solves(take, reference, names, how, progress=progress)
     write_result(args, {"solves": solves})
     if args.report is not None:
         write_report(args.report, take, reference, solves)

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from studio.engine.arrays import read_arrays, save_arrays
 from studio.engine.errors import FormatError
 from studio.engine.files import write_atomically
 from studio.engine.metrics.alignment import Alignment, align, clock_of
@@ -16,6 +17,7 @@ from studio.engine.metrics.clock import on_one_clock
 from studio.engine.metrics.matching import match
 from studio.engine.metrics.reference import Markers, Reference
 from studio.engine.poses import Poses
+from studio.engine.versions import PLACED
 
 
 @dataclass(frozen=True)
@@ -37,26 +39,28 @@ class Placed:
             StudioError: the file cannot be written.
         """
         with write_atomically(path) as file:
-            np.savez_compressed(
-                file,
-                time_s=self.motion.time_s,
-                positions_m=self.motion.positions_m.astype(np.float32),
-                aligned=np.array(json.dumps(self.aligned)),
-            )
+            arrays = {
+                "time_s": self.motion.time_s,
+                "positions_m": self.motion.positions_m.astype(np.float32),
+                "aligned": np.array(json.dumps(self.aligned)),
+            }
+            save_arrays(file, arrays, PLACED)
 
     @classmethod
     def load(cls, path: str | os.PathLike[str]) -> "Placed":
         """Return what `save` wrote.
 
         Raises:
-            FormatError: the file is missing or damaged.
+            FormatError: the file is missing, damaged or of a later version.
         """
         if not Path(path).is_file():
             raise FormatError(f"nothing was placed at {path}; align the reference with this solve first")
         try:
-            with open(path, "rb") as file, np.load(file, allow_pickle=False) as data:
-                motion = Reference(data["time_s"], data["positions_m"].astype(float))
-                return cls(motion, json.loads(str(data["aligned"])))
+            data = read_arrays(path, ("time_s", "positions_m", "aligned"), PLACED)
+            motion = Reference(data["time_s"], data["positions_m"].astype(float))
+            return cls(motion, json.loads(str(data["aligned"])))
+        except FormatError:
+            raise
         except Exception as error:  # zipfile and zlib raise their own kinds on a damaged file
             raise FormatError(f"{path} is damaged: {error}; align the reference again") from error
 

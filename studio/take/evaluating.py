@@ -1,0 +1,52 @@
+"""A take's solves measured against a reference: one way for the command, the API and batches."""
+
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from studio.take.references import HowAligned
+from studio.take.take import Take
+
+if TYPE_CHECKING:
+    from studio.engine.metrics.reference import Markers, Reference
+
+
+def evaluate_solves(
+    take: Take,
+    reference: "Reference | Markers",
+    solves: Sequence[str],
+    how: HowAligned,
+    *,
+    progress: Callable[[float], None] | None = None,
+) -> dict[str, dict[str, Any]]:
+    """Return the figures of solves of a take by name, as `metrics.evaluate` gives them; `progress` is told 0 to 1.
+
+    Raises:
+        FormatError: a solve is missing or damaged. StudioError: it cannot be aligned with the reference.
+    """
+    figures = {}
+    for k, name in enumerate(solves):
+        figures[name] = evaluate_poses(take, take.solve_folder(name) / "poses.npz", reference, how)
+        if progress is not None:
+            progress((k + 1) / len(solves))
+    return figures
+
+
+def evaluate_poses(
+    take: Take, poses: Path, reference: "Reference | Markers", how: HowAligned
+) -> dict[str, Any]:
+    """Return the figures of the poses of a take in a file; the calibration part at its beginning does not count.
+
+    Raises:
+        FormatError: the file is missing or damaged. StudioError: it cannot be aligned with the reference.
+    """
+    from studio.engine.metrics.evaluate import evaluate
+    from studio.engine.poses import Poses
+
+    return evaluate(
+        Poses.load(poses),
+        reference,
+        start_s=take.meta["calibration_s"],
+        same_clock=not how.align_time,
+        similarity=how.align == "similarity",
+    )
