@@ -37,11 +37,13 @@ PARTS: tuple[str, ...] = ("trunk", "left_arm", "right_arm", "left_leg", "right_l
 
 SHAPE: tuple[str, ...] = (
     "height", "leg", "arm", "shoulder", "trunk", "trunk_girth", "arm_girth", "leg_girth", "hip", "elbow", "knee",
+    "head",
 )  # fmt: skip
 """Numbers of a body's shape, each the logarithm of a scale: all of it; legs' and arms' length; shoulders' width;
-length of the trunk; girths; distance of the hip joints; upper arm to forearm, and thigh to shank, at one length."""
+length of the trunk; girths; distance of the hip joints; upper arm to forearm, and thigh to shank, at one length; size
+of the head."""
 
-SHAPE_SPREAD: Array = np.array([0.05, 0.03, 0.035, 0.06, 0.03, 0.10, 0.12, 0.10, 0.10, 0.06, 0.04])
+SHAPE_SPREAD: Array = np.array([0.05, 0.03, 0.035, 0.06, 0.03, 0.10, 0.12, 0.10, 0.10, 0.06, 0.04, 0.04])
 """Standard deviation of each among people of one stature: ANSUR's variation, less that of stature."""
 
 USUAL_HEIGHT_M = 1.72
@@ -95,8 +97,8 @@ _MIDDLE = (
     Cone("Spine2", (0.0, 0.010, 0.030), (0.0, 0.010, 0.060), 0.052, 0.036, "trunk_girth"),
     # Neck 0.215 round; head 0.089 broad, 0.115 long and 0.131 high (ANSUR).
     Cone("Neck", (0.0, 0.004, 0.000), (0.0, -0.002, 0.050), 0.033, 0.031, "trunk_girth"),
-    Cone("Head", (0.0, -0.008, -0.012), (0.0, -0.004, 0.020), 0.043, 0.045, "height", 0.80),
-    Cone("Head", (0.0, -0.030, -0.046), (0.0, -0.026, -0.020), 0.022, 0.030, "height"),
+    Cone("Head", (0.0, -0.008, -0.012), (0.0, -0.004, 0.020), 0.043, 0.045, "head", 0.80),
+    Cone("Head", (0.0, -0.030, -0.046), (0.0, -0.026, -0.020), 0.022, 0.030, "head"),
 )
 
 
@@ -145,6 +147,8 @@ def part_of(body: str) -> int:
 
 
 _UPPER_ARM, _FOREARM, _THIGH, _SHANK = 0.160, 0.153, 0.245, 0.246
+_NECK = np.array([0.0, 0.0, 0.040])
+"""From the neck's joint to the height of the chin; from there to the middle of the head it is the head's."""
 
 
 def _scales(shape: Array) -> dict[str, float]:
@@ -168,7 +172,7 @@ _OFFSET_SCALES = {"elbow": "upper_arm", "wrist": "forearm", "hand": "arm", "knee
 
 
 def performer_of(shape: Array) -> Performer:
-    """Return the proportions of a shape, shape (11,)."""
+    """Return the proportions of a shape, shape (12,)."""
     scale = {name: value * USUAL_HEIGHT_M for name, value in _scales(shape).items()}
     offsets = _USUAL_OFFSETS.copy()
     for side in ("left", "right"):
@@ -176,12 +180,13 @@ def performer_of(shape: Array) -> Performer:
         offsets[INDEX[f"{side}_hip"]] *= np.array([scale["hip"], scale["height"], scale["height"]])
         for name, key in _OFFSET_SCALES.items():
             offsets[INDEX[f"{side}_{name}"]] *= scale[key]
-    for name, key in (("spine", "trunk"), ("chest", "trunk"), ("neck", "trunk"), ("head", "height")):
-        offsets[INDEX[name]] *= scale[key]
+    for name in ("spine", "chest", "neck"):
+        offsets[INDEX[name]] *= scale["trunk"]
+    offsets[INDEX["head"]] = _NECK * scale["height"] + (offsets[INDEX["head"]] - _NECK) * scale["head"]
     legs = offsets[INDEX["left_ankle"], 2] + offsets[INDEX["left_knee"], 2]
     offsets[0] = [0.0, 0.0, ANKLE_HEIGHT * scale["height"] - legs]
     head_over_hips = offsets[[INDEX[n] for n in ("spine", "chest", "neck", "head")], 2].sum()
-    height = float(offsets[0, 2] + head_over_hips + TOP_OF_HEAD * scale["height"])
+    height = float(offsets[0, 2] + head_over_hips + TOP_OF_HEAD * scale["head"])
     return Performer(height_m=height, offsets_m=offsets)
 
 
@@ -206,7 +211,7 @@ def offsets_of(shape: Array) -> Array:
 
 _LENGTH_KEYS = {"Spine": "trunk", "Spine1": "trunk", "Spine2": "trunk", "LeftShoulder": "shoulder",
                 "LeftArm": "upper_arm", "LeftForeArm": "forearm", "LeftHand": "arm", "LeftUpLeg": "thigh",
-                "LeftLeg": "shank"}  # fmt: skip
+                "LeftLeg": "shank", "Head": "head"}  # fmt: skip
 
 
 def _axis_keys(cone: Cone) -> tuple[str, str, str]:

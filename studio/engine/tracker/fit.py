@@ -28,6 +28,8 @@ FREE_WEIGHT = 3.0
 FREE_REACH_M = 0.15
 REACH_M = 0.09
 """Distance at which a point's weight has fallen to a quarter [m]."""
+_CROWN = (2, 1.9)
+"""Just below the top of the head, beyond the end of its axis: what stops a body from rising out of its silhouette."""
 
 
 class Points(NamedTuple):
@@ -109,7 +111,7 @@ def free_samples(surface: Surface) -> Array:
         if part > 0 or c < 4:
             shares = (0.25, 0.6, 1.0) if length > 0.12 else (0.5,)
             samples += [(c, share) for share in shares]
-    return np.array(samples, dtype=np.float64)
+    return np.array([*samples, _CROWN], dtype=np.float64)
 
 
 class Fitter:

@@ -29,12 +29,12 @@ class Lens(NamedTuple):
     reach: float
 
 
-def lens_of(camera: DepthCamera) -> Lens:
-    """Return the lens of a camera."""
+def lens_of(camera: DepthCamera, fine: bool = False) -> Lens:
+    """Return the lens of a camera, with twice as many cells in a row where it is `fine`."""
     coefficients = (*camera.distortion, *(0.0,) * (8 - len(camera.distortion)))
     rays = camera.rays
     return Lens(
-        max(1, round(camera.width / GRID_WIDTH)),
+        max(1, round(camera.width / (2 * GRID_WIDTH if fine else GRID_WIDTH))),
         np.array([camera.fx, camera.fy, camera.cx, camera.cy, *coefficients]),
         rays,
         1.2 * float((rays.astype(np.float64) ** 2).sum(axis=2).max()),
@@ -90,17 +90,19 @@ def confirmed(depth, keep):  # type: ignore[no-untyped-def]
 
 
 @compiled
-def normal_at(points, depth, i, j, normal):  # type: ignore[no-untyped-def]
-    """Write the unit normal of a cell's surface, towards the camera side of the grid; zeros where it is unknown."""
+def normal_at(points, depth, i, j, reach, normal):  # type: ignore[no-untyped-def]
+    """Write the unit normal of a cell's surface, towards the camera side of the grid; zeros where it is unknown.
+
+    It is that of the neighbours `reach` cells away.
+    """
     rows, columns = depth.shape
     normal[:] = 0.0
-    reach = 2
     z = depth[i, j]
-    near = 0.04 + 0.02 * z
+    near = 0.08 + 0.04 * z
     if i < reach or j < reach or i + reach >= rows or j + reach >= columns:
         return
     for v, u in ((i - reach, j), (i + reach, j), (i, j - reach), (i, j + reach)):
-        if depth[v, u] <= 0.0 or abs(depth[v, u] - z) > near * reach:
+        if depth[v, u] <= 0.0 or abs(depth[v, u] - z) > near:
             return
     ax = points[i, j + reach, 0] - points[i, j - reach, 0]
     ay = points[i, j + reach, 1] - points[i, j - reach, 1]
@@ -112,3 +114,39 @@ def normal_at(points, depth, i, j, normal):  # type: ignore[no-untyped-def]
     length = np.sqrt(x * x + y * y + z * z)
     if length > 1e-9:
         normal[0], normal[1], normal[2] = x / length, y / length, z / length
+
+
+@compiled
+def sampled(points, depth, labels, chosen, count, eye, reach):  # type: ignore[no-untyped-def]
+    """Return about `count` points of the chosen clusters, evenly over the grid, unit vectors to the camera at `eye`,
+    and normals over neighbours `reach` cells away, each of shape (point_count, 3)."""
+    rows, columns = depth.shape
+    total = 0
+    for i in range(rows):
+        for j in range(columns):
+            if labels[i, j] >= 0 and chosen[labels[i, j]]:
+                total += 1
+    step = max(total / count, 1.0)
+    size = int(total / step)
+    places = np.zeros((size, 3))
+    views = np.zeros((size, 3))
+    normals = np.zeros((size, 3))
+    seen, k = 0, 0
+    for i in range(rows):
+        for j in range(columns):
+            if labels[i, j] < 0 or not chosen[labels[i, j]]:
+                continue
+            if k < size and seen >= int((k + 0.5) * step):
+                x, y, z = eye[0] - points[i, j, 0], eye[1] - points[i, j, 1], eye[2] - points[i, j, 2]
+                length = np.sqrt(x * x + y * y + z * z)
+                views[k, 0], views[k, 1], views[k, 2] = x / length, y / length, z / length
+                places[k] = points[i, j]
+                normal_at(points, depth, i, j, reach, normals[k])
+                facing = (
+                    normals[k, 0] * views[k, 0] + normals[k, 1] * views[k, 1] + normals[k, 2] * views[k, 2]
+                )
+                if facing < 0.0:
+                    normals[k] = -normals[k]
+                k += 1
+            seen += 1
+    return places[:k], views[:k], normals[:k]

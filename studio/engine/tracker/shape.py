@@ -22,18 +22,19 @@ _FRAME_SHARE = 0.05
 _REFRESH = 20
 """Slopes are computed anew after so many updates: the shape changes little."""
 _MOST = 0.25
-"""No scale leaves its usual value by more than this logarithm, but height."""
+"""No scale leaves the value that it began with by more than this logarithm, but height."""
 
 
 class ShapeEstimate:
     """The shape and how surely it is known.
 
     Attributes:
-        mean: shape (11,). information: inverse covariance, shape (11, 11).
+        mean: shape (12,). information: inverse covariance, shape (12, 12).
     """
 
     def __init__(self, shape: Array) -> None:
         self.mean = shape.copy()
+        self._usual = shape[1:].copy()
         self._shifted: list[Figure] = []
         self._updates = 0
         self.information = np.diag(1.0 / SHAPE_SPREAD**2)
@@ -70,7 +71,7 @@ class ShapeEstimate:
         self.information = self.information + told
         step = np.linalg.solve(self.information, gradient)
         mean = self.mean + np.clip(step, -0.03, 0.03)
-        mean[1:] = np.clip(mean[1:], -_MOST, _MOST)
+        mean[1:] = self._usual + np.clip(mean[1:] - self._usual, -_MOST, _MOST)
         self.mean = mean
         return Figure.of(mean)
 

@@ -12,6 +12,8 @@ Array = NDArray[np.float64]
 
 FRONT_M = 0.04
 """A body may lie this far in front of what is seen before it counts [m]."""
+SOLID_M = 0.12
+"""Space is free for a part of the body only where the camera sees this much further [m]."""
 FAR_M = 0.40
 """Beyond this a violation counts no more [m]."""
 
@@ -105,8 +107,8 @@ def _violation(seen, point, radius, normal):  # type: ignore[no-untyped-def]
     aside = np.sqrt((v - row) ** 2 + (u - column) ** 2) * cell
     depth = seen.depth[i, j]
     if (v != i or u != j) and aside > 1.5 * cell:
-        if 0.0 < depth < z - radius - 0.10:
-            return 0.0  # something stands before it
+        if 0.0 < depth < z + SOLID_M:
+            return 0.0  # something is seen there, or before it: the floor under a foot, a leg thinner than a cell
         dx, dy = (u - column) * cell / aside, (v - row) * cell / aside
         for a in range(3):
             normal[a] = r[0, a] * dx + r[1, a] * dy

@@ -12,7 +12,7 @@ from studio.engine.geometry import invert_transform
 from studio.engine.tracker.clusters import Clusters, clusters_of
 from studio.engine.tracker.fit import Points
 from studio.engine.tracker.floor import find_floor, stand_on
-from studio.engine.tracker.grid import confirmed, grid_points, lens_of, normal_at
+from studio.engine.tracker.grid import confirmed, grid_points, lens_of, sampled
 from studio.engine.tracker.silhouette import Silhouette, nearest_cells
 
 Array = NDArray[np.float64]
@@ -40,17 +40,30 @@ class CameraView:
 
     Attributes:
         T_work_camera: camera points to the working frame; None until the first image where it was not given.
+        fine: whether the grid is the finer one.
     """
 
     def __init__(self, camera: DepthCamera, T_work_camera: Array | None) -> None:
         self.camera = camera
-        self.lens = lens_of(camera)
         self.T_work_camera = T_work_camera
+        self.fine = False
+        self._lay(fine=False)
+
+    def _lay(self, *, fine: bool) -> None:
+        """Lay the grid, with nothing known of the background."""
+        self.fine = fine
+        self.lens = lens_of(self.camera, fine)
+        camera = self.camera
         shape = (camera.height // self.lens.stride, camera.width // self.lens.stride)
         self.cell_angle = self.lens.stride / camera.fx
         self._background = np.zeros(shape)
         self._keep = np.zeros(shape, dtype=bool)
         self._use = np.zeros(shape, dtype=bool)
+
+    def refine(self, fine: bool) -> None:
+        """Take a finer grid, for who is small, or the usual one again; the background is learnt anew."""
+        if fine != self.fine:
+            self._lay(fine=fine)
 
     def see(self, depth_mm: NDArray[np.uint16]) -> Seen:
         """Return the points and clusters of an image.
@@ -94,8 +107,14 @@ class CameraView:
     def points_of(self, seen: Seen, chosen: NDArray[np.bool_], count: int, index: int) -> Points:
         """Return about `count` points of the chosen clusters, evenly over the image."""
         assert self.T_work_camera is not None
-        places, views, normals = _sample(
-            seen.points, seen.depth, seen.clusters.labels, chosen, count, self.T_work_camera[:3, 3].copy()
+        places, views, normals = sampled(
+            seen.points,
+            seen.depth,
+            seen.clusters.labels,
+            chosen,
+            count,
+            self.T_work_camera[:3, 3].copy(),
+            4 if self.fine else 2,
         )
         return Points(places, views, normals, np.full(len(places), index))
 
@@ -132,37 +151,3 @@ def _learn(depth, keep, labels, standing, background):  # type: ignore[no-untype
             if label >= 0 and not standing[label] and keep[i, j]:
                 behind = background[i, j]
                 background[i, j] = depth[i, j] if behind <= 0.0 else behind + 0.1 * (depth[i, j] - behind)
-
-
-@compiled
-def _sample(points, depth, labels, chosen, count, eye):  # type: ignore[no-untyped-def]
-    rows, columns = depth.shape
-    total = 0
-    for i in range(rows):
-        for j in range(columns):
-            if labels[i, j] >= 0 and chosen[labels[i, j]]:
-                total += 1
-    step = max(total / count, 1.0)
-    size = int(total / step)
-    places = np.zeros((size, 3))
-    views = np.zeros((size, 3))
-    normals = np.zeros((size, 3))
-    seen, k = 0, 0
-    for i in range(rows):
-        for j in range(columns):
-            if labels[i, j] < 0 or not chosen[labels[i, j]]:
-                continue
-            if k < size and seen >= int((k + 0.5) * step):
-                x, y, z = eye[0] - points[i, j, 0], eye[1] - points[i, j, 1], eye[2] - points[i, j, 2]
-                length = np.sqrt(x * x + y * y + z * z)
-                views[k, 0], views[k, 1], views[k, 2] = x / length, y / length, z / length
-                places[k] = points[i, j]
-                normal_at(points, depth, i, j, normals[k])
-                facing = (
-                    normals[k, 0] * views[k, 0] + normals[k, 1] * views[k, 1] + normals[k, 2] * views[k, 2]
-                )
-                if facing < 0.0:
-                    normals[k] = -normals[k]
-                k += 1
-            seen += 1
-    return places[:k], views[:k], normals[:k]

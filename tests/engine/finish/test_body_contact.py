@@ -10,12 +10,12 @@ from studio.engine.finish.trajectory import Kinematics, moved
 from studio.engine.human.model import build_humanoid
 from studio.engine.human.skeleton import Skeleton
 from studio.engine.joints import INDEX
-from studio.engine.tracker.body import performer_of
+from studio.engine.tracker.body import SHAPE, performer_of
 
 
 @pytest.fixture(scope="module")
 def body():
-    humanoid = build_humanoid(Skeleton.of(performer_of(np.zeros(11))))
+    humanoid = build_humanoid(Skeleton.of(performer_of(np.zeros(len(SHAPE)))))
     return humanoid, Kinematics(humanoid), BodyContact(humanoid.skeleton.height_m)
 
 
