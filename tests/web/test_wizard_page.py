@@ -53,7 +53,7 @@ def camera() -> dict:
 def told(address: str, page: Page) -> Told:
     """A page that is told of two cameras."""
     with connect(f"{address.replace('http', 'ws')}/api/v1/events") as events:
-        message = json.loads(events.recv(timeout=10))
+        message = json.loads(events.recv(timeout=60))
     message["status"]["cameras"] = {"left": camera(), "right": camera()}
     return Told(page, message)
 
@@ -182,3 +182,32 @@ def test_the_way_for_a_phone_is_shown(address: str, page: Page) -> None:
     page.goto(address)
     page.locator("#remote-link").click()
     expect(page.locator("#phone")).to_contain_text("answers on this computer only")
+
+
+def test_what_the_server_says_is_told_in_french(address: str, page: Page, told: Told) -> None:
+    page.add_init_script("localStorage.setItem('language', 'fr')")
+    told.message["status"]["cameras"]["left"].update(
+        state="trouble", starved="network", reason="frames come 300 ms late: the network is slow"
+    )
+    page.goto(address)
+    expect(page.locator("#connection")).to_have_text("Connecté")
+    expect(page.locator("#preset")).to_be_visible()
+    walk(told)
+    expect(page.locator(".camera .words").first).to_have_text(
+        "les images arrivent avec 300 ms de retard\u00a0: le réseau est lent"
+    )
+    why = "the performer comes out 2.41 m tall: let one performer alone walk, and check the camera's unit (metres)"
+    told.calibration(
+        {
+            "state": "failed",
+            "message": "",
+            "cameras": {"right": {**VERDICT, "verdict": "refused", "reasons": [why]}},
+        }
+    )
+    expect(page.locator("#wizard-big")).to_have_text("Refusé")
+    expect(page.locator("#wizard-cards p")).to_have_text(
+        "l'interprète mesurerait 2,41 mqu'un seul interprète marche, et vérifiez l'unité de la caméra (mètres)"
+    )
+    poor = {"state": "countdown", "seconds_left": 4.8, "problems": ["left arm too low: hold it level"]}
+    told.calibration({"state": "idle"}, tpose=poor)
+    expect(page.locator("#wizard-small")).to_have_text("bras gauche trop bas\u00a0: tenez-le à l'horizontale")

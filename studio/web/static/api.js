@@ -1,4 +1,5 @@
-// Every call to the server: routes under /api/v1, errors as the server words them.
+// Every call to the server: routes under /api/v1, errors as the server words them, in the language of the page.
+import { said } from "./said.js";
 import { t } from "./strings.js";
 
 const ROOT = new URL("api/v1/", document.baseURI);
@@ -18,7 +19,7 @@ async function send(method, path, body, headers = {}) {
   if (response.ok) return response;
   if (response.status === 401) location.assign(`signin?next=${encodeURIComponent(location.pathname)}`);
   const value = await response.json().catch(() => null);
-  throw new Error(value?.error?.message ?? t("server.status", { status: response.status }));
+  throw new Error(said(value?.error?.message) ?? t("server.status", { status: response.status }));
 }
 
 const call = async (method, path, body) => (await request(method, path, body)).json();

@@ -3,6 +3,7 @@ import { byId, h, redraw, setText } from "./dom.js";
 import { finishCalibration } from "./api.js";
 import { coverageMap, coverageShare } from "./coverage.js";
 import { attempt } from "./messages.js";
+import { said } from "./said.js";
 import { number, t } from "./strings.js";
 import { openWizard } from "./wizard.js";
 
@@ -33,7 +34,7 @@ function coverage(cameras, colours) {
 }
 
 function reasons(cameras) {
-  const list = Object.entries(cameras).flatMap(([name, camera]) => camera.reasons.map((reason) => `${name}: ${reason}`));
+  const list = Object.entries(cameras).flatMap(([name, camera]) => camera.reasons.map((reason) => `${name}: ${said(reason)}`));
   return list.length ? h("ul", { class: "reasons" }, list.map((reason) => h("li", {}, reason))) : null;
 }
 
@@ -52,13 +53,13 @@ function build(state, colours, ready) {
       h("progress", { id: "calibration-progress", max: 1, value: progress.progress, aria: { label: t("calibration.progress") } }));
     parts.push(h("div", { id: "coverage", class: "row" }));
   } else if (progress.state === "failed") {
-    parts.push(h("p", { class: "bad", role: "status" }, progress.message));
+    parts.push(h("p", { class: "bad", role: "status" }, said(progress.message)));
   }
   if (!busy && state.state !== "good") {
     parts.push(h("p", { class: "empty" }, t("calibration.how")));
   }
   if (state.warnings.length) {
-    parts.push(h("ul", { class: "reasons", role: "alert" }, state.warnings.map((text) => h("li", { class: "fair" }, text))));
+    parts.push(h("ul", { class: "reasons", role: "alert" }, state.warnings.map((text) => h("li", { class: "fair" }, said(text)))));
   }
   if (!busy && state.state !== "none") parts.push(table(state.cameras, colours, state.reference), reasons(state.cameras));
   parts.push(h("div", { class: "row" },

@@ -4,6 +4,7 @@ import { chooseReference, stopLocalCameras } from "./api.js";
 import { commandBox, commandOf } from "./camera_command.js";
 import { byId, h, redraw, setText } from "./dom.js";
 import { attempt } from "./messages.js";
+import { said } from "./said.js";
 import { number, t } from "./strings.js";
 
 const KEPT_SHOWN = 60; // a second of two cameras is always on its way
@@ -66,7 +67,7 @@ function row(name, camera, colour) {
     camera.connected && h("dl", { class: "figures" }, figures(camera).map(([key, value]) =>
       h("div", { title: hints[key] }, h("dt", {}, t(`camera.${key}`)), h("dd", {}, value)))),
     camera.connected && remarks(camera) && h("p", { class: "words" }, remarks(camera)),
-    camera.reason && h("p", { class: "words" }, camera.reason),
+    camera.reason && h("p", { class: "words" }, said(camera.reason)),
     camera.connected && camera.previews > 0 && h("img", { class: "preview", src: preview(name, camera), alt: t("camera.sees", { name }) }));
 }
 
@@ -102,7 +103,7 @@ function below(local) {
   const broken = Object.entries(local.cameras).filter(([, camera]) => !camera.running && camera.problem);
   return [
     local.opened && h("p", { class: "words" }, t(local.opened === "simulated" ? "cameras.simulated" : "cameras.playing", { name: local.opened.replace(/^\w+\//, "") })),
-    ...broken.map(([name, { problem }]) => h("p", { class: "words bad" }, `${name}: ${problem}`)),
+    ...broken.map(([name, { problem }]) => h("p", { class: "words bad" }, `${name}: ${said(problem)}`)),
     h("div", { class: "buttons" },
       h("button", { class: "small", id: "add-camera", type: "button", onclick: () => showAddCamera() }, t("cameras.add")),
       local.opened && h("button", { class: "small", id: "stop-local", type: "button", onclick: () => attempt(stopLocalCameras) }, t("cameras.stop"))),

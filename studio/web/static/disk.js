@@ -1,5 +1,6 @@
 // What the operator must know of the disk and of a take that went through a restart of the server.
 import { byId, h, setText } from "./dom.js";
+import { said } from "./said.js";
 import { number, t } from "./strings.js";
 
 const LOW_MINUTES = 20;
@@ -18,5 +19,5 @@ export function updateDisk(recording) {
   if (!byId("banner")) byId("messages").prepend(h("p", { id: "banner", class: "message banner", role: "status", hidden: true }));
   const banner = byId("banner");
   banner.hidden = !recording.notice;
-  setText(banner, recording.notice);
+  setText(banner, said(recording.notice));
 }

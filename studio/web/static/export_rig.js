@@ -3,6 +3,7 @@ import { h } from "./dom.js";
 import { getRigMapping, getRigs, putRigMapping, sendRig } from "./api.js";
 import { attempt, showNote } from "./messages.js";
 import { safeName } from "./reference.js";
+import { said } from "./said.js";
 import { number, t } from "./strings.js";
 
 const KINDS = ".glb,.fbx,.bvh";
@@ -79,7 +80,7 @@ export class RigChoice {
 
   words() {
     const { facts } = this;
-    if (facts.problem) return h("p", { class: "bad" }, facts.problem);
+    if (facts.problem) return h("p", { class: "bad" }, said(facts.problem));
     const found = Object.values(facts.bones).filter(Boolean).length;
     return h("p", { class: "muted hint" }, t("rig.facts", { height: number(facts.height_m, 2), n: found, bones: facts.bone_count }));
   }

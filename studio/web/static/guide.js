@@ -1,4 +1,5 @@
 // What the wizard and the remote control say: from the stage's status to a step, words, a number, and sounds.
+import { said } from "./said.js";
 import { number, t } from "./strings.js";
 
 export const STEPS = ["cameras", "walk", "verdict", "pose", "done"];
@@ -36,15 +37,15 @@ export function verdictOf(attempt) {
 
 /** A reason as the server words it: what is wrong, and after a colon what to do. */
 export function adviceOf(reason) {
-  const at = reason.indexOf(": ");
-  return at < 0 ? [reason, ""] : [reason.slice(0, at), reason.slice(at + 2)];
+  const colon = /\s?: /.exec(reason);
+  return colon ? [reason.slice(0, colon.index), reason.slice(colon.index + colon[0].length)] : [reason, ""];
 }
 
 function camerasSaying(status) {
   const here = connected(status);
   if (!here.length) return { tone: "bad", big: t("wizard.no_camera"), small: t("wizard.no_camera_do") };
   const bad = here.filter((camera) => camera.state !== "live" || (camera.starved && camera.starved !== "no_performer"));
-  if (bad.length) return { tone: "fair", big: t("wizard.camera_trouble", { n: bad.length }), small: bad[0].reason };
+  if (bad.length) return { tone: "fair", big: t("wizard.camera_trouble", { n: bad.length }), small: said(bad[0].reason) };
   return { tone: "good", big: t("wizard.cameras_ready", { n: here.length }), small: t(simulated(status) ? "wizard.simulated" : "wizard.stand") };
 }
 
@@ -60,20 +61,20 @@ function walkSaying(attempt, alone) {
 
 function verdictSaying(attempt) {
   const verdict = verdictOf(attempt);
-  const reasons = Object.entries(attempt.cameras).flatMap(([name, camera]) => camera.reasons.map((reason) => [name, ...adviceOf(reason)]));
+  const reasons = Object.entries(attempt.cameras).flatMap(([name, camera]) => camera.reasons.map((reason) => [name, ...adviceOf(said(reason))]));
   const tone = { good: "good", usable: "fair", refused: "bad" }[verdict];
-  const small = reasons.length ? "" : attempt.state === "failed" ? attempt.message : t("wizard.agree");
+  const small = reasons.length ? "" : attempt.state === "failed" ? said(attempt.message) : t("wizard.agree");
   return { tone, big: t(`wizard.verdict.${verdict}`), small, reasons };
 }
 
 function poseSaying(calibration, alone) {
   const { state, seconds_left: left, problems, message, height_m: height } = calibration.tpose;
-  const wrong = alone && problems.length ? t("wizard.simulated_wait") : problems.join("; ");
+  const wrong = alone && problems.length ? t("wizard.simulated_wait") : problems.map(said).join("; ");
   if (state === "countdown") return { tone: problems.length ? "fair" : "busy", big: t("wizard.t_pose_in"), small: wrong, seconds: left, kind: "countdown" };
   if (state === "holding" && wrong) return { tone: "fair", big: t("wizard.not_yet"), small: wrong };
   if (state === "holding") return { tone: "good", big: t("wizard.hold_still"), small: "", seconds: Math.max(left, 0), kind: "hold" };
   if (state === "computing") return { tone: "busy", big: t("wizard.measuring"), small: "" };
-  if (state === "failed") return { tone: "bad", big: t("wizard.pose_failed"), small: message };
+  if (state === "failed") return { tone: "bad", big: t("wizard.pose_failed"), small: said(message) };
   if (state === "done") return { tone: "good", big: `${number(height, 2)} m`, small: t("wizard.measured") };
   return { tone: "plain", big: t("wizard.t_pose"), small: t(alone ? "wizard.simulated_pose" : "wizard.t_pose_hint") };
 }

@@ -1,4 +1,6 @@
 // Work that the server does in the background: whoever began some hears how it goes.
+import { said } from "./said.js";
+
 const waiting = new Map(); // id -> {onProgress, done, failed}
 const last = new Map(); // id -> the job as the server last said
 
@@ -8,7 +10,7 @@ function tell(job) {
   if (job.state === "done" || job.state === "failed") {
     waiting.delete(job.id);
     if (job.state === "done") one.done(job);
-    else one.failed(new Error(job.message));
+    else one.failed(new Error(said(job.message)));
     return;
   }
   one.onProgress?.(job.state === "waiting" ? null : job.progress);

@@ -17,6 +17,7 @@ import { startLatency } from "./latency.js";
 import { replayed, solved, startReplay, updateReplay, updateReplayTakes } from "./replay.js";
 import { showPanel, startPanels } from "./panels.js";
 import { startPerformer, updatePerformer } from "./performer.js";
+import { said } from "./said.js";
 import { number, t } from "./strings.js";
 import { Switches } from "./switches.js";
 import { startTakes, updatePictures, updateTakes } from "./takes.js";
@@ -123,7 +124,7 @@ function showJobs(jobs) {
   for (const job of ended) {
     if (OWN_WORDS.includes(job.kind)) continue;
     if (job.kind === "draft") continue; // the solve that follows says what is wrong
-    if (job.state === "failed") showError(t("take.solve_failed", { name: job.take, solve: job.name, reason: job.message }));
+    if (job.state === "failed") showError(t("take.solve_failed", { name: job.take, solve: job.name, reason: said(job.message) }));
     else if (job.state === "done" && job.name !== TRIAL) showNote(t("take.solved_as", { name: job.take, solve: job.name }));
   }
   updateTrial(jobs.filter(isUnderWay), replayed());
@@ -161,7 +162,7 @@ function showStatus(status) {
     attempt(loadTakes);
     if (!active) setTimeout(() => attempt(loadTakes), SAVED_MS);
   }
-  if (problem && problem !== state.problem) showError(problem);
+  if (problem && problem !== state.problem) showError(said(problem));
   state.problem = problem;
   updateTransport(active ? { take, seconds } : null, ready);
   setNotice(noticeOf(status));
@@ -181,7 +182,7 @@ function showMessage(message) {
 
 startTransport((summary) => {
   showNote(t("record.done", { take: summary.take, seconds: number(summary.seconds, 1) }));
-  if (summary.problem) showError(summary.problem);
+  if (summary.problem) showError(said(summary.problem));
   showPanel("takes-title");
   attempt(loadTakes);
 });

@@ -2,6 +2,7 @@
 import { byId, h, redraw, setText } from "./dom.js";
 import { addOutput, changeOutput, getOutputs, removeOutput } from "./api.js";
 import { attempt, showUndo } from "./messages.js";
+import { said } from "./said.js";
 import { t } from "./strings.js";
 
 const KINDS = { vmc: { label: "VMC (OSC)", port: 39539 }, rokoko: { label: "Rokoko JSON v3", port: 14043 } };
@@ -42,7 +43,7 @@ function row(output) {
       class: "small", type: "button", aria: { label: t("outputs.remove", { label }) },
       onclick: () => remove(output, label),
     }, t("message.remove")),
-    output.problem && h("p", { class: "bad" }, output.problem));
+    output.problem && h("p", { class: "bad" }, said(output.problem)));
 }
 
 function field(id, label) {

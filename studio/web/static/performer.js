@@ -3,6 +3,7 @@ import { byId, h, redraw, setText } from "./dom.js";
 import { cancelTPose, choosePerformer, getPerformers, startTPose } from "./api.js";
 import { attempt, showNote } from "./messages.js";
 import { canOperate } from "./role.js";
+import { said } from "./said.js";
 import { number, t } from "./strings.js";
 import { startWizard } from "./wizard.js";
 
@@ -45,9 +46,9 @@ function build(busy, ready) {
 
 function words(tpose) {
   const { state, seconds_left: left, problems, message } = tpose;
-  if (state === "countdown") return [t("performer.countdown", { seconds: Math.ceil(left) }), ...(problems.length ? [problems.join("; ")] : [])].join(": ");
-  if (state === "holding") return problems.length ? problems.join("; ") : t("performer.hold", { seconds: Math.ceil(Math.max(left, 0)) });
-  return state === "idle" ? "" : message;
+  if (state === "countdown") return [t("performer.countdown", { seconds: Math.ceil(left) }), ...(problems.length ? [problems.map(said).join("; ")] : [])].join(": ");
+  if (state === "holding") return problems.length ? problems.map(said).join("; ") : t("performer.hold", { seconds: Math.ceil(Math.max(left, 0)) });
+  return state === "idle" ? "" : said(message);
 }
 
 /** Show the status' T-pose; `ready`: whether a camera is connected. */

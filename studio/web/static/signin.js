@@ -1,4 +1,5 @@
 // The page to sign in: sends the operator's token, then goes to where the operator wanted to go.
+import { said } from "./said.js";
 import { t } from "./strings.js";
 
 const form = document.getElementById("sign-in");
@@ -22,7 +23,7 @@ async function signIn(token) {
       location.assign(wanted());
       return;
     }
-    problem.textContent = (await response.json()).error.message;
+    problem.textContent = said((await response.json()).error.message);
   } catch {
     problem.textContent = t("signin.silent");
   }

@@ -42,8 +42,8 @@ export function chooseLanguage(wanted) {
   location.reload();
 }
 
-// Spaces before two-part marks do not break a line in French.
-const unbroken = (text) => (language === "fr" ? text.replace(/ ([?!:;»%])/g, "\u00a0$1").replace(/« /g, "«\u00a0") : text);
+/** Return a text whose spaces before two-part marks do not break a line, as French has them. */
+export const unbroken = (text) => (language === "fr" ? text.replace(/ ([?!:;»%])/g, "\u00a0$1").replace(/« /g, "«\u00a0") : text);
 
 /** Return the words of a key with its values filled in. */
 export function t(key, values = {}) {

@@ -2,6 +2,7 @@
 import { byId, clock, h } from "./dom.js";
 import { askExport } from "./export.js";
 import { open } from "./replay.js";
+import { said } from "./said.js";
 import { askShare } from "./sharing.js";
 import { language, t } from "./strings.js";
 
@@ -92,8 +93,8 @@ export function takeRow(take, { acts, best, editing, failed, job, picture: made,
       head(take, { acts, selected, job }),
       line(take),
       take.notes && h("p", { class: "muted notes" }, take.notes),
-      take.problem && h("p", { class: "fair" }, take.problem),
-      failed && !job && h("p", { class: "bad" }, t("take.failed", { solve: failed.name, reason: failed.message })),
+      take.problem && h("p", { class: "fair" }, said(take.problem)),
+      failed && !job && h("p", { class: "bad" }, t("take.failed", { solve: failed.name, reason: said(failed.message) })),
       job && h("progress", { max: 1, value: job.progress, id: `progress-${take.id}`, aria: { label: t("take.solving_label", { name: take.name }) } })),
     editing && slate(take, acts),
     take.solves.length > 0 && h("ul", { class: "solves" }, take.solves.map((solve) => solveRow(take, solve, acts, shown === `${take.id}|${solve}`))));

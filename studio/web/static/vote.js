@@ -1,6 +1,7 @@
 // The voters' page: join, see the pairs in one's own order, choose, change, go on after a reload. No name of what is
 // compared ever comes here.
 import { h } from "./dom.js";
+import { said } from "./said.js";
 import { t } from "./strings.js";
 import { Players } from "./players.js";
 
@@ -42,7 +43,7 @@ async function ask(method, path, body, read = "json") {
       continue;
     }
     const value = await response.json().catch(() => null);
-    throw new Refused(response.status, value?.error?.message ?? t("server.status", { status: response.status }));
+    throw new Refused(response.status, said(value?.error?.message) ?? t("server.status", { status: response.status }));
   }
 }
 

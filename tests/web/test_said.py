@@ -1,0 +1,95 @@
+"""What the server says to people stands in French too: every sentence of the modules that an operator hears from."""
+
+import ast
+import json
+import re
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+import studio
+
+HERE = Path(studio.__file__).parent
+TABLES = sorted((HERE / "web" / "static" / "said").glob("*.js"))
+MODULES = (
+    "live/camera", "live/guards", "live/roster", "live/tpose", "live/calibrator", "live/engine", "live/recorder",
+    "live/takes", "live/status", "engine/calibration/verdict", "engine/calibration/first", "engine/calibration/tpose",
+    "engine/calibration/time_offset", "api/find", "api/local_cameras", "take/trash", "take/slate", "take/names",
+    "engine/export/kinematics", "engine/export/points",
+)  # fmt: skip
+FRAGMENTS = {
+    # parts of sentences, joined in the code; names of threads
+    "shares USB controller 7 with 7", "as is 7 on the same machine", "7 min", "end of recording",
+    "7; plug them into ports of different USB controllers or machines, or lower their frame rates",
+    # programming errors and answers that no page asks for
+    "poses: 7 joints have no parent; export needs one root",
+    "poses: a rotation is a quaternion of no length; solve the take again",
+    "poses: the times of the frames do not increase; solve the take again",
+    "'7' leads out of 7; choose a plain name", "take='7' is not allowed; allowed: session/name",
+}  # fmt: skip
+SAMPLE = "7"
+
+
+def table() -> dict[str, str]:
+    """French by English sentence."""
+    found: dict[str, str] = {}
+    for path in TABLES:
+        body = re.fullmatch(r"export default (\{.*\});\n", path.read_text(encoding="utf-8"), re.DOTALL)
+        assert body, f"{path.name} is to be one object of strings"
+        for english, french in json.loads(body.group(1), object_pairs_hook=lambda items: items):
+            assert english not in found, f"{english} stands twice"
+            found[english] = french
+    return found
+
+
+def pattern(english: str) -> re.Pattern[str]:
+    """The sentence as an expression, as the page makes it."""
+    return re.compile("(.+?)".join(re.escape(part) for part in re.split(r"\{\w+\}", english)), re.DOTALL)
+
+
+def sentences(path: Path) -> Iterator[str]:
+    """Texts of three words and more that are no docstrings and no lines of the log, with a sample for each value."""
+    tree = ast.parse(path.read_text(encoding="utf-8"))
+    left_out: set[int] = set()
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Expr):
+            left_out.add(id(node.value))
+        log = isinstance(node, ast.Call) and ast.unparse(node.func).startswith("_log.")
+        if log or isinstance(node, ast.JoinedStr):
+            left_out |= {id(part) for part in ast.walk(node) if part is not node}
+    for node in ast.walk(tree):
+        if id(node) in left_out:
+            continue
+        if isinstance(node, ast.JoinedStr):
+            text = "".join(_text_of(part) for part in node.values)
+        elif isinstance(node, ast.Constant) and isinstance(node.value, str):
+            text = node.value
+        else:
+            continue
+        if len(text.split()) >= 3:
+            yield text
+
+
+def _text_of(part: ast.expr) -> str:
+    if isinstance(part, ast.Constant):
+        return str(part.value)
+    assert isinstance(part, ast.FormattedValue)
+    return f"'{SAMPLE}'" if part.conversion == ord("r") else SAMPLE
+
+
+@pytest.mark.parametrize("module", MODULES)
+def test_every_sentence_of_the_server_is_known(module: str) -> None:
+    patterns = [pattern(english) for english in table()]
+    for text in sentences(HERE / f"{module}.py"):
+        text = text.replace("7 arm", "left arm").replace("too 7:", "too low:").replace("7 name", "take name")
+        known = text in FRAGMENTS or any(one.fullmatch(text) for one in patterns)
+        assert known, f"said/*.js has no French for: {text}"
+
+
+def test_both_languages_have_the_same_values() -> None:
+    unshown = {"id", "same", "file"}  # which only programs need
+    for english, french in table().items():
+        wanted, given = (set(re.findall(r"\{(\w+)\}", text)) for text in (english, french))
+        assert given <= wanted and wanted - given <= unshown | {"path"}, english
+        assert french.strip(), english
