@@ -13,6 +13,7 @@ from studio.api.qr import qr_picture
 from studio.api.recordings import Recordings
 from studio.api.remote import root_address
 from studio.engine.errors import SettingsError
+from studio.live.borrowed import calibration_of_recording
 
 CAMERA_PAGE = "/camera"
 
@@ -33,6 +34,7 @@ class Recording(BaseModel):
 
     id: str
     cameras: list[str]
+    calibrated: bool = Field(description="it brings a calibration, which is used while it plays")
 
 
 class InviteRequest(BaseModel):
@@ -71,7 +73,8 @@ def add_cameras_router(access: Access, local: LocalCameras, recordings: Recordin
             local.start_simulated(_own_url(http))
         else:
             found = recordings.find(request.recording)
-            local.start(found.sources(), found.id, _own_url(http))
+            calibration = calibration_of_recording(found.path, found.cameras)
+            local.start(found.sources(), found.id, _own_url(http), calibration)
         return local.status()
 
     @router.delete("/local-cameras")
@@ -83,7 +86,14 @@ def add_cameras_router(access: Access, local: LocalCameras, recordings: Recordin
     @router.get("/recordings")
     def get_recordings() -> list[Recording]:
         """What can be played as cameras: takes, and recordings in the folder of the configuration's `recordings`."""
-        return [Recording(id=one.id, cameras=list(one.cameras)) for one in recordings.list()]
+        return [
+            Recording(
+                id=one.id,
+                cameras=list(one.cameras),
+                calibrated=calibration_of_recording(one.path, one.cameras) is not None,
+            )
+            for one in recordings.list()
+        ]
 
     @router.post("/cameras/invite", status_code=201)
     def invite(request: InviteRequest, http: Request) -> Invitation:

@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from studio.api.demo import CalibratesOnce
+from studio.engine.calibration.result import Calibration
 from studio.engine.errors import StudioError
 from studio.live import LiveStage
 
@@ -56,13 +57,16 @@ class LocalCameras:
         sources = {f"camera_{i}": f"simulated:{i}/{count}" for i in range(count)}
         self.start(sources, SIMULATED, url)
 
-    def start(self, sources: dict[str, str], opened: str, url: str) -> None:
+    def start(
+        self, sources: dict[str, str], opened: str, url: str, calibration: Calibration | None = None
+    ) -> None:
         """Start clients in place of those that run.
 
         Args:
             sources: what `studio camera --source` takes, by the camera's name.
             opened: what they are, for `status`.
             url: the server's.
+            calibration: what a recording brings; in use while it plays.
 
         Raises:
             StudioError: another camera of such a name is connected.
@@ -75,6 +79,7 @@ class LocalCameras:
                     f"a camera {taken[0]!r} is connected already; stop that one first: names are used once"
                 )
             self._end_clients()
+            self._stage.borrow_calibration(calibration)
             self._clients = {name: _Client(source) for name, source in sources.items()}
             self._opened, self._url = opened, url
             self._stopped.clear()
@@ -97,9 +102,10 @@ class LocalCameras:
             }
 
     def stop(self) -> None:
-        """Stop all clients."""
+        """Stop all clients; a calibration that a recording brought leaves with it."""
         with self._lock:
             self._end_clients()
+            self._stage.borrow_calibration(None)
 
     def end(self) -> None:
         """Ask the clients to stop; does not wait."""
@@ -113,7 +119,8 @@ class LocalCameras:
         self._stopped.set()
         if self._thread is not None:
             self._thread.join()
-        self.stop()
+        with self._lock:
+            self._end_clients()
 
     def _end_clients(self) -> None:
         processes = [client.process for client in self._clients.values() if client.process is not None]

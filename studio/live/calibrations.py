@@ -22,6 +22,10 @@ def _numbers(folder: Path) -> list[int]:
     return sorted(int(stem) for stem in stems if stem.isascii() and stem.isdigit())
 
 
+BORROWED = 0
+"""Number of a calibration that a recording brought, and that is not on disk."""
+
+
 @dataclass(frozen=True)
 class Kept:
     """A calibration of the stage: its number, when it was made (ISO 8601, UTC), and of which devices.

@@ -21,7 +21,7 @@ from studio.engine.frames import StepResult
 from studio.engine.schedule import Schedule
 from studio.engine.settings import SolveSettings
 from studio.live import log
-from studio.live.calibrations import Kept, save_calibration
+from studio.live.calibrations import BORROWED, Kept, save_calibration
 from studio.live.calibrator import PROVISIONAL_FRAMES, Calibrator, Outcome
 from studio.live.camera import LiveCamera
 from studio.live.figures import PipelineFigures
@@ -346,21 +346,20 @@ class Engine(Takes):
             raise CalibrationError("the stage is not calibrated; calibrate it, then choose a performer")
         calibration = replace(self.stage_calibration, performer=performer)
         kept = self.kept
-        if kept is not None:
+        if kept is not None and kept.number != BORROWED:
             kept = save_calibration(self.folder / "calibrations", calibration, kept.devices, kept.created)
         self.use_calibration(calibration, kept)
 
-    def use_calibration(self, calibration: Calibration, kept: Kept | None) -> None:
-        """Work with another calibration from now on; its clocks are latency corrections."""
+    def use_calibration(self, calibration: Calibration | None, kept: Kept | None) -> None:
+        """Work with another calibration, or none, from now on; its clocks are latency corrections."""
         self.stage_calibration, self.kept = calibration, kept
         self.watch = CameraWatch()
+        cameras = {} if calibration is None else calibration.cameras
         try:
-            self.settings.camera_names(tuple(calibration.cameras))
+            self.settings.camera_names(tuple(cameras))
         except SettingsError:  # the settings name a camera that is not there any more
             self.settings = replace(self.settings, cameras="all")
-        self.roster.set_corrections(
-            {name: camera.clock.offset_ns for name, camera in calibration.cameras.items()}
-        )
+        self.roster.set_corrections({name: camera.clock.offset_ns for name, camera in cameras.items()})
         self._restart()
 
     def covered(self) -> bool:

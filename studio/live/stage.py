@@ -13,6 +13,7 @@ from studio.engine.calibration.result import Calibration
 from studio.engine.errors import FormatError, SettingsError, StudioError, TakeError
 from studio.engine.frames import StepResult
 from studio.engine.settings import SolveSettings, preset
+from studio.live.borrowed import borrow
 from studio.live.calibrations import load_last_calibration
 from studio.live.engine import Engine
 from studio.live.inbox import Arrived, Left, Measured, Reported
@@ -31,14 +32,7 @@ from studio.take.marker import STOPPING, read_marker, remove_marker, write_marke
 from studio.take.names import check_name
 from studio.take.raw import camera_frame
 from studio.take.sessions import new_take_path, take_path
-from studio.wire import (
-    ClockSample,
-    DepthImage,
-    Hello,
-    SkeletonFrame,
-    Status,
-    depth_array,
-)
+from studio.wire import ClockSample, DepthImage, Hello, SkeletonFrame, Status, depth_array
 from studio.wire import Recording as RecordingMessage
 
 CALIBRATION_S = 34.0
@@ -268,6 +262,10 @@ class LiveStage:
             CalibrationError: nothing is being gathered.
         """
         self._engine.call(self._engine.calibrator.finish_gathering)
+
+    def borrow_calibration(self, calibration: Calibration | None) -> None:
+        """Use a recording's calibration while it plays (`borrowed`); None: the stage's own again. Waits."""
+        self._engine.call(lambda: borrow(self._engine, calibration))
 
     def start_tpose(self, name: str = "", countdown_s: float = COUNTDOWN_S) -> None:
         """Count down, then measure the performer in a held T-pose; a name keeps the proportions as a profile. Waits.

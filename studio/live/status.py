@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 from studio.engine.settings import PRESETS
 from studio.engine.solve.following import not_followed_mm
+from studio.live.calibrations import BORROWED
 from studio.live.calibrator import camera_verdicts
 from studio.live.guards import age_s, calibration_warnings, moved_words, shared_usb
 from studio.live.recorder import RESERVE_BYTES
@@ -132,6 +133,7 @@ def _calibration(engine: "Engine", now_ns: int) -> dict[str, Any]:
         "state": state,
         "message": message,
         "number": None if engine.kept is None else engine.kept.number,
+        "borrowed": engine.kept is not None and engine.kept.number == BORROWED,
         "age_s": age_s(engine.kept),
         "warnings": calibration_warnings(engine.kept, engine.roster.cameras.values(), engine.watch.moved()),
         "reference": None if calibration is None else calibration.reference,

@@ -1,5 +1,6 @@
 """Cameras are added from the page: simulated, recorded, or elsewhere; no name leads out of the allowed folders."""
 
+import json
 import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -12,6 +13,7 @@ from studio.api.errors import NotFoundError
 from studio.api.recordings import Recordings
 from studio.engine.errors import SettingsError
 from studio.live import LiveStage
+from tests.live.performer import calibration
 from tests.web.playback.takes import take_with_solves
 from tests.web.stages import serving
 
@@ -70,7 +72,7 @@ def server(tmp_path: Path) -> Iterator[str]:
     stage.close()
 
 
-def wait(condition: Callable[[], object], timeout_s: float = 40.0) -> None:
+def wait(condition: Callable[[], object], timeout_s: float = 60.0) -> None:
     end_s = time.monotonic() + timeout_s
     while not condition():
         assert time.monotonic() < end_s, "it did not happen in time"
@@ -96,10 +98,15 @@ def test_a_recording_plays_as_cameras(server: str, recordings: Recordings, tmp_p
     for file in (tmp_path / "recordings" / "june" / "walk").glob("*/joints.csv"):
         file.write_text(f"time_s,{names}\n{rows}")
     listed = httpx.get(f"{server}/recordings").json()
-    assert {"id": "recordings/june/walk", "cameras": ["camera_0", "camera_1"]} in listed
+    walk = {"id": "recordings/june/walk", "cameras": ["camera_0", "camera_1"]}
+    assert {**walk, "calibrated": False} in listed
+    brought = tmp_path / "recordings" / "june" / "walk" / "calibration.json"
+    brought.write_text(json.dumps(calibration(["camera_0", "camera_1"]).to_json()))
+    assert {**walk, "calibrated": True} in httpx.get(f"{server}/recordings").json()
     assert (
         httpx.post(f"{server}/local-cameras", json={"recording": "recordings/june/walk"}).status_code == 201
     )
+    assert httpx.get(f"{server}/status").json()["calibration"]["borrowed"]
 
     def frames() -> list[int]:
         return [one["frames"] for one in httpx.get(f"{server}/status").json()["cameras"].values()]
@@ -107,6 +114,8 @@ def test_a_recording_plays_as_cameras(server: str, recordings: Recordings, tmp_p
     wait(lambda: len(frames()) == 2 and min(frames()) > 5)
     refused = httpx.post(f"{server}/local-cameras", json={"recording": "recordings/../secret"})
     assert refused.status_code == 404
+    httpx.delete(f"{server}/local-cameras")
+    assert not httpx.get(f"{server}/status").json()["calibration"]["borrowed"]
 
 
 def test_an_invitation_tells_the_command(server: str) -> None:

@@ -8,11 +8,11 @@ import { t } from "./strings.js";
 /** Start the simulated stage on the server's machine. */
 export const startSimulated = () => open({ simulated: true });
 
-async function open(wanted) {
+async function open(wanted, words = "cameras.starting") {
   const opened = await attempt(() => openLocalCameras(wanted));
   if (!opened) return;
   byId("add-camera-dialog").close();
-  showNote(t("cameras.starting"));
+  showNote(t(words));
 }
 
 function elsewhere(invitation) {
@@ -31,9 +31,11 @@ function elsewhere(invitation) {
 function recordings(found) {
   const search = h("input", { type: "search", placeholder: t("cameras.search"), aria: { label: t("cameras.search") }, oninput: () => show() });
   const list = h("ul", { class: "recordings" });
-  const row = ({ id, cameras }) => h("li", {}, h("button", { type: "button", class: "recording", onclick: () => open({ recording: id }) },
-    h("span", { class: "name" }, id.replace(/^\w+\//, "")),
-    h("span", { class: "muted" }, cameras.length ? t("cameras.count", { n: cameras.length }) : "")));
+  const row = ({ id, cameras, calibrated }) => h("li", {}, h("button", {
+    type: "button", class: "recording", onclick: () => open({ recording: id }, calibrated ? "cameras.starting_calibrated" : "cameras.starting_uncalibrated"),
+  },
+  h("span", { class: "name" }, id.replace(/^\w+\//, "")),
+  h("span", { class: "muted" }, [cameras.length ? t("cameras.count", { n: cameras.length }) : "", t(calibrated ? "cameras.with_calibration" : "cameras.without_calibration")].filter(Boolean).join(" · "))));
   const show = () => list.replaceChildren(...found.filter(({ id }) => id.toLowerCase().includes(search.value.toLowerCase())).map(row));
   show();
   return found.length ? [found.length > 6 && search, list] : [h("p", { class: "muted" }, t("cameras.no_recording"))];

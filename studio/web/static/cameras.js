@@ -103,6 +103,8 @@ function below(local) {
   const broken = Object.entries(local.cameras).filter(([, camera]) => !camera.running && camera.problem);
   return [
     local.opened && h("p", { class: "words" }, t(local.opened === "simulated" ? "cameras.simulated" : "cameras.playing", { name: local.opened.replace(/^\w+\//, "") })),
+    local.opened && local.opened !== "simulated" && (local.borrowed || !local.calibrated)
+      && h("p", { class: `words ${local.borrowed ? "" : "fair"}` }, t(local.borrowed ? "cameras.borrowed" : "cameras.not_borrowed")),
     ...broken.map(([name, { problem }]) => h("p", { class: "words bad" }, `${name}: ${said(problem)}`)),
     h("div", { class: "buttons" },
       h("button", { class: "small", id: "add-camera", type: "button", onclick: () => showAddCamera() }, t("cameras.add")),

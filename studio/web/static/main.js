@@ -149,7 +149,8 @@ function showStatus(status) {
     state.cameras = names;
     attempt(async () => { state.colours = (await getView()).colours; });
   }
-  updateCameras(status.cameras, state.colours, status.recording.active, state.local);
+  const { borrowed, attempt: { state: walked } } = status.calibration;
+  updateCameras(status.cameras, state.colours, status.recording.active, { ...state.local, borrowed, calibrated: walked === "done" });
   updateDisk(status.recording);
   updateLevels(status.cameras, state.colours);
   updateWarnings(status);
