@@ -5,7 +5,9 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+import httpx
 import pytest
+from websockets.sync.client import connect
 
 if TYPE_CHECKING:
     from playwright.sync_api import Browser
@@ -17,6 +19,16 @@ REAL_TIME = (
     "tests/security/test_page.py",
 )
 """Tests of servers, browsers and cameras: they wait more than they compute."""
+
+WAIT_S = 60.0
+
+
+def pytest_configure() -> None:
+    """Have clients wait a minute where a test does not say otherwise: a machine that is busy is slow, not wrong."""
+    for name in ("get", "post", "put", "patch", "delete", "request"):
+        getattr(httpx, name).__kwdefaults__["timeout"] = httpx.Timeout(WAIT_S)
+    httpx.Client.__init__.__kwdefaults__["timeout"] = httpx.Timeout(WAIT_S)
+    connect.__kwdefaults__.update(open_timeout=WAIT_S, ping_timeout=WAIT_S)
 
 
 @pytest.hookimpl(optionalhook=True)

@@ -23,4 +23,4 @@ def studio_program(sessions: Path) -> Iterator[str]:
             yield line.split("http://")[1].split()[0]
         finally:
             program.send_signal(signal.SIGINT)
-            assert program.wait(timeout=30) == 0
+            assert program.wait(timeout=60) == 0

@@ -72,7 +72,7 @@ def test_the_steps_by_hand(tmp_path):
         try:
             wait_until((tmp_path / "docker" / "operator_token").exists, "the secrets are there")
             token = (tmp_path / "docker" / "operator_token").read_text()
-            with httpx.Client(base_url=f"http://127.0.0.1:{port}", timeout=30) as client:
+            with httpx.Client(base_url=f"http://127.0.0.1:{port}", timeout=60) as client:
                 wait_until(lambda: healthy(client), "the server is healthy")
                 assert client.get("/api/v1/status").status_code == 401
                 client.headers["Authorization"] = f"Bearer {token}"

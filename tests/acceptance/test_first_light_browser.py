@@ -49,8 +49,8 @@ def record(page: Page, name: str) -> None:
     expect(page.locator("#record .label")).to_have_text("Stop")
     page.wait_for_timeout(5000)
     page.locator("#record").click()
-    expect(page.locator("#record .label")).to_have_text("Record", timeout=20_000)
-    expect(page.locator(".take", has_text=name).locator(".solve-row")).to_have_count(1, timeout=30_000)
+    expect(page.locator("#record .label")).to_have_text("Record", timeout=60_000)
+    expect(page.locator(".take", has_text=name).locator(".solve-row")).to_have_count(1, timeout=60_000)
 
 
 def export(page: Page, label: str, path: Path) -> Path:
@@ -77,8 +77,8 @@ def test_first_light(tmp_path: Path, chromium: Browser) -> None:
         expect(page.locator("#calibration-badge")).to_have_text(
             re.compile("good|usable"), timeout=CALIBRATED_MS
         )
-        expect(page.locator("#wizard")).to_be_hidden(timeout=30_000)  # it opened and leaves by itself
-        expect(page.locator("#notice")).to_be_hidden(timeout=30_000)
+        expect(page.locator("#wizard")).to_be_hidden(timeout=60_000)  # it opened and leaves by itself
+        expect(page.locator("#notice")).to_be_hidden(timeout=60_000)
         page.screenshot(path=tmp_path / "live.png")
         record(page, "first")
         page.screenshot(path=tmp_path / "recorded.png")

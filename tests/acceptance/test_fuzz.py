@@ -75,7 +75,7 @@ def attack(url: str, rng: random.Random) -> int:
     """One connection that sends nonsense until it is closed; return how many messages it sent."""
     sent = 0
     try:
-        with connect(url, compression=None, open_timeout=30, close_timeout=1) as socket:
+        with connect(url, compression=None, open_timeout=60, close_timeout=1) as socket:
             kind = rng.random()
             if kind < 0.3:
                 socket.send(bad_hello(rng) if kind < 0.2 else rng.choice(bad_messages(rng)))
@@ -99,9 +99,9 @@ def attack(url: str, rng: random.Random) -> int:
 def flood(url: str, ends: Callable[[], bool]) -> int:
     """Send frames as fast as the network takes them."""
     sent = 0
-    with connect(url, compression=None, open_timeout=30, close_timeout=1) as socket:
+    with connect(url, compression=None, open_timeout=60, close_timeout=1) as socket:
         socket.send(wire.encode(hello("flood")))
-        socket.recv(timeout=30)
+        socket.recv(timeout=60)
         try:
             while not ends():
                 socket.send(wire.encode(frame(1, sent, time.monotonic_ns(), 0.0)))

@@ -34,7 +34,7 @@ def open_program(sessions, *arguments):
             yield f"{address[1]}127.0.0.1{address[2]}", lines[1].split()[-1], lines[2].split()[-1], errors
         finally:
             program.send_signal(signal.SIGINT)
-            assert program.wait(timeout=30) == 0
+            assert program.wait(timeout=60) == 0
 
 
 def test_an_operator_signs_in_with_a_browser(tmp_path, chromium):

@@ -20,7 +20,7 @@ def wheel(tmp_path_factory) -> Path:
     if UV is None:
         pytest.skip("no uv on this machine to build the wheel with")
     out = tmp_path_factory.mktemp("dist")
-    subprocess.run([UV, "build", "--quiet", "--wheel", "--out-dir", out, ROOT], check=True, timeout=120)
+    subprocess.run([UV, "build", "--quiet", "--wheel", "--out-dir", out, ROOT], check=True, timeout=180)
     return next(out.glob("*.whl"))
 
 
@@ -38,7 +38,7 @@ def serve_and_look(python: str, folder: Path, environment: dict[str, str]) -> st
     with subprocess.Popen(command, cwd=folder, env=environment, stdout=subprocess.PIPE, text=True) as program:
         try:
             url = program.stdout.readline().split()[5]
-            with httpx.Client(base_url=url, timeout=30) as client:
+            with httpx.Client(base_url=url, timeout=60) as client:
                 page = client.get("/")
                 assert page.status_code == 200 and "Capture Studio" in page.text
                 for path in (
@@ -51,7 +51,7 @@ def serve_and_look(python: str, folder: Path, environment: dict[str, str]) -> st
                 assert client.get("/health").json()["status"] == "ok"
         finally:
             program.terminate()
-            program.wait(timeout=30)
+            program.wait(timeout=60)
     where = [python, "-c", "import studio; print(studio.__file__)"]
     return subprocess.run(where, cwd=folder, env=environment, capture_output=True, text=True).stdout
 
@@ -60,7 +60,7 @@ def test_it_serves_its_pages(wheel, tmp_path):
     """The wheel alone, with the packages that are here already."""
     place = tmp_path / "installed"
     subprocess.run(
-        [UV, "pip", "install", "--quiet", "--no-deps", "--target", place, wheel], check=True, timeout=60
+        [UV, "pip", "install", "--quiet", "--no-deps", "--target", place, wheel], check=True, timeout=180
     )
     environment = {**os.environ, "PYTHONPATH": str(place)}
     assert str(place) in serve_and_look(sys.executable, tmp_path, environment)
@@ -69,7 +69,7 @@ def test_it_serves_its_pages(wheel, tmp_path):
 @pytest.mark.long
 def test_it_serves_its_pages_from_a_fresh_environment(wheel, tmp_path):
     subprocess.run(
-        [UV, "venv", "--quiet", "--python", sys.executable, tmp_path / "venv"], check=True, timeout=60
+        [UV, "venv", "--quiet", "--python", sys.executable, tmp_path / "venv"], check=True, timeout=180
     )
     folder = tmp_path / "venv" / ("Scripts" if sys.platform == "win32" else "bin")
     python = str(folder / "python")

@@ -18,7 +18,7 @@ def refusal(camera: Camera) -> wire.Refused:
     """The server's refusal; the link is closed after it."""
     message = camera.receive_kind(wire.Refused)
     with pytest.raises(ConnectionClosed):
-        camera.socket.recv(timeout=30)
+        camera.socket.recv(timeout=60)
     return message
 
 
@@ -115,7 +115,7 @@ def test_a_message_that_is_too_large_closes_the_link(studio):
         with pytest.raises(ConnectionClosed):  # while it is sent, or afterwards
             camera.socket.send(b"\0" * (wire.MAX_MESSAGE_BYTES + 1))
             while True:
-                camera.socket.recv(timeout=30)
+                camera.socket.recv(timeout=60)
     wait_until(lambda: studio.stage.status()["cameras"]["camera_0"]["errors"] == 1, "the error is counted")
 
 

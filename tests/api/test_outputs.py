@@ -93,12 +93,12 @@ def test_a_damaged_file_is_told_and_left(start_studio, tmp_path):
 
 def test_the_stream_begins_with_the_skeleton_and_brings_frames(calibrated):
     with connect(calibrated.url("stream?rate_hz=30")) as stream:
-        head = json.loads(stream.recv(timeout=30))
+        head = json.loads(stream.recv(timeout=60))
         assert head["type"] == "skeleton" and len(head["joint_names"]) == 52
         perform(calibrated)
         times = []
         for _ in range(5):
-            frame = json.loads(stream.recv(timeout=30))
+            frame = json.loads(stream.recv(timeout=60))
             assert len(frame["positions_m"]) == len(frame["rotations_wxyz"]) == 52
             times.append(frame["time_s"])
         assert times == sorted(set(times))

@@ -208,9 +208,9 @@ def test_a_page_of_another_site_may_look_but_not_touch(studio):
 
 def test_events_push_the_status(studio):
     with connect(studio.url("events")) as events, Camera(studio.url("link"), 0) as camera:
-        assert json.loads(events.recv(timeout=30))["status"]["cameras"] == {}
+        assert json.loads(events.recv(timeout=60))["status"]["cameras"] == {}
         camera.greet()
-        while "camera_0" not in (message := json.loads(events.recv(timeout=30)))["status"]["cameras"]:
+        while "camera_0" not in (message := json.loads(events.recv(timeout=60)))["status"]["cameras"]:
             pass
     assert message["type"] == "status" and message["jobs"] == []
 

@@ -36,7 +36,7 @@ class LinkServer:
     def url(self) -> str:
         return f"http://127.0.0.1:{self.port}"
 
-    async def until(self, done: Callable[[], bool], timeout_s: float = 10.0) -> None:
+    async def until(self, done: Callable[[], bool], timeout_s: float = 60.0) -> None:
         async with asyncio.timeout(timeout_s):
             while not done():
                 await asyncio.sleep(0.01)

@@ -32,7 +32,7 @@ def test_no_bar_where_there_is_no_terminal(capsys):
 def test_a_bar_on_a_terminal():
     ours, theirs = pty.openpty()
     fcntl.ioctl(theirs, termios.TIOCSWINSZ, struct.pack("HHHH", 24, 80, 0, 0))
-    done = subprocess.run([sys.executable, "-c", WORK], stdout=theirs, stderr=theirs, check=True, timeout=60)
+    done = subprocess.run([sys.executable, "-c", WORK], stdout=theirs, stderr=theirs, check=True, timeout=180)
     os.close(theirs)
     seen = os.read(ours, 100_000).decode()
     os.close(ours)

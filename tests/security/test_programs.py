@@ -80,10 +80,10 @@ def test_one_socket_is_open_to_the_network_and_viser_s_is_not(tmp_path, host, op
                     pytest.raises(WebSocketException),
                     connect(f"ws://127.0.0.1:{port}/viewer", origin=f"http://127.0.0.1:{port}") as viewer,
                 ):
-                    viewer.recv(timeout=5)
+                    viewer.recv(timeout=60)
         finally:
             program.terminate()
-            program.wait(timeout=30)
+            program.wait(timeout=60)
 
 
 HANDLERS = (

@@ -240,7 +240,7 @@ def test_secrets_are_in_no_log_and_in_no_file(guarded, capfd):
                     wire.Hello(wire.PROTOCOL_VERSION, "x", "t", "canonical", "b", token="wrong-secret")
                 )
             )
-            link.recv(timeout=5)
+            link.recv(timeout=60)
     finally:
         logging.basicConfig(force=True, handlers=[])
     said = "".join(capfd.readouterr())

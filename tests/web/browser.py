@@ -1,18 +1,23 @@
 """A real Chromium with WebGL in software."""
 
 import shutil
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from typing import Any
 
 import pytest
-from playwright.sync_api import Browser, ConsoleMessage, Page, sync_playwright
+from playwright.sync_api import Browser, BrowserContext, ConsoleMessage, Page, expect, sync_playwright
 
 CHROMIUM = Path(next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), ""))
 FLAGS = [
     "--no-sandbox", "--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader",
     "--disable-background-networking", "--disable-component-update", "--disable-sync", "--no-first-run",
 ]  # fmt: skip
+WAIT_MS = 60_000
+"""How long whatever is waited for may take: a machine that is busy is slow, not wrong."""
+
+expect.set_options(timeout=WAIT_MS)
 
 
 @contextmanager
@@ -22,8 +27,24 @@ def chromium_browser() -> Iterator[Browser]:
         pytest.skip("no Chromium on this machine")
     with sync_playwright() as playwright:
         browser = playwright.chromium.launch(executable_path=str(CHROMIUM), args=FLAGS)
+        _make_patient(browser)
         yield browser
         browser.close()
+
+
+def _make_patient(browser: Browser) -> None:
+    """Have all pages of the browser wait so long for what they are told to do."""
+
+    def patient(new: Callable[..., Page | BrowserContext]) -> Callable[..., Page | BrowserContext]:
+        def opened(**options: Any) -> Page | BrowserContext:
+            made = new(**options)
+            made.set_default_timeout(WAIT_MS)
+            return made
+
+        return opened
+
+    browser.new_page = patient(browser.new_page)
+    browser.new_context = patient(browser.new_context)
 
 
 def _complains(message: ConsoleMessage) -> bool:

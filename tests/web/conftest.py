@@ -6,14 +6,12 @@ from pathlib import Path
 import pytest
 from fastapi import FastAPI
 from fastapi.responses import JSONResponse
-from playwright.sync_api import Browser, Page, expect
+from playwright.sync_api import Browser, Page
 
 from studio.engine.errors import StudioError
 from studio.web import ViewHandle, mount
 from tests.web.browser import quiet_page
 from tests.web.stages import FakeStage, FolderOfTakes, serving
-
-expect.set_options(timeout=60_000)  # a machine that is busy is slow, not wrong
 
 
 @pytest.fixture

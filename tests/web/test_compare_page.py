@@ -93,7 +93,7 @@ def test_exports_for_programs_and_onto_a_rig(address: str, page: Page, tmp_path:
     page.locator(".mapping > summary").click()
     dialog.get_by_label("Bone of Head", exact=True).select_option("")
     expect(dialog).to_contain_text("51 of its 52 bones")
-    with page.expect_download(timeout=90_000) as download:
+    with page.expect_download(timeout=120_000) as download:
         page.locator("#export-run").click()
     assert download.value.suggested_filename == "one_studio_hero.glb"
     data = Path(download.value.path()).read_bytes()
@@ -107,6 +107,6 @@ def test_exports_for_programs_and_onto_a_rig(address: str, page: Page, tmp_path:
     expect(dialog.get_by_label("Solve of two")).to_have_value("studio")
     dialog.get_by_text("MotionBuilder, Maya", exact=True).click()
     dialog.get_by_label("All takes in one file").check()
-    with page.expect_download(timeout=90_000) as download:
+    with page.expect_download(timeout=120_000) as download:
         page.locator("#export-run").click()
     assert download.value.suggested_filename == "takes_2.fbx"

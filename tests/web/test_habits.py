@@ -43,7 +43,6 @@ def test_language_theme_and_folded_panels_survive_a_reload(empty: str, page: Pag
     expect(page.locator("#takes")).to_be_hidden()
     page.locator("#takes-title-fold").click()
     expect(page.locator(".take")).to_have_count(2)
-    page.wait_for_timeout(300)  # until colours have gone over
     assert page.evaluate(FAINT) == []
 
 

@@ -9,7 +9,7 @@ from pathlib import Path
 import httpx
 import pytest
 from fastapi import FastAPI
-from playwright.sync_api import Browser, Page, expect
+from playwright.sync_api import APIResponse, Browser, Page, Route, expect
 
 from studio.api.app import create_app
 from studio.api.find import Finder
@@ -18,7 +18,7 @@ from studio.web import mount
 from tests.api.camera import Camera
 from tests.live.performer import save_stage_calibration
 from tests.web.playback.takes import take_with_solves
-from tests.web.stages import serving
+from tests.web.stages import serving, until
 
 pytestmark = pytest.mark.browser
 SIZES = ((1280, 720), (1920, 1080), (390, 844))
@@ -30,8 +30,10 @@ NAMELESS = """() => [...document.querySelectorAll("button, input, select, iframe
       || [...(e.labels ?? [])].some((label) => label.textContent.trim())))
   .map((e) => e.outerHTML)"""
 
-# Texts whose contrast with what is behind them is under 4.5:1.
-FAINT = """() => {
+# Texts whose contrast with what is behind them is under 4.5:1, once colours have gone over.
+FAINT = """async () => {
+  const ending = document.getAnimations().filter((a) => a.effect.getComputedTiming().endTime !== Infinity);
+  await Promise.allSettled(ending.map((a) => a.finished));
   const rgb = (text) => text.match(/[\\d.]+/g).map(Number)
     .map((v, i) => text.startsWith("color") && i < 3 ? 255 * v : v);
   const luminance = ([r, g, b]) => [r, g, b].map((v) => v / 255)
@@ -145,9 +147,12 @@ def test_a_switch_changes_the_live_settings(empty: str, page: Page) -> None:
     page.get_by_role("button", name="Reset").click()
     expect(page.locator("#solve-summary")).to_have_text("")
     page.select_option("#preset", "thesis")
-    page.wait_for_timeout(300)
-    settings = httpx.get(f"{empty}/api/v1/settings").json()
-    assert (settings["preset"], settings["set"]) == ("thesis", {})
+
+    def chosen() -> tuple[str, dict[str, str]]:
+        settings = httpx.get(f"{empty}/api/v1/settings").json()
+        return settings["preset"], settings["set"]
+
+    until(lambda: chosen() == ("thesis", {}))
 
 
 def test_a_refused_value_is_explained_and_taken_back(empty: str, chromium: Browser) -> None:
@@ -198,7 +203,7 @@ def test_record_solve_and_export(live: str, page: Page, tmp_path: Path) -> None:
     dialog = page.get_by_role("dialog")
     page.locator("#export-format").select_option("bvh")
     expect(page.locator("#export-interpolation")).to_be_hidden()  # a BVH has none
-    with page.expect_download(timeout=90000) as download:
+    with page.expect_download(timeout=120_000) as download:
         dialog.get_by_role("button", name="Export").click()
     assert download.value.suggested_filename == "walk_raw.bvh"
     assert Path(download.value.path()).read_text().startswith("HIERARCHY")
@@ -210,9 +215,23 @@ def test_record_solve_and_export(live: str, page: Page, tmp_path: Path) -> None:
     page.locator("#export-target").select_option("unreal")
     page.locator("#export-root_motion").select_option("root")
     dialog.get_by_label("Lock standing feet").check()
-    with page.expect_download(timeout=90000) as download:
+    with page.expect_download(timeout=120_000) as download:
         dialog.get_by_role("button", name="Export").click()
     assert b"ik_hand_gun" in Path(download.value.path()).read_bytes()
+
+
+def test_r_stops_what_it_began_before_the_server_has_answered(live: str, page: Page) -> None:
+    held: list[tuple[Route, APIResponse]] = []
+    page.route("**/record/start", lambda route: held.append((route, route.fetch())))
+    open_page(page, live)
+    expect(page.locator("#record")).to_be_enabled()
+    page.keyboard.press("r")
+    expect(page.locator("#record .label")).to_have_text("Stop")
+    page.keyboard.press("r")
+    expect(page.locator("#messages .note")).to_contain_text("recorded")
+    until(lambda: len(held) == 1)
+    held[0][0].fulfill(response=held[0][1])
+    expect(page.locator("#record .label")).to_have_text("Record")
 
 
 def test_a_take_is_named_starred_thrown_away_and_put_back(empty: str, page: Page, tmp_path: Path) -> None:
@@ -254,6 +273,7 @@ def test_nothing_overflows_or_jumps(live: str, page: Page, width: int, height: i
         '.observe({ type: "layout-shift", buffered: true });'
     )
     open_page(page, live)
+    expect(page.locator("#cameras .camera")).to_have_count(2)
     page.wait_for_timeout(1500)
     stage = page.locator("#viewer").bounding_box()
     page.keyboard.press("r")
@@ -277,5 +297,5 @@ def test_a_server_that_goes_is_noticed_and_found_again(tmp_path: Path, chromium:
         expect(page.locator("#connection")).to_have_text("The server does not answer. Trying again")
         expect(page.locator("#record")).to_be_disabled()
         with serving(app, port=int(url.rsplit(":")[-1])):
-            expect(page.locator("#connection")).to_have_text("Connected", timeout=15000)
+            expect(page.locator("#connection")).to_have_text("Connected", timeout=60_000)
     page.close()

@@ -14,17 +14,20 @@ const ENDS = ["verdict", "done"]; // steps of the calibration at which R goes on
 
 let recording = null; // {take, seconds} as the server last said
 let receivedAt = 0;
-let busy = false;
+let asked = null; // what the server was asked and has not answered yet
 let counting = 0; // the timer of a countdown, 0 where there is none
 let next = ""; // name that a take gets by itself
 
 const countdown = () => Number(localStorage.getItem(KEPT) ?? 0);
 
-async function begin() {
-  busy = true;
-  await attempt(() => startRecording(byId("take-name").value.trim()));
-  busy = false;
+async function ask(work) {
+  const own = asked = {};
+  const answer = await attempt(work);
+  if (asked === own) asked = null;
+  return answer;
 }
+
+const begin = () => ask(() => startRecording(byId("take-name").value.trim()));
 
 function showCount(left) {
   const place = byId("countdown");
@@ -55,12 +58,10 @@ function count(left) {
 }
 
 async function toggle(onStopped) {
-  if (busy || byId("record").disabled || !canOperate()) return;
+  if (asked || byId("record").disabled || !canOperate()) return;
   if (counting) cancelCount();
   else if (recording) {
-    busy = true;
-    const summary = await attempt(stopRecording);
-    busy = false;
+    const summary = await ask(stopRecording);
     if (summary) onStopped(summary);
   } else if (countdown() > 0) {
     count(countdown());
@@ -127,6 +128,7 @@ export function updateTransport(now, possible) {
   const ended = !now && recording;
   recording = now;
   receivedAt = performance.now();
+  if (began) asked = null; // the answer may come later: who presses R again means to stop
   if (counting && !possible && !now) cancelCount();
   showButton(possible);
   document.body.classList.toggle("recording", Boolean(now));
