@@ -25,7 +25,7 @@ NOT_BEFORE_THE_FIRST_ANSWER = (
     "ufbx",
     "pxr",
 )
-NOT_FOR_A_WORD = ("numpy", "scipy", "fastapi", "studio.engine.frames")
+NOT_FOR_A_WORD = ("numpy", "scipy", "mujoco", "fastapi", "mcap", "tqdm", "studio.engine.frames")
 READY_S = 3.0
 
 SERVER = f"""

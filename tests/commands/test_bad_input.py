@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.commands.program import one_line, studio
+from tests.commands.program import one_line, studio, studio_process
 
 MOTION = "mocap/02_01.bvh"
 JOINTS = "noisy_joints/jumps_2_cameras"
@@ -31,7 +31,7 @@ def short_recording(test_data, tmp_path_factory) -> Path:
 def short_take(short_recording, tmp_path_factory) -> Path:
     """The same as a take without a calibration."""
     folder = tmp_path_factory.mktemp("takes")
-    done = studio("import", short_recording, "--out", "short", cwd=folder)
+    done = studio_process("import", short_recording, "--out", "short", cwd=folder)
     assert done.returncode == 0, done.stderr
     return folder / "short"
 
@@ -86,7 +86,7 @@ def test_an_existing_take_is_not_overwritten(short_recording, take):
 
 def test_a_take_without_calibration(take):
     before = tree(take)
-    line = one_line(studio("solve", take, cwd=take.parent), 1)
+    line = one_line(studio_process("solve", take, cwd=take.parent), 1)
     assert "studio calibrate" in line
     assert tree(take) == before
 

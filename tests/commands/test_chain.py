@@ -7,7 +7,7 @@ import pytest
 
 from studio.engine.joints import MEASURED_JOINTS
 from studio.engine.poses import Poses
-from tests.commands.program import one_line, studio
+from tests.commands.program import one_line, studio, studio_process
 
 FIGURES = {
     "mpjpe_mm", "matched_joints", "mpjpe_root_aligned_mm", "per_joint_mm", "rms_mm", "acceleration_error_m_s2",
@@ -32,7 +32,7 @@ def stage(test_data, tmp_path_factory) -> Path:
         ("solve", "walk", "--json", "solve.json"),
         ("solve", "walk", "--preset", "raw", "--set", "output_hz=30", "hands=off", "--name", "raw 30"),
     ):  # fmt: skip
-        done = studio(*command, cwd=folder)
+        done = studio_process(*command, cwd=folder)
         assert (done.returncode, done.stderr) == (0, ""), done.stderr
     return folder
 
@@ -165,7 +165,9 @@ def test_a_refused_calibration_is_kept_but_not_used(stage, test_data, tmp_path):
 
 
 def test_bench_measures_every_stage(tmp_path):
-    done = studio("bench", "--frames", "60", "--json", "bench.json", "--report", "bench.html", cwd=tmp_path)
+    done = studio_process(
+        "bench", "--frames", "60", "--json", "bench.json", "--report", "bench.html", cwd=tmp_path
+    )
     assert (done.returncode, done.stderr) == (0, "")
     assert "<svg" in (tmp_path / "bench.html").read_text()
     stages = json.loads((tmp_path / "bench.json").read_text())["stages"]
