@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import httpx
 import pytest
+from hypothesis import HealthCheck, settings
 from websockets.sync.client import connect
 
 if TYPE_CHECKING:
@@ -25,6 +26,8 @@ WAIT_S = 60.0
 
 def pytest_configure() -> None:
     """Have clients wait a minute where a test does not say otherwise: a machine that is busy is slow, not wrong."""
+    settings.register_profile("patient", deadline=None, suppress_health_check=[HealthCheck.too_slow])
+    settings.load_profile("patient")
     for name in ("get", "post", "put", "patch", "delete", "request"):
         getattr(httpx, name).__kwdefaults__["timeout"] = httpx.Timeout(WAIT_S)
     httpx.Client.__init__.__kwdefaults__["timeout"] = httpx.Timeout(WAIT_S)

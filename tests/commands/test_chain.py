@@ -166,7 +166,7 @@ def test_a_refused_calibration_is_kept_but_not_used(stage, test_data, tmp_path):
 
 def test_bench_measures_every_stage(tmp_path):
     done = studio_process(
-        "bench", "--frames", "60", "--json", "bench.json", "--report", "bench.html", cwd=tmp_path
+        "bench", "--frames", "30", "--json", "bench.json", "--report", "bench.html", cwd=tmp_path
     )
     assert (done.returncode, done.stderr) == (0, "")
     assert "<svg" in (tmp_path / "bench.html").read_text()
