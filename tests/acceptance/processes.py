@@ -1,5 +1,6 @@
 """Real servers and camera clients as processes that can be killed, and a link between them that can be cut."""
 
+import random
 import socket
 import subprocess
 import sys
@@ -15,6 +16,7 @@ import httpx
 from studio.take.raw import RawFrame, read_raw
 
 START_S = 120.0
+_random = random.SystemRandom()
 
 
 def wait_until(happened: Callable[[], Any], what: str, timeout_s: float = START_S) -> Any:
@@ -31,10 +33,14 @@ def wait_until(happened: Callable[[], Any], what: str, timeout_s: float = START_
 
 
 def free_port() -> int:
-    """A port that nothing listens on."""
-    with socket.socket() as probe:
-        probe.bind(("127.0.0.1", 0))
-        return probe.getsockname()[1]
+    """A port that nothing listens on, below those that the system gives to connections: so it stays free."""
+    while True:
+        with socket.socket() as probe:
+            try:
+                probe.bind(("127.0.0.1", _random.randrange(15_000, 30_000)))
+            except OSError:
+                continue
+            return probe.getsockname()[1]
 
 
 class ServerProcess:

@@ -26,7 +26,10 @@ def test_a_client_in_another_language(tmp_path: Path) -> None:
             assert camera["device"] == "Node" and camera["connected"]
             path = server.record("other")
             time.sleep(4.0)
-            assert server.status()["cameras"]["other"]["clock"]["source"] == "exchange"
+            wait_until(
+                lambda: server.status()["cameras"]["other"]["clock"]["source"] == "exchange",
+                "clocks are exchanged",
+            )
             server.stop()
             out, _ = process.communicate(timeout=60)
         assert process.returncode == 0

@@ -10,16 +10,18 @@ import sys
 import termios
 import time
 
+import psutil
+
 from studio.commands.common import progress_bar
 
 WORK = """
 import time
 from studio.commands.common import progress_bar
 with progress_bar("solve") as progress:
-    for k in range(16):
+    for k in range(1, 17):
         time.sleep(0.1)
         if progress is not None:
-            progress(k / 15)
+            progress(k / 16)
 """
 
 
@@ -61,8 +63,10 @@ def test_ctrl_c_is_quiet(tmp_path):
         stderr=subprocess.PIPE,
         text=True,
     )
-    time.sleep(6.0)
     try:
+        while psutil.Process(process.pid).cpu_times().user < 1.0:  # it is at work
+            assert process.poll() is None
+            time.sleep(0.1)
         out, errors = interrupted(process)
     finally:
         process.kill()
