@@ -61,8 +61,8 @@ def assert_equal_bits(take, solve):
     again = Poses.load(take.solve_folder(solve) / "poses.npz")
     assert live.joint_names == again.joint_names
     for key in ("time_s", "parents", "positions_m", "rotations_wxyz", "confidence", "uncertainty_mm"):
-        same = getattr(live, key).tobytes() == getattr(again, key).tobytes()  # pytest would word how they differ
-        assert same, key
+        same = getattr(live, key).tobytes() == getattr(again, key).tobytes()
+        assert same, key  # pytest would spend a minute on wording how the bytes differ
     return live
 
 
