@@ -15,11 +15,18 @@ if TYPE_CHECKING:
 _TEXT = """\
 Write a solve as a file for other programs.
 
-FBX (with cubic keys), BVH, GLB and USD hold a skeleton with keys; C3D, TRC, CSV and npz hold points.
+FBX (with cubic keys), BVH, GLB and USD hold a skeleton with keys; C3D, TRC, CSV and npz hold points. mkv holds
+one camera's depth as it was recorded, as an Azure Kinect recording; no solve is needed.
 Without --solve, the best solve of the take is taken: finish, studio, live, or the first by name.
 docs/export.md tells what each option does."""
 
 PREFERRED = ("finish", "studio", "live", "imported")
+_OF_SOLVES = {
+    "target": "humanik", "root_motion": "hips", "rotation_order": "ZXY", "unit": "cm", "interpolation": "cubic",
+    **dict.fromkeys(("solve", "also", "mesh", "rig", "mapping", "fps", "key_error_cm", "start", "end", "take_name",
+                     "timecode", "smooth_hz", "loop", "foot_lock")),
+}  # fmt: skip
+"""What belongs to solves, and what it is where it was not given."""
 _TIMECODE_HZ = 60
 """Frames a second of the timecode that a take has."""
 
@@ -28,10 +35,11 @@ def add_parser(subparsers: Any) -> None:
     parser = add_command(subparsers, "export", run, _TEXT)
     add_take(parser)
     add = parser.add_argument
-    formats = ("fbx", "bvh", "glb", "c3d", "trc", "csv", "npz", "usd")
+    formats = ("fbx", "bvh", "glb", "c3d", "trc", "csv", "npz", "usd", "mkv")
     add("--format", required=True, choices=formats, help="kind of file")
     add("--out", metavar="FILE", type=Path, required=True, help="the file to write")
     add("--solve", metavar="NAME", help="which solve")
+    add("--camera", metavar="NAME", help="whose depth (mkv; needed where several cameras have some)")
     add("--also", metavar="TAKE", type=Path, action="append", default=[],
         help="another take into the same file, as a further animation (FBX); may be given again")  # fmt: skip
     skeleton = parser.add_argument_group("skeleton")
@@ -82,6 +90,8 @@ def run(args: argparse.Namespace) -> int:
     from studio.engine.retarget.onto import export_onto
     from studio.take.take import Take
 
+    if args.format == "mkv" or args.camera is not None:
+        return _export_depth(args)
     takes, told = [], []
     for path in (args.take, *args.also):
         take = Take.open(path)
@@ -95,6 +105,23 @@ def run(args: argparse.Namespace) -> int:
         else:
             export_onto(takes, args.out, args.format, onto, progress=progress)
     print(f"{args.out}: {'; '.join(told)}, {args.out.stat().st_size / 1e6:.1f} MB")
+    return 0
+
+
+def _export_depth(args: argparse.Namespace) -> int:
+    from studio.engine.errors import SettingsError
+    from studio.take.depth_export import export_depth
+    from studio.take.take import Take
+
+    if args.format != "mkv":
+        raise SettingsError(f"camera={args.camera}: goes with --format mkv; leave it out for {args.format}")
+    for option, usual in _OF_SOLVES.items():
+        value = getattr(args, option)
+        if value not in (usual, None, False, []):
+            raise SettingsError(f"{option}={value}: mkv holds depth as it was recorded; leave it out")
+    with progress_bar("Exporting") as progress:
+        camera, count = export_depth(Take.open(args.take), args.out, args.camera, progress=progress)
+    print(f"{args.out}: {count} depth images of {camera}, {args.out.stat().st_size / 1e6:.1f} MB")
     return 0
 
 

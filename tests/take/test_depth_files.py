@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 
 from studio.engine.depth import DepthCamera
-from studio.engine.errors import FormatError
+from studio.engine.errors import FormatError, TakeError
+from studio.take.depth_export import export_depth
 from studio.take.importers import import_recording
 from studio.take.k4a_writer import write_k4a
 from studio.take.raw import camera_frames
@@ -41,6 +42,20 @@ def test_an_azure_kinect_file_comes_back(tmp_path: Path) -> None:
     assert [f.device_time_ns for f in frames] == [5_000_000_000 + k * 33_333_000 for k in range(4)]
     for k, frame in enumerate(frames):
         np.testing.assert_array_equal(frame.depth_mm, big_image(k))
+
+
+def test_the_depth_of_a_take_becomes_an_azure_kinect_file(tmp_path: Path) -> None:
+    take = import_recording(k4a_file(tmp_path / "a.mkv"), tmp_path / "take")
+    assert export_depth(take, tmp_path / "b.mkv") == ("camera_0", 4)
+    assert (tmp_path / "b.mkv").read_bytes() == (tmp_path / "a.mkv").read_bytes()
+    with pytest.raises(TakeError, match="no depth of camera 'x'; it has: camera_0"):
+        export_depth(take, tmp_path / "c.mkv", "x")
+    two = depth_take(tmp_path / "two", 3)
+    with pytest.raises(TakeError, match="camera_0, camera_1; choose one"):
+        export_depth(two, tmp_path / "c.mkv")
+    with pytest.raises(FormatError, match="40 x 30 do not fit"):
+        export_depth(two, tmp_path / "c.mkv", "camera_1")
+    assert not (tmp_path / "c.mkv").exists()
 
 
 def test_a_cut_azure_kinect_file_gives_what_it_holds(tmp_path: Path) -> None:

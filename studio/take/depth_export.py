@@ -1,0 +1,46 @@
+"""A camera's depth in a take as a file that other programs read."""
+
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from studio.engine.errors import TakeError
+from studio.take.k4a_writer import write_k4a
+from studio.take.raw_depth import DepthRecording
+from studio.take.take import Take
+
+
+def export_depth(
+    take: Take, out: Path, camera: str | None = None, *, progress: Callable[[float], None] | None = None
+) -> tuple[str, int]:
+    """Write one camera's depth images as an Azure Kinect recording (`.mkv`); return which camera and how many.
+
+    Args:
+        camera: its name; may be left out where one camera alone has depth.
+        progress: called with the share that is done, 0..1.
+
+    Raises:
+        TakeError: the take has no depth, or none of that camera, or several cameras have some.
+        FormatError: the device has no depth mode with images of that size.
+    """
+    recording = DepthRecording(take.raw_path)
+    names = list(recording.cameras)
+    if not names:
+        raise TakeError(f"take {take.path} has no depth; record with `studio camera --record-depth`")
+    if camera is None and len(names) > 1:
+        raise TakeError(f"take {take.path} has depth of {', '.join(names)}; choose one with --camera")
+    name = names[0] if camera is None else camera
+    if name not in recording.cameras:
+        raise TakeError(f"take {take.path} has no depth of camera {name!r}; it has: {', '.join(names)}")
+    total = len(recording.times_ns(name))
+
+    def images() -> Iterator[tuple[int, NDArray[np.uint16]]]:
+        for k, frame in enumerate(recording.frames([name])):
+            if progress is not None:
+                progress(k / total)
+            yield frame.device_time_ns, frame.depth_mm
+
+    serial = next((c["serial"] for c in take.meta.get("cameras", []) if c.get("name") == name), "")
+    return name, write_k4a(out, recording.cameras[name], images(), serial=serial)
