@@ -56,6 +56,16 @@ def test_data() -> Path:
 
 
 @pytest.fixture(scope="session")
+def ready_worker() -> Iterator[None]:
+    """A process that is kept ready for work, as a server's is: to load one for every work takes seconds."""
+    from studio import worker
+
+    worker.warm_up()
+    yield
+    worker.cool_down()
+
+
+@pytest.fixture(scope="session")
 def chromium() -> "Iterator[Browser]":
     """A real Chromium, one for all tests of a process: Playwright allows no second one beside it."""
     from tests.web.browser import chromium_browser

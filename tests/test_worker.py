@@ -35,6 +35,7 @@ def vanish() -> None:
 @pytest.fixture(params=[False, True], ids=["cold", "warm"])
 def ready(request, monkeypatch):
     """Whether a process is kept ready."""
+    worker.cool_down()
     monkeypatch.setattr(worker, "_PRELOADED", ("json",))
     if request.param:
         worker.warm_up()

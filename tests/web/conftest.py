@@ -14,6 +14,11 @@ from tests.web.browser import quiet_page
 from tests.web.stages import FakeStage, FolderOfTakes, serving
 
 
+@pytest.fixture(scope="session", autouse=True)
+def works_quickly(ready_worker: None) -> None:
+    """Work of the server finds a process that is ready."""
+
+
 @pytest.fixture
 def stage() -> FakeStage:
     return FakeStage()
