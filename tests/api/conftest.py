@@ -8,11 +8,17 @@ from pathlib import Path
 import httpx
 import pytest
 
+from studio.api.access import Access
 from studio.api.app import create_app
 from studio.api.server import Server, make_server, open_socket
 from studio.live import LiveStage
 from tests.api.camera import Camera, send_frames, wait_until
 from tests.live.performer import save_stage_calibration
+
+
+@pytest.fixture(scope="session", autouse=True)
+def works_quickly(ready_worker: None) -> None:
+    """Work of the server finds a process that is ready."""
 
 
 @dataclass
@@ -68,6 +74,24 @@ def start_studio() -> Iterator[Callable[..., Studio]]:
 def studio(start_studio, tmp_path):
     """A studio without takes."""
     return start_studio(tmp_path / "sessions")
+
+
+@pytest.fixture
+def clock() -> list[float]:
+    """What the clock of `access` shows [s], as the one element."""
+    return [0.0]
+
+
+@pytest.fixture
+def access(tmp_path: Path, clock: list[float]) -> Access:
+    """Tokens of a studio that asks for them."""
+    return Access(tmp_path / "sessions", required=True, now_s=lambda: clock[0])
+
+
+@pytest.fixture
+def open_studio(start_studio: Callable[..., Studio], tmp_path: Path, access: Access) -> Studio:
+    """A studio that is open to the network and asks for tokens."""
+    return start_studio(tmp_path / "sessions", access=access)
 
 
 @pytest.fixture
