@@ -90,7 +90,7 @@ def test_a_killed_client_delivers_with_its_next_start_and_as_live_is_equal(tmp_p
         camera_processes(tmp_path, server.url, CAMERAS) as cameras,
     ):
         wait_until(lambda: server.live_cameras() == CAMERAS, "the cameras send")
-        wait_until(lambda: server.status()["pipeline"]["rate_hz"] > 10, "poses come")
+        wait_until(lambda: server.status()["pipeline"]["rate_hz"] > 1, "poses come")
         path = server.record("both")
         time.sleep(1.5)
         server.kill()
@@ -101,7 +101,7 @@ def test_a_killed_client_delivers_with_its_next_start_and_as_live_is_equal(tmp_p
         server.start()
         wait_until(lambda: server.live_cameras() == CAMERAS, "the cameras are back")
         wait_until(lambda: not server.status()["recording"]["missing_frames"], "the gap is filled")
-        wait_until(lambda: server.status()["pipeline"]["rate_hz"] > 10, "poses come again")
+        wait_until(lambda: server.status()["pipeline"]["rate_hz"] > 1, "poses come again")
         assert server.stop()["poses"] > 0
         wait_until(lambda: server.kept() == 0, "nothing is owed")
     raw = path / "raw.mcap"

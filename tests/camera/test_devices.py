@@ -79,7 +79,7 @@ def test_realsense_with_the_software_device_of_its_sdk() -> None:
     ended = threading.Event()
 
     def play() -> None:
-        for k in range(200):
+        for k in range(6000):
             if ended.is_set():
                 return
             frame = rs.software_video_frame()
@@ -96,7 +96,7 @@ def test_realsense_with_the_software_device_of_its_sdk() -> None:
     player = threading.Thread(target=play)
     player.start()
     try:
-        shots = asyncio.run(asyncio.wait_for(first(source, 3), 20))
+        shots = asyncio.run(asyncio.wait_for(first(source, 3), 60))
     finally:
         ended.set()
         player.join()

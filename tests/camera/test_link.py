@@ -41,7 +41,7 @@ def test_every_frame_of_a_source_that_waits_arrives_in_order_and_the_link_ends()
     async def scenario():
         async with link_server() as server:
             link = Link(Counting(500), server.url, token="secret")
-            await asyncio.wait_for(link.run(), 20)
+            await asyncio.wait_for(link.run(), 60)
             return server, link
 
     server, link = asyncio.run(scenario())
@@ -58,18 +58,20 @@ def test_every_frame_of_a_source_that_waits_arrives_in_order_and_the_link_ends()
 def test_clock_exchange_begins_with_a_burst_and_measures_the_offset():
     async def scenario():
         async with link_server() as server, running(Link(Counting(period_s=0.02), server.url).run()):
-            await server.until(lambda: len(server.of(wire.ClockSample)) >= 8, 3)
+            await server.until(lambda: len(server.of(wire.ClockSample)) >= 8)
             await asyncio.sleep(0.1)
             return server.of(wire.ClockSample), server.of(wire.Status)
 
     samples, status = asyncio.run(scenario())
-    assert len(samples) in (8, 9) and status
+    within_s = (samples[-1].client_receive_ns - samples[0].client_send_ns) * 1e-9
+    assert 8 <= len(samples) <= 9 + within_s and status  # one a second after the burst
     for sample in samples:
         assert sample.server_receive_ns <= sample.server_send_ns
         assert sample.client_send_ns < sample.client_receive_ns
     best = min(samples, key=lambda s: s.client_receive_ns - s.client_send_ns)
     ahead = (best.client_send_ns + best.client_receive_ns - best.server_receive_ns - best.server_send_ns) / 2
-    assert ahead == pytest.approx(5e9, abs=20e6)
+    way_ns = best.client_receive_ns - best.client_send_ns
+    assert ahead == pytest.approx(5e9, abs=max(20e6, way_ns / 2))
 
 
 def test_it_waits_for_the_server_and_comes_back_when_the_link_breaks(caplog):
@@ -102,10 +104,10 @@ def test_a_slow_link_drops_the_oldest_frames_and_says_so():
             await server.until(lambda: server.of(wire.SkeletonFrame))
             server.reading.clear()
             start = source.made
-            await server.until(lambda: source.made > start + 20_000, 30)
+            await server.until(lambda: source.made > start + 20_000)
             server.reading.set()
             made = source.made
-            await server.until(lambda: server.messages and _last(server) > made, 30)
+            await server.until(lambda: server.messages and _last(server) > made)
             await server.until(lambda: any(status.frames_dropped for status in server.of(wire.Status)))
             return server
 
@@ -124,7 +126,7 @@ def test_a_refusal_is_an_error_with_the_servers_reason():
         async with link_server(
             lambda _: wire.Refused(code="token", reason="wrong token; ask the operator")
         ) as server:
-            await asyncio.wait_for(Link(Counting(), server.url).run(), 5)
+            await asyncio.wait_for(Link(Counting(), server.url).run(), 60)
 
     with pytest.raises(RefusedError, match="wrong token; ask the operator"):
         asyncio.run(scenario())
@@ -155,7 +157,7 @@ def test_a_source_that_fails_ends_the_link():
 
     async def scenario():
         async with link_server() as server:
-            await asyncio.wait_for(Link(Failing(), server.url).run(), 5)
+            await asyncio.wait_for(Link(Failing(), server.url).run(), 60)
 
     with pytest.raises(StudioError, match="unplugged"):
         asyncio.run(scenario())
@@ -226,9 +228,9 @@ def test_the_program_stops_cleanly_on_a_signal(number):
                 sys.executable, "-c", code, server.url, stderr=asyncio.subprocess.PIPE
             )
             try:
-                await server.until(lambda: server.of(wire.SkeletonFrame), 30)
+                await server.until(lambda: server.of(wire.SkeletonFrame))
                 os.kill(process.pid, number)
-                _, errors = await asyncio.wait_for(process.communicate(), 10)
+                _, errors = await asyncio.wait_for(process.communicate(), 60)
             finally:
                 if process.returncode is None:
                     process.kill()
@@ -266,7 +268,7 @@ def test_previews_are_small_and_rare_and_left_out_while_frames_wait(monkeypatch,
         async with link_server() as server:
             source = Seeing(realtime=True, period_s=1 / 30)
             async with running(Link(source, server.url).run()):
-                await server.until(lambda: len(server.of(wire.SkeletonFrame)) > 30, 30)
+                await server.until(lambda: len(server.of(wire.SkeletonFrame)) > 30)
         return server
 
     previews = asyncio.run(run()).of(wire.Preview)

@@ -60,17 +60,24 @@ def heard_frames(heard: Path, count: int, send_probe) -> list[list[list[str]]]:
     return frames
 
 
+def heard_until(heard: Path, time_s: float) -> list[list[list[str]]]:
+    """All frames heard, once that of this time is the last."""
+    end = time.monotonic() + 60.0
+    while abs(float((frames := frames_of(heard.read_text()))[-1][-1][2]) - time_s) > 1e-3:
+        assert time.monotonic() < end, f"heard {len(frames)} frames, not that of {time_s:.3f} s"
+        time.sleep(0.005)
+    return frames
+
+
 def test_every_bone_of_every_frame_is_received_mirrored_and_in_metres(oscdump, motion):
     port, heard = oscdump
     sender = Sender(Target("a", "vmc", port=port), lambda: None)
     heard_frames(heard, 1, lambda: sender.add(step(motion, 0)))  # until the receiver listens
-    before = len(frames_of(heard.read_text()))
-    time.sleep(0.2)
-    before = max(before, len(frames_of(heard.read_text())))
+    frames: list[list[list[str]]] = []
     for frame in range(1, FRAMES):
         sender.add(step(motion, frame))
-        time.sleep(0.005)
-    frames = heard_frames(heard, before + FRAMES - 1, lambda: None)[before:]
+        frames.append(heard_until(heard, motion.time_s[frame])[-1])
+    assert frames_of(heard.read_text())[1 - FRAMES :] == frames  # each came once
     sender.close()
     assert sender.status() == {**sender.status(), "dropped": 0, "problem": ""}
     for frame, messages in enumerate(frames, start=1):

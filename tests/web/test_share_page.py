@@ -11,6 +11,7 @@ from playwright.sync_api import Page, expect
 from studio.share.page import replay_page
 from tests.poses_factory import random_poses
 from tests.web.playback.takes import take_with_solves
+from tests.web.stages import until
 from tests.web.test_page import serving, studio
 
 pytestmark = pytest.mark.browser
@@ -33,7 +34,7 @@ def test_the_file_plays_without_a_network(page: Page, tmp_path: Path) -> None:
     before = page.locator("canvas").screenshot()
     page.keyboard.press("End")
     expect(page.locator("#time")).to_have_text("0:02.00 / 0:02.00")
-    assert page.locator("canvas").screenshot() != before
+    until(lambda: page.locator("canvas").screenshot() != before)
     page.locator("#loop").click()
     expect(page.locator("#loop")).to_have_attribute("aria-pressed", "false")
     page.locator("#play").click()  # at the end it begins again, and stops there

@@ -93,11 +93,12 @@ def test_routes_tell_layers_and_colours_and_refuse_others(address: str) -> None:
 
 def test_showing_never_waits(address: str, stage: FakeStage) -> None:
     steps = [step(x) for x in np.linspace(0, 0.3, 50)]
-    begin_s = time.perf_counter()
-    for _ in range(20):
-        for each in steps:
-            stage.callbacks[0](each)
-    assert (time.perf_counter() - begin_s) / 1000 < 0.001
+    times_s = []
+    for each in 20 * steps:
+        begin_s = time.perf_counter()
+        stage.callbacks[0](each)
+        times_s.append(time.perf_counter() - begin_s)
+    assert np.median(times_s) < 0.001
 
 
 def test_colours() -> None:

