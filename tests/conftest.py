@@ -15,11 +15,11 @@ if TYPE_CHECKING:
 
 
 REAL_TIME = (
-    *(f"tests/{name}/" for name in ("acceptance", "api", "web", "live")),
+    *(f"tests/{name}/" for name in ("acceptance", "web", "live")),
     "tests/engine/export/test_glb.py",
     "tests/security/test_page.py",
 )
-"""Tests of servers, browsers and cameras: they wait more than they compute."""
+"""Tests with browsers and with programs that run in real time: they wait more than they compute."""
 
 WAIT_S = 60.0
 
