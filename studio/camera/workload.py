@@ -3,11 +3,11 @@
 import time
 from collections import deque
 from collections.abc import Callable
-from pathlib import Path
 from typing import NamedTuple
 
+from studio.engine.system import queued_ns
+
 _WINDOW_NS = 3_000_000_000
-_SCHEDULED = Path("/proc/self/schedstat")
 
 
 class _Sample(NamedTuple):
@@ -18,15 +18,8 @@ class _Sample(NamedTuple):
 
 
 def processor_ns() -> int:
-    """Return the time that this process has computed, or waited for a processor where the system tells it [ns].
-
-    Linux: the second number of `schedstat` is the main thread's time in the queue of a processor.
-    """
-    try:
-        waited = int(_SCHEDULED.read_text(encoding="ascii").split()[1])
-    except (OSError, ValueError, IndexError):
-        waited = 0
-    return time.process_time_ns() + waited
+    """Return the time that this process has computed, or waited for a processor where the system tells it [ns]."""
+    return time.process_time_ns() + queued_ns()
 
 
 class Workload:

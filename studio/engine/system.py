@@ -20,6 +20,7 @@ USB_DEVICES = Path("/sys/bus/usb/devices")
 """Where Linux lists USB devices; no such folder elsewhere."""
 
 _STATUS = Path("/proc/self/status")
+_SCHEDULED = Path("/proc/self/schedstat")
 _BOOT_ID = Path("/proc/sys/kernel/random/boot_id")
 
 
@@ -71,6 +72,14 @@ def peak_memory_bytes() -> int:
         pass
     unit = 1 if sys.platform == "darwin" else 1024
     return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * unit
+
+
+def queued_ns() -> int:
+    """Return how long this process's main thread has waited for a processor [ns]; 0 where the system does not tell."""
+    try:
+        return int(_SCHEDULED.read_text(encoding="ascii").split()[1])
+    except (OSError, ValueError, IndexError):
+        return 0
 
 
 def boot_id() -> str:
