@@ -75,7 +75,7 @@ def peak_memory_bytes() -> int:
 
 
 def queued_ns() -> int:
-    """Return how long this process's main thread has waited for a processor [ns]; 0 where the system does not tell."""
+    """Return how long the main thread has waited for a processor [ns]; 0 where the system does not tell."""
     try:
         return int(_SCHEDULED.read_text(encoding="ascii").split()[1])
     except (OSError, ValueError, IndexError):
