@@ -72,12 +72,13 @@ def clusters_of(points, depth, use, cell_angle, least, most):  # type: ignore[no
                         parent[b] = a
                     else:
                         parent[a] = b
-    size = np.zeros(rows * columns, np.int64)
+    size = np.zeros(rows * columns, np.int32)
     for i in range(rows):
         for j in range(columns):
             if use[i, j]:
                 size[_root(parent, i * columns + j)] += 1
-    order = np.argsort(-size)[:most]
+    large = np.flatnonzero(size >= least)
+    order = large[np.argsort(-size[large], kind="mergesort")[:most]]
     kept = 0
     index = np.full(rows * columns, -1, np.int32)
     for k in range(len(order)):

@@ -9,8 +9,11 @@ from studio.engine.compiled import compiled
 from studio.engine.depth import DepthCamera
 
 Array = NDArray[np.float64]
-GRID_WIDTH = 160
-"""Cells in a row, about: a cell is 2 cm wide at 2.5 m."""
+GRID_WIDTH = 320
+"""Cells in a row, about: a cell is 1 cm wide at 2.5 m. With half as many, arms that swung before one camera were
+lost: they are two cells wide, and what is at their edges hangs between near and far."""
+_NORMAL_REACH = 4
+"""Cells to the neighbours that make a normal."""
 
 
 class Lens(NamedTuple):
@@ -29,12 +32,12 @@ class Lens(NamedTuple):
     reach: float
 
 
-def lens_of(camera: DepthCamera, fine: bool = False) -> Lens:
-    """Return the lens of a camera, with twice as many cells in a row where it is `fine`."""
+def lens_of(camera: DepthCamera) -> Lens:
+    """Return the lens of a camera."""
     coefficients = (*camera.distortion, *(0.0,) * (8 - len(camera.distortion)))
     rays = camera.rays
     return Lens(
-        max(1, round(camera.width / (2 * GRID_WIDTH if fine else GRID_WIDTH))),
+        max(1, round(camera.width / GRID_WIDTH)),
         np.array([camera.fx, camera.fy, camera.cx, camera.cy, *coefficients]),
         rays,
         1.2 * float((rays.astype(np.float64) ** 2).sum(axis=2).max()),
@@ -90,13 +93,11 @@ def confirmed(depth, keep):  # type: ignore[no-untyped-def]
 
 
 @compiled
-def normal_at(points, depth, i, j, reach, normal):  # type: ignore[no-untyped-def]
-    """Write the unit normal of a cell's surface, towards the camera side of the grid; zeros where it is unknown.
-
-    It is that of the neighbours `reach` cells away.
-    """
+def normal_at(points, depth, i, j, normal):  # type: ignore[no-untyped-def]
+    """Write the unit normal of a cell's surface, towards the camera side of the grid; zeros where it is unknown."""
     rows, columns = depth.shape
     normal[:] = 0.0
+    reach = _NORMAL_REACH
     z = depth[i, j]
     near = 0.08 + 0.04 * z
     if i < reach or j < reach or i + reach >= rows or j + reach >= columns:
@@ -117,9 +118,9 @@ def normal_at(points, depth, i, j, reach, normal):  # type: ignore[no-untyped-de
 
 
 @compiled
-def sampled(points, depth, labels, chosen, count, eye, reach):  # type: ignore[no-untyped-def]
+def sampled(points, depth, labels, chosen, count, eye):  # type: ignore[no-untyped-def]
     """Return about `count` points of the chosen clusters, evenly over the grid, unit vectors to the camera at `eye`,
-    and normals over neighbours `reach` cells away, each of shape (point_count, 3)."""
+    and normals, each of shape (point_count, 3)."""
     rows, columns = depth.shape
     total = 0
     for i in range(rows):
@@ -141,7 +142,7 @@ def sampled(points, depth, labels, chosen, count, eye, reach):  # type: ignore[n
                 length = np.sqrt(x * x + y * y + z * z)
                 views[k, 0], views[k, 1], views[k, 2] = x / length, y / length, z / length
                 places[k] = points[i, j]
-                normal_at(points, depth, i, j, reach, normals[k])
+                normal_at(points, depth, i, j, normals[k])
                 facing = (
                     normals[k, 0] * views[k, 0] + normals[k, 1] * views[k, 1] + normals[k, 2] * views[k, 2]
                 )

@@ -36,38 +36,50 @@ class Silhouette(NamedTuple):
 
 
 @compiled
-def nearest_cells(person, nearest):  # type: ignore[no-untyped-def]
+def nearest_cells(person, margin, nearest):  # type: ignore[no-untyped-def]
     """Fill `nearest` by two sweeps that hand on the nearest cell known (Danielsson, "Euclidean distance mapping",
-    1980)."""
+    1980), as far as `margin` cells around the person; further away, as at the edge of that."""
     rows, columns = person.shape
+    row_of = np.full(person.shape, -1, np.int32)
+    column_of = np.empty(person.shape, np.int32)
+    top, bottom, left, right = rows, -1, columns, -1
     for i in range(rows):
         for j in range(columns):
-            nearest[i, j] = i * columns + j if person[i, j] else -1
+            if person[i, j]:
+                row_of[i, j], column_of[i, j] = i, j
+                top, bottom = min(top, i), max(bottom, i)
+                left, right = min(left, j), max(right, j)
+    nearest[:] = -1
+    if bottom < 0:
+        return
+    top, bottom = max(top - margin, 0), min(bottom + margin, rows - 1)
+    left, right = max(left - margin, 0), min(right + margin, columns - 1)
     for sweep in range(2):
-        for a in range(rows):
-            i = a if sweep == 0 else rows - 1 - a
-            near = -1 if sweep == 0 else 1
+        near = -1 if sweep == 0 else 1
+        for a in range(bottom - top + 1):
+            i = top + a if sweep == 0 else bottom - a
             for turn in range(2):
-                for b in range(columns):
-                    j = b if turn == 0 else columns - 1 - b
-                    best = nearest[i, j]
-                    if best == i * columns + j:
+                for b in range(right - left + 1):
+                    j = left + b if turn == 0 else right - b
+                    r, c = row_of[i, j], column_of[i, j]
+                    least = (r - i) ** 2 + (c - j) ** 2 if r >= 0 else 1 << 30
+                    if least == 0:
                         continue
-                    least = 1 << 30
-                    if best >= 0:
-                        least = (best // columns - i) ** 2 + (best % columns - j) ** 2
                     for k in range(4):
                         v, u = i + near, j - 1 + k
                         if k == 3:
                             v, u = i, (j - 1 if turn == 0 else j + 1)
-                        if v < 0 or u < 0 or v >= rows or u >= columns:
+                        if v < top or u < left or v > bottom or u > right or row_of[v, u] < 0:
                             continue
-                        other = nearest[v, u]
-                        if other >= 0:
-                            d = (other // columns - i) ** 2 + (other % columns - j) ** 2
-                            if d < least:
-                                least, best = d, other
-                    nearest[i, j] = best
+                        d = (row_of[v, u] - i) ** 2 + (column_of[v, u] - j) ** 2
+                        if d < least:
+                            least, r, c = d, row_of[v, u], column_of[v, u]
+                    row_of[i, j], column_of[i, j] = r, c
+    for i in range(rows):
+        v = min(max(i, top), bottom)
+        for j in range(columns):
+            u = min(max(j, left), right)
+            nearest[i, j] = row_of[v, u] * columns + column_of[v, u]
 
 
 @compiled

@@ -40,8 +40,6 @@ _LEAST_POINTS = 60
 _LOST_S = 0.3
 _NOBODY_M2 = 0.006
 """Who leaves more than this unexplained per point is no person [m2]."""
-_SMALL_M = 1.35
-"""Who is smaller is seen on a finer grid: a child's legs are thinner than two cells of the usual one [m]."""
 _REST = 2
 """Frames between looks for somebody."""
 _EVERY_FRAME = 45
@@ -204,12 +202,7 @@ class Tracker:
             )
             if len(points.places) < _LEAST_POINTS:
                 continue
-            height_m = height_of(points)
-            if any(view.fine != (height_m < _SMALL_M) for view in self._views.values()):
-                for view in self._views.values():
-                    view.refine(height_m < _SMALL_M)
-                return  # begins with the next images
-            figure = self._figure_of(height_m)
+            figure = self._figure_of(height_of(points))
             start = cold_start(
                 self._fitter, self._search, figure, points, silhouettes, self._motion.posture, yaws(points)
             )

@@ -13,13 +13,13 @@ from studio.engine.tracker.clusters import Clusters, clusters_of
 from studio.engine.tracker.fit import Points
 from studio.engine.tracker.floor import find_floor, stand_on
 from studio.engine.tracker.grid import confirmed, grid_points, lens_of, sampled
-from studio.engine.tracker.silhouette import Silhouette, nearest_cells
+from studio.engine.tracker.silhouette import FAR_M, Silhouette, nearest_cells
 
 Array = NDArray[np.float64]
 
 FLOOR_M = 0.035
 """What is lower is floor [m]."""
-_LEAST_CELLS = 6
+_LEAST_CELLS = 20
 _MOST_CLUSTERS = 40
 _UP = np.array([0.0, -1.0, 0.0])
 _LEVEL_HEIGHT_M = 1.0
@@ -40,30 +40,17 @@ class CameraView:
 
     Attributes:
         T_work_camera: camera points to the working frame; None until the first image where it was not given.
-        fine: whether the grid is the finer one.
     """
 
     def __init__(self, camera: DepthCamera, T_work_camera: Array | None) -> None:
         self.camera = camera
+        self.lens = lens_of(camera)
         self.T_work_camera = T_work_camera
-        self.fine = False
-        self._lay(fine=False)
-
-    def _lay(self, *, fine: bool) -> None:
-        """Lay the grid, with nothing known of the background."""
-        self.fine = fine
-        self.lens = lens_of(self.camera, fine)
-        camera = self.camera
         shape = (camera.height // self.lens.stride, camera.width // self.lens.stride)
         self.cell_angle = self.lens.stride / camera.fx
         self._background = np.zeros(shape)
         self._keep = np.zeros(shape, dtype=bool)
         self._use = np.zeros(shape, dtype=bool)
-
-    def refine(self, fine: bool) -> None:
-        """Take a finer grid, for who is small, or the usual one again; the background is learnt anew."""
-        if fine != self.fine:
-            self._lay(fine=fine)
 
     def see(self, depth_mm: NDArray[np.uint16]) -> Seen:
         """Return the points and clusters of an image.
@@ -114,7 +101,6 @@ class CameraView:
             chosen,
             count,
             self.T_work_camera[:3, 3].copy(),
-            4 if self.fine else 2,
         )
         return Points(places, views, normals, np.full(len(places), index))
 
@@ -124,7 +110,8 @@ class CameraView:
         T = invert_transform(self.T_work_camera)
         person = np.append(chosen, False)[seen.clusters.labels]
         nearest = np.empty(person.shape, np.int32)
-        nearest_cells(person, nearest)
+        distance_m = float(seen.depth[person].mean()) if person.any() else FAR_M
+        nearest_cells(person, int(FAR_M / (self.cell_angle * distance_m)) + 1, nearest)
         return Silhouette(self.lens, T[:3, :3].copy(), T[:3, 3].copy(), seen.depth, nearest)
 
 

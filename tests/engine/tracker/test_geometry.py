@@ -122,9 +122,9 @@ def test_nearest_cells():
     person = np.zeros((20, 30), dtype=bool)
     person[5, 7] = person[15, 22] = True
     nearest = np.empty(person.shape, np.int32)
-    nearest_cells(person, nearest)
+    nearest_cells(person, 40, nearest)
     assert nearest[4, 3] == 5 * 30 + 7 and nearest[19, 29] == 15 * 30 + 22 and nearest[5, 7] == 5 * 30 + 7
-    nearest_cells(np.zeros_like(person), nearest)
+    nearest_cells(np.zeros_like(person), 40, nearest)
     assert (nearest == -1).all()
 
 
@@ -132,10 +132,10 @@ def test_a_limb_beside_the_silhouette_is_drawn_to_it(body):
     _, chain, limits = body
     surface, origins, frames = cones(limits, chain)
     camera = DepthCamera(250.0, 250.0, 160.0, 144.0, 320, 288)
-    person = np.zeros((144, 160), dtype=bool)
-    person[40:120, 75:85] = True  # a column; the arms are stretched out beside it
+    person = np.zeros((288, 320), dtype=bool)
+    person[80:240, 150:170] = True  # a column; the arms are stretched out beside it
     nearest = np.empty(person.shape, np.int32)
-    nearest_cells(person, nearest)
+    nearest_cells(person, 40, nearest)
     rotation = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]])
     depth = np.where(person, 3.0, 0.0)
     seen = Silhouette(lens_of(camera), rotation, np.array([0.0, 1.0, 3.0]), depth, nearest)
