@@ -122,10 +122,13 @@ DOFS: dict[str, tuple[Dof, ...]] = {
     # AMA: flexion 150 (AAOS: 135, by its own muscles); AAOS: extension up to 10, here 3.
     "LeftLeg": (Dof("bend", X, -3, 150, rest_deg=8, spread_deg=40),),
     # AAOS: toes down 50, inversion 35; AMA: eversion 20. Toes up AAOS 20; a standing foot under load reaches 30
-    # and more (Bennell et al. 1998: 38).
+    # and more (Bennell et al. 1998: 38). Turning: the shank turns under a bent knee, inward 30 and outward 40
+    # (Kapandji, "The physiology of the joints", vol. 2, 1987), and carries the foot; the knee has no hinge of its own
+    # for it, nor for a shin whose ends are twisted. Standing, feet point outward by 7 (McIlroy & Maki 1997).
     "LeftFoot": (
         Dof("bend", X, -30, 50, spread_deg=15),
         Dof("side", Y, -20, 35, spread_deg=10),
+        Dof("turn", Z, -30, 40, rest_deg=7, spread_deg=13),
     ),
     # AAOS: extension 70 (great toe) and 40 (others), flexion 45 and 40.
     "LeftToeBase": (Dof("bend", X, -60, 40, spread_deg=12),),

@@ -28,7 +28,7 @@ _STRENGTH: dict[str, dict[str, tuple[float, float]]] = {
     "Hand": {"bend": (0.3, 0.3), "side": (0.3, 0.3)},
     "UpLeg": {"bend": (2.6, 4.05), "side": (2.6, 2.6), "twist": (1.5, 1.5)},
     "Leg": {"bend": (4.08, 2.05)},
-    "Foot": {"bend": (1.0, 3.2), "side": (1.0, 1.0)},
+    "Foot": {"bend": (1.0, 3.2), "side": (1.0, 1.0), "turn": (1.0, 1.0)},
     "ToeBase": {"bend": (1.0, 1.0)},
 }  # fmt: skip
 

@@ -126,7 +126,7 @@ class LimbWatch:
             return None
         self._stuck_s = np.where(stuck, self._stuck_s + dt, 0.0)
         self._wait_s[~stuck] = STUCK_S
-        due = [k for k in np.flatnonzero(self._stuck_s > self._wait_s) if len(self._limbs[k].hinges)]
+        due = np.flatnonzero(self._stuck_s > self._wait_s)
         moved = [self._try(int(limb), q, targets, weights, shown) for limb in due]
         changed = [
             (self._limbs[limb].hinges, hinges)
@@ -144,11 +144,40 @@ class LimbWatch:
         self._left_s[hinges] = FADE_S
         return better, hinges
 
+    def settled(
+        self, q: Array, sites: Array, targets: Array, weights: Array, shown: Callable[[], Array | None]
+    ) -> Array | None:
+        """Return a first pose with its stuck limbs found anew at once, shape (nq,), or None where none was;
+        arguments as of `found`."""
+        error = (sites - targets)[_WATCHED]
+        off = np.where(weights[_WATCHED] > 0.0, (error * error).sum(axis=2), 0.0).max(axis=1)
+        better, changed = q.copy(), False
+        for limb in np.flatnonzero(off > STUCK_M**2):
+            hinges = self._better(self._limbs[limb], q, targets, weights, shown)
+            if hinges is not None:
+                better[7 + self._limbs[limb].hinges], changed = hinges, True
+        return better if changed else None
+
     def _try(
         self, limb: int, q: Array, targets: Array, weights: Array, shown: Callable[[], Array | None]
     ) -> Array | None:
-        """The limb's hinges from the best of all starts, or None where none is clearly better."""
-        part = self._limbs[limb]
+        """The same as `_better`; where there is none, the next trial waits longer."""
+        hinges = self._better(self._limbs[limb], q, targets, weights, shown)
+        if hinges is not None:
+            self._stuck_s[limb], self._wait_s[limb] = 0.0, STUCK_S
+            return hinges
+        wait_s = (
+            self._stuck_s[limb] + FIRST_WAIT_S if self._wait_s[limb] == STUCK_S else 2.0 * self._stuck_s[limb]
+        )
+        self._wait_s[limb] = min(wait_s, self._stuck_s[limb] + LONGEST_WAIT_S)
+        return None
+
+    def _better(
+        self, part: _Limb, q: Array, targets: Array, weights: Array, shown: Callable[[], Array | None]
+    ) -> Array | None:
+        """A limb's hinges from the best of all starts, or None where none is clearly better."""
+        if not len(part.hinges):
+            return None
         targets = np.where(weights[:, None] > 0, targets, 0.0)
         starts = [q[7 + part.hinges], self._humanoid.rest_q[part.hinges], *part.starts]
         pose = shown()
@@ -158,14 +187,7 @@ class LimbWatch:
         trials = [self._refined(part, q, start, targets, share) for start in starts]
         best_cost, best = min(trials, key=lambda trial: trial[0])
         now = self._cost(part, q, q[7 + part.hinges], targets, share)
-        if best_cost < BETTER**2 * now:
-            self._stuck_s[limb], self._wait_s[limb] = 0.0, STUCK_S
-            return best
-        wait_s = (
-            self._stuck_s[limb] + FIRST_WAIT_S if self._wait_s[limb] == STUCK_S else 2.0 * self._stuck_s[limb]
-        )
-        self._wait_s[limb] = min(wait_s, self._stuck_s[limb] + LONGEST_WAIT_S)
-        return None
+        return best if best_cost < BETTER**2 * now else None
 
     def _place(self, q: Array, part: _Limb, hinges: Array) -> None:
         self._data.qpos[:] = q

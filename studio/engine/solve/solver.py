@@ -244,8 +244,19 @@ class Solver:
         self._offset[:], self._offset_left = 0.0, False
         if self._watch is not None:
             self._watch.forget()
+            self._settle(self._watch, joints, weights)
         self._last_joints = joints
         return True
+
+    def _settle(self, watch: LimbWatch, joints: NDArray[np.float64], weights: NDArray[np.float64]) -> None:
+        """Find limbs anew that the first pose left elsewhere: an arm may be caught behind an end of its ranges."""
+        q = self._configuration.q
+        sites = self._configuration.data.site_xpos[self.humanoid.site_ids]
+        found = watch.settled(q, sites, joints, weights, lambda: self._shown(joints, q))
+        if found is not None:
+            self._configuration.update(found)
+            self._prior.predicted = found
+            self._iterate(FIRST_ITERATIONS)
 
     def _iterate(self, count: int) -> None:
         """Go to the least of the tasks within the limits, `count` steps of mink's problem."""

@@ -20,7 +20,7 @@ def test_every_output_joint_is_a_body_and_the_bodys_hinges_are_those_of_the_solv
     body, solved = full(), humanoid()
     assert [body.model.body(i).name for i in body.body_ids] == list(OUTPUT_JOINTS)
     assert list(body.body_outputs) == list(range(len(OUTPUT_JOINTS)))
-    assert (solved.model.nv, body.model.nv) == (53, 53 + 2 * 20) and solved.model.neq == 0
+    assert (solved.model.nv, body.model.nv) == (55, 55 + 2 * 20) and solved.model.neq == 0
     names = {body.model.joint(i).name: body.range_rad[i - 1] for i in range(1, body.model.njnt)}
     for i in range(1, solved.model.njnt):
         assert names[solved.model.joint(i).name] == pytest.approx(solved.range_rad[i - 1])

@@ -79,6 +79,35 @@ def test_it_waits_four_frames_then_changes_that_limb_alone():
     assert set(np.flatnonzero(better[7:] != q[7:])) <= set(hinges.tolist())
 
 
+def test_a_first_pose_with_an_arm_elsewhere_is_mended_at_once():
+    body = humanoid()
+    q, targets = raised_arm(body)
+    watch, sites = LimbWatch(body, limited=True), site_positions(body, q)
+    better = watch.settled(q, sites, targets, WEIGHTS, lambda: None)
+    assert np.linalg.norm(site_positions(body, better) - targets, axis=1).max() < 0.03
+    assert watch.led(better, DT) is better, "nothing is led: there is no pose before it"
+    assert watch.settled(q, sites, sites, WEIGHTS, lambda: None) is None
+    assert watch.settled(q, sites, targets, np.zeros(len(SIGMA)), lambda: None) is None
+
+
+def posed(body, hinges_deg):
+    q = body.rest_qpos
+    for name, deg in hinges_deg.items():
+        q[7 + body.model.joint(name).id - 1] = np.radians(deg)
+    q[7:] = np.clip(q[7:], *body.range_rad.T)
+    return q
+
+
+def test_a_first_frame_whose_arm_is_caught_behind_its_ranges_is_followed(monkeypatch):
+    """As it was on punches_2: an arm that is stretched forward began folded, at the ends of all its ranges."""
+    body, solver = humanoid(), make_solver()
+    caught = {"LeftArm_swing": -120, "LeftArm_raise": 30, "LeftArm_twist": -100, "LeftForeArm_bend": -150}
+    forward = {"LeftArm_swing": 85, "LeftArm_raise": -80, "LeftArm_twist": -20, "LeftForeArm_bend": -10}
+    joints = site_positions(body, posed(body, forward))
+    monkeypatch.setattr(solver, "_shown", lambda *_: posed(body, caught))
+    assert errors_m(body, solver.solve(joints, SIGMA, 0.0), joints).max() < 0.03
+
+
 def test_the_pose_is_led_there_smoothly_and_ends_there():
     body = humanoid()
     q, targets = raised_arm(body)

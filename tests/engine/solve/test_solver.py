@@ -134,6 +134,22 @@ def test_adversarial_joints_never_break_the_limits(mode, seed):
     assert errors_m(body, q, arms_swinging(0.0)).mean() < 0.02, "it finds the performer again"
 
 
+@pytest.mark.parametrize("bend", [3, 40])
+def test_feet_that_point_outward_do_not_move_the_knees(bend):
+    """Without a hinge for it the thigh turned instead: knees and toes were centimetres off."""
+    body, q = humanoid(), humanoid().rest_qpos
+    for side, out in (("Left", 20.0), ("Right", -20.0)):
+        for name, deg in (("UpLeg_bend", -0.5 * bend), ("Leg_bend", bend), ("Foot_turn", out)):
+            q[7 + body.model.joint(f"{side}{name}").id - 1] = np.radians(deg)
+    joints = site_positions(body, q)
+    found = follow(make_solver(), joints, 30)
+    off = errors_m(body, found, joints)
+    assert off[[INDEX[f"{side}_toe"] for side in ("left", "right")]].max() < 0.02, (
+        "held back by the usual stance"
+    )
+    assert np.delete(off, [INDEX["left_toe"], INDEX["right_toe"]]).max() < 0.01
+
+
 @pytest.mark.parametrize("mode", MODES)
 def test_it_starts_from_adversarial_joints(mode):
     for seed in range(2):
