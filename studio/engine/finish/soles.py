@@ -5,7 +5,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from studio.engine.export.skeleton import SOLE_BELOW_JOINT_M
-from studio.engine.finish.contacts import Contacts
+from studio.engine.finish.contacts import FLAT_M, Contacts
 from studio.engine.human.model import Humanoid
 
 LOWEST_PERCENT = 5.0
@@ -24,7 +24,8 @@ def lift_m(
     """Return how far to lift a take [m]; negative = it hovers and is let down.
 
     Feet that stand are at the height at which cameras see their joints, which is a centimetre or two off that of
-    the exported sole; the same everywhere, so that one shift of the take mends it.
+    the exported sole; the same everywhere, so that one shift of the take mends it. A take is let down only where most
+    standing feet are flat: a dancer on her toes hovers with her soles, and stands where she is.
 
     Args:
         q: finished configurations, shape (frame_count, nq).
@@ -37,7 +38,16 @@ def lift_m(
     if len(standing) == 0:
         return -contacts.floor_m
     usual = float(np.percentile(standing, LOWEST_PERCENT))
-    return -max(min(usual, float(soles.min()) + GIVES_M), usual - FOR_DIPS_M)
+    hovers = max(min(usual, float(soles.min()) + GIVES_M), usual - FOR_DIPS_M)
+    return 0.0 if hovers > 0.0 and not _mostly_flat(soles, contacts) else -hovers
+
+
+def _mostly_flat(soles: NDArray[np.float64], contacts: Contacts) -> bool:
+    """Whether most feet that stand on heel and toe have both at one height."""
+    heels, toes = (slice(0, None, 2), slice(1, None, 2))
+    stands = (contacts.hold[:, heels] > 0.0) & (contacts.hold[:, toes] > 0.0)
+    flat = np.abs(soles[:, heels] - soles[:, toes])[stands] < FLAT_M
+    return not len(flat) or float(flat.mean()) >= 0.5
 
 
 def _soles_m(humanoid: Humanoid, q: NDArray[np.float64], below_m: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -3,12 +3,13 @@
 import numpy as np
 import pytest
 
-from studio.engine.finish.contacts import find_contacts
+from studio.engine.finish.contacts import JOINTS, find_contacts
 from studio.engine.finish.soles import lift_m
+from studio.engine.finish.trajectory import Kinematics
 from studio.engine.human.model import build_humanoid
 from studio.engine.human.skeleton import Skeleton
 from studio.engine.joints import INDEX, OUTPUT_OF_CANONICAL_INDEX
-from studio.engine.tracker.body import SHAPE, performer_of
+from studio.engine.tracker.body import performer_of
 
 REST_M = np.array([0.08, 0.04, 0.08, 0.04])
 DT = 1 / 60
@@ -21,7 +22,7 @@ def _contacts(feet):
 @pytest.mark.parametrize("off_m", [0.02, -0.03])
 def test_a_take_that_hovers_or_sinks_is_brought_to_the_floor(off_m):
     """In the T-pose the ball of the foot stands 2 cm over the sole, as exports have it."""
-    humanoid = build_humanoid(Skeleton.of(performer_of(np.zeros(len(SHAPE)))))
+    humanoid = build_humanoid(Skeleton.of(performer_of(np.zeros(11))))
     joints = [INDEX[name] for name in ("left_ankle", "left_toe", "right_ankle", "right_toe")]
     rest_m = humanoid.skeleton.rest_positions_m[OUTPUT_OF_CANONICAL_INDEX[joints]]
     q = np.tile(humanoid.rest_qpos, (90, 1))
@@ -32,8 +33,24 @@ def test_a_take_that_hovers_or_sinks_is_brought_to_the_floor(off_m):
     assert lift_m(humanoid, q, contacts, rest_m[:, 2]) == pytest.approx(0.02 - rest_m[1, 2] - off_m, abs=1e-6)
 
 
+@pytest.mark.parametrize(("off_m", "lifted"), [(0.05, False), (-0.12, True)])
+def test_a_dancer_on_her_toes_is_not_let_down_but_lifted_out_of_the_floor(off_m, lifted):
+    humanoid = build_humanoid(Skeleton.of(performer_of(np.zeros(11))))
+    kinematics, q = Kinematics(humanoid), np.tile(humanoid.rest_qpos, (90, 1))
+    q[:, 7:] = 0.0
+    for side in ("Left", "Right"):
+        q[:, 7 + humanoid.model.joint(f"{side}Foot_bend").id - 1] = np.radians(40)
+    joints = list(JOINTS)
+    rest_m = humanoid.skeleton.rest_positions_m[OUTPUT_OF_CANONICAL_INDEX[joints], 2]
+    q[:, 2] += off_m - (kinematics.sites(q[:1])[0, joints, 2] - rest_m).min()
+    contacts = find_contacts(kinematics.sites(q)[:, joints], [(0, 90)], DT, rest_m)
+    assert (contacts.hold > 0.0).all()
+    found = lift_m(humanoid, q, contacts, rest_m)
+    assert found > 0.05 if lifted else found == 0.0
+
+
 def test_a_take_without_a_stance_is_not_moved():
-    humanoid = build_humanoid(Skeleton.of(performer_of(np.zeros(len(SHAPE)))))
+    humanoid = build_humanoid(Skeleton.of(performer_of(np.zeros(11))))
     feet = np.zeros((30, 4, 3))
     feet[:, :, 0] = np.linspace(0.0, 2.0, 30)[:, None]
     contacts = _contacts(feet)
