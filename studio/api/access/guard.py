@@ -26,6 +26,7 @@ _OPEN_BELOW = (
     "/static/players.js",
     "/static/dom.js",
     "/static/strings",
+    "/static/said",
 )
 """What voters of blind tests and whoever got a replay reach: their own link's token is asked for behind these."""
 
