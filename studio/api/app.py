@@ -101,7 +101,8 @@ def create_app(
     add_routes(app, exports_router(sessions, finder, jobs))
     add_routes(app, rigs_router(sessions))
     add_routes(app, manage_router(sessions, finder, jobs))
-    add_routes(app, references_router(sessions, finder))
+    app.state.player = None  # of the view, where one is mounted
+    add_routes(app, references_router(sessions, finder, lambda *gone: _let_go(app, *gone)))
     add_routes(app, measure_router(finder, jobs))
     add_routes(app, compare_router(finder))
     add_routes(app, operations_router(stage))
@@ -113,6 +114,12 @@ def create_app(
     stage.subscribe(app.state.outputs.add)
     add_routes(app, outputs_router(stage, app.state.outputs))
     return app
+
+
+def _let_go(app: FastAPI, take: str, reference: str) -> None:
+    """Have the view show a reference of a take no more."""
+    if app.state.player is not None:
+        app.state.player.let_go(take, reference)
 
 
 def performer_of(stage: LiveStage) -> Performer | None:

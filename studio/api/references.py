@@ -2,6 +2,7 @@
 
 import shutil
 import tempfile
+from collections.abc import Callable
 from dataclasses import asdict
 from pathlib import Path
 from typing import Annotated, Any, Literal
@@ -53,8 +54,12 @@ class AlignRequest(Body):
     unit_m: Annotated[float | None, Field(gt=0, description="metres per unit of a BVH")] = None
 
 
-def references_router(sessions: Path, finder: Finder) -> APIRouter:
-    """Return the routes of the references of the takes in `sessions`."""
+Removing = Callable[[str, str], None]
+"""Is told of a take, session/name, and of its reference that is about to be removed."""
+
+
+def references_router(sessions: Path, finder: Finder, removing: Removing) -> APIRouter:
+    """Return the routes of the references of the takes in `sessions`; `removing` is told before one is removed."""
     router = APIRouter(prefix="/api/v1", tags=["references"], responses=RESPONSES)
     prefix = "/takes/{session}/{take}/references"
 
@@ -121,9 +126,10 @@ def references_router(sessions: Path, finder: Finder) -> APIRouter:
 
     @router.delete(prefix + "/{name}")
     def remove(session: str, take: str, name: str) -> dict[str, str]:
-        """Remove a reference; it can be restored until another of its name is removed."""
+        """Remove a reference, also from the replay; it can be restored until another of its name is removed."""
         opened = finder.take(session, take)
         find_reference(opened, name)
+        removing(f"{session}/{take}", name)
         remove_reference(opened, name)
         return {"removed": name}
 

@@ -4,14 +4,11 @@ import numpy as np
 import viser
 
 from studio.engine.frames import StepResult
-from studio.engine.joints import JOINT_COUNT
-from studio.render import shapes
 from studio.web.character import Character
 from studio.web.palette import GHOST_OPACITY, GHOST_RGB
-from studio.web.skeletons import bones
+from studio.web.skeletons import JointBalls, bones
 
 _JOINT_RADIUS_M = 0.021
-_HIDDEN_M = 1e-5
 _INSIDE_M = 0.4
 _NO_BONES = np.zeros((1, 2, 3), dtype=np.float32)
 
@@ -20,28 +17,14 @@ class JointFigure:
     """Joints as balls and bones as lines, in the ghost's colour."""
 
     def __init__(self, server: viser.ViserServer, name: str) -> None:
-        vertices, faces = shapes.mesh("egg", 9, 12)
-        self._joints = server.scene.add_batched_meshes_simple(
-            f"{name}/joints",
-            vertices - np.array([0.0, 0.0, 0.5], dtype=np.float32),
-            faces,
-            batched_wxyzs=np.tile([1.0, 0.0, 0.0, 0.0], (JOINT_COUNT, 1)),
-            batched_positions=np.zeros((JOINT_COUNT, 3)),
-            batched_scales=np.full((JOINT_COUNT, 3), _HIDDEN_M),
-            batched_colors=np.tile(np.array(GHOST_RGB, dtype=np.uint8), (JOINT_COUNT, 1)),
-            lod="off",
-            cast_shadow=False,
-        )
+        self._joints = JointBalls(server, f"{name}/joints", GHOST_RGB)
         self._bones = server.scene.add_line_segments(
             f"{name}/bones", _NO_BONES, GHOST_RGB, thickness=4.0, thickness_units="screen", visible=False
         )
 
     def draw(self, joints_m: np.ndarray) -> None:
         """Show canonical joints in the stage frame [m], shape (21, 3); NaN = unknown, and left out."""
-        known = np.isfinite(joints_m).all(axis=1)
-        radius = np.where(known, _JOINT_RADIUS_M, _HIDDEN_M)[:, None]
-        self._joints.batched_positions = np.where(known[:, None], joints_m, 0.0)
-        self._joints.batched_scales = radius * np.array([1.0, 1.0, 2.0])
+        self._joints.draw(joints_m, _JOINT_RADIUS_M)
         lines = bones(joints_m)
         self._bones.visible = len(lines) > 0
         if len(lines):
@@ -49,7 +32,7 @@ class JointFigure:
 
     def hide(self) -> None:
         """Show nothing."""
-        self._joints.batched_scales = np.full((JOINT_COUNT, 3), _HIDDEN_M)
+        self._joints.hide()
         self._bones.visible = False
 
 

@@ -10,6 +10,7 @@ from studio.render import shapes
 from studio.web.palette import FUSED_BONE_RGB, confidence_colours
 
 _CHILDREN = np.flatnonzero(PARENTS >= 0)
+_HIDDEN_M = 1e-5
 _NO_POINTS = np.zeros((1, 3), dtype=np.float32)
 _NO_BONES = np.zeros((1, 2, 3), dtype=np.float32)
 
@@ -18,6 +19,43 @@ def bones(positions: NDArray[np.float64]) -> NDArray[np.float32]:
     """Return bones whose ends were seen, shape (bone_count, 2, 3); positions (21, 3), NaN = unseen."""
     pairs = np.stack([positions[PARENTS[_CHILDREN]], positions[_CHILDREN]], axis=1)
     return pairs[np.isfinite(pairs).all(axis=(1, 2))].astype(np.float32)
+
+
+class JointBalls:
+    """Balls at canonical joints; they are hidden until they are drawn."""
+
+    def __init__(self, server: viser.ViserServer, name: str, rgb: tuple[int, int, int]) -> None:
+        vertices, faces = shapes.mesh("egg", 9, 12)
+        self._balls = server.scene.add_batched_meshes_simple(
+            name,
+            vertices - np.array([0.0, 0.0, 0.5], dtype=np.float32),
+            faces,
+            batched_wxyzs=np.tile([1.0, 0.0, 0.0, 0.0], (JOINT_COUNT, 1)),
+            batched_positions=np.zeros((JOINT_COUNT, 3)),
+            batched_scales=np.full((JOINT_COUNT, 3), _HIDDEN_M),
+            batched_colors=np.tile(np.array(rgb, dtype=np.uint8), (JOINT_COUNT, 1)),
+            lod="off",
+            cast_shadow=False,
+        )
+
+    def draw(
+        self,
+        joints_m: NDArray[np.float64],
+        radii_m: NDArray[np.float64] | float,
+        colours: NDArray[np.uint8] | None = None,
+    ) -> None:
+        """Show joints in the stage frame [m], shape (21, 3), NaN = left out; radii [m], shape (21,) or one for all;
+        colours as they are, or of each, shape (21, 3)."""
+        known = np.isfinite(joints_m).all(axis=1)
+        radii = np.where(known, radii_m, _HIDDEN_M)[:, None]
+        self._balls.batched_positions = np.where(known[:, None], joints_m, 0.0)
+        self._balls.batched_scales = radii * np.array([1.0, 1.0, 2.0])
+        if colours is not None:
+            self._balls.batched_colors = colours
+
+    def hide(self) -> None:
+        """Show nothing."""
+        self._balls.batched_scales = np.full((JOINT_COUNT, 3), _HIDDEN_M)
 
 
 class RawSkeleton:
@@ -53,18 +91,7 @@ class FusedFigure:
     """The fused skeleton: joints as balls, larger and greener the surer they are."""
 
     def __init__(self, server: viser.ViserServer, name: str) -> None:
-        vertices, faces = shapes.mesh("egg", 9, 12)
-        self._joints = server.scene.add_batched_meshes_simple(
-            f"{name}/joints",
-            vertices - np.array([0.0, 0.0, 0.5], dtype=np.float32),
-            faces,
-            batched_wxyzs=np.tile([1.0, 0.0, 0.0, 0.0], (JOINT_COUNT, 1)),
-            batched_positions=np.zeros((JOINT_COUNT, 3)),
-            batched_scales=np.full((JOINT_COUNT, 3), 1e-4),
-            batched_colors=np.zeros((JOINT_COUNT, 3), dtype=np.uint8),
-            lod="off",
-            cast_shadow=False,
-        )
+        self._joints = JointBalls(server, f"{name}/joints", FUSED_BONE_RGB)
         self._bones = server.scene.add_line_segments(
             f"{name}/bones", _NO_BONES, FUSED_BONE_RGB, thickness=2.6, thickness_units="screen", visible=False
         )
@@ -73,10 +100,8 @@ class FusedFigure:
         """Show a fused skeleton; joints that no camera sees are left out."""
         seen = np.isfinite(fused.positions).all(axis=1)
         confidence = np.where(seen, np.nan_to_num(fused.confidence), 0.0)
-        radius = np.where(seen, 0.011 + 0.014 * np.round(confidence, 1), 1e-5)
-        self._joints.batched_positions = np.where(seen[:, None], fused.positions, 0.0)
-        self._joints.batched_scales = radius[:, None] * np.array([1.0, 1.0, 2.0])
-        self._joints.batched_colors = confidence_colours(np.round(confidence, 1))
+        radii = 0.011 + 0.014 * np.round(confidence, 1)
+        self._joints.draw(fused.positions, radii, confidence_colours(np.round(confidence, 1)))
         lines = bones(fused.positions)
         self._bones.visible = len(lines) > 0
         if len(lines):

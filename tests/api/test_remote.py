@@ -3,26 +3,8 @@
 import base64
 
 import httpx
-import pytest
 
-from studio.api.access import Access
 from studio.api.access.tokens import INVITATION_S
-
-
-@pytest.fixture
-def clock():
-    return [0.0]
-
-
-@pytest.fixture
-def access(tmp_path, clock):
-    return Access(tmp_path / "sessions", required=True, now_s=lambda: clock[0])
-
-
-@pytest.fixture
-def open_studio(start_studio, tmp_path, access):
-    """A studio that asks for tokens."""
-    return start_studio(tmp_path / "sessions", access=access)
 
 
 def test_without_tokens_the_address_is_this_machine_s(studio):

@@ -10,6 +10,7 @@ from playwright.sync_api import Page, expect
 
 from tests.live.performer import calibration
 from tests.web.playback.takes import take_with_solves
+from tests.web.stages import until
 from tests.web.test_page import serving, studio
 
 pytestmark = pytest.mark.browser
@@ -85,8 +86,8 @@ def test_both_play_in_step_and_turn_together(address: str, page: Page) -> None:
     page.mouse.down()
     page.mouse.move(box["x"] + 260, box["y"] + 120, steps=4)
     page.mouse.up()
-    after = [page.locator(f"#{side} canvas").screenshot() for side in ("left", "right")]
-    assert before[0] != after[0] and before[1] != after[1]
+    for side, seen in zip(("left", "right"), before, strict=True):
+        until(lambda side=side, seen=seen: page.locator(f"#{side} canvas").screenshot() != seen)
 
 
 def test_on_a_phone_the_stages_stack(address: str, page: Page) -> None:
@@ -119,6 +120,26 @@ def test_a_wrong_link_says_so(address: str, chromium) -> None:
         tab = context.new_page()
         tab.goto(f"{address}/vote/nothing")
         expect(tab.locator("main")).to_contain_text("leads to no test")
+
+
+def test_a_test_from_compare_takes_the_range_between_in_and_out(address: str, page: Page) -> None:
+    replay = f"{address}/api/v1/replay"
+    shown = {"take": "monday/one", "solve": "studio", "ghost": {"solve": "live"}}
+    httpx.put(replay, json=shown, timeout=60.0).raise_for_status()
+    httpx.patch(replay, json={"first": 30, "last": 90}).raise_for_status()  # at 60 Hz
+    page.add_init_script("sessionStorage.setItem('compare', 'open')")
+    page.goto(address)
+    page.goto(f"{address}/" + str(page.locator("a[href^='blind?']").get_attribute("href")))
+    expect(page.locator("#a-solve")).to_have_value("monday/one|studio")
+    expect(page.locator("#b-solve")).to_have_value("monday/one|live")
+    expect(page.locator("#start")).to_have_value("0.5")
+    expect(page.locator("#end")).to_have_value("1.5")
+    page.get_by_role("button", name="Add this pair").click()
+    page.get_by_role("button", name="Make the test").click()
+    expect(page.locator("#results-title")).to_have_text("Results: Which settings?")
+    (test,) = httpx.get(f"{address}/api/v1/blind").json()["tests"]
+    (pair,) = httpx.get(f"{address}/api/v1/blind/{test['id']}").json()["pairs"]
+    assert (pair["start_s"], pair["end_s"]) == (0.5, 1.5)
 
 
 def test_the_operator_makes_a_test_and_sees_the_votes(address: str, page: Page, chromium) -> None:

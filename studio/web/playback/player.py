@@ -106,6 +106,13 @@ class Player:
                 self._clip = self._clip.with_part(on_output_joints(poses))
                 self._changed.notify()
 
+    def let_go(self, take: str, reference: str) -> None:
+        """Show no second figure any more where it is this reference of a take, session/name."""
+        with self._changed:
+            if self._ghost is not None and self._ghost.name == {"take": take, "reference": reference}:
+                self._ghost = None
+                self._changed.notify()
+
     def close_clip(self) -> None:
         """Show the live stage again."""
         with self._changed:

@@ -272,7 +272,7 @@ export function startCompare() {
   state.references = new ReferenceSection({
     changed: updateCompare,
     measured: forget,
-    show: (reference) => { const { take: takeId, solve } = replayed(); open(takeId, solve, reference ? { take: takeId, reference } : null); },
+    show: (reference) => { const { take: takeId, solve } = replayed(); return open(takeId, solve, reference ? { take: takeId, reference } : null); },
     solves: (takeId) => takeOf(takeId)?.solves ?? [],
   });
   byId("compare-close").addEventListener("click", () => show(false));

@@ -1,7 +1,7 @@
 // The live output panel: programs that get the character while the stage runs, switched on and off one by one.
 import { byId, h, redraw, setText } from "./dom.js";
 import { addOutput, changeOutput, getOutputs, removeOutput } from "./api.js";
-import { attempt, showUndo } from "./messages.js";
+import { attempt, showUndo, undoing } from "./messages.js";
 import { said } from "./said.js";
 import { t } from "./strings.js";
 
@@ -20,10 +20,12 @@ async function add(event) {
 
 const alter = (name, change) => attempt(async () => { await changeOutput(name, change); await updateOutputs(); });
 
+const REMOVE = undoing("output", (output) => attempt(async () => { await addOutput(output); await updateOutputs(); }));
+
 function remove({ id, kind, host, port, rate_hz }, label) {
   return attempt(async () => {
     await removeOutput(id);
-    showUndo(t("outputs.removed", { label }), () => attempt(async () => { await addOutput({ kind, host, port, rate_hz }); await updateOutputs(); }));
+    showUndo(t("outputs.removed", { label }), REMOVE, { kind, host, port, rate_hz });
     await updateOutputs();
   });
 }

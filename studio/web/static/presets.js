@@ -2,7 +2,7 @@
 import { h } from "./dom.js";
 import { getPresets, removePreset, renamePreset, savePreset } from "./api.js";
 import { askName } from "./ask.js";
-import { attempt, showUndo } from "./messages.js";
+import { attempt, showUndo, undoing } from "./messages.js";
 import { hasText, t } from "./strings.js";
 
 export const presetWords = (name) => (hasText(`preset.${name}`) ? t(`preset.${name}`) : name);
@@ -24,6 +24,8 @@ export class PresetChoice {
       this.about,
       h("div", { class: "preset-acts" }, this.save, this.rename, this.remove),
     ];
+    undoing("preset-save", (name, before, chosen) => this.alter(() => (before ? savePreset(name, before) : removePreset(name)), chosen));
+    undoing("preset-rename", (name, old) => this.alter(() => renamePreset(name, old), old));
   }
 
   /** Show the presets by name, which of them is in use, and whether switches differ from it. */
@@ -49,7 +51,7 @@ export class PresetChoice {
     await attempt(async () => {
       const before = (await getPresets()).find((preset) => preset.name === name);
       await savePreset(name, this.settings());
-      showUndo(t("preset.saved", { name }), () => this.alter(() => (before ? savePreset(name, before) : removePreset(name)), this.chosen));
+      showUndo(t("preset.saved", { name }), "preset-save", name, before ?? null, this.chosen);
       await this.onSaved(name);
     });
   }
@@ -60,7 +62,7 @@ export class PresetChoice {
     if (name === null || name === old) return;
     await attempt(async () => {
       await renamePreset(old, name);
-      showUndo(t("preset.renamed", { name }), () => this.alter(() => renamePreset(name, old), old));
+      showUndo(t("preset.renamed", { name }), "preset-rename", name, old);
       await this.onSaved(name);
     });
   }
@@ -69,7 +71,7 @@ export class PresetChoice {
     const name = this.chosen;
     return attempt(async () => {
       const { preset, set } = await removePreset(name);
-      showUndo(t("preset.removed", { name }), () => this.alter(() => savePreset(name, { preset, set }), name));
+      showUndo(t("preset.removed", { name }), "preset-save", name, { preset, set }, name);
       await this.onSaved("");
     });
   }

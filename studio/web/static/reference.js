@@ -3,7 +3,7 @@ import { byId, h, redraw } from "./dom.js";
 import { addReference, alignReference, getReference, getReferenceFiles, getReferences, makeReport, removeReference, reportAddress, restoreReference, sendReference } from "./api.js";
 import { alignedRows } from "./compare_tables.js";
 import { ended } from "./jobs.js";
-import { attempt, showNote } from "./messages.js";
+import { attempt, showUndo, undoing } from "./messages.js";
 import { replayed } from "./replay.js";
 import { number, t } from "./strings.js";
 
@@ -24,6 +24,7 @@ export class ReferenceSection {
   /** `changed` redraws, `measured` forgets figures, `show(name or null)` shows a reference as the second figure. */
   constructor({ changed, measured, show, solves }) {
     Object.assign(this, { changed, measured, show, solves, names: [], take: "", solve: "", chosen: "", details: null, aligned: null, busy: "", files: null, report: null });
+    undoing("reference", (take, name) => attempt(async () => { await restoreReference(take, name); if (take === this.take) await this.load(); }));
   }
 
   /** Look at the references of a take, aligned with a solve. */
@@ -110,14 +111,11 @@ export class ReferenceSection {
     this.names = this.names.filter((one) => one !== name); // nothing is measured against it from now on
     if (this.chosen === name) Object.assign(this, { chosen: "", details: null, aligned: null });
     if (replayed().ghost?.reference === name) await this.show(null);
-    for (let tries = 0; tries < 40 && replayed().ghost?.reference === name; tries += 1) { // the view lets go of it first
-      await new Promise((go) => { setTimeout(go, 50); });
-    }
     const removed = await attempt(() => removeReference(take, name));
     if (removed) this.measured();
     await attempt(() => this.load());
     if (!removed) return;
-    showNote(t("reference.removed", { name }), { label: t("message.undo"), run: () => attempt(async () => { await restoreReference(take, name); await this.load(); }) });
+    showUndo(t("reference.removed", { name }), "reference", take, name);
   }
 
   async makeReport() {

@@ -57,7 +57,9 @@ async function send(change) {
 /** Show a take's solve instead of the live stage; `ghost`: a second `{take, solve, alignment?}` or `{take, reference}` beside it. */
 export async function open(takeId, solve, ghost = null) {
   const { lined_up: _, ...beside } = ghost ?? {};
+  state.sentAt = performance.now();
   const status = await attempt(() => openReplay({ take: takeId, solve, ghost: ghost && beside }));
+  state.sentAt = performance.now();
   if (status) take(status);
 }
 

@@ -1,7 +1,7 @@
 // The share dialog: a solve becomes a replay in one HTML file and a link to it; all links, and taking them back.
 import { byId, h } from "./dom.js";
 import { getShares, removeShare, restoreShare, shareSolve } from "./api.js";
-import { attempt, showNote } from "./messages.js";
+import { attempt, showNote, showUndo, undoing } from "./messages.js";
 import { replayed } from "./replay.js";
 import { language, number, t } from "./strings.js";
 
@@ -36,11 +36,12 @@ function part(take) {
   return { ...(first > 0 && { start_s: first / rate }), ...(last < frames - 1 && { end_s: last / rate }) };
 }
 
+const TAKE_BACK = undoing("share", (id) => attempt(async () => { await restoreShare(id); if (byId("share-dialog")?.open) await show(); }));
+
 async function takeBack(share) {
   await attempt(async () => {
     await removeShare(share.id);
-    const undo = () => attempt(async () => { await restoreShare(share.id); if (byId("share-dialog").open) await show(); });
-    showNote(t("share.taken_back", { title: share.title }), { label: t("message.undo"), run: undo });
+    showUndo(t("share.taken_back", { title: share.title }), TAKE_BACK, share.id);
     if (state.share?.id === share.id) byId("share-dialog").close();
     else await show();
   });

@@ -1,6 +1,6 @@
 // The solve panel: a preset and every switch of the API's catalogue, each with its explanation.
 import { byId, h, setText } from "./dom.js";
-import { showUndo } from "./messages.js";
+import { showUndo, undoing } from "./messages.js";
 import { PresetChoice, presetWords } from "./presets.js";
 import { hasText, serverText, t } from "./strings.js";
 
@@ -39,6 +39,7 @@ export class Switches {
     this.controls = new Map();
     this.preset = "studio" in presets ? "studio" : Object.keys(presets)[0];
     this.values = { ...presets[this.preset] };
+    undoing("switches", (before) => this.use(before));
     byId("solve").replaceChildren(...this.build());
     this.refresh();
   }
@@ -115,7 +116,7 @@ export class Switches {
     const before = { preset: this.preset, values: this.values };
     const lost = Object.keys(this.changes()).length;
     this.use({ preset: name, values: { ...this.presets[name] } });
-    if (lost) showUndo(t("solve.put_back", { n: lost, name: presetWords(name) }), () => this.use(before));
+    if (lost) showUndo(t("solve.put_back", { n: lost, name: presetWords(name) }), "switches", before);
   }
 
   use({ preset, values }) {

@@ -2,7 +2,7 @@
 import { byId, h, redraw, setText } from "./dom.js";
 import { changeTake, restoreTake, solveTake, throwSolve, throwTake } from "./api.js";
 import { askExport } from "./export.js";
-import { attempt, showNote, showUndo } from "./messages.js";
+import { attempt, showNote, showUndo, undoing } from "./messages.js";
 import { replayed } from "./replay.js";
 import { t } from "./strings.js";
 import { takeRow } from "./take_row.js";
@@ -20,18 +20,21 @@ export const bestSolve = (take) => BEST.find((name) => take.solves.includes(name
 /** Do something to a take, then show the list anew. */
 const alter = (action) => attempt(async () => { await action(); await list.changed(); });
 
+const RESTORE = undoing("trash", (id) => alter(() => restoreTake(id)));
+const CHANGE = undoing("slate", (take, before) => alter(() => changeTake(take, before)));
+
 function throwAway(take) {
   return alter(async () => {
     const thrown = await throwTake(take);
     list.selected.delete(take.id);
-    showUndo(t("take.in_trash", { name: take.name }), () => alter(() => restoreTake(thrown.id)));
+    showUndo(t("take.in_trash", { name: take.name }), RESTORE, thrown.id);
   });
 }
 
 function removeSolve(take, solve) {
   return alter(async () => {
     const thrown = await throwSolve(take, solve);
-    showUndo(t("solve.in_trash", { name: take.name, solve }), () => alter(() => restoreTake(thrown.id)));
+    showUndo(t("solve.in_trash", { name: take.name, solve }), RESTORE, thrown.id);
   });
 }
 
@@ -41,7 +44,7 @@ function change(take, values) {
   if (Object.keys(values).every((key) => values[key] === before[key])) return show();
   return alter(async () => {
     const changed = await changeTake(take, values);
-    showUndo(t("take.changed", { name: changed.name }), () => alter(() => changeTake(changed, before)));
+    showUndo(t("take.changed", { name: changed.name }), CHANGE, { session: changed.session, name: changed.name }, before);
   });
 }
 

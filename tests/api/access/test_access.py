@@ -18,18 +18,8 @@ PAGE = {"Accept": "text/html"}
 
 
 @pytest.fixture
-def clock():
-    return [0.0]
-
-
-@pytest.fixture
-def access(tmp_path, clock):
-    return Access(tmp_path / "sessions", required=True, now_s=lambda: clock[0])
-
-
-@pytest.fixture
-def studio(start_studio, tmp_path, access):
-    return start_studio(tmp_path / "sessions", access=access)
+def studio(open_studio):
+    return open_studio
 
 
 def root(studio) -> str:

@@ -8,6 +8,8 @@ import pytest
 
 from studio.engine.errors import FormatError, SettingsError
 from studio.engine.export.resample import frames_of
+from studio.engine.metrics.canonical import canonical_positions
+from studio.engine.metrics.reference import Reference
 from studio.web.playback.clip import Clip
 from studio.web.playback.curves import curves, spans, thinned
 from studio.web.playback.player import Player
@@ -103,6 +105,18 @@ def test_another_solve_keeps_the_place(player, take):
     result, ghost, trail = screen.shown[-1]
     np.testing.assert_array_equal(result.positions_m, ghost.positions_m)
     np.testing.assert_array_equal(trail[-1], result.positions_m)
+
+
+def test_it_lets_go_of_a_reference_that_is_removed(player, take):
+    play, _, _ = player
+    clip = Clip.load(take, "studio")
+    motion = Reference(clip.poses.time_s, canonical_positions(clip.poses))
+    play.open(clip, Second.reference(clip.take, "truth.csv", motion))
+    play.let_go(clip.take, "other.csv")
+    play.let_go("monday/two", "truth.csv")
+    assert play.status()["ghost"] == {"take": "monday/one", "reference": "truth.csv"}
+    play.let_go(clip.take, "truth.csv")
+    assert play.status()["ghost"] is None and play.status()["open"]
 
 
 def test_closing_shows_the_live_stage(player, take):
