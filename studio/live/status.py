@@ -139,7 +139,7 @@ def _calibration(engine: "Engine", now_ns: int) -> dict[str, Any]:
         "reference": None if calibration is None else calibration.reference,
         "height_m": None
         if calibration is None or calibration.performer is None
-        else round(calibration.performer.height_m, 3),
+        else round(calibration.performer.height_m, 4),
         "cameras": {} if calibration is None else camera_verdicts(calibration),
         "attempt": engine.calibrator.status(now_ns),
         "tpose": engine.tpose.pose.to_json(),

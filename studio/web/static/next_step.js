@@ -36,5 +36,6 @@ function build(step) {
 export function updateNextStep(status, takes, replaying) {
   const step = canOperate() ? stepOf(status, takes, replaying) : "";
   byId("guide").hidden = !step;
+  byId("guide").dataset.step = step;
   if (step) redraw(byId("guide"), step, () => build(step));
 }

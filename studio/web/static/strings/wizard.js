@@ -11,7 +11,7 @@ export default {
   "wizard.camera_trouble": ["A camera needs a look|{n} cameras need a look", "Une caméra est à vérifier|{n} caméras sont à vérifier"],
   "wizard.cameras_ready": ["{n} camera ready|{n} cameras ready", "{n} caméra prête|{n} caméras prêtes"],
   "wizard.stand": ["One performer, alone, where all of them see you.", "Un seul interprète, là où toutes vous voient."],
-  "wizard.simulated": ["The performer is simulated: it walks, moves, and holds a T-pose every quarter of a minute.", "L'interprète est simulé : il marche, bouge et tient une pose en T tous les quarts de minute."],
+  "wizard.simulated": ["The performer is simulated: it walks, moves, and holds a T‑pose every quarter of a minute.", "L'interprète est simulé : il marche, bouge et tient une pose en T tous les quarts de minute."],
   "wizard.simulated_walk": ["It walks by itself", "Il marche tout seul"],
   "wizard.simulated_pose": ["The simulated performer holds one every quarter of a minute; the countdown waits for it.", "L'interprète simulé en tient une tous les quarts de minute ; le compte à rebours l'attend."],
   "wizard.simulated_wait": ["The simulated performer's next T-pose comes within 20 seconds.", "La prochaine pose en T de l'interprète simulé vient dans les 20 secondes."],
