@@ -12,6 +12,7 @@ Array = NDArray[np.float64]
 GRID_WIDTH = 320
 """Cells in a row, about: a cell is 1 cm wide at 2.5 m. With half as many, arms that swung before one camera were
 lost: they are two cells wide, and what is at their edges hangs between near and far."""
+_FILLED = 2
 _NORMAL_REACH = 4
 """Cells to the neighbours that make a normal."""
 
@@ -49,16 +50,18 @@ def grid_points(depth_mm, lens, rotation, translation, points, depth):  # type: 
     """Fill the grid: `points` in the working frame [m], shape (rows, columns, 3), and `depth`, z in the camera
     frame [m], shape (rows, columns), 0 where nothing was read or the reading hangs between near and far.
 
-    A cell holds its first pixel with a reading.
+    A cell holds its first pixel with a reading, of at least 2 x 2: structured light leaves holes.
     """
     rows, columns = depth.shape
     stride = lens.stride
+    block = max(stride, _FILLED)
+    height, width = depth_mm.shape
     for i in range(rows):
         for j in range(columns):
             depth[i, j] = 0.0
-            for k in range(stride * stride):
-                v, u = i * stride + k // stride, j * stride + k % stride
-                if depth_mm[v, u] > 0:
+            for k in range(block * block):
+                v, u = i * stride + k // block, j * stride + k % block
+                if v < height and u < width and depth_mm[v, u] > 0:
                     z = depth_mm[v, u] * 0.001
                     depth[i, j] = z
                     x, y = lens.rays[v, u, 0] * z, lens.rays[v, u, 1] * z
