@@ -9,7 +9,7 @@ from studio.engine.finish.trajectory import Kinematics
 from studio.engine.human.model import build_humanoid
 from studio.engine.human.skeleton import Skeleton
 from studio.engine.joints import INDEX, OUTPUT_OF_CANONICAL_INDEX
-from studio.engine.tracker.body import performer_of
+from studio.engine.tracker.body import SHAPE, performer_of
 
 REST_M = np.array([0.08, 0.04, 0.08, 0.04])
 DT = 1 / 60
@@ -22,7 +22,7 @@ def _contacts(feet):
 @pytest.mark.parametrize("off_m", [0.02, -0.03])
 def test_a_take_that_hovers_or_sinks_is_brought_to_the_floor(off_m):
     """In the T-pose the ball of the foot stands 2 cm over the sole, as exports have it."""
-    humanoid = build_humanoid(Skeleton.of(performer_of(np.zeros(11))))
+    humanoid = build_humanoid(Skeleton.of(performer_of(np.zeros(len(SHAPE)))))
     joints = [INDEX[name] for name in ("left_ankle", "left_toe", "right_ankle", "right_toe")]
     rest_m = humanoid.skeleton.rest_positions_m[OUTPUT_OF_CANONICAL_INDEX[joints]]
     q = np.tile(humanoid.rest_qpos, (90, 1))
@@ -35,7 +35,7 @@ def test_a_take_that_hovers_or_sinks_is_brought_to_the_floor(off_m):
 
 @pytest.mark.parametrize(("off_m", "lifted"), [(0.05, False), (-0.12, True)])
 def test_a_dancer_on_her_toes_is_not_let_down_but_lifted_out_of_the_floor(off_m, lifted):
-    humanoid = build_humanoid(Skeleton.of(performer_of(np.zeros(11))))
+    humanoid = build_humanoid(Skeleton.of(performer_of(np.zeros(len(SHAPE)))))
     kinematics, q = Kinematics(humanoid), np.tile(humanoid.rest_qpos, (90, 1))
     q[:, 7:] = 0.0
     for side in ("Left", "Right"):
@@ -50,7 +50,7 @@ def test_a_dancer_on_her_toes_is_not_let_down_but_lifted_out_of_the_floor(off_m,
 
 
 def test_a_take_without_a_stance_is_not_moved():
-    humanoid = build_humanoid(Skeleton.of(performer_of(np.zeros(11))))
+    humanoid = build_humanoid(Skeleton.of(performer_of(np.zeros(len(SHAPE)))))
     feet = np.zeros((30, 4, 3))
     feet[:, :, 0] = np.linspace(0.0, 2.0, 30)[:, None]
     contacts = _contacts(feet)
