@@ -72,3 +72,11 @@ def chromium() -> "Iterator[Browser]":
 
     with chromium_browser() as browser:
         yield browser
+
+
+@pytest.fixture(scope="session")
+def ready_pipeline() -> None:
+    """This process is ready for its first pipeline: live stages begin theirs at once."""
+    from studio.live.warmup import warm_up
+
+    warm_up()

@@ -20,7 +20,7 @@ from studio.engine.errors import CalibrationError, SettingsError, StudioError, T
 from studio.engine.frames import StepResult
 from studio.engine.schedule import Schedule
 from studio.engine.settings import SolveSettings
-from studio.live import log
+from studio.live import log, warmup
 from studio.live.calibrations import BORROWED, Kept, save_calibration
 from studio.live.calibrator import PROVISIONAL_FRAMES, Calibrator, Outcome
 from studio.live.camera import LiveCamera
@@ -93,6 +93,7 @@ class Engine(Takes):
         self._status_ns: int | None = None
         self._retry_ns: int | None = None
         self._stopping = False
+        self._ready = warmup.is_ready()
         if calibration is not None:
             self.use_calibration(calibration.calibration, calibration)
         else:
@@ -102,8 +103,10 @@ class Engine(Takes):
     # --- from other threads
 
     def start(self) -> None:
-        """Start the thread."""
+        """Start the thread; the pipeline begins once this process is ready for one."""
         self._thread.start()
+        if not self._ready:
+            warmup.begin(lambda: self.put(Call(self._begin, Future())))
 
     def put(self, item: Item) -> None:
         """Hand something over; never waits."""
@@ -261,10 +264,16 @@ class Engine(Takes):
             return self.recording.perform(self._clock_ns(), event, self._pipeline.event)
         return self._pipeline.event(event)
 
+    def _begin(self) -> None:
+        """This process is ready for a pipeline: until now frames were only recorded."""
+        self._ready = True
+        self._restart()
+
     def _restart(self) -> None:
         """Begin with a fresh pipeline."""
         self._schedule = Schedule(self.settings.output_hz)
-        self._perform(log.start_event(self.placed_calibration(), self.settings))
+        calibration = self.placed_calibration() if self._ready else None
+        self._perform(log.start_event(calibration, self.settings))
 
     def placed_calibration(self) -> Calibration | None:
         """The calibration in use with every camera's present clock, as a take keeps it."""

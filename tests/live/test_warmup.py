@@ -1,0 +1,71 @@
+"""Until a process is ready for a pipeline, frames are recorded and nothing else waits."""
+
+import threading
+import time
+
+import pytest
+
+from studio import wire
+from studio.live import LiveStage, warmup
+from studio.take.raw import RawEvent, inspect_raw, read_raw
+from studio.take.take import Take
+from tests.api.camera import wait_until
+from tests.live.performer import frame, hello, save_stage_calibration
+
+
+@pytest.fixture
+def readiness(monkeypatch) -> threading.Event:
+    """The process is not ready before this is set."""
+    ready = threading.Event()
+    monkeypatch.setattr(warmup, "is_ready", lambda: False)
+    monkeypatch.setattr(warmup, "warm_up", lambda: ready.wait(60))
+    return ready
+
+
+def test_frames_are_recorded_before_the_process_is_ready(tmp_path, readiness):
+    save_stage_calibration(tmp_path, ["camera_0"])
+    stage = LiveStage(tmp_path)
+    stage.start()
+    try:
+        link = stage.join(hello("camera_0"))
+        stage.start_recording("day", "take")
+        path = tmp_path / "day" / "take"
+
+        def send(sequence):
+            now = time.monotonic_ns()
+            message = frame(0, sequence, now, sequence / 30)
+            stage.frame(link, message, wire.encode(message), now)
+            time.sleep(0.01)
+
+        for sequence in range(1, 31):
+            send(sequence)
+        raw = path / "raw.mcap"
+        wait_until(lambda: stage.status()["recording"]["frames"] >= 30, "they are recorded")
+        assert stage.results.get()[0] == 0
+        readiness.set()
+        sequence = 30
+        while stage.results.get()[0] < 4:
+            sequence += 1
+            send(sequence)
+        stage.stop_recording()
+    finally:
+        stage.close()
+    starts = [
+        one.event for one in read_raw(raw) if isinstance(one, RawEvent) and one.event["type"] == "start"
+    ]
+    assert starts[0]["calibration"] is None and starts[-1]["calibration"] is not None
+    assert inspect_raw(raw).frames["camera_0"] == sequence
+    assert "live" in Take.open(path).solve_names()
+
+
+def test_what_cannot_be_made_ready_is_told_and_begins_anyway(monkeypatch, caplog):
+    def fails():
+        raise OSError("made to fail")
+
+    monkeypatch.setattr("studio.warming.prepare", fails)
+    monkeypatch.setattr(warmup, "_ready", threading.Event())
+    began = threading.Event()
+    with caplog.at_level("ERROR"):
+        warmup.begin(began.set)
+        assert began.wait(60)
+    assert warmup.is_ready() and "could not be made ready" in caplog.text
