@@ -15,7 +15,7 @@ import httpx
 
 from studio.take.raw import RawFrame, read_raw
 
-START_S = 120.0
+START_S = 240.0
 _random = random.SystemRandom()
 
 

@@ -151,7 +151,7 @@ def run_fuzz(tmp_path: Path, *, least: int, longest_s: float) -> None:
     assert sorted(good) == list(range(min(good), max(good) + 1)) and len(good) > 30
 
 
-@pytest.mark.timeout(600)
+@pytest.mark.timeout(900)
 def test_fuzz(tmp_path: Path) -> None:
     run_fuzz(tmp_path, least=2000, longest_s=6.0)
 

@@ -71,7 +71,7 @@ def run_kills(tmp_path: Path, count: int, longest_s: float) -> list[float]:
     return missing_s
 
 
-@pytest.mark.timeout(600)
+@pytest.mark.timeout(900)
 def test_kill_at_random_moments(tmp_path: Path) -> None:
     run_kills(tmp_path, 2, 2.0)
 
@@ -82,7 +82,7 @@ def test_kill_at_50_random_moments(tmp_path: Path) -> None:
     assert max(run_kills(tmp_path, 50, 4.0)) <= ON_DISK_S
 
 
-@pytest.mark.timeout(300)
+@pytest.mark.timeout(900)
 def test_a_killed_client_delivers_with_its_next_start_and_as_live_is_equal(tmp_path: Path) -> None:
     """The server and a client are killed at once: the client's next start brings what the first one kept."""
     with (

@@ -104,7 +104,7 @@ def _kept(stage: LiveStage) -> int:
     return sum(camera["kept_by_client"] or 0 for camera in stage.status()["cameras"].values())
 
 
-@pytest.mark.timeout(300)
+@pytest.mark.timeout(900)
 def test_load(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     run_load(tmp_path, monkeypatch, 10.0)
 

@@ -10,13 +10,14 @@ from PIL import Image
 from tests.acceptance.processes import CameraProcess, server_process, wait_until
 
 
-@pytest.mark.timeout(300)
+@pytest.mark.timeout(900)
 def test_a_depth_camera_sends_previews(tmp_path: Path) -> None:
     with server_process(tmp_path / "sessions") as server:
         camera = CameraProcess(tmp_path, server.url, 0, 2, source="simulated-depth")
         try:
-            wait_until(lambda: server.live_cameras() == 1, "it sends")
-            wait_until(lambda: server.status()["cameras"]["camera_0"]["previews"] > 3, "previews come")
+            wait_until(
+                lambda: server.status()["cameras"].get("camera_0", {}).get("previews", 0) > 3, "previews come"
+            )
             answer = server.http.get("/cameras/camera_0/preview")
             status = server.status()["cameras"]["camera_0"]
         finally:

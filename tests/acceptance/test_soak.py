@@ -143,7 +143,7 @@ def report(cycles: list[Cycle]) -> None:
     )
 
 
-@pytest.mark.timeout(300)
+@pytest.mark.timeout(900)
 def test_soak(tmp_path: Path) -> None:
     with running(tmp_path) as soak:
         for number in range(3):
