@@ -142,7 +142,7 @@ class Drawing:
 
     def _draw_stage(self, wanted: Wanted, around: Surroundings) -> None:
         replay = wanted.replay
-        self.scene.use_cameras(around.cameras if replay is None else list(replay.result.frame_set.cameras))
+        self.scene.use_cameras(_cameras(around, replay))
         self.scene.use_calibration(around.calibration if replay is None else replay.calibration)
         self.scene.show_pictures(around.pictures if replay is None else {})
         for layer, on in wanted.layers.items():
@@ -157,6 +157,14 @@ class Drawing:
         if around.clock_offset_ns is not None:
             captured_s = (step.frame_set.stage_time_ns + around.clock_offset_ns) * 1e-9
             self._server.scene._queue_scene_message(SetPositionMessage(CLOCK_NODE, (captured_s, now_s, 0.0)))
+
+
+def _cameras(around: Surroundings, replay: Shown | None) -> list[str]:
+    """Return all cameras that are here, calibrated or replayed: each has one colour, whatever is shown."""
+    calibrations = (around.calibration, None if replay is None else replay.calibration)
+    placed = [name for calibration in calibrations if calibration for name in calibration.cameras]
+    replayed = () if replay is None else replay.result.frame_set.cameras
+    return sorted({*around.cameras, *placed, *replayed})
 
 
 def _sees_performer(result: StepResult) -> bool:

@@ -4,6 +4,7 @@ export default {
   "share.hint": ["A 3D replay to give away: one file, and a link", "Une animation 3D à donner : un fichier, et un lien"],
   "share.title": ["Share {title}", "Partager {title}"],
   "share.making": ["Making the replay", "Préparation de l'animation"],
+  "share.mb": ["{mb} MB", "{mb} Mo"],
   "share.about": ["A 3D replay in one file of {size}. It opens in any browser, also without a network.", "Une animation 3D en un fichier de {size}. Elle s'ouvre dans tout navigateur, même sans réseau."],
   "share.qr": ["QR code of the link", "Code QR du lien"],
   "share.copy": ["Copy", "Copier"],
