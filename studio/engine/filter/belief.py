@@ -26,7 +26,7 @@ START_VELOCITY_SIGMA = 2.0
 
 # Deviation of accelerations [m/s2, rad/s2] by output joint, the free hips first.
 _HIPS = (9.0, 9.0, 12.0, 22.0, 22.0, 22.0)
-_FOREARM_TWIST = 20.0
+_OF_HINGE = {"ForeArm_twist": 20.0, "Foot_turn": 12.0}
 _ACCELERATION = {
     "Spine": 12.0, "Spine1": 12.0, "Spine2": 12.0, "Neck": 18.0, "Head": 18.0, "Shoulder": 18.0, "Arm": 40.0,
     "ForeArm": 50.0, "Hand": 20.0, "UpLeg": 35.0, "Leg": 50.0, "Foot": 25.0, "ToeBase": 20.0,
@@ -40,9 +40,7 @@ def acceleration_density(freedom: Array) -> Array:
         freedom: how freely each moves, 1 = as usual, shape (nv,).
     """
     hinges = [
-        _FOREARM_TWIST
-        if joint.endswith("ForeArm") and dof.name == "twist"
-        else _ACCELERATION[_unsided(joint)]
+        _OF_HINGE.get(f"{_unsided(joint)}_{dof.name}", _ACCELERATION[_unsided(joint)])
         for joint in BODY_JOINTS[1:]
         for dof in dofs_of(joint)
     ]
