@@ -38,7 +38,6 @@ class TrackedSource:
         keep_depth: the frames carry their image, to be recorded.
 
     Attributes:
-        tracked_ns: how long the observer has been busy in all [ns].
         passed_over: images that came while the observer was busy.
         status: what the observer says of the newest image.
         latest: the newest image and what was found in it, for a preview; None at the beginning.
@@ -52,12 +51,19 @@ class TrackedSource:
         self.serial = str(getattr(depth, "serial", ""))
         self.frames_per_second, self.realtime = depth.frames_per_second, depth.realtime
         self.intrinsics: wire.Intrinsics | None = intrinsics_of(depth.camera)
-        self.tracked_ns = 0
+        self._tracked_ns = 0
+        self._observing_since_ns: int | None = None
         self.passed_over = 0
         self.status = "starting"
         self.latest: tuple[NDArray[np.uint16], Observation] | None = None
         self._keep_depth = keep_depth
         self._done_ns: deque[int] = deque(maxlen=_RATE_FRAMES)
+
+    @property
+    def tracked_ns(self) -> int:
+        """How long the observer has been busy in all, the image that it works on included [ns]."""
+        since_ns = self._observing_since_ns
+        return self._tracked_ns + (0 if since_ns is None else time.monotonic_ns() - since_ns)
 
     @property
     def measured_rate(self) -> float:
@@ -84,9 +90,9 @@ class TrackedSource:
             await asyncio.to_thread(process.wait_ready)
             images = self._newest() if self.realtime else aiter(self.depth.frames())
             async for time_ns, depth_mm in images:
-                begin_ns = time.monotonic_ns()
+                self._observing_since_ns = time.monotonic_ns()
                 seen = await asyncio.to_thread(process.observe, time_ns, depth_mm)
-                self.tracked_ns += time.monotonic_ns() - begin_ns
+                self._tracked_ns, self._observing_since_ns = self.tracked_ns, None
                 self.status, self.latest = seen.status, (depth_mm, seen)
                 self._done_ns.append(time_ns)
                 yield SourceFrame(
