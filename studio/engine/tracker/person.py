@@ -10,7 +10,8 @@ from studio.engine.tracker.view import Seen
 
 Array = NDArray[np.float64]
 
-_HEIGHT_M = (0.7, 2.4)
+_HEIGHT_M = (0.7, 2.75)
+"""Of the highest point, which may be a tall person's raised hand [m]."""
 _WIDEST_M = 2.4
 _LEAST_AREA_M2, _MOST_AREA_M2 = 0.08, 1.8
 _BESIDE_M = 0.45
