@@ -33,14 +33,12 @@ import json, sys, urllib.request
 from pathlib import Path
 import studio.api.server as server
 from studio.config import Config
-from studio.live import warmup
 
-def loaded():
+def loaded(stage):
     print(json.dumps([name for name in {NOT_BEFORE_THE_FIRST_ANSWER!r} if name in sys.modules]), flush=True)
     raise KeyboardInterrupt
 
 server._prepare_for_work = loaded
-warmup.begin = lambda then: None  # the thread that loads what poses need
 server.serve(Config(port=0, sessions=Path(sys.argv[1])))
 """
 

@@ -1,6 +1,5 @@
 """Runs the server: the socket, the live stage, the page, the simulated stage, and an orderly end."""
 
-import importlib
 import signal
 import socket
 import ssl
@@ -32,9 +31,6 @@ LOOPBACK = ("127.0.0.1", "localhost", "::1")
 GRACE_S = 3
 SWITCH_S = 0.001
 """How long a thread may keep the interpreter: short, so that the engine thread does not delay the link."""
-
-_LOADED_LATER = ("studio.engine.pipeline", "numba", "scipy.interpolate")
-"""What the first calibrated frame and the first body in the view need, but the first answer does not."""
 
 
 class Server(uvicorn.Server):
@@ -123,7 +119,7 @@ def serve(config: Config, *, demo: bool = False) -> int:
     listening = open_socket(host, port)
     try:
         stage = LiveStage(sessions)
-        stage.start()
+        stage.start(prepare=False)
     except BaseException:
         listening.close()
         raise
@@ -140,7 +136,7 @@ def serve(config: Config, *, demo: bool = False) -> int:
         view = mount(app, stage, sessions=sessions, takes=Finder(stage, sessions))
         if host in LOOPBACK:  # a page that renames its own host to 127.0.0.1 is refused
             app.add_middleware(TrustedHostMiddleware, allowed_hosts=[*LOOPBACK, "[::1]"])
-        server = make_server(app, tls, on_ready=_prepare_for_work)
+        server = make_server(app, tls, on_ready=lambda: _prepare_for_work(stage))
         scheme = "http" if tls is None else "https"
         url = f"{scheme}://{'localhost' if host == '::1' else host}:{listening.getsockname()[1]}"
         if demo:
@@ -187,15 +183,10 @@ def _say_how_to_sign_in(access: Access, url: str, config: Config) -> None:
         print(f"warning: {PLAIN_WARNING}", file=sys.stderr, flush=True)
 
 
-def _prepare_for_work() -> None:
+def _prepare_for_work(stage: LiveStage) -> None:
     """Load in a process and in a thread of their own what was left out for the sake of a quick start."""
+    stage.prepare()
     worker.warm_up()
-
-    def load() -> None:
-        for name in _LOADED_LATER:
-            importlib.import_module(name)
-
-    threading.Thread(target=load, name="loading").start()
 
 
 def make_server(

@@ -103,8 +103,11 @@ class Engine(Takes):
     # --- from other threads
 
     def start(self) -> None:
-        """Start the thread; the pipeline begins once this process is ready for one."""
+        """Start the thread."""
         self._thread.start()
+
+    def prepare(self) -> None:
+        """Make this process ready for a pipeline, which begins then; returns at once."""
         if not self._ready:
             warmup.begin(lambda: self.put(Call(self._begin, Future())))
 

@@ -90,13 +90,22 @@ class LiveStage:
         )
         self.keeping = Keeping(self._links, self._engine, self._late, self.clock_ns)
 
-    def start(self) -> None:
-        """Start the threads; go on with a take that was being recorded when the server ended without warning."""
+    def start(self, *, prepare: bool = True) -> None:
+        """Start the threads; go on with a take that was being recorded when the server ended without warning.
+
+        Poses come after `prepare`, which is called here unless it is left for later; until then frames are recorded.
+        """
         marker, self._marker = self._marker, None
         if marker is not None:
             take_up(self._engine, self.sessions, marker, self.clock_ns(), self.keeping.synced)
         self._engine.start()
         self._late.start()
+        if prepare:
+            self.prepare()
+
+    def prepare(self) -> None:
+        """Load and compile what the first pose needs, on a thread."""
+        self._engine.prepare()
 
     def close(self) -> None:
         """Save a recording under way and end the threads; waits."""
