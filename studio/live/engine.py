@@ -93,7 +93,6 @@ class Engine(Takes):
         self._status_ns: int | None = None
         self._retry_ns: int | None = None
         self._stopping = False
-        self._ready = warmup.is_ready()
         if calibration is not None:
             self.use_calibration(calibration.calibration, calibration)
         else:
@@ -108,8 +107,8 @@ class Engine(Takes):
 
     def prepare(self) -> None:
         """Make this process ready for a pipeline, which begins then; returns at once."""
-        if not self._ready:
-            warmup.begin(lambda: self.put(Call(self._begin, Future())))
+        if not warmup.is_ready():
+            warmup.begin(lambda: self.put(Call(self._restart, Future())))
 
     def put(self, item: Item) -> None:
         """Hand something over; never waits."""
@@ -267,15 +266,10 @@ class Engine(Takes):
             return self.recording.perform(self._clock_ns(), event, self._pipeline.event)
         return self._pipeline.event(event)
 
-    def _begin(self) -> None:
-        """This process is ready for a pipeline: until now frames were only recorded."""
-        self._ready = True
-        self._restart()
-
     def _restart(self) -> None:
-        """Begin with a fresh pipeline."""
+        """Begin with a fresh pipeline; with none, so that frames are only recorded, until it can begin at once."""
         self._schedule = Schedule(self.settings.output_hz)
-        calibration = self.placed_calibration() if self._ready else None
+        calibration = self.placed_calibration() if warmup.is_ready() else None
         self._perform(log.start_event(calibration, self.settings))
 
     def placed_calibration(self) -> Calibration | None:

@@ -8,6 +8,7 @@ from time import time_ns
 
 from studio.engine.errors import StudioError, TakeError
 from studio.engine.settings import SolveSettings
+from studio.live import warmup
 from studio.live.engine import Engine
 from studio.live.recorder import Key, Recorder
 from studio.live.recording import Recording, Restart
@@ -46,7 +47,9 @@ def take_up(
     """Have the engine, before its thread runs, go on with the marked take; or end it, where that was asked for.
 
     A take that cannot be gone on with is told by the log and left to `studio doctor`; the mark is removed.
+    This process is made ready for a pipeline first: the clients keep their frames until nothing holds them up here.
     """
+    warmup.warm_up()
     try:
         take = _open(marker.path(sessions))
         state = scan_raw(take.raw_path)

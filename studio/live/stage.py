@@ -91,10 +91,7 @@ class LiveStage:
         self.keeping = Keeping(self._links, self._engine, self._late, self.clock_ns)
 
     def start(self, *, prepare: bool = True) -> None:
-        """Start the threads; go on with a take that was being recorded when the server ended without warning.
-
-        Poses come after `prepare`, which is called here unless it is left for later; until then frames are recorded.
-        """
+        """Start the threads; go on with a take that the server's end cut. Poses come after `prepare`."""
         marker, self._marker = self._marker, None
         if marker is not None:
             take_up(self._engine, self.sessions, marker, self.clock_ns(), self.keeping.synced)

@@ -17,7 +17,7 @@ from tests.live.performer import frame, hello, save_stage_calibration
 def readiness(monkeypatch) -> threading.Event:
     """The process is not ready before this is set."""
     ready = threading.Event()
-    monkeypatch.setattr(warmup, "is_ready", lambda: False)
+    monkeypatch.setattr(warmup, "is_ready", ready.is_set)
     monkeypatch.setattr(warmup, "warm_up", lambda: ready.wait(60))
     return ready
 
