@@ -140,10 +140,12 @@ def run_in_process(
         worker.connection.send((function, args, kwargs, on_progress is not None))
         told = False
         while True:
-            while should_stop is not None and not worker.connection.poll(_LOOK_S):
-                if not told and should_stop():
+            if should_stop is not None and not told:
+                if should_stop():
                     worker.connection.send(None)
                     told = True
+                elif not worker.connection.poll(_LOOK_S):
+                    continue
             kind, value, stays = worker.connection.recv()
             if kind != "progress":
                 break
