@@ -1,5 +1,6 @@
 """Runs the server: the socket, the live stage, the page, the simulated stage, and an orderly end."""
 
+import asyncio
 import signal
 import socket
 import ssl
@@ -44,6 +45,13 @@ class Server(uvicorn.Server):
         """Begin to answer, then call `on_ready`."""
         await super().startup(sockets=sockets)
         self._on_ready()
+
+    async def shutdown(self, sockets: list[socket.socket] | None = None) -> None:
+        """End in order; connections that are still open after the time of grace are cut."""
+        await super().shutdown(sockets=sockets)
+        for connection in list(self.server_state.connections):
+            connection.transport.abort()
+        await asyncio.sleep(0)  # they are closed in the loop's next round
 
     @contextmanager
     def capture_signals(self) -> Iterator[None]:

@@ -1,13 +1,17 @@
 """`studio serve` as a process of its own: opening, refusing, ending in order."""
 
+import asyncio
 import signal
 import socket
 import subprocess
 import sys
+import threading
 
 import httpx
 import pytest
+from fastapi import FastAPI
 
+from studio.api.server import make_server, open_socket
 from studio.take.raw import inspect_raw
 from studio.take.take import Take
 from tests.api.camera import Camera, send_frames, wait_until
@@ -82,3 +86,24 @@ def test_a_port_in_use_is_one_clear_line(tmp_path):
     assert done.returncode == 1 and done.stdout == ""
     assert len(done.stderr.strip().splitlines()) == 1
     assert str(port) in done.stderr and "--port" in done.stderr
+
+
+def test_what_is_still_open_after_the_time_of_grace_is_cut():
+    app = FastAPI()
+
+    @app.get("/wait")
+    async def wait() -> None:
+        await asyncio.sleep(600)
+
+    listening = open_socket("127.0.0.1", 0)
+    server = make_server(app)
+    thread = threading.Thread(target=server.run, args=([listening],))
+    thread.start()
+    wait_until(lambda: server.started, "it answers")
+    with socket.create_connection(listening.getsockname()) as client, listening:
+        client.sendall(b"GET /wait HTTP/1.1\r\nHost: 127.0.0.1\r\n\r\n")
+        wait_until(lambda: server.server_state.tasks, "the request is worked on")
+        (connection,) = server.server_state.connections
+        server.should_exit = True
+        thread.join()
+        assert connection.transport.get_extra_info("socket").fileno() == -1
