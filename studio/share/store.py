@@ -184,7 +184,7 @@ class Shares:
         return share
 
     def _time(self) -> str:
-        return self._now().isoformat(timespec="seconds")
+        return self._now().isoformat(timespec="microseconds")
 
     def _file(self, share_id: str, ending: str) -> Path:
         return inside(self._folder, check_name("share", share_id) + ending)

@@ -59,9 +59,11 @@ def test_what_was_taken_back_is_deleted_after_a_day(tmp_path) -> None:
 
 def test_the_same_is_found_again_unless_the_solve_is_newer(tmp_path) -> None:
     shares = Shares(tmp_path)
+    solved = datetime.now(UTC)
     share = add(shares)
     made = datetime.fromisoformat(share.created)
     what = {"title": "Walk", "take": "monday/one", "solve": "studio", "start_s": None, "end_s": 2.0}
+    assert shares.same(**what, since=solved) == share  # also where both were made within a second
     assert shares.same(**what, since=made) == share
     assert shares.same(**what, since=made + timedelta(seconds=1)) is None
     assert shares.same(**{**what, "end_s": None}, since=made) is None
