@@ -108,16 +108,23 @@ function markChoice(choice) {
   if (byId("next")) byId("next").disabled = !choice;
 }
 
+/** Votes go out one after the other, so that the last word counts. */
+let saving = Promise.resolve();
+const wanted = new Map();
+
 async function vote(choice) {
   const slot = state.slot;
-  const own = state.test.votes[slot] ?? {};
-  const wanted = choice ?? own.choice;
-  if (!wanted) return;
-  markChoice(wanted);
+  const now = choice ?? wanted.get(slot) ?? state.test.votes[slot]?.choice;
+  if (!now) return;
+  wanted.set(slot, now);
+  markChoice(now);
   countWatching();
-  const comment = byId("comment").value;
-  Object.assign(state.test, await ask("PUT", `/${slot}`, { choice: wanted, watched_s: state.watched, comment }));
-  if (slot === state.slot) byId("kept").textContent = t("vote.kept");
+  byId("kept").textContent = "";
+  const sent = { choice: now, watched_s: state.watched, comment: byId("comment").value };
+  const mine = saving.catch(() => {}).then(() => ask("PUT", `/${slot}`, sent));
+  saving = mine;
+  Object.assign(state.test, await mine);
+  if (mine === saving && slot === state.slot) byId("kept").textContent = t("vote.kept");
 }
 
 function choiceButton(value, text) {
