@@ -49,10 +49,10 @@ def figures_work(take: Path, poses: Path, reference: Path | None, how: HowAligne
     from studio.take.evaluating import evaluate_poses
     from studio.take.take import Take
 
-    opened, against = Take.open(take), None
+    opened, solve, against = Take.open(take), Poses.load(poses), None
     if reference is not None:
-        against = evaluate_poses(opened, poses, read_reference(reference, unit_m=how.unit_m), how)
-    return {"own": own_figures(Poses.load(poses), start_s=opened.meta["calibration_s"]), "reference": against}
+        against = evaluate_poses(opened, solve, read_reference(reference, unit_m=how.unit_m), how)
+    return {"own": own_figures(solve, start_s=opened.meta["calibration_s"]), "reference": against}
 
 
 def evaluate_work(take: Path, reference: Path, solves: list[str], how: HowAligned) -> dict[str, Any]:

@@ -78,12 +78,13 @@ def _export(job: Job) -> None:
 def _evaluate(job: Job) -> None:
     from studio.engine.files import write_json
     from studio.engine.metrics.reference import read_reference
+    from studio.engine.poses import Poses
     from studio.take.evaluating import evaluate_poses
     from studio.take.references import HowAligned
     from studio.take.take import Take
 
     reference = read_reference(job.options["reference"])
-    figures = evaluate_poses(Take.open(job.take), _poses(job), reference, HowAligned())
+    figures = evaluate_poses(Take.open(job.take), Poses.load(_poses(job)), reference, HowAligned())
     write_json(job.options["out"], {"take": job.take, "solve": job.options["solve"], **figures})
 
 

@@ -1,7 +1,6 @@
 """A take's solves measured against a reference: one way for the command, the API and batches."""
 
 from collections.abc import Callable, Sequence
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from studio.take.references import HowAligned
@@ -9,6 +8,7 @@ from studio.take.take import Take
 
 if TYPE_CHECKING:
     from studio.engine.metrics.reference import Markers, Reference
+    from studio.engine.poses import Poses
 
 
 def evaluate_solves(
@@ -24,27 +24,29 @@ def evaluate_solves(
     Raises:
         FormatError: a solve is missing or damaged. StudioError: it cannot be aligned with the reference.
     """
+    from studio.engine.poses import Poses
+
     figures = {}
     for k, name in enumerate(solves):
-        figures[name] = evaluate_poses(take, take.solve_folder(name) / "poses.npz", reference, how)
+        poses = Poses.load(take.solve_folder(name) / "poses.npz")
+        figures[name] = evaluate_poses(take, poses, reference, how)
         if progress is not None:
             progress((k + 1) / len(solves))
     return figures
 
 
 def evaluate_poses(
-    take: Take, poses: Path, reference: "Reference | Markers", how: HowAligned
+    take: Take, poses: "Poses", reference: "Reference | Markers", how: HowAligned
 ) -> dict[str, Any]:
-    """Return the figures of the poses of a take in a file; the calibration part at its beginning does not count.
+    """Return the figures of poses of a take; the calibration part at its beginning does not count.
 
     Raises:
-        FormatError: the file is missing or damaged. StudioError: it cannot be aligned with the reference.
+        StudioError: they cannot be aligned with the reference.
     """
     from studio.engine.metrics.evaluate import evaluate
-    from studio.engine.poses import Poses
 
     return evaluate(
-        Poses.load(poses),
+        poses,
         reference,
         start_s=take.meta["calibration_s"],
         same_clock=not how.align_time,
