@@ -21,12 +21,11 @@ Without --solve, the best solve of the take is taken: finish, studio, live, or t
 docs/export.md tells what each option does."""
 
 PREFERRED = ("finish", "studio", "live", "imported")
-_OF_SOLVES = {
-    "target": "humanik", "root_motion": "hips", "rotation_order": "ZXY", "unit": "cm", "interpolation": "cubic",
-    **dict.fromkeys(("solve", "also", "mesh", "rig", "mapping", "fps", "key_error_cm", "start", "end", "take_name",
-                     "timecode", "smooth_hz", "loop", "foot_lock")),
-}  # fmt: skip
-"""What belongs to solves, and what it is where it was not given."""
+_OF_SOLVES = (
+    "target", "root_motion", "rotation_order", "unit", "interpolation", "solve", "also", "mesh", "rig", "mapping",
+    "fps", "key_error_cm", "start", "end", "take_name", "timecode", "smooth_hz", "loop", "foot_lock",
+)  # fmt: skip
+"""Options of solves: nothing that holds depth has them."""
 _TIMECODE_HZ = 60
 """Frames a second of the timecode that a take has."""
 
@@ -83,6 +82,7 @@ def add_parser(subparsers: Any) -> None:
     add("--smooth-hz", metavar="HZ", type=float, help="take out what is faster, without a delay")
     add("--loop", action="store_true", help="cut the best loop, its end blended into its start")
     add("--foot-lock", action="store_true", help="hold standing feet still")
+    parser.set_defaults(usual={option: parser.get_default(option) for option in _OF_SOLVES})
 
 
 def run(args: argparse.Namespace) -> int:
@@ -115,9 +115,9 @@ def _export_depth(args: argparse.Namespace) -> int:
 
     if args.format != "mkv":
         raise SettingsError(f"camera={args.camera}: goes with --format mkv; leave it out for {args.format}")
-    for option, usual in _OF_SOLVES.items():
+    for option in _OF_SOLVES:
         value = getattr(args, option)
-        if value not in (usual, None, False, []):
+        if value not in (args.usual[option], None, False, []):
             raise SettingsError(f"{option}={value}: mkv holds depth as it was recorded; leave it out")
     with progress_bar("Exporting") as progress:
         camera, count = export_depth(Take.open(args.take), args.out, args.camera, progress=progress)
