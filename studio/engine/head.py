@@ -30,10 +30,10 @@ _BAND_M = 0.22
 _ABOVE_JOINT_M = 0.09
 _LEAST_FILLED = 20
 _LEAST_LENGTH = 0.8
-_PITCH_DEG = 6.0
+_PITCH_DEG = 9.0
 """How far too low the heads of tuning performers are found to face, seen with the tracker; it is taken back."""
 
-_FOLLOW_S = 0.08
+_FOLLOW_S = 0.05
 _FORGET_S = 0.3
 _R_LIFT = np.array(
     [

@@ -1,6 +1,7 @@
 """The calibration of a recording that is played as cameras: used while it plays, kept nowhere."""
 
 from dataclasses import replace
+from functools import lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -8,6 +9,7 @@ from studio.engine.calibration.result import Calibration
 from studio.engine.errors import StudioError
 from studio.engine.frames import ClockModel
 from studio.live.calibrations import BORROWED, Kept, load_last_calibration
+from studio.take.sessions import MOST_KEPT, Stamp, file_stamp
 from studio.take.take import Take, read_calibration
 
 if TYPE_CHECKING:
@@ -35,6 +37,21 @@ def calibration_of_recording(path: Path, cameras: tuple[str, ...]) -> Calibratio
     if found.refused or found.performer is None or not set(cameras) <= set(found.cameras):
         return None
     return _as_played(found)
+
+
+def brings_calibration(path: Path, cameras: tuple[str, ...]) -> bool:
+    """Whether `calibration_of_recording` finds one: a list of recordings costs a look at each of them.
+
+    What was found is kept, and read again where a file is another than before.
+    """
+    return _brings(
+        path, cameras, tuple(file_stamp(path / n) for n in ("take.json", "calibrations", "calibration.json"))
+    )
+
+
+@lru_cache(maxsize=MOST_KEPT)
+def _brings(path: Path, cameras: tuple[str, ...], _: tuple[Stamp, ...]) -> bool:
+    return calibration_of_recording(path, cameras) is not None
 
 
 def _as_played(calibration: Calibration) -> Calibration:

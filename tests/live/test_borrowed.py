@@ -9,7 +9,7 @@ import pytest
 from studio.engine.calibration.result import Calibration
 from studio.engine.frames import ClockModel
 from studio.live import LiveStage
-from studio.live.borrowed import calibration_of_recording
+from studio.live.borrowed import brings_calibration, calibration_of_recording
 from studio.live.performers import save_profile
 from tests.live.performer import calibration, save_stage_calibration
 from tests.web.playback.takes import take_with_solves
@@ -48,6 +48,19 @@ def test_a_folder_brings_its_file_where_it_knows_a_performer(tmp_path: Path) -> 
     assert calibration_of_recording(tmp_path, NAMES) is None
     file.write_text("{}")
     assert calibration_of_recording(tmp_path, NAMES) is None
+
+
+def test_a_list_opens_a_calibration_once_until_it_changes(tmp_path: Path, monkeypatch) -> None:
+    take = take_with_solves(tmp_path / "monday" / "one")
+    read: list[Path] = []
+    monkeypatch.setattr(
+        "studio.live.borrowed.calibration_of_recording",
+        lambda path, cameras: (read.append(path), calibration_of_recording(path, cameras))[1],
+    )
+    assert not brings_calibration(take.path, NAMES) and not brings_calibration(take.path, NAMES)
+    take.add_calibration(clocked(), use=True)
+    assert brings_calibration(take.path, NAMES) and brings_calibration(take.path, NAMES)
+    assert len(read) == 2
 
 
 @pytest.mark.parametrize("own", [True, False])

@@ -37,14 +37,23 @@ PARTS: tuple[str, ...] = ("trunk", "left_arm", "right_arm", "left_leg", "right_l
 
 SHAPE: tuple[str, ...] = (
     "height", "leg", "arm", "shoulder", "trunk", "trunk_girth", "arm_girth", "leg_girth", "hip", "elbow", "knee",
-    "head",
+    "head", "cloth",
 )  # fmt: skip
 """Numbers of a body's shape, each the logarithm of a scale: all of it; legs' and arms' length; shoulders' width;
 length of the trunk; girths; distance of the hip joints; upper arm to forearm, and thigh to shank, at one length; size
-of the head."""
+of the head; how far clothes stand off."""
 
-SHAPE_SPREAD: Array = np.array([0.05, 0.03, 0.035, 0.06, 0.03, 0.10, 0.12, 0.10, 0.10, 0.06, 0.04, 0.04])
-"""Standard deviation of each among people of one stature: ANSUR's variation, less that of stature."""
+SHAPE_SPREAD: Array = np.array([0.05, 0.03, 0.035, 0.06, 0.03, 0.10, 0.12, 0.10, 0.10, 0.06, 0.04, 0.04, 0.8])
+"""Standard deviation of each among people of one stature: ANSUR's variation, less that of stature; clothes from tight
+to wide."""
+
+SHAPE_REACH: Array = np.array([0.25] * 12 + [1.2])
+"""No number leaves its usual value by more than this, but height."""
+
+CLOTH = 0.0055
+"""How far usual clothes stand off the skin."""
+_CLOTHED = {"Head": 0.0, "Neck": 0.0, "Hand": 0.0, "Foot": 0.0, "ToeBase": 0.0, "ForeArm": 0.5}
+"""Share of that by body, where it is not all: heads, hands and shoes are as they are, sleeves often short."""
 
 USUAL_HEIGHT_M = 1.72
 _SHOULDER_HALF_WIDTH = 0.110
@@ -172,7 +181,7 @@ _OFFSET_SCALES = {"elbow": "upper_arm", "wrist": "forearm", "hand": "arm", "knee
 
 
 def performer_of(shape: Array) -> Performer:
-    """Return the proportions of a shape, shape (12,)."""
+    """Return the proportions of a shape, shape (13,)."""
     scale = {name: value * USUAL_HEIGHT_M for name, value in _scales(shape).items()}
     offsets = _USUAL_OFFSETS.copy()
     for side in ("left", "right"):
@@ -229,6 +238,9 @@ _ACROSS = np.array([cone.across for cone in CONES])
 _BODIES = np.array([BODY_JOINTS.index(cone.body) for cone in CONES])
 _CONE_PARTS = np.array([part_of(cone.body) for cone in CONES])
 _FLAT = np.array([cone.flat for cone in CONES])
+_CLOTH = CLOTH * np.array([
+    _CLOTHED.get(cone.body.removeprefix("Left").removeprefix("Right"), 1.0) for cone in CONES
+])  # fmt: skip
 _KEYS = tuple(_scales(np.zeros(len(SHAPE))))
 _GIRTH_KEY = np.array([_KEYS.index(cone.girth) for cone in CONES])
 _AXIS_KEYS = np.array([[_KEYS.index(key) for key in _axis_keys(cone)] for cone in CONES])
@@ -245,7 +257,7 @@ def surface_of(shape: Array) -> Surface:
     x[along] = np.array([0.0, 1.0, 0.0]) - z[along, 1:2] * z[along]
     x /= np.linalg.norm(x, axis=1, keepdims=True)
     frame = np.stack([x, np.cross(z, x), z], axis=2)
-    radii = _RADII * scale[_GIRTH_KEY][:, None]
+    radii = _RADII * scale[_GIRTH_KEY][:, None] + (_CLOTH * scale[_KEYS.index("cloth")])[:, None]
     return Surface(
         _BODIES,
         _CONE_PARTS,

@@ -146,26 +146,28 @@ def place_bodies(chain, offsets, root, rotation, angles):  # type: ignore[no-unt
     axes = np.empty((len(chain.owner), 3))
     for b in range(count):
         parent = chain.parents[b]
-        if parent < 0:
-            places[b] = root
-            rotations[b] = rotation
-        else:
-            places[b] = places[parent] + rotations[parent] @ offsets[b]
-            rotations[b] = rotations[parent]
+        for i in range(3):
+            if parent < 0:
+                places[b, i] = root[i]
+            else:
+                places[b, i] = places[parent, i]
+            for j in range(3):
+                if parent < 0:
+                    rotations[b, i, j] = rotation[i, j]
+                else:
+                    places[b, i] += rotations[parent, i, j] * offsets[b, j]
+                    rotations[b, i, j] = rotations[parent, i, j]
         for h in range(chain.first[b], chain.first[b + 1]):
-            axes[h] = rotations[b] @ chain.axes[h]
             x, y, z = chain.axes[h]
             angle = angles[chain.dofs[h]]
             s, c = np.sin(angle), np.cos(angle)
             d = 1.0 - c
-            turn = np.array(
-                [
-                    [c + x * x * d, x * y * d - z * s, x * z * d + y * s],
-                    [y * x * d + z * s, c + y * y * d, y * z * d - x * s],
-                    [z * x * d - y * s, z * y * d + x * s, c + z * z * d],
-                ]
-            )
-            rotations[b] = rotations[b] @ turn
+            for i in range(3):
+                p, q, r = rotations[b, i, 0], rotations[b, i, 1], rotations[b, i, 2]
+                axes[h, i] = p * x + q * y + r * z
+                rotations[b, i, 0] = p * (c + x * x * d) + q * (y * x * d + z * s) + r * (z * x * d - y * s)
+                rotations[b, i, 1] = p * (x * y * d - z * s) + q * (c + y * y * d) + r * (z * y * d + x * s)
+                rotations[b, i, 2] = p * (x * z * d + y * s) + q * (y * z * d - x * s) + r * (c + z * z * d)
     return places, rotations, axes
 
 

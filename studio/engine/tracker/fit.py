@@ -6,12 +6,14 @@ the chain of hinges; weights by Geman & McClure, 1987.
 """
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from studio.engine.tracker.body import PARTS, Surface, offsets_of, surface_of
+from studio.engine.compiled import compiled
+from studio.engine.tracker.body import PARTS, Surface, canonical_offsets_of, offsets_of, surface_of
 from studio.engine.tracker.chain import ROOT_DOFS, Chain, Limits, Pose, place_bodies, rows_of
 from studio.engine.tracker.placing import place_cones
 from studio.engine.tracker.silhouette import Silhouette, free_space
@@ -48,15 +50,32 @@ class Points(NamedTuple):
 
 @dataclass(frozen=True)
 class Figure:
-    """A body of one shape: offsets of its chain and its surface."""
+    """A body of one shape: offsets of its chain and its surface, or a part of that where it is not `whole`."""
 
     shape: Array
     offsets: Array
     surface: Surface
+    whole: bool = True
 
     @classmethod
     def of(cls, shape: Array) -> "Figure":
         return cls(shape, offsets_of(shape), surface_of(shape))
+
+    @cached_property
+    def samples(self) -> Array:
+        """Places on the cones' axes that are tested for free space; see `free_samples`."""
+        return free_samples(self.surface, whole=self.whole)
+
+    def only(self, cones: NDArray[np.int64]) -> "Figure":
+        """Return the figure with these cones of limbs alone."""
+        return Figure(
+            self.shape, self.offsets, Surface(*(array[cones] for array in self.surface)), whole=False
+        )
+
+    @cached_property
+    def canonical_offsets(self) -> Array:
+        """Where each canonical joint lies from its body's joint in the T-pose [m], shape (21, 3)."""
+        return canonical_offsets_of(self.shape)
 
 
 @dataclass(frozen=True)
@@ -104,14 +123,15 @@ class Rows(NamedTuple):
     normals: Array
 
 
-def free_samples(surface: Surface) -> Array:
-    """Return the places on the limbs' and head's axes that are tested for free space: cone, share, shape (n, 2)."""
+def free_samples(surface: Surface, *, whole: bool = True) -> Array:
+    """Return the places on the limbs' and, of a whole body, the head's axes that are tested for free space: cone,
+    share, shape (n, 2)."""
     samples = []
     for c, (part, length) in enumerate(zip(surface.part, surface.length, strict=True)):
-        if part > 0 or c < 4:
+        if part > 0 or (whole and c < 4):
             shares = (0.25, 0.6, 1.0) if length > 0.12 else (0.5,)
             samples += [(c, share) for share in shares]
-    return np.array([*samples, _CROWN], dtype=np.float64)
+    return np.array([*samples, _CROWN] if whole else samples, dtype=np.float64)
 
 
 class Fitter:
@@ -149,23 +169,42 @@ class Fitter:
         *,
         iterations: int,
         reach: float = REACH_M,
-        free: NDArray[np.bool_] | None = None,
     ) -> Fit:
-        """Return the pose nearest to the points, begun at `pose`.
+        """Return the pose nearest to the points, begun at `pose`."""
+        pose, information = self.settled(
+            figure, pose, points, silhouettes, prior, iterations=iterations, reach=reach
+        )
+        cone, _, _, offset, distance = self.match(figure, pose, points)
+        return Fit(pose, distance, cone, offset, information)
+
+    def settled(
+        self,
+        figure: Figure,
+        pose: Pose,
+        points: Points,
+        silhouettes: tuple[Silhouette, ...],
+        prior: Prior,
+        *,
+        iterations: int,
+        reach: float = REACH_M,
+        free: NDArray[np.bool_] | None = None,
+        elsewhere: Array | None = None,
+    ) -> tuple[Pose, Array]:
+        """Return the pose nearest to the points, begun at `pose`, and the normal matrix of the last step.
 
         Args:
             free: which of the 6 + dof_count steps may be taken; all where None.
+            elsewhere: distance of each point to what is not of the figure [m]; nearer points are not its own.
         """
         information = np.eye(self._dofs)
         for _ in range(iterations):
-            rows, offsets, weights, *_ = self.rows(figure, pose, points, silhouettes, reach)
+            rows, offsets, weights, *_ = self.rows(figure, pose, points, silhouettes, reach, elsewhere)
             weighted = rows * weights[:, None]
             information = rows.T @ weighted + np.diag(prior.information + prior.posture)
             gradient = weighted.T @ offsets + prior.information * prior.pose.step_from(pose)
             gradient[ROOT_DOFS:] += prior.posture[ROOT_DOFS:] * (self.limits.rest - pose.angles)
-            pose = pose.moved(self._step(information, gradient, pose, free), self.limits)
-        cone, _, _, offset, distance = self.match(figure, pose, points)
-        return Fit(pose, distance, cone, offset, information)
+            pose = pose.moved(self.step(information, gradient, pose, free), self.limits)
+        return pose, information
 
     def rows(
         self,
@@ -174,15 +213,18 @@ class Fitter:
         points: Points,
         silhouettes: tuple[Silhouette, ...],
         reach: float = REACH_M,
+        elsewhere: Array | None = None,
     ) -> Rows:
-        """Return what a pose lacks."""
-        samples = free_samples(figure.surface)
+        """Return what a pose lacks; see `settled`."""
+        samples = figure.samples
         places, _, axes, origins, frames = self.place(figure, pose)
         surface = figure.surface
         cone, place, normal, offset, distance = match_points(
             points.places, points.views, points.normals, surface, origins, frames, False
         )
         weight = 1.0 / (1.0 + (distance[:, 0] / reach) ** 2) ** 2
+        if elsewhere is not None:
+            weight *= distance[:, 0] < elsewhere
         parts = [(surface.body[cone], place, normal, offset, weight)]
         which = [np.zeros(0, dtype=np.int64)]
         for seen in silhouettes:
@@ -197,22 +239,15 @@ class Fitter:
         weights *= POINT_SHARE / POINT_SIGMA_M**2
         return Rows(rows, offsets, weights, np.concatenate(which), normals[len(cone) :])
 
-    def _step(self, information: Array, gradient: Array, pose: Pose, free: NDArray[np.bool_] | None) -> Array:
-        """Solve for the step; angles that would leave their limits stay on them and the rest is solved again."""
-        step = np.zeros(self._dofs)
-        moving = np.ones(self._dofs, dtype=bool) if free is None else free.copy()
-        low, high = self.limits.low - pose.angles, self.limits.high - pose.angles
-        for _ in range(3):
-            held = np.flatnonzero(~moving)
-            index = np.flatnonzero(moving)
-            target = gradient[index] - information[np.ix_(index, held)] @ step[held]
-            step[index] = np.linalg.solve(information[np.ix_(index, index)], target)
-            angles = step[ROOT_DOFS:]
-            outside = moving[ROOT_DOFS:] & ((angles < low - 1e-9) | (angles > high + 1e-9))
-            if not outside.any():
-                break
-            step[ROOT_DOFS:][outside] = np.clip(angles, low, high)[outside]
-            moving[ROOT_DOFS:][outside] = False
+    def step(
+        self, information: Array, gradient: Array, pose: Pose, free: NDArray[np.bool_] | None = None
+    ) -> Array:
+        """Return the step of the normal equations; angles that would leave their limits stay on them and the rest is
+        solved again."""
+        moving = np.ones(self._dofs, dtype=bool) if free is None else free
+        step = _limited_step(
+            information, gradient, moving, self.limits.low - pose.angles, self.limits.high - pose.angles
+        )
         size = np.abs(step)
         step[:3] *= min(1.0, 0.3 / max(size[:3].max(), 1e-9))
         step[3:] *= min(1.0, 0.8 / max(size[3:].max(), 1e-9))
@@ -230,3 +265,37 @@ def part_dofs(limits: Limits) -> dict[str, NDArray[np.bool_]]:
         own = [name.split("_")[0] in {side.capitalize() + body for body in bodies} for name in limits.names]
         out[part] = np.concatenate([np.zeros(ROOT_DOFS, dtype=bool), np.array(own)])
     return out
+
+
+@compiled
+def _limited_step(information, gradient, free, low, high):  # type: ignore[no-untyped-def]
+    """Return the step of the normal equations; angles that would leave `low` to `high`, counted from where they are,
+    stay on them and the rest is solved again. What is not `free` stays."""
+    count = len(gradient)
+    root = count - len(low)
+    step = np.zeros(count)
+    moving = free.copy()
+    for _ in range(3):
+        index = np.flatnonzero(moving)
+        size = len(index)
+        matrix = np.empty((size, size))
+        target = np.empty(size)
+        for i in range(size):
+            target[i] = gradient[index[i]]
+            for j in range(count):
+                if not moving[j]:
+                    target[i] -= information[index[i], j] * step[j]
+            for j in range(size):
+                matrix[i, j] = information[index[i], index[j]]
+        target = np.linalg.solve(matrix, target)
+        outside = False
+        for i in range(size):
+            step[index[i]] = target[i]
+            k = index[i] - root
+            if k >= 0 and (target[i] < low[k] - 1e-9 or target[i] > high[k] + 1e-9):
+                step[index[i]] = min(max(target[i], low[k]), high[k])
+                moving[index[i]] = False
+                outside = True
+        if not outside:
+            break
+    return step

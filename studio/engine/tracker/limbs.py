@@ -1,7 +1,6 @@
 """Lost limbs: one that no longer explains its points is searched for among poses spread over all it can reach."""
 
 from dataclasses import dataclass
-from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -9,7 +8,7 @@ from numpy.typing import NDArray
 from studio.engine.human.model import BODY_JOINTS
 from studio.engine.tracker.body import PARTS, part_of
 from studio.engine.tracker.chain import ROOT_DOFS, Chain, Limits, Pose, place_bodies
-from studio.engine.tracker.fit import Figure, Fitter, Points, Prior, free_samples, part_dofs
+from studio.engine.tracker.fit import Figure, Fitter, Points, Prior, part_dofs
 from studio.engine.tracker.placing import place_limb
 from studio.engine.tracker.silhouette import Silhouette, free_cost
 from studio.engine.tracker.surface import points_cost
@@ -28,6 +27,7 @@ FREE_COST = 4.0
 _POSTURE_COST_M2 = 0.004
 """What one standard deviation from the resting posture costs, squared [m2]."""
 _REFINED = 2
+_ITERATIONS = 6
 _UNEXPLAINED_M = 0.07
 _ELSEWHERE_M = 0.05
 """A point nearer to the rest of the body is none of the limb's [m]."""
@@ -45,6 +45,7 @@ class Limb:
     Attributes:
         poses: angles, shape (pose_count, limb_dof_count), the first `CANDIDATES` far from each other.
         ends: where its last cone then begins, in the frame of the body it hangs from [m], shape (pose_count, 3).
+        samples: its places that are tested for free space; see `free_samples`.
     """
 
     part: int
@@ -54,6 +55,7 @@ class Limb:
     moving: NDArray[np.bool_]
     poses: Array
     ends: Array
+    samples: Array
 
 
 class LimbSearch:
@@ -74,7 +76,9 @@ class LimbSearch:
             bodies = np.concatenate([[BODY_JOINTS.index(f"{side}Shoulder")], bodies])
         cones = np.flatnonzero(self._figure.surface.part == part)
         poses, ends = spread_poses(self._fitter.chain, self._fitter.limits, self._figure, dofs, bodies, cones)
-        return Limb(part, bodies, cones, dofs, moving, poses, ends)
+        samples = self._figure.samples
+        own = np.isin(samples[:, 0].astype(int), cones)
+        return Limb(part, bodies, cones, dofs, moving, poses, ends, samples[own])
 
     def _tried(
         self, limb: Limb, figure: Figure, pose: Pose, prior: Prior, points: Points, lost: Array
@@ -98,10 +102,6 @@ class LimbSearch:
             out.append(limb.poses[near])
             distance = np.where(np.linalg.norm(targets - target, axis=1) > 0.12, distance, 0.0)
         return np.concatenate(out)
-
-    @cached_property
-    def samples(self) -> Array:
-        return free_samples(self._figure.surface)
 
     def cost(
         self, limb: Limb, figure: Figure, pose: Pose, angles: Array, points: Points, elsewhere: Array,
@@ -132,9 +132,8 @@ class LimbSearch:
             points.places, points.views, points.normals, elsewhere,
             figure.surface, origins, frames, limb.cones, _CAP_M,
         )  # fmt: skip
-        samples = self.samples[np.isin(self.samples[:, 0].astype(int), limb.cones)]
         for seen in silhouettes:
-            cost += FREE_COST * free_cost(seen, figure.surface, origins, frames, limb.cones, samples)
+            cost += FREE_COST * free_cost(seen, figure.surface, origins, frames, limb.cones, limb.samples)
         limits = self._fitter.limits
         away = (angles - limits.rest[limb.dofs]) / limits.spread[limb.dofs]
         return cost + _POSTURE_COST_M2 * (away**2).mean(axis=1)
@@ -163,20 +162,21 @@ class LimbSearch:
             return pose, float(costs[0])
         tried = self._tried(limb, figure, pose, prior, some, distance[near].min(axis=1))
         tried_costs = self.cost(limb, figure, pose, tried, some, others, silhouettes)
-        best, best_cost = pose, float(costs[0])
+        best, best_cost, alone = pose, float(costs[0]), figure.only(limb.cones)
         loose = Prior(pose, np.where(limb.moving, 1.0, 1e6), prior.posture)
         for k in np.argsort(tried_costs, kind="stable")[:_REFINED]:
             angles = pose.angles.copy()
             angles[limb.dofs] = tried[k]
             begun = pose.with_angles(angles)
             loose = Prior(begun, loose.information, loose.posture)
-            fit = self._fitter.fit(
-                figure, begun, some, silhouettes, loose, iterations=6, reach=0.15, free=limb.moving
-            )
-            new = fit.pose.angles[limb.dofs][None]
+            settled, _ = self._fitter.settled(
+                alone, begun, some, silhouettes, loose,
+                iterations=_ITERATIONS, reach=0.15, free=limb.moving, elsewhere=others,
+            )  # fmt: skip
+            new = settled.angles[limb.dofs][None]
             cost = float(self.cost(limb, figure, pose, new, some, others, silhouettes)[0])
             if cost < best_cost:
-                best, best_cost = fit.pose, cost
+                best, best_cost = settled, cost
         if best_cost < _BETTER * costs[0] and best_cost < costs[0] - _BETTER_M2 * scale:
             return best, best_cost
         return pose, float(costs[0])

@@ -14,6 +14,11 @@ _CHANGE = {"Spine": 0.05, "Neck": 0.15, "Shoulder": 0.05, "Arm": 0.35, "ForeArm"
            "UpLeg": 0.20, "Leg": 0.25, "Foot": 0.15, "ToeBase": 0.10}  # fmt: skip
 """How far a joint strays from where its velocity leads, per frame of 1/30 s [rad]: loose on the arms."""
 _KEPT_VELOCITY = 0.8
+_HEADING = 5
+"""Step that turns about the vertical. Who turns goes on turning, and a body seen from the side tells its heading
+badly: its velocity is kept whole and smoothed, so that it passes the profile."""
+_HEADING_CHANGE, _SMOOTHED = 0.03, 0.7
+"""How far it strays per frame [rad]; what is kept of the velocity before."""
 _POSTURE_SPREAD = 2.0
 """Postures stray so many usual spreads from rest before the points have their say."""
 
@@ -26,10 +31,14 @@ class Motion:
         self._change = np.concatenate(
             [np.full(3, _ROOT_MOVE), np.full(3, _ROOT_TURN), [_CHANGE[family] for family in families]]
         )
+        self._begun = self._change**2
+        self._change[_HEADING] = _HEADING_CHANGE
+        self._kept = np.where(np.arange(len(self._change)) == _HEADING, 1.0, _KEPT_VELOCITY)
         self._most = np.concatenate([np.full(3, 0.5), np.full(3, 1.0), 2.0 * limits.spread])
         self._limits = limits
         self.posture = np.concatenate([np.zeros(ROOT_DOFS), 1.0 / (_POSTURE_SPREAD * limits.spread) ** 2])
         self.pose: Pose | None = None
+        self._updates = 0
         self.velocity = np.zeros(len(self._change))
         self.variance = self._most**2
         self.covariance = np.diag(self.variance)
@@ -38,13 +47,14 @@ class Motion:
         """Begin at a pose that stands still."""
         self.pose = pose
         self.velocity = np.zeros(len(self._change))
-        self.variance = self._change**2
+        self.variance = self._begun
         self.covariance = np.diag(self.variance)
+        self._updates = 0
 
     def after(self, seconds: float) -> Pose:
         """Return the pose to which the velocity leads."""
         assert self.pose is not None
-        return self.pose.moved(self.velocity * seconds * _KEPT_VELOCITY, self._limits)
+        return self.pose.moved(self.velocity * seconds * self._kept, self._limits)
 
     def prior(self, seconds: float) -> Prior:
         """Return what is expected after `seconds`."""
@@ -58,7 +68,11 @@ class Motion:
         step = pose.step_from(self.pose)
         if seconds > 0:
             limit = np.where(np.arange(len(step)) < 3, 8.0, 25.0)
+            before = self.velocity[_HEADING]
             self.velocity = np.clip(step / seconds, -limit, limit)
+            kept = min(_SMOOTHED, self._updates / (self._updates + 1))
+            self.velocity[_HEADING] += kept * (before - self.velocity[_HEADING])
+            self._updates += 1
         self.covariance = np.linalg.inv(information)
         self.variance = np.minimum(np.diag(self.covariance), self._most**2)
         self.pose = pose

@@ -3,6 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
+from studio.engine.compiled import compiled
 from studio.engine.human.model import BODY_JOINTS
 from studio.engine.tracker.chain import Pose
 from studio.engine.tracker.fit import Figure, Fitter, Points
@@ -74,21 +75,12 @@ def near_body(seen: Seen, fitter: Fitter, figure: Figure, pose: Pose, eye: Array
     Args:
         eye: the camera in the working frame [m], shape (3,).
     """
-    labels = seen.clusters.labels.ravel()
-    order = np.argsort(labels, kind="stable")
-    begins = np.searchsorted(labels[order], np.arange(len(seen.clusters.count) + 1))
     near = np.zeros(len(seen.clusters.count), dtype=bool)
     reach = np.hypot(*(seen.clusters.middle[:, :2] - pose.root[:2]).T) < 1.6
-    picks, owner = [], []
-    for k in np.flatnonzero(reach):
-        cells = order[begins[k] : begins[k + 1]]
-        step = max(len(cells) // _LOOKED_AT, 1)
-        picks.append(cells[::step])
-        owner.append(np.full(len(picks[-1]), k))
-    if not picks:
+    steps = np.where(reach, np.maximum(seen.clusters.count // _LOOKED_AT, 1), 0)
+    places, owners = _some_of_each(seen.points, seen.clusters.labels, steps)
+    if not len(places):
         return near
-    cells, owners = np.concatenate(picks), np.concatenate(owner)
-    places = seen.points.reshape(-1, 3)[cells]
     views = eye - places
     views /= np.linalg.norm(views, axis=1, keepdims=True)
     points = Points(places, views, np.zeros_like(places), np.zeros(len(places), dtype=np.int64))
@@ -101,3 +93,24 @@ def near_body(seen: Seen, fitter: Fitter, figure: Figure, pose: Pose, eye: Array
         if not near[k] and seen.clusters.area[k] < _LIMB_AREA_M2:  # an arm that the body's image cuts off
             near[k] = np.linalg.norm(seen.clusters.middle[k] - chest) < _LIMB_REACH_M
     return near
+
+
+@compiled
+def _some_of_each(points, labels, steps):  # type: ignore[no-untyped-def]
+    """Return every `steps[k]`-th point of each cluster k, none where that is 0, and whose it is."""
+    rows, columns = labels.shape
+    seen = np.zeros(len(steps), np.int64)
+    places = np.empty((rows * columns, 3))
+    owners = np.empty(rows * columns, np.int64)
+    count = 0
+    for i in range(rows):
+        for j in range(columns):
+            k = labels[i, j]
+            if k < 0 or steps[k] == 0:
+                continue
+            if seen[k] % steps[k] == 0:
+                places[count] = points[i, j]
+                owners[count] = k
+                count += 1
+            seen[k] += 1
+    return places[:count].copy(), owners[:count].copy()

@@ -8,9 +8,9 @@ T-pose tells widths, girths and whole limbs; where elbows and knees lie is told 
 import numpy as np
 from numpy.typing import NDArray
 
-from studio.engine.tracker.body import SHAPE, SHAPE_SPREAD
+from studio.engine.tracker.body import SHAPE, SHAPE_REACH, SHAPE_SPREAD
 from studio.engine.tracker.chain import ROOT_DOFS
-from studio.engine.tracker.fit import Figure, Fit, Fitter, Points, Prior, free_samples
+from studio.engine.tracker.fit import Figure, Fit, Fitter, Points, Prior
 from studio.engine.tracker.silhouette import Silhouette
 from studio.engine.tracker.surface import offsets_from
 
@@ -21,15 +21,13 @@ _FRAME_SHARE = 0.05
 """What a frame tells counts as this share of an independent one."""
 _REFRESH = 20
 """Slopes are computed anew after so many updates: the shape changes little."""
-_MOST = 0.25
-"""No scale leaves the value that it began with by more than this logarithm, but height."""
 
 
 class ShapeEstimate:
     """The shape and how surely it is known.
 
     Attributes:
-        mean: shape (12,). information: inverse covariance, shape (12, 12).
+        mean: shape (13,). information: inverse covariance, shape (13, 13).
     """
 
     def __init__(self, shape: Array) -> None:
@@ -50,7 +48,7 @@ class ShapeEstimate:
         if self._updates % _REFRESH == 0:
             self._shifted = _slopes(self.mean, figure)
         self._updates += 1
-        samples = free_samples(figure.surface)[which]
+        samples = figure.samples[which]
         *_, origins, frames = fitter.place(figure, fit.pose)
         spots = _spots(figure, origins, frames, samples)
         for k, slope in enumerate(self._shifted):
@@ -71,7 +69,7 @@ class ShapeEstimate:
         self.information = self.information + told
         step = np.linalg.solve(self.information, gradient)
         mean = self.mean + np.clip(step, -0.03, 0.03)
-        mean[1:] = self._usual + np.clip(mean[1:] - self._usual, -_MOST, _MOST)
+        mean[1:] = self._usual + np.clip(mean[1:] - self._usual, -SHAPE_REACH[1:], SHAPE_REACH[1:])
         self.mean = mean
         return Figure.of(mean)
 

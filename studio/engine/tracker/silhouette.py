@@ -176,3 +176,45 @@ def free_cost(seen, surface, origins, frames, cones, samples):  # type: ignore[n
             away = _violation(seen, point, radius / max(surface.flat[c], 1.0), normal)
             costs[k] += away * away
     return costs
+
+
+_UNREAD_M, _OUT_OF_VIEW_M = 0.5, 1.0
+_USUAL_M = 0.07
+"""A joint's centre usually lies so far behind the skin."""
+
+
+@compiled
+def _behind(seen, points, behind):  # type: ignore[no-untyped-def]
+    r, t = seen.rotation, seen.translation
+    rows, columns = seen.depth.shape
+    around = np.empty(9)
+    for p in range(len(points)):
+        x, y, z = points[p]
+        u, v, w = (
+            r[0, 0] * x + r[0, 1] * y + r[0, 2] * z + t[0],
+            r[1, 0] * x + r[1, 1] * y + r[1, 2] * z + t[1],
+            r[2, 0] * x + r[2, 1] * y + r[2, 2] * z + t[2],
+        )
+        row, column = _cell_of(seen.lens, u, v, w)
+        i, j = int(np.floor(row + 0.5)), int(np.floor(column + 0.5))
+        if row < 0 or i < 0 or j < 0 or i >= rows or j >= columns:
+            behind[p] = _OUT_OF_VIEW_M
+            continue
+        count = 0
+        for a in range(max(i - 1, 0), min(i + 2, rows)):
+            for b in range(max(j - 1, 0), min(j + 2, columns)):
+                if seen.depth[a, b] > 0.0:
+                    around[count] = seen.depth[a, b]
+                    count += 1
+        behind[p] = w - np.median(around[:count]) if count > 0 else _UNREAD_M
+
+
+def behind_seen(silhouettes: tuple[Silhouette, ...], points: Array) -> Array:
+    """Return how far points lie behind what is seen there [m], by the camera that sees them as a joint is usually
+    seen; shape (point_count,). Negative = the camera sees past them."""
+    best = np.full(len(points), _OUT_OF_VIEW_M)
+    behind = np.empty(len(points))
+    for seen in silhouettes:
+        _behind(seen, points, behind)
+        best = np.where(np.abs(behind - _USUAL_M) < np.abs(best - _USUAL_M), behind, best)
+    return best

@@ -18,7 +18,8 @@ _LIKELY_TRUNK = (0.36, 0.64)
 """The trunk's heights as shares of the highest point's, whether that is the head or a hand."""
 _HEAD_REACH_M = 0.14
 """The head is so near to the middle of the trunk, seen from above [m]."""
-_HALF_DEPTH_M = 0.09
+_HALF_DEPTH_M, _HALF_BREADTH_M = 0.09, 0.16
+"""Of the trunk, an arm beside it included in its breadth, of an adult [m]."""
 _FACING_AWAY_COST_M2 = 1.0
 """Who starts usually faces the cameras: the opposite must explain this much more [m2]."""
 _CAP_M = 0.15
@@ -80,7 +81,12 @@ def standing(figure: Figure, points: Points, yaw: float, rest: Array) -> Pose:
     trunk = (heights > _TRUNK_BAND[0]) & (heights < _TRUNK_BAND[1])
     some = points.places[trunk] if trunk.sum() > 20 else points.places
     into = points.views[trunk] if trunk.sum() > 20 else points.views
-    middle = np.median(some, axis=0) - _HALF_DEPTH_M * into.mean(axis=0)
+    towards = into.mean(axis=0)
+    ahead = float(np.array([np.sin(yaw), -np.cos(yaw)]) @ towards[:2]) / max(
+        float(np.hypot(*towards[:2])), 1e-9
+    )
+    half_m = np.hypot(_HALF_DEPTH_M * ahead, _HALF_BREADTH_M * np.sqrt(max(1.0 - ahead**2, 0.0)))
+    middle = np.median(some, axis=0) - half_m * towards
     root = np.array([middle[0], middle[1], figure.offsets[0, 2]])
     return Pose(root, rotation_of(np.array([0.0, 0.0, yaw])), rest.copy())
 
@@ -97,13 +103,19 @@ def cost_of(
 
     `distance`: of each point to each part [m], shape (point_count, 5).
     """
-    capped = np.minimum(distance.min(axis=1), _CAP_M)
-    unexplained = float(capped @ capped)
+    cost = unexplained(distance)
     none = Points(*(np.zeros((0, 3)),) * 3, np.zeros(0, np.int64))
     for limb in search.limbs:
         angles = pose.angles[limb.dofs][None]
-        unexplained += float(search.cost(limb, figure, pose, angles, none, np.zeros(0), silhouettes)[0])
-    return unexplained
+        cost += float(search.cost(limb, figure, pose, angles, none, np.zeros(0), silhouettes)[0])
+    return cost
+
+
+def unexplained(distance: Array) -> float:
+    """Return the sum of capped squared distances [m2] of points to a body; `distance`: to each part [m], shape
+    (point_count, 5)."""
+    capped = np.minimum(distance.min(axis=1), _CAP_M)
+    return float(capped @ capped)
 
 
 def cold_start(

@@ -12,22 +12,19 @@ from studio.engine.errors import CalibrationError
 from studio.engine.geometry import invert_transform, transform_points
 from studio.engine.joints import JOINT_COUNT
 from studio.engine.tracker.arms import ARMS, both_found
-from studio.engine.tracker.body import (
-    CANONICAL_BODIES,
-    USUAL_HEIGHT_M,
-    canonical_offsets_of,
-    humanoid_of,
-    performer_of,
-)
+from studio.engine.tracker.body import USUAL_HEIGHT_M, humanoid_of, performer_of
 from studio.engine.tracker.chain import Pose, chain_of
-from studio.engine.tracker.confidence import confidence_of, expected_errors
+from studio.engine.tracker.confidence import LIMB_JOINTS, confidence_of, expected_errors, variances
+from studio.engine.tracker.confidence import Seen as SeenOnBody
+from studio.engine.tracker.doubt import Doubt
+from studio.engine.tracker.facing import FacingWatch, both_sides, joints_of
 from studio.engine.tracker.fit import Figure, Fit, Fitter, Points, Prior
 from studio.engine.tracker.limb_watch import LimbWatch
 from studio.engine.tracker.limbs import LimbSearch
 from studio.engine.tracker.motion import Motion
 from studio.engine.tracker.person import at_place, candidates, may_be_person, near_body
 from studio.engine.tracker.shape import ShapeEstimate
-from studio.engine.tracker.silhouette import Silhouette
+from studio.engine.tracker.silhouette import Silhouette, behind_seen
 from studio.engine.tracker.start import Start, cold_start, cost_of, heading, height_of, shape_of_height, yaws
 from studio.engine.tracker.timing import moved_along, worth_moving
 from studio.engine.tracker.view import CameraView, Seen
@@ -43,12 +40,15 @@ _NOBODY_M2 = 0.006
 _REST = 2
 """Frames between looks for somebody."""
 _EVERY_FRAME = 45
-_EXPLAINED_M, _EXPLAINED_SHARE, _LOST_SHARE = 0.10, 0.80, 0.5
-_BAD_LIMB_M2 = 1.0
-_DOUBT = 8
-"""After so many frames that do not fit, other headings are tried."""
+_EXPLAINED_M = 0.10
 ARMS_LOST_M2 = 0.12
 """Both arms leave at least this much unexplained where they are searched for together [m2]."""
+_KNOWN = 30
+"""A performer seen in so many frames is known."""
+_STRANGER = 0.6
+"""Who comes is the known performer unless another figure leaves less than this share unexplained."""
+_WELL_M2, _JUMPED_M2 = 0.00045, 0.0009
+"""Who leaves less than this unexplained per point is followed well, or did not jump [m2]."""
 _BETTER = 0.6
 """Another pose must leave less than this share unexplained."""
 
@@ -125,13 +125,16 @@ class Tracker:
         self._figure, self._fitter, self._search = _usual_body()
         self._motion = Motion(self._fitter.limits)
         self._watch = LimbWatch()
+        self._facing = FacingWatch()
         self._shape: ShapeEstimate | None = None
         self._fit: Fit | None = None
         self._points: Points | None = None
+        self._silhouettes: tuple[Silhouette, ...] = ()
         self._time_ns = 0
         self._fitted_ns = 0
         self._learnt = 0
-        self._doubt = 0
+        self._doubt = Doubt()
+        self._sure = 1.0
         self._rest = 0
 
     @property
@@ -202,24 +205,27 @@ class Tracker:
             )
             if len(points.places) < _LEAST_POINTS:
                 continue
-            figure = self._figure_of(height_of(points))
-            start = cold_start(
-                self._fitter, self._search, figure, points, silhouettes, self._motion.posture, yaws(points)
-            )
+            start = self._best_start(points, silhouettes)
             if start.cost_m2 > _NOBODY_M2 * len(points.places):
                 continue
+            self._points, self._silhouettes = points, silhouettes
             self._take(start, time_ns)
             return
         self._rest = _REST
 
-    def _figure_of(self, height_m: float) -> Figure:
-        """Return the known performer's figure where the height fits, else a usual one of that height."""
-        known = self._shape is not None and self._learnt > 30
-        return (
-            self._figure
-            if known and abs(self.performer.height_m - height_m) < 0.12
-            else Figure.of(shape_of_height(height_m))
-        )
+    def _best_start(self, points: Points, silhouettes: tuple[Silhouette, ...]) -> Start:
+        """Return the start of the known performer's figure, or of a usual one that fits much better."""
+        figures = [Figure.of(shape_of_height(height_of(points)))]
+        if self._shape is not None and self._learnt > _KNOWN:
+            figures.insert(0, self._figure)
+        starts = [
+            cold_start(
+                self._fitter, self._search, figure, points, silhouettes, self._motion.posture, yaws(points)
+            )
+            for figure in figures
+        ]
+        best = min(starts, key=lambda start: start.cost_m2)
+        return starts[0] if starts[0].cost_m2 * _STRANGER < best.cost_m2 else best
 
     def _take(self, start: Start, time_ns: int) -> None:
         if start.figure is not self._figure:
@@ -227,7 +233,9 @@ class Tracker:
         self._figure, self._fit = start.figure, start.fit
         self._motion.restart(start.fit.pose)
         self._watch = LimbWatch()
-        self._doubt = 0
+        self._facing = FacingWatch()
+        self._doubt = Doubt()
+        self._sure = 1.0
         self._fitted_ns = time_ns
 
     def _follow(self, seen: dict[str, Seen], times: dict[str, int], time_ns: int) -> None:
@@ -247,14 +255,33 @@ class Tracker:
             if seconds > _LOST_S:
                 self._motion.pose = None
             return
+        due = self._facing.due(prior.pose, self._views_of(prior.pose))
+        if due:
+            prior = self._faced(prior, points, silhouettes)
         fit = self._fitter.fit(self._figure, prior.pose, points, silhouettes, prior, iterations=3)
         pose = self._searched(fit, points, silhouettes, prior)
         if pose is not fit.pose:
             fit = self._fitter.fit(self._figure, pose, points, silhouettes, prior, iterations=1)
         self._motion.update(fit.pose, fit.information, seconds)
-        self._fit, self._fitted_ns, self._points = fit, time_ns, points
+        self._fit, self._fitted_ns = fit, time_ns
+        self._points, self._silhouettes = points, silhouettes
         self._learn(points, silhouettes, prior)
-        self._check(points, silhouettes, time_ns)
+        self._check(points, silhouettes, time_ns, turning=due and self._facing.unsure)
+
+    def _faced(self, prior: Prior, points: Points, silhouettes: tuple[Silhouette, ...]) -> Prior:
+        """Return what is expected, turned round where that has explained more."""
+        costs_m2, turned = both_sides(self._fitter, self._search, self._figure, prior, points, silhouettes)
+        if not self._facing.told(*costs_m2):
+            return prior
+        self._motion.restart(turned)
+        self._watch = LimbWatch()
+        self._doubt.turned()
+        return self._motion.prior(0.0)
+
+    def _views_of(self, pose: Pose) -> Array:
+        """Return horizontal unit vectors from the cameras to a body, shape (camera_count, 2)."""
+        views = pose.root[:2] - np.stack([self._eye(name)[:2] for name in self._views])
+        return views / np.maximum(np.linalg.norm(views, axis=1, keepdims=True), 1e-9)
 
     def _searched(self, fit: Fit, points: Points, silhouettes: tuple[Silhouette, ...], prior: Prior) -> Pose:
         """Return the pose with lost limbs found again."""
@@ -278,24 +305,34 @@ class Tracker:
         if self._learnt < _EVERY_FRAME or self._learnt % 4 == 0:
             self._figure = self._shape.update(self._fitter, self._fit, points, silhouettes, prior)
 
-    def _check(self, points: Points, silhouettes: tuple[Silhouette, ...], time_ns: int) -> None:
-        """Where the body has not explained the points for some time, try others: turned, or begun anew."""
+    def _check(
+        self, points: Points, silhouettes: tuple[Silhouette, ...], time_ns: int, *, turning: bool
+    ) -> None:
+        """Begin anew where the body has not explained the points for some time, or may be lost in a turn."""
         assert self._fit is not None
         explained = float((self._fit.distance.min(axis=1) < _EXPLAINED_M).mean())
-        bad = explained < _EXPLAINED_SHARE or self._watch.costs_m2.max() > _BAD_LIMB_M2
-        self._doubt = self._doubt + 1 if bad else max(self._doubt - 2, 0)
-        if self._doubt < _DOUBT or self._doubt % 4:
-            return
-        yaw = heading(self._fit.pose) + np.radians([0.0, 180.0, 90.0, -90.0][self._doubt // 4 % 4])
+        worst_m2 = float(self._watch.costs_m2.max())
+        turns = self._doubt.turns(explained, worst_m2, self._sure, turning=turning)
+        if self._doubt.lost:
+            self._motion.pose = None
+        elif len(turns):
+            self._begin_at(turns, points, silhouettes, time_ns)
+
+    def _begin_at(
+        self, turns: Array, points: Points, silhouettes: tuple[Silhouette, ...], time_ns: int
+    ) -> None:
+        """Begin anew, turned by one of these [rad], where that explains much more."""
         fit = self._fit
+        assert fit is not None
+        headings = list(heading(fit.pose) + turns)
         cost = cost_of(self._search, self._figure, fit.pose, fit.distance, points, silhouettes)
+        if cost < (_JUMPED_M2 if len(turns) > 1 else _WELL_M2) * len(points.places):
+            return
         start = cold_start(
-            self._fitter, self._search, self._figure, points, silhouettes, self._motion.posture, [yaw]
+            self._fitter, self._search, self._figure, points, silhouettes, self._motion.posture, headings
         )
         if start.cost_m2 < _BETTER * cost:
             self._take(start, time_ns)
-        elif explained < _LOST_SHARE and self._doubt > 10 * _DOUBT:
-            self._motion.pose = None
 
     def _eye(self, name: str) -> Array:
         T = self._views[name].T_work_camera
@@ -304,17 +341,34 @@ class Tracker:
 
     def _skeleton(self, time_ns: int) -> TrackedSkeleton:
         pose = self._motion.pose
-        if pose is None or self._fit is None:
+        if pose is None or self._fit is None or self._points is None:
             status = "searching" if self._shape is None else "lost"
             return TrackedSkeleton(time_ns, np.full((JOINT_COUNT, 3), np.nan), np.zeros(JOINT_COUNT), status)
-        places, rotations, axes, *_ = self._fitter.place(self._figure, pose)
-        offsets = canonical_offsets_of(self._figure.shape)
-        joints = places[CANONICAL_BODIES] + np.einsum("jab,jb->ja", rotations[CANONICAL_BODIES], offsets)
-        errors_m = expected_errors(
-            self._fitter.chain, places, axes, joints, self._motion.covariance, self._watch.costs_m2
-        )
+        joints, places, axes = joints_of(self._fitter, self._figure, pose)
+        errors_m = self._errors(self._fit, self._points, joints, places, axes)
         if self._own_frame:
             T = next(iter(self._views.values())).T_work_camera
             assert T is not None
             joints = transform_points(invert_transform(T), joints)
-        return TrackedSkeleton(time_ns, joints, confidence_of(errors_m), "tracked")
+        confidence = confidence_of(errors_m)
+        self._sure = float(confidence[LIMB_JOINTS].mean())
+        return TrackedSkeleton(time_ns, joints, confidence, "tracked")
+
+    def _errors(self, fit: Fit, points: Points, joints: Array, places: Array, axes: Array) -> Array:
+        """Return how far each canonical joint may be off [m], shape (21,)."""
+        variance, seen = self._weighed(fit, points, joints, places, axes)
+        return expected_errors(self._fitter.chain, joints, variance, seen)
+
+    def _weighed(
+        self, fit: Fit, points: Points, joints: Array, places: Array, axes: Array
+    ) -> tuple[Array, SeenOnBody]:
+        """Return the variances of the canonical joints [m2], shape (21,), and what else their confidence weighs."""
+        variance = variances(self._fitter.chain, places, axes, joints, self._motion.covariance)
+        return variance, SeenOnBody(
+            points.places,
+            self._figure.surface.body[fit.cone],
+            fit.distance.min(axis=1),
+            behind_seen(self._silhouettes, joints),
+            self._watch.costs_m2,
+            self._watch.lately_m2,
+        )

@@ -54,13 +54,18 @@ class Figures:
 
 
 def tracked(
-    performance: PerformerMotion, performer: Performer, cameras: int, begin_s: float, seed: int
+    performance: PerformerMotion,
+    performer: Performer,
+    cameras: int,
+    begin_s: float,
+    seed: int,
+    make: type[Tracker] = Tracker,
 ) -> Figures:
     """Track the T-pose and a part of a motion from all cameras' points; the part counts."""
     rig, sensor = standard_rig(cameras), find_sensor("azure-kinect")
     stage = DepthStage.of(sensor, rig, performance, performer, seed=seed)
     images = [stage.camera(index) for index in range(cameras)]
-    tracker = Tracker(
+    tracker = make(
         {camera.name: sensor.camera for camera in rig}, {camera.name: camera.T_stage_camera for camera in rig}
     )
     times = np.concatenate([

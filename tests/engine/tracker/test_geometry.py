@@ -5,13 +5,23 @@ import numpy as np
 import pytest
 
 from studio.engine.depth import DepthCamera
-from studio.engine.tracker.body import SHAPE, humanoid_of, offsets_of, performer_of, surface_of
+from studio.engine.human.model import BODY_JOINTS
+from studio.engine.tracker.body import (
+    CANONICAL_BODIES,
+    SHAPE,
+    humanoid_of,
+    offsets_of,
+    performer_of,
+    surface_of,
+)
 from studio.engine.tracker.chain import Pose, chain_of, place_bodies, rotation_of, rows_of, vector_of
-from studio.engine.tracker.confidence import confidence_of
+from studio.engine.tracker.confidence import LIMB_JOINTS, confidence_of, expected_errors
+from studio.engine.tracker.confidence import Seen as SeenOnBody
+from studio.engine.tracker.fit import Figure, Fitter
 from studio.engine.tracker.floor import find_floor, stand_on
 from studio.engine.tracker.grid import lens_of
 from studio.engine.tracker.placing import place_cones
-from studio.engine.tracker.silhouette import Silhouette, free_space, nearest_cells
+from studio.engine.tracker.silhouette import Silhouette, behind_seen, free_space, nearest_cells
 from studio.engine.tracker.surface import match_points
 
 USUAL = np.zeros(len(SHAPE))
@@ -83,6 +93,17 @@ def test_shape_numbers_change_what_they_name():
     assert bones["left_elbow"] > straight["left_elbow"]
     assert bones["left_elbow"] + bones["left_wrist"] == pytest.approx(
         straight["left_elbow"] + straight["left_wrist"]
+    )
+
+
+def test_clothes_stand_off_trunk_and_limbs_alone():
+    dressed = USUAL.copy()
+    dressed[SHAPE.index("cloth")] = np.log(2.0)
+    added = surface_of(dressed).start_radius - surface_of(USUAL).start_radius
+    bodies = [BODY_JOINTS[body] for body in surface_of(USUAL).body]
+    assert all(added[k] == 0.0 for k, name in enumerate(bodies) if name in ("Head", "LeftHand", "RightFoot"))
+    assert all(
+        0.005 < added[k] < 0.015 for k, name in enumerate(bodies) if name in ("Spine1", "LeftArm", "RightLeg")
     )
 
 
@@ -169,3 +190,38 @@ def test_no_floor_where_there_is_none():
 def test_confidence_falls_with_the_expected_error():
     confidence = confidence_of(np.array([0.0, 0.03, 0.1, 1.0]))
     assert confidence[0] == 1.0 and (np.diff(confidence) < 0).all() and confidence[1] > 0.75 > confidence[2]
+
+
+def test_a_joint_that_nothing_supports_may_be_further_off():
+    fitter = Fitter(*chain_of(humanoid_of(USUAL)))
+    figure = Figure.of(USUAL)
+    pose = Pose(figure.offsets[0], np.eye(3), fitter.limits.rest)
+    places, *_ = fitter.place(figure, pose)
+    joints = places[CANONICAL_BODIES]
+    bodies = np.repeat(np.arange(len(places)), 40)
+    well = SeenOnBody(
+        np.repeat(places, 40, axis=0),
+        bodies,
+        np.full(len(bodies), 0.01),
+        np.full(21, 0.07),
+        np.zeros(5),
+        np.zeros(5),
+    )
+    variance = np.full(21, 1e-4)
+    errors = expected_errors(fitter.chain, joints, variance, well)
+    assert (confidence_of(errors[LIMB_JOINTS]) > 0.75).all()
+    hidden = well._replace(behind_m=np.full(21, 0.6))
+    lost = well._replace(costs_m2=np.full(5, 1.0), lately_m2=np.full(5, 1.0))
+    for other in (hidden, lost):
+        worse = expected_errors(fitter.chain, joints, variance, other)[LIMB_JOINTS]
+        assert (worse >= errors[LIMB_JOINTS]).all() and worse.mean() > 1.3 * errors[LIMB_JOINTS].mean()
+
+
+def test_how_far_points_lie_behind_what_is_seen():
+    camera = DepthCamera(250.0, 250.0, 31.5, 23.5, 64, 48)
+    depth = np.full((48, 64), 2.0)
+    depth[:, :20] = 0.0
+    seen = Silhouette(lens_of(camera), np.eye(3), np.zeros(3), depth, np.full((48, 64), -1, np.int32))
+    points = np.array([[0.0, 0.0, 2.07], [0.0, 0.0, 1.5], [-0.2, 0.0, 2.0], [0.0, 5.0, 2.0]])
+    np.testing.assert_allclose(behind_seen((seen,), points), [0.07, -0.5, 0.5, 1.0], atol=1e-9)
+    assert behind_seen((), points).tolist() == [1.0] * 4

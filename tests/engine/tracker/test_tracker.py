@@ -48,11 +48,14 @@ def test_the_same_images_give_the_same_skeletons(scene):
         assert (a.positions == b.positions).all() and (a.confidence == b.confidence).all()
 
 
-def test_who_leaves_is_lost_and_found_again(scene):
+@pytest.mark.parametrize("known", [False, True])
+def test_who_leaves_is_lost_and_found_again(scene, known):
     cameras, placed, sets, truth = scene
     ((name, camera),) = cameras.items()
     tracker = Tracker(cameras, placed)
     followed(tracker, sets[:3])
+    if known:
+        tracker._learnt = 100
     empty = np.zeros((camera.height, camera.width), np.uint16)
     later = [
         {name: DepthFrame(name, 10 + k, sets[2][name].device_time_ns + (k + 1) * 33_333_333, empty)}
@@ -67,6 +70,7 @@ def test_who_leaves_is_lost_and_found_again(scene):
     skeleton = followed(tracker, back)[-1]
     assert skeleton.status == "tracked"
     assert np.linalg.norm(skeleton.positions - truth[8], axis=1)[LIMBS].mean() < 0.06
+    assert (tracker._learnt > 100) == known
 
 
 @pytest.mark.parametrize("value", [0, 3000, 65535])

@@ -1,0 +1,136 @@
+"""Front or back: the body turned round in the same place is fitted beside the one that is followed.
+
+A body that is followed front for back explains its points almost as well, and goes on so: no step of a fit leads to
+the other side. What tells is what remains when both are fitted: feet point forwards, knees and elbows bend one way,
+the trunk lies before or behind its joints. One image tells it in most cases; several in a
+row are asked.
+"""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from studio.engine.joints import CANONICAL, INDEX
+from studio.engine.tracker.body import CANONICAL_BODIES, performer_of
+from studio.engine.tracker.chain import ROOT_DOFS, Pose, rows_of
+from studio.engine.tracker.fit import Figure, Fitter, Points, Prior
+from studio.engine.tracker.limbs import LimbSearch
+from studio.engine.tracker.silhouette import Silhouette
+from studio.engine.tracker.start import cost_of, unexplained
+
+Array = NDArray[np.float64]
+
+_PLACE_SIGMA_M = 0.03
+_STEPS = 6
+_FITTED, _REACH_M = 4, 0.12
+"""How a body and the one turned round are fitted: iterations, and distance at which points count little [m]."""
+_LEGS_HEIGHT = 0.47
+"""Share of the height below which points are of the legs, which tell front from back best: they count twice."""
+_OTHER_SIDE = {"left": "right", "right": "left"}
+_USED = np.array([i for i, name in enumerate(CANONICAL) if not name.endswith(("toe", "hand"))])
+"""Joints that stay where they are: not those that point forwards."""
+_EXCHANGED = np.array([
+    INDEX[f"{_OTHER_SIDE[side]}_{joint}"] if (side := name.partition("_")[0]) in _OTHER_SIDE else INDEX[name]
+    for name in CANONICAL
+    for joint in [name.partition("_")[2]]
+])  # fmt: skip
+
+
+def turned_round(fitter: Fitter, figure: Figure, pose: Pose, posture: Array) -> Pose:
+    """Return the pose with the front where the back is: the joints where those of the other side are, as far as its
+    limits let them.
+
+    Args:
+        posture: how strongly angles tend to rest, shape (6 + dof_count,).
+    """
+    target = joints_of(fitter, figure, pose)[0][_EXCHANGED][_USED]
+    turned = Pose(pose.root, pose.rotation @ np.diag([-1.0, -1.0, 1.0]), fitter.limits.rest.copy())
+    bodies = np.repeat(CANONICAL_BODIES[_USED], 3)
+    directions = np.tile(np.eye(3), (len(_USED), 1))
+    for _ in range(_STEPS):
+        joints, places, axes = joints_of(fitter, figure, turned)
+        rows = np.zeros((len(bodies), len(posture)))
+        spots = np.repeat(joints[_USED], 3, axis=0)
+        rows_of(fitter.chain, places, axes, bodies, spots, directions, rows)
+        information = rows.T @ rows / _PLACE_SIGMA_M**2 + np.diag(posture + 1e-3)
+        gradient = rows.T @ (target - joints[_USED]).ravel() / _PLACE_SIGMA_M**2
+        gradient[ROOT_DOFS:] += posture[ROOT_DOFS:] * (fitter.limits.rest - turned.angles)
+        turned = turned.moved(fitter.step(information, gradient, turned), fitter.limits)
+    return turned
+
+
+def both_sides(
+    fitter: Fitter,
+    search: LimbSearch,
+    figure: Figure,
+    prior: Prior,
+    points: Points,
+    silhouettes: tuple[Silhouette, ...],
+) -> tuple[tuple[float, float], Pose]:
+    """Fit the expected pose and the one turned round; return what each leaves unexplained [m2], and the latter."""
+    low = points.places[:, 2] < _LEGS_HEIGHT * performer_of(figure.shape).height_m
+    costs, settled = [], prior.pose
+    for pose in (prior.pose, turned_round(fitter, figure, prior.pose, prior.posture)):
+        loose = Prior(pose, np.ones(len(prior.posture)), prior.posture)
+        fit = fitter.fit(figure, pose, points, silhouettes, loose, iterations=_FITTED, reach=_REACH_M)
+        cost = cost_of(search, figure, fit.pose, fit.distance, points, silhouettes)
+        costs.append(cost + unexplained(fit.distance[low]))
+        settled = fit.pose
+    return (costs[0], costs[1]), settled
+
+
+def joints_of(fitter: Fitter, figure: Figure, pose: Pose) -> tuple[Array, Array, Array]:
+    """Return canonical joints [m], shape (21, 3), bodies' places and hinges' axes of a pose."""
+    places, rotations, axes, *_ = fitter.place(figure, pose)
+    offsets = np.einsum("jab,jb->ja", rotations[CANONICAL_BODIES], figure.canonical_offsets)
+    return places[CANONICAL_BODIES] + offsets, places, axes
+
+
+_OFTEN, _SELDOM = 4, 30
+"""Frames between two tests where front and back may have been exchanged lately, and elsewhere."""
+_LATELY = 60
+_PROFILE = 0.5
+"""Cosine of the angle between heading and view under which a camera sees the body from the side."""
+_KEPT = 0.9
+"""Of what earlier tests said."""
+_MOST = 0.1
+"""One test says no more, and no more is kept in favour of the body that is followed: one image may mislead."""
+_TURNED = -0.25
+"""Sum of log ratios below which the body is turned round."""
+
+
+class FacingWatch:
+    """When to test whether front and back are exchanged, and what the tests said."""
+
+    def __init__(self) -> None:
+        self._unsure = _LATELY
+        self._since = 0
+        self._said = 0.0
+
+    @property
+    def unsure(self) -> bool:
+        """Whether front and back may have been exchanged lately."""
+        return self._unsure > 0
+
+    def due(self, pose: Pose, views: Array) -> bool:
+        """Whether to test in this frame.
+
+        Args:
+            views: horizontal unit vectors from the cameras to the body, shape (camera_count, 2).
+        """
+        forwards = -pose.rotation[:2, 1] / max(float(np.hypot(*pose.rotation[:2, 1])), 1e-9)
+        self._unsure = _LATELY if np.abs(views @ forwards).max() < _PROFILE else self._unsure - 1
+        self._since += 1
+        if self._since < (_OFTEN if self._unsure > 0 else _SELDOM):
+            return False
+        self._since = 0
+        return True
+
+    def told(self, cost_m2: float, turned_m2: float) -> bool:
+        """Take what the body and the one turned round leave unexplained [m2]; return whether the latter is to be
+        followed."""
+        told = float(np.clip(np.log(turned_m2 / cost_m2), -_MOST, _MOST))
+        self._said = min(_KEPT * self._said + told, _MOST)
+        if self._said > _TURNED:
+            return False
+        self._said = 0.0
+        return True
