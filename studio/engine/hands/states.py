@@ -9,24 +9,18 @@ from numpy.typing import NDArray
 from studio.engine.depth import DepthCamera
 from studio.engine.frames import HandSeen
 from studio.engine.hands.circles import UNKNOWN, circles_state
-from studio.engine.hands.shape import shape_network, window_inputs
+from studio.engine.hands.convolution import Committee
+from studio.engine.hands.shape import shape_networks
 from studio.engine.hands.window import hand_window
 from studio.engine.joints import INDEX
-from studio.engine.network import Network
 
 _CHANGES_PER_S = 0.4
 """How often a hand opens or closes."""
 
-_TRUST = 0.8
-"""Share of an image's log-odds that counts: images that follow each other err alike."""
+_LARGEST_LOG_ODDS = 6.0
+"""No image is surer than this. Chosen, as `_CHANGES_PER_S`, on tuning performers."""
 
-_TOWARDS_OPEN = 0.5
-"""Added to an image's log-odds: a tracker's errors hide fingers more often than they feign them. Of a few values of
-this and `_TRUST`, those with which tuning performers' open and closed hands are missed equally often."""
-
-_LARGEST_LOG_ODDS = 4.0
 _LENGTHS = 90
-_LEAST_CONFIDENCE = 0.1
 _PALM_M = 0.08
 _SIDES = ("left", "right")
 
@@ -36,12 +30,12 @@ class HandStates:
 
     Args:
         camera: of the images.
-        network: of the method `shape`; the built-in one where None.
+        networks: of the method `shape`; the built-in ones where None.
     """
 
-    def __init__(self, camera: DepthCamera, network: Network | None = None) -> None:
+    def __init__(self, camera: DepthCamera, networks: Committee | None = None) -> None:
         self._camera = camera
-        self._network = shape_network() if network is None else network
+        self._networks = shape_networks() if networks is None else networks
         self._lengths: dict[str, deque[float]] = {side: deque(maxlen=_LENGTHS) for side in _SIDES}
         self._open = dict.fromkeys(_SIDES, 0.5)
         self._time_ns: int | None = None
@@ -68,7 +62,7 @@ class HandStates:
             self._open[side] = _forgotten(self._open[side], dt)
             wrist, elbow = (positions[INDEX[f"{side}_{joint}"]] for joint in ("wrist", "elbow"))
             sure = min(confidence[INDEX[f"{side}_{joint}"]] for joint in ("wrist", "elbow"))
-            if sure < _LEAST_CONFIDENCE or not np.isfinite([*wrist, *elbow]).all():
+            if sure <= 0.0 or not np.isfinite([*wrist, *elbow]).all():
                 continue
             self._lengths[side].append(float(np.linalg.norm(wrist - elbow)))
             self._shape(side, depth_mm, wrist, elbow)
@@ -86,8 +80,8 @@ class HandStates:
         window = hand_window(self._camera, depth_mm, wrist, elbow, forearm_m, mirrored=side == "right")
         if window is None:
             return
-        log_odds = float(self._network(window_inputs(window)[None])[0, 0]) + _TOWARDS_OPEN
-        log_odds = _TRUST * min(max(log_odds, -_LARGEST_LOG_ODDS), _LARGEST_LOG_ODDS)
+        log_odds = float(self._networks(window.samples[None], window.about[None])[0, 0])
+        log_odds = min(max(log_odds, -_LARGEST_LOG_ODDS), _LARGEST_LOG_ODDS)
         before = self._open[side]
         self._open[side] = 1.0 / (1.0 + (1.0 - before) / max(before, 1e-6) * math.exp(-log_odds))
 

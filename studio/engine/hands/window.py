@@ -7,15 +7,25 @@ from numpy.typing import NDArray
 
 from studio.engine.depth import DepthCamera, project
 
-ROWS, COLUMNS = 24, 20
-"""Samples along the forearm, from before the wrist to beyond the finger tips, and across it."""
+SIDE = 28
+"""Samples along the forearm, to the finger tips, and across it; the palm lies in the middle."""
 
-_ALONG = np.linspace(-0.30, 0.95, ROWS)
-_ACROSS = np.linspace(-0.50, 0.50, COLUMNS)
+CHANNELS, ABOUT = 4, 4
+"""Numbers of a sample, and of the whole window; see `HandWindow`."""
+
+_STEP = 0.042
+"""From sample to sample, in forearms: a centimetre."""
+_PLACES = (np.arange(SIDE) - 0.5 * (SIDE - 1)) * _STEP
 _PALM = 0.30
 """The palm lies this far beyond the wrist, in forearms."""
-_NEAR_PALM, _BAND = 0.22, 0.65
-_LEAST_SEEN = 6
+_BAND = 0.40
+"""What lies further before or behind the hand, in forearms, belongs to something else: the trunk, most often."""
+_ABOUT_PALM, _SEARCHED, _THICK = 0.22, 0.6, 0.22
+_NEAREST_PERCENT = 25.0
+_LEAST_SEEN = 4
+_MOST_ALONG, _MOST_ASIDE = 0.8, 0.2
+_CORE = slice(8, 22)
+_LEAST_CORE = 4.0
 
 Array = NDArray[np.float64]
 
@@ -25,18 +35,16 @@ class HandWindow:
     """Samples around a hand; the first axis runs from the forearm to the finger tips.
 
     Attributes:
-        filled: share of the sample that lies at the hand's depth, 0..1, shape (ROWS, COLUMNS).
-        nearer: how much nearer than the hand it is, in forearms; 0 where it is not filled; same shape.
-        along_ray: cosine between forearm and viewing direction; 1 = it points away from the camera.
-        forearm_px: length of the forearm at the hand's distance [pixels].
-        distance_m: of the hand.
+        samples: shape (SIDE, SIDE, CHANNELS): the share that lies at the hand's depth, how much nearer than the hand
+            it is (1 = `_BAND`), the share without a reading, and how far along the forearm beyond the palm it lies
+            in space, in forearms; all 0 where nothing is at the hand's depth.
+        about: shape (ABOUT,): the cosine between forearm and viewing ray (1 = it points away from the camera), the
+            forearm's length in pixels and the distance, scaled, and how much further than the tracked palm the hand
+            was found, in forearms.
     """
 
-    filled: Array
-    nearer: Array
-    along_ray: float
-    forearm_px: float
-    distance_m: float
+    samples: NDArray[np.float32]
+    about: NDArray[np.float32]
 
 
 def hand_window(
@@ -63,63 +71,68 @@ def hand_window(
         return None
     way = way / length
     palm = wrist + _PALM * forearm_m * way
-    pixel_m = max(palm[2], 0.2) / camera.fx
     place = project(camera, palm)
-    distance_m = _distance(depth_mm, place, palm[2], forearm_m, pixel_m)
+    distance_m = _distance(depth_mm, place, palm[2], forearm_m, max(palm[2], 0.2) / camera.fx)
     if distance_m is None:
         return None
-    pixel_m = distance_m / camera.fx
+    forearm_px = forearm_m * camera.fx / distance_m
     flat = float(np.hypot(way[0], way[1]))
     axis = way[:2] / flat if flat > 0.2 else np.array([0.0, -1.0])
     side = np.array([-axis[1], axis[0]]) * (-1.0 if mirrored else 1.0)
-    grid = ((_ALONG[:, None, None] - _PALM) * axis + _ACROSS[None, :, None] * side) * (
-        forearm_m / pixel_m
-    ) + place
-    filled, nearer = _sample(depth_mm, grid, distance_m, forearm_m)
-    shift = _lateral(filled)
-    if shift is not None:
-        grid = grid + shift * side * (forearm_m / pixel_m)
-        filled, nearer = _sample(depth_mm, grid, distance_m, forearm_m)
+    grid = place + forearm_px * (_PLACES[:, None, None] * axis + _PLACES[None, :, None] * side)
+    filled, nearer, missing = _sample(depth_mm, grid, distance_m, forearm_m)
+    core = filled[_CORE]
+    if core.sum() > _LEAST_CORE:  # beside where it was tracked
+        shift = np.clip((core @ _PLACES).sum() / core.sum(), -_MOST_ASIDE, _MOST_ASIDE)
+        grid = grid + forearm_px * shift * side
+        filled, nearer, missing = _sample(depth_mm, grid, distance_m, forearm_m)
+    behind = (distance_m - palm[2]) / forearm_m
+    along = np.clip(_PLACES[:, None] * flat + (behind - nearer) * way[2], -_MOST_ALONG, _MOST_ALONG)
+    samples = np.stack([filled, nearer / _BAND * filled, missing, along * filled], axis=-1)
     ray = palm / np.linalg.norm(palm)
-    return HandWindow(filled, nearer, float(way @ ray), forearm_m / pixel_m, distance_m)
+    about = np.array([way @ ray, forearm_px / 30.0 - 1.0, distance_m / 3.0 - 0.8, behind])
+    return HandWindow(samples.astype(np.float32), about.astype(np.float32))
 
 
 def _distance(
     depth_mm: NDArray[np.uint16], place: Array, z: float, forearm_m: float, pixel_m: float
 ) -> float | None:
-    """Return the distance of what lies at the palm's place [m]; None where nothing does."""
-    radius = max(_NEAR_PALM * forearm_m / pixel_m, 1.5)
+    """Return the distance of the nearest surface about the palm's place [m]; None where there is none."""
+    radius = max(_ABOUT_PALM * forearm_m / pixel_m, 1.5)
     low = np.floor(place - radius).astype(int)
     high = np.ceil(place + radius).astype(int) + 1
     rows = slice(max(low[1], 0), max(high[1], 0))
     patch = depth_mm[rows, max(low[0], 0) : max(high[0], 0)].ravel() * 1e-3
-    near = patch[np.abs(patch - z) < _BAND * forearm_m]
-    return float(np.median(near)) if len(near) >= _LEAST_SEEN else None
+    patch = patch[(patch > 0) & (np.abs(patch - z) < _SEARCHED * forearm_m)]
+    if len(patch) < _LEAST_SEEN:
+        return None
+    distance_m = min(z, float(np.percentile(patch, _NEAREST_PERCENT)))
+    for _ in range(4):  # to the middle of what is as thick as a hand (mean shift)
+        near = patch[np.abs(patch - distance_m) < _THICK * forearm_m]
+        if not len(near):
+            return float(np.median(patch))
+        distance_m = float(near.mean())
+    return distance_m
 
 
 def _sample(
     depth_mm: NDArray[np.uint16], grid: Array, distance_m: float, forearm_m: float
-) -> tuple[Array, Array]:
-    """Return share filled and nearness at the places of a grid, shape (ROWS, COLUMNS, 2), between pixels."""
+) -> tuple[Array, Array, Array]:
+    """Return the share at the hand's depth, how much nearer it is [forearms], and the share without a reading, at
+    the places of a grid, shape (SIDE, SIDE, 2), between pixels."""
     first = np.floor(grid).astype(int)
     part = grid - first
-    filled = np.zeros(grid.shape[:2])
-    nearer = np.zeros(grid.shape[:2])
+    filled, nearer, missing = (np.zeros(grid.shape[:2]) for _ in range(3))
     for right in (0, 1):
         for down in (0, 1):
             columns, rows = first[..., 0] + right, first[..., 1] + down
             inside = (columns >= 0) & (columns < depth_mm.shape[1]) & (rows >= 0) & (rows < depth_mm.shape[0])
             z = depth_mm[np.where(inside, rows, 0), np.where(inside, columns, 0)] * 1e-3
+            read = inside & (z > 0)
             offset = (distance_m - z) / forearm_m
             weight = np.abs(1 - right - part[..., 0]) * np.abs(1 - down - part[..., 1])
-            weight = weight * (inside & (z > 0) & (np.abs(offset) < _BAND))
+            missing += weight * ~read
+            weight = weight * (read & (np.abs(offset) < _BAND))
             filled += weight
             nearer += weight * offset
-    return filled, np.where(filled > 0, nearer / np.maximum(filled, 1e-9), 0.0)
-
-
-def _lateral(filled: Array) -> float | None:
-    """How far beside the axis the hand lies, in forearms; None where it cannot be told."""
-    rows = filled[ROWS // 4 : 3 * ROWS // 4]
-    total = rows.sum()
-    return float(np.clip((rows @ _ACROSS).sum() / total, -0.2, 0.2)) if total > 4 else None
+    return filled, np.where(filled > 0, nearer / np.maximum(filled, 1e-9), 0.0), missing

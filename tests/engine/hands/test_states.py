@@ -1,13 +1,13 @@
 """Hand states: the window, the circles and the network on hands drawn by hand; states over time."""
 
 import numpy as np
-import pytest
 
 from studio.engine.depth import DepthCamera
 from studio.engine.hands.circles import CLOSED, OPEN, UNKNOWN, circles_state
-from studio.engine.hands.shape import shape_network, window_inputs
+from studio.engine.hands.convolution import KERNELS, Committee, Convolution
+from studio.engine.hands.shape import shape_networks
 from studio.engine.hands.states import HandStates
-from studio.engine.hands.window import COLUMNS, ROWS, hand_window
+from studio.engine.hands.window import ABOUT, CHANNELS, SIDE, HandWindow, hand_window
 from studio.engine.joints import INDEX, JOINT_COUNT
 from studio.engine.network import Network
 
@@ -30,21 +30,26 @@ def drawn(*, fingers: bool, z: float = 2.0, background: float = 3.5, shift: floa
     return np.where(arm | palm | (tips & fingers), 1000 * z, 1000 * background).astype(np.uint16)
 
 
+def filled(window: HandWindow) -> np.ndarray:
+    """The share of each sample that lies at the hand's depth."""
+    return window.samples[..., 0]
+
+
 def test_the_window_shows_the_hand_in_units_of_the_forearm() -> None:
     near = hand_window(CAMERA, drawn(fingers=True), WRIST, ELBOW, 0.25, mirrored=False)
-    assert near is not None and near.filled.shape == (ROWS, COLUMNS)
-    rows = near.filled.sum(axis=1)
-    assert rows[0] > 2 and rows[-1] < 1 and near.distance_m == pytest.approx(2.0)
+    assert near is not None and near.samples.shape == (SIDE, SIDE, CHANNELS)
+    rows = filled(near).sum(axis=1)
+    assert rows[0] > 2 and rows[-1] < 1
     fist = hand_window(CAMERA, drawn(fingers=False), WRIST, ELBOW, 0.25, mirrored=False)
-    assert fist is not None and fist.filled.sum() < 0.8 * near.filled.sum()
+    assert fist is not None and filled(fist).sum() < 0.8 * filled(near).sum()
     far = hand_window(
         CAMERA, drawn(fingers=True, z=3.0), WRIST * 1.5, np.array([0, 0.25, 3.0]), 0.25, mirrored=False
     )
-    assert far is not None and np.abs(far.filled - near.filled).mean() < 0.1
+    assert far is not None and np.abs(filled(far) - filled(near)).mean() < 0.1
     beside = hand_window(CAMERA, drawn(fingers=True, shift=0.03), WRIST, ELBOW, 0.25, mirrored=False)
-    assert beside is not None and np.abs(beside.filled - near.filled).mean() < 0.08
+    assert beside is not None and np.abs(filled(beside) - filled(near)).mean() < 0.08
     mirrored = hand_window(CAMERA, drawn(fingers=True), WRIST, ELBOW, 0.25, mirrored=True)
-    assert mirrored is not None and np.abs(mirrored.filled[:, ::-1] - near.filled).mean() < 0.1
+    assert mirrored is not None and np.abs(filled(mirrored)[:, ::-1] - filled(near)).mean() < 0.1
 
 
 def test_nothing_at_the_hands_place_is_no_window() -> None:
@@ -80,14 +85,19 @@ def joints() -> tuple[np.ndarray, np.ndarray]:
     return positions, confidence
 
 
-def counting_network(value: float) -> Network:
-    size = 2 * 1 + ROWS * COLUMNS + ROWS * COLUMNS // 4 + 1
-    return Network(np.zeros(size), np.ones(size), ((np.zeros((size, 1)), np.array([value])),))
+def constant_networks(value: float) -> Committee:
+    """Networks that say the same of every window."""
+    layers, side, channels = [], SIDE, CHANNELS
+    for width, stride in KERNELS:
+        layers += [np.zeros((width * width * channels, 2)), np.zeros(2)]
+        side, channels = (side - width) // stride + 1, 2
+    dense = [np.zeros((side * side * channels + ABOUT, 3)), np.zeros(3), np.zeros((3, 1)), np.full(1, value)]
+    return Committee((Convolution(np.zeros(ABOUT), np.ones(ABOUT), (*layers, *dense)),))
 
 
 def test_states_grow_sure_with_time_and_forget() -> None:
     positions, confidence = joints()
-    states = HandStates(CAMERA, counting_network(2.0))
+    states = HandStates(CAMERA, constant_networks(2.0))
     course = [states.update(drawn(fingers=True), positions, confidence, k * 33_000_000) for k in range(20)]
     open_probability = [next(h.open_probability for h in seen if h.method == "shape") for seen in course]
     assert {h.side for h in course[0]} == {"left"} and {h.method for h in course[0]} == {"shape", "circles"}
@@ -100,11 +110,12 @@ def test_states_grow_sure_with_time_and_forget() -> None:
 
 
 def test_the_network_tells_a_drawn_hand_from_a_drawn_fist() -> None:
-    network = shape_network()
     windows = [
         hand_window(CAMERA, drawn(fingers=f), WRIST, ELBOW, 0.25, mirrored=False) for f in (True, False)
     ]
-    flat, fist = network(np.array([window_inputs(w) for w in windows if w is not None]))[:, 0]
+    samples = np.array([window.samples for window in windows if window is not None])
+    about = np.array([window.about for window in windows if window is not None])
+    flat, fist = shape_networks()(samples, about)[:, 0]
     assert flat > fist + 1.0
 
 
