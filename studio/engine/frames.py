@@ -127,7 +127,8 @@ class StepResult:
 
     `positions_m`, `rotations_wxyz`, `confidence` and `uncertainty_mm` are one frame of `Poses`:
     shapes (52, 3), (52, 4), (52,), (52,). `configuration` is the humanoid's, before completion, shape (nq,);
-    None without inverse kinematics.
+    None without inverse kinematics. `root_height_m` is that of `Poses`, where finishing
+    has put the take on its soles.
     """
 
     frame_set: FrameSet
@@ -137,3 +138,4 @@ class StepResult:
     confidence: NDArray[np.float64]
     uncertainty_mm: NDArray[np.float64]
     configuration: NDArray[np.float64] | None = None
+    root_height_m: float | None = None

@@ -7,13 +7,14 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from studio.engine.arrays import read_arrays, save_arrays
+from studio.engine.arrays import pieces, read_arrays, save_arrays
 from studio.engine.errors import FormatError
 from studio.engine.files import write_atomically
 from studio.engine.joints import OUTPUT_JOINTS, OUTPUT_PARENTS
 from studio.engine.versions import POSES
 
 _KEYS = ("time_s", "joint_names", "parents", "positions_m", "rotations_wxyz", "confidence", "uncertainty_mm")
+_ROOT_HEIGHT = "root_height_m"
 
 
 @dataclass(frozen=True)
@@ -31,6 +32,7 @@ class Poses:
         rotations_wxyz: unit quaternions of the joints' world rotations, shape (frame_count, joint_count, 4).
         confidence: 0..1, shape (frame_count, joint_count).
         uncertainty_mm: radius of the 90 % ball, shape (frame_count, joint_count); NaN = not measured.
+        root_height_m: of the root over the floor in the T-pose, which stands on its soles; None = not known.
     """
 
     time_s: NDArray[np.float64]
@@ -40,6 +42,7 @@ class Poses:
     rotations_wxyz: NDArray[np.float64]
     confidence: NDArray[np.float64]
     uncertainty_mm: NDArray[np.float64]
+    root_height_m: float | None = None
 
     def __post_init__(self) -> None:
         frames, joints = len(self.time_s), len(self.joint_names)
@@ -53,7 +56,8 @@ class Poses:
         for name, shape in expected.items():
             if getattr(self, name).shape != shape:
                 raise FormatError(f"poses: {name} has shape {getattr(self, name).shape}, expected {shape}")
-        if frames and not (np.isfinite(self.positions_m).all() and np.isfinite(self.rotations_wxyz).all()):
+        numbers = (piece for array in (self.positions_m, self.rotations_wxyz) for piece in pieces(array))
+        if not all(np.isfinite(piece).all() for piece in numbers):
             raise FormatError("poses: positions and rotations must be finite")
         if not (self.parents < np.arange(joints)).all():
             raise FormatError("poses: every parent must come before its child")
@@ -70,7 +74,10 @@ class Poses:
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write `poses.npz` atomically: either the whole file is there afterwards, or the old one."""
         with write_atomically(path) as file:
-            save_arrays(file, {key: np.asarray(getattr(self, key)) for key in _KEYS}, POSES)
+            arrays = {key: np.asarray(getattr(self, key)) for key in _KEYS}
+            if self.root_height_m is not None:
+                arrays[_ROOT_HEIGHT] = np.float64(self.root_height_m)
+            save_arrays(file, arrays, POSES)
 
     @classmethod
     def load(cls, path: str | os.PathLike[str]) -> "Poses":
@@ -82,13 +89,15 @@ class Poses:
         if not Path(path).is_file():
             raise FormatError(f"no poses at {path}; run `studio solve` first")
         try:
-            values = read_arrays(path, _KEYS, POSES)
+            values = read_arrays(path, _KEYS, POSES, optional=(_ROOT_HEIGHT,))
         except (KeyError, ValueError, OSError, EOFError) as error:
             raise FormatError(f"{path} is not a poses.npz: {error}; solve the take again") from error
         except FormatError:
             raise
         except Exception as error:  # zipfile and zlib raise their own kinds on a truncated file
             raise FormatError(f"{path} is damaged: {error}; solve the take again") from error
+        if _ROOT_HEIGHT in values:
+            values[_ROOT_HEIGHT] = float(values[_ROOT_HEIGHT])
         values["joint_names"] = tuple(str(name) for name in values["joint_names"])
         return cls(**values)
 
@@ -115,4 +124,5 @@ def on_output_joints(poses: Poses) -> Poses:
         poses.rotations_wxyz[:, nearest],
         poses.confidence[:, nearest],
         poses.uncertainty_mm[:, nearest],
+        poses.root_height_m,
     )

@@ -1,6 +1,6 @@
 """A camera's depth in a take as a file that other programs read."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -26,14 +26,7 @@ def export_depth(
         FormatError: the device has no depth mode with images of that size.
     """
     recording = DepthRecording(take.raw_path)
-    names = list(recording.cameras)
-    if not names:
-        raise TakeError(f"take {take.path} has no depth; record with `studio camera --record-depth`")
-    if camera is None and len(names) > 1:
-        raise TakeError(f"take {take.path} has depth of {', '.join(names)}; choose one with --camera")
-    name = names[0] if camera is None else camera
-    if name not in recording.cameras:
-        raise TakeError(f"take {take.path} has no depth of camera {name!r}; it has: {', '.join(names)}")
+    name = choose_camera(take, list(recording.cameras), camera)
     total = len(recording.times_ns(name))
 
     def images() -> Iterator[tuple[int, NDArray[np.uint16]]]:
@@ -44,3 +37,19 @@ def export_depth(
 
     serial = next((c["serial"] for c in take.meta.get("cameras", []) if c.get("name") == name), "")
     return name, write_k4a(out, recording.cameras[name], images(), serial=serial)
+
+
+def choose_camera(take: Take, names: Sequence[str], camera: str | None) -> str:
+    """Return which of the cameras with depth is exported.
+
+    Raises:
+        TakeError: as `export_depth`.
+    """
+    if not names:
+        raise TakeError(f"take {take.path} has no depth; record with `studio camera --record-depth`")
+    if camera is None and len(names) > 1:
+        raise TakeError(f"take {take.path} has depth of {', '.join(names)}; choose one with --camera")
+    name = names[0] if camera is None else camera
+    if name not in names:
+        raise TakeError(f"take {take.path} has no depth of camera {name!r}; it has: {', '.join(names)}")
+    return name

@@ -199,6 +199,7 @@ def _temporary_files(path: Path, repair: bool) -> Iterator[Finding]:
         *path.glob(f"{TEMPORARY_PREFIX}*"),
         *path.glob(".take.json.*"),
         *path.glob("calibrations/.*.json.*"),
+        *path.glob("tracked/.*.npz.*"),
     ]
     for file in sorted([*found, *path.glob(f"solves/.*{PARTIAL_MARK}*"), *path.glob("solves/.*.old-*")]):
         name = file.name[1:].rsplit(".old-", 1)[0]

@@ -8,10 +8,15 @@ channel's metadata hold the `Hello`. The channel `live` holds events as JSON. Ch
 it. `raw_reader` reads what there is of a damaged file, `raw_append` goes on with it.
 """
 
-from collections.abc import Iterator
+from array import array
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 
+import numpy as np
+from numpy.typing import NDArray
+
 from studio.engine.frames import CameraFrame
+from studio.take.kept_frames import KeptFrames
 from studio.take.raw_clocks import TakeClocks
 from studio.take.raw_reader import RawReader, RawSummary, inspect_raw
 from studio.take.raw_records import (
@@ -50,29 +55,55 @@ def read_raw(path: str | Path) -> Iterator[RawRecord]:
     return iter(RawReader(path))
 
 
-def camera_frames(path: str | Path) -> dict[str, list[CameraFrame]]:
+def camera_frames(path: str | Path) -> dict[str, Sequence[CameraFrame]]:
     """Return canonical frames by camera: cameras in order of their first hello, frames in device time order.
 
     A frame that came twice is kept once. Where a camera's client was started again within the take, or its clock
-    jumped, all its frames have times on its last clock; frames whose clock is not known are left out.
+    jumped, all its frames have times on its last clock; frames whose clock is not known are left out. Frames of a
+    long take are read from a temporary file as they are asked for.
 
     Raises:
-        TakeError: no such file.
+        TakeError: no such file, or the disk of the temporary folder is full.
     """
+    kept, clocks, arrivals = KeptFrames(), TakeClocks(), _Arrivals()
     names: list[str] = []
-    found: dict[tuple[str, str, int, int], CameraFrame] = {}
-    clocks = TakeClocks()
     for record in read_raw(path):
         if isinstance(record, RawCamera):
             names.append(record.hello.name)
         elif isinstance(record, RawFrame):
-            frame = record.frame
-            found.setdefault((frame.camera, record.boot_id, frame.sequence, frame.device_time_ns), frame)
+            kept.add(record.frame)
+            arrivals.add(record)
         elif isinstance(record, RawEvent):
             clocks.event(record.event)
-    frames: dict[str, dict[int, CameraFrame]] = {name: {} for name in names}
-    for (camera, boot_id, _, _), frame in found.items():
-        placed = clocks.placed(frame, boot_id)
-        if placed is not None:
-            frames[camera].setdefault(placed.device_time_ns, placed)
-    return {name: [by_time[t] for t in sorted(by_time)] for name, by_time in frames.items()}
+    return {name: kept.frames(*arrivals.in_order(name, clocks)) for name in dict.fromkeys(names)}
+
+
+class _Arrivals:
+    """What places the frames of a recording in time: camera and start of its client, number and device time."""
+
+    def __init__(self) -> None:
+        self._clients: dict[tuple[str, str], int] = {}
+        self._client, self._sequence, self._time_ns = array("l"), array("q"), array("q")
+
+    def add(self, record: RawFrame) -> None:
+        client = (record.camera, record.boot_id)
+        self._client.append(self._clients.setdefault(client, len(self._clients)))
+        self._sequence.append(record.frame.sequence)
+        self._time_ns.append(record.frame.device_time_ns)
+
+    def in_order(self, camera: str, clocks: TakeClocks) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+        """Return which frames a camera has, by the order of their arrival, and their times on its last clock [ns].
+
+        They come in order of time; of frames of one time, the one that came first is the only one.
+        """
+        clients = list(self._clients)
+        placed: dict[int, int] = {}
+        for place, (client, sequence, time_ns) in enumerate(
+            zip(self._client, self._sequence, self._time_ns, strict=True)
+        ):
+            if clients[client][0] == camera:
+                at_ns = clocks.placed_ns(*clients[client], sequence, time_ns)
+                if at_ns is not None:
+                    placed.setdefault(at_ns, place)
+        times = sorted(placed)
+        return np.array([placed[at] for at in times], dtype=np.int64), np.array(times, dtype=np.int64)

@@ -4,11 +4,13 @@ The live log tells how each clock maps to the stage clock. Frames are brought to
 that the take's calibration knows, so that whatever reads a take meets one clock per camera.
 """
 
-from dataclasses import replace
 from typing import Any
 
 from studio.engine.clock import invert
-from studio.engine.frames import CameraFrame, ClockModel
+from studio.engine.frames import ClockModel
+
+_LARGEST_NS = 2**62
+"""As the wire allows: times of a clock that is far off still fit into 64 bits."""
 
 
 class TakeClocks:
@@ -37,11 +39,6 @@ class TakeClocks:
         segments = self._segments.get((camera, boot_id), [])
         return next((name for first, name in reversed(segments) if sequence >= first), boot_id)
 
-    def placed(self, frame: CameraFrame, boot_id: str) -> CameraFrame | None:
-        """Return the frame with its time on the camera's last clock; None where its own clock is not known."""
-        time_ns = self.placed_ns(frame.camera, boot_id, frame.sequence, frame.device_time_ns)
-        return None if time_ns is None else replace(frame, device_time_ns=time_ns)
-
     def placed_ns(self, camera: str, boot_id: str, sequence: int, device_time_ns: int) -> int | None:
         """Return a frame's or image's time on the camera's last clock [ns]; None where its own is not known."""
         last = self._last.get(camera)
@@ -51,4 +48,5 @@ class TakeClocks:
         clock = self._clocks.get((camera, own))
         if clock is None:
             return None
-        return invert(self._clocks[camera, last]).stage_ns(clock.stage_ns(device_time_ns))
+        placed = invert(self._clocks[camera, last]).stage_ns(clock.stage_ns(device_time_ns))
+        return max(-_LARGEST_NS, min(placed, _LARGEST_NS))

@@ -5,11 +5,12 @@ from functools import lru_cache
 from pathlib import Path
 
 from mcap.exceptions import McapError
-from mcap.reader import make_reader
+from mcap.reader import McapReader, make_reader
+from mcap.summary import Summary
 
 from studio.engine.errors import TakeError
 from studio.take.names import check_name, inside, is_safe_name
-from studio.take.raw_records import LIVE_TOPIC
+from studio.take.raw_records import LIVE_TOPIC, depth_topic
 from studio.take.take import Take
 
 
@@ -21,7 +22,8 @@ class TakeInfo:
         path: the take's folder; `session` and `name` are the names of the folders.
         created: ISO 8601, UTC; empty where `problem` is set.
         length_s: first to last frame [s]; None where raw.mcap is missing or unfinished.
-        cameras, solves: names.
+        cameras, solves: names; `depth`: names of the cameras whose depth images were recorded too.
+        calibrated: a calibration is in use.
         state: recording state of `take.json`, or `damaged`.
         source, performer, notes, rating, starred: of `take.json`.
         problem: why `take.json` cannot be read, else None.
@@ -34,6 +36,8 @@ class TakeInfo:
     length_s: float | None = None
     cameras: tuple[str, ...] = ()
     solves: tuple[str, ...] = ()
+    depth: tuple[str, ...] = ()
+    calibrated: bool = False
     state: str = "damaged"
     source: str = ""
     performer: str = ""
@@ -70,15 +74,16 @@ def take_info(path: Path) -> TakeInfo:
     What was read is kept, and read again where a file is another than before: a list of thousands costs a look
     at each folder.
     """
-    info = _read_info(path, tuple(_stamp(path / name) for name in ("take.json", "raw.mcap")))
+    info = _read_info(path, tuple(file_stamp(path / name) for name in ("take.json", "raw.mcap")))
     return info if info.problem is not None else replace(info, solves=tuple(Take(path, {}).solve_names()))
 
 
-_Stamp = tuple[int, int, int] | None
-_MOST_KEPT = 1 << 17
+Stamp = tuple[int, int, int] | None
+MOST_KEPT = 1 << 17
+"""Files and folders whose content is kept by their stamp."""
 
 
-def _stamp(path: Path) -> _Stamp:
+def file_stamp(path: Path) -> Stamp:
     """Return what tells that a file or folder is another than before; None where there is none."""
     try:
         found = path.stat()
@@ -87,20 +92,23 @@ def _stamp(path: Path) -> _Stamp:
     return found.st_ino, found.st_size, found.st_mtime_ns
 
 
-@lru_cache(maxsize=_MOST_KEPT)
-def _read_info(path: Path, _: tuple[_Stamp, ...]) -> TakeInfo:
+@lru_cache(maxsize=MOST_KEPT)
+def _read_info(path: Path, _: tuple[Stamp, ...]) -> TakeInfo:
     session, name = path.parent.name, path.name
     try:
         take = Take.open(path)
     except TakeError as error:
         return TakeInfo(path, session, name, problem=str(error))
+    length_s, topics = _read_index(take.raw_path)
     return TakeInfo(
         path=path,
         session=session,
         name=name,
         created=take.meta["created"],
-        length_s=raw_length_s(take.raw_path),
+        length_s=length_s,
         cameras=take.camera_names,
+        depth=tuple(camera for camera in take.camera_names if depth_topic(camera) in topics),
+        calibrated=take.meta["calibration"] is not None,
         state=take.meta["recording"],
         source=take.meta["source"],
         performer=take.meta.get("performer", ""),
@@ -110,27 +118,39 @@ def _read_info(path: Path, _: tuple[_Stamp, ...]) -> TakeInfo:
     )
 
 
-def raw_length_s(raw_path: Path) -> float | None:
-    """Return the time from the first to the last frame by the file's index [s], without reading it all.
+def _read_index(raw_path: Path) -> tuple[float | None, set[str]]:
+    """Return the time from the first to the last frame [s] and the topics that have messages, by the file's index.
 
-    None where the file is missing, unfinished or damaged, or has no frame.
+    None and nothing where the file is missing, unfinished or damaged, or has no frame.
     """
     try:
         with open(raw_path, "rb") as file:
             reader = make_reader(file)
             summary = reader.get_summary()
-            if summary is None:
-                return None
-            topics = [channel.topic for channel in summary.channels.values() if channel.topic != LIVE_TOPIC]
-            if not topics:
-                return None
-            first = next(iter(reader.iter_messages(topics=topics)), None)
-            last = next(iter(reader.iter_messages(topics=topics, reverse=True)), None)
+            topics = set() if summary is None else _topics(summary)
+            ends = _ends(reader, topics - {LIVE_TOPIC})
     except (OSError, McapError, ValueError):
+        return None, set()
+    return (None, set()) if ends is None else ((ends[1] - ends[0]) * 1e-9, topics)
+
+
+def _topics(summary: Summary) -> set[str]:
+    """Return the topics of a file that have messages."""
+    found = summary.statistics
+    return {
+        channel.topic
+        for channel in summary.channels.values()
+        if found is None or found.channel_message_counts.get(channel.id)
+    }
+
+
+def _ends(reader: McapReader, topics: set[str]) -> tuple[int, int] | None:
+    """Return when the first and the last message of some topics came [ns], None where there is none."""
+    if not topics:
         return None
-    if first is None or last is None:
-        return None
-    return (last[2].log_time - first[2].log_time) * 1e-9
+    first = next(iter(reader.iter_messages(topics=topics)), None)
+    last = next(iter(reader.iter_messages(topics=topics, reverse=True)), None)
+    return None if first is None or last is None else (first[2].log_time, last[2].log_time)
 
 
 def take_path(sessions_dir: str | Path, session: str, name: str) -> Path:

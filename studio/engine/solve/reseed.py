@@ -12,8 +12,9 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from studio.engine.human.model import FREE_DOFS, Humanoid
+from studio.engine.human.model import Humanoid
 from studio.engine.joints import INDEX
+from studio.engine.solve.limb_chain import LimbChain
 
 Array = NDArray[np.float64]
 
@@ -35,12 +36,6 @@ STARTS = 10
 
 UNSURE_M = 0.06
 """A joint that is less sure than this does not tell that its limb is stuck."""
-
-_ITERATIONS = 10
-_LONGEST_STEP_RAD = 0.6
-_DAMPING = 1e-3
-_REST_M = 0.01
-"""Distance [m] that weighs as much as a hinge a spread away from rest."""
 
 _LIMBS: tuple[tuple[tuple[str, ...], tuple[str, ...]], ...] = tuple(
     (tuple(f"{side}_{joint}" for joint in joints), tuple(side.capitalize() + body for body in bodies))
@@ -66,9 +61,14 @@ def _spread_starts(low: Array, high: Array) -> Array:
 @dataclass(frozen=True)
 class _Limb:
     joints: NDArray[np.int64]  # canonical
-    sites: list[int]
-    hinges: NDArray[np.int64]  # among all hinges
+    chain: LimbChain
+    held: NDArray[np.bool_]  # of the chain's hinges
     starts: Array  # (STARTS, hinge_count)
+
+    @property
+    def hinges(self) -> NDArray[np.int64]:
+        """Those that a new start may move, among all hinges."""
+        return self.chain.hinges[~self.held]
 
 
 class LimbWatch:
@@ -88,16 +88,12 @@ class LimbWatch:
         self._left_s = np.zeros(len(humanoid.range_rad))
 
     def _limb(self, joints: tuple[str, ...], bodies: tuple[str, ...]) -> _Limb:
-        model = self._humanoid.model
         indices = np.array([INDEX[name] for name in joints])
-        hinges = [
-            int(model.jnt_dofadr[joint]) - FREE_DOFS
-            for joint in range(model.njnt)
-            if model.body(model.jnt_bodyid[joint]).name in [*bodies]
-        ]
-        hinges = [hinge for hinge in hinges if not self._held[hinge]]
-        starts = _spread_starts(self._low[hinges], self._high[hinges])
-        return _Limb(indices, [int(i) for i in self._humanoid.site_ids[indices]], np.array(hinges), starts)
+        chain = LimbChain(self._humanoid, bodies, indices, np.stack([self._low, self._high]))
+        held = self._held[chain.hinges]
+        starts = np.zeros((STARTS, len(held)))
+        starts[:, ~held] = _spread_starts(*chain.ranges[:, ~held])
+        return _Limb(indices, chain, held, starts)
 
     def found(
         self,
@@ -127,7 +123,10 @@ class LimbWatch:
         self._stuck_s = np.where(stuck, self._stuck_s + dt, 0.0)
         self._wait_s[~stuck] = STUCK_S
         due = np.flatnonzero(self._stuck_s > self._wait_s)
-        moved = [self._try(int(limb), q, targets, weights, shown) for limb in due]
+        if not len(due):
+            return None
+        pose = shown()
+        moved = [self._try(int(limb), q, targets, weights, pose) for limb in due]
         changed = [
             (self._limbs[limb].hinges, hinges)
             for limb, hinges in zip(due, moved, strict=True)
@@ -151,18 +150,19 @@ class LimbWatch:
         arguments as of `found`."""
         error = (sites - targets)[_WATCHED]
         off = np.where(weights[_WATCHED] > 0.0, (error * error).sum(axis=2), 0.0).max(axis=1)
-        better, changed = q.copy(), False
-        for limb in np.flatnonzero(off > STUCK_M**2):
-            hinges = self._better(self._limbs[limb], q, targets, weights, shown)
+        stuck = np.flatnonzero(off > STUCK_M**2)
+        if not len(stuck):
+            return None
+        better, changed, pose = q.copy(), False, shown()
+        for limb in stuck:
+            hinges = self._better(self._limbs[limb], q, targets, weights, pose)
             if hinges is not None:
                 better[7 + self._limbs[limb].hinges], changed = hinges, True
         return better if changed else None
 
-    def _try(
-        self, limb: int, q: Array, targets: Array, weights: Array, shown: Callable[[], Array | None]
-    ) -> Array | None:
+    def _try(self, limb: int, q: Array, targets: Array, weights: Array, pose: Array | None) -> Array | None:
         """The same as `_better`; where there is none, the next trial waits longer."""
-        hinges = self._better(self._limbs[limb], q, targets, weights, shown)
+        hinges = self._better(self._limbs[limb], q, targets, weights, pose)
         if hinges is not None:
             self._stuck_s[limb], self._wait_s[limb] = 0.0, STUCK_S
             return hinges
@@ -173,62 +173,22 @@ class LimbWatch:
         return None
 
     def _better(
-        self, part: _Limb, q: Array, targets: Array, weights: Array, shown: Callable[[], Array | None]
+        self, part: _Limb, q: Array, targets: Array, weights: Array, pose: Array | None
     ) -> Array | None:
-        """A limb's hinges from the best of all starts, or None where none is clearly better."""
+        """A limb's hinges from the best of all starts, `pose`'s among them, or None where none is clearly better."""
         if not len(part.hinges):
             return None
-        targets = np.where(weights[:, None] > 0, targets, 0.0)
-        starts = [q[7 + part.hinges], self._humanoid.rest_q[part.hinges], *part.starts]
-        pose = shown()
+        now = q[7 + part.chain.hinges]
+        starts = [now, part.chain.rest, *part.starts]
         if pose is not None:
-            starts.append(pose[7 + part.hinges])
-        share = weights[part.joints] / weights[part.joints].max()
-        trials = [self._refined(part, q, start, targets, share) for start in starts]
-        best_cost, best = min(trials, key=lambda trial: trial[0])
-        now = self._cost(part, q, q[7 + part.hinges], targets, share)
-        return best if best_cost < BETTER**2 * now else None
-
-    def _place(self, q: Array, part: _Limb, hinges: Array) -> None:
+            starts.append(pose[7 + part.chain.hinges])
         self._data.qpos[:] = q
-        self._data.qpos[7 + part.hinges] = hinges
         mujoco.mj_kinematics(self._humanoid.model, self._data)
-
-    def _cost(self, part: _Limb, q: Array, hinges: Array, targets: Array, share: Array) -> float:
-        self._place(q, part, hinges)
-        error = share[:, None] * (self._data.site_xpos[part.sites] - targets[part.joints])
-        stray = (
-            _REST_M * (hinges - self._humanoid.rest_q[part.hinges]) / self._humanoid.spread_rad[part.hinges]
-        )
-        return float((error * error).sum() + stray @ stray)
-
-    def _refined(
-        self, part: _Limb, q: Array, hinges: Array, targets: Array, share: Array
-    ) -> tuple[float, Array]:
-        """Cost and hinges after a few Gauss-Newton steps of the limb alone, within its ranges."""
-        model, data, at = self._humanoid.model, self._data, part.hinges
-        low, high = self._low[at], self._high[at]
-        pull = (_REST_M / self._humanoid.spread_rad[at]) ** 2
-        rows = np.repeat(share, 3)
-        jacobian = np.empty((3 * len(part.sites), model.nv))
-        hinges = np.clip(hinges, low, high)
-        for _ in range(_ITERATIONS):
-            self._place(q, part, hinges)
-            mujoco.mj_comPos(model, data)
-            for row, site in enumerate(part.sites):
-                mujoco.mj_jacSite(model, data, jacobian[3 * row : 3 * row + 3], None, site)
-            J = rows[:, None] * jacobian[:, FREE_DOFS + at]
-            error = rows * (data.site_xpos[part.sites] - targets[part.joints]).ravel()
-            gradient = J.T @ error + pull * (hinges - self._humanoid.rest_q[at])
-            free = ~((hinges <= low) & (gradient > 0) | (hinges >= high) & (gradient < 0))
-            if not free.any():
-                break
-            H = J.T @ J + np.diag(pull + _DAMPING)
-            step = np.linalg.solve(H[np.ix_(free, free)], -gradient[free])
-            hinges = hinges.copy()
-            hinges[free] += np.clip(step, -_LONGEST_STEP_RAD, _LONGEST_STEP_RAD)
-            hinges = np.clip(hinges, low, high)
-        return self._cost(part, q, hinges, targets, share), hinges
+        share = weights[part.joints] / weights[part.joints].max()
+        targets = np.where(share[:, None] > 0, targets[part.joints], 0.0)
+        trials = part.chain.tried(self._data, now, starts, part.held, targets, share)
+        best = int(trials.left.argmin())
+        return trials.hinges[best][~part.held] if trials.left[best] < BETTER**2 * trials.now else None
 
     def led(self, q: Array, dt: float) -> Array:
         """Return the configuration to show: `q`, but a limb that was found anew is led there; `dt` after the last."""

@@ -52,6 +52,9 @@ REST_WEIGHT = 0.4
 JUMP_M_S = 7.0
 """A joint off its expected place by more than this speed explains has turned up elsewhere."""
 
+JUMPING_S = 0.1
+"""A spike comes and goes within this time; a joint that is faster than a jump for longer moves [s]."""
+
 EASE_S = 0.05
 """Time constant with which the pose follows a joint that turned up elsewhere [s]."""
 
@@ -112,6 +115,7 @@ class Solver:
         self._offset = np.zeros((len(CANONICAL), 3))
         self._offset_left = False
         self._last_joints = np.full((len(CANONICAL), 3), np.nan)
+        self._jumping_s = np.zeros(len(CANONICAL))
         self._started = False
 
     def solve(
@@ -171,7 +175,8 @@ class Solver:
         return watch.led(q, dt).copy()
 
     def _eased(self, joints: NDArray[np.float64], dt: float) -> NDArray[np.float64]:
-        """The joints, but one that turns up elsewhere is brought there over `EASE_S` instead of in one frame."""
+        """The joints, but one that turns up elsewhere is brought there over `EASE_S` instead of in one frame; one
+        that does so for longer than `JUMPING_S` is fast, and is followed."""
         if self._combined:
             return joints
         expected = self._configuration.data.site_xpos.take(self.humanoid.site_ids, axis=0)
@@ -182,8 +187,12 @@ class Solver:
         away = np.vecdot(off, off) > reach2  # False where unseen
         if away.any():
             jumped = away & ~(np.vecdot(moved, moved) < reach2)  # the second is True where it was unseen
+            self._jumping_s = np.where(jumped, self._jumping_s + dt, 0.0)
+            jumped &= self._jumping_s < JUMPING_S
             self._offset[jumped] = (expected - joints)[jumped]
             self._offset_left = self._offset_left or bool(jumped.any())
+        else:
+            self._jumping_s[:] = 0.0
         self._last_joints = joints
         return joints + self._offset
 
@@ -246,6 +255,7 @@ class Solver:
             self._watch.forget()
             self._settle(self._watch, joints, weights)
         self._last_joints = joints
+        self._jumping_s[:] = 0.0
         return True
 
     def _settle(self, watch: LimbWatch, joints: NDArray[np.float64], weights: NDArray[np.float64]) -> None:

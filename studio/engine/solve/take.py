@@ -1,7 +1,10 @@
 """A whole take through the pipeline: all frames, final clocks, and finishing where it is on."""
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
 
 from studio.engine.calibration.result import Calibration
 from studio.engine.errors import SettingsError
@@ -17,6 +20,9 @@ from studio.engine.solve.trace import TraceCollector
 
 ProgressCallback = Callable[[float], None]
 """Called with the share done, 0..1."""
+
+LAST_NS = 2**63 - 1
+"""A clock that is wrong by centuries is brought within 64 bits."""
 
 LIVE_SHARE = 0.6
 """Share of a solve's time that the pipeline takes where finishing follows."""
@@ -36,7 +42,7 @@ def solve_frames(
     """Return the poses of a take's frames.
 
     Args:
-        frames: of all cameras, in any order.
+        frames: of all cameras, in any order; a sequence is asked for one after the other, not copied.
         calibration: gives cameras, clocks and performer.
         settings: the switches.
         start_s: frames before this stage time [s] are left out; None = none are. Nothing is carried over from
@@ -49,11 +55,9 @@ def solve_frames(
     Raises:
         TakeError: no frame, or no camera that shows the performer. CalibrationError, SettingsError: see `Pipeline`.
     """
-    clocks = {name: camera.clock for name, camera in calibration.cameras.items()}
-    placed = [(clocks[f.camera].stage_ns(f.device_time_ns), f) for f in frames if f.camera in clocks]
-    placed.sort(key=lambda item: (item[0], item[1].camera, item[1].sequence))
-    if start_s is not None:
-        placed = [item for item in placed if item[0] >= start_s * 1e9]
+    if not isinstance(frames, Sequence):
+        frames = list(frames)
+    order = _order(frames, calibration, start_s)
     pipeline, schedule = Pipeline(calibration, settings), Schedule(settings.output_hz)
     finisher = _finisher(calibration, settings)
     collector = PoseCollector()
@@ -65,25 +69,52 @@ def solve_frames(
         if trace is not None:
             trace.add(result)
 
-    total, live_share = max(len(placed), 1), 1.0 if finisher is None else LIVE_SHARE
-    placed.reverse()
-    while placed:  # a frame that is done with is let go
-        pipeline.add_frame(placed.pop()[1])
+    live_share = 1.0 if finisher is None else LIVE_SHARE
+    for done, place in enumerate(order.tolist()):
+        pipeline.add_frame(frames[place])
         for stage_ns in schedule.due(pipeline.newest_stage_ns()):
             result = pipeline.step(stage_ns)
             if result is not None and (start_s is None or stage_ns >= start_s * 1e9):
                 collect(result) if finisher is None else finisher.add(result)
-        done = total - len(placed)
-        if progress is not None and done % 64 == 1:
-            progress(live_share * done / total)
+        if progress is not None and done % 64 == 0:
+            progress(live_share * (done + 1) / len(order))
     if finisher is not None:
-        for result in finisher.results():
+
+        def tell(share: float) -> None:
+            if progress is not None:
+                progress(live_share + (1.0 - live_share) * share)
+
+        for result in finisher.results(tell):
             collect(result)
         if physics is not None:
             physics.update(finisher.physics_report)
     if progress is not None:
         progress(1.0)
     return collector.poses()
+
+
+def _order(
+    frames: Sequence[CameraFrame], calibration: Calibration, start_s: float | None
+) -> NDArray[np.int64]:
+    """Return the places of the frames to use, by stage time, then camera, then number."""
+    clocks = {name: camera.clock for name, camera in calibration.cameras.items()}
+    ranks = {name: rank for rank, name in enumerate(sorted(clocks))}
+    keys = (
+        (
+            min(clocks[frame.camera].stage_ns(frame.device_time_ns), LAST_NS),
+            ranks[frame.camera],
+            frame.sequence,
+            place,
+        )
+        for place, frame in enumerate(frames)
+        if frame.camera in clocks
+    )
+    placed = np.fromiter(
+        keys, np.dtype([(key, np.int64) for key in ("stage_ns", "camera", "sequence", "place")])
+    )
+    if start_s is not None:
+        placed = placed[placed["stage_ns"] >= start_s * 1e9]
+    return placed["place"][np.lexsort((placed["sequence"], placed["camera"], placed["stage_ns"]))]
 
 
 def check_together(settings: SolveSettings) -> None:
@@ -96,4 +127,4 @@ def _finisher(calibration: Calibration, settings: SolveSettings) -> Finisher | N
     check_together(settings)
     if settings.finish == "off" or calibration.performer is None:
         return None
-    return Finisher(calibration.performer, settings)
+    return Finisher(calibration.performer, settings, floor_given=calibration.floor_given)

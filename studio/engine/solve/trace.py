@@ -15,9 +15,9 @@ from studio.engine.errors import FormatError
 from studio.engine.files import write_atomically
 from studio.engine.frames import FrameSet, FusedSkeleton, StepResult
 from studio.engine.joints import JOINT_COUNT
+from studio.engine.records import Records
 from studio.engine.versions import TRACE
 
-BLOCK = 1024
 STEP_M = 0.0005
 _UNSEEN = np.iinfo(np.int16).min
 _KEYS = ("time_ns", "cameras", "reasons", "camera_half_mm", "fused_half_mm", "confidence", "used", "reason")
@@ -97,19 +97,19 @@ class TraceCollector:
     def __init__(self) -> None:
         self._cameras: tuple[str, ...] = ()
         self._reasons: dict[str, int] = {"": 0}
-        self._blocks: list[NDArray[np.void]] = []
-        self._filled = BLOCK
+        self._records: Records | None = None
 
     def add(self, result: StepResult) -> None:
-        """Take in a result."""
+        """Take in a result.
+
+        Raises:
+            TakeError: the disk of the temporary folder is full.
+        """
         frames, fused = result.frame_set, result.fused
-        if not self._blocks:
+        if self._records is None:
             self._cameras = frames.cameras
-        if self._filled == BLOCK:
-            self._blocks.append(np.zeros(BLOCK, dtype=self._dtype()))
-            self._filled = 0
-        row = self._blocks[-1][self._filled]
-        self._filled += 1
+            self._records = Records(self._dtype())
+        row = np.zeros((), self._records.dtype)
         row["time_ns"] = frames.stage_time_ns
         row["fused_half_mm"] = _packed(fused.positions)
         row["confidence"] = np.rint(255.0 * np.clip(np.nan_to_num(fused.confidence), 0.0, 1.0))
@@ -125,6 +125,7 @@ class TraceCollector:
                 row["reason"][places[i], joint] = self._reasons.setdefault(
                     reason, min(len(self._reasons), 255)
                 )
+        self._records.add(row[()])
 
     def _dtype(self) -> np.dtype[np.void]:
         count = len(self._cameras)
@@ -145,8 +146,8 @@ class TraceCollector:
         Raises:
             FormatError: nothing was.
         """
-        if not self._blocks:
+        if self._records is None:
             raise FormatError("a solve without frames has no trace")
-        rows = np.concatenate([*self._blocks[:-1], self._blocks[-1][: self._filled]])
+        rows = self._records.all()
         columns = {name: rows[name] for name in rows.dtype.names or ()}
         return Trace(cameras=self._cameras, reasons=tuple(self._reasons), **columns)

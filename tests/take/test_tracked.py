@@ -1,0 +1,111 @@
+"""Skeletons from depth are made once: later solves and first looks find them in the take."""
+
+import os
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from studio import tracking
+from studio.camera.simulator.rig import standard_rig
+from studio.camera.simulator.simulate import simulate_take
+from studio.engine.calibration.result import Calibration, CameraCalibration
+from studio.engine.errors import StudioError, TakeError
+from studio.engine.poses import Poses
+from studio.engine.settings import SolveSettings
+from studio.first_look import solve_part
+from studio.replay import solve_take
+from studio.take import tracked
+from studio.take.bundle import write_bundle
+from studio.take.doctor import check_take
+from studio.take.take import Take
+from studio.take.tracked import FOLDER
+from tests.camera.simulator.depth.test_take import motion
+from tests.engine.walkers import performer
+
+__all__ = ["motion"]
+
+
+@pytest.fixture
+def take(motion: Path, tmp_path: Path) -> Take:
+    """A take of depth alone, 0.8 s of two cameras, calibrated."""
+    path = tmp_path / "t"
+    simulate_take(motion, path, tracker="depth", sensor="azure-kinect", calibration=False, cameras=2, seed=4)
+    cameras = {camera.name: CameraCalibration(camera.T_stage_camera) for camera in standard_rig(2)}
+    take = Take.open(path)
+    take.add_calibration(Calibration("camera_0", cameras, performer()), use=True)
+    return take
+
+
+def solved(take: Take, **switches: str) -> bytes:
+    folder = solve_take(take, SolveSettings(**switches), name="studio")
+    return Poses.load(folder / "poses.npz").positions_m.tobytes()
+
+
+@pytest.fixture
+def counted(monkeypatch: pytest.MonkeyPatch) -> list[str]:
+    """Which trackers run."""
+    runs: list[str] = []
+    for name in ("per_camera", "from_points"):
+        made = getattr(tracking, name)
+        monkeypatch.setattr(tracking, name, lambda *a, name=name, made=made: runs.append(name) or made(*a))
+    return runs
+
+
+def test_a_take_is_tracked_once_and_its_solves_stay_the_same(take: Take, counted: list[str]) -> None:
+    with pytest.raises(TakeError, match="solve the take once"):
+        solve_part(take, SolveSettings(), 0.3, 0.6)
+    for switches in ({"tracker": "points"}, {"tracker": "client"}):
+        fresh = solved(take, **switches)
+        assert solved(take, **switches) == fresh
+        assert solve_part(take, SolveSettings(**switches), 0.3, 0.6).frame_count > 10
+    assert solved(take, tracker="per_camera", cameras="camera_1") != fresh
+    assert counted == ["from_points", "per_camera"]
+
+
+def test_what_was_tracked_with_other_frames_transforms_or_code_is_tracked_again(
+    take: Take, counted: list[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    fresh = solved(take, tracker="points")
+    calibration = take.calibration()
+    moved = calibration.cameras["camera_1"].T_stage_camera.copy()
+    moved[0, 3] += 0.05
+    cameras = calibration.cameras | {
+        "camera_1": replace(calibration.cameras["camera_1"], T_stage_camera=moved)
+    }
+    take.add_calibration(replace(calibration, cameras=cameras), use=True)
+    assert solved(take, tracker="points") != fresh
+    os.utime(take.raw_path, ns=(1, 1))
+    solved(take, tracker="points")
+    monkeypatch.setattr(tracked, "_tracker", lambda: "another")
+    solved(take, tracker="points")
+    assert len(counted) == 4
+    (file,) = (take.path / FOLDER).glob("*.npz")
+    file.write_bytes(file.read_bytes()[:1000])
+    solved(take, tracker="points")
+    assert len(counted) == 5
+
+
+def test_a_full_disk_costs_the_next_solve_its_time_and_nothing_else(
+    take: Take, counted: list[str], monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    def full(path: Path) -> None:
+        raise StudioError(f"cannot write {path}: no space")
+
+    monkeypatch.setattr(tracked, "write_atomically", full)
+    fresh = solved(take, tracker="points")
+    assert "no space" in caplog.text
+    assert solved(take, tracker="points") == fresh and len(counted) == 2
+
+
+def test_it_is_neither_damage_nor_part_of_a_bundle(take: Take, tmp_path: Path) -> None:
+    solved(take, tracker="points")
+    (take.path / FOLDER / ".points.npz.abc").write_bytes(b"half")
+    (left,) = check_take(take.path)
+    assert left.path.name == ".points.npz.abc" and not left.path.exists()
+    assert check_take(take.path) == []
+    without = write_bundle(take, tmp_path / "a.take.zip")
+    for file in (take.path / FOLDER).iterdir():
+        file.write_bytes(np.random.default_rng(1).bytes(4 << 20))
+    assert write_bundle(take, tmp_path / "b.take.zip") == without
