@@ -49,7 +49,7 @@ DISAGREEMENT = 1.35
 """Radius per distance of the cameras from the fused joint beyond their noise."""
 
 MISFIT = 1.0
-MISFIT_OF_CAMERAS = 0.8
+MISFIT_OF_CAMERAS = 0.63
 """Radius per distance between the fused joint and the solved one; the second where the fused joint is not filtered
 over time, so that its noise is in the distance too."""
 

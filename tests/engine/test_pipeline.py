@@ -1,8 +1,5 @@
 """The pipeline from camera frames to poses: deterministic, human whatever happens, accurate on known motion."""
 
-import os
-import subprocess
-import sys
 from dataclasses import replace
 
 import numpy as np
@@ -370,21 +367,6 @@ def test_confidence_and_uncertainty_come_by_output_joint():
         assert last.confidence[OUTPUT_INDEX[name]] > 0.8
         assert 0 < last.uncertainty_mm[OUTPUT_INDEX[name]] < 150
     assert len(CANONICAL) == JOINT_COUNT == last.fused.positions.shape[0]
-
-
-def test_one_blas_thread_whatever_was_imported_first():
-    """A process that has numpy with several BLAS threads before it has the studio computes the same."""
-    program = """
-import sys
-if sys.argv[1] == "numpy":
-    import numpy, scipy.linalg
-import studio.engine.pipeline
-from threadpoolctl import threadpool_info
-assert {pool["num_threads"] for pool in threadpool_info() if pool["user_api"] == "blas"} == {1}
-"""
-    environment = {name: value for name, value in os.environ.items() if name != "OPENBLAS_NUM_THREADS"}
-    for first in ("numpy", "studio"):
-        subprocess.run([sys.executable, "-c", program, first], check=True, env=environment)
 
 
 @pytest.mark.parametrize("preset", ["thesis", "studio", "finish"])

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from studio.camera.simulator.rig import standard_rig
 from studio.camera.simulator.simulate import stage_motion
+from studio.engine.calibration.calibrate import with_performer
 from studio.engine.calibration.result import Calibration, CameraCalibration, Performer
 from studio.engine.frames import CameraFrame
 from studio.engine.geometry import invert_transform, transform_points
@@ -67,9 +68,13 @@ def _dropped(shape: tuple[int, int], rng: np.random.Generator) -> NDArray[np.boo
 
 
 def noisy_take(
-    bvh: Path, *, seed: int = 1, seconds: float = 15.0
+    bvh: Path, *, seed: int = 1, seconds: float = 15.0, noise: bool = True
 ) -> tuple[list[CameraFrame], Calibration, CanonicalMotion]:
-    """Return the frames of the one camera, its true calibration with the truth's proportions, and the truth."""
+    """Return the frames of the one camera, its true calibration with the truth's proportions, and the truth.
+
+    How high the feet stand over the floor is measured in the frames, as a solve does. Without `noise` the joints are
+    the true ones, and none is missing.
+    """
     motion, _ = stage_motion(bvh, unit_m=UNIT_M, calibration=False)
     T_stage_camera = standard_rig(1)[0].T_stage_camera
     rng = np.random.default_rng(seed)
@@ -77,6 +82,8 @@ def noisy_take(
     joints = np.stack([motion.at(k / RATE_HZ) for k in range(count)])
     noisy = joints + rng.normal(0.0, SIGMA_M, joints.shape) + _spikes(joints.shape[:2], rng)
     dropped = _dropped(joints.shape[:2], rng)
+    if not noise:
+        noisy, dropped = joints.copy(), np.zeros_like(dropped)
     noisy[dropped] = np.nan
     in_camera = transform_points(invert_transform(T_stage_camera), noisy)
     confidence = np.where(dropped, 0.0, 0.95)
@@ -85,7 +92,8 @@ def noisy_take(
         for k in range(count)
     ]
     performer = Performer(1.75, motion.offsets_m)
-    return frames, Calibration("camera_0", {"camera_0": CameraCalibration(T_stage_camera)}, performer), motion
+    calibration = Calibration("camera_0", {"camera_0": CameraCalibration(T_stage_camera)}, performer)
+    return frames, with_performer(calibration, {"camera_0": frames}), motion
 
 
 def figures(poses: Poses, truth: CanonicalMotion) -> Figures:

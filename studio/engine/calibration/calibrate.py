@@ -5,7 +5,7 @@ The steps: `first` (first clocks by `time_offset`, first transforms by `rigid`) 
 `halves`, `handedness` and `verdict`.
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -23,6 +23,7 @@ from studio.engine.calibration.pairs import LocalClock, Track, grid, make_track,
 from studio.engine.calibration.proportions import measure
 from studio.engine.calibration.refine import BIAS_PRIOR_M, Placed, Refined, refine
 from studio.engine.calibration.result import Calibration, CameraCalibration, Performer
+from studio.engine.calibration.soles import on_soles
 from studio.engine.calibration.stage import find_stage, middle_of
 from studio.engine.calibration.steadiness import Shift, largest_shifts
 from studio.engine.calibration.swaps import exchange, find_swaps
@@ -30,12 +31,15 @@ from studio.engine.calibration.verdict import Facts, verdict
 from studio.engine.frames import CameraFrame, ClockModel
 from studio.engine.geometry import transform_points
 
+_ENOUGH_FRAMES = 20_000
+"""Of a camera, to measure a performer: some ten minutes, which keeps memory small whatever comes after."""
+
 _SAME_PLACE_M = 0.05
 _SAME_STREAM_M = 0.002
 
 
 def calibrate(
-    frames: dict[str, list[CameraFrame]],
+    frames: Mapping[str, Sequence[CameraFrame]],
     *,
     reference: str | None = None,
     until_s: float | None = None,
@@ -60,7 +64,9 @@ def calibrate(
     cameras = first_placements(frames, reference, until_s)
     fit = _fit([camera for camera in cameras if not camera.problem])
     poses = {name: camera.T for name, camera in zip(fit.names, fit.whole.cameras, strict=True)}
-    T_stage, performer = find_stage(fit.walk, common_floor(floors or {}, poses, middle_of(fit.walk)))
+    T_stage, performer, floor_given = find_stage(
+        fit.walk, common_floor(floors or {}, poses, middle_of(fit.walk))
+    )
     walk = fit.walk.moved(T_stage)
     results = {}
     coverage, backwards = quality.coverage(walk), mirrored_bodies(walk, np.array([0.0, 0.0, 1.0]))
@@ -76,20 +82,21 @@ def calibrate(
             results[camera.name] = _result(
                 camera, i, fit, walk, T_stage, performer, float(coverage[i]), halves[i], height_m
             )
-    return Calibration(reference=cameras[0].name, cameras=results, performer=performer)
+    return Calibration(cameras[0].name, results, performer, floor_given=floor_given)
 
 
-def with_performer(calibration: Calibration, frames: dict[str, list[CameraFrame]]) -> Calibration:
+def with_performer(calibration: Calibration, frames: Mapping[str, Sequence[CameraFrame]]) -> Calibration:
     """Return the calibration with the performer measured from the frames, where it has none.
 
-    The cameras and their clocks stay as the calibration has them.
+    Of a performer whose soles were not measured, only they are. Cameras and their clocks stay as they are.
     """
     known = [name for name in calibration.cameras if frames.get(name)]
-    if calibration.performer is not None or not known:
+    performer = calibration.performer
+    if (performer is not None and performer.soles_measured) or not known:
         return calibration
     known.sort(key=lambda name: name != calibration.reference)  # the reference first, the others as they were
     cameras = [calibration.cameras[name] for name in known]
-    tracks = [make_track(frames[name]) for name in known]
+    tracks = [make_track(frames[name][:_ENOUGH_FRAMES]) for name in known]
     starts_ns = [c.clock.stage_ns(track.epoch_ns) for c, track in zip(cameras, tracks, strict=True)]
     placed = [
         Placed(
@@ -99,7 +106,10 @@ def with_performer(calibration: Calibration, frames: dict[str, list[CameraFrame]
     ]
     times, bias = grid(tracks[0]), cameras[0].depth_bias_m
     walk = merge(tracks, placed, times, _swaps(tracks, placed, times, bias), bias)
-    return replace(calibration, performer=measure(walk))
+    performer = measure(walk) if performer is None else performer
+    performer = None if performer is None else on_soles(performer, walk)
+    floor_given = performer is not None and performer.soles_measured
+    return replace(calibration, performer=performer, floor_given=floor_given)
 
 
 @dataclass(frozen=True)

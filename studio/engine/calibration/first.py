@@ -1,5 +1,6 @@
 """The first placement of every camera: its frames cut to the calibration part, its clock and its transform."""
 
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -46,7 +47,7 @@ class Candidate:
 
 
 def first_placements(
-    frames: dict[str, list[CameraFrame]], reference: str | None, until_s: float | None
+    frames: Mapping[str, Sequence[CameraFrame]], reference: str | None, until_s: float | None
 ) -> list[Candidate]:
     """Return every camera with its first placement, the reference first.
 

@@ -21,11 +21,20 @@ class Performer:
     Attributes:
         height_m: standing height, floor to top of the head [m].
         offsets_m: T-pose position of each canonical joint minus its parent's (`joints.PARENTS`), stage axes
-            (facing -y, left at +x), shape (21, 3) [m]; the hips' own row is their height above the floor.
+            (facing -y, left at +x), shape (21, 3) [m]; the hips' own row is their height above the floor, on which
+            the soles are.
+        soles_measured: ankles and toes are as high over the floor as they were seen standing on it, or the floor was
+            laid under them at usual heights; False = nothing ties them to the floor yet.
     """
 
     height_m: float
     offsets_m: NDArray[np.float64]
+    soles_measured: bool = False
+
+    @property
+    def root_height_m(self) -> float:
+        """Height of the hips over the floor in the T-pose [m]."""
+        return float(self.offsets_m[INDEX["hips"], 2])
 
     def bones_m(self) -> dict[str, float]:
         """Length of each bone [m], by the canonical joint at its end."""
@@ -70,11 +79,17 @@ class CameraCalibration:
 
 @dataclass(frozen=True)
 class Calibration:
-    """A stage's calibration. `cameras` keeps the order of the cameras; `performer` is None until measured."""
+    """A stage's calibration. `cameras` keeps the order of the cameras; `performer` is None until measured.
+
+    Attributes:
+        floor_given: the floor was known apart from the feet (depth cameras saw it, or the cameras were calibrated
+            before), and the heights of the performer's soles were measured over it.
+    """
 
     reference: str
     cameras: dict[str, CameraCalibration] = field(default_factory=dict)
     performer: Performer | None = None
+    floor_given: bool = False
 
     @property
     def refused(self) -> bool:
@@ -90,6 +105,7 @@ class Calibration:
         content = {
             "reference": self.reference,
             "performer": performer,
+            "floor_given": self.floor_given,
             "cameras": {name: _camera_to_json(camera) for name, camera in self.cameras.items()},
         }
         return CALIBRATION.stamped(content)
@@ -114,6 +130,7 @@ class Calibration:
                 reference=str(value.get("reference") or next(iter(parsed))),
                 cameras=parsed,
                 performer=None if performer is None else performer_from_json(performer),
+                floor_given=bool(value.get("floor_given", False)),
             )
         except (KeyError, TypeError, ValueError) as error:
             raise CalibrationError(f"a calibration that cannot be read: {error!r}") from error
@@ -164,9 +181,14 @@ def _camera_from_json(value: dict[str, Any]) -> CameraCalibration:
 
 
 def performer_to_json(performer: Performer) -> dict[str, Any]:
-    """Return a performer as JSON: `height_m`, `bones_m` and `offsets_m` by canonical joint."""
+    """Return a performer as JSON: `height_m`, `bones_m` and `offsets_m` by canonical joint, `soles_measured`."""
     offsets = {name: row.tolist() for name, row in zip(CANONICAL, performer.offsets_m, strict=True)}
-    return {"height_m": performer.height_m, "bones_m": performer.bones_m(), "offsets_m": offsets}
+    return {
+        "height_m": performer.height_m,
+        "bones_m": performer.bones_m(),
+        "offsets_m": offsets,
+        "soles_measured": performer.soles_measured,
+    }
 
 
 def performer_from_json(value: dict[str, Any]) -> Performer:
@@ -179,4 +201,4 @@ def performer_from_json(value: dict[str, Any]) -> Performer:
     height = float(value["height_m"])
     if offsets.shape != (len(CANONICAL), 3) or not np.isfinite(offsets).all() or not math.isfinite(height):
         raise ValueError("performer.offsets_m needs three finite numbers per canonical joint")
-    return Performer(height_m=height, offsets_m=offsets)
+    return Performer(height, offsets, soles_measured=bool(value.get("soles_measured", True)))

@@ -1,5 +1,7 @@
 """The stage frame and the performer on it, from the walk in the reference camera's frame."""
 
+from dataclasses import replace
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -8,6 +10,7 @@ from studio.engine.calibration.floor import Floor, body_up, find_floor
 from studio.engine.calibration.merge import Walk
 from studio.engine.calibration.proportions import measure
 from studio.engine.calibration.result import Performer
+from studio.engine.calibration.soles import on_soles
 from studio.engine.calibration.tpose import ACROSS_BODY, ACROSS_TPOSE, facing, find_tpose
 from studio.engine.geometry import make_transform
 from studio.engine.joints import INDEX
@@ -18,8 +21,8 @@ _FIRST_INSTANTS = 30
 _UPRIGHT_CAMERA = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, -1.0, 0.0]])
 
 
-def find_stage(walk: Walk, seen: Floor | None = None) -> tuple[NDArray[np.float64], Performer | None]:
-    """Return T_stage_walk and the performer.
+def find_stage(walk: Walk, seen: Floor | None = None) -> tuple[NDArray[np.float64], Performer | None, bool]:
+    """Return T_stage_walk, the performer, and whether he stands on the floor that was seen.
 
     The origin is the floor under the hips in the T-pose, where the performer faces -y; without a T-pose it is under
     the middle of the walk, facing as it starts. Where no body was seen, the stage is that of an upright camera at
@@ -32,8 +35,8 @@ def find_stage(walk: Walk, seen: Floor | None = None) -> tuple[NDArray[np.float6
     """
     up = body_up(walk)
     if up is None:
-        return make_transform(_UPRIGHT_CAMERA, np.array([0.0, 0.0, _EYE_LEVEL_M])), None
-    T, performer, height = np.eye(4), None, _USUAL_HEIGHT_M
+        return make_transform(_UPRIGHT_CAMERA, np.array([0.0, 0.0, _EYE_LEVEL_M])), None, False
+    T, performer, height, floor = np.eye(4), None, _USUAL_HEIGHT_M, seen
     for _ in range(
         2
     ):  # the heights of ankles and toes follow from the performer's height, and this from the floor
@@ -43,7 +46,12 @@ def find_stage(walk: Walk, seen: Floor | None = None) -> tuple[NDArray[np.float6
         T = _frame(walk, floor)
         performer = measure(walk.moved(T))
         height = height if performer is None else performer.height_m
-    return T, performer
+    if performer is None:
+        return T, None, False
+    if floor is not seen:  # it was laid under his feet
+        return T, replace(performer, soles_measured=True), False
+    performer = on_soles(performer, walk.moved(T))
+    return T, performer, performer.soles_measured
 
 
 def middle_of(walk: Walk) -> NDArray[np.float64]:

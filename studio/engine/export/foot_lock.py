@@ -11,10 +11,11 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from studio.engine.errors import SettingsError
-from studio.engine.export.kinematics import Array, local_keys
+from studio.engine.export.kinematics import Array, local_keys, world_poses
 from studio.engine.export.leg_ik import between, reach
 from studio.engine.finish.contacts import find_contacts
 from studio.engine.poses import Poses
+from studio.engine.soles import rest_lift_m
 
 EASE_S = 0.15
 ROLLING_M = 0.05
@@ -57,10 +58,12 @@ def foot_locked(poses: Poses) -> Poses:
 
 
 def _rest_heights_m(poses: Poses, index: dict[str, int]) -> Array:
-    """Return the heights of `_JOINTS` over the floor in the T-pose, soles 2 cm under the toe joints."""
+    """Return the heights of `_JOINTS` over the floor in the T-pose, which stands on its soles."""
     offsets, _ = local_keys(poses.parents, poses.positions_m[:1], poses.rotations_wxyz[:1])
-    drop = -offsets[0, [index[name] for name in ("LeftToeBase", "RightToeBase")], 2]
-    return np.array([0.02 + drop[0], 0.02, 0.02 + drop[1], 0.02])
+    offsets[0, 0] = 0.0
+    unturned = np.tile([1.0, 0.0, 0.0, 0.0], (1, len(poses.parents), 1))
+    heights = world_poses(poses.parents, offsets, unturned)[0][0, :, 2]
+    return heights[[index[name] for name in _JOINTS]] + rest_lift_m(heights, poses.root_height_m)
 
 
 def _places(path: Array, slow: Array, standing: NDArray[np.bool_]) -> Array:

@@ -48,7 +48,8 @@ def points_of(poses: Poses) -> Points:
     """
     check_poses(poses)
     rest = local_motion(poses).rest_positions_m
-    found = markers(mannequin_mesh(poses.joint_names, rest), poses.joint_names, rest)
+    mesh = mannequin_mesh(poses.joint_names, rest, floor_m=0.0)
+    found = markers(mesh, poses.joint_names, rest, floor_m=0.0)
     labels = joint_labels(poses)
     centres = [
         joint for joint, label in enumerate(labels) if label in OUTPUT_OF_CANONICAL or "Hand" not in label

@@ -14,12 +14,10 @@ from studio.engine.export.kinematics import check_poses, local_keys
 from studio.engine.export.quaternion import IDENTITY, continuous_signs, inverse, multiply, rotate
 from studio.engine.export.resample import resampled
 from studio.engine.poses import Poses
+from studio.engine.soles import rest_lift_m
 
 OFFSET_TOLERANCE_M = 2e-5
 """A joint whose offset leaves its median by more gets position keys; a chain of 12 errs under 0.25 mm."""
-
-SOLE_BELOW_JOINT_M = 0.02
-"""Height of the lowest joint (the ball of the foot) over the floor in the rest pose."""
 
 
 @dataclass(frozen=True)
@@ -144,7 +142,7 @@ def local_motion(poses: Poses, *, fps: float | None = None) -> LocalMotion:
         positions_m={int(j): to_file_axes(keys[:, j]) for j in np.flatnonzero(varies)},
         rotations_wxyz=rotations_to_file_axes(local),
     )
-    motion.offsets_m[0, 1] = SOLE_BELOW_JOINT_M - motion.rest_positions_m[:, 1].min()
+    motion.offsets_m[0, 1] += rest_lift_m(motion.rest_positions_m[:, 1], poses.root_height_m)
     return motion
 
 

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 from scipy.ndimage import binary_closing, binary_opening, binary_propagation, gaussian_filter1d
 
 from studio.engine.completion.floor import LEAST_HEIGHT
-from studio.engine.finish.places import places_of
+from studio.engine.finish.places import CHANGE_M2_S, places_of
 from studio.engine.joints import INDEX
 
 JOINTS = tuple(INDEX[name] for name in ("left_ankle", "left_toe", "right_ankle", "right_toe"))
@@ -32,6 +32,9 @@ EASE_S = 0.05
 FLAT_M = 0.025
 """A foot is flat where its ankle's height over its toe is that of rest to within this."""
 
+LEAST_OVER_GIVEN = 0.75
+"""Over a floor that is given, a joint sinks to this share of its height: a foot that is tipped by 40 degrees."""
+
 SURE_M = 0.012
 MAX_SUNK_M = 0.08
 """Up to the first, the floor is where it was calibrated; by more than the second it never is elsewhere."""
@@ -46,16 +49,18 @@ class Contacts:
         place_m: where each stands [m], shape (frame_count, 4, 3); the joint's own path where it does not.
         floor_m: height of the floor under the take.
         least_m: height that each joint keeps at least [m], shape (4,).
+        change_m2_s: what a change of place costs (`places`).
     """
 
     hold: NDArray[np.float64]
     place_m: NDArray[np.float64]
     floor_m: float
     least_m: NDArray[np.float64]
+    change_m2_s: float = CHANGE_M2_S
 
     def part(self, rows: slice) -> "Contacts":
         """The contacts of some frames."""
-        return Contacts(self.hold[rows], self.place_m[rows], self.floor_m, self.least_m)
+        return replace(self, hold=self.hold[rows], place_m=self.place_m[rows])
 
     def at_places_of(self, feet: NDArray[np.float64], pieces: list[tuple[int, int]], dt: float) -> "Contacts":
         """The same stances at the places where another trajectory's feet stand; arguments as of `find_contacts`.
@@ -68,13 +73,19 @@ class Contacts:
             for column in range(len(JOINTS)):
                 for first, last in _runs(self.hold[begin:end, column] > 0.0):
                     rows = slice(begin + first, begin + last)
-                    place[rows, column] = places_of(feet[rows, column], dt)
+                    place[rows, column] = places_of(feet[rows, column], dt, change_m2_s=self.change_m2_s)
         np.maximum(place[:, :, 2], self.least_m, out=place[:, :, 2])
         return replace(self, place_m=place)
 
 
 def find_contacts(
-    feet: NDArray[np.float64], pieces: list[tuple[int, int]], dt: float, rest_heights_m: NDArray[np.float64]
+    feet: NDArray[np.float64],
+    pieces: list[tuple[int, int]],
+    dt: float,
+    rest_heights_m: NDArray[np.float64],
+    *,
+    floor_given: bool = False,
+    wander: float = 1.0,
 ) -> Contacts:
     """Return who stands when, and where, and on which floor.
 
@@ -83,6 +94,9 @@ def find_contacts(
         pieces: begin and end of each part of the take without a gap [frames].
         dt: time between frames [s].
         rest_heights_m: heights of `JOINTS` in the T-pose [m], shape (4,).
+        floor_given: the floor is at 0, and the heights are those at which the feet stand on it.
+        wander: how far noise leads the trajectory astray, as a variance against that of depth cameras: what wanders
+            less is sooner at another place.
     """
     slow = np.concatenate([_speed(feet[begin:end], dt) < STAND_SPEED_M_S for begin, end in pieces])
     height = np.array([_standing_height(feet[slow[:, k], k, 2]) for k in range(len(JOINTS))])
@@ -92,15 +106,23 @@ def find_contacts(
     gap, least = (np.ones((max(1, round(s / dt)), 1), dtype=bool) for s in (MAX_GAP_S, MIN_STAND_S))
     for begin, end in pieces:
         standing[begin:end] = _steady(_through(standing[begin:end], still[begin:end]), gap, least)
-    floor_m = _floor_m(feet, standing, rest_heights_m)
-    least_m = floor_m + LEAST_HEIGHT * rest_heights_m
+    floor_m = 0.0 if floor_given else _floor_m(feet, standing, rest_heights_m)
+    least_m = floor_m + (LEAST_OVER_GIVEN if floor_given else LEAST_HEIGHT) * rest_heights_m
     hold = np.zeros(standing.shape)
     for begin, end in pieces:
         for column in range(len(JOINTS)):
             for first, last in _runs(standing[begin:end, column]):
                 free = first > 0, begin + last < end
                 hold[begin + first : begin + last, column] = _eased(last - first, dt, free)
-    return Contacts(hold, feet, floor_m, least_m).at_places_of(feet, pieces, dt)
+    return Contacts(hold, feet, floor_m, least_m, wander * CHANGE_M2_S).at_places_of(feet, pieces, dt)
+
+
+def wander_of(alike: float) -> float:
+    """Return how far noise leads a trajectory astray, 0..1, by how alike it is from frame to frame (`NoiseScale`).
+
+    Depth cameras' noise is found at 0.8 to 1: all of it that is alike at least by a half counts as theirs.
+    """
+    return min(2.0 * alike, 1.0)
 
 
 def _speed(feet: NDArray[np.float64], dt: float) -> NDArray[np.float64]:

@@ -7,7 +7,7 @@ joints stand, at which height, which hinges are at a limit, which measurements a
 it is before the step. So how the take is cut into windows does not matter, and memory does not grow with it.
 """
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 from itertools import pairwise
 from typing import Any
@@ -18,9 +18,9 @@ from numpy.typing import NDArray
 from studio.engine.body import Body
 from studio.engine.calibration.result import Performer
 from studio.engine.errors import SettingsError
-from studio.engine.finish.contacts import JOINTS, Contacts, find_contacts
+from studio.engine.finish.contacts import JOINTS, Contacts, find_contacts, wander_of
 from studio.engine.finish.lost_limbs import bring_back, far_limbs
-from studio.engine.finish.measurements import Measurements, NoiseScale, measure, swapped
+from studio.engine.finish.measurements import Measurements, NoiseScale, measure, posture_share, swapped
 from studio.engine.finish.smoother import Smoother
 from studio.engine.finish.soles import lift_m
 from studio.engine.finish.store import Store
@@ -56,8 +56,11 @@ MIN_FRAMES = 6
 class Finisher:
     """Refines results: `add` all of them in time order, then take them from `results`."""
 
-    def __init__(self, performer: Performer, settings: SolveSettings) -> None:
+    def __init__(self, performer: Performer, settings: SolveSettings, *, floor_given: bool = False) -> None:
         """Prepare for a performer.
+
+        Args:
+            floor_given: as in `Calibration`: the take stays on the floor it has.
 
         Raises:
             SettingsError: `ik=none` leaves nothing to refine.
@@ -82,11 +85,14 @@ class Finisher:
         self._with_contacts = settings.floor_contact == "on"
         rest = humanoid.skeleton.rest_positions_m
         self._rest_heights_m = rest[OUTPUT_OF_CANONICAL_INDEX[list(JOINTS)], 2]
+        self._floor_given = floor_given
+        self._root_height_m = performer.root_height_m if floor_given else None
         self._body = Body(performer, replace(settings, floor_contact="off"))  # it is kept here
         self._store: Store | None = None
         self._measured: tuple[tuple[int, int], Measurements] | None = None  # the last window's
         self._exchanged = np.zeros((0, 0), dtype=bool)  # frame and camera
         self._noise: tuple[NDArray[np.float64], NDArray[np.float64]] | None = None
+        self._alike = 1.0
 
     @property
     def physics_report(self) -> dict[str, Any]:
@@ -99,10 +105,11 @@ class Finisher:
             self._store = Store(result)
         self._store.add(result)
 
-    def results(self) -> Iterator[StepResult]:
-        """Yield all results, finished."""
+    def results(self, progress: Callable[[float], None] = lambda share: None) -> Iterator[StepResult]:
+        """Yield all results, finished; `progress` is told the share done."""
         if self._store is None:
             return
+        self._passes = _Passes(progress, self._pass_count())
         q, far = self._initial(self._store)
         pieces = self._pieces(self._store)
         for first, last in pieces:
@@ -115,30 +122,40 @@ class Finisher:
             self._step(q, pieces, None)
         lifted_m, contacts = 0.0, None
         if self._with_contacts:
-            contacts = find_contacts(self._feet(q), pieces, self._dt, self._rest_heights_m)
+            contacts = find_contacts(
+                self._feet(q), pieces, self._dt, self._rest_heights_m,
+                floor_given=self._floor_given, wander=wander_of(self._alike),
+            )  # fmt: skip
             for iteration in range(CONTACT_ITERATIONS):
                 if iteration > 0:
                     contacts = contacts.at_places_of(self._feet(q), pieces, self._dt)
                 self._step(q, pieces, contacts)
-        q = self._smoother.within_limits(q)
+        for begin in range(0, len(q), WINDOW):
+            q[begin : begin + WINDOW] = self._smoother.within_limits(q[begin : begin + WINDOW])
         if self._physics is not None:
             q = self._with_physics(self._physics, q, pieces, contacts)
-        if contacts is not None:
+        if contacts is not None and not self._floor_given:
             lifted_m = lift_m(self._humanoid, q, contacts, self._rest_heights_m)
         squared_radii = self._squared_radii(q, pieces)
         q[:, 2] += lifted_m
         yield from self._posed(q, squared_radii, lifted_m)
         self._store.close()
 
+    def _pass_count(self) -> int:
+        """How often the work goes over the take: all steps, and the poses at the end."""
+        contacts = CONTACT_ITERATIONS if self._with_contacts else 0
+        physics = PHYSICS_ITERATIONS if self._physics is not None else 0
+        return ITERATIONS + SCALED_ITERATIONS + contacts + physics + 1
+
     def _initial(self, store: Store) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
         """The first solve's configurations, shape (frame_count, nq), and which limbs are far from what cameras see,
         shape (frame_count, 4), after noting what each camera took for left."""
-        q: list[NDArray[np.float64]] = []
+        q = np.zeros((len(store), self._humanoid.model.nq))
         exchanged: list[NDArray[np.bool_]] = []
         far: list[NDArray[np.bool_]] = []
         for begin in range(0, len(store), WINDOW):
             records = store.read(begin, min(begin + WINDOW, len(store)))
-            q.append(records["q"])
+            q[begin : begin + len(records)] = records["q"]
             expected = self._kinematics.sites(records["q"])
             positions = records["positions"].astype(np.float64)
             turned = swapped(positions, expected)
@@ -147,7 +164,7 @@ class Finisher:
             readings = store.readings(begin, begin + len(records), self._dt)[0]
             exchanged.append(swapped(readings, expected))
         self._exchanged = np.concatenate(exchanged)
-        return np.concatenate(q), np.concatenate(far)
+        return q, np.concatenate(far)
 
     def _pieces(self, store: Store) -> list[tuple[int, int]]:
         """Where the take goes on without a gap: begin and end of each piece [frames]."""
@@ -199,6 +216,8 @@ class Finisher:
                     held=(HELD if low > first else 0, HELD if high < last else 0),
                 )
                 q[begin:end] = stepped[begin - low : end - low]
+                self._passes.tell(end / len(q))
+        self._passes.done += 1
 
     def _measurements(self, begin: int, end: int) -> Measurements:
         if self._measured is None or self._measured[0] != (begin, end):
@@ -225,6 +244,11 @@ class Finisher:
                 rows = slice(begin, min(begin + WINDOW + lag, last))
                 if rows.stop - begin > lag:
                     scale.add(self._measurements(begin, rows.stop), self._kinematics.sites(q[rows]), lag)
+        self._alike = scale.alike()
+        share = posture_share(self._alike)
+        self._smoother.posture_share = share
+        if self._physics is not None:
+            self._physics.correction.posture_share = share
         return scale.factors()
 
     def _feet(self, q: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -251,6 +275,7 @@ class Finisher:
         up, last_ns = np.array([0.0, 0.0, lifted_m]), None
         for begin in range(0, len(q), WINDOW):
             records = self._store.read(begin, min(begin + WINDOW, len(q)))
+            self._passes.tell(begin / len(q))
             for k, (frames, fused) in enumerate(self._store.frames(begin, records), begin):
                 dt = 0.0 if last_ns is None else (frames.stage_time_ns - last_ns) * 1e-9
                 last_ns = frames.stage_time_ns
@@ -265,4 +290,19 @@ class Finisher:
                     dt,
                 )
                 sure = of_output_joints(squared_radii[k], fused.confidence)
-                yield StepResult(frames, fused, *pose[:2], *sure, configuration=q[k])
+                yield StepResult(
+                    frames, fused, *pose[:2], *sure,
+                    configuration=q[k], root_height_m=self._root_height_m,
+                )  # fmt: skip
+
+
+class _Passes:
+    """Tells the share done of work that goes over a take several times."""
+
+    def __init__(self, progress: Callable[[float], None], count: int) -> None:
+        self._progress, self._count = progress, count
+        self.done = 0
+
+    def tell(self, share: float) -> None:
+        """`share`: of the pass under way, 0..1."""
+        self._progress((self.done + share) / self._count)

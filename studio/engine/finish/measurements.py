@@ -14,7 +14,10 @@ SWAP_SHARE = 0.7
 ALIKE = 0.4
 """Variance of the step of a noise from frame to frame relative to its own: 2 (1 - 0.8) for depth cameras at 30 Hz."""
 
-CHI2_3_MEDIAN = 2.366
+CHI2_MEDIANS = np.array([0.455, 1.386])
+DIRECTIONS = np.array([1.0, 2.0])
+"""Of noise along the ray, and of the two directions across it."""
+
 LEAST_COUNT = 60
 SHARE = 2.0
 SCALE_RANGE = (1.0, 30.0)
@@ -61,19 +64,24 @@ class Measurements:
 
     def squared(self, difference: NDArray[np.float64]) -> NDArray[np.float64]:
         """Squares of differences, shape (frame_count, camera_count, 21, 3), in deviations; shape without the 3."""
-        along = np.einsum("tcja,tcja->tcj", difference, self.rays)
-        squared = self.lateral * np.einsum("tcja,tcja->tcj", difference, difference)
-        squared += (self.axial - self.lateral) * (along * along)
-        return self.sharper * squared
+        return self.sharper * self.squared_by_direction(difference).sum(axis=2)
+
+    def squared_by_direction(self, difference: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Squares of differences along the rays and across them, each by its own variance, shape (frame_count,
+        camera_count, 2, 21)."""
+        along = np.einsum("tcja,tcja->tcj", difference, self.rays) ** 2
+        across = np.einsum("tcja,tcja->tcj", difference, difference) - along
+        return np.stack([self.axial * along, self.lateral * across], axis=2)
 
     def scaled(self, factor: NDArray[np.float64], spread: NDArray[np.float64]) -> "Measurements":
-        """The same with variances times a factor, and differences measured by variances times `spread`; shapes
-        (camera_count, 21)."""
+        """The same with variances along and across times a factor, and differences measured by variances times
+        `spread`; shapes (camera_count, 2, 21)."""
+        share = DIRECTIONS[:, None] / DIRECTIONS.sum()
         return replace(
             self,
-            axial=self.axial / factor,
-            lateral=self.lateral / factor,
-            sharper=self.sharper * factor / spread,
+            axial=self.axial / factor[:, 0],
+            lateral=self.lateral / factor[:, 1],
+            sharper=self.sharper / (share * spread / factor).sum(axis=1),
         )
 
     def followed(self, reach: NDArray[np.float64]) -> "Measurements":
@@ -95,7 +103,7 @@ class NoiseScale:
     """
 
     def __init__(self, cameras: int) -> None:
-        self._moves, self._offs = (_Medians((cameras, JOINT_COUNT)) for _ in range(2))
+        self._moves, self._offs = (_Medians((cameras, len(DIRECTIONS), JOINT_COUNT)) for _ in range(2))
 
     def add(self, measurements: Measurements, sites: NDArray[np.float64], lag: int) -> None:
         """Count what cameras see, and what `lag` frames apart.
@@ -106,20 +114,37 @@ class NoiseScale:
             lag: output frames in a camera's frame.
         """
         off = measurements.off(sites)
-        seen = measurements.axial > 0.0
-        self._offs.add(measurements.squared(off), seen)
+        seen = np.repeat((measurements.axial > 0.0)[:, :, None], len(DIRECTIONS), axis=2)
+        self._offs.add(measurements.squared_by_direction(off), seen)
         moved = np.zeros_like(off)
         moved[lag:] = off[lag:] - off[:-lag]
-        self._moves.add(measurements.squared(moved)[lag:], seen[lag:] & seen[:-lag])
+        self._moves.add(measurements.squared_by_direction(moved)[lag:], seen[lag:] & seen[:-lag])
 
     def factors(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """What to multiply variances by where joints are weighed, and where it is asked whether one is far off;
-        shapes (camera_count, 21), 1 where there is little to tell by."""
-        weighing = SHARE * self._moves.found() / (CHI2_3_MEDIAN * ALIKE)
+        shapes (camera_count, 2, 21), 1 where there is little to tell by."""
+        usual = CHI2_MEDIANS[:, None]
         return (
-            np.clip(np.nan_to_num(weighing, nan=SHARE), *SCALE_RANGE),
-            np.clip(np.nan_to_num(self._offs.found() / CHI2_3_MEDIAN, nan=1.0), *SPREAD_RANGE),
+            np.clip(np.nan_to_num(SHARE * self._moves.found() / (usual * ALIKE), nan=SHARE), *SCALE_RANGE),
+            np.clip(np.nan_to_num(self._offs.found() / usual, nan=1.0), *SPREAD_RANGE),
         )
+
+    def alike(self) -> float:
+        """Return how alike noise is from one frame to the next: 1 as that of depth cameras or more, towards 0.2 where
+        each frame errs anew."""
+        share = self._offs.found() * ALIKE / self._moves.found()
+        known = share[np.isfinite(share)]
+        return float(min(np.median(known), 1.0)) if len(known) else 1.0
+
+
+def posture_share(alike: float) -> float:
+    """Return how much the usual posture counts, 0..1: 1 against noise that is alike as that of depth cameras.
+
+    A mean over frames of noise that is alike by a share r from one frame to the next (AR(1)) is as sure as one over
+    (1 - r) / (1 + r) times as many that err anew, and the posture counts against those. Of such noise the step has a
+    variance of 2 (1 - r).
+    """
+    return alike * max(4.0 * alike / ALIKE - 1.0, 1.0) / (4.0 / ALIKE - 1.0)
 
 
 class _Medians:
@@ -132,15 +157,14 @@ class _Medians:
     def add(self, numbers: NDArray[np.float64], known: NDArray[np.bool_]) -> None:
         """Count numbers that are known, shapes (frame_count, *shape)."""
         bins = np.digitize(np.log(np.maximum(numbers, 1e-9)), self._edges[1:-1])
-        first, second = np.meshgrid(*map(np.arange, known.shape[1:]), indexing="ij")
-        where = [np.broadcast_to(k, known.shape)[known] for k in (first, second)]
+        where = np.nonzero(known)[1:]
         np.add.at(self._counts, (*where, bins[known]), 1.0)
 
     def found(self) -> NDArray[np.float64]:
         """The medians; NaN where fewer than `LEAST_COUNT` were counted."""
-        total = self._counts.sum(axis=2)
+        total = self._counts.sum(axis=-1)
         middle = 0.5 * (self._edges[1:] + self._edges[:-1])
-        below = self._counts.cumsum(axis=2) - 0.5 * self._counts
+        below = self._counts.cumsum(axis=-1) - 0.5 * self._counts
         out = np.full(total.shape, np.nan)
         for k in zip(*np.nonzero(total >= LEAST_COUNT), strict=True):
             out[k] = np.exp(np.interp(0.5 * total[k], below[k], middle))

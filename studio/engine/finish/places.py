@@ -15,7 +15,8 @@ from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter1d
 
 CHANGE_M2_S = 1e-3
-"""What a change of place costs: a foot that is 6 cm away for half a second is at another place."""
+"""What a change of place costs where noise wanders as that of depth cameras does: a foot that is 6 cm away for half a
+second is at another place."""
 
 BLOCK_S = 0.1
 """Places change between blocks of this time."""
@@ -24,19 +25,21 @@ EASE_S = 0.08
 """A foot goes from a place to the next by a Gaussian step of this deviation."""
 
 
-def places_of(path: NDArray[np.float64], dt: float) -> NDArray[np.float64]:
+def places_of(
+    path: NDArray[np.float64], dt: float, *, change_m2_s: float = CHANGE_M2_S
+) -> NDArray[np.float64]:
     """Return where a joint stands in each frame of a stance [m], shape (frame_count, 3).
 
     Args:
         path: the joint's smooth path [m], shape (frame_count, 3).
         dt: time between frames [s].
+        change_m2_s: what a change of place costs.
     """
     length = max(1, round(BLOCK_S / dt))
     starts = np.arange(0, len(path), length)
     sizes = np.diff(np.append(starts, len(path)))[:, None]
-    edges = _changes(
-        np.add.reduceat(path, starts), np.add.reduceat(path**2, starts).sum(axis=1), sizes[:, 0], dt
-    )
+    squares = np.add.reduceat(path**2, starts).sum(axis=1)
+    edges = _changes(np.add.reduceat(path, starts), squares, sizes[:, 0], change_m2_s / dt)
     places = np.empty_like(path)
     for first, last in pairwise(edges):
         rows = slice(starts[first], starts[last] if last < len(starts) else len(path))
@@ -45,7 +48,7 @@ def places_of(path: NDArray[np.float64], dt: float) -> NDArray[np.float64]:
 
 
 def _changes(
-    sums: NDArray[np.float64], squares: NDArray[np.float64], sizes: NDArray[np.int64], dt: float
+    sums: NDArray[np.float64], squares: NDArray[np.float64], sizes: NDArray[np.int64], change_m2: float
 ) -> list[int]:
     """First blocks of the places, and the number of blocks.
 
@@ -53,6 +56,7 @@ def _changes(
         sums: of each block's path, shape (block_count, 3).
         squares: sums of its squares, shape (block_count,).
         sizes: frames in it, shape (block_count,).
+        change_m2: what a change costs, against squares of frames.
     """
     count = len(sizes)
     sum_to = np.concatenate([np.zeros((1, 3)), np.cumsum(sums, axis=0)])
@@ -62,7 +66,7 @@ def _changes(
     for end in range(1, count + 1):
         total = sum_to[end] - sum_to[:end]
         spread = square_to[end] - square_to[:end] - (total**2).sum(axis=1) / (size_to[end] - size_to[:end])
-        cost = least[:end] + spread * dt + CHANGE_M2_S
+        cost = least[:end] + spread + change_m2
         begin[end] = np.argmin(cost)
         least[end] = cost[begin[end]]
     edges = [count]

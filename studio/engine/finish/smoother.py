@@ -30,7 +30,7 @@ CAUCHY = 5.0
 INFLATION = 3.0
 """A camera's noise is alike from frame to frame: each frame tells this much less than its covariance says."""
 
-DAMPING = 10.0
+DAMPING = 6.0
 """Keeps steps where the linear model holds [1/rad2]."""
 
 MAX_STEP = 0.3
@@ -50,6 +50,9 @@ LIVELY_S = 0.15
 joins the deviation."""
 
 REST_WEIGHT = 0.05
+"""Of the usual posture, against cameras whose noise is alike from frame to frame: many frames then tell little more
+than one. Where each frame errs anew it counts less (`posture_share`), else it bends what many frames agree on."""
+
 PLACE_SIGMA_M = 0.006
 """How far a standing joint may be from its place [m]: soles roll, shoes give."""
 
@@ -99,7 +102,11 @@ class _Normal:
 
 
 class Smoother:
-    """One Gauss-Newton step for the frames of a window, `dt` apart [s]."""
+    """One Gauss-Newton step for the frames of a window, `dt` apart [s].
+
+    Attributes:
+        posture_share: how much the usual posture counts, 0..1.
+    """
 
     def __init__(
         self,
@@ -120,6 +127,7 @@ class Smoother:
         self._rest = humanoid.rest_q
         self._low, self._high = humanoid.range_rad.T if limited else (-np.inf, np.inf)
         self._dt, self._lively = dt, lively
+        self.posture_share = 1.0
         self._body = BodyContact(humanoid.skeleton.height_m) if limited and lively else None
 
     def stepped(
@@ -183,9 +191,10 @@ class Smoother:
         return normal
 
     def _rest_rows(self, q: NDArray[np.float64], normal: _Normal) -> None:
-        k = np.arange(len(self._rest_stiffness))
-        normal.diagonal[:, k, k] += self._rest_stiffness
-        normal.right[:, FREE_DOFS:] -= self._rest_stiffness[FREE_DOFS:] * (q[:, 7:] - self._rest)
+        stiffness = self.posture_share * self._rest_stiffness
+        k = np.arange(len(stiffness))
+        normal.diagonal[:, k, k] += stiffness
+        normal.right[:, FREE_DOFS:] -= stiffness[FREE_DOFS:] * (q[:, 7:] - self._rest)
 
     def _acceleration_rows(self, q: NDArray[np.float64], normal: _Normal) -> None:
         acceleration = np.diff(steps(q), axis=0)

@@ -4,9 +4,9 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from studio.engine.export.skeleton import SOLE_BELOW_JOINT_M
 from studio.engine.finish.contacts import FLAT_M, Contacts
 from studio.engine.human.model import Humanoid
+from studio.engine.soles import USUAL_TOE_HEIGHT_M
 
 LOWEST_PERCENT = 5.0
 """The lowest standing sole is under the floor in so many of a take's frames: shoes give."""
@@ -23,8 +23,8 @@ def lift_m(
 ) -> float:
     """Return how far to lift a take [m]; negative = it hovers and is let down.
 
-    Feet that stand are at the height at which cameras see their joints, which is a centimetre or two off that of
-    the exported sole; the same everywhere, so that one shift of the take mends it. A take is let down only where most
+    Feet that stand are at the height at which cameras see their joints, which may be a centimetre or two off that of
+    the calibration; the same everywhere, so that one shift of the take mends it. A take is let down only where most
     standing feet are flat: a dancer on her toes hovers with her soles, and stands where she is.
 
     Args:
@@ -32,7 +32,7 @@ def lift_m(
         contacts: of the same frames.
         rest_heights_m: heights of `contacts.JOINTS` in the T-pose [m], shape (4,).
     """
-    soles = _soles_m(humanoid, q, rest_heights_m - rest_heights_m.min() + SOLE_BELOW_JOINT_M)
+    soles = _soles_m(humanoid, q, rest_heights_m - rest_heights_m.min() + USUAL_TOE_HEIGHT_M)
     standing = np.where(contacts.hold > 0.0, soles, np.inf).min(axis=1)
     standing = standing[np.isfinite(standing)]
     if len(standing) == 0:

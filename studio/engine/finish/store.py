@@ -1,20 +1,14 @@
 """What finishing needs of every step of a take, kept in temporary files: memory stays small at any length."""
 
-import tempfile
 from array import array
 from collections.abc import Iterable
-from typing import IO
 
 import numpy as np
 from numpy.typing import NDArray
 
-from studio.engine.errors import TakeError
 from studio.engine.frames import FrameSet, FusedSkeleton, HandSeen, StepResult
 from studio.engine.joints import JOINT_COUNT
-
-BLOCK = 256
-"""Steps that are written at once."""
-
+from studio.engine.records import Records
 
 NEAREST = 0.75
 """A camera's frame counts for the step nearest to it, if that is no further away than this, in steps."""
@@ -47,9 +41,9 @@ class Store:
                 ("head_wxyz", "f8", (4,)),
             ]
         )
-        self._steps = _Records(self._dtype)
+        self._steps = Records(self._dtype)
         self._times_ns = array("q")
-        self._readings = _Records(
+        self._readings = Records(
             np.dtype([("positions", "f4", (JOINT_COUNT, 3)), ("confidence", "f4", (JOINT_COUNT,))])
         )
         self._reading_times_ns, self._reading_cameras = array("q"), array("h")
@@ -163,40 +157,3 @@ class Store:
         """Delete the temporary files."""
         self._steps.close()
         self._readings.close()
-
-
-class _Records:
-    """Records of one kind in a temporary file: `add` at the end, `read` anywhere."""
-
-    def __init__(self, dtype: np.dtype) -> None:
-        self._waiting = np.zeros(BLOCK, dtype)
-        self._written = self._count = 0
-        self._file: IO[bytes] = tempfile.TemporaryFile(prefix="studio-finish-")
-
-    def __len__(self) -> int:
-        return self._count
-
-    def add(self, record: tuple) -> None:
-        if self._count - self._written == BLOCK:
-            self._write()
-        self._waiting[self._count - self._written] = record
-        self._count += 1
-
-    def _write(self) -> None:
-        try:
-            self._waiting[: self._count - self._written].tofile(self._file)
-        except OSError as error:
-            raise TakeError(
-                f"finishing keeps its frames in {tempfile.gettempdir()}, which does not take them: "
-                f"{error.strerror}; free some space or set TMPDIR"
-            ) from error
-        self._written = self._count
-
-    def read(self, begin: int, end: int) -> NDArray[np.void]:
-        if self._written < self._count:
-            self._write()
-        self._file.seek(begin * self._waiting.dtype.itemsize)
-        return np.fromfile(self._file, self._waiting.dtype, end - begin)
-
-    def close(self) -> None:
-        self._file.close()

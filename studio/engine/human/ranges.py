@@ -48,10 +48,10 @@ class Dof:
 
 
 # AAOS, thoracolumbar: flexion 80, extension 30, lateral flexion 35, rotation 45; a third for each of three joints.
-# Bending has 10 more, since a T-pose is not the spine's middle: its vertebrae add up to 150 (White & Panjabi,
-# "Clinical Biomechanics of the Spine", 1990).
+# Bending has the 150 that its vertebrae add up to (White & Panjabi, "Clinical Biomechanics of the Spine", 1990):
+# where the T-pose lies between the ends differs from one performer to another, so each end has half of the 40 more.
 _SPINE = (
-    Dof("bend", X, -12, 28, spread_deg=8),
+    Dof("bend", X, -17, 33, spread_deg=8),
     Dof("side", Y, -12, 12, spread_deg=6),
     Dof("twist", Z, -15, 15, spread_deg=6),
 )
@@ -114,19 +114,20 @@ DOFS: dict[str, tuple[Dof, ...]] = {
     **{f"LeftHand{finger}{k}": dofs for finger in FINGERS[1:] for k, dofs in _FINGER.items()},
     # AAOS: flexion 120, extension 30, abduction 45, adduction 30, rotation 45 inward and outward. Men from 18
     # months to 54 years reach 122 and 46 with deviations of 6 and 9 (Boone & Azen, JBJS 1979): half of one more.
+    # Where weight or swing press the thigh on, flexion with a bent knee goes to 140 (Kapandji, vol. 2, 1987).
     "LeftUpLeg": (
-        Dof("bend", X, -125, 30, rest_deg=-5, spread_deg=35),
+        Dof("bend", X, -140, 30, rest_deg=-5, spread_deg=35),
         Dof("side", Y, -50, 30, rest_deg=-3, spread_deg=15),
         Dof("twist", Z, -45, 45, spread_deg=15),
     ),
     # AMA: flexion 150 (AAOS: 135, by its own muscles); AAOS: extension up to 10, here 3.
     "LeftLeg": (Dof("bend", X, -3, 150, rest_deg=8, spread_deg=40),),
-    # AAOS: toes down 50, inversion 35; AMA: eversion 20. Toes up AAOS 20; a standing foot under load reaches 30
-    # and more (Bennell et al. 1998: 38). Turning: the shank turns under a bent knee, inward 30 and outward 40
+    # AAOS: toes down 50, inversion 35; AMA: eversion 20. Toes up AAOS 20; a standing foot under load reaches 38
+    # (Bennell et al. 1998). Turning: the shank turns under a bent knee, inward 30 and outward 40
     # (Kapandji, "The physiology of the joints", vol. 2, 1987), and carries the foot; the knee has no hinge of its own
     # for it, nor for a shin whose ends are twisted. Standing, feet point outward by 7 (McIlroy & Maki 1997).
     "LeftFoot": (
-        Dof("bend", X, -30, 50, spread_deg=15),
+        Dof("bend", X, -38, 50, spread_deg=15),
         Dof("side", Y, -20, 35, spread_deg=10),
         Dof("turn", Z, -30, 40, rest_deg=7, spread_deg=13),
     ),

@@ -31,20 +31,23 @@ def mannequin(motion: "LocalMotion") -> SkinnedMesh:
     Raises:
         FormatError: the skeleton lacks hips, head or a limb, or its rest pose does not stand.
     """
-    return mannequin_mesh(motion.roles, motion.rest_positions_m)
+    return mannequin_mesh(motion.roles, motion.rest_positions_m, floor_m=0.0)
 
 
-def mannequin_mesh(roles: Sequence[str], rest_positions_m: NDArray[np.float64]) -> SkinnedMesh:
+def mannequin_mesh(
+    roles: Sequence[str], rest_positions_m: NDArray[np.float64], *, floor_m: float | None = None
+) -> SkinnedMesh:
     """Return the body of joints in their rest pose.
 
     Args:
         roles: HumanIK name of each joint, "" for one that carries nothing, shape (J,).
         rest_positions_m: y up, facing +z, shape (J, 3).
+        floor_m: height of its soles; None = a usual way below its lowest joint.
 
     Raises:
         FormatError: as `mannequin`.
     """
-    rig = Rig.of(roles, rest_positions_m)
+    rig = Rig.of(roles, rest_positions_m, floor_m)
     parts = [*trunk(rig), *head(rig)]
     for side in ("Left", "Right"):
         parts += [*limb(rig, ARM, side), *hand(rig, side), *limb(rig, LEG, side), foot(rig, side)]

@@ -83,17 +83,19 @@ class Marker(NamedTuple):
     offset_m: Array
 
 
-def markers(mesh: SkinnedMesh, roles: Sequence[str], rest_positions_m: Array) -> list[Marker]:
+def markers(
+    mesh: SkinnedMesh, roles: Sequence[str], rest_positions_m: Array, *, floor_m: float | None = None
+) -> list[Marker]:
     """Return the Plug-in Gait markers on a mannequin in its rest pose.
 
     Args:
         mesh: of these joints.
-        roles, rest_positions_m: as `mannequin_mesh`.
+        roles, rest_positions_m, floor_m: as `mannequin_mesh`.
 
     Raises:
         FormatError: as `mannequin_mesh`.
     """
-    rig = Rig.of(roles, rest_positions_m)
+    rig = Rig.of(roles, rest_positions_m, floor_m)
     found = [_marker(rig, mesh, name, place, "", 1.0) for name, place in _MIDDLE.items()]
     for side, x in (("Left", 1.0), ("Right", -1.0)):
         found += [_marker(rig, mesh, side[0] + name, place, side, x) for name, place in _SIDED.items()]

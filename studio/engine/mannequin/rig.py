@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from studio.engine.errors import FormatError
 from studio.engine.joints import OUTPUT_PARENT
+from studio.engine.soles import rest_lift_m
 
 Array = NDArray[np.float64]
 
@@ -24,7 +25,6 @@ NEEDED: tuple[str, ...] = (
 # Where a head joint lies: its height over the shoulders, and the crown's over it, shares of stature. A skeleton has
 # it anywhere between the skull's base (first) and the middle of the head (last).
 _HEAD_JOINT_OVER_SHOULDERS, _CROWN_OVER_HEAD_JOINT = (0.075, 0.115), (0.100, 0.065)
-_SOLE_BELOW_JOINT_M = 0.02
 _USUAL_STATURE_M = 1.75
 
 
@@ -35,14 +35,19 @@ class Rig:
     Attributes:
         index: role -> index of the joint.
         rest_m: joint positions of the rest pose, shape (joint_count, 3).
+        floor: height of the soles [m].
     """
 
     index: dict[str, int]
     rest_m: Array
+    floor: float
 
     @classmethod
-    def of(cls, roles: Sequence[str], rest_m: Array) -> "Rig":
+    def of(cls, roles: Sequence[str], rest_m: Array, floor_m: float | None = None) -> "Rig":
         """Return the rig of joints with HumanIK roles ("" = none).
+
+        Args:
+            floor_m: height of the soles; None = as far below the lowest of them as usual.
 
         Raises:
             FormatError: a role is missing without which there is no body, or the skeleton does not stand.
@@ -54,7 +59,10 @@ class Rig:
                 f"the skeleton has no joint for {', '.join(missing)}, so no body fits it; "
                 "leave out the mesh, or name the joints as HumanIK does"
             )
-        rig = cls(index, np.asarray(rest_m, dtype=np.float64))
+        rest = np.asarray(rest_m, dtype=np.float64)
+        if floor_m is None:
+            floor_m = -rest_lift_m(rest[list(index.values()), 1], None)
+        rig = cls(index, rest, floor_m)
         if (
             not np.isfinite(rig.rest_m).all()
             or rig.at("Head")[1] - rig.floor < 0.3
@@ -93,11 +101,6 @@ class Rig:
     @property
     def shoulder_centre(self) -> Array:
         return (self.at("LeftArm") + self.at("RightArm")) / 2
-
-    @property
-    def floor(self) -> float:
-        """Height of the soles [m]."""
-        return float(self.rest_m[list(self.index.values()), 1].min()) - _SOLE_BELOW_JOINT_M
 
     @property
     def stature(self) -> float:

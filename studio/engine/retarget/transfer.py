@@ -14,7 +14,7 @@ from studio.engine.errors import SettingsError
 from studio.engine.export.kinematics import local_keys, world_poses
 from studio.engine.export.quaternion import multiply, normalized, rotate
 from studio.engine.export.root_motion import heading_of
-from studio.engine.export.skeleton import SOLE_BELOW_JOINT_M, LocalMotion
+from studio.engine.export.skeleton import LocalMotion
 from studio.engine.geometry import quaternions
 from studio.engine.retarget.floor import floor_shifts
 from studio.engine.retarget.limbs import (
@@ -32,6 +32,7 @@ from studio.engine.retarget.mapping import Mapping
 from studio.engine.retarget.rest import t_pose_turns
 from studio.engine.retarget.rig import Rig
 from studio.engine.retarget.skeleton import Posed, local_of
+from studio.engine.soles import USUAL_TOE_HEIGHT_M
 
 Array = NDArray[np.float64]
 
@@ -129,7 +130,7 @@ def on_floor(mapping: Mapping, source: Body) -> Rig:
     lowest = min(at[role][1] for role in at if role.endswith(("Foot", "ToeBase")))
     if -0.02 * leg <= lowest <= 0.2 * leg:
         return rig
-    sole = SOLE_BELOW_JOINT_M * leg / source.leg_m
+    sole = USUAL_TOE_HEIGHT_M * leg / source.leg_m
     return replace(rig, positions_m=rig.positions_m + np.array([0.0, sole - lowest, 0.0]))
 
 

@@ -5,7 +5,7 @@ from itertools import pairwise
 import numpy as np
 from scipy.ndimage import gaussian_filter1d
 
-from studio.engine.finish.contacts import find_contacts
+from studio.engine.finish.contacts import find_contacts, wander_of
 from studio.engine.finish.places import CHANGE_M2_S, EASE_S, places_of
 
 REST_M = np.array([0.08, 0.02, 0.08, 0.02])
@@ -51,6 +51,13 @@ def test_a_foot_that_is_moved_has_a_new_place():
     assert np.abs(places[180:, 0] - 0.06).max() < 1e-6
 
 
+def test_a_path_that_noise_leads_less_astray_is_sooner_at_another_place():
+    path = np.zeros((300, 3))
+    path[150:165, 0] = 0.03
+    assert np.ptp(places_of(path, 1 / 60)[:, 0]) < 1e-9
+    assert np.ptp(places_of(path, 1 / 60, change_m2_s=0.02 * CHANGE_M2_S)[:, 0]) > 0.02
+
+
 def test_places_are_the_best_of_all_ways_to_change():
     """Against every way to cut a short path into two."""
     path = np.zeros((48, 3))
@@ -70,3 +77,8 @@ def test_places_are_the_best_of_all_ways_to_change():
     )
     wanted = sharp if len(best) == 0 else gaussian_filter1d(sharp, EASE_S / dt, axis=0, mode="nearest")
     assert np.allclose(places, wanted)
+
+
+def test_noise_of_depth_cameras_wanders_wholly_and_white_noise_little():
+    assert wander_of(1.0) == wander_of(0.8) == wander_of(0.5) == 1.0
+    assert wander_of(0.2) == 0.4

@@ -4,10 +4,9 @@ import pytest
 
 from tests.engine.white_noise import MOTIONS, solved_figures
 
-# What was measured, with a tenth to spare. 02_05 is within 0.01 of the bar of 1.5 cm, that of 6 m/s2 is met on two of
-# four: a take is lifted by up to 1.7 cm to stand on its soles (14_08, 49_02); in 05_06 a knee of the reference jumps
-# by 30 cm.
-RMS_CM = {"02_05": 1.7, "14_08": 2.5, "05_06": 3.8, "49_02": 2.8}
+# What was measured, with a tenth to spare. The bar of 1.5 cm is met on 02_05, that of 6 m/s2 on two of
+# four; in 05_06 a knee of the reference jumps by 30 cm.
+RMS_CM = {"02_05": 1.5, "14_08": 1.8, "05_06": 3.5, "49_02": 2.0}
 ACCELERATION_M_S2 = {"02_05": 3.7, "14_08": 5.8, "05_06": 12.7, "49_02": 7.1}
 
 

@@ -2,7 +2,7 @@
 
 A sole is the point that lies on the floor under the ankle in the T-pose, and the one under the ball of the
 foot; both turn with the foot. Hips, hands and all else are under the floor where the joint itself is. The
-export's rest pose says where soles are (`export.skeleton.SOLE_BELOW_JOINT_M`).
+export's rest pose stands on its soles (`studio.engine.soles`).
 """
 
 import numpy as np
