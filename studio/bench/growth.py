@@ -33,7 +33,7 @@ def growth(frames: int) -> dict[str, Any]:
         }
         by_joints = {
             str(len(joints)): stages.pipeline(make_stage(seconds, joint_set=name))[0]
-            for name, joints in JOINT_SETS.items()
+            for name, joints in sorted(JOINT_SETS.items(), key=lambda one: len(one[1]))
         }
     lengths = TAKES_S if frames >= 300 else TAKES_S[:2]
     return {

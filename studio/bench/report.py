@@ -61,7 +61,7 @@ def bench_report(result: dict[str, Any]) -> str:
             charts_row(
                 [
                     bar_chart("Finishing a take by its length [frames/s]", speed),
-                    bar_chart("Most memory by a take's length [MB], grey: before the solve", memory),
+                    bar_chart("Most memory by a take's length [MB]", memory, words=("in it", "before")),
                 ]
             )
         )
@@ -71,7 +71,7 @@ def bench_report(result: dict[str, Any]) -> str:
 def _bars(points: dict[str, Any], names: tuple[str, ...] | None = None) -> list[Bar]:
     return [
         Bar(
-            name,
+            name.replace("_", " "),
             1e3 * points[name]["median_ms"],
             (1e3 * points[name]["median_ms"], 1e3 * points[name]["p99_ms"]),
         )

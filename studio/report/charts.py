@@ -24,6 +24,8 @@ from studio.report.svg import (
 
 _BESIDE = "#c3c9d1"
 _MOST_POINTS = 1200
+_TITLE_LETTER, _LEGEND = 6.9, 115.0
+"""About how wide a letter of a title is, and a legend [px]."""
 
 
 @dataclass(frozen=True)
@@ -43,14 +45,24 @@ class Bar:
     beside: float | None = None
 
 
-def bar_chart(title: str, bars: list[Bar], *, height: float = 240) -> str:
-    """Return bars side by side; where a bar has none of the two values its place stays empty."""
-    width = max(360.0, 50.0 + 66.0 * len(bars))
+def bar_chart(
+    title: str, bars: list[Bar], *, height: float = 240, words: tuple[str, str] = ("here", "thesis")
+) -> str:
+    """Return bars side by side; no value leaves its place empty.
+
+    Args:
+        words: what bars and those beside them are, for the legend where there are some beside.
+    """
+    with_legend = any(bar.beside is not None for bar in bars)
+    title_width = 56.0 + _TITLE_LETTER * len(title) + (_LEGEND if with_legend else 0.0)
+    width = max(360.0, 50.0 + 66.0 * len(bars), title_width)
     left, right, top, bottom = 42.0, 8.0, 28.0, 62.0
     known = [v for bar in bars for v in (bar.value, bar.beside, *(bar.interval or ())) if v is not None]
     marks = ticks(min([0.0, *known]), max([1e-6, *known]), 4)
     y = Scale(marks[0], marks[-1], height - bottom, top)
     parts = [text(left, 16, title, size=12, bold=True)]
+    if with_legend:
+        parts += _bar_legend(width - right, words)
     for mark in marks:
         parts += [line(left, y(mark), width - right, y(mark)), _tick(left - 5, y(mark) + 3.5, mark)]
     step = (width - left - right) / max(len(bars), 1)
@@ -66,11 +78,22 @@ def bar_chart(title: str, bars: list[Bar], *, height: float = 240) -> str:
             x = place + 0.5 * wide
             parts.append(line(x, y(bar.interval[0]), x, y(bar.interval[1]), stroke=INK, width=1.4))
         if bar.beside is not None:
-            parts.append(_bar(middle, wide, y, bar.beside, _BESIDE, f"{bar.label}, thesis: {bar.beside:g}"))
-        for row, words in enumerate(_wrapped(bar.label, max(6, int(step / 5.2)))[:4]):
-            parts.append(text(middle, height - bottom + 14 + 11 * row, words, size=9.5, anchor="middle"))
+            parts.append(
+                _bar(middle, wide, y, bar.beside, _BESIDE, f"{bar.label}, {words[1]}: {bar.beside:g}")
+            )
+        for row, line_of_label in enumerate(_wrapped(bar.label, max(6, int(step / 5.2)))[:4]):
+            parts.append(
+                text(middle, height - bottom + 14 + 11 * row, line_of_label, size=9.5, anchor="middle")
+            )
     parts.append(line(left, y(0.0), width - right, y(0.0), stroke=FAINT))
     return drawing(width, height, parts, title)
+
+
+def _bar_legend(right: float, words: tuple[str, str]) -> list[str]:
+    parts = []
+    for x, fill, word in ((right - 92, COLOURS[0], words[0]), (right - 50, _BESIDE, words[1])):
+        parts += [rectangle(x, 8, 9, 9, fill=fill), text(x + 13, 16, word, size=9.5, fill=FAINT)]
+    return parts
 
 
 def _bar(x: float, wide: float, y: Scale, value: float, fill: str, title: str) -> str:

@@ -10,7 +10,7 @@ main{max-width:1080px;margin:0 auto;padding:24px 20px 60px}
 h1{font-size:26px;margin:0 0 4px}h2{font-size:19px;margin:34px 0 8px}h3{font-size:15px;margin:18px 0 6px}
 p{max-width:75ch;margin:6px 0}ul{max-width:75ch;margin:6px 0;padding-left:22px}
 .faint{color:#5b6573}.agrees{color:#23743f}.differs{color:#a8342b}.open{color:#7a5a10}
-.charts{display:flex;flex-wrap:wrap;gap:10px}.charts>*{flex:1 1 300px}
+.charts{display:grid;grid-template-columns:repeat(auto-fit,minmax(min(320px,100%),1fr));gap:10px}
 .wide{overflow-x:auto}
 table{border-collapse:collapse;background:#fff;font-size:13.5px;margin:8px 0}
 th,td{padding:4px 10px;border-bottom:1px solid #e1e5ea;text-align:right;vertical-align:top}

@@ -35,7 +35,7 @@ KEPT: tuple[str, ...] = (
 """What is kept of a solve's figures."""
 
 
-class _Stage:
+class Stage:
     """A recording with what its solves share."""
 
     def __init__(self, recording: Recording) -> None:
@@ -95,7 +95,7 @@ def run_recording(
         folder: where `<key>.json` goes.
     """
     began = process_time()
-    stage = _Stage(recording)
+    stage = Stage(recording)
     compared = {cell.variant.against for cell in cells}
     done = []
     for cell in cells:
@@ -118,7 +118,7 @@ def run_recording(
     return done
 
 
-def _measured(stage: _Stage, variant: Variant, others: dict[str, Variant], *, keep: bool) -> dict[str, Any]:
+def _measured(stage: Stage, variant: Variant, others: dict[str, Variant], *, keep: bool) -> dict[str, Any]:
     try:
         poses = stage.solve(variant, keep=keep)
         figures = evaluate(poses, stage.reference, start_s=stage.start_s)

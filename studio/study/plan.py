@@ -138,6 +138,9 @@ CHAIN: tuple[Variant, ...] = (
 UNSURE = Variant("raw:confidence_threshold=0.0", "raw", ("confidence_threshold=0.0",))
 """The mean without the thesis's rule that a joint under 75 % is ignored."""
 
+ROBUST = Variant("raw:fusion=robust", "raw", ("fusion=robust",))
+"""Robust fusion instead of the mean: what cameras that are wrong altogether cost the mean."""
+
 PHYSICS = Variant("finish:physics=on", "finish", ("physics=on",))
 
 
@@ -146,8 +149,8 @@ def variants(cameras: int, interference: bool, *, short: bool = False) -> tuple[
     if cameras == 1:
         return (*PRESETS, UNSURE, *THESIS)
     if cameras == 2 and interference:
-        return (*PRESETS, UNSURE, *CHAIN, *(() if short else (*WITHOUT, *SINGLE, PHYSICS)))
-    return (*PRESETS, UNSURE)
+        return (*PRESETS, UNSURE, ROBUST, *CHAIN, *(() if short else (*WITHOUT, *SINGLE, PHYSICS)))
+    return (*PRESETS, UNSURE, ROBUST)
 
 
 def make_plan(

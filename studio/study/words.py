@@ -117,6 +117,17 @@ def _cameras(results: Results) -> list[str]:
                 "keeps its last "
                 "place under the rule."
             )
+    for count in (2, 3, 4):
+        mean, robust = (Condition("", name, count, False) for name in ("raw", "raw:fusion=robust"))
+        change = results.change(mean, robust, FOUR[0])
+        if change is not None:
+            behind = (
+                ": a camera behind the performer takes left for right half of the time" if count == 4 else ""
+            )
+            out.append(
+                f"Undisturbed, robust fusion puts {count} cameras at {change.after:.1f} instead of the mean's "
+                f"{change.before:.1f} cm ({_told(change)}){behind}."
+            )
     return out
 
 
@@ -250,10 +261,10 @@ def _best_step(steps: list[tuple[str, float, float]]) -> str:
     rises = [(after[1] - before[1], after[0]) for before, after in pairwise(steps)]
     cost, costly = max(rises[1:] or rises)
     words = (
-        f"The chain is best at `{best[0]}`: {shares[0]:+.1f} % and {shares[1]:+.1f} % against one raw camera"
+        f"The chain is best at “{best[0]}”: {shares[0]:+.1f} % and {shares[1]:+.1f} % against one raw camera"
     )
     return (
-        f"{words}; the step that costs most after two cameras is `{costly}`, {cost:+.2f} cm."
+        f"{words}; the step that costs most after two cameras is “{costly}”, {cost:+.2f} cm."
         if cost > 0
         else f"{words}."
     )

@@ -52,6 +52,17 @@ def test_charts_are_well_formed_whatever_the_names():
         assert "nan" not in drawn and "inf" not in drawn
 
 
+def test_a_long_title_and_the_legend_have_room():
+    bars = [Bar("one", 1.0, beside=2.0)]
+    for title in (
+        "short",
+        "a title that is a good deal longer than one bar is wide, and so makes the chart wider",
+    ):
+        drawn = ElementTree.fromstring(bar_chart(title, bars, words=("in it", "before")))
+        words = {part.text: float(part.get("x")) for part in drawn.iter() if part.text in ("in it", title)}
+        assert words[title] + 6.5 * len(title) < words["in it"]
+
+
 def test_a_page_escapes_all_but_markup():
     out = page(NASTY, [html_table([NASTY], [[NASTY], [Markup("<b>x</b>")]]), bullets([NASTY])])
     assert NASTY not in out and out.count("a&lt;b &amp; ") == 5 and "<b>x</b>" in out
@@ -69,3 +80,10 @@ def test_intervals_of_a_mean():
 def test_blocks_take_every_frame_once():
     assert blocks(np.arange(10.0), 4) == pytest.approx([1.5, 6.5])
     assert blocks(np.array([1.0, np.nan, 3.0]), 10) == pytest.approx([2.0])
+
+
+def test_every_bar_says_what_the_one_beside_it_is():
+    drawn = bar_chart(
+        "Memory", [Bar("1", 2.0, beside=1.0), Bar("2", 3.0, beside=1.5)], words=("in it", "before")
+    )
+    assert "1, before: 1" in drawn and "2, before: 1.5" in drawn
