@@ -1,18 +1,13 @@
 """Replay: a take's raw frames through the pipeline again, with any settings or exactly as it was live."""
 
 import time
-from collections.abc import Callable, Iterator
-from dataclasses import replace
-from functools import lru_cache
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from studio.engine.calibration.calibrate import with_performer
 from studio.engine.errors import CalibrationError, TakeError
-from studio.engine.export.resample import frames_of
-from studio.engine.frames import CameraFrame, StepResult
+from studio.engine.frames import StepResult
 from studio.engine.poses import Poses
 from studio.engine.settings import SolveSettings
 from studio.engine.solve.collect import collect_poses
@@ -20,16 +15,14 @@ from studio.engine.solve.following import Following
 from studio.engine.solve.take import check_together, solve_frames
 from studio.engine.solve.trace import TraceCollector
 from studio.live.log import LoggedPipeline
+from studio.take.kept_frames import Joined
 from studio.take.raw import RawEvent, RawFrame, camera_frames, inspect_raw, read_raw
 from studio.take.solves import write_solve
 from studio.take.take import Take
-from studio.tracking import tracked_frames
+from studio.tracking import is_tracked, tracked_frames
 
 Progress = Callable[[float], None]
 """Told the share that is done, 0..1."""
-
-LEAD_S = 1.0
-"""How long before a part its solve begins: by then the filter has found the body."""
 
 
 def solve_take(
@@ -85,74 +78,28 @@ def _plain(
 ) -> tuple[Poses, int]:
     check_together(settings)
     calibration = take.calibration()
-    tracked = tracked_frames(take, calibration, settings, progress)
-    if tracked is None:
-        frames = camera_frames(take.raw_path)
+    if is_tracked(take, settings):
+        frames, calibration, settings = tracked_frames(take, calibration, settings, progress)
     else:
-        frames, calibration, settings = tracked
+        frames = camera_frames(take.raw_path)
     calibration = with_performer(calibration, frames)
     if calibration.performer is None:
         raise CalibrationError(
             f"the calibration of {take.path} has no performer and the frames show none; "
             f"run `studio calibrate {take.path}`"
         )
-    start_s, count = take.meta["calibration_s"], sum(len(camera) for camera in frames.values())
+    every = Joined(list(frames.values()))
     poses = solve_frames(
-        _handed_over(frames),
+        every,
         calibration,
         settings,
-        start_s=start_s,
+        start_s=take.meta["calibration_s"],
         progress=progress,
         following=following,
         physics=physics,
         trace=trace,
     )
-    return poses, count
-
-
-def solve_part(
-    take: Take, settings: SolveSettings, start_s: float, end_s: float, *, progress: Progress | None = None
-) -> Poses:
-    """Return the poses from `start_s` to `end_s` of stage time as a solve that begins shortly before gives them.
-
-    A first look at what settings do: without finishing and physics, which need the whole take, and nothing is kept.
-
-    Raises:
-        CalibrationError: the take has no calibration, or no performer. TakeError: no frames there, or no raw frames.
-    """
-    settings = replace(settings, finish="off", physics="off")
-    state = take.raw_path.stat()
-    frames = _recent_frames(take.raw_path, state.st_mtime_ns, state.st_size)
-    calibration = with_performer(take.calibration(), frames)
-    clocks = {name: camera.clock for name, camera in calibration.cameras.items()}
-    first_ns, last_ns = (start_s - LEAD_S) * 1e9, end_s * 1e9
-    part = [
-        frame
-        for name, mine in frames.items()
-        if name in clocks
-        for frame in mine
-        if first_ns <= clocks[name].stage_ns(frame.device_time_ns) <= last_ns
-    ]
-    poses = solve_frames(part, calibration, settings, progress=progress)
-    shown = (poses.time_s >= start_s) & (poses.time_s <= end_s)
-    if not shown.any():
-        raise TakeError(f"{take.path} has no frames from {start_s:g} to {end_s:g} s")
-    first, last = np.flatnonzero(shown)[[0, -1]]
-    return frames_of(poses, slice(int(first), int(last) + 1))
-
-
-@lru_cache(maxsize=1)
-def _recent_frames(path: Path, _mtime_ns: int, _size: int) -> dict[str, list[CameraFrame]]:
-    """Return the frames of the take that was looked at last; times and size tell whether it has changed since."""
-    return camera_frames(path)
-
-
-def _handed_over(frames: dict[str, list[CameraFrame]]) -> Iterator[CameraFrame]:
-    """Yield all frames and keep none: an hour of them fills memory."""
-    for camera in frames.values():
-        camera.reverse()
-        while camera:
-            yield camera.pop()
+    return poses, len(every)
 
 
 def _as_live(

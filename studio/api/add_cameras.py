@@ -13,7 +13,7 @@ from studio.api.qr import qr_picture
 from studio.api.recordings import Recordings
 from studio.api.remote import root_address
 from studio.engine.errors import SettingsError
-from studio.live.borrowed import calibration_of_recording
+from studio.live.borrowed import brings_calibration, calibration_of_recording
 
 CAMERA_PAGE = "/camera"
 
@@ -90,7 +90,7 @@ def add_cameras_router(access: Access, local: LocalCameras, recordings: Recordin
             Recording(
                 id=one.id,
                 cameras=list(one.cameras),
-                calibrated=calibration_of_recording(one.path, one.cameras) is not None,
+                calibrated=brings_calibration(one.path, one.cameras),
             )
             for one in recordings.list()
         ]

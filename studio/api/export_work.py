@@ -42,6 +42,15 @@ def export_items_work(
                 archive.write(item.out, item.name)
 
 
+def export_depth_work(take: Path, out: Path, camera: str, *, progress: Callable[[float], None]) -> None:
+    """Write a camera's depth as it was recorded, as an Azure Kinect recording."""
+    from studio.take.depth_export import export_depth
+    from studio.take.take import Take
+
+    out.parent.mkdir(parents=True, exist_ok=True)
+    export_depth(Take.open(take), out, camera, progress=progress)
+
+
 def _export(
     items: list[Item], out: Path, format: str, rig: Path | None, progress: Callable[[float], None]
 ) -> None:

@@ -1,4 +1,5 @@
-"""Routes of exports in the background: one solve or several, one file each, all in a ZIP, or together in one FBX."""
+"""Routes of exports in the background: one solve or several, one file each, all in a ZIP, or together in one FBX;
+a camera's depth as it was recorded."""
 
 import itertools
 import shutil
@@ -11,7 +12,7 @@ from fastapi.responses import FileResponse
 from pydantic import Field
 
 from studio.api.errors import RESPONSES, NotFoundError
-from studio.api.export_work import Item, export_items_work
+from studio.api.export_work import Item, export_depth_work, export_items_work
 from studio.api.find import Finder
 from studio.api.jobs import Jobs
 from studio.api.rigs import find_rig
@@ -19,7 +20,9 @@ from studio.api.stage import Request
 from studio.api.takes import ExportRequest
 from studio.engine.errors import SettingsError
 from studio.engine.export import EXPORTERS
+from studio.take.depth_export import choose_camera
 from studio.take.names import inside
+from studio.take.sessions import take_info
 
 FOLDER = ".exports"
 MAX_ITEMS = 200
@@ -39,6 +42,15 @@ class ExportsRequest(ExportRequest):
 
     solves: list[SolveOfTake] = Field(min_length=1, max_length=MAX_ITEMS)
     together: bool = Field(False, description="all takes in one file, where the format holds several (fbx)")
+
+
+class DepthRequest(Request):
+    """Whose depth."""
+
+    take: str = Field(description="the take's id, session/name", examples=["monday/take_001"])
+    camera: str | None = Field(
+        None, max_length=100, description="may be left out where one camera alone has depth"
+    )
 
 
 class Exports:
@@ -114,6 +126,16 @@ def exports_router(sessions: Path, finder: Finder, jobs: Jobs) -> APIRouter:
             "export", request.solves[0].take, out.name, export_items_work, items, request.format, rig, out,
             request.together,
         )  # fmt: skip
+        exports.keep(job.id, out)
+        return jobs.get(job.id)
+
+    @router.post("/depth", status_code=202)
+    def make_depth(request: DepthRequest) -> dict[str, Any]:
+        """Write a camera's depth as it was recorded as an Azure Kinect recording (`.mkv`); answers the job."""
+        take = finder.by_id(request.take)
+        camera = choose_camera(take, take_info(take.path).depth, request.camera)
+        out = inside(take.path / "exports", f"{take.path.name}_{camera}_depth.mkv")
+        job = jobs.submit("export", request.take, out.name, export_depth_work, take.path, out, camera)
         exports.keep(job.id, out)
         return jobs.get(job.id)
 

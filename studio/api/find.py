@@ -73,6 +73,8 @@ class Finder:
             "seconds": None if info.length_s is None else round(info.length_s, 3),
             "cameras": list(info.cameras),
             "solves": list(info.solves),
+            "depth": list(info.depth),
+            "calibrated": info.calibrated,
             "state": info.state,
             "recording": info.state == "recording",
             "source": info.source,

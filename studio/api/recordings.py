@@ -11,7 +11,7 @@ from pathlib import Path
 from studio.api.errors import NotFoundError
 from studio.engine.errors import SettingsError, StudioError
 from studio.take.importers import IMPORTERS
-from studio.take.take import Take
+from studio.take.sessions import list_takes, take_info
 
 TAKES = "takes"
 FOLDER = "recordings"
@@ -53,10 +53,8 @@ class Recordings:
         """Return all that can be played, takes first."""
         found: list[FoundRecording] = []
         for place in self._places:
-            for path in self._candidates(place):
-                cameras = self._cameras(path)
-                if cameras is not None:
-                    found.append(FoundRecording(f"{place}/{self._within(place, path)}", path, cameras))
+            for path, cameras in self._playable(place):
+                found.append(FoundRecording(f"{place}/{self._within(place, path)}", path, cameras))
                 if len(found) == MOST:
                     return found
         return found
@@ -82,10 +80,13 @@ class Recordings:
     def _within(self, place: str, path: Path) -> str:
         return path.relative_to(self._places[place]).as_posix()
 
-    def _candidates(self, place: str) -> Iterator[Path]:
-        """Files and folders of a place that may be recordings; what lies in a take or a recording is left out."""
+    def _playable(self, place: str) -> Iterator[tuple[Path, tuple[str, ...]]]:
+        """Recordings of a place with their cameras; what lies in a take or a recording is left out."""
         if place == TAKES:
-            yield from sorted(path.parent for path in self._places[place].glob("*/*/take.json"))
+            for info in list_takes(self._places[place]):
+                cameras = self._cameras(info.path)
+                if cameras is not None:
+                    yield info.path, cameras
             return
         looked_at = 0
         waiting = [(self._places[place], 0)]
@@ -102,8 +103,9 @@ class Recordings:
                 if entry.name.startswith(".") or entry.is_symlink():
                     continue
                 path = Path(entry.path)
-                if self._cameras(path) is not None:
-                    yield path
+                cameras = self._cameras(path)
+                if cameras is not None:
+                    yield path, cameras
                 elif entry.is_dir() and depth + 1 < DEPTH:
                     waiting.append((path, depth + 1))
 
@@ -124,12 +126,9 @@ class Recordings:
 
 def _cameras_of_take(path: Path) -> tuple[str, ...] | None:
     """Names of the cameras of a take that has frames; None of one without."""
-    take = Take.open(path)
-    names = take.camera_names
-    playable = (
-        take.raw_path.is_file() and names and not any(mark in name for name in names for mark in _MARKS)
-    )
-    return names if playable else None
+    names = take_info(path).cameras
+    playable = (path / "raw.mcap").is_file() and not any(mark in name for name in names for mark in _MARKS)
+    return names if playable and names else None
 
 
 def _cameras_of_folder(path: Path) -> tuple[str, ...]:

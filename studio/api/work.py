@@ -25,7 +25,7 @@ def draft_work(
 ) -> Any:
     """Return the `Poses` of a part of the take at `path`, from `start_s` to `end_s` of stage time."""
     from studio.engine.settings import SolveSettings
-    from studio.replay import solve_part
+    from studio.first_look import solve_part
     from studio.take.take import Take
 
     return solve_part(Take.open(path), SolveSettings.from_json(settings), start_s, end_s, progress=progress)
@@ -152,17 +152,28 @@ def share_work(poses: Path, title: str, subtitle: str, start_s: float | None, en
 
 def thumbnails_work(wanted: list[tuple[Path, Path]]) -> list[Path]:
     """Draw the pictures of takes, given the `poses.npz` and the picture of each; return those that were made."""
+    import tempfile
+
     from studio.engine.errors import StudioError
     from studio.engine.poses import Poses
     from studio.render.thumbnail import render_thumbnail
 
     made = []
-    for poses, picture in wanted:
-        if not poses.parent.is_dir():
-            continue  # thrown away or renamed meanwhile
-        try:
-            render_thumbnail(Poses.load(poses), picture)
-        except StudioError:
-            continue  # a damaged solve has no picture; the list says what is wrong with the take
-        made.append(picture)
+    with tempfile.TemporaryDirectory() as folder:
+        drawn = Path(folder) / "picture.png"
+        for poses, picture in wanted:
+            try:
+                render_thumbnail(Poses.load(poses), drawn)
+                _put(drawn, picture)
+            except (StudioError, OSError):
+                continue  # damaged: the list says so; or the take was thrown away or renamed meanwhile
+            made.append(picture)
     return made
+
+
+def _put(drawn: Path, picture: Path) -> None:
+    """Put a picture into its take, whole or not at all; the folder of a take that is gone is not made again."""
+    picture.parent.mkdir(exist_ok=True)
+    part = picture.with_suffix(".part")
+    part.write_bytes(drawn.read_bytes())
+    part.replace(picture)

@@ -19,10 +19,11 @@ from studio.engine.calibration.result import Performer
 from studio.engine.errors import FormatError, SettingsError
 from studio.engine.export.glb import write_glb
 from studio.engine.export.options import ExportOptions
-from studio.engine.export.skeleton import SOLE_BELOW_JOINT_M, LocalMotion, local_motion, to_file_axes
+from studio.engine.export.skeleton import LocalMotion, local_motion, to_file_axes
 from studio.engine.human.skeleton import Skeleton
 from studio.engine.joints import OUTPUT_INDEX, OUTPUT_JOINTS, OUTPUT_PARENTS
 from studio.engine.poses import Poses, on_output_joints
+from studio.engine.soles import rest_lift_m
 
 HZ = 60.0
 HEAD_JOINT_OF_HEIGHT = 0.93
@@ -83,8 +84,8 @@ def skeleton_of(poses: Poses) -> Skeleton:
             offsets[joint] = np.median(
                 back.apply(poses.positions_m[:, joint] - poses.positions_m[:, parent]), axis=0
             )
-    leg = [OUTPUT_INDEX[name] for name in ("LeftUpLeg", "LeftLeg", "LeftFoot", "LeftToeBase")]
-    hips = SOLE_BELOW_JOINT_M - float(offsets[leg, 2].sum())
+    offsets[0] = 0.0
+    hips = rest_lift_m(Skeleton(offsets, 0.0).rest_positions_m[:, 2], poses.root_height_m)
     offsets[0] = (0.0, 0.0, hips)
     trunk = [OUTPUT_INDEX[name] for name in ("Spine", "Spine1", "Spine2", "Neck", "Head")]
     return Skeleton(offsets, height_m=(hips + float(offsets[trunk, 2].sum())) / HEAD_JOINT_OF_HEIGHT)
@@ -102,7 +103,9 @@ def _on_character(poses: Poses, side: Side, times: NDArray[np.float64], skeleton
             turn = Rotation.from_quat(rotations[:, parent], scalar_first=True)
             positions[:, joint] = positions[:, parent] + turn.apply(skeleton.offsets_m[joint])
     unknown = np.full(positions.shape[:2], np.nan)
-    return Poses(times, OUTPUT_JOINTS, OUTPUT_PARENTS, positions, rotations, np.ones_like(unknown), unknown)
+    height_m = float(skeleton.offsets_m[0, 2])
+    sure = np.ones_like(unknown)
+    return Poses(times, OUTPUT_JOINTS, OUTPUT_PARENTS, positions, rotations, sure, unknown, height_m)
 
 
 def _leg_m(poses: Poses) -> float:

@@ -72,11 +72,11 @@ def port(text: str) -> int:
 
 
 def run(args: argparse.Namespace) -> int:
-    from studio.api.server import serve
+    from studio.api.server import leave, serve
 
     config = chosen_config(args).config
     demo = args.demo or (args.demo_on_first_run and is_first_run(config.sessions))
-    return serve(config, demo=demo)
+    leave(serve(config, demo=demo))
 
 
 def is_first_run(sessions: Path) -> bool:

@@ -2,7 +2,7 @@
 
 import logging
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
@@ -23,6 +23,9 @@ _log = logging.getLogger(__name__)
 
 ESTIMATE_NS = 2_000_000_000
 """How often the cameras' agreement is estimated while frames are gathered."""
+
+RETRY_NS = 2_000_000_000
+"""How often one camera alone is tried."""
 
 PROVISIONAL_FRAMES = 30
 """Frames of one camera, about a second, from which something can be drawn before any calibration."""
@@ -80,6 +83,7 @@ class Calibrator:
         self._height_m: float | None = None
         self._busy = False
         self._estimated_ns = 0
+        self._tried_ns: int | None = None
         self._estimating: threading.Thread | None = None
 
     @property
@@ -158,9 +162,15 @@ class Calibrator:
         self._estimating = threading.Thread(target=estimate, name="calibration estimate", daemon=True)
         self._estimating.start()
 
-    def start_provisional(self, frames: list[CameraFrame]) -> None:
-        """Compute a calibration of one camera alone from its last frames."""
-        self._begin({frames[0].camera: frames}, frames[0].camera, provisional=True)
+    def start_provisional(self, recent: Iterable[Sequence[CameraFrame]], now_ns: int) -> None:
+        """Calibrate one camera alone, so that something is drawn: the first with enough frames, now and then."""
+        if self._tried_ns is not None and now_ns - self._tried_ns < RETRY_NS:
+            return
+        for frames in recent:
+            if len(frames) >= PROVISIONAL_FRAMES:
+                self._tried_ns = now_ns
+                self._begin({frames[0].camera: list(frames)}, frames[0].camera, provisional=True)
+                return
 
     def _begin(self, frames: Frames, reference: str, *, provisional: bool) -> None:
         self._busy = True

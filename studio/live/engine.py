@@ -22,7 +22,7 @@ from studio.engine.schedule import Schedule
 from studio.engine.settings import SolveSettings
 from studio.live import log, warmup
 from studio.live.calibrations import BORROWED, Kept, save_calibration
-from studio.live.calibrator import PROVISIONAL_FRAMES, Calibrator, Outcome
+from studio.live.calibrator import Calibrator, Outcome
 from studio.live.camera import LiveCamera
 from studio.live.figures import PipelineFigures
 from studio.live.inbox import Arrived, Call, Inbox, Item, Left, Measured, Reported
@@ -45,7 +45,6 @@ MAX_TICKS = 15
 
 IDLE_S = 0.01
 STATUS_NS = 200_000_000
-RETRY_NS = 2_000_000_000
 
 
 class Engine(Takes):
@@ -91,7 +90,6 @@ class Engine(Takes):
         self._pipeline = log.LoggedPipeline()
         self._schedule = Schedule(settings.output_hz)
         self._status_ns: int | None = None
-        self._retry_ns: int | None = None
         self._stopping = False
         if calibration is not None:
             self.use_calibration(calibration.calibration, calibration)
@@ -386,19 +384,10 @@ class Engine(Takes):
             self.recording.stopping = True
             threading.Thread(target=self._on_broken, name="end of recording", daemon=True).start()
         if not self.calibrator.computing and not self.covered():
-            self._calibrate_provisionally(now)
+            recent = (camera.recent for camera in self.roster.connected())
+            self.calibrator.start_provisional(recent, now)
         if self._status_ns is None or now - self._status_ns >= STATUS_NS:
             self._refresh()
-
-    def _calibrate_provisionally(self, now_ns: int) -> None:
-        """Calibrate one camera alone, so that something is drawn."""
-        if self._retry_ns is not None and now_ns - self._retry_ns < RETRY_NS:
-            return
-        for camera in self.roster.connected():
-            if len(camera.recent) >= PROVISIONAL_FRAMES:
-                self._retry_ns = now_ns
-                self.calibrator.start_provisional(list(camera.recent))
-                return
 
     def _refresh(self) -> None:
         """Make the status anew."""

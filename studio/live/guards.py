@@ -43,6 +43,7 @@ def calibration_warnings(
     warnings += [
         f"{name} is in the calibration and not connected: connect it, or go on without it"
         for name in sorted(set(known) - set(connected))
+        if connected  # with none at all, the page says so once
     ]
     for name, was in sorted((kept.devices or {}).items()):
         serial = connected[name].hello.serial if name in connected else was

@@ -10,6 +10,7 @@ from studio.engine.settings import SolveSettings
 from studio.live.recorder import Recorder
 from studio.take.live_solve import save_live_solve
 from studio.wire import Hello
+from studio.wire import Recording as RecordingMessage
 
 
 @dataclass(frozen=True)
@@ -95,3 +96,12 @@ class Recording:
             "poses": poses,
             "problem": self.recorder.problem,
         }
+
+
+def recording_message(recording: Recording | None, ended: Recording | None = None) -> RecordingMessage:
+    """Return what cameras are told: the take that is recorded, or the one that has ended."""
+    if recording is not None:
+        return RecordingMessage(True, recording.name, recording.recorder.take_id, recording.began_ns)
+    if ended is not None:
+        return RecordingMessage(False, ended.name, ended.recorder.take_id)
+    return RecordingMessage(False, "")

@@ -25,7 +25,7 @@ from studio.live.performers import FOLDER as PERFORMERS
 from studio.live.performers import load_profile
 from studio.live.previews import Previews
 from studio.live.recorder import Recorder
-from studio.live.recording import Recording
+from studio.live.recording import Recording, recording_message
 from studio.live.resume import marker_of, take_up
 from studio.live.tpose import COUNTDOWN_S
 from studio.take.marker import STOPPING, read_marker, remove_marker, write_marker
@@ -33,7 +33,6 @@ from studio.take.names import check_name
 from studio.take.raw import camera_frame
 from studio.take.sessions import new_take_path, take_path
 from studio.wire import ClockSample, DepthImage, Hello, SkeletonFrame, Status, depth_array
-from studio.wire import Recording as RecordingMessage
 
 CALIBRATION_S = 34.0
 """A T-pose of 3 s and a walk of 30 s, with a second to begin."""
@@ -162,7 +161,7 @@ class LiveStage:
 
     def welcomed(self, link: CameraLink) -> None:
         """The client was welcomed: tell it whether a take is being recorded."""
-        link.send(self._recording_message(self._engine.recording))
+        link.send(recording_message(self._engine.recording))
 
     def leave(self, link: CameraLink, reason: str, *, error: bool = False) -> None:
         """A camera's connection has ended; `error`: because of what the client sent."""
@@ -391,12 +390,4 @@ class LiveStage:
     def _tell(self, recording: Recording | None, ended: Recording | None = None) -> None:
         """Tell every client whether a take is being recorded."""
         for link in self._links.all():
-            link.send(self._recording_message(recording, ended))
-
-    @staticmethod
-    def _recording_message(recording: Recording | None, ended: Recording | None = None) -> RecordingMessage:
-        if recording is not None:
-            return RecordingMessage(True, recording.name, recording.recorder.take_id, recording.began_ns)
-        if ended is not None:
-            return RecordingMessage(False, ended.name, ended.recorder.take_id)
-        return RecordingMessage(False, "")
+            link.send(recording_message(recording, ended))

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 from studio.engine.settings import PRESETS
 from studio.engine.solve.following import not_followed_mm
+from studio.live import warmup
 from studio.live.calibrations import BORROWED
 from studio.live.calibrator import camera_verdicts
 from studio.live.guards import age_s, calibration_warnings, moved_words, shared_usb
@@ -47,6 +48,7 @@ def stage_status(engine: "Engine", now_ns: int) -> dict[str, Any]:
         "pipeline": engine.figures.status(now_ns)
         | {
             "problem": engine.problem,
+            "preparing": not warmup.is_ready(),
             "not_followed_mm": not_followed,
             "clock_offset_ns": None if stage_ns is None else now_ns - stage_ns,
         },

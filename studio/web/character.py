@@ -5,9 +5,11 @@ import viser
 from numpy.typing import NDArray
 
 from studio.engine.errors import FormatError
+from studio.engine.frames import StepResult
 from studio.engine.geometry import matrices
 from studio.engine.joints import OUTPUT_JOINTS, OUTPUT_PARENTS
 from studio.engine.mannequin import BODY, SEAM, mannequin_mesh
+from studio.engine.soles import rest_lift_m
 from studio.web.palette import BODY_RGB, JOINT_RGB
 from studio.web.skin import Skin
 
@@ -89,13 +91,13 @@ class Character:
         self._proportions = Proportions()
         self._skins: list[Skin] = []
 
-    def draw(self, positions_m: Array, rotations_wxyz: Array) -> None:
-        """Show a pose of the output skeleton: positions (52, 3) in the stage frame, rotations (52, 4)."""
-        offsets = self._proportions.another(bone_offsets(positions_m, rotations_wxyz))
+    def draw(self, result: StepResult) -> None:
+        """Show a pose of the output skeleton."""
+        offsets = self._proportions.another(bone_offsets(result.positions_m, result.rotations_wxyz))
         if offsets is not None:
-            self._make(rest_positions(offsets))
+            self._make(rest_positions(offsets), result.root_height_m)
         for skin in self._skins:
-            skin.pose(positions_m, rotations_wxyz)
+            skin.pose(result.positions_m, result.rotations_wxyz)
 
     def set_opacity(self, opacity: float | None) -> None:
         """See through the body, or not (None)."""
@@ -103,9 +105,10 @@ class Character:
         for skin in self._skins:
             skin.set_opacity(opacity)
 
-    def _make(self, rest_m: Array) -> None:
+    def _make(self, rest_m: Array, root_height_m: float | None) -> None:
+        floor_m = -rest_lift_m(rest_m[:, 2], root_height_m)
         try:
-            mesh = mannequin_mesh(OUTPUT_JOINTS, rest_m[:, [0, 2, 1]] * [1.0, 1.0, -1.0])
+            mesh = mannequin_mesh(OUTPUT_JOINTS, rest_m[:, [0, 2, 1]] * [1.0, 1.0, -1.0], floor_m=floor_m)
         except FormatError:  # bones so far off that no body fits: the last one stays
             return
         for skin in self._skins:

@@ -64,7 +64,7 @@ class Ghost:
                 self._body = Character(
                     self._server, f"{self._name}/body/character", tint=GHOST_RGB, opacity=GHOST_OPACITY
                 )
-            self._body.draw(result.positions_m, result.rotations_wxyz)
+            self._body.draw(result)
             if self._figure is not None:
                 self._figure.hide()
             return

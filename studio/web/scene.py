@@ -141,7 +141,7 @@ class Scene:
         if self.layer_shown("effectors"):
             self._effectors.draw(result)
         if self.layer_shown("character"):
-            self._character.draw(result.positions_m, result.rotations_wxyz)
+            self._character.draw(result)
         self._ghost.draw(ghost, result.positions_m[0])
         for name, figure in self._figures.items():
             figure.visible = name != "ghost" or ghost is not None

@@ -3,15 +3,15 @@
 import signal
 import subprocess
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 
 
 @contextmanager
-def studio_program(sessions: Path) -> Iterator[str]:
-    """`studio serve --demo` while the block runs; yields its address. Ends with Ctrl-C, as a user would."""
-    command = [sys.executable, "-m", "studio", "serve", "--demo", "--port", "0", "--sessions", str(sessions)]
+def studio_program(sessions: Path, words: Sequence[str] = ("serve", "--demo")) -> Iterator[str]:
+    """`studio` with these words while the block runs; yields its host and port. Ends with Ctrl-C, as a user would."""
+    command = [sys.executable, "-m", "studio", *words, "--port", "0", "--sessions", str(sessions)]
     with (
         (sessions.parent / "serve.log").open("w") as log,
         subprocess.Popen(command, stdout=subprocess.PIPE, stderr=log, text=True) as program,

@@ -120,6 +120,7 @@ def running(tmp_path: Path) -> Iterator[Soak]:
         with subprocess.Popen(command, cwd=Path(__file__).parents[2]) as clients:
             try:
                 wait_until(lambda: server.live_cameras() == CAMERAS, "the cameras send")
+                wait_until(lambda: not server.status()["pipeline"]["preparing"], "the solver is prepared")
                 yield Soak(server, proxy, random.Random(5))
             finally:
                 clients.terminate()

@@ -3,10 +3,13 @@
 import io
 import zipfile
 
+from studio.take.importers import import_recording
 from tests.api.camera import wait_until
 from tests.api.test_routes import assert_error
 from tests.engine.retarget.rigs import write_rig
 from tests.poses_factory import t_pose
+from tests.take.test_depth_files import k4a_file
+from tests.take.test_raw_depth import depth_take
 from tests.web.playback.takes import take_with_solves
 
 FBX = b"Kaydara FBX Binary"
@@ -14,7 +17,12 @@ FBX = b"Kaydara FBX Binary"
 
 def exported(http, **request):
     """The job of an export once it has ended, and its file."""
-    answer = http.post("/exports", json=request)
+    return exported_by(http, "/exports", request)
+
+
+def exported_by(http, route, request):
+    """The same of one of the routes of exports."""
+    answer = http.post(route, json=request)
     assert answer.status_code == 202, answer.text
     job = answer.json()
     where = f"/jobs/{job['id']}"
@@ -42,6 +50,26 @@ def test_one_and_several(studio, tmp_path):
     ).raise_for_status()
     job, answer = exported(studio.http, solves=both[:1], format="fbx", rig="hero.glb")
     assert job["name"] == "one_studio_hero.fbx" and b"leftUpperLeg" in answer.content
+
+
+def test_the_depth_of_a_camera(studio, tmp_path):
+    http, file = studio.http, k4a_file(tmp_path / "a.mkv", 2)
+    import_recording(file, studio.sessions / "monday" / "deep")
+    depth_take(studio.sessions / "monday" / "small", 2)
+    take_with_solves(studio.sessions / "monday" / "flat")
+    listed = {take["name"]: take["depth"] for take in http.get("/takes").json()}
+    assert listed == {"deep": ["camera_0"], "small": ["camera_0", "camera_1"], "flat": []}
+    job, answer = exported_by(http, "/exports/depth", {"take": "monday/deep"})
+    assert job["state"] == "done" and job["name"] == "deep_camera_0_depth.mkv", job
+    assert answer.content == file.read_bytes()
+    job, _ = exported_by(http, "/exports/depth", {"take": "monday/small", "camera": "camera_1"})
+    assert job["state"] == "failed" and "40 x 30 do not fit" in job["message"]
+    for wrong, words in (
+        ({"take": "monday/flat"}, "has no depth"),
+        ({"take": "monday/small"}, "choose one"),
+        ({"take": "monday/deep", "camera": "x"}, "no depth of camera 'x'"),
+    ):
+        assert_error(http.post("/exports/depth", json=wrong), 409, "take", words)
 
 
 def test_what_does_not_go(studio):

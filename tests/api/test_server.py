@@ -1,10 +1,12 @@
 """`studio serve` as a process of its own: opening, refusing, ending in order."""
 
 import asyncio
+import os
 import signal
 import socket
 import subprocess
 import sys
+import textwrap
 import threading
 
 import httpx
@@ -107,3 +109,23 @@ def test_what_is_still_open_after_the_time_of_grace_is_cut():
         server.should_exit = True
         thread.join()
         assert connection.transport.get_extra_info("socket").fileno() == -1
+
+
+def test_leaving_does_not_take_the_interpreter_down_first():
+    """A thread may be compiling: what runs at the interpreter's own end here stands for what that crashes."""
+    code = """
+        import atexit, multiprocessing, os, sys, time
+        from studio.api.server import leave
+        if __name__ == "__main__":
+            atexit.register(os.abort)
+            child = multiprocessing.get_context("spawn").Process(target=time.sleep, args=(600,), daemon=True)
+            child.start()
+            print(child.pid, end="")
+            leave(3)
+    """
+    done = subprocess.run(
+        [sys.executable, "-c", textwrap.dedent(code)], capture_output=True, text=True, timeout=60
+    )
+    assert done.returncode == 3, done.stderr
+    with pytest.raises(ProcessLookupError):
+        os.kill(int(done.stdout), 0)

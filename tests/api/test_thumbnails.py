@@ -6,6 +6,8 @@ from pathlib import Path
 
 from PIL import Image
 
+from studio.api.work import thumbnails_work
+from studio.render.thumbnail import render_thumbnail
 from tests.api.camera import wait_until
 from tests.api.conftest import Studio
 from tests.web.playback.takes import take_with_solves
@@ -26,3 +28,16 @@ def test_takes_with_solves_get_a_picture(start_studio: Callable[..., Studio], tm
     assert (answer.headers["content-type"], picture.size) == ("image/png", (128, 128))
     assert len(set(picture.convert("L").tobytes())) > 30  # a figure, not an empty floor
     assert http.get("/takes/monday/nobody/thumbnail").status_code == 404
+
+
+def test_a_take_that_is_renamed_while_it_is_drawn_leaves_no_folder(tmp_path: Path, monkeypatch) -> None:
+    take = take_with_solves(tmp_path / "monday" / "one")
+    picture = take.path / "exports" / "thumbnail.png"
+
+    def draw(poses, path) -> None:
+        render_thumbnail(poses, path)
+        take.path.rename(tmp_path / "monday" / "best")
+
+    monkeypatch.setattr("studio.render.thumbnail.render_thumbnail", draw)
+    assert thumbnails_work([(take.solve_folder("studio") / "poses.npz", picture)]) == []
+    assert not take.path.exists()

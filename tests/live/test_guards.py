@@ -69,6 +69,8 @@ def test_cameras_that_are_not_the_calibrated_ones():
     assert "camera_2 was added" in words(kept(), cameras("camera_0", "camera_1", "camera_2"))
     assert "camera_1 is in the calibration and not connected" in words(kept(), cameras("camera_0"))
     assert "not connected" in words(kept(), cameras("camera_0", "camera_1", gone=["camera_1"]))
+    nobody = cameras("camera_0", "camera_1", gone=["camera_0", "camera_1"])
+    assert "not connected" not in words(kept(), nobody)  # that no camera is here is told once, elsewhere
     swapped = kept(devices={"camera_0": "A", "camera_1": "B"})
     assert "camera_0 is another device now (serial B, calibrated with A)" in words(
         swapped, cameras("camera_0", "camera_1", serial="B")

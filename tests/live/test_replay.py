@@ -1,12 +1,17 @@
 """Replay of takes that lack something: one clear error, and nothing half-written."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
+from studio import first_look
+from studio.engine.calibration.calibrate import with_performer
 from studio.engine.errors import CalibrationError, TakeError
 from studio.engine.poses import Poses
 from studio.engine.settings import preset
-from studio.replay import solve_part, solve_take
+from studio.first_look import solve_part
+from studio.replay import solve_take
 from studio.take.raw import RawWriter
 from studio.take.take import Take
 from studio.wire import encode
@@ -84,3 +89,15 @@ def test_a_first_look_is_nearly_the_whole_solve_there_and_keeps_nothing(take):
     assert np.linalg.norm(same - part.positions_m, axis=2).max() < 0.03
     with pytest.raises(TakeError, match="no camera shows"):
         solve_part(take, preset("studio"), 50.0, 60.0)
+
+
+def test_what_all_frames_show_of_the_performer_is_found_once_for_all_first_looks(take, monkeypatch):
+    known = calibration(["camera_0", "camera_1"])
+    take.add_calibration(replace(known, performer=replace(known.performer, soles_measured=False)), use=True)
+    measured = []
+    monkeypatch.setattr(first_look, "with_performer", lambda *a: measured.append(1) or with_performer(*a))
+    first, again = (solve_part(take, preset("studio"), 1.5, 1.8) for _ in range(2))
+    assert len(measured) == 1 and first.positions_m.tobytes() == again.positions_m.tobytes()
+    take.add_calibration(replace(known, performer=None), use=True)
+    solve_part(take, preset("studio"), 1.5, 1.8)
+    assert len(measured) == 2, "another calibration is in use"

@@ -42,11 +42,13 @@ def test_frames_are_recorded_before_the_process_is_ready(tmp_path, readiness):
         raw = path / "raw.mcap"
         wait_until(lambda: stage.status()["recording"]["frames"] >= 30, "they are recorded")
         assert stage.results.get()[0] == 0
+        assert stage.status()["pipeline"]["preparing"]
         readiness.set()
         sequence = 30
         while stage.results.get()[0] < 4:
             sequence += 1
             send(sequence)
+        wait_until(lambda: not stage.status()["pipeline"]["preparing"], "it says that it is ready")
         stage.stop_recording()
     finally:
         stage.close()

@@ -14,7 +14,9 @@ from studio.engine.metrics.canonical import canonical_positions
 from studio.engine.poses import Poses
 from tests.engine.retarget.rigs import write_rig
 from tests.poses_factory import t_pose
+from tests.web.browser import wait_for_undos
 from tests.web.playback.takes import take_with_solves
+from tests.web.stages import until
 from tests.web.test_page import serving, studio
 
 pytestmark = pytest.mark.browser
@@ -57,8 +59,7 @@ def test_a_reference_is_loaded_compared_and_removed(address: str, page: Page, tm
     expect(page.locator("#compare-beside")).to_have_attribute("aria-pressed", "true")
     page.get_by_role("button", name="10 ms later").click()
     expect(compare.locator("#compare-offset")).to_have_value("10")
-    status = replay(address)
-    assert (status["ghost_apart_m"], status["ghost_offset_ms"]) == (1.4, 10)
+    until(lambda: [replay(address)[name] for name in ("ghost_apart_m", "ghost_offset_ms")] == [1.4, 10])
     page.locator("#reference-file").set_input_files(file)
     expect(compare.locator(".away")).to_contain_text("21 of 21 joints")
     expect(compare.locator("#compare-b")).to_have_value("monday/one|ref:truth.csv")
@@ -68,7 +69,8 @@ def test_a_reference_is_loaded_compared_and_removed(address: str, page: Page, tm
     assert "<svg" in httpx.get(link).text
     page.get_by_role("button", name="Remove truth.csv").click()
     expect(compare.locator(".reference-row")).to_have_count(0)
-    assert replay(address)["ghost"] is None
+    until(lambda: replay(address)["ghost"] is None)
+    wait_for_undos(page, 1)
     page.keyboard.press("Control+z")
     expect(compare.locator(".reference-row")).to_contain_text("truth.csv")
     page.reload()

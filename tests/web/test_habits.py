@@ -1,16 +1,20 @@
 """Habits of the page in a real browser: language, theme, undo, trash, presets, countdown, warnings, viewers."""
 
 import re
+import threading
 from collections.abc import Iterator
 from pathlib import Path
 
 import httpx
 import pytest
-from playwright.sync_api import Page, expect
+from playwright.sync_api import Page, Route, expect
 
-from tests.live.performer import save_stage_calibration
+from studio.live import warmup
+from studio.take.take import Take
+from tests.live.performer import calibration, hello, save_stage_calibration
+from tests.web.browser import wait_for_undos
 from tests.web.playback.takes import take_with_solves
-from tests.web.stages import serving
+from tests.web.stages import serving, until
 from tests.web.test_page import FAINT, NAMES, open_page, performing, studio
 
 pytestmark = pytest.mark.browser
@@ -46,6 +50,19 @@ def test_language_theme_and_folded_panels_survive_a_reload(empty: str, page: Pag
     assert page.evaluate(FAINT) == []
 
 
+def test_a_french_page_shows_no_english_words_before_its_own(empty: str, page: Page) -> None:
+    page.add_init_script("localStorage.setItem('language', 'fr')")
+    held: list[Route] = []
+    page.route("**/static/strings.js*", lambda route: held.append(route))
+    page.goto(empty, wait_until="commit")
+    until(lambda: page.evaluate("document.querySelector('h1') !== null") and len(held) > 0)
+    expect(page.locator("h1")).to_be_hidden()
+    for route in held:
+        route.continue_()
+    expect(page.locator("#record .label")).to_have_text("Enregistrer")
+    expect(page.locator("h1")).to_be_visible()
+
+
 def test_every_act_on_takes_can_be_taken_back(empty: str, page: Page) -> None:
     open_page(page, empty)
     one = page.locator(".take").filter(has_text="one")
@@ -56,6 +73,7 @@ def test_every_act_on_takes_can_be_taken_back(empty: str, page: Page) -> None:
     page.keyboard.press("Enter")
     best = page.locator(".take").filter(has_text="best")
     expect(best).to_be_visible()
+    wait_for_undos(page, 2)
     page.locator("h1").click()
     page.keyboard.press("Control+z")
     expect(one).to_be_visible()
@@ -129,6 +147,7 @@ def test_a_countdown_a_slate_and_a_warning(tmp_path: Path, page: Page) -> None:
         expect(page.locator("#warning")).to_contain_text("no frames")
         httpx.post(f"{url}/api/v1/record/stop").raise_for_status()
         expect(page.locator("#warning")).to_be_hidden()
+        page.close()  # before the server, whose end it would complain of
 
 
 def test_a_viewer_sees_all_and_changes_nothing(empty: str, page: Page) -> None:
@@ -145,3 +164,35 @@ def test_a_viewer_sees_all_and_changes_nothing(empty: str, page: Page) -> None:
 def open_viewer(page: Page, url: str) -> None:
     page.goto(url)
     expect(page.locator("#connection")).to_have_text("Connected")
+
+
+def test_a_take_is_calibrated_like_another_one(tmp_path: Path, page: Page) -> None:
+    for name in ("one", "two"):
+        take = take_with_solves(tmp_path / "monday" / name)
+        take.add_camera(hello("camera_0"))
+        take.save_meta()
+    take.add_calibration(calibration(["camera_0"]), use=True)
+    with studio(tmp_path) as (app, _), serving(app) as url:
+        open_page(page, url)
+        uncalibrated = page.locator(".take").filter(has_text="not calibrated")
+        uncalibrated.get_by_role("button", name="Calibrate one").click()
+        page.locator(".ask select").select_option("monday/two")
+        page.locator(".ask").get_by_role("button", name="Calibrate").click()
+        expect(page.get_by_role("button", name="Solve one", exact=True)).to_be_visible()
+        page.close()  # before the server, whose end it would complain of
+    assert Take.open(tmp_path / "monday" / "one").meta["calibration"] == 1
+
+
+def test_the_page_says_that_the_solver_is_being_prepared(
+    tmp_path: Path, page: Page, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    ready = threading.Event()
+    monkeypatch.setattr(warmup, "is_ready", ready.is_set)
+    monkeypatch.setattr(warmup, "warm_up", lambda: ready.wait(60))
+    save_stage_calibration(tmp_path, NAMES)
+    with studio(tmp_path) as (app, _), serving(app) as url, performing(url):
+        open_page(page, url)
+        expect(page.locator("#notice")).to_contain_text("Preparing the solver")
+        ready.set()
+        expect(page.locator("#notice")).to_be_hidden()
+        page.close()  # before the server, whose end it would complain of

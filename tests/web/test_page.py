@@ -17,6 +17,7 @@ from studio.live import LiveStage
 from studio.web import mount
 from tests.api.camera import Camera
 from tests.live.performer import save_stage_calibration
+from tests.web.browser import wait_for_undos
 from tests.web.playback.takes import take_with_solves
 from tests.web.stages import serving, until
 
@@ -141,7 +142,7 @@ def test_a_switch_changes_the_live_settings(empty: str, page: Page) -> None:
     page.locator("#switches > summary").click()
     page.select_option("#switch-smoothing", "one_euro:before")
     expect(page.locator("#solve-summary")).to_have_text("1 change")
-    assert httpx.get(f"{empty}/api/v1/settings").json()["set"] == {"smoothing": "one_euro:before"}
+    until(lambda: httpx.get(f"{empty}/api/v1/settings").json()["set"] == {"smoothing": "one_euro:before"})
     page.reload()
     expect(page.locator("#switch-smoothing")).to_have_value("one_euro:before")
     page.get_by_role("button", name="Reset").click()
@@ -254,6 +255,7 @@ def test_a_take_is_named_starred_thrown_away_and_put_back(empty: str, page: Page
     best.get_by_role("button", name="Edit best").click()
     best.get_by_role("button", name="Throw best away").click()
     expect(page.locator(".take")).to_have_count(1)
+    wait_for_undos(page, 3)
     page.locator("h1").click()
     page.keyboard.press("Control+z")
     expect(page.locator(".take")).to_have_count(2)
@@ -280,6 +282,8 @@ def test_nothing_overflows_or_jumps(live: str, page: Page, width: int, height: i
     expect(page.locator("#record .label")).to_have_text("Stop")
     page.keyboard.press("r")
     expect(page.locator("#messages .note")).to_contain_text("recorded")
+    expect(page.locator(".take")).to_have_count(1)
+    page.wait_for_timeout(500)  # for what would scroll smoothly
     assert page.locator("#viewer").bounding_box() == stage
     assert page.evaluate("document.documentElement.scrollWidth <= innerWidth")
     record, viewer = page.locator("#record").bounding_box(), page.locator("#viewer").bounding_box()

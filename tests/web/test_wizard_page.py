@@ -175,6 +175,10 @@ def test_the_remote_control_says_the_same_and_records(tmp_path: Path, page: Page
             page.locator("#calibrate").click()
             expect(page.locator("#big")).to_have_text("Hold a T-pose")
             expect(page.locator("#calibrate")).to_have_text("Enough")
+            page.set_viewport_size({"width": 844, "height": 390})
+            assert page.evaluate(
+                "document.querySelector('main').scrollHeight <= document.querySelector('main').clientHeight"
+            )
         assert page.evaluate("document.documentElement.scrollWidth <= innerWidth")
 
 

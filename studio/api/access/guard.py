@@ -27,6 +27,7 @@ _OPEN_BELOW = (
     "/static/dom.js",
     "/static/strings",
     "/static/said",
+    "/static/turns.js",
 )
 """What voters of blind tests and whoever got a replay reach: their own link's token is asked for behind these."""
 

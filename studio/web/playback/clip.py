@@ -75,6 +75,7 @@ class Clip:
             poses.rotations_wxyz[frame],
             poses.confidence[frame],
             poses.uncertainty_mm[frame],
+            root_height_m=poses.root_height_m,
         )
 
     def with_part(self, part: Poses) -> "Clip":

@@ -79,6 +79,9 @@ const takePath = (take) => `takes/${encodeURIComponent(take.session)}/${encodeUR
 /** Begin to solve a take again with `{preset, set}` as solve `name`. */
 export const solveTake = (take, name, settings) => call("POST", `${takePath(take)}/solves`, { ...settings, name });
 
+/** Begin to calibrate a take from its own frames (a job), or take the calibration of another take, by its id. */
+export const calibrateTake = (take, borrow) => call("POST", `${takePath(take)}/calibrations`, borrow ? { borrow } : {});
+
 /** Make a replay of a solve to give away; `part`: `{start_s, end_s}`, what is left out is all of it. */
 export const shareSolve = (take, solve, part) => call("POST", `${takePath(take)}/solves/${encodeURIComponent(solve)}/share`, part);
 export const getShares = () => call("GET", "shares");
@@ -117,6 +120,9 @@ export const reportAddress = (take, name) => new URL(`${byId(take)}/reports/${en
 
 /** Begin to export solves: `{solves: [{take, solve}], format, ...}`; returns the job. */
 export const makeExport = (wanted) => call("POST", "exports", wanted);
+
+/** Begin to write a camera's depth of a take as it was recorded; returns the job. */
+export const makeDepthExport = (take, camera) => call("POST", "exports/depth", { take, camera });
 
 /** Return the file of an export that is done, as a Blob. */
 export const downloadExport = async (jobId) => (await request("GET", `exports/${jobId}`)).blob();

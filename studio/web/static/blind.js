@@ -7,6 +7,7 @@ import { attempt, showNote } from "./messages.js";
 import { number as written, t } from "./strings.js";
 
 const PERIOD_MS = 2000;
+const NO_PREFERENCE = "no preference"; // as the server words a choice of neither
 const state = { takes: [], tests: [], chosen: location.hash.slice(1), pairs: [] };
 
 const percent = (value) => `${Math.round(100 * value)} %`;
@@ -169,7 +170,7 @@ function resultsOf(found, test) {
     h("p", { class: "muted" }, `${t("blind.voters", { n: found.voters })}, ${t("blind.summary", { finished: found.finished, left: left.of ? percent(left.share) : "–", same })}`),
     ...found.pairs.map(pairRow),
     found.ranking.length > 0 && h("ol", { class: "ranking" }, found.ranking.map((one) => h("li", {}, `${one.condition}: ${percent(one.strength)}`))),
-    found.comments.length > 0 && h("ul", { class: "comments" }, found.comments.map((one) => h("li", {}, h("q", {}, one.comment), h("span", { class: "muted" }, ` ${t("blind.chose", { voter: one.voter, choice: one.chosen })}`)))),
+    found.comments.length > 0 && h("ul", { class: "comments" }, found.comments.map((one) => h("li", {}, h("q", {}, one.comment), h("span", { class: "muted" }, ` ${t("blind.chose", { voter: one.voter, choice: one.chosen === NO_PREFERENCE ? t("vote.none") : one.chosen })}`)))),
     h("div", { class: "buttons" },
       h("a", { class: "button small", href: `api/v1/blind/${test}/votes.csv`, download: `${test}.csv` }, "CSV"),
       h("a", { class: "button small", href: `api/v1/blind/${test}/results`, download: `${test}.json` }, "JSON"),

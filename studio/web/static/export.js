@@ -1,7 +1,8 @@
 // The export dialog: what it is for, format and options, a rig, one take or several; made in the background, then downloaded.
 import { byId, h } from "./dom.js";
-import { downloadExport, makeExport } from "./api.js";
-import { FORMATS, KEYS, ORDERS, RATES, RECIPES, RIG_FORMATS, ROOTS, TARGETS, UNDERSTOOD, UNITS, recipeOf } from "./export_recipes.js";
+import { downloadExport, makeDepthExport, makeExport } from "./api.js";
+import { cameraField, depthCameras, depthWords } from "./export_depth.js";
+import { DEPTH, FORMATS, KEYS, ORDERS, RATES, RECIPES, RIG_FORMATS, ROOTS, TARGETS, UNDERSTOOD, UNITS, recipeOf } from "./export_recipes.js";
 import { RigChoice } from "./export_rig.js";
 import { ended } from "./jobs.js";
 import { attempt, showNote } from "./messages.js";
@@ -80,7 +81,11 @@ function showFields() {
     if (holder) holder.hidden = owned || !formats.includes(format);
   }
   byId("export-rig-section").hidden = !onRig();
-  field("run").disabled = state.running || (onRig() && !state.rig.ready);
+  field("advanced").hidden = format === DEPTH;
+  field("depth").hidden = format !== DEPTH;
+  const nothing = onRig() ? !state.rig.ready : format === DEPTH && !depthCameras(state.jobs).length;
+  if (nothing) field("camera").closest(".field").hidden = true;
+  field("run").disabled = state.running || nothing;
 }
 
 function takesList() {
@@ -114,7 +119,9 @@ function fields(kept) {
     h("div", { class: "grid" },
       select("format", FORMATS, (name) => t(`export.format.${name}`), kept.format ?? "fbx", formatChosen),
       select("fps", RATES, (rate) => (rate ? t("export.fps.value", { rate }) : t("export.fps.as_solved")), kept.fps),
+      cameraField(state.jobs),
       number("start_s", start, t("export.start_s.none")), number("end_s", end, t("export.end_s.none"))),
+    h("p", { id: "export-depth", class: "muted hint", hidden: true }, depthWords(state.jobs)),
     h("div", { class: "checks" }, check("mesh", kept.mesh)),
     advanced(kept),
   ].filter(Boolean);
@@ -138,7 +145,9 @@ function chosen() {
   return request;
 }
 
+/** Keep how it was exported for the next time; depth is of this take. */
 function keep(request) {
+  if (request.format === DEPTH) return;
   const kept = { ...request, recipe: state.recipe };
   localStorage.setItem(KEPT, JSON.stringify(Object.fromEntries(REMEMBERED.map((key) => [key, kept[key]]))));
 }
@@ -154,7 +163,8 @@ async function run(event) {
   bar.hidden = words.hidden = false;
   bar.removeAttribute("value");
   const made = await attempt(async () => {
-    const job = await ended(await makeExport(request), (share) => { if (share !== null) bar.value = share; });
+    const asked = request.format === DEPTH ? makeDepthExport(state.jobs[0].take.id, field("camera").value) : makeExport(request);
+    const job = await ended(await asked, (share) => { if (share !== null) bar.value = share; });
     await save(job);
     return job;
   });
@@ -185,11 +195,12 @@ export function askExport(jobs) {
     const title = jobs.length === 1 ? t("export.one", { take: jobs[0].take.name, solve: jobs[0].solve }) : t("export.many", { n: jobs.length });
     dialog.replaceChildren(h("h2", {}, title),
       h("form", { class: "export-form", onsubmit: run }, ...fields(kept),
-        h("p", { id: "export-words", class: "muted hint", hidden: true }, t("export.background")),
-        h("progress", { id: "export-progress", max: 1, hidden: true, aria: { label: t("export.progress") } }),
-        h("div", { class: "buttons" },
-          h("button", { id: "export-run", class: "primary", type: "submit" }, t("export.short")),
-          h("button", { type: "button", onclick: () => dialog.close() }, t("message.close")))));
+        h("div", { class: "foot" },
+          h("p", { id: "export-words", class: "muted hint", hidden: true }, t("export.background")),
+          h("progress", { id: "export-progress", max: 1, hidden: true, aria: { label: t("export.progress") } }),
+          h("div", { class: "buttons" },
+            h("button", { id: "export-run", class: "primary", type: "submit" }, t("export.short")),
+            h("button", { type: "button", onclick: () => dialog.close() }, t("message.close"))))));
     showFields();
     state.rig.open(kept.rig);
   }

@@ -1,5 +1,9 @@
 // What exports are for: the programs that people know, each with the format and options that open right there.
-export const FORMATS = ["fbx", "bvh", "glb", "usd", "c3d", "trc", "csv", "npz"];
+const OF_SOLVES = ["fbx", "bvh", "glb", "usd", "c3d", "trc", "csv", "npz"];
+
+/** Depth as it was recorded, of no solve. */
+export const DEPTH = "mkv";
+export const FORMATS = [...OF_SOLVES, DEPTH];
 export const TARGETS = ["humanik", "mixamo", "unreal", "vrm"];
 export const ROOTS = ["hips", "root", "in-place"];
 export const KEYS = ["cubic", "linear", "constant"];
@@ -13,6 +17,7 @@ const SKELETONS = ["fbx", "bvh", "glb", "usd"];
 export const UNDERSTOOD = {
   target: SKELETONS, root_motion: SKELETONS, interpolation: ["fbx", "glb"], mesh: ["fbx", "glb", "usd"], key_error_cm: ["fbx"],
   timecode: ["fbx"], rotation_order: ["bvh"], unit: ["bvh"], together: ["fbx"],
+  fps: OF_SOLVES, start_s: OF_SOLVES, end_s: OF_SOLVES, smooth_hz: OF_SOLVES, foot_lock: OF_SOLVES, loop: OF_SOLVES, camera: [DEPTH],
 };
 
 /** Formats that an export onto a rig has. */

@@ -32,7 +32,8 @@ import { setNotice } from "./viewer.js";
 import { updateWizard } from "./wizard.js";
 
 const MANY_JOINTS = 6; // more than a limb's: not a joint that is lost, but somebody else
-const OWN_WORDS = ["report", "export"]; // jobs whose end is told where they were begun
+const FILES = ["report", "export"]; // jobs that leave the take as it is
+const OWN_WORDS = [...FILES, "calibrate"]; // jobs whose end is told where they were begun
 const CHOSEN = "switches"; // what the switches of a replayed take were set to, over a reload
 const SAVED_MS = 2500; // a take that another browser stopped is on disk by then
 
@@ -105,7 +106,7 @@ async function loadTakes() {
 
 function drawTakes() {
   if (!state.switches || !state.takes) return;
-  const running = (state.jobs ?? []).filter(isUnderWay);
+  const running = (state.jobs ?? []).filter((job) => isUnderWay(job) && !FILES.includes(job.kind));
   const byTake = Object.fromEntries(running.map((job) => [job.take, job]));
   const last = Object.fromEntries((state.jobs ?? []).map((job) => [job.take, job]));
   const failed = Object.fromEntries(Object.values(last).filter((job) => job.state === "failed" && job.kind === "solve").map((job) => [job.take, job]));
@@ -134,8 +135,10 @@ function showJobs(jobs) {
 }
 
 function noticeOf(status) {
+  if (replayed().open) return "";
   const connected = Object.values(status.cameras).some((camera) => camera.connected);
   if (!connected) return t("notice.no_camera");
+  if (status.pipeline.preparing) return t("notice.preparing");
   if (status.calibration.state === "none") return t("notice.waiting");
   if (status.pipeline.rate_hz === 0) return t("notice.nobody");
   if (Object.keys(status.pipeline.not_followed_mm).length > MANY_JOINTS) return t("notice.not_followed");

@@ -35,9 +35,12 @@ export function startPanels() {
   }
 }
 
-/** Unfold the panel of a title and bring it into sight. */
+/** Unfold the panel of a title and bring it into sight; on a phone, where the page itself would scroll, the stage stays. */
 export function showPanel(titleId) {
   const title = byId(titleId);
   fold(title, false);
-  title.closest(".panel").scrollIntoView({ block: "start", behavior: "smooth" });
+  const side = byId("side");
+  const panel = title.closest(".panel");
+  const top = side.scrollTop + panel.getBoundingClientRect().top - side.getBoundingClientRect().top;
+  side.scrollTo({ top, behavior: "smooth" });
 }

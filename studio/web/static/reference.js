@@ -112,10 +112,11 @@ export class ReferenceSection {
     if (this.chosen === name) Object.assign(this, { chosen: "", details: null, aligned: null });
     if (replayed().ghost?.reference === name) await this.show(null);
     const removed = await attempt(() => removeReference(take, name));
-    if (removed) this.measured();
+    if (removed) {
+      this.measured();
+      showUndo(t("reference.removed", { name }), "reference", take, name);
+    }
     await attempt(() => this.load());
-    if (!removed) return;
-    showUndo(t("reference.removed", { name }), "reference", take, name);
   }
 
   async makeReport() {

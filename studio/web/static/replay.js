@@ -5,6 +5,7 @@ import { editSpans } from "./curves.js";
 import { attempt, showNote } from "./messages.js";
 import { t } from "./strings.js";
 import { drawTimeline, frameAt, wordsAt } from "./timeline.js";
+import { turns } from "./turns.js";
 
 const SPEEDS = [0.1, 0.25, 0.5, 1, 2];
 const JOINTS = [
@@ -18,6 +19,9 @@ const state = {
   more: { colours: {}, edits: null, serial: 0 }, // beside the curves: the cameras' colours, the places to mend
   sending: false, sentAt: -Infinity, next: null, listening: () => {}, comparing: () => {},
 };
+
+const inTurn = turns();
+const asked = (request) => inTurn(() => attempt(request));
 
 /** Whether a take is replayed, and which: the status as the server last said. */
 export const replayed = () => state.replay;
@@ -45,7 +49,7 @@ async function send(change) {
   }
   state.sending = true;
   state.sentAt = performance.now();
-  const status = await attempt(() => changeReplay(change));
+  const status = await asked(() => changeReplay(change));
   state.sending = false;
   state.sentAt = performance.now();
   if (status && !state.next) take(status);
@@ -58,13 +62,13 @@ async function send(change) {
 export async function open(takeId, solve, ghost = null) {
   const { lined_up: _, ...beside } = ghost ?? {};
   state.sentAt = performance.now();
-  const status = await attempt(() => openReplay({ take: takeId, solve, ghost: ghost && beside }));
+  const status = await asked(() => openReplay({ take: takeId, solve, ghost: ghost && beside }));
   state.sentAt = performance.now();
   if (status) take(status);
 }
 
 async function close() {
-  const status = await attempt(closeReplay);
+  const status = await asked(closeReplay);
   if (status) take(status);
 }
 

@@ -5,6 +5,8 @@
 import blind from "./said/blind.js";
 import calibration from "./said/calibration.js";
 import exporting from "./said/export.js";
+import files from "./said/files.js";
+import settings from "./said/settings.js";
 import stage from "./said/stage.js";
 import takes from "./said/takes.js";
 import { language, number, unbroken } from "./strings.js";
@@ -15,7 +17,7 @@ let patterns = null;
 
 /** The sentences as expressions, those with the most words of their own first. */
 function allPatterns() {
-  const sentences = Object.entries({ ...stage, ...calibration, ...takes, ...exporting, ...blind });
+  const sentences = Object.entries({ ...stage, ...calibration, ...takes, ...exporting, ...settings, ...files, ...blind });
   return sentences.map(([english, french]) => {
     const names = [...english.matchAll(/\{(\w+)\}/g)].map(([, name]) => name);
     const parts = english.split(/\{\w+\}/);

@@ -80,3 +80,4 @@ export function translate(root) {
 
 document.documentElement.lang = language;
 translate(document);
+delete document.documentElement.dataset.words;

@@ -62,8 +62,20 @@ function picture(take, best, made) {
 }
 
 function line(take) {
-  const parts = [take.seconds === null ? "" : clock(take.seconds), when(take.created), take.performer, take.rating ? "★".repeat(take.rating) : ""];
+  const parts = [take.seconds === null ? "" : clock(take.seconds), when(take.created), take.performer, take.rating ? "★".repeat(take.rating) : "", uncalibrated(take) && t("take.uncalibrated")];
   return h("p", { class: "when" }, take.recording ? t("take.recording") : parts.filter(Boolean).join("  ·  "));
+}
+
+/** A take that no calibration is in use of has no cameras' places yet: it cannot be solved before. */
+const uncalibrated = (take) => take.cameras.length > 0 && !take.calibrated && !take.recording;
+
+function mainAct(take, acts, job) {
+  const [key, act] = uncalibrated(take) ? ["calibrate", acts.calibrate] : ["solve", acts.solve];
+  const going = job?.kind === "calibrate" ? "calibration.busy" : "take.solving";
+  return h("button", {
+    class: "small", type: "button", disabled: job !== undefined || take.recording, onclick: () => act(take),
+    title: t(`take.${key}_with`), aria: { label: t(`take.${key}_label`, { name: take.name }) },
+  }, t(job ? going : `take.${key}`));
 }
 
 function head(take, { acts, selected, job }) {
@@ -78,11 +90,8 @@ function head(take, { acts, selected, job }) {
       onclick: () => acts.change(take, { starred: !take.starred }),
     }, take.starred ? "★" : "☆"),
     h("span", { class: "spacer" }),
-    !take.recording && small(t("take.edit"), t("take.edit_label", { name: take.name }), () => acts.edit(take), t("take.edit_hint")),
-    h("button", {
-      class: "small", type: "button", disabled: job !== undefined || take.recording, onclick: () => acts.solve(take),
-      title: t("take.solve_with"), aria: { label: t("take.solve_label", { name: take.name }) },
-    }, t(job ? "take.solving" : "take.solve")));
+    !take.recording && small("✎", t("take.edit_label", { name: take.name }), () => acts.edit(take), t("take.edit_hint"), { class: "small square" }),
+    mainAct(take, acts, job));
 }
 
 /** Return the row of a take; `shown`: `take|solve` that is replayed, `job`: its solve under way, `failed`: one that failed, `picture`: how many were made. */

@@ -1,7 +1,9 @@
 // The list of takes: what is in it, search, selection; every change of a take, each of which can be taken back.
 import { byId, h, redraw, setText } from "./dom.js";
-import { changeTake, restoreTake, solveTake, throwSolve, throwTake } from "./api.js";
+import { calibrateTake, changeTake, restoreTake, solveTake, throwSolve, throwTake } from "./api.js";
+import { askChoice } from "./ask.js";
 import { askExport } from "./export.js";
+import { ended } from "./jobs.js";
 import { attempt, showNote, showUndo, undoing } from "./messages.js";
 import { replayed } from "./replay.js";
 import { t } from "./strings.js";
@@ -64,6 +66,19 @@ function solve(take) {
   });
 }
 
+/** Calibrate a take that has no calibration: from its own frames, or as another take of the same cameras. */
+async function calibrate(take) {
+  const alike = list.takes.filter((one) => one.calibrated && take.cameras.every((name) => one.cameras.includes(name)));
+  const ways = [["", t("take.calibrate_own")], ...alike.map((one) => [one.id, t("take.calibrate_as", { name: one.id })])];
+  const from = await askChoice(t("take.calibrate_label", { name: take.name }), t("take.calibrate_words"), t("take.calibrate_from"), ways, t("calibration.start"));
+  if (from === null) return;
+  await alter(async () => {
+    const begun = await calibrateTake(take, from);
+    if (from === "") await ended(begun);
+    showNote(t("take.calibrated", { name: take.name }));
+  });
+}
+
 function edit(take) {
   list.editing = list.editing === take?.id ? "" : take?.id ?? "";
   show();
@@ -75,7 +90,7 @@ function select(take, chosen) {
   showSelection();
 }
 
-const acts = { change, edit, removeSolve, select, solve, throwAway };
+const acts = { calibrate, change, edit, removeSolve, select, solve, throwAway };
 
 function found() {
   const words = list.search.toLowerCase().split(/\s+/).filter(Boolean);

@@ -45,15 +45,15 @@ function trail(name, chosen) {
     t(`joint.${name}`));
 }
 
+const trails = (chosen) => h("div", { class: "trails", role: "group", aria: { label: t("view.trails") } }, TRAILS.map((name) => trail(name, chosen)));
+
 /** Show what the server says of the view: layers, trails, and where it looks from. */
 export function updateView(view) {
   state.view = view;
   redraw(byId("view-places"), [view.viewpoint], () => PLACES.map((name) => place(name, view.viewpoint)));
   redraw(byId("layers"), [view.layers, view.trails], () => [
     h("legend", {}, t("stage.layers")),
-    ...Object.entries(view.layers).map(([name, one]) => layer(name, one)),
-    view.layers.trails.shown && h("div", { class: "trails", role: "group", aria: { label: t("view.trails") } },
-      TRAILS.map((name) => trail(name, view.trails))),
+    ...Object.entries(view.layers).flatMap(([name, one]) => [layer(name, one), name === "trails" && one.shown && trails(view.trails)]),
   ].filter(Boolean));
 }
 

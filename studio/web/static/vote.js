@@ -4,6 +4,7 @@ import { h } from "./dom.js";
 import { said } from "./said.js";
 import { t } from "./strings.js";
 import { Players } from "./players.js";
+import { turns } from "./turns.js";
 
 const token = decodeURIComponent(location.pathname.split("/").pop());
 const ROOT = new URL(`../api/v1/vote/${encodeURIComponent(token)}`, document.baseURI).href;
@@ -109,7 +110,8 @@ function markChoice(choice) {
 }
 
 /** Votes go out one after the other, so that the last word counts. */
-let saving = Promise.resolve();
+const inTurn = turns();
+let saving;
 const wanted = new Map();
 
 async function vote(choice) {
@@ -121,7 +123,7 @@ async function vote(choice) {
   countWatching();
   byId("kept").textContent = "";
   const sent = { choice: now, watched_s: state.watched, comment: byId("comment").value };
-  const mine = saving.catch(() => {}).then(() => ask("PUT", `/${slot}`, sent));
+  const mine = inTurn(() => ask("PUT", `/${slot}`, sent));
   saving = mine;
   Object.assign(state.test, await mine);
   if (mine === saving && slot === state.slot) byId("kept").textContent = t("vote.kept");

@@ -2,9 +2,10 @@
 
 import httpx
 import pytest
-from playwright.sync_api import Page, expect
+from playwright.sync_api import Page, Route, expect
 
 from tests.web.playback.takes import FRAMES, take_with_solves
+from tests.web.stages import until
 from tests.web.test_page import serving, studio
 
 pytestmark = pytest.mark.browser
@@ -55,9 +56,32 @@ def test_state_survives_a_reload_and_a_ghost_is_chosen(address: str, page: Page)
     page.locator("#replay-joint").select_option("RightFoot")
     page.locator("#replay-joint").focus()
     page.keyboard.press("End")  # in a list it chooses, it does not step
+    until(lambda: replay(address)["ghost"] == {"take": "monday/two", "solve": "studio"})
     page.reload()
     expect(page.locator("#replay-time")).to_contain_text(f"0 / {FRAMES - 1}")
     assert replay(address)["ghost"] == {"take": "monday/two", "solve": "studio"}
+
+
+def test_of_two_quick_choices_the_second_stands(address: str, page: Page) -> None:
+    held: list[Route] = []
+
+    def hold_the_first(route: Route) -> None:
+        held.append(route)
+        if len(held) > 1:
+            route.continue_()
+
+    page.goto(address)
+    page.get_by_role("button", name="Replay one, solve studio").click()
+    page.locator("#replay-compare").wait_for()
+    page.route("**/api/v1/replay", hold_the_first)
+    page.locator("#replay-compare").click()  # asks for the take's other solve beside it
+    page.locator("#compare-b").select_option("monday/two|studio")
+    until(lambda: page.evaluate("true") and len(held) > 0)  # the browser is heard while it is asked
+    assert len(held) == 1
+    held[0].continue_()
+    until(lambda: page.evaluate("true") and len(held) == 2)
+    expect(page.locator("#compare-b")).to_have_value("monday/two|studio")
+    until(lambda: replay(address)["ghost"] == {"take": "monday/two", "solve": "studio"})
 
 
 def test_the_shortcuts_are_shown(address: str, page: Page) -> None:

@@ -22,6 +22,11 @@ export default {
   "rig {name}: allowed are names that end in {kinds}": "rig {name} : les noms qui finissent par {kinds} sont permis",
   "a rig may have {mb} MB at most": "un rig peut avoir {mb} Mo au plus",
   "there is no rig {name}; GET /api/v1/rigs lists them, PUT /api/v1/rigs/NAME sends one": "il n'y a pas de rig {name}",
+  "take {take} has no depth; record with `studio camera --record-depth`": "la prise {take} n'a pas de profondeur ; enregistrez avec `studio camera --record-depth`",
+  "take {take} has depth of {names}; choose one with --camera": "la prise {take} a la profondeur de {names} ; choisissez une caméra",
+  "take {take} has no depth of camera '{name}'; it has: {names}": "la prise {take} n'a pas de profondeur de la caméra « {name} » ; elle a : {names}",
+  "images of {width} x {height} do not fit an Azure Kinect file; allowed: {sizes}": "des images de {width} x {height} ne vont pas dans un fichier Azure Kinect ; permis : {sizes}",
+  "there is no depth image to write": "il n'y a pas d'image de profondeur à écrire",
   "there is no share {id}; GET /api/v1/shares lists them": "il n'y a pas de partage {id}",
   "there is no live output {id}": "il n'y a pas de sortie {id}"
 };

@@ -3,7 +3,7 @@ export default {
   "cameras.connected": ["{connected} of {n} camera connected|{connected} of {n} cameras connected", "{connected} caméra sur {n} connectée|{connected} caméras sur {n} connectées"],
   "cameras.none": ["No camera is connected yet.", "Aucune caméra n'est encore connectée."],
   "cameras.by_command": ["Or start one on any machine that reaches this server:", "Ou lancez-en une sur une machine qui atteint ce serveur :"],
-  "cameras.simulate": ["Start simulated cameras", "Lancer des caméras simulées"],
+  "cameras.simulate": ["Start simulated cameras", "Simuler des caméras"],
   "cameras.add": ["Add a camera", "Ajouter une caméra"],
   "cameras.add_more": ["Other cameras", "Autres caméras"],
   "cameras.stop": ["Stop these cameras", "Arrêter ces caméras"],

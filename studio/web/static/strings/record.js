@@ -10,7 +10,7 @@ export default {
   "record.automatic": ["automatic", "automatique"],
   "record.take_hint": ["Name of the next take; left empty, takes are numbered", "Nom de la prochaine prise ; vide, les prises sont numérotées"],
   "record.done": ["{take}: {seconds} s recorded", "{take} : {seconds} s enregistrées"],
-  "record.countdown": ["Countdown", "Compte à rebours"],
+  "record.countdown": ["Countdown", "Décompte"],
   "record.countdown_hint": ["How long after R or the button a recording begins", "Délai entre R ou le bouton et l'enregistrement"],
   "record.at_once": ["none", "aucun"],
   "record.seconds": ["{seconds} s", "{seconds} s"],

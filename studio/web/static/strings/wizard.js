@@ -7,7 +7,7 @@ export default {
   "wizard.step.pose": ["T-pose", "Pose en T"],
   "wizard.step.done": ["Ready", "Prêt"],
   "wizard.no_camera": ["No camera yet", "Pas encore de caméra"],
-  "wizard.no_camera_do": ["Connect a camera: the panel on the right of the page says how.", "Connectez une caméra : le panneau à droite de la page dit comment."],
+  "wizard.no_camera_do": ["Connect one in the studio: its cameras panel says how.", "Connectez-en une dans le studio : son panneau des caméras dit comment."],
   "wizard.camera_trouble": ["A camera needs a look|{n} cameras need a look", "Une caméra est à vérifier|{n} caméras sont à vérifier"],
   "wizard.cameras_ready": ["{n} camera ready|{n} cameras ready", "{n} caméra prête|{n} caméras prêtes"],
   "wizard.stand": ["One performer, alone, where all of them see you.", "Un seul interprète, là où toutes vous voient."],
