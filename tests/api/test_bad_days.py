@@ -24,7 +24,10 @@ CAMERAS = ["camera_0", "camera_1"]
 
 
 class Jumping(Camera):
-    """A camera whose clock may be set; `sent_s`: when each frame was made, by a clock that never jumps."""
+    """A camera whose clock may be set; `sent_s`: when each frame was made, by a clock that never jumps.
+
+    Its machine is a day older than this one, which may have started a minute ago: clocks are never negative.
+    """
 
     jump_ns = 0
 
@@ -37,7 +40,7 @@ class Jumping(Camera):
         super().send_frame()
 
     def clock_ns(self) -> int:
-        return super().clock_ns() + self.jump_ns
+        return super().clock_ns() + 86_400 * SECOND + self.jump_ns
 
 
 @dataclass

@@ -25,8 +25,13 @@ def library(module: str, *, kind: str, install: str) -> ModuleType:
     """
     try:
         return import_module(module)
-    except (ImportError, OSError) as error:
+    except ModuleNotFoundError as error:
         raise NotAvailableError(f"source {kind} needs {module} ({error}); {install}") from error
+    except (ImportError, OSError) as error:
+        raise NotAvailableError(
+            f"source {kind} needs {module}, which is here but does not load ({error}); "
+            "install the system's library that is named"
+        ) from error
 
 
 def split_argument(argument: str, kind: str, flags: tuple[str, ...] = ()) -> tuple[str, set[str]]:
