@@ -13,6 +13,7 @@ from studio.api.measure_work import evaluate_work, figures_work, report_work, wr
 from studio.api.references import find_reference
 from studio.api.stage import Request as Body
 from studio.api.work import cleanup_work, compare_work
+from studio.report.words import Language
 from studio.take.names import check_name, inside
 from studio.take.references import HowAligned, how_aligned
 from studio.take.take import Take
@@ -41,6 +42,7 @@ class ReportRequest(Body):
 
     reference: str = Field(examples=["truth.csv"])
     solves: list[str] = Field(default_factory=list, description="all where empty")
+    language: Language = "en"
 
 
 def measure_router(finder: Finder, jobs: Jobs) -> APIRouter:
@@ -73,12 +75,14 @@ def measure_router(finder: Finder, jobs: Jobs) -> APIRouter:
         align_time: bool = False,
         align: Literal["rigid", "similarity"] = "rigid",
         unit_m: Annotated[float | None, Query(gt=0)] = None,
+        language: Language = "en",
     ) -> HTMLResponse:
         """The report of solves against a reference of the take, as one HTML page; all solves where none is named."""
         opened = finder.take(session, take)
         path = find_reference(opened, reference)
         names = solves_of(opened, solve)
-        page = run_in_process(report_work, opened.path, path, names, HowAligned(align_time, align, unit_m))
+        how = HowAligned(align_time, align, unit_m)
+        page = run_in_process(report_work, opened.path, path, names, how, language)
         return HTMLResponse(page, headers=REPORT_HEADERS)
 
     @router.post("/reports", status_code=202)
@@ -92,8 +96,9 @@ def measure_router(finder: Finder, jobs: Jobs) -> APIRouter:
         out = inside(opened.path / "exports", name)
         how = how_aligned(opened, request.reference)
         job = jobs.submit(
-            "report", f"{session}/{take}", name, write_report_work, opened.path, path, how, names, out
-        )
+            "report", f"{session}/{take}", name, write_report_work, opened.path, path, how, names, out,
+            request.language,
+        )  # fmt: skip
         return jobs.get(job.id)
 
     @router.get("/reports/{name}", response_class=FileResponse)

@@ -5,6 +5,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+from studio.report.words import Language
 from studio.take.placing import place_reference
 from studio.take.references import HowAligned
 
@@ -65,15 +66,16 @@ def evaluate_work(take: Path, reference: Path, solves: list[str], how: HowAligne
     return {"solves": evaluate_solves(Take.open(take), truth, solves, how)}
 
 
-def report_work(take: Path, reference: Path, solves: list[str], how: HowAligned) -> str:
+def report_work(take: Path, reference: Path, solves: list[str], how: HowAligned, language: Language) -> str:
     """Return the report of these solves of the take as HTML."""
     from studio.engine.metrics.reference import read_reference
     from studio.report.take_report import take_report
+    from studio.report.words import Words
     from studio.take.evaluating import evaluate_solves
     from studio.take.take import Take
 
     opened, truth = Take.open(take), read_reference(reference, unit_m=how.unit_m)
-    return take_report(opened, truth, evaluate_solves(opened, truth, solves, how))
+    return take_report(opened, truth, evaluate_solves(opened, truth, solves, how), Words(language))
 
 
 def difference_work(
@@ -158,16 +160,18 @@ def write_report_work(
     how: HowAligned,
     solves: list[str],
     out: Path,
+    language: Language,
     *,
     progress: Callable[[float], None],
 ) -> None:
     """Write the report of these solves of the take to a file."""
     from studio.engine.metrics.reference import read_reference
     from studio.report.take_report import write_report
+    from studio.report.words import Words
     from studio.take.evaluating import evaluate_solves
     from studio.take.take import Take
 
     opened, truth = Take.open(take), read_reference(reference, unit_m=how.unit_m)
     measured = len(solves) / (len(solves) + 1)
     figures = evaluate_solves(opened, truth, solves, how, progress=lambda share: progress(share * measured))
-    write_report(out, opened, truth, figures)
+    write_report(out, opened, truth, figures, Words(language))

@@ -89,6 +89,9 @@ def add_parser(subparsers: Any) -> None:
     parser.add_argument(
         "--report", metavar="FILE.html", type=Path, help="write a report with plots and pictures"
     )
+    parser.add_argument(
+        "--language", choices=("en", "fr"), default="en", help="of the report: en (default) or fr"
+    )
 
 
 def run(args: argparse.Namespace) -> int:
@@ -96,6 +99,7 @@ def run(args: argparse.Namespace) -> int:
     from studio.engine.metrics.reference import read_reference
     from studio.report.evaluation_tables import aligned_away
     from studio.report.take_report import write_report
+    from studio.report.words import Words
     from studio.take.evaluating import evaluate_solves
     from studio.take.references import HowAligned
     from studio.take.take import Take
@@ -111,7 +115,7 @@ def run(args: argparse.Namespace) -> int:
         solves = evaluate_solves(take, reference, names, how, progress=progress)
     write_result(args, {"solves": solves})
     if args.report is not None:
-        write_report(args.report, take, reference, solves)
+        write_report(args.report, take, reference, solves, Words(args.language))
     print(summary(solves))
     for name, figures in solves.items():
         print(f"aligned away for {name}: {aligned_away(figures)}")

@@ -6,6 +6,7 @@ from numpy.typing import NDArray
 from studio.engine.joints import CANONICAL, INDEX, PARENTS
 from studio.engine.motion.body import AUTHORED_OFFSETS
 from studio.report.svg import COLOURS, FAINT, GRID, INK, REFERENCE, drawing, line, number, text
+from studio.report.words import ENGLISH, Words
 
 _GOOD, _BAD = np.array([46, 139, 87]), np.array([184, 65, 62])
 
@@ -18,13 +19,14 @@ def _t_pose() -> NDArray[np.float64]:
     return joints[:, [0, 2]]
 
 
-def body_diagram(title: str, per_joint_mm: dict[str, float], *, most_mm: float) -> str:
+def body_diagram(title: str, per_joint_mm: dict[str, float], *, most_mm: float, say: Words = ENGLISH) -> str:
     """Return a body, seen from the front, with a disc and the mean error at each joint that was measured.
 
     Args:
         title: above it.
         per_joint_mm: by canonical joint.
         most_mm: the error that is drawn red; alike in diagrams that stand side by side.
+        say: the reader's words.
     """
     width, height, scale = 430.0, 330.0, 155.0
     flat = _t_pose()
@@ -40,10 +42,10 @@ def body_diagram(title: str, per_joint_mm: dict[str, float], *, most_mm: float) 
         red, green, blue = np.round(_GOOD + share * (_BAD - _GOOD)).astype(int)
         parts.append(
             f'<circle cx="{number(x)}" cy="{number(y)}" r="{number(4 + 6 * share)}" '
-            f'fill="rgb({red},{green},{blue})"><title>{name}: {error:.1f} mm</title></circle>'
+            f'fill="rgb({red},{green},{blue})"><title>{say.joint(name)}: {error:.1f} mm</title></circle>'
         )
         parts.append(_label(name, x, y, error))
-    parts.append(text(width - 8, height - 6, "mm, from the front", size=9.5, fill=FAINT, anchor="end"))
+    parts.append(text(width - 8, height - 6, say("mm, from the front"), size=9.5, fill=FAINT, anchor="end"))
     return drawing(width, height, parts, title)
 
 

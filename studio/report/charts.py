@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from studio.report.svg import (
+    BESIDE,
     COLOURS,
     FAINT,
     GRID,
@@ -22,7 +23,6 @@ from studio.report.svg import (
     ticks,
 )
 
-_BESIDE = "#c3c9d1"
 _MOST_POINTS = 1200
 _TITLE_LETTER, _LEGEND = 6.9, 115.0
 """About how wide a letter of a title is, and a legend [px]."""
@@ -79,7 +79,7 @@ def bar_chart(
             parts.append(line(x, y(bar.interval[0]), x, y(bar.interval[1]), stroke=INK, width=1.4))
         if bar.beside is not None:
             parts.append(
-                _bar(middle, wide, y, bar.beside, _BESIDE, f"{bar.label}, {words[1]}: {bar.beside:g}")
+                _bar(middle, wide, y, bar.beside, BESIDE, f"{bar.label}, {words[1]}: {bar.beside:g}")
             )
         for row, line_of_label in enumerate(_wrapped(bar.label, max(6, int(step / 5.2)))[:4]):
             parts.append(
@@ -91,7 +91,7 @@ def bar_chart(
 
 def _bar_legend(right: float, words: tuple[str, str]) -> list[str]:
     parts = []
-    for x, fill, word in ((right - 92, COLOURS[0], words[0]), (right - 50, _BESIDE, words[1])):
+    for x, fill, word in ((right - 92, COLOURS[0], words[0]), (right - 50, BESIDE, words[1])):
         parts += [rectangle(x, 8, 9, 9, fill=fill), text(x + 13, 16, word, size=9.5, fill=FAINT)]
     return parts
 

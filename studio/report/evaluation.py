@@ -23,6 +23,7 @@ from studio.report.charts import curves, range_chart
 from studio.report.evaluation_tables import aligned_away, edit_list, figures_table, switches_table
 from studio.report.page import Markup, bullets, charts_row, page, paragraph, safe
 from studio.report.svg import COLOURS
+from studio.report.words import ENGLISH, Words
 
 BLOCK_S = 1.0
 """Length of the blocks that are resampled: errors of frames nearer to each other are alike."""
@@ -52,6 +53,7 @@ def evaluation_report(
     reference: Reference | Markers,
     *,
     start_s: float | None = None,
+    say: Words = ENGLISH,
 ) -> str:
     """Return the report as one HTML page; changes are told against the first solve.
 
@@ -60,37 +62,45 @@ def evaluation_report(
         solves: by name, at least one.
         reference: what they were measured against.
         start_s: stage time before which nothing counts, as for `evaluate`.
+        say: the reader's words.
     """
     matched = {name: _matched(one, reference, start_s) for name, one in solves.items()}
     figures = {name: one.figures for name, one in solves.items()}
     errors = {name: frame_errors_mm(one) for name, one in matched.items()}
     base = next(iter(solves))
+    count = "{n} solve; what each figure is stands in docs/metrics.md."
+    if len(solves) > 1:
+        count = "{n} solves; changes are against {base}. What each figure is stands in docs/metrics.md."
+    away = [
+        say("Aligned away for {name}: {what}.", name=name, what=aligned_away(one, say))
+        for name, one in figures.items()
+    ]
     parts = [
-        paragraph(
-            f"{len(solves)} solve{'s'[: len(solves) > 1]}; changes are against {base}. What each figure is stands in "
-            "docs/metrics.md.",
-            "faint",
-        ),
-        "<h2>Figures</h2>",
-        figures_table(figures, base),
-        bullets([f"Aligned away for {name}: {aligned_away(one)}." for name, one in figures.items()]),
+        paragraph(say(count, n=len(solves), base=base), "faint"),
+        _heading(say("Figures")),
+        figures_table(figures, base, say),
+        bullets(away),
     ]
     if len(solves) > 1:
-        parts += _changes(solves, matched, base)
+        parts += _changes(solves, matched, base, say)
     first = matched[base]
     parts += [
-        "<h2>Error over time</h2>",
-        curves("mean over joints", first.time_s, _on(first, matched, errors), unit="mm", height=230),
-        "<h2>Curves</h2>",
-        *_axes(matched, base),
-        "<h2>Worst moments</h2>",
-        *_moments(solves, matched, errors, base),
-        "<h2>Error of each joint</h2>",
-        _bodies(figures),
-        "<h2>What would have to be cleaned up</h2>",
-        *(edit_list(name, one) for name, one in figures.items()),
+        _heading(say("Error over time")),
+        curves(say("mean over joints"), first.time_s, _on(first, matched, errors), unit="mm", height=230),
+        _heading(say("Curves")),
+        *_axes(matched, base, say),
+        _heading(say("Worst moments")),
+        *_moments(solves, matched, errors, base, say),
+        _heading(say("Error of each joint")),
+        _bodies(figures, say),
+        _heading(say("What would have to be cleaned up")),
+        *(edit_list(name, one, say) for name, one in figures.items()),
     ]
-    return page(title, parts)
+    return page(title, parts, say.language)
+
+
+def _heading(words: str, level: int = 2) -> str:
+    return f"<h{level}>{safe(words)}</h{level}>"
 
 
 def _matched(one: Measured, reference: Reference | Markers, start_s: float | None) -> Matched:
@@ -135,7 +145,9 @@ def _wrist_errors_cm(matched: Matched) -> dict[str, NDArray[np.float64]]:
     }
 
 
-def _changes(solves: Mapping[str, Measured], matched: Mapping[str, Matched], base: str) -> list[str]:
+def _changes(
+    solves: Mapping[str, Measured], matched: Mapping[str, Matched], base: str, say: Words
+) -> list[str]:
     """What each solve's switches gained or cost against the first, with intervals over blocks of a second."""
     each = {
         name: {"mpjpe_mm": frame_errors_mm(one), **_wrist_errors_cm(one)} for name, one in matched.items()
@@ -152,16 +164,17 @@ def _changes(solves: Mapping[str, Measured], matched: Mapping[str, Matched], bas
             for name in known
             if name != base
         ]
-        charts.append(range_chart(f"Change of {words} against {base}", rows, unit=key.rsplit("_", 1)[1]))
+        title = say("Change of {figure} against {base}", figure=say(words), base=base)
+        charts.append(range_chart(title, rows, unit=key.rsplit("_", 1)[1]))
+    intervals = say(
+        "Intervals are 95 %, by bootstrap over blocks of {seconds} s of this take; other takes may differ by more.",
+        seconds=f"{BLOCK_S:g}",
+    )
     return [
-        "<h2>What each switch gained or cost</h2>",
-        switches_table({name: one.settings for name, one in solves.items()}, base),
+        _heading(say("What each switch gained or cost")),
+        switches_table({name: one.settings for name, one in solves.items()}, base, say),
         charts_row(charts),
-        paragraph(
-            f"Intervals are 95 %, by bootstrap over blocks of {BLOCK_S:g} s of this take; other takes may "
-            "differ by more.",
-            "faint",
-        ),
+        paragraph(intervals, "faint"),
     ]
 
 
@@ -172,29 +185,31 @@ def gain(difference: NDArray[np.float64], rate_hz: float) -> tuple[float, float,
     return float(np.nanmean(difference)), low, high
 
 
-def _axes(matched: Mapping[str, Matched], base: str) -> list[str]:
+def _axes(matched: Mapping[str, Matched], base: str, say: Words) -> list[str]:
     """Wrists relative to the chest, one chart an axis, as in the thesis's figures."""
     names = list(matched)[:_CURVES_OF_MOST]
     found = {name: thesis.curves(matched[name]) for name in names}
     first = found[base]
     if first is None:
-        return [paragraph("The reference has no wrists and chest.", "faint")]
+        return [paragraph(say("The reference has no wrists and chest."), "faint")]
     sides = [side for side in ("left", "right") if matched[base].has(f"{side}_wrist")]
     time_s = matched[base].time_s[: first[0].shape[1]]
     charts = []
     for index, side in enumerate(sides):
         for axis, letter in enumerate("xyz"):
-            series = {"reference": first[1][index, :, axis] * 100}
+            reference = say("reference")
+            series = {reference: first[1][index, :, axis] * 100}
             for name, pair in found.items():
                 if pair is not None and len(pair[0]) > index:
                     times = matched[name].time_s[: pair[0].shape[1]]
                     series[name] = np.interp(
                         time_s, times, pair[0][index, :, axis] * 100, left=np.nan, right=np.nan
                     )
-            charts.append(curves(f"{side} wrist, {letter}", time_s, series, unit="cm", reference="reference"))
-    left_out = list(matched)[_CURVES_OF_MOST:]
-    note = [paragraph(f"Left out for clarity: {', '.join(left_out)}.", "faint")] if left_out else []
-    return [paragraph("Relative to the chest, after alignment.", "faint"), *charts, *note]
+            title = say("{joint}, {axis}", joint=say.joint(f"{side}_wrist"), axis=letter)
+            charts.append(curves(title, time_s, series, unit="cm", reference=reference))
+    left_out = ", ".join(list(matched)[_CURVES_OF_MOST:])
+    note = [paragraph(say("Left out for clarity: {names}.", names=left_out), "faint")] if left_out else []
+    return [paragraph(say("Relative to the chest, after alignment."), "faint"), *charts, *note]
 
 
 def worst_frames(errors_mm: NDArray[np.float64], time_s: NDArray[np.float64]) -> list[int]:
@@ -213,6 +228,7 @@ def _moments(
     matched: Mapping[str, Matched],
     errors: Mapping[str, NDArray[np.float64]],
     base: str,
+    say: Words,
 ) -> list[str]:
     parts = []
     for index, (name, one) in enumerate(matched.items()):
@@ -225,31 +241,32 @@ def _moments(
             )
             for frame in worst_frames(errors[name], one.time_s)
         ]
-        parts += [f"<h3>{safe(name)}, over the reference (dark), front and side</h3>", charts_row(figures)]
+        words = say("{name}, over the reference (without colour), front and side", name=name)
+        parts += [_heading(words, 3), charts_row(figures)]
     drawn = {name: one.poses for name, one in solves.items() if (one.poses.parents < 0).sum() == 1}
     if drawn:
         times = [
             float(matched[base].time_s[frame])
             for frame in sorted(worst_frames(errors[base], matched[base].time_s))
         ]
-        parts += [f"<h3>All solves at the worst moments of {safe(base)}</h3>", _picture(drawn, times)]
+        words = say("All solves at the worst moments of {base}", base=base)
+        parts += [_heading(words, 3), _picture(drawn, times, say)]
     return parts
 
 
-def _picture(poses: dict[str, Poses], times_s: list[float]) -> str:
+def _picture(poses: dict[str, Poses], times_s: list[float], say: Words) -> str:
     zero_s = float(next(iter(poses.values())).time_s[0])
     labels = [time_s if zero_s <= 86400.0 else time_s - zero_s for time_s in times_s]
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "moments.png"
         render_strip(poses, path, times_s=labels, cell=(180, 250))
         data = base64.b64encode(path.read_bytes()).decode()
-    return Markup(
-        f'<img alt="mannequins of all solves at {len(times_s)} moments" src="data:image/png;base64,{data}">'
-    )
+    alt = safe(say("mannequins of all solves at {n} moments", n=len(times_s)))
+    return Markup(f'<img alt="{alt}" src="data:image/png;base64,{data}">')
 
 
-def _bodies(figures: Mapping[str, dict[str, Any]]) -> str:
+def _bodies(figures: Mapping[str, dict[str, Any]], say: Words) -> str:
     most = max(max(one["per_joint_mm"].values(), default=1.0) for one in figures.values())
     return charts_row(
-        [body_diagram(name, one["per_joint_mm"], most_mm=most) for name, one in figures.items()]
+        [body_diagram(name, one["per_joint_mm"], most_mm=most, say=say) for name, one in figures.items()]
     )

@@ -4,6 +4,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from studio.report.page import Markup, html_table, paragraph, safe
+from studio.report.words import ENGLISH, Words
 
 ROWS: dict[str, tuple[str, int]] = {
     "mpjpe_mm": ("joint error, mm", 1),
@@ -26,12 +27,12 @@ ROWS: dict[str, tuple[str, int]] = {
 """Figure -> its words, and decimals."""
 
 
-def figures_table(figures: Mapping[str, dict[str, Any]], base: str) -> str:
+def figures_table(figures: Mapping[str, dict[str, Any]], base: str, say: Words) -> str:
     """Return all figures side by side, with the difference to the first solve."""
     rows = []
     for key, (words, digits) in ROWS.items():
         before = figures[base][key]
-        row = [words]
+        row = [say(words)]
         for name, one in figures.items():
             value = one[key]
             shown = "-" if value is None else f"{value:z.{digits}f}"
@@ -42,58 +43,66 @@ def figures_table(figures: Mapping[str, dict[str, Any]], base: str) -> str:
     return html_table(["", *figures], rows)
 
 
-def switches_table(settings: Mapping[str, dict[str, Any]], base: str) -> str:
+def switches_table(settings: Mapping[str, dict[str, Any]], base: str, say: Words) -> str:
     """Return which switches each solve has otherwise than the first."""
     if not all(settings.values()):
-        return paragraph("Not every solve has settings, so what differs between them is not known.", "faint")
+        return paragraph(
+            say("Not every solve has settings, so what differs between them is not known."), "faint"
+        )
     first = settings[base]
     rows = []
     for name, own in settings.items():
         if name == base:
             continue
         changed = [
-            f"{key}: {first.get(key, '-')} to {own.get(key, '-')}"
+            say(
+                "{switch}: {before} to {after}",
+                switch=key,
+                before=first.get(key, "-"),
+                after=own.get(key, "-"),
+            )
             for key in sorted(first.keys() | own.keys())
             if key != "effectors" and first.get(key) != own.get(key)
         ]
         if first.get("effectors") != own.get("effectors"):
-            changed.append("effectors")
-        rows.append([name, Markup("<br>".join(map(safe, changed)) or "the same switches")])
-    return html_table(["solve", f"what differs from {base}"], rows)
+            changed.append(say("effectors"))
+        rows.append([name, Markup("<br>".join(map(safe, changed)) or say("the same switches"))])
+    return html_table([say("solve"), say("what differs from {base}", base=base)], rows)
 
 
-def aligned_away(figures: dict[str, Any]) -> str:
+def aligned_away(figures: dict[str, Any], say: Words = ENGLISH) -> str:
     """Return what was aligned away before a solve was measured, in words."""
     found = figures["alignment"]
     place = ", ".join(f"{metres:z.3f}" for metres in found["translation_m"])
-    parts = [f"turned by {found['rotation_deg']:.2f} deg, moved by ({place}) m"]
+    angle = f"{found['rotation_deg']:.2f}"
+    parts = [say("turned by {angle} deg, moved by ({place}) m", angle=angle, place=place)]
     if found["kind"] == "similarity":
-        parts.append(f"scaled by {found['scale']:.4f}")
+        parts.append(say("scaled by {scale}", scale=f"{found['scale']:.4f}"))
     if found["time_offset_ms"] or found["clock_drift_ppm"]:
-        parts.append(f"clock {found['time_offset_ms']:z.1f} ms and {found['clock_drift_ppm']:z.0f} ppm ahead")
+        offset, drift = f"{found['time_offset_ms']:z.1f}", f"{found['clock_drift_ppm']:z.0f}"
+        parts.append(say("clock {offset} ms and {drift} ppm ahead", offset=offset, drift=drift))
     if found["marker_offsets_mm"]:
-        parts.append(
-            f"offsets of {len(found['marker_offsets_mm'])} markers from the joints fitted on this take"
-        )
+        count = len(found["marker_offsets_mm"])
+        parts.append(say("offsets of {n} markers from the joints fitted on this take", n=count))
     return "; ".join(parts)
 
 
-def edit_list(name: str, figures: dict[str, Any]) -> str:
+def edit_list(name: str, figures: dict[str, Any], say: Words) -> str:
     """Return a solve's clean-up events, folded away."""
     events = figures["cleanup_events"]
     if not events:
-        return paragraph(f"{name}: {'not measured' if events is None else 'nothing'}")
+        return paragraph(say("{name}: not measured" if events is None else "{name}: nothing", name=name))
     rows = [
         [
-            event["kind"].replace("_", " "),
-            event["joint"],
+            say.kind(event["kind"]),
+            say.joint(event["joint"]),
             f"{event['start_s']:.2f}",
             f"{event['end_s']:.2f}",
             f"{event['size']:.1f} {event['unit']}",
-            event["detail"],
+            say.detail(event["detail"]),
         ]
         for event in events
     ]
-    header = ["what", "joint", "from, s", "to, s", "size", "detail"]
-    words = f"{name}: {len(events)} event{'s'[: len(events) > 1]}"
+    header = [say(words) for words in ("what", "joint", "from, s", "to, s", "size", "detail")]
+    words = say("{name}: {n} event" if len(events) == 1 else "{name}: {n} events", name=name, n=len(events))
     return f"<details><summary>{safe(words)}</summary>{html_table(header, rows)}</details>"

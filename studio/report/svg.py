@@ -5,19 +5,47 @@ from html import escape
 
 import numpy as np
 
-INK, FAINT, GRID, PAPER = "#26303c", "#687280", "#e1e5ea", "#ffffff"
-COLOURS: tuple[str, ...] = (
-    "#2f6fb3",
-    "#d9772b",
-    "#3f9b57",
-    "#a8478f",
-    "#8a7a2c",
-    "#5b57b8",
-    "#2a9a94",
-    "#b8413e",
-)
+LIGHT = {
+    "ink": "#26303c",
+    "faint": "#5b6573",
+    "grid": "#e1e5ea",
+    "paper": "#ffffff",
+    "beside": "#c3c9d1",
+    "series-0": "#2f6fb3",
+    "series-1": "#d9772b",
+    "series-2": "#3f9b57",
+    "series-3": "#a8478f",
+    "series-4": "#8a7a2c",
+    "series-5": "#5b57b8",
+    "series-6": "#2a9a94",
+    "series-7": "#b8413e",
+}
+DARK = {
+    "ink": "#e6e9ee",
+    "faint": "#a3adba",
+    "grid": "#343c48",
+    "paper": "#1c2129",
+    "beside": "#5d6775",
+    "series-0": "#6ea8e6",
+    "series-1": "#eb9a58",
+    "series-2": "#6cc485",
+    "series-3": "#d484bf",
+    "series-4": "#c2b160",
+    "series-5": "#9c98ee",
+    "series-6": "#5fc9c3",
+    "series-7": "#ea7f7b",
+}
+"""Colours of drawings on a light and on a dark page; a drawing that is alone is light."""
+
+
+def _colour(name: str) -> str:
+    return f"var(--{name},{LIGHT[name]})"
+
+
+INK, FAINT, GRID, PAPER, BESIDE = map(_colour, ("ink", "faint", "grid", "paper", "beside"))
+COLOURS: tuple[str, ...] = tuple(_colour(name) for name in LIGHT if name.startswith("series"))
 """Of series, in order; told apart by people who see no red or green by their lightness as well."""
-REFERENCE = "#26303c"
+REFERENCE = INK
 
 
 def number(value: float) -> str:

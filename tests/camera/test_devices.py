@@ -286,7 +286,9 @@ def test_a_library_that_is_not_installed_is_told(monkeypatch, module, opener, ar
 
 
 def test_a_library_of_the_system_that_is_missing_is_told(monkeypatch, tmp_path) -> None:
-    (tmp_path / "pyrealsense2.py").write_text('raise ImportError("libusb-1.0.so.0: cannot open shared object file")')
+    (tmp_path / "pyrealsense2.py").write_text(
+        'raise ImportError("libusb-1.0.so.0: cannot open shared object file")'
+    )
     monkeypatch.syspath_prepend(tmp_path)
     monkeypatch.delitem(sys.modules, "pyrealsense2", raising=False)
     with pytest.raises(NotAvailableError, match=r"does not load \(libusb.*install the system's library"):

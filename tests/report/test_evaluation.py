@@ -1,16 +1,21 @@
 """The report of `evaluate` from solves with a known error."""
 
+import re
 from dataclasses import replace
+from pathlib import Path
 from xml.etree import ElementTree
 
 import numpy as np
 import pytest
 
+from studio.engine.errors import SettingsError
 from studio.engine.joints import OUTPUT_JOINTS
 from studio.engine.metrics.canonical import canonical_positions
 from studio.engine.metrics.evaluate import evaluate
 from studio.engine.metrics.reference import Reference
 from studio.report.evaluation import Measured, evaluation_report, gain, worst_frames
+from studio.report.evaluation_tables import ROWS
+from studio.report.words import FRENCH, JOINTS, KINDS, Words
 from tests.poses_factory import make_poses
 
 
@@ -24,16 +29,21 @@ def poses_of(frames: int):
     return make_poses(local)
 
 
-def test_a_report_holds_all_its_parts():
+def two_solves() -> tuple[dict[str, Measured], Reference]:
+    """One solve with a hand that is 5 cm off, one without any error."""
     good = poses_of(180)
     reference = Reference(good.time_s, canonical_positions(good))
     off = np.zeros_like(good.positions_m)
     off[:, OUTPUT_JOINTS.index("LeftHand"), 0] = 0.05
     bad = replace(good, positions_m=good.positions_m + off)
-    solves = {
+    return {
         name: Measured(poses, evaluate(poses, reference), {"ik": name})
         for name, poses in (("plain", bad), ("better <1>", good))
-    }
+    }, reference
+
+
+def test_a_report_holds_all_its_parts():
+    solves, reference = two_solves()
     html = evaluation_report("A take", solves, reference)
     for heading in ("Figures", "What each switch gained or cost", "Error over time", "Curves", "Worst moments",
                     "Error of each joint", "What would have to be cleaned up"):  # fmt: skip
@@ -57,3 +67,49 @@ def test_worst_moments_are_apart():
     errors[100:103], errors[200] = (9.0, 10.0, 9.5), 5.0
     assert worst_frames(errors, time_s)[:2] == [101, 200]
     assert np.diff(sorted(time_s[worst_frames(errors, time_s)])) == pytest.approx([1.0] * 3, abs=1.0)
+
+
+def test_a_report_is_in_french_throughout():
+    solves, reference = two_solves()
+    event = {"start_s": 1.0, "end_s": 1.2, "size": 2.0, "unit": "cm"}
+    solves["plain"].figures["cleanup_events"] = [
+        {**event, "kind": "self_penetration", "joint": "right_elbow", "detail": "right forearm in trunk"},
+        {**event, "kind": "limb_flip", "joint": "left_wrist", "detail": "left and right swapped"},
+    ]
+    html = evaluation_report("Une prise", solves, reference, say=Words("fr"))
+    assert '<html lang="fr">' in html
+    for words in ("Erreur au cours du temps", "Pires moments", "poignet gauche, x", "coude droit",
+                  "erreur des articulations, mm",
+                  "avant-bras droit dans tronc", "gauche et droite échangées", "membre retourné", "mm, de face",
+                  "ik : plain devient better &lt;1&gt;".replace(" :", "\u00a0:")):  # fmt: skip
+        assert words in html
+    html = re.sub(r"<style>.*?</style>", "", html)
+    for english, french in FRENCH.items():
+        if english != french and "{" not in english and len(english) > 6:
+            assert f">{english}<" not in html
+    assert set(ROWS[key][0] for key in ROWS) <= set(FRENCH)
+
+
+def test_french_says_the_same_as_the_page():
+    strings = Path(__file__).parents[2] / "studio" / "web" / "static" / "strings"
+    said = dict(
+        (key, (english, french))
+        for name in ("curves.js", "compare.js")
+        for key, english, french in re.findall(
+            r'"([a-z_.]+)": \["([^"]*)", "([^"]*)"\]', (strings / name).read_text()
+        )
+    )
+    for kind, words in KINDS.items():
+        assert said[f"edits.{kind}"] == words
+    for key, (english, french) in said.items():
+        if key.startswith("joint."):
+            name = key.removeprefix("joint.")
+            assert Words("en").joint(name) == english and Words("fr").joint(name) == french
+    assert {
+        key.removeprefix("joint.").split("_")[-1] for key in said if key.startswith("joint.")
+    } <= JOINTS.keys()
+
+
+def test_a_language_that_is_not_there_is_told():
+    with pytest.raises(SettingsError, match="allowed: en, fr"):
+        Words("de")

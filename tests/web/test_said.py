@@ -26,9 +26,15 @@ RAISING = (
     "engine/metrics/target_table", "engine/motion/bvh", "engine/motion/canonical", "engine/retarget/files",
     "engine/retarget/glb", "engine/retarget/mapping", "engine/retarget/onto", "engine/retarget/rig",
     "engine/retarget/rest", "engine/retarget/transfer", "engine/export/options", "engine/poses",
-    "take/importers/__init__", "take/importers/table", "take/importers/joints_csv",
-    "take/importers/camera_folders", "take/importers/k4a_mkv", "web/playback/player", "web/playback/clip",
-    "camera/recording_source",
+    "web/playback/player", "web/playback/clip", "camera/recording_source",
+    "take/importers/__init__", "take/importers/animation", "take/importers/bag_files",
+    "take/importers/camera_folders", "take/importers/depth_folder", "take/importers/joints_csv",
+    "take/importers/k4a", "take/importers/k4a_mkv", "take/importers/kinect", "take/importers/kinect_pair",
+    "take/importers/kinect_states", "take/importers/raw_file", "take/importers/recording",
+    "take/importers/recording_files", "take/importers/ros_bag", "take/importers/table",
+    "take/bundle", "take/take", "take/new", "take/recovery", "take/raw_reader", "take/raw_writer",
+    "take/raw_chunks", "take/raw_depth", "blind/model", "blind/desk", "blind/store",
+    "engine/calibration/result", "engine/export/__init__", "engine/export/targets", "engine/export/timecode",
 )  # fmt: skip
 """Of these what they raise: files and settings that do not do. Their other texts are for programs."""
 

@@ -115,7 +115,7 @@ export const sendReference = async (take, name, file) => (await send("PUT", refe
 export const alignReference = (take, name, how) => call("POST", `${referencePath(take, name)}/align`, how);
 export const removeReference = (take, name) => call("DELETE", referencePath(take, name));
 export const restoreReference = (take, name) => call("POST", `${referencePath(take, name)}/restore`);
-export const makeReport = (take, reference) => call("POST", `${byId(take)}/reports`, { reference });
+export const makeReport = (take, reference, language) => call("POST", `${byId(take)}/reports`, { reference, language });
 export const reportAddress = (take, name) => new URL(`${byId(take)}/reports/${encodeURIComponent(name)}`, ROOT).href;
 
 /** Begin to export solves: `{solves: [{take, solve}], format, ...}`; returns the job. */

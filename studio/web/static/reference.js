@@ -5,7 +5,7 @@ import { alignedRows } from "./compare_tables.js";
 import { ended } from "./jobs.js";
 import { attempt, showUndo, undoing } from "./messages.js";
 import { replayed } from "./replay.js";
-import { number, t } from "./strings.js";
+import { language, number, t } from "./strings.js";
 
 const KINDS = ".csv,.bvh,.fbx,.glb,.gltf,.c3d,.trc,.npz,.txt";
 const MAX_BYTES = 512 * 1024 * 1024;
@@ -124,7 +124,7 @@ export class ReferenceSection {
     this.report = { share: null };
     this.changed();
     const made = await attempt(async () => {
-      const job = await makeReport(take, chosen);
+      const job = await makeReport(take, chosen, language);
       return ended(job, (share) => { this.report = { share }; this.changed(); });
     });
     this.report = made ? { address: reportAddress(take, made.name) } : null;

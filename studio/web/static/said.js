@@ -6,6 +6,7 @@ import blind from "./said/blind.js";
 import calibration from "./said/calibration.js";
 import exporting from "./said/export.js";
 import files from "./said/files.js";
+import recordings from "./said/recordings.js";
 import settings from "./said/settings.js";
 import stage from "./said/stage.js";
 import takes from "./said/takes.js";
@@ -17,7 +18,7 @@ let patterns = null;
 
 /** The sentences as expressions, those with the most words of their own first. */
 function allPatterns() {
-  const sentences = Object.entries({ ...stage, ...calibration, ...takes, ...exporting, ...settings, ...files, ...blind });
+  const sentences = Object.entries({ ...stage, ...calibration, ...takes, ...exporting, ...settings, ...files, ...recordings, ...blind });
   return sentences.map(([english, french]) => {
     const names = [...english.matchAll(/\{(\w+)\}/g)].map(([, name]) => name);
     const parts = english.split(/\{\w+\}/);

@@ -13,5 +13,20 @@ export default {
   "this test has all the voters it needs; thank you": "ce test a tous les votants qu'il lui faut ; merci",
   "the comment has {n} characters; allowed: {most}": "le commentaire a {n} caractères ; permis : {most}",
   "the vote could not be kept: {error}; free some space and vote again": "le vote n'a pu être gardé : {error} ; libérez de la place et revotez",
-  "too many requests; wait a few seconds": "trop de requêtes ; attendez quelques secondes"
+  "too many requests; wait a few seconds": "trop de requêtes ; attendez quelques secondes",
+  "repeats={n} is not allowed; allowed: 0 to {most}, the pairs": "répétitions={n} n'est pas permis ; permis : 0 à {most}, le nombre de paires",
+  "max_voters={n} is not allowed; allowed: 1 to 10000": "nombre de votants={n} n'est pas permis ; permis : 1 à 10000",
+  "pair {n}: start_s={start}, end_s={end} are not allowed; from 0": "paire {n} : début {start} s, fin {end} s ne sont pas permis ; à partir de 0",
+  "{name} has {n} characters; allowed: 1 to {most}": "{name} a {n} caractères ; permis : 1 à {most}",
+  "closes='{time}' is no time; such as {such}": "clôture « {time} » n'est pas un instant ; par exemple {such}",
+  "pair {n}: a condition has 1 to 100 characters, such as 'limits on'": "paire {n} : une condition a 1 à 100 caractères, comme « limits on »",
+  "pair {n}: key_hz={rate} is not allowed; allowed: 0 or 1 to 120": "paire {n} : {rate} clés par seconde ne sont pas permises ; permis : 0 ou 1 à 120",
+  "not a blind test: {error}": "ce n'est pas un test à l'aveugle : {error}",
+  "this test is not supervised: every voter goes on at their own pace": "ce test n'est pas dirigé : chaque votant va à son rythme",
+  "slot={n} is not allowed; allowed: 0 to {most}, -1 shows none": "place {n} n'est pas permise ; permises : 0 à {most}, -1 ne montre rien",
+  "slot={n} is not allowed; allowed: 0 to {most}": "place {n} n'est pas permise ; permises : 0 à {most}",
+  "there is no blind test '{test}'; there are: {others}": "il n'y a pas de test « {test} » ; il y a : {others}",
+  "animation {name} of test {test} was changed after the test was made": "l'animation {name} du test {test} a été changée après la création du test",
+  "animation {name} of test {test} is gone: {error}": "l'animation {name} du test {test} a disparu : {error}",
+  "the key of test {test} cannot be read: {error}": "la clé du test {test} est illisible : {error}"
 };

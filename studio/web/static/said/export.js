@@ -28,5 +28,10 @@ export default {
   "images of {width} x {height} do not fit an Azure Kinect file; allowed: {sizes}": "des images de {width} x {height} ne vont pas dans un fichier Azure Kinect ; permis : {sizes}",
   "there is no depth image to write": "il n'y a pas d'image de profondeur à écrire",
   "there is no share {id}; GET /api/v1/shares lists them": "il n'y a pas de partage {id}",
-  "there is no live output {id}": "il n'y a pas de sortie {id}"
+  "there is no live output {id}": "il n'y a pas de sortie {id}",
+  "{option}={value}: the skeleton has no hips at its root but '{root}'; leave the option out, or solve the take with the studio's skeleton": "{option}={value} : la racine du squelette n'est pas le bassin mais « {root} » ; retirez l'option, ou recalculez la prise avec le squelette du studio",
+  "timecode={timecode}: allowed is hh:mm:ss:ff, such as 09:30:00:00": "timecode={timecode} : permis : hh:mm:ss:ii, comme 09:30:00:00",
+  "timecode={timecode}: allowed is 00:00:00:00 to 23:59:59:{frame} at {rate} frames a second": "timecode={timecode} : permis : 00:00:00:00 à 23:59:59:{frame} à {rate} images par seconde",
+  "format={format}: a file holds one take; several go into {allowed}": "format={format} : un fichier contient une prise ; plusieurs vont dans {allowed}",
+  "there is no share '{share}' to put back": "il n'y a pas de partage « {share} » à remettre"
 };
