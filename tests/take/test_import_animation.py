@@ -6,6 +6,8 @@ import pytest
 from studio.__main__ import main
 from studio.engine.errors import FormatError, SettingsError, TakeError
 from studio.engine.export import export
+from studio.engine.metrics.canonical import canonical_positions
+from studio.engine.metrics.reference import Reference, read_reference
 from studio.engine.poses import Poses
 from studio.take.importers import import_recording
 from studio.take.take import Take
@@ -72,3 +74,10 @@ def test_a_recording_of_cmu_becomes_a_take(tmp_path, test_data):
     back = Poses.load(take.solve_folder("imported") / "poses.npz")
     knees = back.positions_m[:, [back.joint_names.index(f"{side}Leg") for side in ("Left", "Right")], 2]
     assert 0.2 < knees.min() and knees.max() < 0.8 and back.frame_count == 344
+
+
+def test_an_animation_of_the_studio_is_its_own_reference(tmp_path, poses):
+    export(poses, tmp_path / "walk.glb", "glb")
+    reference = read_reference(tmp_path / "walk.glb")
+    assert isinstance(reference, Reference) and reference.known.all()
+    assert np.abs(reference.positions_m - canonical_positions(poses)).max() < 1e-4

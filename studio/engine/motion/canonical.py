@@ -24,7 +24,7 @@ def _ancestors(parents: NDArray[np.int64], joint: int) -> list[int]:
 def canonical_joints(motion: Motion) -> dict[str, int]:
     """Return, by canonical joint, the index of the file's joint that stands for it.
 
-    `chest` is where the arms branch off, `spine` the first joint above the hips that has a length. A hand or
+    `chest` is where the arms branch off, `spine` what is nearest to halfway from the hips to it. A hand or
     toe that the file lacks is the end of its limb, and then the index of the End Site.
 
     Raises:
@@ -69,12 +69,12 @@ def _end_of(motion: Motion, joint: int | None) -> int | None:
 
 
 def _spine(motion: Motion, hips: int, chest: int) -> int:
+    """The joint nearest to halfway between hips and chest; the chest where there is none between them."""
     chain = list(reversed(_ancestors(motion.parents, chest)))
-    above = chain[chain.index(hips) + 1 :] if hips in chain else chain
-    for joint in above:
-        if np.linalg.norm(motion.rest_m[joint] - motion.rest_m[hips]) > 1e-4:
-            return joint
-    return chest
+    between = chain[chain.index(hips) + 1 : -1] if hips in chain else chain[:-1]
+    low, high = motion.rest_m[hips], motion.rest_m[chest]
+    between = [joint for joint in between if np.linalg.norm(motion.rest_m[joint] - low) > 1e-4]
+    return min(between, key=lambda j: float(np.linalg.norm(motion.rest_m[j] - (low + high) / 2)), default=chest)
 
 
 def to_canonical(motion: Motion) -> CanonicalMotion:
