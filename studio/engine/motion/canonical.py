@@ -74,7 +74,9 @@ def _spine(motion: Motion, hips: int, chest: int) -> int:
     between = chain[chain.index(hips) + 1 : -1] if hips in chain else chain[:-1]
     low, high = motion.rest_m[hips], motion.rest_m[chest]
     between = [joint for joint in between if np.linalg.norm(motion.rest_m[joint] - low) > 1e-4]
-    return min(between, key=lambda j: float(np.linalg.norm(motion.rest_m[j] - (low + high) / 2)), default=chest)
+    return min(
+        between, key=lambda j: float(np.linalg.norm(motion.rest_m[j] - (low + high) / 2)), default=chest
+    )
 
 
 def to_canonical(motion: Motion) -> CanonicalMotion:
