@@ -36,8 +36,10 @@ LEAST_OVER_GIVEN = 0.75
 """Over a floor that is given, a joint sinks to this share of its height: a foot that is tipped by 40 degrees."""
 
 SURE_M = 0.012
+MOVED_M = 0.024
 MAX_SUNK_M = 0.08
-"""Up to the first, the floor is where it was calibrated; by more than the second it never is elsewhere."""
+"""Up to the first, the floor is where it was calibrated; from the second on it is where feet say, and between the two
+in between; by more than the third it never is elsewhere."""
 
 
 @dataclass(frozen=True)
@@ -48,7 +50,7 @@ class Contacts:
         hold: 0 = free, 1 = stands, shape (frame_count, 4).
         place_m: where each stands [m], shape (frame_count, 4, 3); the joint's own path where it does not.
         floor_m: height of the floor under the take.
-        least_m: height that each joint keeps at least [m], shape (4,).
+        least_m: height that each joint keeps at least [m], shape (frame_count, 4).
         change_m2_s: what a change of place costs (`places`).
     """
 
@@ -60,7 +62,7 @@ class Contacts:
 
     def part(self, rows: slice) -> "Contacts":
         """The contacts of some frames."""
-        return replace(self, hold=self.hold[rows], place_m=self.place_m[rows])
+        return replace(self, hold=self.hold[rows], place_m=self.place_m[rows], least_m=self.least_m[rows])
 
     def at_places_of(self, feet: NDArray[np.float64], pieces: list[tuple[int, int]], dt: float) -> "Contacts":
         """The same stances at the places where another trajectory's feet stand; arguments as of `find_contacts`.
@@ -114,6 +116,7 @@ def find_contacts(
             for first, last in _runs(standing[begin:end, column]):
                 free = first > 0, begin + last < end
                 hold[begin + first : begin + last, column] = _eased(last - first, dt, free)
+    least_m = np.tile(least_m, (len(feet), 1))
     return Contacts(hold, feet, floor_m, least_m, wander * CHANGE_M2_S).at_places_of(feet, pieces, dt)
 
 
@@ -190,6 +193,7 @@ def _floor_m(
     foot = 0.5 * (above[:, _ANKLES] + above[:, _TOES])[stands]
     flat = (np.abs(above[:, _ANKLES] - above[:, _TOES]) < FLAT_M)[stands]
     middle = float(np.median(foot)) if len(foot) else 0.0
-    if abs(middle) < SURE_M or (middle > 0.0 and flat.mean() < 0.5):
+    if middle > 0.0 and flat.mean() < 0.5:
         return 0.0
-    return float(np.clip(middle, -MAX_SUNK_M, MAX_SUNK_M))
+    share = np.interp(abs(middle), [SURE_M, MOVED_M], [0.0, 1.0])
+    return float(np.clip(share * middle, -MAX_SUNK_M, MAX_SUNK_M))

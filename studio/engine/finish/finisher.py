@@ -22,7 +22,7 @@ from studio.engine.finish.contacts import JOINTS, Contacts, find_contacts, wande
 from studio.engine.finish.lost_limbs import bring_back, far_limbs
 from studio.engine.finish.measurements import Measurements, NoiseScale, measure, posture_share, swapped
 from studio.engine.finish.smoother import Smoother
-from studio.engine.finish.soles import lift_m
+from studio.engine.finish.soles import lift_m, without_dips
 from studio.engine.finish.store import Store
 from studio.engine.finish.trajectory import Kinematics
 from studio.engine.frames import StepResult
@@ -129,6 +129,8 @@ class Finisher:
             for iteration in range(CONTACT_ITERATIONS):
                 if iteration > 0:
                     contacts = contacts.at_places_of(self._feet(q), pieces, self._dt)
+                    if not self._floor_given:
+                        contacts = without_dips(self._humanoid, q, contacts, self._rest_heights_m)
                 self._step(q, pieces, contacts)
         for begin in range(0, len(q), WINDOW):
             q[begin : begin + WINDOW] = self._smoother.within_limits(q[begin : begin + WINDOW])
@@ -245,11 +247,12 @@ class Finisher:
                 if rows.stop - begin > lag:
                     scale.add(self._measurements(begin, rows.stop), self._kinematics.sites(q[rows]), lag)
         self._alike = scale.alike()
-        share = posture_share(self._alike)
-        self._smoother.posture_share = share
-        if self._physics is not None:
-            self._physics.correction.posture_share = share
-        return scale.factors()
+        smoothers = [self._smoother] if self._physics is None else [self._smoother, self._physics.correction]
+        for smoother in smoothers:
+            smoother.posture_share = posture_share(self._alike)
+            smoother.calm = wander_of(self._alike)
+        factor, spread = scale.factors()
+        return wander_of(self._alike) * factor, spread  # means over frames that err anew are surer
 
     def _feet(self, q: NDArray[np.float64]) -> NDArray[np.float64]:
         """Ankles and toes [m], shape (frame_count, 4, 3)."""

@@ -20,7 +20,7 @@ DIRECTIONS = np.array([1.0, 2.0])
 
 LEAST_COUNT = 60
 SHARE = 2.0
-SCALE_RANGE = (1.0, 30.0)
+SCALE_RANGE = (1.0, 100.0)
 """A noise is found from this many frames, and within this range of what is usual, as variance; one that differs from
 frame to frame counts more, since it moves the body more."""
 

@@ -30,7 +30,7 @@ CAUCHY = 5.0
 INFLATION = 3.0
 """A camera's noise is alike from frame to frame: each frame tells this much less than its covariance says."""
 
-DAMPING = 6.0
+DAMPING = 1.0
 """Keeps steps where the linear model holds [1/rad2]."""
 
 MAX_STEP = 0.3
@@ -44,10 +44,12 @@ LIMIT_STIFFNESS = 1e5
 TAIL = 2.0
 """Accelerations beyond this many deviations are held back less and less: feet land, fists stop."""
 
-LIVELY = 2.0
+LIVELY = 1.4
 LIVELY_S = 0.15
+MOST_LIVELY = 1.2
 """Where a degree of freedom accelerates, more is to be expected: so many times its root mean square over this time
-joins the deviation."""
+joins the deviation, which grows to so many times the usual one at most: the twist of a straight leg, which no joint
+shows, would else be free where the leg is fast. Where it does not accelerate, `calm` says what is expected."""
 
 REST_WEIGHT = 0.05
 """Of the usual posture, against cameras whose noise is alike from frame to frame: many frames then tell little more
@@ -57,7 +59,9 @@ PLACE_SIGMA_M = 0.006
 """How far a standing joint may be from its place [m]: soles roll, shoes give."""
 
 LEAST_SIGMA_M = 0.002
-"""How far a foot may sink into the floor [m]."""
+NEAR_M = 0.003
+"""How far a foot may sink into the floor [m]; one this near to it is held back too, or it would go in with the next
+step, and out again."""
 
 # Deviation of accelerations [m/s2, rad/s2] by output joint; the free hips first.
 _HIPS = (26.0, 26.0, 37.0, 66.0, 66.0, 66.0)
@@ -106,6 +110,8 @@ class Smoother:
 
     Attributes:
         posture_share: how much the usual posture counts, 0..1.
+        calm: share of the usual deviation that is expected where nothing accelerates, 0..1: noise that each frame
+            errs anew in would else be followed there; accelerations count so much more.
     """
 
     def __init__(
@@ -127,7 +133,7 @@ class Smoother:
         self._rest = humanoid.rest_q
         self._low, self._high = humanoid.range_rad.T if limited else (-np.inf, np.inf)
         self._dt, self._lively = dt, lively
-        self.posture_share = 1.0
+        self.posture_share = self.calm = 1.0
         self._body = BodyContact(humanoid.skeleton.height_m) if limited and lively else None
 
     def stepped(
@@ -203,7 +209,8 @@ class Smoother:
             usual = gaussian_filter1d(
                 stiffness * acceleration**2, LIVELY_S / self._dt, axis=0, mode="nearest", truncate=3.0
             )
-            stiffness = stiffness / (1.0 + LIVELY**2 * usual)
+            expected = self.calm**2 + (LIVELY / self.calm) ** 2 * usual
+            stiffness = stiffness / np.minimum(expected, MOST_LIVELY**2)
         stiffness = stiffness / (1.0 + stiffness * acceleration**2 / TAIL**2)
         pull = stiffness * acceleration
         normal.right[:-2] -= pull
@@ -245,8 +252,10 @@ def _add_contact_rows(
     k = np.arange(3)
     weight[:, np.array(joints)[:, None], k, k] += hold[..., None]
     pull[:, joints] += hold[..., None] * (contacts.place_m - sites[:, joints])
-    sunk = np.maximum(contacts.least_m - sites[:, joints, 2], 0.0)
-    weight[:, joints, 2, 2] += (sunk > 0.0) / LEAST_SIGMA_M**2
+    below = contacts.least_m - sites[:, joints, 2]
+    sunk = np.maximum(below, 0.0)
+    near = np.clip(1.0 + below / NEAR_M, 0.0, 1.0) ** 2 * (contacts.hold == 0.0)
+    weight[:, joints, 2, 2] += np.where(below > 0.0, 1.0, near) / LEAST_SIGMA_M**2
     pull[:, joints, 2] += sunk / LEAST_SIGMA_M**2
 
 

@@ -3,6 +3,7 @@
 from itertools import pairwise
 
 import numpy as np
+import pytest
 from scipy.ndimage import gaussian_filter1d
 
 from studio.engine.finish.contacts import find_contacts, wander_of
@@ -82,3 +83,12 @@ def test_places_are_the_best_of_all_ways_to_change():
 def test_noise_of_depth_cameras_wanders_wholly_and_white_noise_little():
     assert wander_of(1.0) == wander_of(0.8) == wander_of(0.5) == 1.0
     assert wander_of(0.2) == 0.4
+
+
+@pytest.mark.parametrize(
+    ("off_m", "floor_m"), [(0.011, 0.0), (-0.011, 0.0), (-0.013, -0.001), (-0.03, -0.03)]
+)
+def test_the_floor_follows_feet_without_a_step(off_m, floor_m):
+    feet = np.tile([0.0, 0.0, off_m], (90, 4, 1)) + REST_M[:, None] * np.array([0.0, 0.0, 1.0])
+    found = find_contacts(feet, [(0, 90)], 1 / 60, REST_M).floor_m
+    assert found == pytest.approx(floor_m, abs=2e-4)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from studio.engine.finish.contacts import JOINTS, find_contacts
-from studio.engine.finish.soles import lift_m
+from studio.engine.finish.soles import GIVES_M, lift_m, without_dips
 from studio.engine.finish.trajectory import Kinematics
 from studio.engine.human.model import build_humanoid
 from studio.engine.human.skeleton import Skeleton
@@ -55,3 +55,20 @@ def test_a_take_without_a_stance_is_not_moved():
     feet[:, :, 0] = np.linspace(0.0, 2.0, 30)[:, None]
     contacts = _contacts(feet)
     assert lift_m(humanoid, np.tile(humanoid.rest_qpos, (30, 1)), contacts, REST_M) == 0.0
+
+
+def test_a_swinging_foot_that_dips_into_the_floor_is_raised_and_not_the_take():
+    humanoid = build_humanoid(Skeleton.of(performer_of(np.zeros(len(SHAPE)))))
+    kinematics, joints = Kinematics(humanoid), list(JOINTS)
+    rest_m = humanoid.skeleton.rest_positions_m[OUTPUT_OF_CANONICAL_INDEX[joints], 2]
+    q = np.tile(humanoid.rest_qpos, (90, 1))
+    q[:, 7:] = 0.0
+    contacts = find_contacts(kinematics.sites(q)[:, joints], [(0, 90)], DT, rest_m)
+    lifted_m = lift_m(humanoid, q, contacts, rest_m)
+    q[45, 7 + humanoid.model.joint("RightFoot_bend").id - 1] = np.radians(20)
+    found = without_dips(humanoid, q, contacts, rest_m)
+    raised = found.least_m > contacts.least_m
+    sunk_m = rest_m[1] - kinematics.sites(q[45:46])[0, joints[3], 2]
+    assert raised[45, 3] and not np.delete(raised, 45, axis=0).any()
+    assert found.least_m[45, 3] > rest_m[1] - GIVES_M - 0.002 > rest_m[1] - sunk_m
+    assert lift_m(humanoid, q, contacts, rest_m) == pytest.approx(lifted_m, abs=1e-3)
