@@ -1,8 +1,8 @@
 """Head orientation from the head's part of a depth image.
 
-A small network looks at the head as the camera sees it, cut out at its top and middle, and tells where the face and
-the crown point. Both are means over what the head could be, so their length says how sure they are: a face that
-cannot be told from the back of the head has a short arrow. Weights come from simulated heads;
+Small convolutional networks look at the head as the camera sees it, cut out at its top and middle, and tell where the
+face and the crown point. Both are means over what the head could be, so their length says how sure they are: a face
+that cannot be told from the back of the head has a short arrow. Weights come from simulated heads;
 `python -m studio.camera.simulator.head_training` makes them again.
 """
 
@@ -12,36 +12,38 @@ from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.ndimage import uniform_filter
 
+from studio.engine.convolution import Committee
 from studio.engine.depth import DepthCamera, project
+from studio.engine.depth_window import sampled
 from studio.engine.geometry import quaternions
 from studio.engine.joints import INDEX
-from studio.engine.network import Network
 
 WEIGHTS = Path(__file__).with_name("head.npz")
 
 Array = NDArray[np.float64]
 
-SIDE = 18
+SIDE = 32
 """Samples along each side of the window."""
 
-_HALF_M = 0.16
-_BAND_M = 0.22
-_ABOVE_JOINT_M = 0.09
-_LEAST_FILLED = 20
-_LEAST_LENGTH = 0.8
-_PITCH_DEG = 9.0
-"""How far too low the heads of tuning performers are found to face, seen with the tracker; it is taken back."""
+CHANNELS, ABOUT = 3, 2
+"""Numbers of a sample, and of the whole window; see `HeadWindow`."""
 
+_STEP_M = 0.0095
+_PLACES_M = (np.arange(SIDE) - 0.5 * (SIDE - 1)) * _STEP_M
+_GRID_M = np.stack([*np.meshgrid(_PLACES_M, _PLACES_M), np.zeros((SIDE, SIDE))], axis=-1)
+_BAND_M = 0.18
+_ABOVE_JOINT_M = 0.09
+_NEARER_M = 0.05
+_RELIEF, _RELIEF_M, _MOST_RELIEF = 7, 0.01, 2.0
+_TOP_ROW = 3
+_HEAD_ROWS = 18
+_TOP_FILLED = 3.0
+_LEAST_FILLED = 70.0
+_LEAST_LENGTH = 0.8
 _FOLLOW_S = 0.05
 _FORGET_S = 0.3
-_R_LIFT = np.array(
-    [
-        [1.0, 0.0, 0.0],
-        [0.0, np.cos(np.radians(_PITCH_DEG)), np.sin(np.radians(_PITCH_DEG))],
-        [0.0, -np.sin(np.radians(_PITCH_DEG)), np.cos(np.radians(_PITCH_DEG))],
-    ]
-)
 
 
 @dataclass(frozen=True)
@@ -57,11 +59,28 @@ class HeadSeen:
     confidence: float
 
 
-def head_window(camera: DepthCamera, depth_mm: NDArray[np.uint16], head: Array) -> Array | None:
-    """Return the network's inputs for a head, or None where the image shows nothing there.
+@dataclass(frozen=True)
+class HeadWindow:
+    """Samples around a head, on a plane at right angles to the ray to it; the first axis runs down, the second right.
+
+    Attributes:
+        samples: shape (SIDE, SIDE, CHANNELS): the share that lies at the head's depth, how much nearer than the
+            head it is along the ray (1 = 5 cm), and how much nearer than what is about it within 7 samples
+            (1 = 1 cm); 0 where nothing lies there.
+        about: shape (ABOUT,): the size of a pixel and the distance, scaled.
+        R_camera_window: of the plane: right, down and along the ray, shape (3, 3).
+    """
+
+    samples: NDArray[np.float32]
+    about: NDArray[np.float32]
+    R_camera_window: Array
+
+
+def head_window(camera: DepthCamera, depth_mm: NDArray[np.uint16], head: Array) -> HeadWindow | None:
+    """Return the window around a head, or None where the image shows nothing there.
 
     The window hangs from the top of the head and is centred on its middle, so that a joint that is a few centimetres
-    off does no harm. Inputs are the share filled and the nearness of each sample, then the pixel size and distance.
+    off does no harm.
 
     Args:
         camera: of the image.
@@ -70,56 +89,64 @@ def head_window(camera: DepthCamera, depth_mm: NDArray[np.uint16], head: Array) 
     """
     if not np.isfinite(head).all() or head[2] < 0.3:
         return None
-    middle = head - np.array([0.0, _ABOVE_JOINT_M, 0.0])
-    place = project(camera, middle)
-    step_m = 2.0 * _HALF_M / (SIDE - 1)
-    pixels = np.array([camera.fx, camera.fy]) / middle[2]
-    steps = (np.arange(SIDE) - 0.5 * (SIDE - 1)) * step_m
-    grid = np.stack(np.broadcast_arrays(steps[None, :], steps[:, None]), axis=-1)
-    filled, nearer, distance_m = _sample(depth_mm, place + grid * pixels, middle[2])
+    place = head - np.array([0.0, _ABOVE_JOINT_M, 0.0])
+    R_camera_window = along_ray(place)
+    filled, nearer_m = _on_plane(camera, depth_mm, place, R_camera_window)
     if filled.sum() < _LEAST_FILLED:
         return None
-    pixels = np.array([camera.fx, camera.fy]) / distance_m
-    place = place + _to_top_and_middle(filled) * step_m * pixels
-    filled, nearer, distance_m = _sample(depth_mm, place + grid * pixels, distance_m)
+    rows, shift_m = _rows_and_shift_m(filled)
+    deeper_m = -float(np.median(nearer_m[rows][filled[rows] > 0]))
+    place = place + R_camera_window @ [*shift_m, deeper_m]
+    R_camera_window = along_ray(place)
+    filled, nearer_m = _on_plane(camera, depth_mm, place, R_camera_window)
     if filled.sum() < _LEAST_FILLED:
         return None
-    return np.concatenate([filled.ravel(), 12.0 * nearer.ravel(), [20.0 / pixels[0] * 1e1, distance_m / 3.0]])
+    about_m = uniform_filter(nearer_m * filled, _RELIEF) / np.maximum(uniform_filter(filled, _RELIEF), 1e-6)
+    relief = np.clip((nearer_m - about_m) / _RELIEF_M, -_MOST_RELIEF, _MOST_RELIEF)
+    samples = np.stack([filled, nearer_m / _NEARER_M * filled, relief * filled], axis=-1)
+    distance_m = float(np.linalg.norm(place))
+    about = np.array([100.0 * distance_m / camera.fx, distance_m / 3.0])
+    return HeadWindow(samples.astype(np.float32), about.astype(np.float32), R_camera_window)
 
 
-def _sample(depth_mm: NDArray[np.uint16], grid: Array, near_m: float) -> tuple[Array, Array, float]:
-    """Return share filled, how much nearer than the head's distance [m], both (SIDE, SIDE), and that distance."""
-    first = np.floor(grid).astype(int)
-    part = grid - first
-    filled, depth = np.zeros(grid.shape[:2]), np.zeros(grid.shape[:2])
-    for right in (0, 1):
-        for down in (0, 1):
-            columns, rows = first[..., 0] + right, first[..., 1] + down
-            inside = (columns >= 0) & (columns < depth_mm.shape[1]) & (rows >= 0) & (rows < depth_mm.shape[0])
-            z = depth_mm[np.where(inside, rows, 0), np.where(inside, columns, 0)] * 1e-3
-            weight = np.abs(1 - right - part[..., 0]) * np.abs(1 - down - part[..., 1])
-            weight = weight * (inside & (np.abs(z - near_m) < _BAND_M))
-            filled += weight
-            depth += weight * z
-    seen = filled > 0.25
-    depth = np.where(seen, depth / np.maximum(filled, 1e-9), 0.0)
-    distance_m = float(np.median(depth[seen])) if seen.any() else near_m
-    return np.where(seen, filled, 0.0), np.where(seen, distance_m - depth, 0.0), distance_m
+def _on_plane(
+    camera: DepthCamera, depth_mm: NDArray[np.uint16], place: Array, R_camera_window: Array
+) -> tuple[Array, Array]:
+    """Return the share filled and how much nearer than the plane, along its ray, the samples of a plane are [m]."""
+    grid = place + _GRID_M @ R_camera_window.T
+    filled, nearer_m, _ = sampled(depth_mm, project(camera, grid), grid[..., 2], _BAND_M)
+    return filled, nearer_m * np.linalg.norm(place) / grid[..., 2]
 
 
-def _to_top_and_middle(filled: Array) -> Array:
-    """How far to move the window, in samples right and down, so that the head hangs from its third row."""
-    rows = filled.sum(axis=1)
-    top = int(np.argmax(rows > 1.5))
-    head = filled[top : top + SIDE // 2 + 1].sum(axis=0)
-    middle = float(head @ np.arange(SIDE) / max(head.sum(), 1e-9))
-    return np.array([middle - 0.5 * (SIDE - 1), top - 2.0])
+def _rows_and_shift_m(filled: Array) -> tuple[slice, Array]:
+    """Return the rows of the head, and how far to move the window so that it hangs from them, right and down [m]."""
+    top = int(np.argmax(filled.sum(axis=1) > _TOP_FILLED))
+    rows = slice(top, top + _HEAD_ROWS)
+    columns = filled[rows].sum(axis=0)
+    return rows, np.array([columns @ _PLACES_M / columns.sum(), (top - _TOP_ROW) * _STEP_M])
 
 
 @cache
-def head_network() -> Network:
-    """Return the network of `head.npz`: three outputs for where the face points, three for the crown."""
-    return Network.load(WEIGHTS)
+def head_networks() -> Committee:
+    """Return the networks of `head.npz`: three outputs for where the face points, three for the crown."""
+    return Committee.load(WEIGHTS)
+
+
+def head_arrows(
+    camera: DepthCamera, depth_mm: NDArray[np.uint16], head: Array, networks: Committee | None = None
+) -> Array | None:
+    """Return where face and crown point in the camera frame, shape (2, 3), the shorter the less sure; None where the
+    image shows no head.
+
+    Args:
+        camera, depth_mm, head: see `head_window`.
+        networks: the built-in ones where None.
+    """
+    window = head_window(camera, depth_mm, head)
+    if window is None:
+        return None
+    told = (networks or head_networks())(window.samples[None], window.about[None])
+    return told.reshape(2, 3).astype(np.float64) @ window.R_camera_window.T
 
 
 class HeadTracker:
@@ -127,12 +154,12 @@ class HeadTracker:
 
     Args:
         camera: of the images.
-        network: the built-in one where None.
+        networks: the built-in ones where None.
     """
 
-    def __init__(self, camera: DepthCamera, network: Network | None = None) -> None:
+    def __init__(self, camera: DepthCamera, networks: Committee | None = None) -> None:
         self._camera = camera
-        self._network = head_network() if network is None else network
+        self._networks = networks
         self._arrows: Array | None = None
         self._time_ns = 0
 
@@ -152,12 +179,13 @@ class HeadTracker:
             time_ns: of the image; images come in order of time.
         """
         head = positions[INDEX["head"]]
-        inputs = head_window(self._camera, depth_mm, head) if confidence[INDEX["head"]] > 0 else None
+        arrows = None
+        if confidence[INDEX["head"]] > 0:
+            arrows = head_arrows(self._camera, depth_mm, head, self._networks)
         dt = (time_ns - self._time_ns) * 1e-9
-        if inputs is None:
+        if arrows is None:
             self._arrows = self._arrows if dt < _FORGET_S else None
             return None
-        arrows = self._network(inputs[None])[0].reshape(2, 3) @ _R_LIFT.T @ along_ray(head).T
         share = 1.0 if self._arrows is None or dt > _FORGET_S else 1.0 - float(np.exp(-dt / _FOLLOW_S))
         self._arrows = arrows if self._arrows is None else self._arrows + share * (arrows - self._arrows)
         self._time_ns = time_ns

@@ -5,7 +5,7 @@ import pytest
 
 from studio.engine.depth import DepthCamera
 from studio.engine.geometry import matrices
-from studio.engine.head import SIDE, HeadTracker, along_ray, head_window, oriented
+from studio.engine.head import ABOUT, CHANNELS, SIDE, HeadTracker, along_ray, head_window, oriented
 from studio.engine.joints import INDEX, JOINT_COUNT
 
 CAMERA = DepthCamera(365.0, 365.0, 255.5, 211.5, 512, 424)
@@ -25,11 +25,32 @@ def test_the_window_hangs_from_the_top_of_the_head_wherever_the_joint_is() -> No
     windows = [head_window(CAMERA, image, middle + np.array([dx, 0.09 + dy, dz])) for dx, dy, dz in
                ((0, 0, 0), (0.03, 0.02, 0.02), (-0.03, -0.02, -0.02))]  # fmt: skip
     first = windows[0]
-    assert first is not None and first.shape == (2 * SIDE * SIDE + 2,)
+    assert (
+        first is not None and first.samples.shape == (SIDE, SIDE, CHANNELS) and first.about.shape == (ABOUT,)
+    )
     for other in windows[1:]:
-        assert other is not None and np.abs(other - first)[: SIDE * SIDE].mean() < 0.06
+        assert other is not None and np.abs(other.samples - first.samples)[..., 0].mean() < 0.06
     assert head_window(CAMERA, np.zeros((424, 512), np.uint16), middle) is None
     assert head_window(CAMERA, image, np.full(3, np.nan)) is None
+
+
+def test_a_head_aside_looks_like_one_straight_ahead() -> None:
+    def window(place: np.ndarray) -> np.ndarray:
+        along = CAMERA.rays.astype(float)
+        rays = np.concatenate([along, np.ones((*along.shape[:2], 1))], axis=2)
+        a, b = (rays**2).sum(axis=2), rays @ place
+        inside = b**2 - a * (place @ place - 0.1**2)
+        z = np.where(inside > 0, (b - np.sqrt(np.maximum(inside, 0))) / a, 4.0)
+        seen = head_window(CAMERA, np.rint(1000 * z).astype(np.uint16), place + np.array([0.0, 0.05, 0.0]))
+        assert seen is not None
+        np.testing.assert_allclose(seen.R_camera_window[:, 2], place / np.linalg.norm(place), atol=0.03)
+        return seen.samples
+
+    ahead = window(np.array([0.0, 0.0, 2.0]))
+    for place in ([0.9, -0.7, 1.6], [-0.8, 0.3, 1.8]):
+        aside = window(np.array(place))
+        full = (ahead[..., 0] > 0.99) & (aside[..., 0] > 0.99)
+        assert full.sum() > 250 and np.abs(aside - ahead)[full][:, 1].max() < 0.5  # a step of depth is 0.02
 
 
 def test_arrows_become_a_rotation() -> None:

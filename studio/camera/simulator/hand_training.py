@@ -10,12 +10,12 @@ from pathlib import Path
 
 import numpy as np
 
-from studio.camera.simulator.convolution_training import Samples, train_convolution
+from studio.camera.simulator.convolution_training import Lesson, Samples, of_log_odds, train_convolution
 from studio.camera.simulator.depth.motion import read_performance
 from studio.camera.simulator.depth.performers import TUNING
 from studio.camera.simulator.simulate import DEMO
 from studio.camera.simulator.training_views import TrainingView, training_views
-from studio.engine.hands.convolution import Committee
+from studio.engine.convolution import Committee
 from studio.engine.hands.shape import WEIGHTS
 from studio.engine.hands.window import hand_window
 from studio.engine.joints import INDEX
@@ -27,9 +27,12 @@ JOINT_NOISE_M = (0.024, 0.045)
 _BADLY = 0.3
 """How often it does."""
 
-_NETWORKS, _EPOCHS = 2, 8
+_NETWORKS = 2
 _TIMES = 3
 _FOREARM_M = 0.25
+
+LESSON = Lesson(of_log_odds, np.ones(1, np.float32), (12, 24), hidden=48, epochs=8, dropout=0.3, decay=2e-2)
+"""A hand's palm and back look alike in depth, and mirrored it is as open as before."""
 
 
 def hand_samples(views: Iterable[TrainingView], rng: np.random.Generator) -> Samples:
@@ -83,7 +86,8 @@ def main() -> None:
     rng = np.random.default_rng(args.seed)
     views = training_views(read_clips(args.clips), args.performers, args.poses, rng, ("left", "right"))
     samples = hand_samples(views, rng)
-    Committee(tuple(train_convolution(samples, rng, epochs=_EPOCHS) for _ in range(_NETWORKS))).save(args.out)
+    networks = [train_convolution(samples, LESSON, rng) for _ in range(_NETWORKS)]
+    Committee(tuple(networks)).save(args.out)
 
 
 if __name__ == "__main__":

@@ -1,64 +1,55 @@
-"""Training of the head's network: `python -m studio.camera.simulator.head_training CLIP.bvh ... [--out FILE]`.
+"""Training of the head's networks: `python -m studio.camera.simulator.head_training CLIP.bvh ... [--out FILE]`.
 
-Clips and performers are those of `hand_training`.
+Clips and performers are those of `hand_training`; cameras stand all round, and heads are turned far.
 """
 
 from collections.abc import Iterable
 
 import numpy as np
-from numpy.typing import NDArray
 
+from studio.camera.simulator.convolution_training import Lesson, Samples, of_distance, train_convolution
 from studio.camera.simulator.hand_training import arguments, read_clips
-from studio.camera.simulator.network_training import train
 from studio.camera.simulator.training_views import TrainingView, training_views
-from studio.engine.head import SIDE, WEIGHTS, along_ray, head_window
+from studio.engine.convolution import Committee
+from studio.engine.head import WEIGHTS, head_window
 from studio.engine.joints import INDEX
 
-Array32 = NDArray[np.float32]
+JOINT_NOISE_M = 0.03
+_NETWORKS = 2
+_ASIDE_DEG = 120.0
 
-JOINT_NOISE_M = 0.025
-_TIMES = 3
+_MIRROR = np.array([-1, 1, 1, -1, 1, 1], np.float32)
+"""A head is alike on both sides: mirrored, its arrows point to the other side."""
+
+LESSON = Lesson(of_distance, _MIRROR, (16, 32), hidden=128, epochs=30, dropout=0.1, decay=5e-3)
 
 
-def head_samples(views: Iterable[TrainingView], rng: np.random.Generator) -> tuple[Array32, Array32]:
-    """Return inputs, shape (n, inputs), and where face and crown point along the ray, shape (n, 6)."""
-    inputs, targets = [], []
+def head_samples(views: Iterable[TrainingView], rng: np.random.Generator) -> Samples:
+    """Return windows of heads with a tracker's errors, and where face and crown point along the ray."""
+    windows, about, targets = [], [], []
     for view in views:
         if view.what != "head":
             continue
-        for _ in range(_TIMES):
-            place = view.joints[INDEX["head"]] + rng.normal(0, JOINT_NOISE_M, 3)
-            values = head_window(view.camera, view.depth_mm, place)
-            if values is not None:
-                R_ray_head = along_ray(place).T @ view.R_camera_head
-                inputs.append(values)
-                targets.append(np.concatenate([-R_ray_head[:, 1], R_ray_head[:, 2]]))
-    return np.array(inputs, np.float32), np.array(targets, np.float32)
-
-
-def mirrored(inputs: Array32, targets: Array32) -> tuple[Array32, Array32]:
-    """Return the samples of the mirror images: a head is alike on both sides."""
-    flipped, turned = inputs.copy(), targets.copy()
-    for part in range(2):
-        of = slice(part * SIDE * SIDE, (part + 1) * SIDE * SIDE)
-        flipped[:, of] = inputs[:, of].reshape(-1, SIDE, SIDE)[:, :, ::-1].reshape(len(inputs), -1)
-    turned[:, [0, 3]] *= -1
-    return flipped, turned
-
-
-def _slope(outputs: Array32, targets: Array32) -> Array32:
-    """Derivative of the squared distance."""
-    return 2 * (outputs - targets)
+        place = view.joints[INDEX["head"]] + rng.normal(0, JOINT_NOISE_M, 3)
+        window = head_window(view.camera, view.depth_mm, place)
+        if window is not None:
+            R_window_head = window.R_camera_window.T @ view.R_camera_head
+            windows.append(window.samples)
+            about.append(window.about)
+            targets.append(np.concatenate([-R_window_head[:, 1], R_window_head[:, 2]]))
+    return Samples(np.array(windows), np.array(about), np.array(targets, np.float32))
 
 
 def main() -> None:
-    """Make views, train, and write the weights."""
+    """Make views, train several networks, and write them."""
     args = arguments(__doc__ or "", WEIGHTS)
     rng = np.random.default_rng(args.seed)
-    views = training_views(read_clips(args.clips), args.performers, args.poses, rng, ("head",))
-    inputs, targets = head_samples(views, rng)
-    both = [np.concatenate(pair) for pair in zip((inputs, targets), mirrored(inputs, targets), strict=True)]
-    train(both[0], both[1], (256, 64), _slope, rng, epochs=14, dropout=0.15, decay=2e-2).save(args.out)
+    views = training_views(
+        read_clips(args.clips), args.performers, args.poses, rng, ("head",), aside_deg=_ASIDE_DEG
+    )
+    samples = head_samples(views, rng)
+    networks = [train_convolution(samples, LESSON, rng) for _ in range(_NETWORKS)]
+    Committee(tuple(networks)).save(args.out)
 
 
 if __name__ == "__main__":

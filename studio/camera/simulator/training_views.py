@@ -27,7 +27,7 @@ from studio.engine.motion.motion import CanonicalMotion
 
 Array = NDArray[np.float64]
 
-SIDE_M = 0.46
+SIDE_M = 0.60
 """Width of the part of the image that is made."""
 
 _FRAME_S = 1.0 / 30
@@ -35,6 +35,10 @@ _SENSORS = ("kinect-v2", "azure-kinect")
 _FRONT = np.array([0.0, -1.0, 0.0])
 _TWIST_DEG = 100.0
 """Forearms turn by so much to either side."""
+
+_LOOK_DEG = np.array([35.0, 15.0, 65.0])
+"""Heads turn by so much up and down, over and aside from where the neck holds them: it leans further forwards or back
+than the chest, and the head with it."""
 
 _MOVED = 0.5
 """Share of the arms that leave the clip's pose."""
@@ -69,6 +73,8 @@ def training_views(
     poses: int,
     rng: np.random.Generator,
     kinds: tuple[str, ...] = ("left", "right", "head"),
+    *,
+    aside_deg: float = 75.0,
 ) -> Iterator[TrainingView]:
     """Yield views of hands and heads.
 
@@ -78,6 +84,7 @@ def training_views(
         poses: of each of them.
         rng: of all that is random.
         kinds: which views are made.
+        aside_deg: how far from the performer's front the camera stands, to either side.
     """
     for number in range(performers):
         performer = _random_performer(rng)
@@ -85,7 +92,7 @@ def training_views(
         body = make_body(performer, motion.motion.offsets_m)
         figure = Figure(body, motion)
         for pose in range(poses):
-            yield from _views(figure, motion, pose, number, rng, kinds)
+            yield from _views(figure, motion, pose, number, rng, kinds, aside_deg)
 
 
 def _random_performer(rng: np.random.Generator) -> Performer:
@@ -95,6 +102,8 @@ def _random_performer(rng: np.random.Generator) -> Performer:
         name="random",
         height_m=rng.uniform(0.95, 2.0) if rng.random() < 0.8 else performer.height_m,
         girth=performer.girth * rng.uniform(0.9, 1.1),
+        head=performer.head * rng.uniform(0.93, 1.1),
+        hair=str(rng.choice(["none", "short", "bob", "tail"])),
         hand=rng.uniform(0.87, 1.1),
         finger=rng.uniform(0.87, 1.1),
         sleeve=rng.uniform(0.6, 2.0),
@@ -142,9 +151,9 @@ def _turned(motion: PerformerMotion, rng: np.random.Generator) -> PerformerMotio
         way /= np.linalg.norm(way, axis=1, keepdims=True)
         twist = Rotation.from_rotvec(way * np.radians(rng.uniform(-_TWIST_DEG, _TWIST_DEG, (len(way), 1))))
         _turn(turns, f"{side}_hand", lambda now, twist=twist: twist * now)
-    degrees = rng.uniform([-28, -12, -65], [22, 12, 65], (len(turns), 3))
-    look = Rotation.from_euler("xyz", degrees, degrees=True)
-    _turn(turns, "head", lambda now: now * look)
+    look = Rotation.from_euler("xyz", rng.uniform(-_LOOK_DEG, _LOOK_DEG, (len(turns), 3)), degrees=True)
+    along_neck = Rotation.from_quat(turns[:, BONE["neck"]][:, [1, 2, 3, 0]])
+    _turn(turns, "head", lambda _: along_neck * look)
     _turn(turns, "neck", lambda now: now * Rotation.from_rotvec(0.5 * look.as_rotvec()))
     return replace(motion, rotations_wxyz=turns)
 
@@ -161,10 +170,11 @@ def _views(
     number: int,
     rng: np.random.Generator,
     kinds: tuple[str, ...],
+    aside_deg: float,
 ) -> Iterator[TrainingView]:
     sensor = SENSORS[_SENSORS[rng.integers(len(_SENSORS))]]
     joints = motion.motion.positions_m[pose]
-    T_stage_camera = _standpoint(joints, rng)
+    T_stage_camera = _standpoint(joints, rng, aside_deg)
     T_camera_stage = invert_transform(T_stage_camera)
     in_camera = transform_points(T_camera_stage, joints)
     head_wxyz = motion.rotations_wxyz[pose, BONE["head"]]
@@ -183,9 +193,9 @@ def _views(
         yield TrainingView(what, part, depth_mm, in_camera, float(openness), R_camera_head, number)
 
 
-def _standpoint(joints: Array, rng: np.random.Generator) -> Array:
-    """A camera at 1.3 to 3.7 m, up to 75 degrees from the front, that looks at the body, shape (4, 4)."""
-    turn = np.radians(rng.uniform(-75, 75))
+def _standpoint(joints: Array, rng: np.random.Generator, aside_deg: float) -> Array:
+    """A camera at 1.3 to 3.7 m, up to so far from the front, that looks at the body, shape (4, 4)."""
+    turn = np.radians(rng.uniform(-aside_deg, aside_deg))
     distance_m = rng.uniform(1.3, 3.7)
     eye = np.array([distance_m * np.sin(turn), -distance_m * np.cos(turn), rng.uniform(0.6, 2.1)])
     target = joints[INDEX["chest"]] + rng.normal(0.0, 0.15, 3)

@@ -8,7 +8,7 @@ cancel; their mean output is the log-odds of open. The weights, `shape.npz`, com
 from functools import cache
 from pathlib import Path
 
-from studio.engine.hands.convolution import Committee
+from studio.engine.convolution import Committee
 
 WEIGHTS = Path(__file__).with_name("shape.npz")
 

@@ -6,10 +6,10 @@ from collections import deque
 import numpy as np
 from numpy.typing import NDArray
 
+from studio.engine.convolution import Committee
 from studio.engine.depth import DepthCamera
 from studio.engine.frames import HandSeen
 from studio.engine.hands.circles import UNKNOWN, circles_state
-from studio.engine.hands.convolution import Committee
 from studio.engine.hands.shape import shape_networks
 from studio.engine.hands.window import hand_window
 from studio.engine.joints import INDEX

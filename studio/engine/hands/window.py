@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from studio.engine.depth import DepthCamera, project
+from studio.engine.depth_window import sampled
 
 SIDE = 28
 """Samples along the forearm, to the finger tips, and across it; the palm lies in the middle."""
@@ -80,12 +81,13 @@ def hand_window(
     axis = way[:2] / flat if flat > 0.2 else np.array([0.0, -1.0])
     side = np.array([-axis[1], axis[0]]) * (-1.0 if mirrored else 1.0)
     grid = place + forearm_px * (_PLACES[:, None, None] * axis + _PLACES[None, :, None] * side)
-    filled, nearer, missing = _sample(depth_mm, grid, distance_m, forearm_m)
+    filled, nearer_m, missing = sampled(depth_mm, grid, distance_m, _BAND * forearm_m)
     core = filled[_CORE]
     if core.sum() > _LEAST_CORE:  # beside where it was tracked
         shift = np.clip((core @ _PLACES).sum() / core.sum(), -_MOST_ASIDE, _MOST_ASIDE)
         grid = grid + forearm_px * shift * side
-        filled, nearer, missing = _sample(depth_mm, grid, distance_m, forearm_m)
+        filled, nearer_m, missing = sampled(depth_mm, grid, distance_m, _BAND * forearm_m)
+    nearer = nearer_m / forearm_m
     behind = (distance_m - palm[2]) / forearm_m
     along = np.clip(_PLACES[:, None] * flat + (behind - nearer) * way[2], -_MOST_ALONG, _MOST_ALONG)
     samples = np.stack([filled, nearer / _BAND * filled, missing, along * filled], axis=-1)
@@ -113,26 +115,3 @@ def _distance(
             return float(np.median(patch))
         distance_m = float(near.mean())
     return distance_m
-
-
-def _sample(
-    depth_mm: NDArray[np.uint16], grid: Array, distance_m: float, forearm_m: float
-) -> tuple[Array, Array, Array]:
-    """Return the share at the hand's depth, how much nearer it is [forearms], and the share without a reading, at
-    the places of a grid, shape (SIDE, SIDE, 2), between pixels."""
-    first = np.floor(grid).astype(int)
-    part = grid - first
-    filled, nearer, missing = (np.zeros(grid.shape[:2]) for _ in range(3))
-    for right in (0, 1):
-        for down in (0, 1):
-            columns, rows = first[..., 0] + right, first[..., 1] + down
-            inside = (columns >= 0) & (columns < depth_mm.shape[1]) & (rows >= 0) & (rows < depth_mm.shape[0])
-            z = depth_mm[np.where(inside, rows, 0), np.where(inside, columns, 0)] * 1e-3
-            read = inside & (z > 0)
-            offset = (distance_m - z) / forearm_m
-            weight = np.abs(1 - right - part[..., 0]) * np.abs(1 - down - part[..., 1])
-            missing += weight * ~read
-            weight = weight * (read & (np.abs(offset) < _BAND))
-            filled += weight
-            nearer += weight * offset
-    return filled, np.where(filled > 0, nearer / np.maximum(filled, 1e-9), 0.0), missing

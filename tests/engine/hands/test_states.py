@@ -2,14 +2,13 @@
 
 import numpy as np
 
+from studio.engine.convolution import KERNELS, Committee, Convolution
 from studio.engine.depth import DepthCamera
 from studio.engine.hands.circles import CLOSED, OPEN, UNKNOWN, circles_state
-from studio.engine.hands.convolution import KERNELS, Committee, Convolution
 from studio.engine.hands.shape import shape_networks
 from studio.engine.hands.states import HandStates
 from studio.engine.hands.window import ABOUT, CHANNELS, SIDE, HandWindow, hand_window
 from studio.engine.joints import INDEX, JOINT_COUNT
-from studio.engine.network import Network
 
 CAMERA = DepthCamera(365.0, 365.0, 255.5, 211.5, 512, 424)
 WRIST, ELBOW = np.array([0.0, 0.0, 2.0]), np.array([0.0, 0.25, 2.0])  # the hand points up
@@ -117,13 +116,3 @@ def test_the_network_tells_a_drawn_hand_from_a_drawn_fist() -> None:
     about = np.array([window.about for window in windows if window is not None])
     flat, fist = shape_networks()(samples, about)[:, 0]
     assert flat > fist + 1.0
-
-
-def test_a_network_survives_its_file(tmp_path) -> None:
-    rng = np.random.default_rng(1)
-    first = (rng.normal(size=(5, 4)), rng.normal(size=4))
-    second = (rng.normal(size=(4, 2)), np.zeros(2))
-    network = Network(rng.normal(size=5), rng.uniform(1, 2, 5), (first, second))
-    network.save(tmp_path / "n.npz")
-    inputs = rng.normal(size=(6, 5))
-    np.testing.assert_allclose(Network.load(tmp_path / "n.npz")(inputs), network(inputs), atol=0.02)
