@@ -49,11 +49,11 @@ DISAGREEMENT = 1.35
 """Radius per distance of the cameras from the fused joint beyond their noise."""
 
 MISFIT = 1.0
-MISFIT_OF_CAMERAS = 0.63
+MISFIT_OF_CAMERAS = 0.43
 """Radius per distance between the fused joint and the solved one; the second where the fused joint is not filtered
 over time, so that its noise is in the distance too."""
 
-TIMING_S = 0.015
+TIMING_S = 0.0165
 """Radius per speed [s]."""
 
 UNSEEN_S = 0.3

@@ -14,22 +14,32 @@ Array = NDArray[np.float64]
 REFERENCE_S = 1.0 / 30.0
 """Accelerations below are those of an interval this long; the density over time follows from it."""
 
-VELOCITY_MEMORY_S = 0.3
+VELOCITY_MEMORY_S = 0.2
 """A velocity decays over this time."""
 
-REST_PER_S = 2.0
+REST_PER_S = 1.0
 """Pull to the resting stance, in units of each hinge's usual spread: it settles what no joint shows."""
+
+LIVELY_S = 0.6
+LIVELY_RANGE = (0.3, 3.0)
+"""How much a degree of freedom accelerates, as variance against what is usual: within this range, what its velocity
+was corrected by over this time against what was to be expected. Source: covariance matching (Mehra, "Approaches to
+adaptive filtering", IEEE Trans. Automatic Control 17, 1972)."""
+
+MOST_CORRECTED = 5.0
+LEAST_VARIANCE = 1e-12
+"""One correction counts as no more than so many of its deviations; a variance under the second [(rad/s)2] is none."""
 
 START_SIGMA = 0.1
 START_VELOCITY_SIGMA = 2.0
 """Deviations at the start [m, rad] and [m/s, rad/s]."""
 
 # Deviation of accelerations [m/s2, rad/s2] by output joint, the free hips first.
-_HIPS = (9.0, 9.0, 12.0, 22.0, 22.0, 22.0)
-_OF_HINGE = {"ForeArm_twist": 20.0, "Foot_turn": 12.0}
+_HIPS = (11.0, 11.0, 14.0, 26.0, 26.0, 26.0)
+_OF_HINGE = {"ForeArm_twist": 24.0, "Foot_turn": 14.0}
 _ACCELERATION = {
-    "Spine": 12.0, "Spine1": 12.0, "Spine2": 12.0, "Neck": 18.0, "Head": 18.0, "Shoulder": 18.0, "Arm": 40.0,
-    "ForeArm": 50.0, "Hand": 20.0, "UpLeg": 35.0, "Leg": 50.0, "Foot": 25.0, "ToeBase": 20.0,
+    "Spine": 14.0, "Spine1": 14.0, "Spine2": 14.0, "Neck": 22.0, "Head": 22.0, "Shoulder": 22.0, "Arm": 48.0,
+    "ForeArm": 60.0, "Hand": 24.0, "UpLeg": 42.0, "Leg": 60.0, "Foot": 30.0, "ToeBase": 24.0,
 }  # fmt: skip
 
 
@@ -69,6 +79,7 @@ class Belief:
         self._rest_rate = REST_PER_S / humanoid.spread_rad**2
         self.covariance = np.zeros((2 * nv, 2 * nv))
         self._places, self._speeds = np.arange(nv), np.arange(nv, 2 * nv)
+        self._lively, self._uncorrected_s = np.ones(nv), 0.0
         self.begin(humanoid.rest_qpos)
 
     @property
@@ -80,6 +91,7 @@ class Belief:
         """Begin anew at a configuration, standing still."""
         self.q = self.within(q.copy())
         self.velocity = np.zeros(self._model.nv)
+        self._lively[:], self._uncorrected_s = 1.0, 0.0
         self.covariance[:] = 0.0
         self.covariance[self._places, self._places] = START_SIGMA**2
         self.covariance[self._speeds, self._speeds] = START_VELOCITY_SIGMA**2
@@ -111,8 +123,10 @@ class Belief:
             self.velocity[FREE_DOFS:][outside] = 0.0
         keep = float(np.exp(-dt / VELOCITY_MEMORY_S))
         self.velocity *= keep
-        twists = self._twists.dofs
-        self._density[twists] = self._usual_density[twists] * self._twists.freedom(self.q) ** 2
+        self._uncorrected_s += dt
+        np.clip(self._lively, *LIVELY_RANGE, out=self._density)
+        self._density *= self._usual_density
+        self._density[self._twists.dofs] *= self._twists.freedom(self.q) ** 2
         gain = move_on(self.covariance, self._density, self._rest_rate, dt, keep)
         self.q[7:] -= gain * (self.q[7:] - self._humanoid.rest_q)
 
@@ -130,6 +144,10 @@ class Belief:
         mujoco.mj_integratePos(self._model, self.q, step[:nv], 1.0)
         self.within(self.q)
         self.velocity += step[nv:]
+        expected = gained[self._speeds, self._speeds]
+        corrected = np.minimum(step[nv:] ** 2 / (expected + LEAST_VARIANCE), MOST_CORRECTED**2)
+        self._lively -= np.expm1(-self._uncorrected_s / LIVELY_S) * (corrected - self._lively)
+        self._uncorrected_s = 0.0
         lessen(self.covariance, gained)
 
     def doubt(self, dofs: NDArray[np.int64], place: float, speed: float) -> None:

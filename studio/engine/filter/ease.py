@@ -6,6 +6,9 @@ from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 
+EASED = 0.5
+"""Share of a correction's stair that is taken away: all of it would be as late again as the joints were early."""
+
 
 class Ease:
     """Lets a correction by joints that are ahead of the output frame come in until their own time.
@@ -31,4 +34,4 @@ class Ease:
         """Take in a correction, shape (nv,), by joints `late_s` [s] ahead of the output frame."""
         if late_s > 0.0:
             self._time_s = late_s
-            self.left -= step * (late_s / (late_s + self._dt))
+            self.left -= EASED * step * (late_s / (late_s + self._dt))

@@ -16,7 +16,7 @@ from studio.engine.joints import JOINT_COUNT, MIRROR
 
 Array = NDArray[np.float64]
 
-GATE = 60.0
+GATE = 30.0
 """Squared Mahalanobis distance from where the body is expected beyond which a joint is left out."""
 
 CAUCHY = 3.0

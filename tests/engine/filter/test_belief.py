@@ -2,7 +2,13 @@ import mujoco
 import numpy as np
 import pytest
 
-from studio.engine.filter.belief import REST_PER_S, VELOCITY_MEMORY_S, Belief, acceleration_density
+from studio.engine.filter.belief import (
+    LIVELY_RANGE,
+    REST_PER_S,
+    VELOCITY_MEMORY_S,
+    Belief,
+    acceleration_density,
+)
 from studio.engine.human.model import FREE_DOFS, build_humanoid
 from studio.engine.human.skeleton import Skeleton
 from tests.engine.torture import PERFORMER
@@ -93,3 +99,20 @@ def test_a_step_moves_configuration_and_velocity(belief):
     belief.correct(step, np.zeros((2 * NV, 2 * NV)))
     mujoco.mj_differentiatePos(HUMANOID.model, back, 1.0, before, belief.q)
     assert back[2] == pytest.approx(0.1) and belief.velocity[2] == pytest.approx(0.5)
+
+
+@pytest.mark.parametrize(
+    ("deviations", "share"), [(0.0, LIVELY_RANGE[0]), (1.0, 1.0), (4.0, LIVELY_RANGE[1])]
+)
+def test_what_is_corrected_by_more_than_expected_accelerates_more(belief, deviations, share):
+    """A velocity that is corrected by as much as expected accelerates as usual."""
+    dof, gained, step = 2, np.zeros((2 * NV, 2 * NV)), np.zeros(2 * NV)
+    gained[NV + dof, NV + dof], step[NV + dof] = 1e-4, deviations * 1e-2
+    for _ in range(200):
+        belief.predict(1 / 60)
+        belief.correct(step, gained)
+    before = belief.toward(0.03)[1][dof]
+    assert before == pytest.approx(share * DENSITY[dof] * 0.03**3 / 3, rel=0.02)
+    belief.begin(belief.q)
+    belief.predict(1 / 60)
+    assert belief.toward(0.03)[1][dof] == pytest.approx(DENSITY[dof] * 0.03**3 / 3)
