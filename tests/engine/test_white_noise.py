@@ -12,6 +12,7 @@ from tests.engine.white_noise import TUNED_ON, solved_figures
 from tests.engine.white_noise_parts import parts
 
 LIVE_RMS_CM = {"02_05": 1.95, "14_08": 2.55, "05_06": 4.5, "49_02": 2.8}
+LIVE_BEGINNING_RMS_CM = {"02_05": 1.8, "05_06": 5.4}
 LIVE_ACCELERATION_M_S2 = {"02_05": 11.0, "14_08": 16.0, "05_06": 24.0, "49_02": 18.0}
 FINISHED_RMS_CM = {"02_05": 1.2, "14_08": 1.5, "05_06": 3.05, "49_02": 1.7}
 FINISHED_ACCELERATION_M_S2 = {"02_05": 3.1, "14_08": 4.9, "05_06": 11.9, "49_02": 6.3}
@@ -20,7 +21,7 @@ FINISHED_ACCELERATION_M_S2 = {"02_05": 3.1, "14_08": 4.9, "05_06": 11.9, "49_02"
 @pytest.mark.parametrize("motion", TUNED_ON)
 def test_live_for_a_few_seconds(motion, test_data):
     found = solved_figures(test_data / "mocap" / f"{motion}.bvh", "studio", seconds=5.0)
-    assert found.rms_cm < LIVE_RMS_CM[motion] + 0.4
+    assert found.rms_cm < LIVE_BEGINNING_RMS_CM[motion]
     assert found.acceleration_error_m_s2 < LIVE_ACCELERATION_M_S2[motion] + 2.0
 
 
