@@ -114,7 +114,10 @@ DOFS: dict[str, tuple[Dof, ...]] = {
     **{f"LeftHand{finger}{k}": dofs for finger in FINGERS[1:] for k, dofs in _FINGER.items()},
     # AAOS: flexion 120, extension 30, abduction 45, adduction 30, rotation 45 inward and outward. Men from 18
     # months to 54 years reach 122 and 46 with deviations of 6 and 9 (Boone & Azen, JBJS 1979): half of one more.
-    # Where weight or swing press the thigh on, flexion with a bent knee goes to 140 (Kapandji, vol. 2, 1987).
+    # Where weight or swing press the thigh on, a bent knee lets it go further than its own muscles: passively 141 in
+    # girls and 131 in boys up to 8 years, less with age (Soucie et al., Haemophilia 17, 2011, p. 500), here 140. That
+    # is measured from outside, and in part the pelvis that tips: in tomography the bones alone pass 120 with
+    # abduction only ("Normal adult hip range of motion", J. Korean Orthop. Assoc. 41, 2006, p. 361).
     "LeftUpLeg": (
         Dof("bend", X, -140, 30, rest_deg=-5, spread_deg=35),
         Dof("side", Y, -50, 30, rest_deg=-3, spread_deg=15),
