@@ -30,7 +30,7 @@ CAUCHY = 5.0
 INFLATION = 3.0
 """A camera's noise is alike from frame to frame: each frame tells this much less than its covariance says."""
 
-DAMPING = 1.0
+DAMPING = 3.0
 """Keeps steps where the linear model holds [1/rad2]."""
 
 MAX_STEP = 0.3

@@ -17,7 +17,9 @@ NOT_FOLLOWED_M = 0.15
 """A joint further than this from every camera's report of it is not followed."""
 
 TOLD_S = 0.2
-"""Shorter than this it is a spike left out, which is no more than right."""
+TOLD_SHARE = 0.2
+"""Shorter than the first it is a spike left out, which is no more than right, unless it happens in this share of the
+frames: a second person by turns."""
 
 JUMP_M_S = 12.0
 """Hips that move faster than this from frame to frame are somebody else's, or a swap of persons."""
@@ -131,9 +133,14 @@ class Following:
         }
 
     def line(self) -> str:
-        """Return in one line what was not followed for `TOLD_S` or longer, what was never seen, and jumps."""
+        """Return in one line what was not followed for `TOLD_S` or longer or as often as `TOLD_SHARE`, what was never
+        seen, and jumps."""
         joints = self.joints()
-        off = {name: joint for name, joint in joints.items() if joint.longest_s >= TOLD_S}
+        off = {
+            name: joint
+            for name, joint in joints.items()
+            if joint.longest_s >= TOLD_S or joint.share >= TOLD_SHARE
+        }
         worst = sorted(off, key=lambda name: -off[name].longest_s)
         told = [
             f"{name} {100 * off[name].share:.1f} % of the time ({off[name].longest_s:.1f} s at a stretch, "

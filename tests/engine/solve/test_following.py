@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from studio.engine.joints import INDEX, JOINT_COUNT, MIRROR, OUTPUT_JOINTS, OUTPUT_OF_CANONICAL_INDEX
-from studio.engine.solve.following import NOT_FOLLOWED_M, Following, distances_m, not_followed_mm
+from studio.engine.solve.following import NOT_FOLLOWED_M, TOLD_S, Following, distances_m, not_followed_mm
 
 DT_NS = 16_666_667
 RNG = np.random.default_rng(1)
@@ -65,6 +65,14 @@ def test_figures_of_a_take():
         following.line()
         == "could not follow left_wrist 50.0 % of the time (0.5 s at a stretch, up to 400 mm off)"
     )
+
+
+def test_what_is_not_followed_for_short_but_often_is_told():
+    following, far = Following(), moved("left_wrist", [0, 0, 0.4])
+    for k in range(240):
+        following.add(result(k, far if k % 24 < 6 else JOINTS))
+    assert following.joints()["left_wrist"].longest_s < TOLD_S
+    assert following.line().startswith("could not follow left_wrist 25.0 % of the time")
 
 
 def test_a_spike_left_out_is_not_told():
