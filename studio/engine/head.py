@@ -40,7 +40,9 @@ _RELIEF, _RELIEF_M, _MOST_RELIEF = 7, 0.01, 2.0
 _TOP_ROW = 3
 _HEAD_ROWS = 18
 _TOP_FILLED = 3.0
-_LEAST_FILLED = 70.0
+_LEAST_FILLED, _MOST_FILLED = 70.0, 870.0
+"""Of the samples: less is no head, and more a wall."""
+
 _LEAST_LENGTH = 0.8
 _FOLLOW_S = 0.05
 _FORGET_S = 0.3
@@ -99,7 +101,7 @@ def head_window(camera: DepthCamera, depth_mm: NDArray[np.uint16], head: Array) 
     place = place + R_camera_window @ [*shift_m, deeper_m]
     R_camera_window = along_ray(place)
     filled, nearer_m = _on_plane(camera, depth_mm, place, R_camera_window)
-    if filled.sum() < _LEAST_FILLED:
+    if not _LEAST_FILLED <= filled.sum() <= _MOST_FILLED:
         return None
     about_m = uniform_filter(nearer_m * filled, _RELIEF) / np.maximum(uniform_filter(filled, _RELIEF), 1e-6)
     relief = np.clip((nearer_m - about_m) / _RELIEF_M, -_MOST_RELIEF, _MOST_RELIEF)

@@ -32,6 +32,7 @@ def test_the_window_hangs_from_the_top_of_the_head_wherever_the_joint_is() -> No
         assert other is not None and np.abs(other.samples - first.samples)[..., 0].mean() < 0.06
     assert head_window(CAMERA, np.zeros((424, 512), np.uint16), middle) is None
     assert head_window(CAMERA, image, np.full(3, np.nan)) is None
+    assert head_window(CAMERA, np.full((424, 512), 2000, np.uint16), middle) is None  # a wall
 
 
 def test_a_head_aside_looks_like_one_straight_ahead() -> None:

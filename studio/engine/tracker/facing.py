@@ -3,7 +3,7 @@
 A body that is followed front for back explains its points almost as well, and goes on so: no step of a fit leads to
 the other side. What tells is what remains when both are fitted: feet point forwards, knees and elbows bend one way,
 the trunk lies before or behind its joints. One image tells it in most cases; several in a
-row are asked.
+row are asked. A head that is seen to face where the back should be speaks against it too.
 """
 
 import numpy as np
@@ -85,6 +85,23 @@ def joints_of(fitter: Fitter, figure: Figure, pose: Pose) -> tuple[Array, Array,
     return places[CANONICAL_BODIES] + offsets, places, axes
 
 
+def forwards(pose: Pose) -> Array:
+    """Return where a body faces, a horizontal unit vector, shape (2,)."""
+    return -pose.rotation[:2, 1] / max(float(np.hypot(*pose.rotation[:2, 1])), 1e-9)
+
+
+_SURELY, _ASIDE = 0.7, np.radians(60.0)
+"""A head that faces further aside, for sure, is no glance."""
+
+
+def aside_of(face: Array, pose: Pose) -> float:
+    """Return the angle from where a body faces to where its head surely does [rad], 0 where that is no reason for
+    doubt; `face`: see `Heads.face`."""
+    ahead = forwards(pose)
+    angle = float(np.arctan2(ahead[0] * face[1] - ahead[1] * face[0], ahead @ face))
+    return angle if np.hypot(*face) > _SURELY and abs(angle) > _ASIDE else 0.0
+
+
 _OFTEN, _SELDOM = 4, 30
 """Frames between two tests where front and back may have been exchanged lately, and elsewhere."""
 _LATELY = 60
@@ -94,6 +111,10 @@ _KEPT = 0.9
 """Of what earlier tests said."""
 _MOST = 0.1
 """One test says no more, and no more is kept in favour of the body that is followed: one image may mislead."""
+_AGAINST = -0.1
+"""A head that faces rather the other way is reason to test."""
+_HEAD = 0.3
+"""What a head says that surely faces straight ahead."""
 _TURNED = -0.25
 """Sum of log ratios below which the body is turned round."""
 
@@ -111,24 +132,35 @@ class FacingWatch:
         """Whether front and back may have been exchanged lately."""
         return self._unsure > 0
 
-    def due(self, pose: Pose, views: Array) -> bool:
+    def looks(self) -> bool:
+        """Whether to look where the head faces in this frame, which comes next."""
+        self._since += 1
+        return self._since % _OFTEN == 0
+
+    def due(self, pose: Pose, views: Array, head_ahead: float | None) -> bool:
         """Whether to test in this frame.
 
         Args:
             views: horizontal unit vectors from the cameras to the body, shape (camera_count, 2).
+            head_ahead: see `told`; None where it was not looked at.
         """
-        forwards = -pose.rotation[:2, 1] / max(float(np.hypot(*pose.rotation[:2, 1])), 1e-9)
-        self._unsure = _LATELY if np.abs(views @ forwards).max() < _PROFILE else self._unsure - 1
-        self._since += 1
+        self._unsure = _LATELY if np.abs(views @ forwards(pose)).max() < _PROFILE else self._unsure - 1
+        if head_ahead is not None and head_ahead < _AGAINST:
+            self._unsure = max(self._unsure, _OFTEN)
         if self._since < (_OFTEN if self._unsure > 0 else _SELDOM):
             return False
         self._since = 0
         return True
 
-    def told(self, cost_m2: float, turned_m2: float) -> bool:
-        """Take what the body and the one turned round leave unexplained [m2]; return whether the latter is to be
-        followed."""
-        told = float(np.clip(np.log(turned_m2 / cost_m2), -_MOST, _MOST))
+    def told(self, cost_m2: float, turned_m2: float, head_ahead: float) -> bool:
+        """Return whether the body turned round is to be followed.
+
+        Args:
+            cost_m2, turned_m2: what the body and the one turned round leave unexplained [m2].
+            head_ahead: how surely the head faces where the body does: 1, it does; -1, it faces the other way; 0 where
+                that cannot be told.
+        """
+        told = float(np.clip(np.log(turned_m2 / cost_m2), -_MOST, _MOST)) + _HEAD * head_ahead
         self._said = min(_KEPT * self._said + told, _MOST)
         if self._said > _TURNED:
             return False

@@ -9,7 +9,8 @@ from studio.engine.calibration.result import Calibration, CameraCalibration, Per
 from studio.engine.depth import DepthCamera, DepthFrame
 from studio.engine.frames import CameraFrame, ClockModel
 from studio.engine.geometry import make_transform
-from studio.engine.tracker.tracker import TrackedSkeleton, Tracker
+from studio.engine.tracker.tracked import TrackedSkeleton
+from studio.engine.tracker.tracker import Tracker
 
 POINTS = "points"
 """Name of the camera that stands for all cameras' points."""

@@ -1,5 +1,6 @@
 """A cold start: the pose of somebody of whom nothing is known but the points."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -23,6 +24,8 @@ _HALF_DEPTH_M, _HALF_BREADTH_M = 0.09, 0.16
 _FACING_AWAY_COST_M2 = 1.0
 """Who starts usually faces the cameras: the opposite must explain this much more [m2]."""
 _CAP_M = 0.15
+_HEAD = 0.2
+"""Log of what a head that surely faces where the body does not makes a start dearer."""
 
 _STATURES_M = (0.86, 1.15, 1.50, 1.72)
 _BY_STATURE = {"head": (1.5, 1.25, 1.07, 1.0), "leg": (0.88, 0.94, 1.0, 1.0), "arm": (0.93, 0.97, 1.0, 1.0)}
@@ -111,6 +114,11 @@ def cost_of(
     return cost
 
 
+def head_says(ahead: float) -> float:
+    """Return by what a cost is multiplied where the head faces where the body does (1), or the other way (-1)."""
+    return float(np.exp(-_HEAD * ahead))
+
+
 def unexplained(distance: Array) -> float:
     """Return the sum of capped squared distances [m2] of points to a body; `distance`: to each part [m], shape
     (point_count, 5)."""
@@ -126,8 +134,12 @@ def cold_start(
     silhouettes: tuple[Silhouette, ...],
     posture: Array,
     headings: list[float],
+    ahead: Callable[[Figure, Pose], float],
 ) -> Start:
-    """Return the best of fits begun at several headings, limbs searched for in each."""
+    """Return the best of fits begun at several headings, limbs searched for in each.
+
+    `ahead`: how surely the head faces where a body does; see `Heads.ahead`.
+    """
     best: Start | None = None
     for yaw in headings:
         pose = standing(figure, points, yaw, fitter.limits.rest)
@@ -139,6 +151,7 @@ def cold_start(
                 pose, _ = search.search(limb, figure, pose, fit.distance, points, silhouettes, loose)
             fit = fitter.fit(figure, pose, points, silhouettes, loose, iterations=4, reach=0.12)
         cost = cost_of(search, figure, fit.pose, fit.distance, points, silhouettes)
+        cost *= head_says(ahead(figure, fit.pose))
         if np.cos(heading(fit.pose) - headings[0]) < -0.3:
             cost += _FACING_AWAY_COST_M2 * len(points.places) / 1000.0
         if best is None or cost < best.cost_m2:

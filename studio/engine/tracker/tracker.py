@@ -1,6 +1,5 @@
 """The skeleton tracker: depth images of one or several cameras in, one skeleton out."""
 
-from dataclasses import dataclass
 from functools import cache
 
 import numpy as np
@@ -10,23 +9,34 @@ from studio.engine.calibration.result import Performer
 from studio.engine.depth import DepthCamera, DepthFrame
 from studio.engine.errors import CalibrationError
 from studio.engine.geometry import invert_transform, transform_points
-from studio.engine.joints import JOINT_COUNT
+from studio.engine.joints import INDEX, JOINT_COUNT
 from studio.engine.tracker.arms import ARMS, both_found
 from studio.engine.tracker.body import USUAL_HEIGHT_M, humanoid_of, performer_of
 from studio.engine.tracker.chain import Pose, chain_of
 from studio.engine.tracker.confidence import LIMB_JOINTS, confidence_of, expected_errors, variances
 from studio.engine.tracker.confidence import Seen as SeenOnBody
 from studio.engine.tracker.doubt import Doubt
-from studio.engine.tracker.facing import FacingWatch, both_sides, joints_of
+from studio.engine.tracker.facing import FacingWatch, aside_of, both_sides, forwards, joints_of
 from studio.engine.tracker.fit import Figure, Fit, Fitter, Points, Prior
+from studio.engine.tracker.heads import Heads
 from studio.engine.tracker.limb_watch import LimbWatch
 from studio.engine.tracker.limbs import LimbSearch
 from studio.engine.tracker.motion import Motion
 from studio.engine.tracker.person import at_place, candidates, may_be_person, near_body
 from studio.engine.tracker.shape import ShapeEstimate
 from studio.engine.tracker.silhouette import Silhouette, behind_seen
-from studio.engine.tracker.start import Start, cold_start, cost_of, heading, height_of, shape_of_height, yaws
+from studio.engine.tracker.start import (
+    Start,
+    cold_start,
+    cost_of,
+    head_says,
+    heading,
+    height_of,
+    shape_of_height,
+    yaws,
+)
 from studio.engine.tracker.timing import moved_along, worth_moving
+from studio.engine.tracker.tracked import OnBody, TrackedSkeleton
 from studio.engine.tracker.view import CameraView, Seen
 
 Array = NDArray[np.float64]
@@ -51,24 +61,8 @@ _WELL_M2, _JUMPED_M2 = 0.00045, 0.0009
 """Who leaves less than this unexplained per point is followed well, or did not jump [m2]."""
 _BETTER = 0.6
 """Another pose must leave less than this share unexplained."""
-
-
-@dataclass(frozen=True)
-class TrackedSkeleton:
-    """One skeleton.
-
-    Attributes:
-        time_ns: the instant it stands for, on the cameras' common clock.
-        positions: canonical joints [m], shape (21, 3), in the stage frame, or the camera's own where the tracker got
-            no transforms; NaN = nobody is tracked.
-        confidence: shape (21,), 0..1.
-        status: `tracked`, `searching` (nobody yet) or `lost`.
-    """
-
-    time_ns: int
-    positions: Array
-    confidence: Array
-    status: str
+_FACED = 1.0
+"""The same of one that faces where the head does."""
 
 
 @cache
@@ -77,22 +71,6 @@ def _usual_body() -> tuple[Figure, Fitter, LimbSearch]:
     figure = Figure.of(shape_of_height(USUAL_HEIGHT_M))
     fitter = Fitter(*chain_of(humanoid_of(figure.shape)))
     return figure, fitter, LimbSearch(fitter, figure)
-
-
-@dataclass(frozen=True)
-class OnBody:
-    """Points of one instant and where they lie on the fitted body, in the working frame.
-
-    Attributes:
-        points, places, normals: measured points, nearest places on the surface, outward normals there [m], each of
-            shape (point_count, 3). distance: between them [m], camera: index of the image, shape (point_count,).
-    """
-
-    points: Array
-    places: Array
-    normals: Array
-    distance: Array
-    camera: NDArray[np.int64]
 
 
 class Tracker:
@@ -126,6 +104,7 @@ class Tracker:
         self._motion = Motion(self._fitter.limits)
         self._watch = LimbWatch()
         self._facing = FacingWatch()
+        self._heads = Heads(self._views, {})
         self._shape: ShapeEstimate | None = None
         self._fit: Fit | None = None
         self._points: Points | None = None
@@ -161,6 +140,7 @@ class Tracker:
         times = {name: frame.device_time_ns for name, frame in frames.items()}
         time_ns = sum(times.values()) // len(times) if times else self._time_ns
         seen = {name: self._views[name].see(frame.depth_mm) for name, frame in frames.items()}
+        self._heads = Heads(self._views, frames)
         if self._motion.pose is not None:
             self._follow(seen, times, time_ns)
         if self._motion.pose is None:
@@ -220,7 +200,14 @@ class Tracker:
             figures.insert(0, self._figure)
         starts = [
             cold_start(
-                self._fitter, self._search, figure, points, silhouettes, self._motion.posture, yaws(points)
+                self._fitter,
+                self._search,
+                figure,
+                points,
+                silhouettes,
+                self._motion.posture,
+                yaws(points),
+                self._ahead,
             )
             for figure in figures
         ]
@@ -255,7 +242,8 @@ class Tracker:
             if seconds > _LOST_S:
                 self._motion.pose = None
             return
-        due = self._facing.due(prior.pose, self._views_of(prior.pose))
+        ahead = self._ahead(self._figure, prior.pose) if self._facing.looks() else None
+        due = self._facing.due(prior.pose, self._views_of(prior.pose), ahead)
         if due:
             prior = self._faced(prior, points, silhouettes)
         fit = self._fitter.fit(self._figure, prior.pose, points, silhouettes, prior, iterations=3)
@@ -271,12 +259,20 @@ class Tracker:
     def _faced(self, prior: Prior, points: Points, silhouettes: tuple[Silhouette, ...]) -> Prior:
         """Return what is expected, turned round where that has explained more."""
         costs_m2, turned = both_sides(self._fitter, self._search, self._figure, prior, points, silhouettes)
-        if not self._facing.told(*costs_m2):
+        if not self._facing.told(*costs_m2, self._ahead(self._figure, prior.pose)):
             return prior
         self._motion.restart(turned)
         self._watch = LimbWatch()
         self._doubt.turned()
         return self._motion.prior(0.0)
+
+    def _face(self, figure: Figure, pose: Pose) -> Array:
+        """Return where a body's head faces; see `Heads.face`."""
+        return self._heads.face(joints_of(self._fitter, figure, pose)[0][INDEX["head"]])
+
+    def _ahead(self, figure: Figure, pose: Pose) -> float:
+        """Return how surely the head faces where a body does, 1, or the other way, -1."""
+        return float(self._face(figure, pose) @ forwards(pose))
 
     def _views_of(self, pose: Pose) -> Array:
         """Return horizontal unit vectors from the cameras to a body, shape (camera_count, 2)."""
@@ -315,23 +311,44 @@ class Tracker:
         turns = self._doubt.turns(explained, worst_m2, self._sure, turning=turning)
         if self._doubt.lost:
             self._motion.pose = None
+            return
+        aside = aside_of(self._face(self._figure, self._fit.pose), self._fit.pose) if turning else 0.0
+        if aside != 0.0:
+            self._begin_at(np.array([aside]), points, silhouettes, time_ns, well_m2=0.0, better=_FACED)
         elif len(turns):
-            self._begin_at(turns, points, silhouettes, time_ns)
+            well_m2 = _JUMPED_M2 if len(turns) > 1 else _WELL_M2
+            self._begin_at(turns, points, silhouettes, time_ns, well_m2=well_m2, better=_BETTER)
 
     def _begin_at(
-        self, turns: Array, points: Points, silhouettes: tuple[Silhouette, ...], time_ns: int
+        self,
+        turns: Array,
+        points: Points,
+        silhouettes: tuple[Silhouette, ...],
+        time_ns: int,
+        *,
+        well_m2: float,
+        better: float,
     ) -> None:
-        """Begin anew, turned by one of these [rad], where that explains much more."""
+        """Begin anew, turned by one of these [rad], unless less than `well_m2` per point is unexplained, where that
+        leaves less than a share of it."""
         fit = self._fit
         assert fit is not None
         headings = list(heading(fit.pose) + turns)
         cost = cost_of(self._search, self._figure, fit.pose, fit.distance, points, silhouettes)
-        if cost < (_JUMPED_M2 if len(turns) > 1 else _WELL_M2) * len(points.places):
+        cost *= head_says(self._ahead(self._figure, fit.pose))
+        if cost < well_m2 * len(points.places):
             return
         start = cold_start(
-            self._fitter, self._search, self._figure, points, silhouettes, self._motion.posture, headings
+            self._fitter,
+            self._search,
+            self._figure,
+            points,
+            silhouettes,
+            self._motion.posture,
+            headings,
+            self._ahead,
         )
-        if start.cost_m2 < _BETTER * cost:
+        if start.cost_m2 < better * cost:
             self._take(start, time_ns)
 
     def _eye(self, name: str) -> Array:

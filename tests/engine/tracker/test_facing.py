@@ -1,17 +1,22 @@
 """Front and back: the pose turned round, when it is tried, and a body followed front for back set right."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
+from studio.camera.simulator.depth.performers import TUNING
 from studio.engine.joints import INDEX
 from studio.engine.motion.torture import arms_crossed
 from studio.engine.tracker.body import SHAPE, humanoid_of
 from studio.engine.tracker.chain import Pose, chain_of
-from studio.engine.tracker.facing import FacingWatch, joints_of, turned_round
+from studio.engine.tracker.facing import FacingWatch, aside_of, joints_of, turned_round
 from studio.engine.tracker.fit import Figure, Fitter
+from studio.engine.tracker.heads import Heads
 from studio.engine.tracker.motion import Motion
 from studio.engine.tracker.start import heading
 from studio.engine.tracker.tracker import Tracker
+from studio.engine.tracker.view import CameraView
 from tests.engine.tracker.scenes import LIMBS, simulated
 
 AHEAD = np.array([[0.0, 1.0]])
@@ -40,20 +45,28 @@ def test_turned_round_the_sides_are_exchanged(usual):
 
 def test_tests_in_a_row_decide():
     watch = FacingWatch()
-    assert [watch.told(1.0, 0.3) for _ in range(3)] == [False, False, True]
-    assert not any(watch.told(1.0, 1.2) for _ in range(5))
-    assert [watch.told(1.0, 0.8) for _ in range(4)] == [False, False, False, True]
+    assert [watch.told(1.0, 0.3, 0.0) for _ in range(3)] == [False, False, True]
+    assert not any(watch.told(1.0, 1.2, 0.0) for _ in range(5))
+    assert [watch.told(1.0, 0.8, 0.0) for _ in range(4)] == [False, False, False, True]
+
+
+def test_a_head_that_faces_the_other_way_decides():
+    assert sum(FacingWatch().told(1.0, 1.3, -0.3) for _ in range(20)) == 0  # hardly known
+    watch = FacingWatch()
+    assert any(watch.told(1.0, 1.3, -0.9) for _ in range(8))
+    watch = FacingWatch()
+    assert not any(watch.told(1.0, 0.8, 0.9) for _ in range(20))  # it faces ahead: the body is right
 
 
 def test_it_is_tried_more_often_where_a_side_was_seen():
-    def frames(pose):
+    def frames(pose, ahead=0.0):
         watch = FacingWatch()
-        return sum(watch.due(pose, AHEAD) for _ in range(600))
+        return sum(watch.due(pose, AHEAD, ahead if watch.looks() else None) for _ in range(600))
 
     sideways = Pose(
         FACING.root, np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]]), FACING.angles
     )
-    assert frames(FACING) < 40 and frames(sideways) == 150
+    assert frames(FACING) < 40 and frames(sideways) == 150 == frames(FACING, ahead=-0.9)
 
 
 def test_a_body_followed_front_for_back_is_set_right():
@@ -66,3 +79,37 @@ def test_a_body_followed_front_for_back_is_set_right():
     skeletons = [tracker.track(images) for images in sets[6:]]
     error = np.linalg.norm(skeletons[-1].positions - truth[-1], axis=1)[LIMBS].mean()
     assert error < 0.08
+
+
+def test_a_head_tells_how_far_aside_a_body_is_taken_to_face():
+    assert aside_of(np.array([0.0, -0.9]), FACING) == 0.0  # FACING faces -y
+    assert aside_of(np.array([0.9, 0.0]), FACING) == pytest.approx(np.pi / 2)
+    assert aside_of(np.array([-0.9, 0.0]), FACING) == pytest.approx(-np.pi / 2)
+    assert aside_of(np.array([0.3, 0.0]), FACING) == 0.0  # it hardly knows
+
+
+SMALL = replace(TUNING[3], name="small", height_m=0.9, head=1.45, legs=0.88, arms=0.92, seed=77)
+
+
+def test_a_small_child_is_turned_by_where_its_head_faces():
+    cameras, placed, sets, _ = simulated(arms_crossed(), performer=SMALL, end_s=1.0)
+    tracker = Tracker(cameras, placed)
+    for images in sets[:10]:
+        tracker.track(images)
+    turned = turned_round(tracker._fitter, tracker._figure, tracker._motion.pose, tracker._motion.posture)
+    tracker._motion.restart(turned)
+    for images in sets[10:22]:
+        tracker.track(images)
+    assert abs(heading(tracker._motion.pose)) < 0.5
+
+
+def test_no_image_no_face():
+    cameras, placed, sets, _ = simulated(arms_crossed(), end_s=0.1)
+    (name,) = cameras
+    view = CameraView(cameras[name], placed[name])
+    head = np.array([0.0, 0.0, 1.6])
+    assert (Heads({name: view}, {}).face(head) == 0).all()
+    face = Heads({name: view}, sets[0]).face(head)
+    towards = placed[name][:2, 3] / np.linalg.norm(placed[name][:2, 3])
+    assert np.hypot(*face) > 0.7 and face @ towards > 0.7  # the performer looks into the camera
+    assert (Heads({name: view}, sets[0]).face(head + np.append(0.6 * towards, 0.0)) == 0).all()
