@@ -3,10 +3,11 @@
 What makes a joint of a limb unsure is weighed by a logistic regression: the covariance of the fit, whether the joint
 lies behind what the cameras see there or where they see past it, how many points lie on its bone and on the one
 before, how well they fit, points about it that nothing explains, and what the limb leaves or lately left
-unexplained. The weights were fitted to simulated performers for tuning and random bodies like them, in motions that
-reported figures are not measured on, seen by one, two and three cameras (`tests/engine/tracker/fit_confidence.py`),
-and averaged with a second fit, of the same and of tuning performers in wide clothes before one camera, who begin in
-profile (the motion 14_08).
+unexplained. The weights are the mean of two fits on simulated performers for tuning and random bodies like them, seen
+by one, two and three cameras: one in motions that reported figures are not measured on, one with tuning performers in
+wide clothes before one camera, who begin in profile (the motion 14_08, which `bars` measures with other performers).
+`tests/engine/tracker/fit_confidence.py` fits weights in the same way, on other motions; it does not give these
+numbers, and says how its own compare.
 The trunk's joints have the covariance and the model's own error.
 """
 

@@ -1,9 +1,15 @@
 """`python -m tests.engine.tracker.fit_confidence`: the weights of `studio.engine.tracker.confidence`.
 
-Performers for tuning, and random bodies like them, do motions that no reported figure is measured on, seen by one,
-two and three cameras. By kind of joint, a logistic regression tells from the evidence whether it is off by more than
-6 cm; joints between 3.5 and 7 cm are left out. One threshold leaves the wished share of the joints within 3 cm above
-log-odds of 0. Prints the array and what it does in motions that were left out of its fit (five folds).
+Performers for tuning, and random bodies like them, do motions that no reported figure is measured on: captures, parts
+of the embedded motion and drawn ones with squats, seen by one, two and three cameras. By kind of joint, a logistic
+regression tells from the evidence whether it is off by more than 6 cm; joints between 3.5 and 7 cm are left out. One
+threshold leaves the wished share of the joints within 3 cm above log-odds of 0. Prints the array and what it does in
+runs that were left out of its fit (five folds). About ten minutes on one core.
+
+The weights in use are not these. On 37 runs of `bars` those of 40 runs with a share of 0.05 doubt 91 % of the joints
+off by 10 cm and 5 % of those within 3 cm (before one camera 86 and 6 %); those in use 96 and 9 % (95 and 10 %). They
+also do not doubt a joint that lies deep behind what is seen as long as its bone's points fit well, and give knees
+and ankles signs that make no sense: wrong legs are rare in so few runs.
 """
 
 import argparse
@@ -17,14 +23,25 @@ from sklearn.linear_model import LogisticRegression
 from studio.camera.simulator.depth.motion import perform, read_performance
 from studio.camera.simulator.depth.performers import TUNING, Performer
 from studio.engine.motion.authored import demo_motion
+from studio.engine.motion.body import AUTHORED_OFFSETS
+from studio.engine.motion.composer import compose
+from studio.engine.motion.keys import FloorPath, Keys
+from studio.engine.motion.motion import CanonicalMotion
 from studio.engine.tracker.confidence import EVIDENCE, KINDS, evidence, expected_errors
 from studio.engine.tracker.tracker import Tracker
-from tests.engine.tracker.bars import NEAR_M, OFF_M, tracked
+from tests.engine.tracker.bars import BEFORE_S, HZ, NEAR_M, OFF_M, T_POSE_S, tracked
 
-CLIPS = ("02_01", "02_04", "05_06")
-DEMO_S = (26.5, 32.0)
+CLIPS = ("02_01", "02_03", "02_04", "49_01", "49_04")
+DEMO_S = (27.0, 47.0)
+"""Where parts of the embedded motion begin that `bars` leaves out [s]."""
+
+DRAWN, DRAWN_S = 0.45, 10.5
+"""Share of the runs that do a drawn motion, and its length [s]."""
+
+CAMERAS = (1, 2, 1, 2, 3)
 RIGHT_M, WRONG_M, LIMIT_M = 0.035, 0.07, 0.06
 FOLDS = 5
+_ARM = ((0.0, -0.2, 0.0, 0.1), (2.6, 1.6, 1.0, 2.2))
 KIND = np.tile(np.arange(len(KINDS)), 2)
 
 Array = NDArray[np.float64]
@@ -60,18 +77,42 @@ def random_performer(rng: np.random.Generator) -> Performer:
     )  # fmt: skip
 
 
+def drawn_motion(rng: np.random.Generator) -> CanonicalMotion:
+    """Return a T-pose, then what is drawn: arms anywhere before the body, squats, the trunk turned."""
+    keys, path, now = Keys(), FloorPath(), T_POSE_S - 0.5
+    keys.move(0.0, 0.0, left_raise=np.pi / 2, right_raise=np.pi / 2)
+    path.wait(T_POSE_S)
+    path.turn(rng.uniform(-1.0, 1.0))
+    while now < DRAWN_S:
+        length_s = rng.uniform(0.5, 1.2)
+        drop = rng.uniform(0.15, 0.42) if rng.random() < 0.5 else 0.0
+        body = {"drop": drop, "back": 0.4 * drop, "lean": 1.1 * drop, "bend": 0.5 * drop, "nod": -0.7 * drop}
+        for side in ("left", "right"):
+            arm = dict(zip(("raise", "plane", "roll", "elbow"), rng.uniform(*_ARM), strict=True))
+            body |= {f"{side}_{name}": value for name, value in arm.items() if rng.random() < 0.9}
+        keys.move(now, now + length_s, twist=rng.uniform(-0.4, 0.4), **body)
+        now += length_s + rng.uniform(0.0, 0.5)
+    path.wait(max(DRAWN_S - path.end_s, 0.0))
+    return compose(AUTHORED_OFFSETS, keys, path, DRAWN_S)
+
+
 def run(number: int, mocap: Path) -> tuple[Array, Array]:
     """Return errors [m], shape (frame_count, 12), and evidence, shape (frame_count, 12, evidence_count), of a run."""
     rng = np.random.default_rng([9, number])
-    performer = TUNING[number] if number < len(TUNING) - 1 else random_performer(rng)
-    choice = int(rng.integers(len(CLIPS) + len(DEMO_S)))
-    if choice < len(CLIPS):
-        motion = read_performance(mocap / f"{CLIPS[choice]}.bvh", performer, unit_m=0.056444)
-        begin_s = motion.calibration_s or 0.0
+    performer = TUNING[number] if number < len(TUNING) else random_performer(rng)
+    if rng.random() < DRAWN:
+        motion, begin_s = perform(drawn_motion(rng), performer), T_POSE_S + BEFORE_S
     else:
-        motion, begin_s = perform(demo_motion(), performer), DEMO_S[choice - len(CLIPS)]
-    found = tracked(motion, performer, (1, 2, 1, 3)[number % 4], begin_s, number, Recorder)
-    return found.error_m, np.stack(Recorder.told[-len(found.error_m) :])
+        choice = int(rng.integers(len(CLIPS) + len(DEMO_S)))
+        if choice < len(CLIPS):
+            motion = read_performance(mocap / f"{CLIPS[choice]}.bvh", performer, unit_m=0.056444)
+            begin_s = motion.calibration_s or 0.0
+        else:
+            motion, begin_s = perform(demo_motion(), performer), DEMO_S[choice - len(CLIPS)]
+    found = tracked(motion, performer, CAMERAS[number % len(CAMERAS)], begin_s, number, Recorder)
+    told = np.stack(Recorder.told[-len(found.error_m) :])
+    moving = round((motion.motion.duration_s - begin_s) * HZ)
+    return found.error_m[:moving], told[:moving]
 
 
 def fitted(told: Array, error_m: Array, kind: NDArray[np.int64]) -> Array:
@@ -91,7 +132,7 @@ def main() -> None:
     """Print the weights and what they do."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--mocap", type=Path, default=Path("../shared/data/mocap"))
-    parser.add_argument("--runs", type=int, default=60)
+    parser.add_argument("--runs", type=int, default=40)
     parser.add_argument(
         "--near", type=float, default=0.05, help="share of the joints within 3 cm to be doubted"
     )
