@@ -78,7 +78,8 @@ def record(stage: Stage) -> Figures:
 
 def sync(stage: Stage, frames: list[CameraFrame]) -> tuple[Figures, list[FrameSet]]:
     """One output frame: the frames that came since the last one taken in, and all cameras at one instant."""
-    synchroniser, schedule = Synchroniser(stage.calibration.cameras), Schedule(SETTINGS.output_hz)
+    synchroniser = Synchroniser(stage.calibration.cameras, ahead_ns=SETTINGS.ahead_ns)
+    schedule = Schedule.of(SETTINGS)
     sets: list[FrameSet] = []
     batches: list[tuple[list[CameraFrame], int]] = []
     waiting: list[CameraFrame] = []
@@ -198,7 +199,7 @@ def completion(stage: Stage, sets: list[FrameSet], fused: list[FusedSkeleton]) -
 
 def pipeline(stage: Stage) -> tuple[Figures, list[StepResult]]:
     """One output frame of all that the live stage does: messages to pose, from bytes."""
-    whole, schedule = Pipeline(stage.calibration, SETTINGS), Schedule(SETTINGS.output_hz)
+    whole, schedule = Pipeline(stage.calibration, SETTINGS), Schedule.of(SETTINGS)
     results: list[StepResult] = []
     batches, waiting = [], []
     newest: dict[str, int] = {}

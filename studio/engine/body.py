@@ -65,7 +65,8 @@ class Body:
         self._hands = None
         if settings.hands != "off":
             self._hands = Hands(settings.hands, flexibility=settings.flexibility)
-        self._filter = self._solver if isinstance(self._solver, BodyFilter) and _fuses(settings) else None
+        direct = settings.solves_cameras_joints
+        self._filter = self._solver if isinstance(self._solver, BodyFilter) and direct else None
         self._uncertainty = Uncertainty(
             filtered=settings.fusion == "robust",
             solved=self._solver is not None,
@@ -174,15 +175,6 @@ class Body:
         measured = np.isfinite(joints[:, 0])
         positions[OUTPUT_OF_CANONICAL_INDEX[measured]] = joints[measured]
         return positions, rotations
-
-
-def _fuses(settings: SolveSettings) -> bool:
-    """Whether the filter may take the cameras' joints as they are: nothing is set that changes fused ones first."""
-    before = settings.smoothing_filter is not None and settings.smoothing_filter[1] == "before"
-    bones = settings.bone_length_tolerance is not None
-    return (
-        settings.fusion == "robust" and settings.displacement_limit != "before" and not before and not bones
-    )
 
 
 _FINGER_JOINTS = [

@@ -40,7 +40,8 @@ class Pipeline:
             )
         names = settings.camera_names(tuple(calibration.cameras))
         self._calibration, self._settings = calibration, settings
-        self._sync = Synchroniser({name: calibration.cameras[name] for name in names})
+        cameras = {name: calibration.cameras[name] for name in names}
+        self._sync = Synchroniser(cameras, ahead_ns=settings.ahead_ns)
         for camera, clock in self._clocks.items():
             self._sync.set_clock(camera, clock)
         self._fusion = make_fusion(settings)

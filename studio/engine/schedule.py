@@ -1,5 +1,7 @@
 """When the next output frame is due: part of step 3, for live and replay alike."""
 
+from studio.engine.settings import SolveSettings
+
 MAX_WAIT_NS = 80_000_000
 """Live, a camera that lags by more than this is not waited for."""
 
@@ -24,12 +26,18 @@ class Schedule:
     output period on the stage clock.
     """
 
-    def __init__(self, output_hz: int) -> None:
-        self._output_hz = output_hz
+    def __init__(self, output_hz: int, *, ahead_ns: int = 0) -> None:
+        """`ahead_ns`: how far beyond an output frame cameras must have come."""
+        self._output_hz, self._ahead_ns = output_hz, ahead_ns
         self._next: int | None = None
         self._first_ns: int | None = None
         self._ready_ns: int | None = None
         self._held_back_ns: int | None = None
+
+    @classmethod
+    def of(cls, settings: SolveSettings) -> "Schedule":
+        """The schedule of a solve."""
+        return cls(settings.output_hz, ahead_ns=settings.ahead_ns)
 
     def _time_ns(self, index: int) -> int:
         return index * 1_000_000_000 // self._output_hz
@@ -48,6 +56,7 @@ class Schedule:
         ready = min(t for t in times_ns if newest - t <= ACTIVE_NS)
         if now_stage_ns is not None:
             ready = max(ready, min(newest, now_stage_ns - MAX_WAIT_NS))
+        ready -= self._ahead_ns
         self._ready_ns = ready
         if self._next is None and not self._started(newest):
             return []

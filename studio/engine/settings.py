@@ -81,6 +81,18 @@ class SolveSettings:
         name, _, place = self.smoothing.partition(":")
         return name, place
 
+    @property
+    def solves_cameras_joints(self) -> bool:
+        """Whether the solve takes the cameras' joints as they are: nothing is set that changes fused ones first."""
+        before = self.displacement_limit == "before" or self.smoothing.endswith(":before")
+        joints = self.fusion == "robust" and self.bone_length_limit == "off" and not before
+        return self.ik == "kalman_filter" and joints
+
+    @property
+    def ahead_ns(self) -> int:
+        """How far beyond a pose joints tell of it [ns]: an output frame where they are the cameras'."""
+        return 1_000_000_000 // self.output_hz if self.solves_cameras_joints else 0
+
     def to_json(self) -> dict[str, Any]:
         """Return the settings as `settings.json` holds them."""
         value = {f.name: getattr(self, f.name) for f in fields(self)}

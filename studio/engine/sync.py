@@ -124,8 +124,10 @@ class _Camera:
 class Synchroniser:
     """Collects camera frames and gives frame sets at stage times."""
 
-    def __init__(self, cameras: dict[str, CameraCalibration]) -> None:
+    def __init__(self, cameras: dict[str, CameraCalibration], *, ahead_ns: int = 0) -> None:
+        """`ahead_ns`: how long after the instant of a frame set its readings may be from."""
         self._calibrations = cameras
+        self._ahead_ns = ahead_ns
         self._clocks: dict[str, ClockModel] = {name: camera.clock for name, camera in cameras.items()}
         self._cameras: dict[str, _Camera] = {name: _Camera() for name in cameras}
         self.names = tuple(cameras)
@@ -163,7 +165,7 @@ class Synchroniser:
         head: tuple[float, float, float, float] | None = None
         readings: list[Reading] = []
         for i, (name, camera) in enumerate(self._cameras.items()):
-            for k in camera.unread(stage_time_ns):
+            for k in camera.unread(stage_time_ns + self._ahead_ns):
                 late_s = (camera.times[k] - stage_time_ns) * 1e-9
                 readings.append(Reading(i, late_s, camera.joints[k], camera.confidence[k]))
             found = camera.at(stage_time_ns)

@@ -41,7 +41,7 @@ OFFSET_M = 0.01
 
 NOISE_SHARE = 0.9
 FILTERED_SHARE = 0.5
-SOLVED_SHARE = 0.55
+SOLVED_SHARE = 0.45
 """Share of the cameras' noise that stays in the joints as they are, after a fusion that filters over time, and after
 fitting a body with its motion prior; the last two multiply."""
 
@@ -49,11 +49,11 @@ DISAGREEMENT = 1.35
 """Radius per distance of the cameras from the fused joint beyond their noise."""
 
 MISFIT = 1.0
-MISFIT_OF_CAMERAS = 0.43
+MISFIT_OF_CAMERAS = 0.38
 """Radius per distance between the fused joint and the solved one; the second where the fused joint is not filtered
 over time, so that its noise is in the distance too."""
 
-TIMING_S = 0.0165
+TIMING_S = 0.0175
 """Radius per speed [s]."""
 
 UNSEEN_S = 0.3

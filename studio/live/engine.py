@@ -88,7 +88,7 @@ class Engine(Takes):
         self._on_broken = on_broken
         self._inbox = Inbox()
         self._pipeline = log.LoggedPipeline()
-        self._schedule = Schedule(settings.output_hz)
+        self._schedule = Schedule.of(settings)
         self._status_ns: int | None = None
         self._stopping = False
         if calibration is not None:
@@ -266,7 +266,7 @@ class Engine(Takes):
 
     def _restart(self) -> None:
         """Begin with a fresh pipeline; with none, so that frames are only recorded, until it can begin at once."""
-        self._schedule = Schedule(self.settings.output_hz)
+        self._schedule = Schedule.of(self.settings)
         calibration = self.placed_calibration() if warmup.is_ready() else None
         self._perform(log.start_event(calibration, self.settings))
 
@@ -305,8 +305,8 @@ class Engine(Takes):
         """
         if self.stage_calibration is not None:
             settings.camera_names(tuple(self.stage_calibration.cameras))
-        if settings.output_hz != self.settings.output_hz:
-            self._schedule = Schedule(settings.output_hz)
+        if (settings.output_hz, settings.ahead_ns) != (self.settings.output_hz, self.settings.ahead_ns):
+            self._schedule = Schedule.of(settings)
         self.settings = settings
         self._perform(log.settings_event(settings))
 

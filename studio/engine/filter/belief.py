@@ -30,6 +30,9 @@ MOST_CORRECTED = 5.0
 LEAST_VARIANCE = 1e-12
 """One correction counts as no more than so many of its deviations; a variance under the second [(rad/s)2] is none."""
 
+LONGEST_BACK = 0.3
+"""What is learned later moves a degree of freedom by no more than this [m, rad]."""
+
 START_SIGMA = 0.1
 START_VELOCITY_SIGMA = 2.0
 """Deviations at the start [m, rad] and [m/s, rad/s]."""
@@ -91,6 +94,7 @@ class Belief:
         """Begin anew at a configuration, standing still."""
         self.q = self.within(q.copy())
         self.velocity = np.zeros(self._model.nv)
+        self._told, self._before = np.zeros(2 * self._model.nv), None
         self._lively[:], self._uncorrected_s = 1.0, 0.0
         self.covariance[:] = 0.0
         self.covariance[self._places, self._places] = START_SIGMA**2
@@ -107,14 +111,10 @@ class Belief:
         mujoco.mj_integratePos(self._model, q, self.velocity, dt)
         return self.within(q)
 
-    def moved_by(self, step: Array) -> Array:
-        """The configuration a tangent step, shape (nv,), further."""
-        q = self.q.copy()
-        mujoco.mj_integratePos(self._model, q, step, 1.0)
-        return self.within(q)
-
     def predict(self, dt: float) -> None:
         """Move on by `dt` [s]; hinges that nothing shows go to the resting stance, each measured weakly by itself."""
+        self._told[:] = 0.0
+        before = self.q.copy(), self.velocity.copy(), self.covariance.copy()
         mujoco.mj_integratePos(self._model, self.q, self.velocity, dt)
         hinges = self.q[7:]
         outside = (hinges < self._low) | (hinges > self._high)
@@ -129,6 +129,7 @@ class Belief:
         self._density[self._twists.dofs] *= self._twists.freedom(self.q) ** 2
         gain = move_on(self.covariance, self._density, self._rest_rate, dt, keep)
         self.q[7:] -= gain * (self.q[7:] - self._humanoid.rest_q)
+        self._before = (*before, dt, keep)
 
     def toward(self, late_s: float) -> tuple[Array, Array]:
         """Covariance of the state with the configuration `late_s` [s] later, shape (2 nv, nv), and what the way
@@ -137,10 +138,26 @@ class Belief:
         with_later = self.covariance[:, :nv] + late_s * self.covariance[:, nv:]
         return with_later, self._density * (abs(late_s) ** 3 / 3.0)
 
-    def correct(self, step: Array, gained: Array) -> None:
-        """Move by a step of configuration and velocity, shape (2 nv,); the covariance falls by `gained`, its lower
-        triangle."""
+    def earlier(self) -> tuple[Array, Array, Array]:
+        """Configuration, shape (nq,), and velocity, (nv,), before the last prediction, given what corrections have
+        told since; and the covariance of the configuration without that, shape (nv, nv).
+
+        Source: Rauch, Tung, Striebel, "Maximum likelihood estimates of linear dynamic systems", AIAA J. 3, 1965.
+        """
+        if self._before is None:
+            return self.q.copy(), self.velocity.copy(), self.place
+        q, velocity, covariance, dt, keep = self._before
         nv = self._model.nv
+        place, speed = self._told[:nv], self._told[nv:]
+        step = covariance @ np.concatenate([place, dt * place + keep * speed])
+        mujoco.mj_integratePos(self._model, q, np.clip(step[:nv], -LONGEST_BACK, LONGEST_BACK), 1.0)
+        return self.within(q), velocity + step[nv:], covariance[:nv, :nv]
+
+    def correct(self, step: Array, told: Array, gained: Array) -> None:
+        """Move by a step of configuration and velocity, shape (2 nv,), that follows from what joints have `told`
+        (`Correction.told`); the covariance falls by `gained`, its lower triangle."""
+        nv = self._model.nv
+        self._told += told
         mujoco.mj_integratePos(self._model, self.q, step[:nv], 1.0)
         self.within(self.q)
         self.velocity += step[nv:]
@@ -149,6 +166,18 @@ class Belief:
         self._lively -= np.expm1(-self._uncorrected_s / LIVELY_S) * (corrected - self._lively)
         self._uncorrected_s = 0.0
         lessen(self.covariance, gained)
+
+    def put(self, q: Array, hinges: NDArray[np.int64]) -> None:
+        """Put some hinges, which stand still then, where they are in a configuration; they are taken to have been
+        there before the last prediction too."""
+        self.q = q
+        dofs = FREE_DOFS + hinges
+        self.velocity[dofs] = 0.0
+        if self._before is not None:
+            earlier, velocity, covariance, *_ = self._before
+            earlier[7 + hinges], velocity[dofs] = q[7 + hinges], 0.0
+            for which in (self._places[dofs], self._speeds[dofs]):
+                covariance[which], covariance[:, which] = 0.0, 0.0
 
     def doubt(self, dofs: NDArray[np.int64], place: float, speed: float) -> None:
         """Let some degrees of freedom be less sure, by these deviations [rad] and [rad/s]."""

@@ -8,7 +8,6 @@ from numpy.typing import NDArray
 
 from studio.engine.filter.belief import Belief, acceleration_density
 from studio.engine.filter.correction import Correction
-from studio.engine.filter.ease import Ease
 from studio.engine.filter.feet import StandingFeet
 from studio.engine.filter.kernels import shown
 from studio.engine.filter.readings import Gate, Rows
@@ -46,7 +45,12 @@ _LIMB_HINGES = 8
 
 
 class BodyFilter:
-    """Follows cameras' joints, or fused ones, frame by frame."""
+    """Follows cameras' joints, or fused ones, frame by frame.
+
+    Attributes:
+        ahead_s: the belief is this far ahead of what `follow` returns: a pose is shown when the joints after it are
+            known too.
+    """
 
     def __init__(self, humanoid: Humanoid, settings: SolveSettings) -> None:
         self.humanoid = humanoid
@@ -68,12 +72,12 @@ class BodyFilter:
         self._watch = LimbWatch(humanoid, limited=self._limited)
         self._facing = Facing()
         self._waiting: list[Reading] = []
-        self._ease = Ease(humanoid.model.nv)
         self._used = np.zeros((0, JOINT_COUNT), dtype=bool)
         self._sites = np.full((JOINT_COUNT, 3), np.nan)
         self._since_rows_s, self._unwatched_s = 0.0, 0.0
         self._lost = False
         self._started = False
+        self.ahead_s = settings.ahead_ns * 1e-9
 
     @property
     def floor_m(self) -> float:
@@ -96,8 +100,9 @@ class BodyFilter:
             if self._begin(fused.positions, fused.sigma):
                 self._used = fused.used.copy()
         elif self._started:
-            self._advance(frames.readings, frames.camera_positions, dt)
-        q = self._output(dt) if self._started else None
+            ahead = [replace(r, offset_s=r.offset_s - self.ahead_s) for r in frames.readings]
+            self._advance(ahead, frames.camera_positions, dt)
+        q = self._shown_of(*self._belief.earlier(), dt) if self._started else None
         return self._fused(frames), q
 
     def solve(self, joints: Array, sigma: Array, dt: float) -> Array | None:
@@ -119,7 +124,9 @@ class BodyFilter:
                 q = self._belief.q.copy()
                 watched = joints, np.where(seen, 1.0 / np.where(seen, sigma, 1.0), 0.0) * self._reach
                 self._correct(rows, 0.0, q, *self._linearised(q), watched=watched)
-        return self._output(dt) if self._started else None
+        if not self._started:
+            return None
+        return self._shown_of(self._belief.q.copy(), self._belief.velocity, self._belief.place, dt)
 
     def _needs_start(self, shown: bool, dt: float) -> bool:
         """Whether to begin now: joints are shown, and nothing is known of the performer, or only of old."""
@@ -134,7 +141,6 @@ class BodyFilter:
         self._belief.begin(q)
         self._sites = self._kinematics.place(q).copy()
         self._gate.forget()
-        self._ease.forget()
         self._waiting = []
         self._watch.forget()
         if self._feet is not None:
@@ -187,7 +193,6 @@ class BodyFilter:
 
     def _predict(self, dt: float) -> None:
         self._since_rows_s += dt
-        self._ease.go_on(dt)
         self._belief.predict(min(dt, LONGEST_S))
 
     def _correct(
@@ -217,8 +222,7 @@ class BodyFilter:
         if correction.beyond or np.abs(share_now - share).max() > SHARE_CHANGED:
             correction.solve(*told, room)
         step = correction.step()
-        belief.correct(step, correction.gained())
-        self._ease.take(step[: len(q) - 1], late_s)
+        belief.correct(step, correction.told(), correction.gained())
         self._sites = self._kinematics.place(belief.moved(late_s)).copy()
         self._unstick(*(rows.middle() if watched is None else watched), elapsed)
 
@@ -249,8 +253,7 @@ class BodyFilter:
         )
         if found is not None:
             q, hinges = found
-            self._belief.q = q
-            self._belief.velocity[FREE_DOFS + hinges] = 0.0
+            self._belief.put(q, hinges)
             self._belief.doubt(FREE_DOFS + hinges, REJECTED_PLACE, REJECTED_SPEED)
 
     def _shown(self, joints: Array) -> Array | None:
@@ -260,12 +263,10 @@ class BodyFilter:
             return None
         return configuration_of(self.humanoid, joints[INDEX["hips"]], rotations, limited=self._limited)
 
-    def _output(self, dt: float) -> Array:
-        """The configuration at the output frame, with standing feet held."""
-        q = self._watch.led(self._belief.moved_by(self._ease.left), dt)
-        if self._feet is None:
-            return q
-        return self._feet.held(q, self._belief.velocity, self._belief.place, dt)
+    def _shown_of(self, q: Array, velocity: Array, place: Array, dt: float) -> Array:
+        """The configuration with standing feet held, and limbs that began anew on their way."""
+        q = self._watch.led(q, dt)
+        return q if self._feet is None else self._feet.held(q, velocity, place, dt)
 
     def _fused(self, frames: FrameSet) -> FusedSkeleton:
         """What the cameras show at the output frame, of what is used of them."""

@@ -55,6 +55,7 @@ class Correction:
         lower ends from the later configuration, shape (2, hinge_count).
         """
         total, wanted, rows = measured_blocks(self._spread, information, pull, self.moved, _LEAST_INFORMATION)
+        self._rows, self._fixed = rows, self._held
         if len(rows) == len(self._spread):
             later, self._columns = self._later, self._state
         else:
@@ -97,6 +98,13 @@ class Correction:
     def step(self) -> Array:
         """Step of configuration and velocity, shape (2 nv,)."""
         return self._columns @ self._weights
+
+    def told(self) -> Array:
+        """What the joints tell of configuration and velocity, shape (2 nv,): the step is the covariance times it."""
+        count = len(self._rows)
+        later = self._weights[:count] @ self._jacobian[self._rows]
+        later[self._fixed] += self._weights[count:]
+        return np.concatenate([later, self._late_s * later])
 
     def gained(self) -> Array:
         """By how much the state's covariance falls, shape (2 nv, 2 nv), the lower triangle of it."""

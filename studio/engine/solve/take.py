@@ -58,7 +58,7 @@ def solve_frames(
     if not isinstance(frames, Sequence):
         frames = list(frames)
     order = _order(frames, calibration, start_s)
-    pipeline, schedule = Pipeline(calibration, settings), Schedule(settings.output_hz)
+    pipeline, schedule = Pipeline(calibration, settings), Schedule.of(settings)
     finisher = _finisher(calibration, settings)
     collector = PoseCollector()
 

@@ -96,7 +96,7 @@ def test_a_step_moves_configuration_and_velocity(belief):
     step, back = np.zeros(2 * NV), np.zeros(NV)
     step[2], step[NV + 2] = 0.1, 0.5
     before = belief.q.copy()
-    belief.correct(step, np.zeros((2 * NV, 2 * NV)))
+    belief.correct(step, np.zeros(2 * NV), np.zeros((2 * NV, 2 * NV)))
     mujoco.mj_differentiatePos(HUMANOID.model, back, 1.0, before, belief.q)
     assert back[2] == pytest.approx(0.1) and belief.velocity[2] == pytest.approx(0.5)
 
@@ -110,9 +110,42 @@ def test_what_is_corrected_by_more_than_expected_accelerates_more(belief, deviat
     gained[NV + dof, NV + dof], step[NV + dof] = 1e-4, deviations * 1e-2
     for _ in range(200):
         belief.predict(1 / 60)
-        belief.correct(step, gained)
+        belief.correct(step, np.zeros(2 * NV), gained)
     before = belief.toward(0.03)[1][dof]
     assert before == pytest.approx(share * DENSITY[dof] * 0.03**3 / 3, rel=0.02)
     belief.begin(belief.q)
     belief.predict(1 / 60)
     assert belief.toward(0.03)[1][dof] == pytest.approx(DENSITY[dof] * 0.03**3 / 3)
+
+
+def test_what_is_told_later_corrects_what_was_before(belief):
+    """Against the gain of Rauch, Tung and Striebel, for hips, whose place no rest pulls."""
+    rng, dt, hips = np.random.default_rng(3), 1 / 60, np.r_[0:3, NV : NV + 3]
+    half = np.zeros((2 * NV, 2 * NV))
+    half[np.ix_(hips, hips)] = 0.1 * rng.normal(size=(6, 6))
+    belief.covariance[:] += half @ half.T
+    before, velocity, covariance = belief.q.copy(), belief.velocity.copy(), belief.covariance.copy()
+    belief.predict(dt)
+    told, back = np.zeros(2 * NV), np.zeros(NV)
+    told[:3] = 1.0
+    step = belief.covariance @ told
+    belief.correct(step, told, np.zeros((2 * NV, 2 * NV)))
+    keep = np.exp(-dt / VELOCITY_MEMORY_S)
+    move = np.block([[np.eye(3), dt * np.eye(3)], [np.zeros((3, 3)), keep * np.eye(3)]])
+    small = np.ix_(hips, hips)
+    gain = covariance[small] @ move.T @ np.linalg.inv(belief.covariance[small])
+    q, earlier_velocity, _ = belief.earlier()
+    mujoco.mj_differentiatePos(HUMANOID.model, back, 1.0, before, q)
+    expected = gain @ step[hips]
+    np.testing.assert_allclose(back[:3], expected[:3], rtol=1e-6, atol=1e-9)
+    np.testing.assert_allclose((earlier_velocity - velocity)[:3], expected[3:], rtol=1e-6, atol=1e-9)
+
+
+def test_hinges_that_are_put_elsewhere_were_there_before(belief):
+    belief.predict(1 / 60)
+    q, told = belief.q.copy(), np.zeros(2 * NV)
+    q[10] += 0.2
+    belief.put(q, np.array([3]))
+    told[FREE_DOFS + 3] = 50.0
+    belief.correct(np.zeros(2 * NV), told, np.zeros((2 * NV, 2 * NV)))
+    assert belief.earlier()[0][10] == q[10]

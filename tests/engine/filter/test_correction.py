@@ -49,6 +49,7 @@ def test_it_is_the_conditional_of_a_normal_distribution(case, late_s):
     correction.solve(information, np.einsum("jab,jb->ja", information, off), ROOM)
     step, gained = conditioned(covariance, rows, blocks(noise), off.ravel())
     np.testing.assert_allclose(correction.step(), step, rtol=1e-6, atol=1e-9)
+    np.testing.assert_allclose(covariance @ correction.told(), step, rtol=1e-6, atol=1e-9)
     np.testing.assert_allclose(np.tril(correction.gained()), np.tril(gained), rtol=1e-6, atol=1e-9)
     np.testing.assert_allclose(correction.moved.ravel(), rows @ step, rtol=1e-6, atol=1e-9)
 
