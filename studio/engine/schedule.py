@@ -68,6 +68,11 @@ class Schedule:
         self._next = max(self._next, last + 1)
         return times
 
+    def rest(self, newest_stage_ns: dict[str, int]) -> list[int]:
+        """Return the stage times [ns] still to step at the end of a take: nothing comes after its last frame."""
+        self._ahead_ns = 0
+        return self.due(newest_stage_ns)
+
     def _started(self, newest_ns: int) -> bool:
         """Whether every camera has had the time to show the performer; output then begins with the first frame."""
         if self._first_ns is None or newest_ns < self._first_ns:

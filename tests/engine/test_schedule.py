@@ -125,3 +125,11 @@ def test_a_camera_that_stays_far_ahead_is_followed():
     feed(schedule, [("a", SECOND), ("b", SECOND)])
     assert feed(schedule, [("a", 20 * SECOND)]) == []
     assert max(feed(schedule, [("a", 20 * SECOND + 40 * MS)])) >= 20 * SECOND
+
+
+def test_a_schedule_that_looks_ahead_steps_later_and_leaves_nothing_at_the_end():
+    arrivals = [("a", SECOND + k * (SECOND // 30 + 1)) for k in range(30)]
+    usual, later = Schedule(60), Schedule(60, ahead_ns=SECOND // 60)
+    times = feed(usual, arrivals)
+    assert feed(later, arrivals) == times[:-1]
+    assert later.rest({"a": arrivals[-1][1]}) == times[-1:]

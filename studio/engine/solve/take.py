@@ -69,15 +69,19 @@ def solve_frames(
         if trace is not None:
             trace.add(result)
 
-    live_share = 1.0 if finisher is None else LIVE_SHARE
-    for done, place in enumerate(order.tolist()):
-        pipeline.add_frame(frames[place])
-        for stage_ns in schedule.due(pipeline.newest_stage_ns()):
+    def step(times_ns: list[int]) -> None:
+        for stage_ns in times_ns:
             result = pipeline.step(stage_ns)
             if result is not None and (start_s is None or stage_ns >= start_s * 1e9):
                 collect(result) if finisher is None else finisher.add(result)
+
+    live_share = 1.0 if finisher is None else LIVE_SHARE
+    for done, place in enumerate(order.tolist()):
+        pipeline.add_frame(frames[place])
+        step(schedule.due(pipeline.newest_stage_ns()))
         if progress is not None and done % 64 == 0:
             progress(live_share * (done + 1) / len(order))
+    step(schedule.rest(pipeline.newest_stage_ns()))
     if finisher is not None:
 
         def tell(share: float) -> None:
