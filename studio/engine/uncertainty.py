@@ -41,9 +41,9 @@ OFFSET_M = 0.01
 
 NOISE_SHARE = 0.9
 FILTERED_SHARE = 0.5
-SOLVED_SHARE = 0.45
+SOLVED_SHARE, SOLVED_SHARE_OF_CAMERAS = 0.55, 0.45
 """Share of the cameras' noise that stays in the joints as they are, after a fusion that filters over time, and after
-fitting a body with its motion prior; the last two multiply."""
+fitting a body with its motion prior, to fused joints and to the cameras' own; the last two multiply."""
 
 DISAGREEMENT = 1.35
 """Radius per distance of the cameras from the fused joint beyond their noise."""
@@ -132,7 +132,9 @@ class Uncertainty:
             solved: a body is fitted to the fused joints.
             of_cameras: it is fitted to the cameras' joints themselves, and filters on its own.
         """
-        share = NOISE_SHARE * (FILTERED_SHARE if filtered else 1.0) * (SOLVED_SHARE if solved else 1.0)
+        share = NOISE_SHARE * (FILTERED_SHARE if filtered else 1.0)
+        if solved:
+            share *= SOLVED_SHARE_OF_CAMERAS if of_cameras else SOLVED_SHARE
         misfit = MISFIT_OF_CAMERAS if of_cameras else MISFIT
         self._weights = np.array([(BALL_90 * share) ** 2, misfit**2, TIMING_S**2])
         self._mean = np.full((3, JOINT_COUNT), np.nan)  # of noise, misfit and speed, each squared
