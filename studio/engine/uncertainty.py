@@ -53,8 +53,8 @@ MISFIT_OF_CAMERAS = 0.38
 """Radius per distance between the fused joint and the solved one; the second where the fused joint is not filtered
 over time, so that its noise is in the distance too."""
 
-TIMING_S = 0.0175
-"""Radius per speed [s]."""
+TIMING_S, TIMING_OF_CAMERAS_S = 0.015, 0.0175
+"""Radius per speed [s], of a body fitted to fused joints and to the cameras' own."""
 
 UNSEEN_S = 0.3
 """An unseen joint's radius grows for this long: the body carries it then."""
@@ -135,8 +135,8 @@ class Uncertainty:
         share = NOISE_SHARE * (FILTERED_SHARE if filtered else 1.0)
         if solved:
             share *= SOLVED_SHARE_OF_CAMERAS if of_cameras else SOLVED_SHARE
-        misfit = MISFIT_OF_CAMERAS if of_cameras else MISFIT
-        self._weights = np.array([(BALL_90 * share) ** 2, misfit**2, TIMING_S**2])
+        misfit, timing_s = (MISFIT_OF_CAMERAS, TIMING_OF_CAMERAS_S) if of_cameras else (MISFIT, TIMING_S)
+        self._weights = np.array([(BALL_90 * share) ** 2, misfit**2, timing_s**2])
         self._mean = np.full((3, JOINT_COUNT), np.nan)  # of noise, misfit and speed, each squared
         self._unseen_s = np.full(JOINT_COUNT, UNSEEN_S)
         self._last: NDArray[np.float64] | None = None
