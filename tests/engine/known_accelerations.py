@@ -40,26 +40,13 @@ LEAST_SHARE = 0.2
 @contextmanager
 def known(deviation: NDArray[np.float64]) -> Iterator[None]:
     """Finishing within takes these deviations of accelerations [rad or m per frame2], shape (frame_count - 2, nv)."""
-    usual, window = Smoother._acceleration_rows, finisher.WINDOW
-    stiffness = 1.0 / deviation**2
-
-    def rows(self, q, normal):
-        pull = stiffness * np.diff(steps(q), axis=0)
-        normal.right[:-2] -= pull
-        normal.right[1:-1] += 2.0 * pull
-        normal.right[2:] -= pull
-        k = np.arange(pull.shape[1])
-        for part, factor in ((slice(None, -2), 1.0), (slice(1, -1), 4.0), (slice(2, None), 1.0)):
-            normal.diagonal[part, k, k] += factor * stiffness
-        normal.next[:-1, k, k] -= 2.0 * stiffness
-        normal.next[1:, k, k] -= 2.0 * stiffness
-        normal.second += stiffness
-
-    Smoother._acceleration_rows, finisher.WINDOW = rows, 1_000_000
+    usual, window = Smoother._acceleration_stiffness, finisher.WINDOW
+    Smoother._acceleration_stiffness = lambda self, acceleration: 1.0 / deviation**2
+    finisher.WINDOW = 1_000_000
     try:
         yield
     finally:
-        Smoother._acceleration_rows, finisher.WINDOW = usual, window
+        Smoother._acceleration_stiffness, finisher.WINDOW = usual, window
 
 
 def deviations(bvh: Path) -> NDArray[np.float64]:

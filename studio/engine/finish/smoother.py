@@ -202,8 +202,8 @@ class Smoother:
         normal.diagonal[:, k, k] += stiffness
         normal.right[:, FREE_DOFS:] -= stiffness[FREE_DOFS:] * (q[:, 7:] - self._rest)
 
-    def _acceleration_rows(self, q: NDArray[np.float64], normal: _Normal) -> None:
-        acceleration = np.diff(steps(q), axis=0)
+    def _acceleration_stiffness(self, acceleration: NDArray[np.float64]) -> NDArray[np.float64]:
+        """How stiffly accelerations are held back, shape (frame_count - 2, nv) as theirs."""
         stiffness = self._stiffness
         if self._lively:
             usual = gaussian_filter1d(
@@ -211,7 +211,11 @@ class Smoother:
             )
             expected = self.calm**2 + (LIVELY / self.calm) ** 2 * usual
             stiffness = stiffness / np.minimum(expected, MOST_LIVELY**2)
-        stiffness = stiffness / (1.0 + stiffness * acceleration**2 / TAIL**2)
+        return stiffness / (1.0 + stiffness * acceleration**2 / TAIL**2)
+
+    def _acceleration_rows(self, q: NDArray[np.float64], normal: _Normal) -> None:
+        acceleration = np.diff(steps(q), axis=0)
+        stiffness = self._acceleration_stiffness(acceleration)
         pull = stiffness * acceleration
         normal.right[:-2] -= pull
         normal.right[1:-1] += 2.0 * pull

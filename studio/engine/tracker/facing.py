@@ -9,7 +9,7 @@ row are asked. A head that is seen to face where the back should be speaks again
 import numpy as np
 from numpy.typing import NDArray
 
-from studio.engine.joints import CANONICAL, INDEX
+from studio.engine.joints import CANONICAL, MIRROR
 from studio.engine.tracker.body import CANONICAL_BODIES, performer_of
 from studio.engine.tracker.chain import ROOT_DOFS, Pose, rows_of
 from studio.engine.tracker.fit import Figure, Fitter, Points, Prior
@@ -25,14 +25,8 @@ _FITTED, _REACH_M = 4, 0.12
 """How a body and the one turned round are fitted: iterations, and distance at which points count little [m]."""
 _LEGS_HEIGHT = 0.47
 """Share of the height below which points are of the legs, which tell front from back best: they count twice."""
-_OTHER_SIDE = {"left": "right", "right": "left"}
 _USED = np.array([i for i, name in enumerate(CANONICAL) if not name.endswith(("toe", "hand"))])
 """Joints that stay where they are: not those that point forwards."""
-_EXCHANGED = np.array([
-    INDEX[f"{_OTHER_SIDE[side]}_{joint}"] if (side := name.partition("_")[0]) in _OTHER_SIDE else INDEX[name]
-    for name in CANONICAL
-    for joint in [name.partition("_")[2]]
-])  # fmt: skip
 
 
 def turned_round(fitter: Fitter, figure: Figure, pose: Pose, posture: Array) -> Pose:
@@ -42,7 +36,7 @@ def turned_round(fitter: Fitter, figure: Figure, pose: Pose, posture: Array) -> 
     Args:
         posture: how strongly angles tend to rest, shape (6 + dof_count,).
     """
-    target = joints_of(fitter, figure, pose)[0][_EXCHANGED][_USED]
+    target = joints_of(fitter, figure, pose)[0][MIRROR][_USED]
     turned = Pose(pose.root, pose.rotation @ np.diag([-1.0, -1.0, 1.0]), fitter.limits.rest.copy())
     bodies = np.repeat(CANONICAL_BODIES[_USED], 3)
     directions = np.tile(np.eye(3), (len(_USED), 1))
