@@ -38,7 +38,7 @@ DRIFT_S = 1.0
 """The place where a joint is held follows the belief over this time."""
 
 SPEED_S = 0.025
-FLOOR_S = 2.0
+FLOOR_S = 4.0
 """How high the feet stand is averaged over this time."""
 
 NEAR_FLOOR_M = 0.08
@@ -100,20 +100,27 @@ class StandingFeet:
         if not len(rows):
             return q
         target[:, 2] = np.maximum(target[:, 2], least)
-        out, off = q.copy(), (target - here)[rows].ravel()
-        for iteration in range(_ITERATIONS):
-            if iteration:
-                jacobian = self._linearised(out)[1]
+        out = q.copy()
+        self._reach(out, target, rows, place)
+        under = least - self._kinematics.place(out)[FEET, 2]
+        if under.max() > ENOUGH_M:  # what holds a foot that cannot be on the floor lets go of it
+            low = np.repeat((under > ENOUGH_M).reshape(2, 2).any(axis=1), 2)
+            self._reach(out, target, np.flatnonzero((self._held > 0.0) & ~low | (under > 0.0)), place)
+        return out
+
+    def _reach(self, q: Array, target: Array, rows: NDArray[np.int64], place: Array) -> None:
+        """Bring some of the feet's joints to their targets, shape (4, 3), changing the configuration in place."""
+        for _ in range(_ITERATIONS):
+            here, jacobian = self._linearised(q)
             j = jacobian[rows].reshape(-1, self._model.nv)
             spread = place @ j.T
             total = j @ spread
             total.flat[:: len(total) + 1] += HOLD_SIGMA_M**2
-            mujoco.mj_integratePos(self._model, out, spread @ np.linalg.solve(total, off), 1.0)
-            np.maximum(np.minimum(out[7:], self._high, out=out[7:]), self._low, out=out[7:])
-            off = (target - self._kinematics.place(out)[FEET])[rows].ravel()
-            if np.abs(off).max() < ENOUGH_M:
+            step = spread @ np.linalg.solve(total, (target - here)[rows].ravel())
+            mujoco.mj_integratePos(self._model, q, step, 1.0)
+            np.maximum(np.minimum(q[7:], self._high, out=q[7:]), self._low, out=q[7:])
+            if np.abs(target - self._kinematics.place(q)[FEET])[rows].max() < ENOUGH_M:
                 break
-        return out
 
     def _linearised(self, q: Array) -> tuple[Array, Array]:
         """Positions, shape (4, 3), and Jacobians, (4, 3, nv), of the feet's joints."""

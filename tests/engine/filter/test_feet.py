@@ -70,3 +70,14 @@ def test_what_is_sure_does_not_give_way(feet):
     q = moved(0.02)
     out = feet.held(q, np.zeros(NV), place, DT)
     assert np.abs(out[:3] - q[:3]).max() < 0.001
+
+
+def test_a_foot_that_points_through_the_floor_is_lifted_whole(feet):
+    """Its ankle is as low as one that stands; were it held there, toes that surely point down would stay under."""
+    q, place = HUMANOID.rest_qpos.copy(), PLACE.copy()
+    bend = HUMANOID.model.joint("RightFoot_bend")
+    q[bend.qposadr[0]], place[bend.dofadr[0], bend.dofadr[0]] = np.radians(50), 0.001**2
+    for _ in range(20):
+        out = feet.held(q, np.zeros(NV), place, DT)
+    least = LEAST_HEIGHT * feet_of(HUMANOID.rest_qpos)[:, 2] + feet.floor_m
+    assert (feet_of(out)[:, 2] > least - 0.005).all()
