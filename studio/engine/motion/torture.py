@@ -108,8 +108,8 @@ def arms_crossed() -> CanonicalMotion:
 def hands_behind_back() -> CanonicalMotion:
     """Hands brought together behind the back, held and brought back.
 
-    They go 0.11 m deep into the trunk: finishing, which keeps parts of the body out of one another, moves them out, and
-    is 4 mm further from these joints for it.
+    They go 0.11 m deep into the trunk: finishing keeps parts of the body apart, moves them out,
+    and is 4 mm further from these joints for it.
     """
     course = _Course()
     for _ in range(3):

@@ -84,8 +84,9 @@ def forwards(pose: Pose) -> Array:
     return -pose.rotation[:2, 1] / max(float(np.hypot(*pose.rotation[:2, 1])), 1e-9)
 
 
-_SURELY, _ASIDE = 0.7, np.radians(60.0)
-"""A head that faces further aside, for sure, is no glance."""
+_SURELY, _ASIDE = 0.7, np.radians(30.0)
+"""A head that surely faces further aside is reason to try a body that faces there: it may be a glance, or a body that
+lags behind who turns. From the side both explain the points well, so that how well is no reason to leave it."""
 
 
 def aside_of(face: Array, pose: Pose) -> float:
@@ -98,6 +99,8 @@ def aside_of(face: Array, pose: Pose) -> float:
 
 _OFTEN, _SELDOM = 4, 30
 """Frames between two tests where front and back may have been exchanged lately, and elsewhere."""
+_GLANCE = 2
+"""Frames between two looks whether the head faces aside, where front and back may have been exchanged lately."""
 _LATELY = 60
 _PROFILE = 0.5
 """Cosine of the angle between heading and view under which a camera sees the body from the side."""
@@ -125,6 +128,11 @@ class FacingWatch:
     def unsure(self) -> bool:
         """Whether front and back may have been exchanged lately."""
         return self._unsure > 0
+
+    @property
+    def glances(self) -> bool:
+        """Whether to look in this frame if the head faces aside."""
+        return self.unsure and self._since % _GLANCE == 0
 
     def looks(self) -> bool:
         """Whether to look where the head faces in this frame, which comes next."""

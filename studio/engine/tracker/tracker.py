@@ -312,7 +312,8 @@ class Tracker:
         if self._doubt.lost:
             self._motion.pose = None
             return
-        aside = aside_of(self._face(self._figure, self._fit.pose), self._fit.pose) if turning else 0.0
+        glances = self._facing.glances
+        aside = aside_of(self._face(self._figure, self._fit.pose), self._fit.pose) if glances else 0.0
         if aside != 0.0:
             self._begin_at(np.array([aside]), points, silhouettes, time_ns, well_m2=0.0, better=_FACED)
         elif len(turns):
