@@ -18,7 +18,7 @@ def read_c3d(path: str | os.PathLike[str]) -> NamedPoints:
     The axes are those that POINT:Y_SCREEN names as up, z where it says nothing; the unit is POINT:UNITS.
 
     Raises:
-        FormatError: the file is missing, not a C3D, cut off, or has no points.
+        FormatError: the file is missing, not a C3D, cut off, or has no points. NotAvailableError: as `load_ezc3d`.
     """
     path = Path(path)
     data = read_apart("c3d_worker", path)

@@ -6,14 +6,33 @@ from typing import Any
 import numpy as np
 
 from studio.engine.animation.apart import work
-from studio.engine.errors import FormatError
+from studio.engine.errors import FormatError, NotAvailableError
+
+
+def load_ezc3d() -> Any:
+    """Return the module that reads and writes C3D files.
+
+    Raises:
+        NotAvailableError: it is not installed, as on Linux on ARM, for which it has no wheel.
+    """
+    try:
+        import ezc3d
+    except ImportError as error:
+        raise NotAvailableError(
+            "C3D needs the package ezc3d, which is built on this system: pip install ezc3d, with a C++ compiler and "
+            "CMake; or use TRC"
+        ) from error
+    return ezc3d
 
 
 def read(path: Path) -> dict[str, Any]:
-    """Return the arrays of `c3d.read_c3d`; positions in the file's unit and axes, NaN = a gap."""
-    _check_header(path)
-    import ezc3d
+    """Return the arrays of `c3d.read_c3d`; positions in the file's unit and axes, NaN = a gap.
 
+    Raises:
+        NotAvailableError: as `load_ezc3d`. FormatError: no C3D, cut off, damaged, or without points.
+    """
+    _check_header(path)
+    ezc3d = load_ezc3d()
     try:
         file = ezc3d.c3d(str(path))
     except (RuntimeError, ValueError, OSError, MemoryError, IndexError, KeyError) as error:

@@ -8,10 +8,10 @@ import os
 import tempfile
 from pathlib import Path
 
-import ezc3d
 import numpy as np
 from numpy.typing import NDArray
 
+from studio.engine.animation.c3d_worker import load_ezc3d
 from studio.engine.errors import FormatError
 from studio.engine.export.options import ExportOptions
 from studio.engine.export.points import points_of
@@ -28,7 +28,7 @@ def write_c3d(poses: Poses, path: str | os.PathLike[str], options: ExportOptions
 
     Raises:
         FormatError: poses that cannot be exported, or more frames than the format can count.
-        StudioError: the file cannot be written.
+        NotAvailableError: as `load_ezc3d`. StudioError: the file cannot be written.
     """
     if poses.frame_count > _MOST_FRAMES:
         raise FormatError(
@@ -40,7 +40,7 @@ def write_c3d(poses: Poses, path: str | os.PathLike[str], options: ExportOptions
     radius = np.clip(np.round(np.nan_to_num(points.radius_mm)), 0, _LARGEST_RESIDUAL)
     values = np.ones((4, len(points.labels), poses.frame_count))
     values[:3] = points.positions_m.transpose(2, 1, 0) * 1000.0
-    file = ezc3d.c3d()
+    file = load_ezc3d().c3d()
     parameters = file["parameters"]["POINT"]
     parameters["RATE"]["value"] = [poses.frames_per_second]
     parameters["UNITS"]["value"] = ["mm"]

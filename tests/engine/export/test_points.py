@@ -1,5 +1,6 @@
 """C3D, TRC, CSV and npz: points read back by programs not written here; gaps stay gaps."""
 
+import sys
 import warnings
 from dataclasses import replace
 from importlib.util import find_spec
@@ -65,6 +66,14 @@ def still_for(frames):
     names = ("positions_m", "rotations_wxyz", "confidence", "uncertainty_mm")
     repeated = {name: np.repeat(getattr(still, name), frames, axis=0) for name in names}
     return replace(still, time_s=np.arange(frames) / 60, **repeated)
+
+
+def test_c3d_where_its_library_has_no_wheel(tmp_path, poses, monkeypatch):
+    """As on Linux on ARM."""
+    monkeypatch.setitem(sys.modules, "ezc3d", None)
+    with pytest.raises(NotAvailableError, match="pip install ezc3d"):
+        export(poses, tmp_path / "out.c3d", "c3d")
+    assert not (tmp_path / "out.c3d").exists()
 
 
 def test_a_c3d_that_its_header_cannot_count(tmp_path):
