@@ -4,6 +4,9 @@ A body that is followed front for back explains its points almost as well, and g
 the other side. What tells is what remains when both are fitted: feet point forwards, knees and elbows bend one way,
 the trunk lies before or behind its joints. One image tells it in most cases; several in a
 row are asked. A head that is seen to face where the back should be speaks against it too.
+
+Most of what is front for back begins as a body that stands in profile while who is seen turns on. Where the head
+faces is measured from the side as well as from before, so that a body is begun anew there.
 """
 
 import numpy as np
@@ -84,17 +87,23 @@ def forwards(pose: Pose) -> Array:
     return -pose.rotation[:2, 1] / max(float(np.hypot(*pose.rotation[:2, 1])), 1e-9)
 
 
-_SURELY, _ASIDE = 0.7, np.radians(30.0)
-"""A head that surely faces further aside is reason to try a body that faces there: it may be a glance, or a body that
-lags behind who turns. From the side both explain the points well, so that how well is no reason to leave it."""
+_SURELY = 0.7
+"""A head that is seen so surely is a reason to try a body that faces as it does."""
+_ASIDE = np.radians(30.0)
+"""Where it faces further aside, it may glance, or the body lags behind who turns. From the side both explain the
+points well, so that how well is no reason to leave it."""
+_DOUBTED, _SIDE = 0.65, np.radians(45.0)
+"""A body of a lower mean confidence is tried on either side of where its head faces: heads turn on the shoulders."""
+_AS_WELL, _BETTER = 1.0, 0.8
+"""A body begun where the head faces aside, and at its side, must leave less than this share unexplained."""
 
 
-def aside_of(face: Array, pose: Pose) -> float:
-    """Return the angle from where a body faces to where its head surely does [rad], 0 where that is no reason for
-    doubt; `face`: see `Heads.face`."""
+def aside_of(face: Array, pose: Pose) -> float | None:
+    """Return the angle from where a body faces to where its head surely does [rad], None where that cannot be told;
+    `face`: see `Heads.face`."""
     ahead = forwards(pose)
     angle = float(np.arctan2(ahead[0] * face[1] - ahead[1] * face[0], ahead @ face))
-    return angle if np.hypot(*face) > _SURELY and abs(angle) > _ASIDE else 0.0
+    return angle if np.hypot(*face) > _SURELY else None
 
 
 _OFTEN, _SELDOM = 4, 30
@@ -123,6 +132,7 @@ class FacingWatch:
         self._unsure = _LATELY
         self._since = 0
         self._said = 0.0
+        self._side = 1.0
 
     @property
     def unsure(self) -> bool:
@@ -133,6 +143,24 @@ class FacingWatch:
     def glances(self) -> bool:
         """Whether to look in this frame if the head faces aside."""
         return self.unsure and self._since % _GLANCE == 0
+
+    def to_try(self, face: Array, pose: Pose, sure: float) -> tuple[float, float] | None:
+        """Return by how much to turn a body begun anew [rad], and the share of the unexplained that it may leave;
+        None where the head gives no reason.
+
+        Args:
+            face: see `Heads.face`.
+            sure: mean confidence of the limbs.
+        """
+        aside = aside_of(face, pose)
+        if aside is None:
+            return None
+        if abs(aside) > _ASIDE:
+            return aside, _AS_WELL
+        if sure < _DOUBTED:
+            self._side = -self._side
+            return aside + self._side * _SIDE, _BETTER
+        return None
 
     def looks(self) -> bool:
         """Whether to look where the head faces in this frame, which comes next."""

@@ -16,7 +16,7 @@ from studio.engine.tracker.chain import Pose, chain_of
 from studio.engine.tracker.confidence import LIMB_JOINTS, confidence_of, expected_errors, variances
 from studio.engine.tracker.confidence import Seen as SeenOnBody
 from studio.engine.tracker.doubt import Doubt
-from studio.engine.tracker.facing import FacingWatch, aside_of, both_sides, forwards, joints_of
+from studio.engine.tracker.facing import FacingWatch, both_sides, forwards, joints_of
 from studio.engine.tracker.fit import Figure, Fit, Fitter, Points, Prior
 from studio.engine.tracker.heads import Heads
 from studio.engine.tracker.limb_watch import LimbWatch
@@ -61,8 +61,6 @@ _WELL_M2, _JUMPED_M2 = 0.00045, 0.0009
 """Who leaves less than this unexplained per point is followed well, or did not jump [m2]."""
 _BETTER = 0.6
 """Another pose must leave less than this share unexplained."""
-_FACED = 1.0
-"""The same of one that faces where the head does."""
 
 
 @cache
@@ -312,10 +310,13 @@ class Tracker:
         if self._doubt.lost:
             self._motion.pose = None
             return
-        glances = self._facing.glances
-        aside = aside_of(self._face(self._figure, self._fit.pose), self._fit.pose) if glances else 0.0
-        if aside != 0.0:
-            self._begin_at(np.array([aside]), points, silhouettes, time_ns, well_m2=0.0, better=_FACED)
+        pose, face = self._fit.pose, np.zeros(2)
+        if self._facing.glances:
+            face = self._face(self._figure, pose)
+        to_try = self._facing.to_try(face, pose, self._sure)
+        if to_try is not None:
+            turn, better = to_try
+            self._begin_at(np.array([turn]), points, silhouettes, time_ns, well_m2=0.0, better=better)
         elif len(turns):
             well_m2 = _JUMPED_M2 if len(turns) > 1 else _WELL_M2
             self._begin_at(turns, points, silhouettes, time_ns, well_m2=well_m2, better=_BETTER)

@@ -82,10 +82,32 @@ def test_a_body_followed_front_for_back_is_set_right():
 
 
 def test_a_head_tells_how_far_aside_a_body_is_taken_to_face():
-    assert aside_of(np.array([0.0, -0.9]), FACING) == 0.0  # FACING faces -y
+    assert aside_of(np.array([0.0, -0.9]), FACING) == pytest.approx(0.0)  # FACING faces -y
     assert aside_of(np.array([0.9, 0.0]), FACING) == pytest.approx(np.pi / 2)
     assert aside_of(np.array([-0.9, 0.0]), FACING) == pytest.approx(-np.pi / 2)
-    assert aside_of(np.array([0.3, 0.0]), FACING) == 0.0  # it hardly knows
+    assert aside_of(np.array([0.3, 0.0]), FACING) is None  # it hardly knows
+
+
+def test_a_body_is_tried_where_the_head_faces_aside_and_on_both_sides_of_it_in_doubt():
+    watch, ahead = FacingWatch(), np.array([0.0, -0.9])
+    assert watch.to_try(np.array([0.9, 0.0]), FACING, 0.9) == pytest.approx((np.pi / 2, 1.0))
+    assert watch.to_try(ahead, FACING, 0.9) is None and watch.to_try(0.3 * ahead, FACING, 0.4) is None
+    sides = [watch.to_try(ahead, FACING, 0.4) for _ in range(3)]
+    assert [np.degrees(side[0]) for side in sides] == pytest.approx([-45.0, 45.0, -45.0])
+    assert sides[0][1] < 1.0
+
+
+def test_glances_are_more_frequent_than_tests_and_only_where_a_side_was_seen():
+    sideways = Pose(
+        FACING.root, np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]]), FACING.angles
+    )
+    for pose, most in ((sideways, 300), (FACING, 40)):
+        watch, glances = FacingWatch(), 0
+        for _ in range(600):
+            watch.looks()
+            watch.due(pose, AHEAD, None)
+            glances += watch.glances
+        assert glances <= most and (pose is FACING or glances == 300)
 
 
 SMALL = replace(TUNING[3], name="small", height_m=0.9, head=1.45, legs=0.88, arms=0.92, seed=77)
