@@ -3,11 +3,11 @@
 What makes a joint of a limb unsure is weighed by a logistic regression: the covariance of the fit, whether the joint
 lies behind what the cameras see there or where they see past it, how many points lie on its bone and on the one
 before, how well they fit, points about it that nothing explains, and what the limb leaves or lately left
-unexplained. The weights are the mean of two fits on simulated performers for tuning and random bodies like them, seen
+unexplained. The slopes are the mean of two fits on simulated performers for tuning and random bodies like them, seen
 by one, two and three cameras: one in motions that reported figures are not measured on, one with tuning performers in
 wide clothes before one camera, who begin in profile (the motion 14_08, which `bars` measures with other performers).
-`tests/engine/tracker/fit_confidence.py` fits weights in the same way, on other motions; it does not give these
-numbers, and says how its own compare.
+The threshold comes from `tests/engine/tracker/fit_confidence.py`, whose runs were not among them; it fits slopes as
+well, and says why those are not in use.
 The trunk's joints have the covariance and the model's own error.
 """
 
@@ -43,15 +43,15 @@ EVIDENCE: tuple[str, ...] = (
 """What `_WEIGHTS` belong to, from left to right; square roots of what is in square metres."""
 
 _WEIGHTS: Array = np.array([
-    [7.58, 0.99, -14.52, 28.26, -0.84, -1.01, 117.34, 8.54, 5.74, 2.27],
-    [8.08, 0.96, -3.10, 8.47, -0.51, -1.68, 184.61, 7.95, 3.72, 2.64],
-    [6.30, 0.87, -1.21, 8.75, -0.66, -1.29, 179.94, 3.15, 4.57, 2.15],
-    [4.35, 0.94, 1.13, 14.94, -1.67, 0.60, 169.17, 9.36, 4.53, 3.49],
-    [7.91, 1.22, -6.77, 15.33, 0.03, -1.18, 153.86, 5.43, 2.83, 3.05],
-    [8.37, 1.12, -3.65, 8.97, -0.08, -1.45, 211.62, 0.38, 2.85, 3.32],
+    [7.26, 0.99, -14.52, 28.26, -0.84, -1.01, 117.34, 8.54, 5.74, 2.27],
+    [7.76, 0.96, -3.10, 8.47, -0.51, -1.68, 184.61, 7.95, 3.72, 2.64],
+    [5.98, 0.87, -1.21, 8.75, -0.66, -1.29, 179.94, 3.15, 4.57, 2.15],
+    [4.03, 0.94, 1.13, 14.94, -1.67, 0.60, 169.17, 9.36, 4.53, 3.49],
+    [7.59, 1.22, -6.77, 15.33, 0.03, -1.18, 153.86, 5.43, 2.83, 3.05],
+    [8.05, 1.12, -3.65, 8.97, -0.08, -1.45, 211.62, 0.38, 2.85, 3.32],
 ])  # fmt: skip
 """By kind of joint, the log-odds of its being off by more than 6 cm, less what leaves 8 % of those within 3 cm above
-0."""
+0 in the runs of `fit_confidence` that are not disturbed."""
 
 LIMB_JOINTS: NDArray[np.int64] = np.array([INDEX[f"{s}_{kind}"] for s in ("left", "right") for kind in KINDS])
 """Canonical joints that have weights, shape (12,)."""
