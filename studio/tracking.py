@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from studio.engine.calibration.calibrate import calibrate
 from studio.engine.calibration.depth_floor import seen_floors
+from studio.engine.calibration.drift import follow_clocks
 from studio.engine.calibration.floor import Floor
 from studio.engine.calibration.result import Calibration
 from studio.engine.depth import DepthFrame
@@ -150,6 +151,7 @@ def calibrate_take(take: Take, *, reference: str | None = None) -> Calibration:
     if reference is not None and reference not in frames:
         raise SettingsError(f"--reference {reference}: no such camera; allowed: {', '.join(frames)}")
     calibration = calibrate(frames, reference=reference, until_s=until_s, floors=floors)
+    calibration = follow_clocks(calibration, frames, until_s)
     if not from_depth or len(frames) < 2:
         return calibration
     clocks = {name: camera.clock for name, camera in calibration.cameras.items()}

@@ -1,0 +1,167 @@
+"""Clocks over a whole take: a walk of half a minute tells a drift to some tens of ppm, which is 0.1 s in an hour.
+
+What follows the walk is watched in windows. In each, cameras that are placed show the same motion; by how much one is
+late follows from the joints' velocities. The drift is the slope of a robust line through all windows (Theil-Sen:
+Sen, "Estimates of the regression coefficient based on Kendall's tau", J. American Statistical Association 63, 1968).
+"""
+
+from bisect import bisect_left
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.stats import theilslopes
+
+from studio.engine.calibration.noise import unbiased
+from studio.engine.calibration.pairs import GRID_HZ, Track, make_track, sample, velocity
+from studio.engine.calibration.result import Calibration, CameraCalibration
+from studio.engine.calibration.swaps import exchange, find_swaps
+from studio.engine.frames import CameraFrame, ClockModel
+from studio.engine.geometry import transform_points
+
+WINDOW_S, APART_S, MOST_WINDOWS = 8.0, 10.0, 120
+"""Length of a window, from one to the next at least, and how many there are at most."""
+
+LEAST_S = 15.0
+"""A take that goes on for no longer than this after what it was calibrated by keeps its clocks."""
+
+MOST_LATE_S = 0.12
+"""A window that is later than this, against the line so far, is not believed."""
+
+_LEAST_WINDOWS = 3
+_STEPS, _SETTLED_S = 8, 0.002
+_MOST_OFF_M = 0.3
+_LEAST_MOTION_M_S, _LEAST_ROWS = 0.1, 600
+
+
+def follow_clocks(
+    calibration: Calibration, frames: Mapping[str, Sequence[CameraFrame]], until_s: float | None
+) -> Calibration:
+    """Return the calibration with clocks that hold for all frames, not only for those that it was found from.
+
+    Args:
+        calibration: of these frames.
+        frames: by camera, in device time order.
+        until_s: the calibration was found from frames up to this time of the stage clock; None = from all.
+    """
+    reference = frames[calibration.reference]
+    if until_s is None or len(reference) < 2:
+        return calibration
+    clock = calibration.cameras[calibration.reference].clock
+    first_s, last_s = (clock.stage_ns(frame.device_time_ns) * 1e-9 for frame in (reference[0], reference[-1]))
+    if last_s < until_s + LEAST_S:
+        return calibration
+    starts_s = np.arange(first_s, last_s - WINDOW_S, max(APART_S, (last_s - first_s) / MOST_WINDOWS))
+    cameras = {
+        name: camera
+        if name == calibration.reference or camera.verdict == "refused"
+        else replace(camera, clock=_followed(calibration, frames, name, starts_s, 0.5 * (first_s + until_s)))
+        for name, camera in calibration.cameras.items()
+    }
+    return replace(calibration, cameras=cameras)
+
+
+def _followed(
+    calibration: Calibration,
+    frames: Mapping[str, Sequence[CameraFrame]],
+    name: str,
+    starts_s: NDArray[np.float64],
+    right_s: float,
+) -> ClockModel:
+    """One camera's clock with the drift of windows that begin at these times of the stage clock [s]; it is right at
+    `right_s`: windows of other motion are late by milliseconds of their own."""
+    reference, camera = calibration.cameras[calibration.reference], calibration.cameras[name]
+    clock = camera.clock
+    known: list[tuple[float, float]] = []  # device time since the clock's reference [s], offset [s]
+    for start_s in starts_s:
+        seen = (
+            _between(frames[calibration.reference], reference.clock, start_s),
+            _between(frames[name], clock, start_s),
+        )
+        late_s = _late_s(seen, (reference, replace(camera, clock=clock)), start_s)
+        if late_s is not None:
+            middle_s = start_s + 0.5 * WINDOW_S
+            device_s = float(_device_s(clock, middle_s, clock.reference_ns))
+            known.append((device_s, middle_s + late_s - device_s))
+        if len(known) >= _LEAST_WINDOWS:
+            clock = _through(camera.clock, right_s, known)
+    return clock
+
+
+def _device_s(clock: ClockModel, stage_s: NDArray[np.float64] | float, since_ns: int) -> NDArray[np.float64]:
+    """Device times, counted from one of them [s], of stage times [s]."""
+    return np.asarray(stage_s - clock.stage_ns(since_ns) * 1e-9) / (1.0 + clock.drift_ppm * 1e-6)
+
+
+def _through(clock: ClockModel, right_s: float, known: list[tuple[float, float]]) -> ClockModel:
+    """The clock with the drift of known offsets [s] at device times since its reference [s], and what it was at a
+    stage time [s]."""
+    device_s, offset_s = np.array(known).T
+    drift = float(theilslopes(offset_s, device_s)[0])
+    turned_s = (drift - clock.drift_ppm * 1e-6) * float(_device_s(clock, right_s, clock.reference_ns))
+    return ClockModel(clock.offset_ns - round(turned_s * 1e9), drift * 1e6, clock.reference_ns)
+
+
+def _between(frames: Sequence[CameraFrame], clock: ClockModel, start_s: float) -> Track:
+    """A camera's frames of the window that begins at a stage time [s], and half a second more on both sides."""
+    ends = (
+        bisect_left(frames, round(stage_s * 1e9), key=lambda frame: clock.stage_ns(frame.device_time_ns))
+        for stage_s in (start_s - 0.5, start_s + WINDOW_S + 0.5)
+    )
+    return make_track(frames[slice(*ends)])
+
+
+def _late_s(
+    tracks: tuple[Track, Track], cameras: tuple[CameraCalibration, CameraCalibration], start_s: float
+) -> float | None:
+    """How much later than its clock says the second camera saw the motion [s]; None where it cannot be told."""
+    if min(len(track.times_s) for track in tracks) < 2:
+        return None
+    stage_s = np.arange(start_s, start_s + WINDOW_S, 1.0 / GRID_HZ)
+    late_s = 0.0
+    for _ in range(_STEPS):
+        placed, moving = zip(
+            *(
+                _seen(track, camera, stage_s - shift_s)
+                for track, camera, shift_s in zip(tracks, cameras, (0.0, late_s), strict=True)
+            ),
+            strict=True,
+        )
+        swapped = find_swaps(np.array(placed))
+        off = exchange(placed[1], swapped[1]) - placed[0]
+        step_s = _step_s(off, (moving[0] + exchange(moving[1], swapped[1])) / 2.0)
+        if step_s is None or abs(late_s + step_s) > MOST_LATE_S:
+            return None
+        late_s += step_s
+        if abs(step_s) < _SETTLED_S:
+            return late_s
+    return None
+
+
+def _seen(
+    track: Track, camera: CameraCalibration, stage_s: NDArray[np.float64]
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Joints [m] and their velocities [m/s] in the stage frame at stage times, shapes (instant_count, 21, 3)."""
+    device_s = _device_s(camera.clock, stage_s, track.epoch_ns)
+    joints = unbiased(sample(track, device_s)[0], camera.depth_bias_m)
+    T = camera.T_stage_camera
+    return transform_points(T, joints), velocity(track, device_s) @ T[:3, :3].T
+
+
+def _step_s(off: NDArray[np.float64], moving: NDArray[np.float64]) -> float | None:
+    """By how much joints that are this far ahead [m] are early, given how they move [m/s]; (instant_count, 21, 3).
+
+    What a joint is off by all the time is the cameras' disagreement about where it is, and tells nothing.
+    """
+    good = (np.linalg.norm(off, axis=2) < _MOST_OFF_M) & (moving != 0.0).any(axis=2)
+    if good.sum() < _LEAST_ROWS:
+        return None
+    weight = good[..., None].astype(float)
+    count = np.maximum(weight.sum(axis=0), 1.0)
+    off, moving = (np.where(good[..., None], x, 0.0) for x in (off, moving))
+    off, moving = (weight * (x - x.sum(axis=0) / count) for x in (off, moving))
+    motion = (moving**2).sum()
+    if motion < good.sum() * _LEAST_MOTION_M_S**2:
+        return None
+    return float((off * moving).sum() / motion)
