@@ -23,8 +23,9 @@ from studio.engine.geometry import transform_points
 WINDOW_S, APART_S, MOST_WINDOWS = 8.0, 10.0, 120
 """Length of a window, from one to the next at least, and how many there are at most."""
 
-LEAST_S = 15.0
-"""A take that goes on for no longer than this after what it was calibrated by keeps its clocks."""
+LEAST_S = 60.0
+"""A take that goes on for no longer than this after what it was calibrated by keeps its clocks: each motion is late
+by a millisecond or two of its own, and over less than this that is worse than the walk's drift."""
 
 MOST_LATE_S = 0.12
 """A window that is later than this, against the line so far, is not believed."""
