@@ -11,7 +11,6 @@ from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import theilslopes
 
 from studio.engine.calibration.noise import unbiased
 from studio.engine.calibration.pairs import GRID_HZ, Track, make_track, sample, velocity
@@ -98,6 +97,8 @@ def _device_s(clock: ClockModel, stage_s: NDArray[np.float64] | float, since_ns:
 def _through(clock: ClockModel, right_s: float, known: list[tuple[float, float]]) -> ClockModel:
     """The clock with the drift of known offsets [s] at device times since its reference [s], and what it was at a
     stage time [s]."""
+    from scipy.stats import theilslopes  # takes most of a second to load, and few takes are so long
+
     device_s, offset_s = np.array(known).T
     drift = float(theilslopes(offset_s, device_s)[0])
     turned_s = (drift - clock.drift_ppm * 1e-6) * float(_device_s(clock, right_s, clock.reference_ns))
