@@ -94,7 +94,7 @@ _ASIDE = np.radians(30.0)
 points well, so that how well is no reason to leave it."""
 _DOUBTED, _SIDE = 0.65, np.radians(45.0)
 """A body of a lower mean confidence is tried on either side of where its head faces: heads turn on the shoulders."""
-_AS_WELL, _BETTER = 1.0, 0.8
+_ASIDE_BETTER, _BETTER = 0.9, 0.8
 """A body begun where the head faces aside, and at its side, must leave less than this share unexplained."""
 
 
@@ -156,7 +156,7 @@ class FacingWatch:
         if aside is None:
             return None
         if abs(aside) > _ASIDE:
-            return aside, _AS_WELL
+            return aside, _ASIDE_BETTER
         if sure < _DOUBTED:
             self._side = -self._side
             return aside + self._side * _SIDE, _BETTER

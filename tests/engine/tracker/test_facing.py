@@ -90,7 +90,7 @@ def test_a_head_tells_how_far_aside_a_body_is_taken_to_face():
 
 def test_a_body_is_tried_where_the_head_faces_aside_and_on_both_sides_of_it_in_doubt():
     watch, ahead = FacingWatch(), np.array([0.0, -0.9])
-    assert watch.to_try(np.array([0.9, 0.0]), FACING, 0.9) == pytest.approx((np.pi / 2, 1.0))
+    assert watch.to_try(np.array([0.9, 0.0]), FACING, 0.9) == pytest.approx((np.pi / 2, 0.9))
     assert watch.to_try(ahead, FACING, 0.9) is None and watch.to_try(0.3 * ahead, FACING, 0.4) is None
     sides = [watch.to_try(ahead, FACING, 0.4) for _ in range(3)]
     assert [np.degrees(side[0]) for side in sides] == pytest.approx([-45.0, 45.0, -45.0])
