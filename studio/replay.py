@@ -32,6 +32,7 @@ def solve_take(
     name: str,
     as_live: bool = False,
     progress: Progress | None = None,
+    to_disk: bool = True,
 ) -> Path:
     """Solve a take and write `solves/<name>/`; return that folder.
 
@@ -42,6 +43,7 @@ def solve_take(
         as_live: repeat the decisions of the live stage, whose poses come out bit for bit; else all frames are
             used, with the final clocks of the calibration, and the calibration part is left out.
         progress: told the share done.
+        to_disk: see `write_solve`.
 
     Raises:
         TakeError: no raw frames, no live log, or a name that is not allowed.
@@ -65,7 +67,9 @@ def solve_take(
         **following.figures(),
         **physics,
     }
-    return write_solve(take, name, settings=settings, poses=poses, metrics=metrics, trace=trace.trace())
+    return write_solve(
+        take, name, settings=settings, poses=poses, metrics=metrics, trace=trace.trace(), to_disk=to_disk
+    )
 
 
 def _plain(

@@ -1,4 +1,8 @@
-"""One take's share of a batch: solve, export or evaluate it, unless that was done before."""
+"""One take's share of a batch: solve, export or evaluate it, unless that was done before.
+
+A note says of which input a result was made, and what it looks like. Nobody waits for the disk: where the machine
+fails, a result that was not written to its end does not look so, and is made again.
+"""
 
 import hashlib
 import json
@@ -48,11 +52,11 @@ def do(job: Job) -> Done:
     try:
         inputs, output = _files(job)
         note = Path(job.take) / NOTES / f"{job.kind}_{job.key()}.json"
-        stamp = _stamp(inputs)
-        if output.exists() and _noted(note) == stamp:
+        before = _stamp(inputs)
+        if output.exists() and _noted(note) == before | _stamp([output]):
             return Done(job.take, "skipped", made=str(output))
         _DO[job.kind](job)
-        _note(note, stamp)
+        _note(note, before | _stamp([output]))
         return Done(job.take, "done", made=str(output))
     except (StudioError, OSError) as error:
         return Done(job.take, "failed", str(error) or type(error).__name__)
@@ -64,7 +68,7 @@ def _solve(job: Job) -> None:
     from studio.take.take import Take
 
     settings = SolveSettings.from_json(job.options["settings"])
-    solve_take(Take.open(job.take), settings, name=job.options["name"])
+    solve_take(Take.open(job.take), settings, name=job.options["name"], to_disk=False)
 
 
 def _export(job: Job) -> None:
@@ -108,7 +112,7 @@ def _files(job: Job) -> tuple[list[Path], Path]:
 
 
 def _stamp(inputs: list[Path]) -> dict[str, list[int]]:
-    """Size and time of the files that the work reads."""
+    """Size and time of files."""
     return {str(path): [path.stat().st_size, path.stat().st_mtime_ns] for path in inputs if path.exists()}
 
 
@@ -122,7 +126,7 @@ def _noted(note: Path) -> Any:
 def _note(note: Path, stamp: dict[str, list[int]]) -> None:
     from studio.engine.files import write_json
 
-    write_json(note, stamp)
+    write_json(note, stamp, to_disk=False)
 
 
 def summary(done: list[Done]) -> dict[str, Any]:

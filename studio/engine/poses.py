@@ -71,9 +71,12 @@ class Poses:
         """Median frame rate [Hz]; 60 where there are fewer than two frames."""
         return 60.0 if self.frame_count < 2 else float(1.0 / np.median(np.diff(self.time_s)))
 
-    def save(self, path: str | os.PathLike[str]) -> None:
-        """Write `poses.npz` atomically: either the whole file is there afterwards, or the old one."""
-        with write_atomically(path) as file:
+    def save(self, path: str | os.PathLike[str], *, to_disk: bool = True) -> None:
+        """Write `poses.npz` atomically: either the whole file is there afterwards, or the old one.
+
+        `to_disk`: see `files.write_atomically`.
+        """
+        with write_atomically(path, to_disk=to_disk) as file:
             arrays = {key: np.asarray(getattr(self, key)) for key in _KEYS}
             if self.root_height_m is not None:
                 arrays[_ROOT_HEIGHT] = np.float64(self.root_height_m)

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from studio.engine.errors import FormatError, TakeError
-from studio.engine.files import write_json
+from studio.engine.files import sync_files, write_json
 from studio.engine.poses import Poses
 from studio.engine.settings import SolveSettings
 from studio.engine.solve.trace import Trace
@@ -27,10 +27,12 @@ def write_solve(
     poses: Poses,
     metrics: dict[str, Any],
     trace: Trace | None = None,
+    to_disk: bool = True,
 ) -> Path:
     """Write `solves/<name>/` with settings.json, poses.npz, metrics.json and trace.npz; return the folder.
 
-    A solve of that name is replaced; an error leaves it as it was and nothing half-written behind.
+    A solve of that name is replaced; an error leaves it as it was and nothing half-written behind. Without `to_disk`
+    it is not waited for until all is on the disk.
 
     Raises:
         TakeError: a name that is not allowed, or a folder that cannot be written.
@@ -42,11 +44,13 @@ def write_solve(
         folder.parent.mkdir(parents=True, exist_ok=True)
         temporary = Path(tempfile.mkdtemp(prefix=f".{name}.partial-", dir=folder.parent))
         os.chmod(temporary, 0o755)
-        poses.save(temporary / "poses.npz")
+        poses.save(temporary / "poses.npz", to_disk=False)
         if trace is not None:
-            trace.save(temporary / TRACE)
-        write_json(temporary / "settings.json", SETTINGS.stamped(settings.to_json()))
-        write_json(temporary / "metrics.json", METRICS.stamped(metrics))
+            trace.save(temporary / TRACE, to_disk=False)
+        write_json(temporary / "settings.json", SETTINGS.stamped(settings.to_json()), to_disk=False)
+        write_json(temporary / "metrics.json", METRICS.stamped(metrics), to_disk=False)
+        if to_disk:
+            sync_files(temporary)
         _replace(folder, temporary)
     except OSError as error:
         reason = error.strerror or str(error)

@@ -51,6 +51,8 @@ def test_what_was_done_is_left_alone_until_its_input_changes(sessions: Path, tmp
     os.utime(Path(jobs[0].take) / "solves" / "studio" / "poses.npz")
     (tmp_path / "out" / "take_1.bvh").unlink()
     assert [do(job).state for job in jobs] == ["done", "done", "skipped"]
+    (tmp_path / "out" / "take_2.bvh").write_bytes(b"")  # as after a failure of the machine
+    assert [do(job).state for job in jobs] == ["skipped", "skipped", "done"]
 
 
 def test_the_command_exports_all_and_tells_what_failed(sessions: Path, tmp_path: Path, capsys) -> None:

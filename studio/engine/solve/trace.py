@@ -66,13 +66,13 @@ class Trace:
         fused = _unpacked(self.fused_half_mm[frame])
         return frames, FusedSkeleton(fused, sure, np.full(JOINT_COUNT, np.nan), self.used[frame])
 
-    def save(self, path: str | os.PathLike[str]) -> None:
-        """Write the trace, atomically.
+    def save(self, path: str | os.PathLike[str], *, to_disk: bool = True) -> None:
+        """Write the trace, atomically; `to_disk`: see `files.write_atomically`.
 
         Raises:
             StudioError: the file cannot be written.
         """
-        with write_atomically(path) as file:
+        with write_atomically(path, to_disk=to_disk) as file:
             save_arrays(file, {key: getattr(self, key) for key in _KEYS}, TRACE)
 
     @classmethod
