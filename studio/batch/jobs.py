@@ -1,7 +1,7 @@
 """One take's share of a batch: solve, export or evaluate it, unless that was done before.
 
-A note says of which input a result was made, and what it looks like. Nobody waits for the disk: where the machine
-fails, a result that was not written to its end does not look so, and is made again.
+A note says of which input a result was made, and what it looks like. No solve waits for the disk: where the machine
+fails, one that was not written to its end does not look so, and is made again.
 """
 
 import hashlib

@@ -52,41 +52,30 @@ def follow_clocks(
     first_s, last_s = (clock.stage_ns(frame.device_time_ns) * 1e-9 for frame in (reference[0], reference[-1]))
     if last_s < until_s + LEAST_S:
         return calibration
-    starts_s = np.arange(first_s, last_s - WINDOW_S, max(APART_S, (last_s - first_s) / MOST_WINDOWS))
-    cameras = {
+    right_s = 0.5 * (
+        first_s + until_s
+    )  # where clocks stay what they are: windows of other motion are late on their own
+    placed = calibration.cameras[calibration.reference]
+    followed = {
         name: camera
-        if name == calibration.reference or camera.verdict == "refused"
-        else replace(camera, clock=_followed(calibration, frames, name, starts_s, 0.5 * (first_s + until_s)))
         for name, camera in calibration.cameras.items()
+        if name != calibration.reference and camera.verdict != "refused"
     }
-    return replace(calibration, cameras=cameras)
-
-
-def _followed(
-    calibration: Calibration,
-    frames: Mapping[str, Sequence[CameraFrame]],
-    name: str,
-    starts_s: NDArray[np.float64],
-    right_s: float,
-) -> ClockModel:
-    """One camera's clock with the drift of windows that begin at these times of the stage clock [s]; it is right at
-    `right_s`: windows of other motion are late by milliseconds of their own."""
-    reference, camera = calibration.cameras[calibration.reference], calibration.cameras[name]
-    clock = camera.clock
-    known: list[tuple[float, float]] = []  # device time since the clock's reference [s], offset [s]
-    for start_s in starts_s:
-        seen = (
-            _between(frames[calibration.reference], reference.clock, start_s),
-            _between(frames[name], clock, start_s),
-        )
-        late_s = _late_s(seen, (reference, replace(camera, clock=clock)), start_s)
-        if late_s is not None:
+    known: dict[str, list[tuple[float, float]]] = {name: [] for name in followed}  # as `_through` has them
+    for start_s in np.arange(first_s, last_s - WINDOW_S, max(APART_S, (last_s - first_s) / MOST_WINDOWS)):
+        seen = _between(reference, clock, start_s)
+        for name, camera in followed.items():
+            track = _between(frames[name], camera.clock, start_s)
+            late_s = _late_s((seen, track), (placed, camera), start_s)
+            if late_s is None:
+                continue
             middle_s = start_s + 0.5 * WINDOW_S
-            device_s = float(_device_s(clock, middle_s, clock.reference_ns))
-            known.append((device_s, middle_s + late_s - device_s))
-        if len(known) >= _LEAST_WINDOWS:
-            clock = _through(camera.clock, right_s, known)
-    return clock
+            device_s = float(_device_s(camera.clock, middle_s, camera.clock.reference_ns))
+            known[name].append((device_s, middle_s + late_s - device_s))
+            if len(known[name]) >= _LEAST_WINDOWS:
+                turned = _through(calibration.cameras[name].clock, right_s, known[name])
+                followed[name] = replace(camera, clock=turned)
+    return replace(calibration, cameras=calibration.cameras | followed)
 
 
 def _device_s(clock: ClockModel, stage_s: NDArray[np.float64] | float, since_ns: int) -> NDArray[np.float64]:
@@ -95,7 +84,7 @@ def _device_s(clock: ClockModel, stage_s: NDArray[np.float64] | float, since_ns:
 
 
 def _through(clock: ClockModel, right_s: float, known: list[tuple[float, float]]) -> ClockModel:
-    """The clock with the drift of known offsets [s] at device times since its reference [s], and what it was at a
+    """The clock with the drift of known pairs of device time since its reference and offset [s], and what it was at a
     stage time [s]."""
     from scipy.stats import theilslopes  # takes most of a second to load, and few takes are so long
 

@@ -47,9 +47,7 @@ _LIMB_HINGES = 8
 class BodyFilter:
     """Follows cameras' joints, or fused ones, frame by frame.
 
-    Attributes:
-        ahead_s: the belief is this far ahead of what `follow` returns: a pose is shown when the joints after it are
-            known too.
+    Of cameras' joints the belief is ahead of what is shown: a pose is shown when the joints after it are known too.
     """
 
     def __init__(self, humanoid: Humanoid, settings: SolveSettings) -> None:
@@ -77,7 +75,7 @@ class BodyFilter:
         self._since_rows_s, self._unwatched_s = 0.0, 0.0
         self._lost = False
         self._started = False
-        self.ahead_s = settings.ahead_ns * 1e-9
+        self._ahead_s = settings.ahead_ns * 1e-9
 
     @property
     def floor_m(self) -> float:
@@ -100,7 +98,7 @@ class BodyFilter:
             if self._begin(fused.positions, fused.sigma):
                 self._used = fused.used.copy()
         elif self._started:
-            ahead = [replace(r, offset_s=r.offset_s - self.ahead_s) for r in frames.readings]
+            ahead = [replace(r, offset_s=r.offset_s - self._ahead_s) for r in frames.readings]
             self._advance(ahead, frames.camera_positions, dt)
         q = self._shown_of(*self._belief.earlier(), dt) if self._started else None
         return self._fused(frames), q

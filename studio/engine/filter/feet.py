@@ -101,17 +101,24 @@ class StandingFeet:
             return q
         target[:, 2] = np.maximum(target[:, 2], least)
         out = q.copy()
-        self._reach(out, target, rows, place)
-        under = least - self._kinematics.place(out)[FEET, 2]
+        here = self._reach(out, target, rows, place, here, jacobian)
+        under = least - here[:, 2]
         if under.max() > ENOUGH_M:  # what holds a foot that cannot be on the floor lets go of it
             low = np.repeat((under > ENOUGH_M).reshape(2, 2).any(axis=1), 2)
-            self._reach(out, target, np.flatnonzero((self._held > 0.0) & ~low | (under > 0.0)), place)
+            rows = np.flatnonzero((self._held > 0.0) & ~low | (under > 0.0))
+            self._reach(out, target, rows, place, *self._linearised(out))
         return out
 
-    def _reach(self, q: Array, target: Array, rows: NDArray[np.int64], place: Array) -> None:
-        """Bring some of the feet's joints to their targets, shape (4, 3), changing the configuration in place."""
-        for _ in range(_ITERATIONS):
-            here, jacobian = self._linearised(q)
+    def _reach(
+        self, q: Array, target: Array, rows: NDArray[np.int64], place: Array, here: Array, jacobian: Array
+    ) -> Array:
+        """Bring some joints to their targets, changing the configuration in place; return where they are.
+
+        `here` and `jacobian` are those of the configuration; positions have the shape (4, 3) [m].
+        """
+        for iteration in range(_ITERATIONS):
+            if iteration:
+                jacobian = self._linearised(q)[1]
             j = jacobian[rows].reshape(-1, self._model.nv)
             spread = place @ j.T
             total = j @ spread
@@ -119,8 +126,10 @@ class StandingFeet:
             step = spread @ np.linalg.solve(total, (target - here)[rows].ravel())
             mujoco.mj_integratePos(self._model, q, step, 1.0)
             np.maximum(np.minimum(q[7:], self._high, out=q[7:]), self._low, out=q[7:])
-            if np.abs(target - self._kinematics.place(q)[FEET])[rows].max() < ENOUGH_M:
+            here = self._kinematics.place(q)[FEET]
+            if np.abs(target - here)[rows].max() < ENOUGH_M:
                 break
+        return here
 
     def _linearised(self, q: Array) -> tuple[Array, Array]:
         """Positions, shape (4, 3), and Jacobians, (4, 3, nv), of the feet's joints."""

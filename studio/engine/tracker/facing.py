@@ -91,7 +91,7 @@ _SURELY = 0.7
 """A head that is seen so surely is a reason to try a body that faces as it does."""
 _ASIDE = np.radians(30.0)
 """Where it faces further aside, it may glance, or the body lags behind who turns. From the side both explain the
-points well, so that how well is no reason to leave it."""
+points well, so that a body that explains them well is tried as well."""
 _DOUBTED, _SIDE = 0.65, np.radians(45.0)
 """A body of a lower mean confidence is tried on either side of where its head faces: heads turn on the shoulders."""
 _ASIDE_BETTER, _BETTER = 0.9, 0.8
