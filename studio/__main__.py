@@ -10,7 +10,7 @@ import sys
 from importlib import metadata
 
 from studio.commands.common import spread_settings
-from studio.engine.errors import SettingsError, StudioError
+from studio.engine.base.errors import SettingsError, StudioError
 
 COMMANDS = (
     "serve",
@@ -64,7 +64,7 @@ def make_parser() -> argparse.ArgumentParser:
 
 
 def main(argv: list[str] | None = None) -> int:
-    """Run one command and return its exit code; wrong use leaves by SystemExit(2), as argparse does."""
+    """Run one command and return its exit code; wrong use ends with SystemExit(2), as in argparse."""
     arguments = list(sys.argv[1:] if argv is None else argv)
     if not arguments or (arguments[0].startswith("-") and arguments[0] not in ("-h", "--help", "--version")):
         arguments = ["serve", "--demo-on-first-run", *arguments]
@@ -75,7 +75,7 @@ def main(argv: list[str] | None = None) -> int:
         return _fail(args.command, error, 2)
     except StudioError as error:
         return _fail(args.command, error, 1)
-    except BrokenPipeError:  # the reader of our output has gone, as `head` does
+    except BrokenPipeError:  # the reader of the output has ended, as `head` does
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 1
     except OSError as error:
@@ -85,7 +85,7 @@ def main(argv: list[str] | None = None) -> int:
 
 
 def _fail(command: str, error: Exception, code: int) -> int:
-    """Say on one line of standard error what failed."""
+    """Write the error on one line of standard error."""
     text = " ".join(str(error).split()) or type(error).__name__
     print(f"studio {command}: {text}", file=sys.stderr)
     return code

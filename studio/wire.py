@@ -19,8 +19,8 @@ import zstandard
 from msgspec import Meta
 from numpy.typing import NDArray
 
-from studio.engine.errors import FormatError
-from studio.engine.joints import JOINT_SETS
+from studio.engine.base.errors import FormatError
+from studio.engine.model.joints import JOINT_SETS
 
 PROTOCOL_VERSION = 1
 MAX_MESSAGE_BYTES = 4 * 1024 * 1024
@@ -29,7 +29,7 @@ LINK_PATH = "/api/v1/link"
 Name = Annotated[str, Meta(pattern=r"^[A-Za-z0-9][A-Za-z0-9_.-]{0,62}\Z")]
 TimeNs = Annotated[int, Meta(ge=0, le=2**62)]
 PREVIEW_PIXELS = 160
-"""Width and height of a preview at most; clients send half of it."""
+"""Largest width and height of a preview; clients send half of it."""
 
 ENDED = 2**62
 """`up_to` of the last `Ack` of a take."""
@@ -58,8 +58,8 @@ class Intrinsics(msgspec.Struct, forbid_unknown_fields=True):
 class Hello(msgspec.Struct, tag="hello", forbid_unknown_fields=True):
     """First message of a camera client.
 
-    `boot_id` changes with every start of the client, so that (name, boot_id, sequence) names a frame for good.
-    `machine` is alike for all clients of one machine, `usb_controller` for all cameras on one of its controllers.
+    `boot_id` changes with every start of the client, so that (name, boot_id, sequence) identifies a frame for good.
+    `machine` is the same for all clients of one machine, `usb_controller` for all cameras on one of its controllers.
     """
 
     protocol_version: int
@@ -96,7 +96,7 @@ class ClockRequest(msgspec.Struct, tag="clock_request", forbid_unknown_fields=Tr
 
 
 class ClockReply(msgspec.Struct, tag="clock_reply", forbid_unknown_fields=True):
-    """The server's answer at once: when the request came and when this reply left, on the server's clock."""
+    """The server's immediate answer: arrival of the request and departure of this reply, on the server's clock."""
 
     client_send_ns: TimeNs
     server_receive_ns: TimeNs
@@ -104,7 +104,7 @@ class ClockReply(msgspec.Struct, tag="clock_reply", forbid_unknown_fields=True):
 
 
 class ClockSample(msgspec.Struct, tag="clock_sample", forbid_unknown_fields=True):
-    """One finished exchange, sent back by the client so that the server keeps the clocks (as in NTP)."""
+    """One finished exchange, from which the server estimates the clock (as in NTP)."""
 
     client_send_ns: TimeNs
     server_receive_ns: TimeNs
@@ -113,7 +113,7 @@ class ClockSample(msgspec.Struct, tag="clock_sample", forbid_unknown_fields=True
 
 
 class HandState(msgspec.Struct, forbid_unknown_fields=True):
-    """State of one hand as the client saw it, by one method (`circles` or `shape`)."""
+    """State of one hand from the client, by one method (`circles` or `shape`)."""
 
     side: Id  # "left" or "right"
     method: Id
@@ -147,10 +147,10 @@ class DepthImage(msgspec.Struct, tag="depth", forbid_unknown_fields=True):
 
 
 class Preview(msgspec.Struct, tag="preview", forbid_unknown_fields=True):
-    """A small depth image for people and for the floor: every so many columns and rows of the whole one.
+    """A small depth image for people and for the floor: every `step`-th column and row of the whole one.
 
     `data` is as in `DepthImage`, of `width` x `height` pixels; the first pixel is the first of the whole image, and
-    `step` is the distance of the pixels in it. Never kept, left out where the link is slow.
+    `step` is the distance of the pixels in it. Never stored; left out on a slow link.
     """
 
     device_time_ns: TimeNs
@@ -163,8 +163,8 @@ class Preview(msgspec.Struct, tag="preview", forbid_unknown_fields=True):
 class Status(msgspec.Struct, tag="status", forbid_unknown_fields=True):
     """Health of the client, about once a second.
 
-    `processor_percent`, `sending_percent`: how busy its tracker or process is, and how long messages waited to be
-    taken by the network, of the last three seconds.
+    `processor_percent`, `sending_percent`: load of its tracker or process, and share of time in which messages waited
+    for the network, over the last three seconds.
     """
 
     frames_sent: int
@@ -180,7 +180,7 @@ class Status(msgspec.Struct, tag="status", forbid_unknown_fields=True):
 class Recording(msgspec.Struct, tag="recording", forbid_unknown_fields=True):
     """From the server: a take is being recorded from now on, or no longer.
 
-    `take` is `<session>/<name>`, `take_id` names it for good, `start_ns` is its beginning on the server's clock.
+    `take` is `<session>/<name>`, `take_id` identifies it for good, `start_ns` is its beginning on the server's clock.
     """
 
     active: bool
@@ -190,9 +190,9 @@ class Recording(msgspec.Struct, tag="recording", forbid_unknown_fields=True):
 
 
 class Kept(msgspec.Struct, tag="kept", forbid_unknown_fields=True):
-    """From the client: it keeps the frames `first` to `last` of a take; more may follow while it is recorded.
+    """From the client: it keeps the frames `first` to `last` of a take; more may follow during the recording.
 
-    `hello` comes with frames of an earlier start of the client (`boot_id`): what that start had said.
+    `hello` comes with frames of an earlier start of the client (`boot_id`): the hello of that start.
     """
 
     take_id: Id
@@ -203,10 +203,10 @@ class Kept(msgspec.Struct, tag="kept", forbid_unknown_fields=True):
 
 
 class Ack(msgspec.Struct, tag="ack", forbid_unknown_fields=True):
-    """From the server: of the frames kept for a take, those up to `up_to` are on the disk, save `missing`.
+    """From the server: of the frames kept for a take, those up to `up_to` are on the disk, except `missing`.
 
-    `missing` holds ranges with both ends included. `up_to` = `ENDED`: the take has ended, and no frame but those in
-    `missing` belongs to it. `known` = the server has this take; if not, keep the frames.
+    `missing` holds ranges with both ends included. `up_to` = `ENDED`: the take has ended, and no other frames than
+    `missing` belong to it. `known` = the server has this take; if not, keep the frames.
     """
 
     take_id: Id
@@ -217,7 +217,7 @@ class Ack(msgspec.Struct, tag="ack", forbid_unknown_fields=True):
 
 
 class Late(msgspec.Struct, tag="late", forbid_unknown_fields=True):
-    """From the client: a kept frame that did not get through; `data` is the whole `SkeletonFrame` message."""
+    """From the client: a kept frame that was lost; `data` is the whole `SkeletonFrame` message."""
 
     take_id: Id
     boot_id: Id
@@ -265,7 +265,7 @@ def decode(data: bytes) -> Message:
 
 
 def check_hello(hello: Hello) -> None:
-    """Raise FormatError where a `Hello` cannot be served: another protocol version or an unknown joint set."""
+    """Raise FormatError for a `Hello` with another protocol version or an unknown joint set."""
     if hello.protocol_version != PROTOCOL_VERSION:
         raise FormatError(
             f"camera speaks protocol version {hello.protocol_version}, the server version {PROTOCOL_VERSION}; "
@@ -319,7 +319,7 @@ def depth_array(image: DepthImage, intrinsics: Intrinsics) -> NDArray[np.uint16]
     """Return a message's depth [mm], uint16, shape (height, width).
 
     Raises:
-        FormatError: the data is damaged, or not of the size that `intrinsics` gives.
+        FormatError: the data is damaged, or its size is not that of `intrinsics`.
     """
     return _unpacked(image.data, intrinsics.width, intrinsics.height, f"depth image {image.sequence}")
 
@@ -328,7 +328,7 @@ def preview_array(preview: Preview) -> NDArray[np.uint16]:
     """Return a preview's depth [mm], uint16, shape (height, width).
 
     Raises:
-        FormatError: the data is damaged, or not of the size that the message gives.
+        FormatError: the data is damaged, or its size is not that of the message.
     """
     return _unpacked(preview.data, preview.width, preview.height, "a preview")
 
@@ -357,7 +357,7 @@ def joint_arrays(frame: SkeletonFrame, joint_set: str) -> tuple[NDArray[np.float
             f"frame {frame.sequence} has {len(frame.positions)} bytes of positions and {len(frame.confidence)} of "
             f"confidence; joint set {joint_set!r} needs {12 * count} and {4 * count}"
         )
-    with np.errstate(invalid="ignore"):  # whatever kind of NaN a client sends
+    with np.errstate(invalid="ignore"):  # for any kind of NaN
         positions = np.frombuffer(frame.positions, dtype="<f4").reshape(count, 3).astype(np.float64)
         confidence = np.frombuffer(frame.confidence, dtype="<f4").astype(np.float64)
     if not ((confidence >= 0) & (confidence <= 1)).all():

@@ -5,10 +5,8 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-import httpx
 import pytest
 from hypothesis import HealthCheck, settings
-from websockets.sync.client import connect
 
 if TYPE_CHECKING:
     from playwright.sync_api import Browser
@@ -16,22 +14,37 @@ if TYPE_CHECKING:
 
 REAL_TIME = (
     *(f"tests/{name}/" for name in ("acceptance", "web", "live")),
-    "tests/engine/export/test_glb.py",
+    "tests/engine/animation/export/test_glb.py",
     "tests/security/test_page.py",
 )
 """Tests with browsers and with programs that run in real time: they wait more than they compute."""
 
-WAIT_S = 60.0
+FAST = (
+    *(f"tests/engine/{name}/" for name in ("base", "model", "metrics")),
+    *(f"tests/{name}/" for name in ("streams", "take")),
+    *(f"tests/test_{name}.py" for name in ("config", "lock", "systems", "wire", "worker")),
+)
+"""The part of `--fast`: no browser, nothing to install beside Python's packages."""
+
+
+def pytest_addoption(parser: pytest.Parser) -> None:
+    parser.addoption(
+        "--fast", action="store_true", help="only tests that need no browser and no other programs"
+    )
+
+
+def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
+    """Keep what is fast, where only that is wanted."""
+    if config.getoption("--fast"):
+        kept = [one for one in items if one.nodeid.startswith(FAST) and not one.get_closest_marker("browser")]
+        config.hook.pytest_deselected(items=[one for one in items if one not in kept])
+        items[:] = kept
 
 
 def pytest_configure() -> None:
-    """Have clients wait a minute where a test does not say otherwise: a machine that is busy is slow, not wrong."""
+    """Let examples take their time."""
     settings.register_profile("patient", deadline=None, suppress_health_check=[HealthCheck.too_slow])
     settings.load_profile("patient")
-    for name in ("get", "post", "put", "patch", "delete", "request"):
-        getattr(httpx, name).__kwdefaults__["timeout"] = httpx.Timeout(WAIT_S)
-    httpx.Client.__init__.__kwdefaults__["timeout"] = httpx.Timeout(WAIT_S)
-    connect.__kwdefaults__.update(open_timeout=WAIT_S, ping_timeout=WAIT_S)
 
 
 @pytest.hookimpl(optionalhook=True)

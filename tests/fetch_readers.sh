@@ -12,7 +12,7 @@ BPY_313=5.2.3
 
 root=$(CDPATH='' cd -- "$(dirname -- "$0")/.." && pwd)
 tools="$root/.tools/readers"
-reader="$root/tests/engine/export/readers/ufbx_joints.c"
+reader="$root/tests/engine/animation/export/readers/ufbx_joints.c"
 mkdir -p "$tools"
 log="$tools/fetch.log"
 : >"$log"

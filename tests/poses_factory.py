@@ -6,8 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from studio.engine.joints import FINGERS, OUTPUT_INDEX, OUTPUT_JOINTS, OUTPUT_PARENTS
-from studio.engine.poses import Poses
+from studio.engine.model.joints import FINGERS, OUTPUT_INDEX, OUTPUT_JOINTS, OUTPUT_PARENTS
+from studio.engine.model.poses import Poses
 
 _BODY = {
     "Hips": (0, 0, 0.94), "Spine": (0, 0.01, 0.10), "Spine1": (0, 0.01, 0.13), "Spine2": (0, 0, 0.13),

@@ -9,9 +9,9 @@ import pytest
 
 from studio.__main__ import make_parser
 from studio.commands.camera import chosen_token
-from studio.config import Config, effective, read_token
-from studio.engine.errors import SettingsError
-from studio.logs import JsonLines
+from studio.engine.base.errors import SettingsError
+from studio.server.config import Config, effective, read_token
+from studio.server.logs import JsonLines
 
 
 def test_flags_win_over_environment_over_file_over_defaults(tmp_path: Path) -> None:

@@ -1,6 +1,7 @@
 """The worked examples of docs/extending.md run as they stand there."""
 
 import asyncio
+import os
 import re
 import sys
 from concurrent.futures import ThreadPoolExecutor
@@ -9,15 +10,17 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from studio.camera import sources
-from studio.camera.sources import SOURCES, Kind, open_source
-from studio.camera.tracked import ObserverProcess
-from studio.engine import settings
-from studio.engine.conditioning import filters
-from studio.engine.depth import DepthCamera
-from studio.engine.export import EXPORTERS, Exporter, export
-from studio.engine.joints import INDEX, JOINT_SETS
-from studio.engine.settings import preset, set_switch
+import studio
+from studio import wire
+from studio.camera.sources import registry
+from studio.camera.sources.tracked import ObserverProcess
+from studio.engine.animation.export import EXPORTERS, Exporter, export
+from studio.engine.model import settings
+from studio.engine.model.depth import DepthCamera
+from studio.engine.model.joints import INDEX, JOINT_SETS
+from studio.engine.model.settings import preset, set_switch
+from studio.engine.solve.conditioning import filters
+from tests.camera.link_server import link_server
 from tests.poses_factory import random_poses
 
 TEXT = (Path(__file__).parents[1] / "docs" / "extending.md").read_text(encoding="utf-8")
@@ -31,7 +34,7 @@ def example(tmp_path, monkeypatch):
     monkeypatch.syspath_prepend(str(tmp_path))
 
     def module(stem: str):
-        (code,) = [block for block in BLOCKS if re.match(rf"# studio/\S+/{stem}\.py\n", block)]
+        (code,) = [block for block in BLOCKS if re.match(rf"# (studio/\S+/)?{stem}\.py\n", block)]
         (tmp_path / f"{stem}.py").write_text(code)
         return __import__(stem)
 
@@ -41,9 +44,9 @@ def example(tmp_path, monkeypatch):
 
 
 def registration(starts: str, **names: object) -> None:
-    """Run the lines that put an example into its registry; its module stands beside the test here."""
+    """Run the lines that put an example into its registry."""
     (code,) = [block for block in BLOCKS if re.search(rf"^{re.escape(starts)}", block, re.M)]
-    exec(re.sub(r'"studio(\.\w+)*\.(\w+)"', r'"\2"', code), dict(names))
+    exec(code, dict(names))
 
 
 def take(source, count: int) -> list:
@@ -60,28 +63,56 @@ async def counted(frames, count: int):
 
 
 def test_every_example_is_tested():
-    files = {Path(match).stem for match in re.findall(r"^# (studio/\S+\.py)$", "\n".join(BLOCKS), re.M)}
+    files = {Path(match).stem for match in re.findall(r"^# (\S+\.py)$", "\n".join(BLOCKS), re.M)}
     assert files == NAMES
 
 
 def test_a_camera_that_gives_skeletons(example, monkeypatch):
-    example("marionette")
-    monkeypatch.setattr(sources, "SOURCES", dict(SOURCES))
-    registration('SOURCES["marionette"]', SOURCES=sources.SOURCES, Kind=Kind)
-    source = open_source("marionette")
+    marionette = example("marionette")
+    monkeypatch.setattr(registry, "SOURCES", dict(registry.SOURCES))
+    registration("add_source", add_source=studio.add_source, MarionetteConfig=marionette.MarionetteConfig)
+    assert registry.written("marionette") == "marionette[:<metres>]"
+    assert studio.open_source("marionette").metres == 0.2
+    with pytest.raises(studio.SettingsError, match="give metres"):
+        studio.open_source("marionette:far")
+    source = studio.open_source("marionette:0.3")
     for frame in take(source, 3):
         assert frame.positions.shape == (len(JOINT_SETS[source.joint_set]), 3)
-        assert np.isfinite(frame.positions).all() and (frame.confidence == 1).all()
+        assert (abs(frame.positions[:, 0]) <= 0.3).all() and (frame.confidence == 1).all()
 
 
-def test_a_camera_that_gives_depth(example, monkeypatch):
-    wall = example("wall")
-    monkeypatch.setattr(sources, "SOURCES", dict(SOURCES))
-    registration('SOURCES["wall"]', SOURCES=sources.SOURCES, Kind=Kind)
-    tracked = open_source("wall")
+def test_a_program_that_links_its_own_camera(example, tmp_path):
+    example("marionette")
+    (code,) = [block for block in BLOCKS if block.startswith("# in a program of your own")]
+
+    async def run():
+        async with link_server() as server:
+            text = code.replace("http://127.0.0.1:8000", server.url)
+            (tmp_path / "program.py").write_text(
+                f"from marionette import Marionette\nfrom studio import run_camera\n{text}"
+            )
+            environment = dict(os.environ, XDG_STATE_HOME=str(tmp_path / "state"))
+            process = await asyncio.create_subprocess_exec(
+                sys.executable, str(tmp_path / "program.py"), env=environment
+            )
+            try:
+                await server.until(lambda: len(server.of(wire.SkeletonFrame)) > 2)
+            finally:
+                process.terminate()
+            return server, await asyncio.wait_for(process.wait(), 60)
+
+    with ThreadPoolExecutor(1) as thread:
+        server, code = thread.submit(asyncio.run, run()).result()
+    (hello,) = server.of(wire.Hello)
+    assert (hello.name, hello.device, hello.joint_set, code) == ("marionette", "a marionette", "canonical", 0)
+
+
+def test_a_camera_that_gives_depth(example):
+    wall = example("wall").Wall()
+    tracked = studio.open_source(wall)
     assert tracked.intrinsics is not None and tracked.joint_set == "canonical"
-    ((_, depth_mm),) = take(wall.open_wall(""), 1)
-    assert depth_mm.shape == (wall.Wall.camera.height, wall.Wall.camera.width)
+    ((_, depth_mm),) = take(wall, 1)
+    assert depth_mm.shape == (wall.camera.height, wall.camera.width)
 
 
 def test_a_tracker(example):
@@ -99,10 +130,8 @@ def test_a_tracker(example):
 def test_a_filter(example, monkeypatch):
     MeanOfTwo = example("mean_of_two").MeanOfTwo
     monkeypatch.setattr(filters, "FILTERS", dict(filters.FILTERS))
-    monkeypatch.setattr(settings, "CHOICES", dict(settings.CHOICES))
-    registration(
-        'FILTERS["mean_of_two"]', FILTERS=filters.FILTERS, CHOICES=settings.CHOICES, MeanOfTwo=MeanOfTwo
-    )
+    monkeypatch.setattr(settings, "SWITCHES", dict(settings.SWITCHES))
+    registration("add_filter", add_filter=filters.add_filter, MeanOfTwo=MeanOfTwo)
     chosen = set_switch(preset("raw"), "smoothing", "mean_of_two:after")
     assert chosen.smoothing == "mean_of_two:after"
     one = filters.FILTERS["mean_of_two"]()

@@ -25,14 +25,14 @@ NOT_BEFORE_THE_FIRST_ANSWER = (
     "ufbx",
     "pxr",
 )
-NOT_FOR_A_WORD = ("numpy", "scipy", "mujoco", "fastapi", "mcap", "tqdm", "studio.engine.frames")
+NOT_FOR_A_WORD = ("numpy", "scipy", "mujoco", "fastapi", "mcap", "tqdm", "studio.engine.model.frames")
 READY_S = 3.0
 
 SERVER = f"""
 import json, sys, urllib.request
 from pathlib import Path
-import studio.api.server as server
-from studio.config import Config
+import studio.server.run as server
+from studio.server.config import Config
 
 def loaded(stage):
     print(json.dumps([name for name in {NOT_BEFORE_THE_FIRST_ANSWER!r} if name in sys.modules]), flush=True)

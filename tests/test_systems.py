@@ -9,10 +9,11 @@ from pathlib import Path
 import pytest
 
 import studio
-from studio.camera.sources import SOURCES
+from studio.camera.sources.config import DeviceConfig
+from studio.camera.sources.registry import SOURCES
 
 PACKAGE = Path(studio.__file__).parent
-ONE_MODULE = "engine/system.py"
+ONE_MODULE = "engine/base/system.py"
 MODULES = {
     "fcntl",
     "resource",
@@ -95,13 +96,13 @@ def test_it_is_imported_where_the_system_has_nothing(tmp_path):
         sys.modules["fcntl"] = sys.modules["resource"] = None
         for name in ("nice", "sched_setaffinity", "sched_getaffinity"):
             delattr(os, name)
-        from studio.engine import system
+        from studio.engine.base import system
         with system.one_core():
             system.lower_priority(5), system.limit_memory(1)
         assert system.peak_memory_bytes() == 0
         handle = system.hold(".")
         assert handle is not None and system.hold(".") is not None
-        import studio.api.server, studio.camera.client, studio.replay, studio.take.doctor
+        import studio.server.run, studio.camera.client.run, studio.offline.replay, studio.take.upkeep.doctor
     """
     subprocess.run([sys.executable, "-c", textwrap.dedent(code)], check=True, timeout=120)
 
@@ -117,7 +118,9 @@ def test_devices_that_are_not_ready_are_said_in_one_line(tmp_path):
             assert main(["camera", "--source", source, "--spool", sys.argv[1]]) == 1
     """
     sources = [
-        f"{name}:{__file__}" if name == "webcam" else name for name, kind in SOURCES.items() if kind.device
+        f"{name}:{__file__}" if name == "webcam" else name
+        for name, kind in SOURCES.items()
+        if issubclass(kind.config(), DeviceConfig)
     ]
     command = [sys.executable, "-c", textwrap.dedent(code), str(tmp_path), *sources]
     done = subprocess.run(command, capture_output=True, text=True, timeout=120)

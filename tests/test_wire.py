@@ -7,8 +7,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from studio import wire
-from studio.engine.errors import FormatError
-from studio.engine.joints import JOINT_SETS
+from studio.engine.base.errors import FormatError
+from studio.engine.model.joints import JOINT_SETS
 
 HELLO = wire.Hello(
     protocol_version=1, name="camera_0", device="test", joint_set="kinect-v2", boot_id="b", frames_per_second=30.0,

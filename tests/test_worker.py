@@ -1,17 +1,63 @@
-"""Work in other processes: with a process kept ready and without, and what goes wrong in them."""
+"""Work in other processes: with a process kept ready and without, what goes wrong in them, and how work is named."""
 
+import ast
+import importlib
+import inspect
+import json
 import os
+import re
+import shutil
+import signal
+import subprocess
+import sys
+import threading
 import time
+from collections.abc import Iterator
+from concurrent.futures import Future, ThreadPoolExecutor
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
 
 import pytest
 
 from studio import worker
-from studio.engine.errors import SettingsError, StudioError
+from studio.engine.base.errors import SettingsError, StudioError, TakeError
+from studio.take.folder.take import Take
+from studio.worker import process
+
+SOURCE = Path(worker.__file__).parents[1]
+PASSED_ON = ("api/jobs.py", "worker/__init__.py")
+"""Files that hand on a name that they were given."""
+
+BELOW = ("engine", "take", "offline", "review", "library")
+"""Rooms whose functions all that start work may name; others name their own."""
 
 
 def pid_and_square(number: int, *, progress) -> tuple[int, int]:
     progress(0.5)
     return os.getpid(), number**2
+
+
+def negative(number: int) -> int:
+    return -number
+
+
+def half_write(file: Path) -> None:
+    try:
+        file.touch()
+        while True:
+            time.sleep(0.01)
+    finally:
+        file.unlink()
+
+
+def cling(file: Path) -> None:
+    while True:
+        try:
+            file.touch()
+            time.sleep(0.01)
+        except BaseException:
+            continue
 
 
 def refuse() -> None:
@@ -24,12 +70,46 @@ def count_for_ever(*, progress) -> None:
         time.sleep(0.01)
 
 
+def pid_once_there(file: Path) -> int:
+    while not file.exists():
+        time.sleep(0.01)
+    return os.getpid()
+
+
+def compute_until_there(file: Path) -> int:
+    while not file.exists():
+        sum(range(1000))
+    return os.getpid()
+
+
+def tell_until_there(file: Path, *, progress) -> int:
+    while not file.exists():
+        progress(0.1)
+        time.sleep(0.01)
+    return os.getpid()
+
+
+def niceness() -> int:
+    return os.getpriority(os.PRIO_PROCESS, 0)
+
+
 def crash() -> None:
     raise ZeroDivisionError("one over nothing")
 
 
 def vanish() -> None:
     os._exit(7)
+
+
+def notes_of(take: Take) -> str:
+    return take.meta["notes"]
+
+
+@pytest.fixture
+def run(monkeypatch):
+    """Runs functions of this file, which are none of the studio."""
+    monkeypatch.setattr(worker, "_TEXT", re.compile(r"tests\.test_worker:\w+"))
+    return lambda name, *args, **how: worker.run_in_process(f"{__name__}:{name}", *args, **how)
 
 
 @pytest.fixture(params=[False, True], ids=["cold", "warm"])
@@ -43,53 +123,260 @@ def ready(request, monkeypatch):
     worker.cool_down()
 
 
-def test_the_value_and_the_progress_come_back(ready):
+def test_the_value_and_the_progress_come_back(ready, run):
     shares: list[float] = []
     pids = set()
     for number in (3, 4):
-        pid, square = worker.run_in_process(pid_and_square, number, on_progress=shares.append)
+        pid, square = run("pid_and_square", number, on_progress=shares.append)
         assert square == number**2
         pids.add(pid)
     assert shares == [0.5, 0.5]
     assert len(pids) == (1 if ready else 2) and os.getpid() not in pids
 
 
-def test_errors_come_back_and_the_next_work_is_done(ready):
+def test_errors_come_back_and_the_next_work_is_done(ready, run):
     with pytest.raises(SettingsError, match="no"):
-        worker.run_in_process(refuse)
+        run("refuse")
     with pytest.raises(StudioError, match="one over nothing"):
-        worker.run_in_process(crash)
+        run("crash")
     with pytest.raises(StudioError, match="exit code 7"):
-        worker.run_in_process(vanish)
-    assert worker.run_in_process(abs, -1) == 1
+        run("vanish")
+    with pytest.raises(StudioError, match="no attribute 'refuses'"):
+        run("refuses")
+    with pytest.raises(AttributeError, match="pickle"):
+        run("negative", lambda: 1)
+    assert run("negative", 1) == -1
 
 
-def test_a_ready_process_that_was_killed_is_done_without():
+def test_a_take_is_opened_in_the_process_as_it_is_by_then(ready, run, tmp_path):
+    take = Take.create(tmp_path / "take", session="monday", name="take", source="live")
+    changed = Take.open(take.path)
+    changed.meta["notes"] = "jump"
+    changed.save_meta()
+    assert run("notes_of", take) == "jump"
+    shutil.rmtree(take.path)
+    with pytest.raises(TakeError, match="no such folder"):
+        run("notes_of", take)
+    assert run("negative", 1) == -1
+
+
+def test_a_ready_process_that_was_killed_is_done_without(run):
     worker.warm_up()
     try:
         spare = worker._spare
         assert spare is not None
         spare.process.kill()
         spare.process.join()
-        assert worker.run_in_process(abs, -2) == 2
+        assert run("negative", 2) == -2
     finally:
         worker.cool_down()
 
 
-def test_work_that_is_stopped_leaves_its_process_fit_for_more(ready):
+def test_work_that_is_stopped_leaves_its_process_fit_for_more(ready, run):
     shares: list[float] = []
-    with pytest.raises(worker.Stopped, match="newer work"):
-        worker.run_in_process(count_for_ever, on_progress=shares.append, should_stop=lambda: len(shares) > 3)
-    assert worker.run_in_process(abs, -3, should_stop=lambda: False) == 3
+    with pytest.raises(worker.Stopped, match="before it was done"):
+        run("count_for_ever", on_progress=shares.append, should_stop=lambda: len(shares) > 3)
+    assert run("negative", 3, should_stop=lambda: False) == -3
 
 
-def test_a_word_to_stop_that_comes_too_late_stops_nothing_else(ready):
+@pytest.mark.skipif(not hasattr(signal, "SIGUSR1"), reason="this system has no such signal")
+def test_work_that_tells_nothing_is_interrupted_and_clears_up(ready, run, tmp_path):
+    began = tmp_path / "half_written"
+    with pytest.raises(worker.Stopped):
+        run("half_write", began, should_stop=began.exists)
+    assert not began.exists()
+    assert run("negative", 3) == -3
+
+
+def test_work_that_will_not_leave_is_ended(ready, run, tmp_path, monkeypatch):
+    monkeypatch.setattr(worker, "_PATIENCE_S", (0.1, 0.5))
+    began = tmp_path / "began"
+    with pytest.raises(worker.Stopped):
+        run("cling", began, should_stop=began.exists)
+    assert run("negative", 3) == -3
+
+
+def test_a_word_to_stop_that_comes_too_late_stops_nothing_else(ready, run):
     for number in range(5):
         asked = iter([False, True])
-        assert worker.run_in_process(abs, -number, should_stop=lambda a=asked: next(a, True)) == number
+        assert run("negative", number, should_stop=lambda a=asked: next(a, True)) == -number
 
 
-def test_what_makes_a_process_ready_runs():
-    from studio.warming import prepare
+@pytest.fixture
+def warm(monkeypatch):
+    """A process is kept ready."""
+    worker.cool_down()
+    monkeypatch.setattr(worker, "_PRELOADED", ("json",))
+    worker.warm_up()
+    yield
+    worker.cool_down()
 
-    prepare()
+
+@contextmanager
+def one_at_work(run, work: str, file: Path, threads: ThreadPoolExecutor, **options) -> Iterator[Future]:
+    """The ready process is at a work that ends with the file, at the end of the block at the latest."""
+    spare = worker._spare
+    try:
+        running = threads.submit(run, work, file, **options)
+        while worker._spare is spare:
+            time.sleep(0.01)
+        yield running
+    finally:
+        file.touch()
+        running.result()
+
+
+def test_short_works_take_turns_in_one_process(warm, run, monkeypatch, tmp_path):
+    """Loading a second process for one would take longer than the work before it."""
+    waits = threading.Semaphore(0)
+
+    class Watched(threading.Condition):
+        def wait(self, timeout=None):
+            waits.release()
+            return super().wait(timeout)
+
+    monkeypatch.setattr(worker, "_changed", Watched())
+    with ThreadPoolExecutor(4) as threads:
+        with one_at_work(run, "pid_once_there", tmp_path / "go", threads) as first:
+            others = [threads.submit(run, "pid_once_there", tmp_path) for _ in range(3)]
+            for _ in others:
+                assert waits.acquire(timeout=60), "it did not wait for the process that is soon back"
+        assert {other.result() for other in others} == {first.result()}
+
+
+@pytest.mark.parametrize("told", [True, False], ids=["tells progress", "has computed long"])
+def test_nobody_waits_for_a_long_work(warm, run, tmp_path, told):
+    work, options = "compute_until_there", {}
+    if told:
+        work, options = "tell_until_there", {"on_progress": lambda share: None}
+    with ThreadPoolExecutor(1) as threads:
+        with one_at_work(run, work, tmp_path / "go", threads, **options) as first:
+            other = run("pid_once_there", tmp_path)
+            assert not first.done()
+        assert other != first.result()
+
+
+@pytest.mark.skipif(not hasattr(os, "getpriority"), reason="this system has no such priorities")
+def test_only_work_that_nobody_waits_for_gives_way_from_its_start(ready, run):
+    assert run("niceness") == niceness()
+    assert run("niceness", spare=False) == niceness() + process.NICENESS
+    assert run("niceness") == niceness()
+
+
+def test_what_makes_a_process_ready_compiles_what_a_solve_calls():
+    """A process that was made ready finds it all compiled: nothing is compiled a second time."""
+    lines = subprocess.run(
+        [sys.executable, "-c", READY], capture_output=True, text=True, check=True, timeout=600
+    ).stdout.splitlines()
+    solved, before, after = (json.loads(line) for line in lines)
+    assert solved > 30, "it solved nothing"
+    assert before and after == before, "a solve compiled what was not ready"
+
+
+READY = """
+import json, sys
+from studio.engine.model.settings import preset
+from studio.offline import warming
+from studio.simulator.demo import make_stage
+
+solved = []
+real = warming.solve_frames
+warming.solve_frames = lambda frames, *args, **options: solved.append(len(frames)) or real(frames, *args, **options)
+
+
+def compiled():
+    return {
+        f"{name}.{key}": len(value.signatures)
+        for name, module in sorted(sys.modules.items()) if name.startswith("studio.")
+        for key, value in vars(module).items() if hasattr(value, "signatures") and value.signatures
+    }
+
+
+warming.prepare()
+before = compiled()
+warming.SECONDS = 1.5
+warming.prepare()
+print(json.dumps(sum(solved)), json.dumps(before), json.dumps(compiled()), sep="\\n")
+"""
+"""Makes ready, then solves more of the performer; prints the frames solved and what was compiled before and after."""
+
+
+@pytest.mark.parametrize(
+    "text", ["os:getpid", "studio:x", "studio.worker:_work", "studio.worker", "xstudio.a:b"]
+)
+def test_only_public_functions_of_the_studio_are_run(text):
+    with pytest.raises(ValueError, match=r"allowed: studio\.package\.module:function"):
+        worker.run_in_process(text)
+
+
+def calls(tree: ast.AST) -> Iterator[tuple[list[ast.expr], dict[str | None, ast.expr]]]:
+    """Yield what is given to each start of work: the name of the function with its arguments, and the keywords."""
+    for call in ast.walk(tree):
+        if not isinstance(call, ast.Call):
+            continue
+        given, keywords = [call.func, *call.args], {one.arg: one.value for one in call.keywords}
+        names = [one.id if isinstance(one, ast.Name) else None for one in given]
+        if "run_in_process" in names:  # itself, or where another is to call it
+            yield given[names.index("run_in_process") + 1 :], keywords
+        elif isinstance(call.func, ast.Attribute) and ast.unparse(call.func) == "jobs.submit":
+            yield given[4:], keywords | {"on_progress": call.func}
+
+
+def problem(room: str, given: list[ast.expr], keywords: dict[str | None, ast.expr]) -> str | None:
+    """Say what is wrong with a start of work in a room of the studio."""
+    text = given[0].value if given and isinstance(given[0], ast.Constant) else None
+    if not isinstance(text, str) or worker._TEXT.fullmatch(text) is None:
+        return f"{ast.unparse(given[0]) if given else 'nothing'} names no work"
+    module, _, name = text.partition(":")
+    if module.split(".")[1] not in (*BELOW, room):
+        return f"{text} lies above {room}"
+    try:
+        signature = inspect.signature(getattr(importlib.import_module(module), name))
+        kwargs: dict[str, Any] = {
+            one: None for one in keywords if one not in (None, "spare", "should_stop", "then")
+        }
+        if kwargs.pop("on_progress", 0) is None:
+            kwargs["progress"] = None
+        if any(isinstance(one, ast.Starred) for one in given) or None in keywords:
+            signature.bind_partial(*(one for one in given[1:] if not isinstance(one, ast.Starred)), **kwargs)
+        else:
+            signature.bind(*given[1:], **kwargs)
+    except (ImportError, AttributeError, TypeError) as error:
+        return f"{text}: {error}"
+    return None
+
+
+def problems(room: str, source: str) -> list[str]:
+    found = (problem(room, *call) for call in calls(ast.parse(source)))
+    return [one for one in found if one is not None]
+
+
+def test_all_work_in_the_source_is_there_and_takes_what_it_is_given():
+    wrong, count = [], 0
+    for path in SOURCE.rglob("*.py"):
+        if path.relative_to(SOURCE).as_posix() not in PASSED_ON:
+            source = path.read_text(encoding="utf-8")
+            count += len(list(calls(ast.parse(source))))
+            wrong += [f"{path}: {one}" for one in problems(path.relative_to(SOURCE).parts[0], source)]
+    assert wrong == []
+    assert count > 20
+
+
+@pytest.mark.parametrize(
+    ("line", "why"),
+    [
+        ('run_in_process("studio.offline.replay:solve_takes", take)', "no attribute"),
+        ('run_in_threadpool(run_in_process, "studio.offline.replai:solve_take", take)', "No module"),
+        ('run_in_process("studio.offline.replay:_plain", take)', "names no work"),
+        ('run_in_process("os:getpid")', "names no work"),
+        ("run_in_process(solve_take, take)", "names no work"),
+        ('run_in_process("studio.server.run:serve", config)', "lies above api"),
+        ('run_in_process("studio.live.calibration.tpose:measure_performer", a, b)', "lies above api"),
+        ('jobs.submit("solve", "a/b", "x", "studio.offline.replay:solve_take", take)', "missing"),
+        ('jobs.submit("x", "a/b", "x", "studio.review.measure:compare_solves", a, b)', "progress"),
+        ('run_in_process("studio.library:evaluate", take, path, aligned=how)', "aligned"),
+    ],
+)
+def test_canary_work_that_is_not_there_is_seen(line, why):
+    found = problems("api", line)
+    assert len(found) == 1 and why in found[0]

@@ -1,51 +1,56 @@
 """The server's app: all routes of `/api/v1` on one live stage."""
 
 import time
+from collections.abc import Callable
 from importlib import metadata
 from pathlib import Path
+from typing import Any
 
 from fastapi import FastAPI
 
 from studio.api.access import Access, AccessGuard, access_router
-from studio.api.add_cameras import add_cameras_router
 from studio.api.add_routes import add_routes
-from studio.api.blind import blind_router
-from studio.api.compare import compare_router
+from studio.api.cameras.add_cameras import add_cameras_router
+from studio.api.cameras.link import HELLO_TIMEOUT_S, link_router
+from studio.api.cameras.local_cameras import LocalCameras
+from studio.api.cameras.recordings import Recordings
+from studio.api.cameras.remote import remote_router
 from studio.api.errors import add_error_handlers
-from studio.api.events import events_router
-from studio.api.exports import exports_router
-from studio.api.find import Finder
 from studio.api.jobs import Jobs
 from studio.api.limits import BodyGuard, PlainAnswers
-from studio.api.link import HELLO_TIMEOUT_S, link_router
-from studio.api.local_cameras import LocalCameras
-from studio.api.manage import manage_router
-from studio.api.measure import measure_router
-from studio.api.operations import operations_router
 from studio.api.origin import OriginGuard
-from studio.api.outputs import outputs_router
-from studio.api.performers import performers_router
-from studio.api.presets import presets_router
-from studio.api.recordings import Recordings
-from studio.api.references import references_router
-from studio.api.remote import remote_router
-from studio.api.rigs import rigs_router
-from studio.api.shares import shares_router
-from studio.api.stage import stage_router
-from studio.api.takes import takes_router
-from studio.api.thumbnails import Thumbnails, thumbnails_router
-from studio.api.vote import vote_router
-from studio.blind.desk import Desk
-from studio.engine.calibration.result import Performer
+from studio.api.sharing.blind import blind_router
+from studio.api.sharing.shares import shares_router
+from studio.api.sharing.vote import vote_router
+from studio.api.stage.events import StatusEvent, events_router
+from studio.api.stage.operations import operations_router
+from studio.api.stage.outputs import outputs_router
+from studio.api.stage.performers import performers_router
+from studio.api.stage.presets import presets_router
+from studio.api.stage.stage import stage_router
+from studio.api.structs import StructApi
+from studio.api.takes.changes import Changes
+from studio.api.takes.compare import compare_router
+from studio.api.takes.exports import exports_router
+from studio.api.takes.find import Finder
+from studio.api.takes.imports import imports_router
+from studio.api.takes.manage import manage_router
+from studio.api.takes.measure import measure_router
+from studio.api.takes.references import references_router
+from studio.api.takes.rigs import rigs_router
+from studio.api.takes.takes import takes_router
+from studio.api.takes.thumbnails import Thumbnails, thumbnails_router
+from studio.engine.model.calibration import Performer
 from studio.live import LiveStage
-from studio.share.store import Shares
+from studio.review.blind.desk import Desk
+from studio.review.share.store import Shares
 from studio.streams import Outputs
-from studio.take.presets import Presets
+from studio.take.library.presets import Presets
 
 _DESCRIPTION = """
 Operate the studio: cameras, recording, settings, calibration, takes. The page does all it does through these
 routes. Failures have one shape, `{"error": {"code", "message"}}`. Three WebSockets are not listed below:
-`/api/v1/link` for camera clients (docs/protocol.md), `/api/v1/events`, which sends the status, and
+`/api/v1/link` for camera clients (docs/protocol.md), `/api/v1/events`, which sends the schema `StatusEvent`, and
 `/api/v1/stream`, which sends the solved character (docs/streaming.md).
 """
 
@@ -59,16 +64,16 @@ def create_app(
     hello_timeout_s: float = HELLO_TIMEOUT_S,
 ) -> FastAPI:
     """Return the app of a stage that the caller starts and closes; `state.outputs` and `state.local_cameras` are
-    closed with it, what others put into `state.events` goes out with every event.
+    closed with it, and every event includes the content of `state.events`.
 
     Args:
         stage: the live stage.
         sessions: folder of the takes; nothing outside it is served.
-        access: who may do what; nobody is asked for anything where None.
+        access: access control; None = nobody needs to sign in.
         recordings: folder whose recordings may be played as cameras, beside the takes.
-        hello_timeout_s: a camera link that says nothing for so long is refused.
+        hello_timeout_s: time without a message after which a camera link is refused.
     """
-    app = FastAPI(
+    app = StructApi(
         title="Capture Studio",
         version=metadata.version("capture-studio"),
         description=_DESCRIPTION,
@@ -76,22 +81,25 @@ def create_app(
         redoc_url=None,
         openapi_url="/api/v1/openapi.json",
     )
+    app.events = (StatusEvent,)
     jobs = Jobs()
     access = access or Access(sessions, required=False, now_s=time.monotonic)
     add_error_handlers(app)
     app.add_middleware(BodyGuard)
     app.add_middleware(AccessGuard, access=access)
     app.add_middleware(OriginGuard)
-    app.add_middleware(PlainAnswers)  # the last one added is the first to look
+    app.add_middleware(PlainAnswers)  # the last one added runs first
     add_routes(app, access_router(access))
     add_routes(app, remote_router(access))
     app.state.local_cameras = LocalCameras(stage, access.own_camera_token)
     add_routes(app, add_cameras_router(access, app.state.local_cameras, Recordings(sessions, recordings)))
     add_routes(app, link_router(stage, access, hello_timeout_s=hello_timeout_s))
-    app.state.events = {"local_cameras": app.state.local_cameras.status}
-    add_routes(app, events_router(stage, jobs, app.state.events))
+    events: dict[str, Callable[[], Any]] = {"local_cameras": app.state.local_cameras.status}
+    app.state.events = events
+    add_routes(app, events_router(stage, jobs, events))
     presets, thumbnails = Presets(sessions), Thumbnails(stage)
-    app.state.events["thumbnails"] = lambda: thumbnails.made
+    events["thumbnails"] = lambda: thumbnails.made
+    events["takes"] = Changes(sessions).stamp
     add_routes(app, stage_router(stage, presets))
     add_routes(app, presets_router(presets))
     finder = Finder(stage, sessions)
@@ -99,9 +107,10 @@ def create_app(
     add_routes(app, takes_router(sessions, finder, jobs, presets, thumbnails))
     add_routes(app, thumbnails_router(finder))
     add_routes(app, exports_router(sessions, finder, jobs))
+    add_routes(app, imports_router(sessions, jobs))
     add_routes(app, rigs_router(sessions))
     add_routes(app, manage_router(sessions, finder, jobs))
-    app.state.player = None  # of the view, where one is mounted
+    app.state.player = None  # of the view, if one is mounted
     add_routes(app, references_router(sessions, finder, lambda *gone: _let_go(app, *gone)))
     add_routes(app, measure_router(finder, jobs))
     add_routes(app, compare_router(finder))
@@ -117,7 +126,7 @@ def create_app(
 
 
 def _let_go(app: FastAPI, take: str, reference: str) -> None:
-    """Have the view show a reference of a take no more."""
+    """Remove a take's reference from the view."""
     if app.state.player is not None:
         app.state.player.let_go(take, reference)
 

@@ -23,8 +23,7 @@ from fastapi.responses import JSONResponse
 from pydantic import BaseModel
 from starlette.exceptions import HTTPException
 
-from studio.blind.desk import NoSuchTest, TooMany, VotingClosed
-from studio.engine.errors import (
+from studio.engine.base.errors import (
     CalibrationError,
     FormatError,
     NotAvailableError,
@@ -32,7 +31,8 @@ from studio.engine.errors import (
     StudioError,
     TakeError,
 )
-from studio.share.store import NoSuchShare
+from studio.review.blind.desk import NoSuchTest, TooMany, VotingClosed
+from studio.review.share.store import NoSuchShare
 
 _log = logging.getLogger(__name__)
 
@@ -42,14 +42,14 @@ class NotFoundError(StudioError):
 
 
 class ErrorDetail(BaseModel):
-    """What went wrong: `code` for programs, `message` for people."""
+    """A failure: `code` for programs, `message` for people."""
 
     code: str
     message: str
 
 
 class ErrorBody(BaseModel):
-    """The body of every answer that is not a success."""
+    """The body of every answer other than success."""
 
     error: ErrorDetail
 
@@ -77,7 +77,7 @@ RESPONSES: dict[int | str, dict[str, Any]] = {
         (501, "Not available in this version."),
     )
 }
-"""The failures that routes document."""
+"""The documented failures of routes."""
 
 
 def error_response(status: int, code: str, message: str) -> JSONResponse:
@@ -109,7 +109,7 @@ async def _internal(request: Request, error: Exception) -> JSONResponse:
 
 
 def add_error_handlers(app: FastAPI) -> None:
-    """Have every failure of the app answered in the one shape."""
+    """Make the app answer every failure in the one shape."""
     app.add_exception_handler(StudioError, _studio_error)
     app.add_exception_handler(RequestValidationError, _invalid)
     app.add_exception_handler(HTTPException, _http)

@@ -1,33 +1,56 @@
-"""Long work, one after the other in processes of their own: solves and whatever else takes seconds."""
+"""Long work in separate processes: solves, exports, imports and everything else that takes seconds; its list."""
 
 import itertools
 import logging
 import queue
 import threading
+import time
 from collections.abc import Callable
-from dataclasses import asdict, dataclass
+from datetime import UTC, datetime
 from typing import Any
 
+from msgspec import Struct
+
 from studio.api.errors import NotFoundError
-from studio.engine.errors import StudioError
+from studio.engine.base.errors import StudioError, TakeError
 from studio.worker import Stopped, run_in_process
 
 _log = logging.getLogger(__name__)
 
 Work = Callable[[Callable[[float], None]], Any]
-"""A job's work, which is given the function to tell its progress to."""
+"""A job's work; its argument receives the progress."""
 
-REPLACED = "replaced"
-_UNDER_WAY = ("waiting", "running")
+REPLACED, CANCELLING, CANCELLED = "replaced", "cancelling", "cancelled"
+UNDER_WAY = ("waiting", "running", CANCELLING)
+
+COMPUTING, FILES = "computing", "files"
+"""Two lanes, each with one job at a time, so that imports and uploads do not wait for solves."""
 
 KEPT = 50
-"""Jobs that are remembered."""
+"""Number of ended jobs kept in the list."""
+
+KEPT_S = 3600.0
+"""Time for which an ended job is listed."""
+
+_TOLD_S = 1.0
+_TOLD_SHARE = 0.01
+"""Share done from which the time left is estimated."""
 
 
-@dataclass
-class Job:
-    """A job: `state` is waiting, running, done, failed or replaced (a newer one makes the same); `progress` 0..1;
-    `message` says why it failed."""
+class JobStatus(Struct):
+    """A job, and how it goes.
+
+    Attributes:
+        id, kind, take, name: its number, its kind, the take's id (session/name), and the name of its result.
+        state: waiting, running, cancelling, done, failed, cancelled, or replaced (by a newer one with the same
+            result).
+        progress: 0..1.
+        step: the present one of several steps, such as `upload`; empty with only one.
+        message: why it failed.
+        ended: when it ended, ISO 8601 in UTC; empty before.
+        can_cancel: whether it can be cancelled once it runs.
+        seconds, left_s: how long it runs or ran, and about how long it still takes [s]; None where not known.
+    """
 
     id: str
     kind: str
@@ -35,113 +58,242 @@ class Job:
     name: str
     state: str = "waiting"
     progress: float = 0.0
+    step: str = ""
     message: str = ""
+    ended: str = ""
+    can_cancel: bool = True
+    seconds: int | None = None
+    left_s: int | None = None
+
+
+class Job(JobStatus):
+    """A job while it is listed; `began_s` and `ended_s` are on this process's clock [s]."""
+
+    began_s: float | None = None
+    ended_s: float | None = None
+
+    def tell(self, share: float) -> None:
+        """Set the share done, 0..1."""
+        self.progress = round(share, 3)
+
+    def begin(self, step: str = "") -> None:
+        """Start the job, or its next step."""
+        self.state, self.step, self.progress, self.began_s = "running", step, 0.0, time.monotonic()
+
+    def end(self, state: str, message: str = "") -> None:
+        """Set the job's final state and the time."""
+        self.state, self.message = state, message
+        self.progress = 1.0 if state == "done" else self.progress
+        self.ended_s, self.ended = time.monotonic(), datetime.now(UTC).isoformat(timespec="seconds")
+
+    def status(self) -> JobStatus:
+        """Return how it goes now."""
+        seconds = None if self.began_s is None else (self.ended_s or time.monotonic()) - self.began_s
+        left_s = None
+        if self.state == "running" and seconds is not None:
+            if seconds >= _TOLD_S and self.progress >= _TOLD_SHARE:
+                left_s = round(seconds * (1.0 - self.progress) / self.progress)
+        values = {name: getattr(self, name) for name in JobStatus.__struct_fields__}
+        values |= {"seconds": None if seconds is None else round(seconds), "left_s": left_s}
+        return JobStatus(**values)
 
 
 class Jobs:
-    """Runs jobs one after the other, since the live stage needs the other cores."""
+    """Runs one job at a time in each lane, because the live stage needs the other cores."""
 
     def __init__(self) -> None:
         self._jobs: dict[str, Job] = {}
         self._lock = threading.Lock()
         self._numbers = itertools.count(1)
-        self._queue: queue.SimpleQueue[tuple[Job, Work]] = queue.SimpleQueue()
-        self._thread: threading.Thread | None = None
-        self._listeners: set[Callable[[], None]] = set()
+        self._lanes: dict[str, queue.SimpleQueue[tuple[Job, Work, str]]] = {}
+        self._listeners: set[Callable[[], object]] = set()
+        self._clearing: dict[str, Callable[[], object]] = {}
 
     def submit(
         self,
         kind: str,
         take: str,
         name: str,
-        function: Callable[..., Any],
+        function: str,
+        /,
         *args: Any,
         then: Callable[[Any], None] = lambda value: None,
         **kwargs: Any,
     ) -> Job:
-        """Begin `function(*args, progress=..., **kwargs)`, of a module's top level, in a process of its own; return
-        the job. `then` is called in this process with what it returned, before the job is done."""
-        job = Job(str(next(self._numbers)), kind, take, name)
+        """Start `function(*args, progress=..., **kwargs)`, named as for `run_in_process`, in a separate process;
+        return the job. `then` is called in this process with the result, before the job is done.
+        """
+        job = self.list_new(kind, take, name)
 
         def work(progress: Callable[[float], None]) -> None:
             value = run_in_process(
-                function, *args, on_progress=progress, should_stop=lambda: job.state == REPLACED, **kwargs
+                function, *args, on_progress=progress, should_stop=lambda: is_stopped(job), **kwargs
             )
             then(value)
 
-        return self._add(job, work)
+        return self.run(job, work)
+
+    def call(self, kind: str, take: str, name: str, function: Callable[[], Any]) -> Job:
+        """Call `function()` in this process once the earlier jobs have ended, and return the job."""
+        job = self.list_new(kind, take, name)
+        job.can_cancel = False
+        return self.run(job, lambda _: function())
+
+    def list_new(self, kind: str, take: str, name: str) -> Job:
+        """Return a new waiting job; the caller must run or end it."""
+        job = Job(str(next(self._numbers)), kind, take, name)
+        with self._lock:
+            self._jobs[job.id] = job
+        self._forget_old()
+        return job
+
+    def run(
+        self,
+        job: Job,
+        work: Work,
+        lane: str = COMPUTING,
+        step: str = "",
+        clear: Callable[[], object] | None = None,
+    ) -> Job:
+        """Have a listed job's work done in its turn, and return the job.
+
+        Args:
+            job: one that waits, or that is at an earlier step.
+            work: what is done.
+            lane: what it waits behind.
+            step: which of its steps that is.
+            clear: called when it is over or will not be done, before the job has ended.
+        """
+        with self._lock:
+            if job.state == "running":
+                job.state = "waiting"
+            if clear is not None:
+                self._clearing[job.id] = clear
+            if lane not in self._lanes:
+                self._lanes[lane] = queue.SimpleQueue()
+                threading.Thread(target=self._run, args=(lane,), name=f"jobs {lane}", daemon=True).start()
+        self._lanes[lane].put((job, work, step))
+        return job
 
     def replace(self, kinds: tuple[str, ...], take: str, name: str) -> None:
-        """Stop jobs of these kinds that would make the same as a job that is about to be submitted."""
+        """Stop jobs of these kinds that have the same result as a job about to be submitted."""
         with self._lock:
             for job in self._jobs.values():
-                if (job.take, job.name) == (take, name) and job.kind in kinds and job.state in _UNDER_WAY:
-                    job.state = REPLACED
+                if (job.take, job.name) == (take, name) and job.kind in kinds and job.state in UNDER_WAY:
+                    job.end(REPLACED)
 
-    def listen(self, listener: Callable[[], None]) -> Callable[[], None]:
-        """Call `listener` whenever a job has ended, from any thread; return a function that ends this."""
+    def cancel(self, job_id: str) -> JobStatus:
+        """Cancel a job that waits or runs, and return it; one that has ended stays as it is.
+
+        Raises:
+            NotFoundError: no such job.
+            TakeError: its present step cannot be cancelled.
+        """
+        job = self._find(job_id)
+        with self._lock:
+            waits = job.state == "waiting"
+            if waits:
+                job.state = CANCELLING
+            elif job.state == "running" and not job.can_cancel:
+                raise TakeError(
+                    f"{job.kind} {job.name} is at its last step and cannot be cancelled; wait for it"
+                )
+            elif job.state == "running":
+                job.state = CANCELLING
+        if waits:
+            self._clear_up(job)
+            job.end(CANCELLED)
+        self.tell_listeners()
+        return job.status()
+
+    def clear(self) -> int:
+        """Remove the ended jobs from the list; return their number."""
+        with self._lock:
+            gone = [job.id for job in self._jobs.values() if job.state not in UNDER_WAY]
+            for job_id in gone:
+                del self._jobs[job_id]
+        self.tell_listeners()
+        return len(gone)
+
+    def listen(self, listener: Callable[[], object]) -> Callable[[], None]:
+        """Call `listener` whenever a job has ended, from any thread; return a function that ends the subscription."""
         self._listeners.add(listener)
         return lambda: self._listeners.discard(listener)
 
-    def call(self, kind: str, take: str, name: str, function: Callable[[], Any]) -> Job:
-        """Have `function()` called in this process once the jobs before it have ended, and return the job."""
-        return self._add(Job(str(next(self._numbers)), kind, take, name), lambda _: function())
+    def tell_listeners(self) -> None:
+        """Call the listeners."""
+        for listener in tuple(self._listeners):
+            listener()
 
-    def _add(self, job: Job, work: Work) -> Job:
+    def _forget_old(self) -> None:
+        """Remove jobs that ended long ago from the list, and the oldest if there are too many."""
         with self._lock:
-            self._jobs[job.id] = job
-            while len(self._jobs) > KEPT:
-                del self._jobs[next(iter(self._jobs))]
-            if self._thread is None:
-                self._thread = threading.Thread(target=self._run, name="jobs", daemon=True)
-                self._thread.start()
-        self._queue.put((job, work))
-        return job
+            ended = [job for job in self._jobs.values() if job.ended_s is not None]
+            now_s = time.monotonic()
+            for n, job in enumerate(reversed(ended)):
+                if n >= KEPT or now_s - (job.ended_s or now_s) > KEPT_S:
+                    del self._jobs[job.id]
 
-    def _run(self) -> None:
+    def _run(self, lane: str) -> None:
         while True:
-            job, work = self._queue.get()
-
-            def progress(share: float, job: Job = job) -> None:
-                job.progress = round(share, 3)
-
+            job, work, step = self._lanes[lane].get()
             with self._lock:
-                if job.state == REPLACED:
-                    continue
-                job.state = "running"
-            self._do(job, lambda work=work, progress=progress: work(progress))
-            for listener in tuple(self._listeners):
-                listener()
+                begins = job.state == "waiting"
+                if begins:
+                    job.begin(step)
+            if not begins:
+                self._clear_up(job)
+                if job.state == CANCELLING:
+                    job.end(CANCELLED)
+                continue
+            self._do(job, lambda work=work, job=job: work(job.tell))
+            self.tell_listeners()
 
     def _do(self, job: Job, work: Callable[[], Any]) -> None:
-        """Do a job's work, and note how it ended."""
+        """Do a job's work, and store its result."""
         state, message = "done", ""
         try:
             work()
         except Stopped:
-            state = REPLACED
+            state = CANCELLED
         except StudioError as error:
             state, message = "failed", str(error)
-        except Exception as error:  # the boundary of the thread
+        except Exception as error:  # boundary of the thread
             _log.exception("job %s failed", job.id)
             state, message = "failed", f"{error!r}; the server's log has the details"
+        self._clear_up(job)
         with self._lock:
             if job.state != REPLACED:
-                job.state, job.message = state, message
-                job.progress = 1.0 if state == "done" else job.progress
+                job.end(state, message)
 
-    def get(self, job_id: str) -> dict[str, Any]:
-        """Return a job as JSON.
+    def _clear_up(self, job: Job) -> None:
+        """Do what is to be done when a job's work is over."""
+        with self._lock:
+            clear = self._clearing.pop(job.id, None)
+        if clear is not None:
+            clear()
+
+    def _find(self, job_id: str) -> Job:
+        job = self._jobs.get(job_id)
+        if job is None:
+            raise NotFoundError(f"there is no job {job_id!r}; GET /api/v1/jobs lists them")
+        return job
+
+    def get(self, job_id: str) -> JobStatus:
+        """Return a job as it is now.
 
         Raises:
             NotFoundError: no such job.
         """
-        job = self._jobs.get(job_id)
-        if job is None:
-            raise NotFoundError(f"there is no job {job_id!r}; GET /api/v1/jobs lists them")
-        return asdict(job)
+        return self._find(job_id).status()
 
-    def list(self) -> "list[dict[str, Any]]":
-        """Return all jobs that are remembered, the oldest first."""
+    def list(self) -> "list[JobStatus]":
+        """Return all jobs that are listed, the oldest first."""
+        self._forget_old()
         with self._lock:
-            return [asdict(job) for job in self._jobs.values()]
+            return [job.status() for job in self._jobs.values()]
+
+
+def is_stopped(job: Job) -> bool:
+    """Whether a running job should stop."""
+    return job.state in (REPLACED, CANCELLING)

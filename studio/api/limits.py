@@ -1,6 +1,6 @@
-"""Keeps requests small and answers plain: a bound on bodies, and no guessing of what an answer is.
+"""Limits on request bodies, and headers that prevent browsers from guessing the type of an answer.
 
-A body is kept in memory until it was read; the routes that take files count what comes in themselves.
+A body is kept in memory until it is read; routes that accept files count the bytes themselves.
 """
 
 import re
@@ -12,9 +12,9 @@ from starlette.types import ASGIApp, Message, Receive, Scope, Send
 from studio.api.errors import error_response
 
 MAX_BODY_BYTES = 4 << 20
-"""A blind test of a hundred pairs with all its texts has 0.1 MB."""
+"""Largest body; a blind test of a hundred pairs with all its texts has 0.1 MB."""
 
-_TAKES_FILES = re.compile(r"/api/v1/(rigs/[^/]+|takes/[^/]+/[^/]+/(file|references/[^/]+))")
+_TAKES_FILES = re.compile(r"/api/v1/(rigs/[^/]+|imports/[^/]+|takes/[^/]+/[^/]+/(file|references/[^/]+))")
 _TOO_LARGE = f"a request may have {MAX_BODY_BYTES >> 20} MB at most"
 
 
@@ -39,7 +39,7 @@ class BodyGuard:
             return message
 
         async def hanging_up(message: Message) -> None:
-            """The rest of a body that is too large is not waited for."""
+            """Ignore the rest of a body that is too large."""
             if message["type"] == "http.response.start" and message["status"] == 413:
                 MutableHeaders(scope=message)["Connection"] = "close"
             await send(message)
@@ -51,7 +51,8 @@ class BodyGuard:
 
 
 class PlainAnswers:
-    """ASGI middleware: a browser takes every answer as what it says it is, and shows none in other sites' frames."""
+    """ASGI middleware: browsers must use every answer's declared type, and must not show it in other sites'
+    frames."""
 
     def __init__(self, app: ASGIApp) -> None:
         self._app = app

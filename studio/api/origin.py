@@ -1,7 +1,7 @@
-"""Keeps other sites' pages from operating the studio through a visitor's browser.
+"""Protects the studio from other sites' pages in a visitor's browser.
 
-Browsers name the page's site in `Origin`; whatever changes something, and every WebSocket, is refused where
-that is not the host which the request was sent to. Programs that are not browsers send no `Origin`.
+Browsers name the page's site in `Origin`. Every change, and every WebSocket, is refused if
+that is not the host of the request. Programs other than browsers send no `Origin`.
 """
 
 from urllib.parse import urlsplit

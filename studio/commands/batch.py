@@ -15,14 +15,14 @@ Solve, export or evaluate many takes, on all cores or on a Dask cluster.
   studio batch export SESSIONS --solve finish --format fbx --out FOLDER
   studio batch evaluate SESSIONS --solve finish --out FOLDER
 
-SESSIONS is a take, a session or a folder of sessions; several may be given. What was done before, of the same input
-and with the same settings, is left alone. A take's reference is TAKE.truth.csv beside it, or in its references/."""
+SESSIONS is a take, a session or a folder of sessions; several may be given. Existing results of the same input and
+settings are reused. A take's reference is TAKE.truth.csv beside it, or in its references/."""
 
 
 def add_parser(subparsers: Any) -> None:
     parser = add_command(subparsers, "batch", run, _TEXT)
     add = parser.add_argument
-    add("work", choices=("solve", "export", "evaluate"), help="what is done to each take")
+    add("work", choices=("solve", "export", "evaluate"), help="the work on each take")
     add("folders", metavar="SESSIONS", type=Path, nargs="+", help="takes, sessions or folders of sessions")
     add("--preset", default="studio", help="of solves (default studio)")
     add(
@@ -37,7 +37,7 @@ def add_parser(subparsers: Any) -> None:
         "--solve",
         metavar="NAME",
         default="finish",
-        help="which solve is exported or evaluated (default finish)",
+        help="solve to export or evaluate (default finish)",
     )
     add(
         "--format",
@@ -49,16 +49,20 @@ def add_parser(subparsers: Any) -> None:
     add("--fps", metavar="F", type=float, help="frames per second of exports")
     add("--out", metavar="DIR", type=Path, help="folder of exports or evaluations")
     add(
-        "--processes", metavar="N", type=int, default=os.cpu_count() or 1, help="at once (default: the cores)"
+        "--processes",
+        metavar="N",
+        type=int,
+        default=os.cpu_count() or 1,
+        help="number of processes (default: one per core)",
     )
-    add("--scheduler", metavar="URL", help="do it on a Dask cluster, such as tcp://10.0.0.5:8786")
+    add("--scheduler", metavar="URL", help="use a Dask cluster, such as tcp://10.0.0.5:8786")
     add_json(parser)
 
 
 def run(args: argparse.Namespace) -> int:
-    from studio.batch.jobs import Done, summary
-    from studio.batch.run import run_jobs
-    from studio.engine.errors import SettingsError
+    from studio.engine.base.errors import SettingsError
+    from studio.offline.batch.jobs import Done, summary
+    from studio.offline.batch.run import run_jobs
 
     if args.processes < 1:
         raise SettingsError(f"--processes {args.processes} is not allowed; allowed: 1 or more")
@@ -79,9 +83,9 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _jobs(args: argparse.Namespace) -> list[Any]:
-    from studio.batch.jobs import Job
-    from studio.engine.errors import SettingsError, TakeError
-    from studio.engine.settings import parse_settings
+    from studio.engine.base.errors import SettingsError, TakeError
+    from studio.engine.model.settings import parse_settings
+    from studio.offline.batch.jobs import BatchJob
 
     takes = find_takes(args.folders)
     if not takes:
@@ -89,7 +93,7 @@ def _jobs(args: argparse.Namespace) -> list[Any]:
     if args.work == "solve":
         settings = parse_settings(args.preset, args.set).to_json()
         options = {"settings": settings, "name": args.name or args.preset}
-        return [Job("solve", str(take), options) for take in takes]
+        return [BatchJob("solve", str(take), options) for take in takes]
     if args.out is None:
         raise SettingsError(f"batch {args.work} needs --out DIR, the folder of its files")
     jobs = []
@@ -99,7 +103,7 @@ def _jobs(args: argparse.Namespace) -> list[Any]:
             options = {"fps": args.fps, "target": args.target, "take_name": take.name}
             out = str(args.out.resolve() / f"{stem}.{args.format}")
             jobs.append(
-                Job(
+                BatchJob(
                     "export",
                     str(take),
                     {"solve": args.solve, "format": args.format, "out": out, "options": options},
@@ -109,7 +113,9 @@ def _jobs(args: argparse.Namespace) -> list[Any]:
             reference = find_reference(take)
             out = str(args.out.resolve() / f"{stem}.json")
             jobs.append(
-                Job("evaluate", str(take), {"solve": args.solve, "reference": str(reference), "out": out})
+                BatchJob(
+                    "evaluate", str(take), {"solve": args.solve, "reference": str(reference), "out": out}
+                )
             )
     return jobs
 

@@ -1,17 +1,20 @@
-"""`studio bench`: how fast every stage is on this machine."""
+"""`studio bench`: the speed of every stage on this machine."""
 
 import argparse
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from studio.commands.common import add_command, add_json, progress_bar, table, write_result
+
+if TYPE_CHECKING:
+    from studio.lab.bench.timing import StageTiming
 
 _TEXT = """\
 Measure the speed of every stage, each on one core, on the embedded simulated stage.
 
 The whole live pipeline is `pipeline`. The solvers are compared with plain mink, one FrameTask per joint, on
-the same model and motion in the same run, and with mink as General Motion Retargeting sets it up. With --growth
-also: how the pipeline grows with cameras (1 to 8) and joints, and a finished take with its length."""
+the same model and motion in the same run, and with mink in the set-up of General Motion Retargeting. --growth also
+measures the time of the pipeline by cameras (1 to 8) and joints, and of a finished take by length."""
 
 
 def add_parser(subparsers: Any) -> None:
@@ -23,12 +26,12 @@ def add_parser(subparsers: Any) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
-    from studio.bench.growth import growth
-    from studio.bench.report import bench_report
-    from studio.bench.run import run_bench
-    from studio.engine.errors import SettingsError
-    from studio.engine.files import write_atomically
-    from studio.engine.system import peak_memory_bytes
+    from studio.engine.base.errors import SettingsError
+    from studio.engine.base.files import write_atomically
+    from studio.engine.base.system import peak_memory_bytes
+    from studio.lab.bench.growth import growth
+    from studio.lab.bench.report import bench_report
+    from studio.lab.bench.run import run_bench
 
     if args.frames < 30:
         raise SettingsError(f"--frames {args.frames} is too few; allowed: 30 or more")
@@ -48,14 +51,14 @@ def run(args: argparse.Namespace) -> int:
 
 
 def told(point: dict[str, Any]) -> str:
-    """A point of the growth in words."""
+    """A point of the growth curve in words."""
     if "solve_s" in point:
         return f"{point['frames_per_second']:.0f} frames/s, {point['peak_memory_mb']:.0f} MB"
     median, p99, cpu = (1e3 * point[key] for key in ("median_ms", "p99_ms", "cpu_p99_ms"))
     return f"median {median:.0f} us, p99 {p99:.0f} us ({cpu:.0f} of processor time)"
 
 
-def summary(stages: dict[str, dict[str, float | None]]) -> str:
+def summary(stages: dict[str, "StageTiming"]) -> str:
     """The stages as a table, one line each."""
     rows = [["stage", "median us", "p99 us", "p99 cpu us", "frames/s", "time / plain mink's"]]
     for name, stage in stages.items():

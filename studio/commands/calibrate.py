@@ -1,4 +1,4 @@
-"""`studio calibrate`: where the cameras stand, how their clocks run, how tall the performer is."""
+"""`studio calibrate`: camera poses, clocks, and the performer's height."""
 
 import argparse
 from pathlib import Path
@@ -7,34 +7,35 @@ from typing import Any
 from studio.commands.common import add_command, add_json, add_take, figure, table, write_result
 
 _TEXT = """\
-Find the cameras' places and clocks and the performer's proportions from a take's own frames.
+Find the cameras' poses and clocks and the performer's proportions from a take's own frames.
 
-Uses the calibration part at the take's beginning (a T-pose, then a walk) where the take says how long it
-is, else all of it. The result is the take's next numbered calibration and is used from then on. A calibration
-that is refused is kept too, with its reasons, but not used; the command then exits 1. A take that has only depth
-is tracked first, and its cameras are refined on the body and the floor."""
+Uses the calibration part at the take's beginning (a T-pose, then a walk) if its length is known, else the whole
+take. The result is the take's next numbered calibration and is used from then on. A refused calibration is stored
+too, with its reasons, but not used; the command then exits 1. Spans in which cameras do not agree are left out and
+reported, if at least 20 s agree; the end of a calibration part must agree. A take with only depth is tracked first,
+and its cameras are refined on the body and the floor."""
 
 
 def add_parser(subparsers: Any) -> None:
     parser = add_command(subparsers, "calibrate", run, _TEXT)
     add_take(parser)
     parser.add_argument(
-        "--reference", metavar="CAMERA", help="the camera that gives the stage clock (default: the first)"
+        "--reference", metavar="CAMERA", help="the camera whose clock is the stage clock (default: the first)"
     )
     parser.add_argument(
         "--from",
         dest="borrow",
         metavar="OTHER",
         type=Path,
-        help="borrow another take's calibration, of the same cameras, instead; clocks stay the take's own",
+        help="use another take's calibration of the same cameras; the take keeps its own clocks",
     )
     add_json(parser)
 
 
 def run(args: argparse.Namespace) -> int:
-    from studio.take.borrow import borrow_calibration
-    from studio.take.take import Take
-    from studio.tracking import calibrate_take, keep_calibration
+    from studio.offline.tracking import calibrate_take, keep_calibration
+    from studio.take.folder.take import Take
+    from studio.take.library.borrow import borrow_calibration
 
     take = Take.open(args.take)
     if args.borrow is not None:
@@ -70,4 +71,10 @@ def _summary(result: dict[str, Any]) -> str:
     lines = [table(rows)]
     if result["performer"] is not None:
         lines.append(f"performer: {result['performer']['height_m']:.2f} m tall")
+    lines += [
+        f"{name}: {reason}"
+        for name, camera in result["cameras"].items()
+        if camera["verdict"] == "usable"
+        for reason in camera["reasons"]
+    ]
     return "\n".join(lines)

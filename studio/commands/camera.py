@@ -7,27 +7,27 @@ from pathlib import Path
 from typing import Any
 
 from studio.commands.common import add_command
-from studio.config import read_token
+from studio.server.config import read_token
 
 _TEXT = """\
 Run a camera client: read a source and send its frames to the studio.
 
 SOURCE is one of
   simulated:INDEX/COUNT[:SEED]           a camera of a standard rig that watches the simulated performer
-  simulated-depth:INDEX/COUNT[:SEED]     the same as depth images
-  recording:PATH[#CAMERA][?speed=max]    a take or a recording, over and over in real time, or once at full speed
-  realsense[:SERIAL]  orbbec[:SERIAL]    devices; docs/devices.md says what each of them needs
+  simulated-depth:INDEX/COUNT[:SEED]     the same camera with depth images
+  recording:PATH[#CAMERA][?speed=max]    a take or a recording, in a loop in real time, or once at full speed
+  realsense[:SERIAL]  orbbec[:SERIAL]    devices; docs/devices.md lists their requirements
   openni[:NUMBER]  azure-kinect[:NUMBER]  kinect-v2[:NUMBER]  webcam:MODEL[#NUMBER]
 
-Depth becomes a skeleton, hand states and head orientation on this machine. A device that is unplugged is waited for.
-While a take is recorded, every frame is also kept in a spool on this machine until the studio has it on its disk;
-when the link drops, it is sent once the link is back, also by the next start. Stop it with Ctrl-C."""
+This machine finds skeleton, hand states and head orientation in depth images. It waits for an unplugged device.
+During a recording, every frame is also kept in a spool on this machine until the studio has it on its disk. After a
+drop-out of the link, missing frames are sent again, also by the next start. Stop it with Ctrl-C."""
 
 
 def add_parser(subparsers: Any) -> None:
     parser = add_command(subparsers, "camera", run, _TEXT)
     parser.add_argument(
-        "--source", metavar="SOURCE", required=True, help="where frames come from, such as simulated:0/2"
+        "--source", metavar="SOURCE", required=True, help="source of the frames, such as simulated:0/2"
     )
     parser.add_argument(
         "--server",
@@ -39,7 +39,7 @@ def add_parser(subparsers: Any) -> None:
     parser.add_argument(
         "--token",
         metavar="T",
-        help="a token for cameras, where the studio asks for one (default: STUDIO_CAMERA_TOKEN of the environment)",
+        help="a token for cameras, if the studio requires one (default: STUDIO_CAMERA_TOKEN of the environment)",
     )
     parser.add_argument(
         "--token-file",
@@ -51,42 +51,42 @@ def add_parser(subparsers: Any) -> None:
         "--spool",
         metavar="DIR",
         type=Path,
-        help="folder of the spool (default: one per studio and name, for you)",
+        help="folder of the spool (default: one per studio and name, in your home)",
     )
     parser.add_argument(
         "--spool-mb",
         metavar="MB",
         type=int,
         default=2048,
-        help="how large the spool may become (default 2048)",
+        help="largest size of the spool (default 2048)",
     )
     parser.add_argument(
         "--drop-unknown",
         action="store_true",
-        help="delete frames in the spool of takes that the studio does not have (else they stay for 30 days)",
+        help="delete spooled frames of takes that the studio lacks (else they stay for 30 days)",
     )
     parser.add_argument(
         "--record-depth",
         action="store_true",
-        help="send the depth images too while a take is recorded (2 to 10 MB/s)",
+        help="send the depth images too during a recording (2 to 10 MB/s)",
     )
     parser.add_argument(
-        "--preview", action="store_true", help="draw what a depth camera sees as text in the terminal"
+        "--preview", action="store_true", help="draw the image of a depth camera as text in the terminal"
     )
     parser.add_argument(
         "--preview-port",
         metavar="P",
         type=int,
-        help="show what a depth camera sees as a page on this port of this machine (0: a free one)",
+        help="show the image of a depth camera as a page on this port of this machine (0: a free one)",
     )
     parser.add_argument("--parent", metavar="PID", type=int, help=argparse.SUPPRESS)
 
 
 def chosen_token(args: argparse.Namespace, environment: Mapping[str, str]) -> str:
-    """Return the token of the flags, else of the environment; empty where there is none.
+    """Return the token of the flags, else of the environment; may be empty.
 
     Raises:
-        SettingsError: a file that holds none.
+        SettingsError: a file without a token.
     """
     if args.token is not None:
         return args.token
@@ -99,8 +99,8 @@ def chosen_token(args: argparse.Namespace, environment: Mapping[str, str]) -> st
 
 
 def run(args: argparse.Namespace) -> int:
-    from studio.camera.client import run_camera
-    from studio.engine.errors import SettingsError
+    from studio.camera.client.run import run_camera
+    from studio.engine.base.errors import SettingsError
 
     if args.spool_mb < 1:
         raise SettingsError(f"--spool-mb {args.spool_mb} is not allowed; allowed: 1 or more")

@@ -1,4 +1,4 @@
-"""What several commands share: `--json`, `--set`, tables, and a progress bar on a terminal."""
+"""Shared by several commands: `--json`, `--set`, tables, and a progress bar on a terminal."""
 
 import argparse
 import re
@@ -9,13 +9,13 @@ from pathlib import Path
 from typing import Any
 
 Progress = Callable[[float], None]
-"""Told the share that is done, 0..1."""
+"""Receives the share done, 0..1."""
 
 _ASSIGNMENT = re.compile(r"[A-Za-z_][\w.]*=.*", re.DOTALL)
 
 
 def add_command(subparsers: Any, name: str, run: Callable[..., int], text: str) -> argparse.ArgumentParser:
-    """Return a new command's parser; `text` describes it, its first line stands in the list of commands."""
+    """Return a new command's parser; `text` describes it, with its first line in the list of commands."""
     first, _, _ = text.partition("\n")
     parser = subparsers.add_parser(
         name,
@@ -33,7 +33,7 @@ def add_take(parser: argparse.ArgumentParser) -> None:
 
 def add_json(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
-        "--json", metavar="FILE", type=Path, help="write what is printed as JSON, units in the keys"
+        "--json", metavar="FILE", type=Path, help="write the results as JSON, units in the keys"
     )
 
 
@@ -52,9 +52,9 @@ def spread_settings(arguments: Sequence[str]) -> list[str]:
 
 
 def write_result(args: argparse.Namespace, value: dict[str, Any]) -> None:
-    """Write a command's result to `--json FILE` where it was asked for."""
+    """Write a command's result to `--json FILE`, if given."""
     if args.json is not None:
-        from studio.engine.files import write_json
+        from studio.engine.base.files import write_json
 
         write_json(args.json, value)
 
@@ -72,15 +72,15 @@ def table(rows: Sequence[Sequence[str]]) -> str:
 
 
 def figure(value: float | None, digits: int = 1) -> str:
-    """Return a number for a table; - where it was not measured."""
+    """Return a number for a table; - if not measured."""
     return "-" if value is None else f"{value:z.{digits}f}"
 
 
 @contextmanager
 def progress_bar(label: str) -> Iterator[Progress | None]:
-    """Yield a function that draws the share that is done, or None where standard error is no terminal.
+    """Yield a function that draws the share done, or None if standard error is no terminal.
 
-    The bar appears once the work has taken a second, and is gone when it is done.
+    The bar appears once the work has taken a second, and is removed at the end.
     """
     if not sys.stderr.isatty():
         yield None
@@ -89,4 +89,8 @@ def progress_bar(label: str) -> Iterator[Progress | None]:
 
     layout = "{desc} {percentage:3.0f}%|{bar}| {elapsed}<{remaining}"
     with tqdm(total=1.0, desc=label, bar_format=layout, delay=1.0, leave=False, file=sys.stderr) as bar:
-        yield lambda share: bar.update(share - bar.n) and None
+
+        def draw(share: float) -> None:
+            bar.update(share - bar.n)
+
+        yield draw

@@ -1,4 +1,4 @@
-"""`studio config`: the configuration that `studio serve` would run with, and where each value comes from."""
+"""`studio config`: the configuration of `studio serve`, and the origin of each value."""
 
 import argparse
 from typing import Any
@@ -7,10 +7,10 @@ from studio.commands.common import add_command, add_json, table, write_result
 from studio.commands.serve import add_server_options, chosen_config
 
 _TEXT = """\
-Show the configuration in force and where each value comes from.
+Show the configuration in force and the origin of each value.
 
-Values come from defaults, then studio.toml (or the file that STUDIO_CONFIG names), then STUDIO_... of the
-environment, then flags; the later wins. docs/configuration.md lists them."""
+Values come from defaults, then studio.toml (or the file named by STUDIO_CONFIG), then STUDIO_... of the
+environment, then flags; later ones override earlier ones. docs/configuration.md lists them."""
 
 
 def add_parser(subparsers: Any) -> None:

@@ -7,9 +7,9 @@ from typing import Any
 from studio.commands.common import add_command, add_json, progress_bar, write_result
 
 _TEXT = """\
-Check the install and every take in a folder, and recover what a crash left.
+Check the install and every take in a folder, and recover takes after a crash.
 
-Raw recordings are never changed. Exits 1 when something is wrong that could not be mended."""
+Raw recordings are never changed. Exits 1 if a fault could not be repaired."""
 
 SESSIONS = Path("sessions")
 
@@ -23,9 +23,9 @@ def add_parser(subparsers: Any) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
-    from studio.engine.errors import StudioError
-    from studio.take.doctor import check_takes
-    from studio.take.install import check_install
+    from studio.engine.base.errors import StudioError
+    from studio.take.upkeep.doctor import check_takes
+    from studio.take.upkeep.install import check_install
 
     folder = SESSIONS if args.folder is None else args.folder
     checks = check_install(folder)

@@ -5,18 +5,18 @@ from pathlib import Path
 from typing import Any
 
 from studio.commands.common import add_command, add_json, add_take, figure, progress_bar, table, write_result
-from studio.commands.export import choose_solve
 
 _TEXT = """\
 Measure a take's solves against a reference motion.
 
 The reference is a CSV (time_s, then <joint>_x,<joint>_y,<joint>_z per joint, metres), a BVH, FBX, GLB, C3D or TRC,
-the poses.npz of another solve, or a table of rigid targets (.txt). Markers and targets lie off the joints:
-constant offsets are fitted, and reported. One transform aligns the take (--align), and what was aligned away
-is reported; the calibration part at its beginning does not count. A reference from another system has a clock
-of its own: --align-time estimates its offset and drift. Clean-up is what an animator would have to mend;
---edit-list prints it. --report writes one HTML file that holds all of it, with curves, worst moments and what each
-solve's switches gained or cost against the first one named."""
+the poses.npz of another solve, or a table of rigid targets (.txt). Markers and targets lie off the joints, so
+constant offsets are fitted and reported. One transform aligns the take (--align) and is reported; the calibration
+part at its beginning does not count. A reference from another system has its own clock; --align-time estimates its
+offset and drift. Foot slide is measured in the reference's stances and in the solve's own. Clean-up is the number of
+errors that an animator would correct; --edit-list prints them with the time since the performance began, as in the
+replay (--json has stage times). --report writes all of it as one HTML file, with curves, worst frames and the effect
+of each solve's switches relative to the first one named."""
 
 _COLUMNS = {
     "mpjpe_mm": ("MPJPE mm", 1),
@@ -28,17 +28,18 @@ _COLUMNS = {
     "flexion_error_deg": ("flexions deg", 1),
     "acceleration_error_m_s2": ("accel m/s2", 1),
     "latency_ms": ("lag ms", 1),
-    "absolute_difference_cm": ("abs.diff cm", 1),
-    "shortest_distance_cm": ("shortest cm", 1),
+    "absolute_difference_cm": ("abs.diff cm", 2),
+    "shortest_distance_cm": ("shortest cm", 2),
     "nearest_sample_cm": ("nearest sample cm", 2),
-    "spike_difference": ("spikes", 1),
-    "deviations": ("deviations", 1),
+    "spike_difference": ("spike difference", 2),
+    "deviations": ("deviations", 2),
     "jerk_m_s3": ("jerk m/s3", 0),
     "reference_jerk_m_s3": ("  of the reference", 0),
     "spectral_arc_length": ("spectral arc", 2),
     "reference_spectral_arc_length": ("  of the reference", 2),
-    "foot_slide_cm_s": ("slide cm/s", 1),
+    "foot_slide_cm_s": ("slide in reference's stance cm/s", 1),
     "reference_foot_slide_cm_s": ("  of the reference", 1),
+    "own_stance_foot_slide_cm_s": ("slide in its own stance cm/s", 1),
     "foot_height_cm": ("foot height cm", 1),
     "contact_precision": ("contacts right", 2),
     "contact_recall": ("contacts found", 2),
@@ -46,7 +47,7 @@ _COLUMNS = {
     "unseen_share": ("unseen", 3),
     "uncertainty_coverage": ("in 90 % ball", 2),
     "uncertainty_median_ratio": ("ball/error", 2),
-    "cleanup_events_per_min": ("clean-up /min", 1),
+    "cleanup_events_per_min": ("clean-up against reference /min", 1),
     "frames": ("frames", 0),
 }
 
@@ -70,13 +71,13 @@ def add_parser(subparsers: Any) -> None:
         help="solves to measure (default: all)",
     )
     parser.add_argument(
-        "--align-time", action="store_true", help="the reference has a clock of its own: align it in time too"
+        "--align-time", action="store_true", help="the reference has its own clock: align it in time too"
     )
     parser.add_argument(
         "--align",
         choices=("rigid", "similarity"),
         default="rigid",
-        help="what is aligned away: place and direction, or size too (default: rigid)",
+        help="align place and direction, or size too (default: rigid)",
     )
     parser.add_argument("--edit-list", action="store_true", help="print every clean-up event")
     parser.add_argument(
@@ -95,20 +96,21 @@ def add_parser(subparsers: Any) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
-    from studio.engine.errors import TakeError
-    from studio.engine.metrics.reference import read_reference
-    from studio.report.evaluation_tables import aligned_away
-    from studio.report.take_report import write_report
-    from studio.report.words import Words
-    from studio.take.evaluating import evaluate_solves
-    from studio.take.references import HowAligned
-    from studio.take.take import Take
+    from studio.engine.metrics.reference.reference import read_reference
+    from studio.engine.model.poses import Poses
+    from studio.library import choose_solve, no_solve
+    from studio.review.report.evaluation_tables import aligned_away
+    from studio.review.report.take_report import write_report
+    from studio.review.report.words import Words
+    from studio.take.folder.evaluating import evaluate_solves
+    from studio.take.folder.references import HowAligned
+    from studio.take.folder.take import Take
 
     take = Take.open(args.take)
     available = take.solve_names()
     names = [choose_solve(available, name, str(take.path)) for name in dict.fromkeys(args.solve)] or available
     if not names:
-        raise TakeError(f"take {take.path} has no solve yet; run `studio solve {take.path}`")
+        raise no_solve(str(take.path))
     reference = read_reference(args.reference, unit_m=args.unit_m)
     how = HowAligned(args.align_time, args.align, args.unit_m)
     with progress_bar("evaluate") as progress:
@@ -121,7 +123,8 @@ def run(args: argparse.Namespace) -> int:
         print(f"aligned away for {name}: {aligned_away(figures)}")
     if args.edit_list:
         for name, figures in solves.items():
-            print(edit_list(name, figures))
+            begins_s = Poses.load(take.solve_folder(name) / "poses.npz").begins_s
+            print(edit_list(name, figures, begins_s))
     return 0
 
 
@@ -148,8 +151,8 @@ def summary(solves: dict[str, dict[str, Any]]) -> str:
     return table(rows)
 
 
-def edit_list(name: str, figures: dict[str, Any]) -> str:
-    """A solve's clean-up events, one line each."""
+def edit_list(name: str, figures: dict[str, Any], begins_s: float) -> str:
+    """A solve's clean-up events, one line each; times count from the stage time `begins_s`, as the replay's do."""
     events = figures["cleanup_events"]
     if not events:
         return f"clean-up of {name}: {'not measured' if events is None else 'nothing'}"
@@ -157,11 +160,12 @@ def edit_list(name: str, figures: dict[str, Any]) -> str:
         [
             event["kind"].replace("_", " "),
             event["joint"],
-            f"{event['start_s']:.2f} s",
-            f"{event['end_s']:.2f} s",
+            f"{event['start_s'] - begins_s:.2f} s",
+            f"{event['end_s'] - begins_s:.2f} s",
             f"{event['size']:.1f} {event['unit']}",
             event["detail"],
         ]
         for event in events
     ]
-    return f"clean-up of {name}:\n{table(rows)}"
+    since = f"time since the performance began, at stage time {begins_s:.2f} s"
+    return f"clean-up of {name} ({since}):\n{table(rows)}"

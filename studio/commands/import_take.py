@@ -1,4 +1,4 @@
-"""`studio import`: recordings and animations made elsewhere as a take."""
+"""`studio import`: other recordings and animations as a take."""
 
 import argparse
 from pathlib import Path
@@ -11,10 +11,10 @@ Turn camera recordings, or an animation, into a take.
 
 PATH is a folder of camera_0, camera_1, ... each with joints.csv, or with depth.txt and camera.json; an Azure Kinect
 .mkv, a RealSense or ROS .bag or .db3, or a folder of these, a camera each; a raw.mcap; or a CSV with the skeletons
-of Kinects. Of a file that was cut, what it holds is imported. An existing take is never overwritten, and nothing is
-left behind when the import fails.
+of Kinects. The readable part of a truncated file is imported. An existing take is never overwritten, and a failed
+import leaves no files.
 
-A .bvh, .fbx, .glb, .c3d or .trc is an animation made elsewhere: its take has no raw, and the solve `imported`."""
+A .bvh, .fbx, .glb, .c3d or .trc is an animation: its take has no raw, and the solve `imported`."""
 
 
 def add_parser(subparsers: Any) -> None:

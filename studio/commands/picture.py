@@ -1,4 +1,4 @@
-"""`studio picture`: frames of solves drawn as a strip."""
+"""`studio picture`: frames of solves as a strip."""
 
 import argparse
 from pathlib import Path
@@ -7,7 +7,10 @@ from typing import Any
 from studio.commands.common import add_command, add_take
 
 _TEXT = """\
-Draw frames of a take's solves as a picture, one row per solve."""
+Draw frames of a take's solves as a picture, one row per solve.
+
+--times are stage times, as in poses.npz and evaluate --json. In a live take, whose stage clock is a wall clock, they
+count from the first frame. The picture shows the time since the performance began, as the replay does."""
 
 
 def add_parser(subparsers: Any) -> None:
@@ -22,9 +25,11 @@ def add_parser(subparsers: Any) -> None:
         default=[],
         help="solves to draw (default: the best)",
     )
-    parser.add_argument("--times", metavar="S,S,...", type=_numbers, help="stage times to draw [s]")
     parser.add_argument(
-        "--count", metavar="N", type=int, default=8, help="how many frames without --times (default 8)"
+        "--times", metavar="S,S,...", type=_numbers, help="stage times to draw [s]; see above"
+    )
+    parser.add_argument(
+        "--count", metavar="N", type=int, default=8, help="number of frames without --times (default 8)"
     )
     parser.add_argument(
         "--yaw", metavar="DEG", type=float, default=25.0, help="0 = from the front, 90 = from the left"
@@ -37,15 +42,17 @@ def _numbers(text: str) -> list[float]:
 
 
 def run(args: argparse.Namespace) -> int:
-    from studio.commands.export import choose_solve
-    from studio.engine.poses import Poses
-    from studio.render.strip import render_strip
-    from studio.take.take import Take
+    from studio.engine.model.poses import Poses
+    from studio.library import choose_solve
+    from studio.review.render.strip import render_strip, stage_times
+    from studio.take.folder.take import Take
 
     take = Take.open(args.take)
     wanted = list(dict.fromkeys(args.solve)) or [None]
     names = [choose_solve(take.solve_names(), name, str(take.path)) for name in wanted]
     rows = {name: Poses.load(take.solve_folder(name) / "poses.npz") for name in names}
-    render_strip(rows, args.out, times_s=args.times, count=args.count, yaw_deg=args.yaw)
-    print(f"{args.out}: {', '.join(names)}")
+    first = rows[names[0]]
+    times_s = None if args.times is None else stage_times(first, args.times)
+    render_strip(rows, args.out, times_s=times_s, count=args.count, yaw_deg=args.yaw)
+    print(f"{args.out}: {', '.join(names)}; the performance begins at stage time {first.begins_s:.2f} s")
     return 0

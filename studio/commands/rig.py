@@ -1,4 +1,4 @@
-"""`studio rig`: which bone of a user's rig is what."""
+"""`studio rig`: the roles of a user's rig's bones."""
 
 import argparse
 from pathlib import Path
@@ -7,25 +7,25 @@ from typing import Any
 from studio.commands.common import add_command, add_json, table, write_result
 
 _TEXT = """\
-Show which bone of a rig is what, for exports onto it (`studio export --rig`).
+Show the roles of a rig's bones, for exports onto it (`studio export --rig`).
 
-FILE is a GLB, FBX or BVH with a skeleton in a T-pose or an A-pose. With --save the table is written beside it, as
-FILE.mapping.json, to be corrected by hand: every export onto these bones uses it from then on."""
+FILE is a GLB, FBX or BVH with a skeleton in a T-pose or an A-pose. --save writes the table beside it, as
+FILE.mapping.json, where you can correct it; every export onto these bones uses it from then on."""
 
 
 def add_parser(subparsers: Any) -> None:
     parser = add_command(subparsers, "rig", run, _TEXT)
     parser.add_argument("rig", metavar="FILE", type=Path, help="a GLB, FBX or BVH file with a skeleton")
     parser.add_argument("--mapping", metavar="FILE", type=Path, help="show this table instead")
-    parser.add_argument("--save", action="store_true", help="write the table beside the rig, to be corrected")
+    parser.add_argument("--save", action="store_true", help="write the table beside the rig")
     parser.add_argument("--out", metavar="FILE", type=Path, help="write the table there instead")
     add_json(parser)
 
 
 def run(args: argparse.Namespace) -> int:
-    from studio.engine.retarget.facts import rig_facts
-    from studio.engine.retarget.files import read_rig
-    from studio.engine.retarget.mapping import checked_bones, mapping_path, save_mapping
+    from studio.engine.animation.retarget.facts import rig_facts
+    from studio.engine.animation.retarget.files import read_rig
+    from studio.engine.animation.retarget.mapping import checked_bones, mapping_path, save_mapping
 
     facts = rig_facts(args.rig, args.mapping)
     print(_shown(args.rig, facts))

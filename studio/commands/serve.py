@@ -7,13 +7,13 @@ from pathlib import Path
 from typing import Any
 
 from studio.commands.common import add_command
-from studio.config import LOG_FORMATS, LOG_LEVELS, Config, Effective, effective
+from studio.server.config import LOG_FORMATS, LOG_LEVELS, Config, Effective, effective
 
 _TEXT = """\
 Open the studio: the server, its page and the browser view.
 
-Camera clients connect to it (`studio camera`), also from other machines when --host allows it: then operators sign
-in with the token that is printed here, and cameras need a token of their own. With --demo, two simulated cameras
+Camera clients connect to it (`studio camera`), also from other machines if --host allows it. Operators then sign in
+with the token that is printed here, and cameras need their own token. With --demo, two simulated cameras
 watch a simulated performer. Stop it with Ctrl-C."""
 
 
@@ -25,7 +25,7 @@ def add_parser(subparsers: Any) -> None:
 
 
 def add_server_options(parser: argparse.ArgumentParser) -> None:
-    """Add the options that `Config` has; what is not given comes from the environment, a file or the defaults."""
+    """Add the options of `Config`; missing ones come from the environment, a file or the defaults."""
     add = parser.add_argument
     add("--host", metavar="H", help="address to listen on (default 127.0.0.1)")
     add("--port", metavar="P", type=port, help="port to listen on (default 8000)")
@@ -49,9 +49,9 @@ def add_server_options(parser: argparse.ArgumentParser) -> None:
         type=Path,
         help="file with the token of operators (default: a new token at every start, which is printed)",
     )
-    add("--camera-token-file", metavar="FILE", type=Path, help="file with a token that lets cameras in")
-    add("--log-format", choices=LOG_FORMATS, help="how events are logged (default text)")
-    add("--log-level", choices=LOG_LEVELS, help="the least that is logged (default info)")
+    add("--camera-token-file", metavar="FILE", type=Path, help="file with a token for cameras")
+    add("--log-format", choices=LOG_FORMATS, help="format of the log (default text)")
+    add("--log-level", choices=LOG_LEVELS, help="lowest level that is logged (default info)")
 
 
 def chosen_config(args: argparse.Namespace) -> Effective:
@@ -65,14 +65,14 @@ def chosen_config(args: argparse.Namespace) -> Effective:
 
 
 def port(text: str) -> int:
-    """Return a port number, 0 to 65535; 0 takes a free one (an argparse type)."""
+    """Return a port number, 0 to 65535; 0 chooses a free one (an argparse type)."""
     if not (text.isascii() and text.isdigit() and int(text) <= 65535):
         raise argparse.ArgumentTypeError(f"{text!r} is no port; allowed: 0 to 65535")
     return int(text)
 
 
 def run(args: argparse.Namespace) -> int:
-    from studio.api.server import leave, serve
+    from studio.server.run import leave, serve
 
     config = chosen_config(args).config
     demo = args.demo or (args.demo_on_first_run and is_first_run(config.sessions))
@@ -80,5 +80,5 @@ def run(args: argparse.Namespace) -> int:
 
 
 def is_first_run(sessions: Path) -> bool:
-    """Whether no take lies in the folder of sessions yet."""
+    """Whether the folder of sessions has no take yet."""
     return next(sessions.glob("*/*/take.json"), None) is None

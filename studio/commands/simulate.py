@@ -10,8 +10,8 @@ _TEXT = """\
 Record a take of simulated cameras that watch the performer of an animation (.bvh, .fbx, .glb, .c3d, .trc), or the
 embedded one (`demo`).
 
-The take begins with a part for calibration (T-pose for 3 s, then 30 s of walking); the true joint centres go
-to TAKE.truth.csv beside the take, for `studio evaluate` alone."""
+The take begins with a calibration part (T-pose for 3 s, then 30 s of walking). The true joint centres go
+to TAKE.truth.csv beside the take, for `studio evaluate` only."""
 
 
 def add_parser(subparsers: Any) -> None:
@@ -38,7 +38,7 @@ def add_parser(subparsers: Any) -> None:
             "d435",
         ),
         default="ideal",
-        help="the sensor of depth (default ideal); noisy-joints have the same noise with any",
+        help="the depth sensor (default ideal); the noise of noisy-joints does not depend on it",
     )
     parser.add_argument(
         "--tracker", choices=("depth", "noisy-joints"), default="noisy-joints",
@@ -46,7 +46,7 @@ def add_parser(subparsers: Any) -> None:
     )  # fmt: skip
     parser.add_argument(
         "--performer", metavar="NAME", default="tuning-average",
-        help="whose body depth cameras see, such as tuning-slim or scoring-child (default tuning-average)",
+        help="body for depth cameras, such as tuning-slim or scoring-child (default tuning-average)",
     )  # fmt: skip
     parser.add_argument("--furniture", action="store_true", help="depth cameras see furniture")
     parser.add_argument("--seed", metavar="N", type=int, default=0, help="of the noise (default 0)")
@@ -57,13 +57,13 @@ def add_parser(subparsers: Any) -> None:
         help="metres per unit of the BVH (default: by a height of 1.75 m)",
     )
     parser.add_argument(
-        "--rig", metavar="FILE", type=Path, help="JSON with the cameras' places instead of the standard rig"
+        "--rig", metavar="FILE", type=Path, help="JSON with the cameras' poses instead of the standard rig"
     )
-    parser.add_argument("--no-calibration", action="store_true", help="leave out the part for calibration")
+    parser.add_argument("--no-calibration", action="store_true", help="leave out the calibration part")
 
 
 def run(args: argparse.Namespace) -> int:
-    from studio.camera.simulator.simulate import simulate_take
+    from studio.simulator.simulate import simulate_take
 
     with progress_bar("simulate") as progress:
         path = simulate_take(

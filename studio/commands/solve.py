@@ -9,7 +9,7 @@ _TEXT = """\
 Solve a take again from its raw frames, with the settings of a preset and any switches.
 
 The result is solves/<name> of the take: settings.json, poses.npz and metrics.json; solving again under the
-same name replaces it. --as-live repeats what the live stage did, decision by decision."""
+same name replaces it. --as-live repeats the decisions of the live stage."""
 
 
 def add_parser(subparsers: Any) -> None:
@@ -38,12 +38,12 @@ def add_parser(subparsers: Any) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
-    from studio.take.presets import Presets
+    from studio.take.library.presets import Presets
 
     settings = Presets(args.take.resolve().parent.parent).settings(args.preset, args.set)
 
-    from studio.replay import solve_take
-    from studio.take.take import Take
+    from studio.offline.replay import solve_take
+    from studio.take.folder.take import Take
 
     take = Take.open(args.take)
     name = args.name or ("as-live" if args.as_live else args.preset)
@@ -53,7 +53,7 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _report(args: argparse.Namespace, folder: Any) -> int:
-    from studio.take.solves import read_metrics
+    from studio.take.folder.solves import read_metrics
 
     metrics = read_metrics(folder) or {}
     write_result(args, {"solve": folder.name, **metrics})

@@ -9,10 +9,10 @@ from studio.commands.common import add_command, add_json, progress_bar, table
 _TEXT = """\
 Repeat the thesis's experiments over motions, cameras and seeds, as tables and plots.
 
-Simulated cameras watch the thesis's four movements of the arms, or the animations that are given; each recording is
-solved with one switch changed at a time, and measured against the truth. What is done is kept in DIR: a study that
-was broken off, or asks for more seeds, goes on. DIR/study.html shows every table beside the thesis's own, and says
-where both agree, where not, and why (docs/study.md)."""
+Simulated cameras watch the thesis's four movements of the arms, or the given animations. Each recording is
+solved with one switch changed at a time, and measured against the truth. DIR keeps the results, so that a study that
+was interrupted, or needs more seeds, continues. DIR/study.html shows every table beside the thesis's own, and
+explains agreements and differences (docs/study.md)."""
 
 
 def add_parser(subparsers: Any) -> None:
@@ -21,7 +21,7 @@ def add_parser(subparsers: Any) -> None:
         "motions", metavar="MOTION.bvh", nargs="*", type=Path, help="motions (default: the thesis's four)"
     )
     parser.add_argument("--seeds", metavar="N", type=int, default=3, help="seeds per motion (default 3)")
-    parser.add_argument("--out", metavar="DIR", type=Path, required=True, help="folder for tables and plots")
+    parser.add_argument("--out", metavar="DIR", type=Path, required=True, help="folder of tables and plots")
     parser.add_argument(
         "--cameras",
         metavar="1,2,3,4",
@@ -34,7 +34,9 @@ def add_parser(subparsers: Any) -> None:
     )
     parser.add_argument("--unit-m", metavar="M", type=float, help="metres per unit of BVH motions")
     parser.add_argument("--short", action="store_true", help="only what the thesis's tables need")
-    parser.add_argument("--processes", metavar="N", type=int, help="how many at once (default: one a core)")
+    parser.add_argument(
+        "--processes", metavar="N", type=int, help="number of processes (default: one per core)"
+    )
     add_json(parser)
 
 
@@ -47,15 +49,15 @@ def _counts(text: str) -> tuple[int, ...]:
 
 def run(args: argparse.Namespace) -> int:
     from studio.commands.common import write_result
-    from studio.engine.errors import SettingsError
-    from studio.study.decision import decision_rows, decisions
-    from studio.study.page import write_study
-    from studio.study.plan import make_plan
-    from studio.study.results import Results
-    from studio.study.run import read_cells, run_study
-    from studio.study.tables import table_json, table_text
-    from studio.study.thesis_tables import TABLES
-    from studio.study.votes import read_votes
+    from studio.engine.base.errors import SettingsError
+    from studio.lab.study.decision import decision_rows, decisions
+    from studio.lab.study.page import write_study
+    from studio.lab.study.plan import make_plan
+    from studio.lab.study.results import Results
+    from studio.lab.study.run import read_cells, run_study
+    from studio.lab.study.tables import table_json, table_text
+    from studio.lab.study.thesis_tables import TABLES
+    from studio.lab.study.votes import read_votes
 
     if args.processes is not None and args.processes < 1:
         raise SettingsError(f"--processes {args.processes}: give at least 1")

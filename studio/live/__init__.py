@@ -1,11 +1,11 @@
-"""The live stage: cameras join, their frames go through the pipeline at once, and are recorded.
+"""The live stage: cameras join, and their frames go through the pipeline and into recordings.
 
-`stage` is the way in for the server, safe from any thread. `engine` is the thread that owns the pipeline, fed
-by `inbox`; `roster`, `camera` and `clocks` know the cameras and their clocks, `log` performs and words every
-decision, `recorder` and `recording` make a take, `calibrator` and `calibrations` calibrate, `status` tells.
+`stage` is the server's interface and safe from any thread. `engine` is the thread that owns the pipeline, fed by
+`inbox`. `cameras` holds the cameras and their clocks, `calibration` the calibration in use, `recording` takes being
+recorded, `keeping` frames that arrive late, and `status` the status.
 """
 
-from studio.live.camera import CameraRefused
+from studio.live.cameras.camera import CameraRefused
 from studio.live.stage import LiveStage
 
 __all__ = ["CameraRefused", "LiveStage"]

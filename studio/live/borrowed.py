@@ -1,29 +1,33 @@
-"""The calibration of a recording that is played as cameras: used while it plays, kept nowhere."""
+"""The calibration of a recording that is played as cameras. It is used during playback and not kept."""
 
 from dataclasses import replace
 from functools import lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from studio.engine.calibration.result import Calibration
-from studio.engine.errors import StudioError
-from studio.engine.frames import ClockModel
-from studio.live.calibrations import BORROWED, Kept, load_last_calibration
-from studio.take.sessions import MOST_KEPT, Stamp, file_stamp
-from studio.take.take import Take, read_calibration
+from studio.engine.base.errors import StudioError
+from studio.engine.model.calibration import Calibration
+from studio.engine.model.frames import ClockModel
+from studio.live.calibration.kept import BORROWED, KeptCalibration, load_last_calibration
+from studio.take.folder.take import Take, read_calibration
 
 if TYPE_CHECKING:
     from studio.live.engine import Engine
 
 
-def calibration_of_recording(path: Path, cameras: tuple[str, ...]) -> Calibration | None:
-    """Return the calibration that a recording brings for all of its cameras, with latency corrections as clocks.
+Stamp = tuple[int, int, int] | None
+MOST_KEPT = 1 << 17
+"""Recordings of which it is known whether they bring a calibration."""
 
-    None where it has none, one that was refused, or one without a performer.
+
+def calibration_of_recording(path: Path, cameras: tuple[str, ...]) -> Calibration | None:
+    """Return a recording's calibration for all of its cameras, with latency corrections as clocks.
+
+    None if it has none, one that was refused, or one without a performer.
 
     Args:
         path: a take, or a folder of cameras with a `calibration.json`.
-        cameras: that are played.
+        cameras: the played cameras.
     """
     try:
         if (path / "take.json").is_file():
@@ -40,13 +44,22 @@ def calibration_of_recording(path: Path, cameras: tuple[str, ...]) -> Calibratio
 
 
 def brings_calibration(path: Path, cameras: tuple[str, ...]) -> bool:
-    """Whether `calibration_of_recording` finds one: a list of recordings costs a look at each of them.
+    """Whether `calibration_of_recording` finds one.
 
-    What was found is kept, and read again where a file is another than before.
+    The result is cached until the file changes, because a list of recordings asks for each.
     """
     return _brings(
         path, cameras, tuple(file_stamp(path / n) for n in ("take.json", "calibrations", "calibration.json"))
     )
+
+
+def file_stamp(path: Path) -> Stamp:
+    """Return what tells that a file or folder is another than before; None where there is none."""
+    try:
+        found = path.stat()
+    except OSError:
+        return None
+    return found.st_ino, found.st_size, found.st_mtime_ns
 
 
 @lru_cache(maxsize=MOST_KEPT)
@@ -55,7 +68,8 @@ def _brings(path: Path, cameras: tuple[str, ...], _: tuple[Stamp, ...]) -> bool:
 
 
 def _as_played(calibration: Calibration) -> Calibration:
-    """Return it for frames that are stamped anew by one clock: what their own were apart stays in the stamps."""
+    """Return the calibration for frames stamped anew by one clock; the new stamps already contain the clocks'
+    offsets."""
     clocks = {name: camera.clock for name, camera in calibration.cameras.items()}
     main = clocks.get(calibration.reference, ClockModel())
     return replace(
@@ -68,12 +82,12 @@ def _as_played(calibration: Calibration) -> Calibration:
 
 
 def borrow(engine: "Engine", calibration: Calibration | None) -> None:
-    """Use a recording's calibration from now on; None: the stage's own again, where a borrowed one is in use.
+    """Use a recording's calibration from now on. None: return to the stage's own if a borrowed one is in use.
 
     Called on the engine thread.
     """
     if calibration is not None:
-        engine.use_calibration(calibration, Kept(BORROWED, calibration))
+        engine.use_calibration(calibration, KeptCalibration(BORROWED, calibration))
     elif engine.kept is not None and engine.kept.number == BORROWED:
         own = load_last_calibration(engine.folder / "calibrations")
         engine.use_calibration(own.calibration if own else None, own)

@@ -1,8 +1,8 @@
-"""The engine thread of the live stage: it owns the pipeline and decides what happens when.
+"""The engine thread of the live stage: it owns the pipeline and orders all events.
 
-Frames come from the inbox; each is recorded, then given to the pipeline, and `Schedule` says which output
-frames are due. Whatever is done to the pipeline goes through `LoggedPipeline` as an event, which a recording
-keeps. All methods but `start`, `put`, `call` and `close` run on that thread.
+Frames come from the inbox. Each is recorded, then given to the pipeline, and `Schedule` decides which output
+frames are due. Every change of the pipeline is an event of `LoggedPipeline`, which a recording
+keeps. All methods except `start`, `put`, `call` and `close` run on that thread.
 """
 
 import logging
@@ -14,47 +14,48 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from studio.engine.calibration.result import Calibration, Performer
-from studio.engine.calibration.watch import CameraWatch
-from studio.engine.errors import CalibrationError, SettingsError, StudioError, TakeError
-from studio.engine.frames import StepResult
-from studio.engine.schedule import Schedule
-from studio.engine.settings import SolveSettings
-from studio.live import log, warmup
-from studio.live.calibrations import BORROWED, Kept, save_calibration
-from studio.live.calibrator import Calibrator, Outcome
-from studio.live.camera import LiveCamera
+from studio.engine.base.errors import CalibrationError, SettingsError, StudioError, TakeError
+from studio.engine.calibration.quality.watch import CameraWatch
+from studio.engine.model.calibration import Calibration, Performer
+from studio.engine.model.frames import StepResult
+from studio.engine.model.settings import SolveSettings
+from studio.engine.solve.timing.schedule import Schedule
+from studio.live import warmup
+from studio.live.calibration.calibrator import Calibrator, Outcome
+from studio.live.calibration.kept import BORROWED, KeptCalibration, save_calibration
+from studio.live.calibration.performers import save_profile
+from studio.live.calibration.tpose import TPoseCapture
+from studio.live.cameras.camera import LiveCamera
+from studio.live.cameras.previews import Previews
+from studio.live.cameras.roster import Roster
 from studio.live.figures import PipelineFigures
-from studio.live.inbox import Arrived, Call, Inbox, Item, Left, Measured, Reported
+from studio.live.inbox import Arrived, Call, ClockExchange, Inbox, Item, Left, Reported
 from studio.live.latest import Latest
-from studio.live.performers import save_profile
-from studio.live.previews import Previews
-from studio.live.roster import Roster
-from studio.live.status import stage_status
-from studio.live.takes import Takes
-from studio.live.tpose import TPoseCapture
+from studio.live.recording.takes import RecordedTakes
+from studio.live.states import StageStatus
+from studio.take.raw import live_log as log
 from studio.wire import ClockSample, Hello
 
 _log = logging.getLogger(__name__)
 
 MAX_PENDING = 12
-"""Frames of one camera that may wait; older ones are recorded but kept from the pipeline."""
+"""Most waiting frames of one camera; older ones are recorded but not given to the pipeline."""
 
 MAX_TICKS = 15
-"""Output frames made in one go; where more are due, the oldest are left out."""
+"""Most output frames at a time; if more are due, the oldest are left out."""
 
 IDLE_S = 0.01
 STATUS_NS = 200_000_000
 
 
-class Engine(Takes):
+class Engine(RecordedTakes):
     """The live stage's state and the thread that changes it.
 
     Attributes:
         results: the newest step.
-        status: the newest status, as JSON.
-        stage_calibration: in use; a camera's `clock` is its latency correction (see `calibrations`).
-        kept: as it lies on disk; None for a provisional one, which knows one camera only.
+        status: the newest status.
+        stage_calibration: in use; a camera's `clock` is its latency correction (see `calibration.kept`).
+        kept: as stored on disk; None for a provisional one, which has one camera only.
     """
 
     def __init__(
@@ -63,15 +64,17 @@ class Engine(Takes):
         clock_ns: Callable[[], int],
         settings: SolveSettings,
         folder: Path,
-        calibration: Kept | None,
+        calibration: KeptCalibration | None,
         notify: Callable[[StepResult], None],
         on_broken: Callable[[], None],
         previews: Previews,
+        describe: Callable[["Engine", int], StageStatus],
     ) -> None:
+        """Start with a calibration or none; `describe` makes the status, at a time of the server's clock [ns]."""
         self._thread = threading.Thread(target=self._run, name="engine", daemon=True)
         self.results: Latest[StepResult] = Latest()
         self.settings = settings
-        self.kept: Kept | None = None
+        self.kept: KeptCalibration | None = None
         self.stage_calibration: Calibration | None = None
         self.roster = Roster()
         super().__init__()
@@ -82,10 +85,11 @@ class Engine(Takes):
         self.calibrator = Calibrator(folder / "calibrations", self._computed, previews.floor_views)
         self.tpose = TPoseCapture(self._performer_measured)
         self.watch = CameraWatch()
-        self.status: dict[str, Any] = {}
+        self.status: StageStatus
         self._clock_ns = clock_ns
         self._notify = notify
         self._on_broken = on_broken
+        self._describe = describe
         self._inbox = Inbox()
         self._pipeline = log.LoggedPipeline()
         self._schedule = Schedule.of(settings)
@@ -104,20 +108,20 @@ class Engine(Takes):
         self._thread.start()
 
     def prepare(self) -> None:
-        """Make this process ready for a pipeline, which begins then; returns at once."""
+        """Prepare this process for a pipeline, which then starts; returns at once."""
         if not warmup.is_ready():
             warmup.begin(lambda: self.put(Call(self._restart, Future())))
 
     def put(self, item: Item) -> None:
-        """Hand something over; never waits."""
+        """Pass an item to the thread; never waits."""
         self._inbox.put(item)
 
     def pending(self) -> int:
-        """How many things wait for the thread."""
+        """Number of items that wait for the thread."""
         return len(self._inbox)
 
     def call(self, function: Callable[[], Any]) -> Any:
-        """Return what the function returns on the engine thread, or raise what it raises.
+        """Run the function on the engine thread; return its result or raise its error.
 
         Raises:
             StudioError: the thread has ended.
@@ -129,7 +133,7 @@ class Engine(Takes):
         return future.result()
 
     def close(self) -> None:
-        """End the thread once it has done what was handed over before."""
+        """End the thread after all earlier items."""
         if self._thread.is_alive():
             self.call(self._end)
             self._thread.join()
@@ -152,7 +156,7 @@ class Engine(Takes):
                 self._handle(items)
                 self._tick()
                 self._housekeeping()
-            except Exception as error:  # the boundary of the thread: the stage goes on with a fresh pipeline
+            except Exception as error:  # boundary of the thread: the stage continues with a fresh pipeline
                 _log.exception("the live pipeline failed and starts afresh")
                 self.problem = f"the pipeline failed and was started afresh: {error!r}"
                 self.figures.failures += 1
@@ -172,7 +176,7 @@ class Engine(Takes):
             case Arrived(frame=frame):
                 waiting[frame.camera] -= 1
                 self._frame(item, late=waiting[frame.camera] >= MAX_PENDING)
-            case Measured(camera=camera, sample=sample) if camera in self.roster.cameras:
+            case ClockExchange(camera=camera, sample=sample) if camera in self.roster.cameras:
                 self._measured(self.roster.cameras[camera], sample)
             case Reported(camera=camera, status=status) if camera in self.roster.cameras:
                 self.roster.cameras[camera].client = status
@@ -194,18 +198,22 @@ class Engine(Takes):
     # --- cameras
 
     def join_camera(self, hello: Hello, *, local: bool = False) -> bool:
-        """Take in a camera; return whether it is the reference."""
+        """Add a camera; return whether it is the reference."""
         if self.roster.join(hello, keep_clock=self.recording is not None, local=local):
             self._restart()
         if self.recording is not None:
-            self.recording.recorder.camera(hello)
+            newest = self.roster.cameras[hello.name].newest_sequence
+            joined = self.recording.recorder.camera(hello, newest)
+            if joined is not None:
+                self.recording.note(self._clock_ns(), joined)
         return self.roster.reference == hello.name
 
     def choose_reference(self, name: str) -> None:
         """Make a camera's clock the stage clock.
 
         Raises:
-            SettingsError: no such camera is connected. TakeError: a take is being recorded.
+            SettingsError: no such camera is connected.
+            TakeError: a take is being recorded.
         """
         if self.recording is not None:
             raise TakeError("a take is being recorded; stop it, then choose another reference camera")
@@ -217,19 +225,22 @@ class Engine(Takes):
         camera = self.roster.cameras.get(frame.camera)
         if camera is None or (recording is not None and recording.has(item.hello, frame)):
             return
-        if item.late:
-            camera.late += 1
-            if recording is not None:
-                recording.recorder.frame(item.hello, frame, item.data, item.arrival_ns, late=True)
+        if item.kept_for:
+            self._kept_frame(item, camera)
             return
+        if item.hello.boot_id != camera.hello.boot_id:
+            return  # another start of the client has taken its name
         before = camera.clock_id
         changed = self.roster.arrived(frame, item.arrival_ns)
         self._note_jump(camera, before)
         self._log_clocks(changed)
+        if recording is not None and recording.is_before(item, camera):
+            camera.skipped += 1
+            return
         usable = self.roster.is_present(frame, self._clock_ns()) and not late
         if not usable:
             camera.skipped += 1
-            self._perform(log.skipped_event(frame))
+            self._perform(log.SkippedEvent(frame.camera, frame.sequence))
         if recording is not None:
             recording.recorder.frame(item.hello, frame, item.data, item.arrival_ns)
         if usable:
@@ -247,7 +258,7 @@ class Engine(Takes):
     def _note_jump(self, camera: LiveCamera, before: str) -> None:
         if camera.clock_id != before and self.recording is not None:
             boot_id, at = camera.hello.boot_id, camera.step_sequence()
-            event = log.segment_event(camera.name, boot_id, at, camera.clock_id)
+            event = log.SegmentEvent(camera.name, boot_id, at, camera.clock_id)
             self.recording.note(self._clock_ns(), event)
 
     def _log_clocks(self, cameras: list[LiveCamera]) -> None:
@@ -258,20 +269,20 @@ class Engine(Takes):
 
     # --- the pipeline
 
-    def _perform(self, event: dict[str, Any]) -> StepResult | None:
-        """Do something to the pipeline, and let the recording know: the only way to change it."""
+    def _perform(self, event: log.LiveEvent) -> StepResult | None:
+        """Apply an event to the pipeline and record it: the only way to change the pipeline."""
         if self.recording is not None:
             return self.recording.perform(self._clock_ns(), event, self._pipeline.event)
         return self._pipeline.event(event)
 
     def _restart(self) -> None:
-        """Begin with a fresh pipeline; with none, so that frames are only recorded, until it can begin at once."""
+        """Start a fresh pipeline. Until it can start at once, there is none, and frames are only recorded."""
         self._schedule = Schedule.of(self.settings)
         calibration = self.placed_calibration() if warmup.is_ready() else None
         self._perform(log.start_event(calibration, self.settings))
 
     def placed_calibration(self) -> Calibration | None:
-        """The calibration in use with every camera's present clock, as a take keeps it."""
+        """The calibration in use with every camera's present clock, as stored in a take."""
         if self.stage_calibration is None:
             return None
         cameras = {
@@ -289,7 +300,7 @@ class Engine(Takes):
         self.figures.left_out += max(0, len(due) - MAX_TICKS)
         for stage_time_ns in due[-MAX_TICKS:]:
             begin_ns = self._clock_ns()
-            result = self._perform(log.tick_event(stage_time_ns))
+            result = self._perform(log.TickEvent(stage_time_ns))
             self.figures.stepped(begin_ns, self._clock_ns())
             if result is not None:
                 self.watch.add(result.frame_set)
@@ -298,25 +309,25 @@ class Engine(Takes):
                 self._notify(result)
 
     def set_settings(self, settings: SolveSettings) -> None:
-        """Work with other settings from now on.
+        """Use other settings from now on.
 
         Raises:
-            SettingsError: a camera is named that the calibration does not have.
+            SettingsError: the calibration lacks a named camera.
         """
         if self.stage_calibration is not None:
             settings.camera_names(tuple(self.stage_calibration.cameras))
         if (settings.output_hz, settings.ahead_ns) != (self.settings.output_hz, self.settings.ahead_ns):
             self._schedule = Schedule.of(settings)
         self.settings = settings
-        self._perform(log.settings_event(settings))
+        self._perform(log.SettingsEvent(settings.to_json()))
 
     # --- calibration
 
     def start_calibration(self, seconds: float, height_m: float | None = None) -> None:
-        """Begin a calibration of all cameras, with a performer of this height where it is known.
+        """Start a calibration of all cameras, with the performer's height if known.
 
         Raises:
-            CalibrationError: no camera is here, or one is under way.
+            CalibrationError: no camera is connected, or one is under way.
         """
         if not self.roster.connected():
             raise CalibrationError("no camera is connected; connect the cameras, then calibrate")
@@ -324,7 +335,7 @@ class Engine(Takes):
         self.calibrator.start(seconds, self._clock_ns(), serials, height_m)
 
     def start_tpose(self, name: str, countdown_s: float) -> None:
-        """Begin to measure a performer.
+        """Start to measure a performer.
 
         Raises:
             CalibrationError: the stage is not calibrated, or one is under way.
@@ -341,10 +352,11 @@ class Engine(Takes):
             self.use_performer(performer)
 
     def use_performer(self, performer: Performer) -> None:
-        """Work with these proportions from now on; a good calibration is kept anew with them.
+        """Use these proportions from now on; a good calibration is stored again with them.
 
         Raises:
-            CalibrationError: the stage is not calibrated. StudioError: the disk refuses.
+            CalibrationError: the stage is not calibrated.
+            StudioError: the disk refuses.
         """
         if self.stage_calibration is None:
             raise CalibrationError("the stage is not calibrated; calibrate it, then choose a performer")
@@ -354,14 +366,14 @@ class Engine(Takes):
             kept = save_calibration(self.folder / "calibrations", calibration, kept.devices, kept.created)
         self.use_calibration(calibration, kept)
 
-    def use_calibration(self, calibration: Calibration | None, kept: Kept | None) -> None:
-        """Work with another calibration, or none, from now on; its clocks are latency corrections."""
+    def use_calibration(self, calibration: Calibration | None, kept: KeptCalibration | None) -> None:
+        """Use another calibration, or none, from now on; its clocks are latency corrections."""
         self.stage_calibration, self.kept = calibration, kept
         self.watch = CameraWatch()
         cameras = {} if calibration is None else calibration.cameras
         try:
             self.settings.camera_names(tuple(cameras))
-        except SettingsError:  # the settings name a camera that is not there any more
+        except SettingsError:  # the settings name a camera that is gone
             self.settings = replace(self.settings, cameras="all")
         self.roster.set_corrections({name: camera.clock.offset_ns for name, camera in cameras.items()})
         self._restart()
@@ -390,6 +402,6 @@ class Engine(Takes):
             self._refresh()
 
     def _refresh(self) -> None:
-        """Make the status anew."""
+        """Update the status."""
         self._status_ns = self._clock_ns()
-        self.status = stage_status(self, self._status_ns)
+        self.status = self._describe(self, self._status_ns)

@@ -1,18 +1,19 @@
-"""How the live pipeline does: its rate, and how long a step takes."""
+"""Figures of the live pipeline: its rate, and the time of a step."""
 
 from collections import deque
-from typing import Any
 
 import numpy as np
+
+from studio.live.states import PipelineStatus
 
 
 class PipelineFigures:
     """Counts steps; times are on the server's clock [ns].
 
     Attributes:
-        steps: made so far.
-        left_out: output frames that were due but not made, since the pipeline was behind.
-        failures: times that the pipeline raised an error and was started afresh.
+        steps: number so far.
+        left_out: due output frames that were not made, because the pipeline was behind.
+        failures: number of errors after which the pipeline was started afresh.
     """
 
     def __init__(self) -> None:
@@ -28,15 +29,15 @@ class PipelineFigures:
         self._ends_ns.append(end_ns)
         self._steps_ms.append((end_ns - begin_ns) * 1e-6)
 
-    def status(self, now_ns: int) -> dict[str, Any]:
+    def status(self, now_ns: int) -> PipelineStatus:
         """Return the pipeline's part of the status; the rate is of the last two seconds."""
         recent = sum(1 for end in self._ends_ns if now_ns - end < 2_000_000_000)
         times = np.array(self._steps_ms) if self._steps_ms else None
-        return {
-            "rate_hz": round(recent / 2.0, 1),
-            "step_ms_median": None if times is None else round(float(np.median(times)), 3),
-            "step_ms_p99": None if times is None else round(float(np.percentile(times, 99)), 3),
-            "steps": self.steps,
-            "left_out": self.left_out,
-            "failures": self.failures,
-        }
+        return PipelineStatus(
+            rate_hz=round(recent / 2.0, 1),
+            step_ms_median=None if times is None else round(float(np.median(times)), 3),
+            step_ms_p99=None if times is None else round(float(np.percentile(times, 99)), 3),
+            steps=self.steps,
+            left_out=self.left_out,
+            failures=self.failures,
+        )

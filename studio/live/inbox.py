@@ -1,4 +1,4 @@
-"""What the event loop hands to the engine thread: a queue that is emptied in one go."""
+"""The queue from the event loop to the engine thread; the reader takes all items at once."""
 
 import threading
 from collections import deque
@@ -7,13 +7,13 @@ from concurrent.futures import Future
 from dataclasses import dataclass
 from typing import Any
 
-from studio.engine.frames import CameraFrame
+from studio.engine.model.frames import CameraFrame
 from studio.wire import ClockSample, Hello, Status
 
 
 @dataclass(frozen=True)
 class Left:
-    """A camera's client has gone; `error`: because of what it sent."""
+    """A camera's client has left; `error`: because of what it sent."""
 
     camera: str
     reason: str
@@ -22,20 +22,21 @@ class Left:
 
 @dataclass(frozen=True)
 class Arrived:
-    """A frame with the bytes that it came in and its arrival on the server's clock [ns].
+    """A frame with its bytes and its arrival on the server's clock [ns].
 
-    `hello` is of the start of the client that took it; `late`: the client kept it and sends it again.
+    `hello` is of the start of the client that took it; `kept_for`: id of the take for which the client kept it and
+    sends it again.
     """
 
     frame: CameraFrame
     data: bytes
     arrival_ns: int
     hello: Hello
-    late: bool = False
+    kept_for: str = ""
 
 
 @dataclass(frozen=True)
-class Measured:
+class ClockExchange:
     """A finished clock exchange of a camera."""
 
     camera: str
@@ -58,7 +59,7 @@ class Call:
     future: "Future[Any]"
 
 
-Item = Left | Arrived | Measured | Reported | Call
+Item = Left | Arrived | ClockExchange | Reported | Call
 
 
 class Inbox:
@@ -77,12 +78,12 @@ class Inbox:
             self._changed.notify()
 
     def put_back(self, items: list[Item]) -> None:
-        """Put items that were taken back in front, in their order."""
+        """Put items back in front, in their order."""
         with self._changed:
             self._items.extendleft(reversed(items))
 
     def take(self, timeout_s: float) -> list[Item]:
-        """Return all that has come, in order; waits up to `timeout_s` for the first."""
+        """Return all items, in order; waits up to `timeout_s` for the first."""
         with self._changed:
             if not self._items:
                 self._changed.wait(timeout_s)

@@ -1,4 +1,4 @@
-"""A value that many threads may read and wait for, where only the newest counts."""
+"""A value for many reading and waiting threads, of which only the newest counts."""
 
 import threading
 from typing import Generic, TypeVar
@@ -7,7 +7,7 @@ Value = TypeVar("Value")
 
 
 class Latest(Generic[Value]):
-    """Holds the newest value of a stream; a reader that is slow misses values and never delays the writer."""
+    """Holds the newest value of a stream; a slow reader misses values and never delays the writer."""
 
     def __init__(self) -> None:
         self._changed = threading.Condition()
@@ -15,7 +15,7 @@ class Latest(Generic[Value]):
         self._value: Value | None = None
 
     def publish(self, value: Value) -> None:
-        """Put a new value in place of the last one and wake those who wait."""
+        """Replace the value and wake waiting readers."""
         with self._changed:
             self._number += 1
             self._value = value
@@ -27,7 +27,7 @@ class Latest(Generic[Value]):
             return self._number, self._value
 
     def wait(self, after: int, timeout_s: float) -> tuple[int, Value | None]:
-        """Return as `get` does, as soon as the number is above `after`, or once `timeout_s` is over."""
+        """Return as `get` does, once the number is above `after`, or after `timeout_s`."""
         with self._changed:
             self._changed.wait_for(lambda: self._number > after, timeout_s)
             return self._number, self._value

@@ -1,37 +1,39 @@
-"""The live stage as the server uses it: safe from any thread. The work is done by `engine`."""
+"""The live stage as the server uses it: safe from any thread. `engine` does the work."""
 
 import logging
 import shutil
 import threading
 import time
 from collections.abc import Callable
-from datetime import datetime
 from pathlib import Path
-from typing import Any
 
-from studio.engine.calibration.result import Calibration
-from studio.engine.errors import FormatError, SettingsError, StudioError, TakeError
-from studio.engine.frames import StepResult
-from studio.engine.settings import SolveSettings, preset
+from msgspec import structs
+
+from studio.engine.base.errors import FormatError, SettingsError, StudioError, TakeError
+from studio.engine.model.calibration import Calibration
+from studio.engine.model.frames import StepResult
+from studio.engine.model.settings import SolveSettings, preset
 from studio.live.borrowed import borrow
-from studio.live.calibrations import load_last_calibration
+from studio.live.calibration.kept import load_last_calibration
+from studio.live.calibration.performers import FOLDER as PERFORMERS
+from studio.live.calibration.performers import load_profile
+from studio.live.calibration.tpose import COUNTDOWN_S
+from studio.live.cameras.links import CameraLink, Links, Send
+from studio.live.cameras.previews import Previews
 from studio.live.engine import Engine
-from studio.live.inbox import Arrived, Left, Measured, Reported
-from studio.live.keeping import Keeping
-from studio.live.late import LateTakes
+from studio.live.inbox import Arrived, ClockExchange, Left, Reported
+from studio.live.keeping.keeping import Keeping
+from studio.live.keeping.late import LateTakes
+from studio.live.keeping.resume import marker_of, take_up
 from studio.live.latest import Latest
-from studio.live.links import CameraLink, Links, Send
-from studio.live.performers import FOLDER as PERFORMERS
-from studio.live.performers import load_profile
-from studio.live.previews import Previews
-from studio.live.recorder import Recorder
-from studio.live.recording import Recording, recording_message
-from studio.live.resume import marker_of, take_up
-from studio.live.tpose import COUNTDOWN_S
-from studio.take.marker import STOPPING, read_marker, remove_marker, write_marker
-from studio.take.names import check_name
-from studio.take.raw import camera_frame
-from studio.take.sessions import new_take_path, take_path
+from studio.live.recording.recorder import Recorder
+from studio.live.recording.recording import LiveRecording, recording_message
+from studio.live.states import RecordStarted, RecordStopped, RefusedLinks, StageStatus
+from studio.live.status import stage_status
+from studio.take.folder.marker import STOPPING, read_marker, remove_marker, write_marker
+from studio.take.folder.names import check_name
+from studio.take.library.sessions import new_take_path, session_of_today, take_path
+from studio.take.raw.frames import camera_frame
 from studio.wire import ClockSample, DepthImage, Hello, SkeletonFrame, Status, depth_array
 
 CALIBRATION_S = 34.0
@@ -46,10 +48,10 @@ _log = logging.getLogger(__name__)
 
 
 class LiveStage:
-    """The live stage. `start` it, `close` it at the end.
+    """The live stage. Call `start` first and `close` at the end.
 
-    `keeping` is what it does about frames that clients keep, `previews` about their small depth images.
-    Methods that say "waits" wait for the engine thread or the disk: not for an event loop.
+    `keeping` handles frames that clients keep, `previews` their small depth images.
+    Methods that say "waits" wait for the engine thread or the disk, so they must not run on an event loop.
     """
 
     def __init__(
@@ -76,8 +78,9 @@ class LiveStage:
         self.previews = Previews(self._links, self.clock_ns)
         self._late = LateTakes(sessions)
         self._recording_lock = threading.Lock()
-        self._subscribers: tuple[Callable[[StepResult], None], ...] = ()
-        self._refused: dict[str, Any] = {"count": 0, "last": ""}
+        self._told_lock = threading.Lock()
+        self._subscribers: tuple[Callable[[StepResult], object], ...] = ()
+        self._refused = RefusedLinks()
         self._engine = Engine(
             clock_ns=self.clock_ns,
             settings=preset("studio") if settings is None else settings,
@@ -86,11 +89,12 @@ class LiveStage:
             notify=self._notify,
             on_broken=self._end_broken,
             previews=self.previews,
+            describe=stage_status,
         )
         self.keeping = Keeping(self._links, self._engine, self._late, self.clock_ns)
 
     def start(self, *, prepare: bool = True) -> None:
-        """Start the threads; go on with a take that the server's end cut. Poses come after `prepare`."""
+        """Start the threads; resume a take that the server's end interrupted. Poses follow after `prepare`."""
         marker, self._marker = self._marker, None
         if marker is not None:
             take_up(self._engine, self.sessions, marker, self.clock_ns(), self.keeping.synced)
@@ -100,7 +104,7 @@ class LiveStage:
             self.prepare()
 
     def prepare(self) -> None:
-        """Load and compile what the first pose needs, on a thread."""
+        """Load and compile the code of the first pose, on a thread."""
         self._engine.prepare()
 
     def close(self) -> None:
@@ -117,10 +121,10 @@ class LiveStage:
         """The newest step of the pipeline."""
         return self._engine.results
 
-    def subscribe(self, callback: Callable[[StepResult], None]) -> Callable[[], None]:
-        """Call `callback` with every step, on the engine thread: it must return at once.
+    def subscribe(self, callback: Callable[[StepResult], object]) -> Callable[[], None]:
+        """Call `callback` with every step, on the engine thread, so it must return at once.
 
-        Returns a function that ends it.
+        Returns a function that ends the subscription.
         """
         self._subscribers = (*self._subscribers, callback)
 
@@ -133,9 +137,9 @@ class LiveStage:
         for callback in self._subscribers:
             callback(result)
 
-    def status(self) -> dict[str, Any]:
-        """Return the status as JSON, a fifth of a second old at most while the stage runs."""
-        return {**self._engine.status, "refused_links": dict(self._refused)}
+    def status(self) -> StageStatus:
+        """Return the status, at most a fifth of a second old while the stage runs."""
+        return structs.replace(self._engine.status, refused_links=self._refused)
 
     def calibration(self) -> Calibration | None:
         """Return the calibration in use, with latency corrections as clocks."""
@@ -144,11 +148,11 @@ class LiveStage:
     # --- cameras
 
     def join(self, hello: Hello, *, send: Send = lambda message: None, local: bool = False) -> CameraLink:
-        """Take in a camera that has passed `wire.check_hello`; waits.
+        """Add a camera that has passed `wire.check_hello`; waits.
 
         Args:
             hello: the client's.
-            send: hands the client a message; safe from any thread, never waits.
+            send: sends the client a message; safe from any thread, never waits.
             local: the client runs on this machine.
 
         Raises:
@@ -160,11 +164,15 @@ class LiveStage:
         return link
 
     def welcomed(self, link: CameraLink) -> None:
-        """The client was welcomed: tell it whether a take is being recorded."""
-        link.send(recording_message(self._engine.recording))
+        """Tell a welcomed client whether a take is being recorded, once the take's file has the client."""
+        recording = self._engine.recording
+        if recording is None:
+            link.send(recording_message(None))
+        else:
+            recording.recorder.when_written(lambda: self._tell_active(recording, [link]))
 
     def leave(self, link: CameraLink, reason: str, *, error: bool = False) -> None:
-        """A camera's connection has ended; `error`: because of what the client sent."""
+        """Handle the end of a camera's connection; `error`: because of what the client sent."""
         if self._links.remove(link):
             self._engine.put(Left(link.name, reason, error))
 
@@ -172,29 +180,32 @@ class LiveStage:
         """Make a camera's clock the stage clock; waits.
 
         Raises:
-            SettingsError: no such camera is connected. TakeError: a take is being recorded.
+            SettingsError: no such camera is connected.
+            TakeError: a take is being recorded.
         """
         self._engine.call(lambda: self._engine.choose_reference(name))
 
     def refuse(self, reason: str) -> None:
-        """Count a connection that was refused."""
-        self._refused = {"count": self._refused["count"] + 1, "last": reason}
+        """Count a refused connection."""
+        self._refused = RefusedLinks(self._refused.count + 1, reason)
 
     def frame(self, link: CameraLink, message: SkeletonFrame, data: bytes, arrival_ns: int) -> None:
-        """Take in a frame, `data` as it came.
+        """Handle a frame, `data` as received.
 
         Raises:
-            FormatError: it does not fit the camera's joint set. CameraRefused: see `CameraLink`.
+            FormatError: it does not fit the camera's joint set.
+            CameraRefused: see `CameraLink`.
         """
         self._links.check(link, arrival_ns)
         frame = camera_frame(link.name, link.hello.joint_set, message)
         self._engine.put(Arrived(frame, data, arrival_ns, link.hello))
 
     def depth(self, link: CameraLink, image: DepthImage, data: bytes, arrival_ns: int) -> None:
-        """Take in a depth image, `data` as it came: it goes into the take that is recorded, else nowhere.
+        """Handle a depth image, `data` as received. Only a take that is being recorded uses it.
 
         Raises:
-            FormatError: damaged, or not of the size in the camera's hello. CameraRefused: see `CameraLink`.
+            FormatError: damaged, or not of the size in the camera's hello.
+            CameraRefused: see `CameraLink`.
         """
         self._links.check(link, arrival_ns)
         recording = self._engine.recording
@@ -206,20 +217,20 @@ class LiveStage:
         recording.recorder.depth(link.hello, image, data, arrival_ns)
 
     def pending(self) -> int:
-        """How many messages of cameras wait for the engine thread."""
+        """Number of cameras' messages that wait for the engine thread."""
         return self._engine.pending()
 
     def clock_sample(self, link: CameraLink, sample: ClockSample) -> None:
-        """Take in a finished clock exchange.
+        """Handle a finished clock exchange.
 
         Raises:
             CameraRefused: see `CameraLink`.
         """
         self._links.check(link, self.clock_ns())
-        self._engine.put(Measured(link.name, sample))
+        self._engine.put(ClockExchange(link.name, sample))
 
     def client_status(self, link: CameraLink, status: Status) -> None:
-        """Take in a client's own status.
+        """Handle a client's own status.
 
         Raises:
             CameraRefused: see `CameraLink`.
@@ -237,19 +248,20 @@ class LiveStage:
         """Use these settings from now on; waits.
 
         Raises:
-            SettingsError: a camera is named that the calibration does not have.
+            SettingsError: the calibration lacks a named camera.
         """
         self._engine.call(lambda: self._engine.set_settings(settings))
 
     # --- calibration
 
     def start_calibration(self, seconds: float = CALIBRATION_S, performer: str = "") -> None:
-        """Gather frames for so long, then calibrate with them; the status tells how it goes. Waits.
+        """Gather frames for this long, then calibrate with them; the status shows the progress. Waits.
 
-        With a performer's name, a walk that shows somebody of another height is refused.
+        With a performer's name, a walk of somebody of another height is refused.
 
         Raises:
-            SettingsError: a length that is not allowed. TakeError: there is no such performer.
+            SettingsError: a length that is not allowed.
+            TakeError: there is no such performer.
             CalibrationError: no camera, or one is under way.
         """
         if not 1.0 <= seconds <= MAX_CALIBRATION_S:
@@ -261,7 +273,7 @@ class LiveStage:
         self._engine.call(lambda: self._engine.start_calibration(seconds, height_m))
 
     def finish_calibration(self) -> None:
-        """Calibrate with what was gathered so far; waits.
+        """Calibrate with the frames gathered so far; waits.
 
         Raises:
             CalibrationError: nothing is being gathered.
@@ -269,14 +281,16 @@ class LiveStage:
         self._engine.call(self._engine.calibrator.finish_gathering)
 
     def borrow_calibration(self, calibration: Calibration | None) -> None:
-        """Use a recording's calibration while it plays (`borrowed`); None: the stage's own again. Waits."""
+        """Use a recording's calibration during its playback (`borrowed`); None: return to the stage's own. Waits."""
         self._engine.call(lambda: borrow(self._engine, calibration))
 
     def start_tpose(self, name: str = "", countdown_s: float = COUNTDOWN_S) -> None:
-        """Count down, then measure the performer in a held T-pose; a name keeps the proportions as a profile. Waits.
+        """Count down, then measure the performer in a held T-pose; with a name, store the proportions as a profile.
+        Waits.
 
         Raises:
-            SettingsError: a countdown that is not allowed. TakeError: a name that is not allowed.
+            SettingsError: a countdown that is not allowed.
+            TakeError: a name that is not allowed.
             CalibrationError: the stage is not calibrated, or a T-pose is being measured.
         """
         if not 0.0 <= countdown_s <= MAX_COUNTDOWN_S:
@@ -288,14 +302,15 @@ class LiveStage:
         self._engine.call(lambda: self._engine.start_tpose(name, countdown_s))
 
     def cancel_tpose(self) -> None:
-        """Leave off measuring; waits."""
+        """Cancel the measurement; waits."""
         self._engine.call(self._engine.tpose.cancel)
 
     def use_performer(self, name: str) -> None:
-        """Work with the proportions of a performer's profile from now on; waits.
+        """Use the proportions of a performer's profile from now on; waits.
 
         Raises:
-            TakeError: there is no such profile. CalibrationError: the stage is not calibrated.
+            TakeError: there is no such profile.
+            CalibrationError: the stage is not calibrated.
         """
         performer = load_profile(self.sessions, name).performer
         self._engine.call(lambda: self._engine.use_performer(performer))
@@ -307,17 +322,14 @@ class LiveStage:
         recording = self._engine.recording
         return None if recording is None else recording.name
 
-    def start_recording(self, session: str | None = None, take: str | None = None) -> dict[str, Any]:
-        """Begin a take; waits. The session is the date and the take the next number where not given.
-
-        Returns:
-            `session` and `take`.
+    def start_recording(self, session: str | None = None, take: str | None = None) -> RecordStarted:
+        """Start a take; waits. By default the session is the date and the take the next number.
 
         Raises:
             TakeError: a take is being recorded, the name is taken or not allowed, or the disk refuses;
-                the stage goes on.
+                the stage continues.
         """
-        session = session if session is not None else datetime.now().astimezone().strftime("%Y-%m-%d")
+        session = session if session is not None else session_of_today()
         with self._recording_lock:
             if self._engine.recording is not None:
                 raise TakeError(f"take {self.recording_name()} is being recorded already; stop it first")
@@ -332,10 +344,13 @@ class LiveStage:
             )
             recorder = Recorder.create(path, session=session, name=path.name)
             recorder.on_synced = lambda keys: self.keeping.synced(recorder, keys)
-            recording = Recording(recorder, self.clock_ns())
+            recording = LiveRecording(recorder, self.clock_ns())
             try:
                 write_marker(self.sessions, marker_of(recording, self.clock_ns()))
                 calibration = self._engine.call(lambda: self._engine.attach(recording))
+                written = threading.Event()
+                recorder.when_written(written.set)
+                written.wait()
                 recorder.save_cameras()
                 if calibration is not None:
                     recorder.take.add_calibration(calibration, use=True)
@@ -346,17 +361,18 @@ class LiveStage:
                 remove_marker(self.sessions)
                 shutil.rmtree(path, ignore_errors=True)
                 raise
-            self._tell(recording)
-            return {"session": session, "take": path.name}
+            known = [
+                link for link in self._links.all() if recorder.owed.joined((link.name, link.hello.boot_id))
+            ]
+            self._tell_active(recording, known)
+            return RecordStarted(session, path.name)
 
-    def stop_recording(self) -> dict[str, Any]:
+    def stop_recording(self) -> RecordStopped:
         """End the take and save the live solve; waits.
 
-        Returns:
-            A summary: `session`, `take`, `seconds`, `frames`, `poses`, `problem`.
-
         Raises:
-            TakeError: nothing is being recorded. StudioError: the disk refuses.
+            TakeError: nothing is being recorded.
+            StudioError: the disk refuses.
         """
         with self._recording_lock:
             recording = self._engine.recording
@@ -368,7 +384,9 @@ class LiveStage:
             except StudioError as error:  # a full disk must not keep a recording from ending
                 _log.warning("the end of the recording could not be noted: %s", error)
             self._engine.call(self._engine.detach)
-            self._tell(None, recording)
+            with self._told_lock:
+                for link in self._links.all():
+                    link.send(recording_message(None, recording))
             try:
                 return recording.save()
             finally:
@@ -376,7 +394,7 @@ class LiveStage:
                 remove_marker(self.sessions)
 
     def _end_broken(self) -> None:
-        """The take cannot be written on: end it in order, keep what there is, and say so."""
+        """End a take that can no longer be written, keep its data, and report the problem."""
         recording = self._engine.recording
         if recording is None:
             return
@@ -387,7 +405,12 @@ class LiveStage:
             self._engine.ended_problem = f"{recording.recorder.problem}; {error}"
             _log.error("the recording ended: %s", error)
 
-    def _tell(self, recording: Recording | None, ended: Recording | None = None) -> None:
-        """Tell every client whether a take is being recorded."""
-        for link in self._links.all():
-            link.send(recording_message(recording, ended))
+    def _tell_active(self, recording: LiveRecording, links: list[CameraLink]) -> None:
+        """Tell clients that a take is being recorded, unless it has ended meanwhile.
+
+        Frames that a client keeps from then on belong to the take, whatever happens to this program.
+        """
+        with self._told_lock:
+            if self._engine.recording is recording:
+                for link in links:
+                    link.send(recording_message(recording))

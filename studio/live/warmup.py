@@ -1,7 +1,7 @@
-"""Makes this process ready for its first pipeline, on a thread of its own.
+"""Prepares this process for its first pipeline, on a separate thread.
 
-The first pipeline of a process loads and compiles what all later ones find ready: seconds, and many more on a machine
-where nothing was compiled before. On the engine thread that time would keep frames from the disk.
+The first pipeline of a process loads and compiles code for all later ones. This takes seconds, and many more on a
+machine without compiled code. On the engine thread that time would keep frames from the disk.
 """
 
 import logging
@@ -19,21 +19,21 @@ def is_ready() -> bool:
 
 
 def warm_up() -> None:
-    """Make the process ready; waits. Later calls return at once."""
+    """Prepare the process; waits. Later calls return at once."""
     with _lock:
         if _ready.is_set():
             return
-        from studio.warming import prepare  # takes long to load
+        from studio.offline.warming import prepare  # slow to load
 
         try:
             prepare()
-        except Exception:  # the boundary of the thread: the live pipeline tells what is wrong
+        except Exception:  # boundary of the thread: the live pipeline reports the error
             _log.exception("the solver could not be made ready; the first pose will come late")
         _ready.set()
 
 
 def begin(then: Callable[[], None]) -> None:
-    """Make the process ready on a thread, and call `then` on that thread."""
+    """Prepare the process on a thread, and call `then` on that thread."""
 
     def run() -> None:
         warm_up()

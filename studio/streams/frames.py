@@ -1,4 +1,4 @@
-"""Messages of the WebSocket stream: a head with the skeleton, then one JSON text a frame, in the stage frame.
+"""Messages of the WebSocket stream: a head with the skeleton, then one JSON text per frame, in the stage frame.
 
 Metres, z up, quaternions wxyz, the identity in the T-pose; the same values as in `poses.npz`.
 """
@@ -6,14 +6,14 @@ Metres, z up, quaternions wxyz, the identity in the T-pose; the same values as i
 import msgspec
 import numpy as np
 
-from studio.engine.frames import StepResult
-from studio.engine.joints import OUTPUT_JOINTS, OUTPUT_PARENTS
+from studio.engine.model.frames import StepResult
+from studio.engine.model.joints import OUTPUT_JOINTS, OUTPUT_PARENTS
 
 FORMAT_VERSION = 1
 
 
 def head_message() -> str:
-    """Return the first message: what the frames hold."""
+    """Return the first message, which describes the frames."""
     head = {
         "type": "skeleton",
         "format_version": FORMAT_VERSION,

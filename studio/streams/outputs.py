@@ -1,4 +1,4 @@
-"""All live outputs of a stage: which targets there are, and their senders."""
+"""All live outputs of a stage: the targets and their senders."""
 
 import logging
 import secrets
@@ -8,9 +8,9 @@ from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Any
 
-from studio.engine.calibration.result import Performer
-from studio.engine.errors import SettingsError
-from studio.engine.frames import StepResult
+from studio.engine.base.errors import SettingsError
+from studio.engine.model.calibration import Performer
+from studio.engine.model.frames import StepResult
 from studio.streams.sender import Sender
 from studio.streams.targets import MAX_TARGETS, Target, load_targets, save_targets
 
@@ -18,10 +18,10 @@ _log = logging.getLogger(__name__)
 
 
 class Outputs:
-    """The targets of a sessions folder; those that are enabled get every frame given to `add`."""
+    """The targets of a sessions folder; enabled ones receive every frame given to `add`."""
 
     def __init__(self, sessions: Path, performer: Callable[[], Performer | None]) -> None:
-        """Begin with the targets that were kept; a damaged file is left as it is and said in `problem`."""
+        """Load the stored targets; a damaged file is not changed, and reported in `problem`."""
         self._sessions = sessions
         self._performer = performer
         self._lock = threading.Lock()
@@ -37,12 +37,12 @@ class Outputs:
             self._start(target)
 
     def add(self, result: StepResult) -> None:
-        """Hand every enabled target a frame; returns at once."""
+        """Give every enabled target a frame; returns at once."""
         for sender in tuple(self._senders.values()):
             sender.add(result)
 
     def list(self) -> list[dict[str, Any]]:
-        """Return every target with what was sent to it, as JSON."""
+        """Return every target with its statistics, as JSON."""
         idle = {"sent": 0, "dropped": 0, "bytes": 0, "problem": ""}
         with self._lock:
             return [
@@ -54,7 +54,8 @@ class Outputs:
         """Add a target with these attributes and return it.
 
         Raises:
-            SettingsError: a value that is not allowed, or too many targets. StudioError: the disk refuses.
+            SettingsError: a value that is not allowed, or too many targets.
+            StudioError: the disk refuses.
         """
         with self._lock:
             if len(self._targets) >= MAX_TARGETS:
@@ -71,10 +72,11 @@ class Outputs:
             return self._put(replace(self._get(name), **values))
 
     def remove(self, name: str) -> None:
-        """Forget a target.
+        """Remove a target.
 
         Raises:
-            SettingsError: no such target. StudioError: the disk refuses.
+            SettingsError: no such target.
+            StudioError: the disk refuses.
         """
         with self._lock:
             self._get(name)

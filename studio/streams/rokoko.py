@@ -1,6 +1,6 @@
-"""JSON v3 as Rokoko Studio streams it: a UDP datagram a frame, LZ4, for the plugins of Blender, Unity, Unreal, Maya.
+"""JSON v3 of Rokoko Studio: a UDP datagram per frame, LZ4, for the plugins of Blender, Unity, Unreal, Maya.
 
-World positions and world rotations in Unity's axes. A rotation is the one of the bone's own axes, which point along
+World positions and world rotations in Unity's axes. A rotation is that of the bone's own axes, which point along
 the bone in the T-pose of that program's actor; `_rest` has those rotations. Source of names and rest rotations: the
 program's published plugins for Unity and Blender.
 """
@@ -10,8 +10,9 @@ import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
-from studio.engine.joints import FINGERS, OUTPUT_INDEX, OUTPUT_JOINTS
-from studio.streams.unity import UnityPose, multiply, rotate
+from studio.engine.base.quaternions import IDENTITY, multiply, normalized, rotate
+from studio.engine.model.joints import FINGERS, OUTPUT_INDEX, OUTPUT_JOINTS
+from studio.streams.unity import UnityPose
 
 PORT = 14043
 _COLOUR = [255, 138, 61]
@@ -24,36 +25,35 @@ _LIMBS = {
 }  # fmt: skip
 _PHALANGES = ("Proximal", "Medial", "Distal")
 _TIP_SHARE = 0.8
-"""A fingertip lies beyond the last joint by this share of the bone before it; a toe's end likewise."""
+"""Distance of a fingertip beyond the last joint, as a share of the bone before it; also of a toe's end."""
 
 _HALF = np.sqrt(0.5)
-_THUMB = np.array([[0.561, 0.701, -0.430, 0.092], [0.6533, 0.6533, -0.2706, 0.2706]])
+_THUMB = np.array([[0.092, 0.561, 0.701, -0.430], [0.2706, 0.6533, 0.6533, -0.2706]])
 _LEFT_REST = {
-    "Shoulder": (0.0, 0.0, _HALF, -_HALF),
-    "Arm": (0.5, 0.5, -0.5, 0.5),
-    "UpLeg": (0.0, _HALF, 0.0, _HALF),
-    "Foot": (0.0, _HALF, -_HALF, 0.0),
+    "Shoulder": (-_HALF, 0.0, 0.0, _HALF),
+    "Arm": (0.5, 0.5, 0.5, -0.5),
+    "UpLeg": (_HALF, 0.0, _HALF, 0.0),
+    "Foot": (0.0, 0.0, _HALF, -_HALF),
 }
 
 
 def _left_rest(part: str) -> NDArray[np.float64]:
-    """Rest rotation xyzw of a joint of the left side, by its name without the side."""
+    """Rest rotation wxyz of a joint of the left side, by its name without the side."""
     if part.startswith("HandThumb"):
-        thumb = _THUMB[0 if part.endswith("1") else 1]
-        return thumb / np.linalg.norm(thumb)
+        return normalized(_THUMB[0 if part.endswith("1") else 1])
     families = {"Shoulder": "Shoulder", "UpLeg": "UpLeg", "Leg": "UpLeg", "Foot": "Foot", "ToeBase": "Foot"}
     return np.array(_LEFT_REST[families.get(part, "Arm")])
 
 
 def _rest(joint: str) -> NDArray[np.float64]:
-    """Rest rotation xyzw of an output joint; the right side mirrors the left."""
+    """Rest rotation wxyz of an output joint; the right side mirrors the left."""
     if joint == "Hips":
-        return np.array([0.0, 0.0, 0.0, 1.0])
+        return IDENTITY
     if joint.startswith("Left"):
         return _left_rest(joint.removeprefix("Left"))
     if joint.startswith("Right"):
-        return _left_rest(joint.removeprefix("Right")) * (1.0, -1.0, -1.0, 1.0)
-    return np.array([0.0, 0.0, 1.0, 0.0])
+        return _left_rest(joint.removeprefix("Right")) * (1.0, 1.0, -1.0, -1.0)
+    return np.array([0.0, 0.0, 0.0, 1.0])
 
 
 _REST = np.array([_rest(joint) for joint in OUTPUT_JOINTS])
@@ -100,15 +100,15 @@ class RokokoEncoder:
             pose: the frame.
             height_m: of the performer; hip_height_m: of the hips above the floor in the T-pose.
         """
-        rotations = multiply(pose.rotations_xyzw, _REST)
+        rotations = multiply(pose.rotations_wxyz, _REST)
         offsets = pose.local_positions_m[_ENDS] * _TIP_SHARE
-        ends = pose.positions_m[_ENDS] + rotate(pose.rotations_xyzw[_ENDS], offsets)
+        ends = pose.positions_m[_ENDS] + rotate(pose.rotations_wxyz[_ENDS], offsets)
         positions = np.concatenate([pose.positions_m[_JOINTS], ends]).round(5).tolist()
         turned = np.concatenate([rotations[_JOINTS], rotations[_ENDS]]).round(6).tolist()
         body = {
             name: {
                 "position": {"x": p[0], "y": p[1], "z": p[2]},
-                "rotation": {"x": q[0], "y": q[1], "z": q[2], "w": q[3]},
+                "rotation": {"x": q[1], "y": q[2], "z": q[3], "w": q[0]},
             }
             for name, p, q in zip(_BODY_NAMES, positions, turned, strict=True)
         }

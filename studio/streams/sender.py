@@ -1,4 +1,4 @@
-"""The thread that sends one target its frames; the pipeline only appends to its queue."""
+"""The thread that sends frames to one target; the pipeline only appends to its queue."""
 
 import logging
 import socket
@@ -7,8 +7,8 @@ from collections import deque
 from collections.abc import Callable
 from typing import Any
 
-from studio.engine.calibration.result import Performer
-from studio.engine.frames import StepResult
+from studio.engine.model.calibration import Performer
+from studio.engine.model.frames import StepResult
 from studio.streams.rokoko import RokokoEncoder
 from studio.streams.targets import Target
 from studio.streams.unity import UnityPose, unity_pose
@@ -17,17 +17,18 @@ from studio.streams.vmc import VmcEncoder
 _log = logging.getLogger(__name__)
 
 MAX_WAITING = 30
-"""Frames that wait for a slow network; older ones are dropped and counted."""
+"""Most frames that wait for a slow network; older ones are dropped and counted."""
 
 ADULT_M = (1.75, 0.93)
-"""Height and hip height that are told before a performer is known."""
+"""Height and hip height that are sent before a performer is known."""
 
 EARLY = 0.25
-"""A frame may come this part of a period before it is due: a grid of another rate must not lose every other one."""
+"""Share of a period by which a frame may come early, so that a grid of another rate does not lose every other
+frame."""
 
 
 class Sender:
-    """Sends a target what is given to `add`, from its own thread, until `close`."""
+    """Sends the frames given to `add` to a target, from its own thread, until `close`."""
 
     def __init__(self, target: Target, performer: Callable[[], Performer | None]) -> None:
         self.target = target
@@ -45,7 +46,7 @@ class Sender:
         self._thread.start()
 
     def add(self, result: StepResult) -> None:
-        """Send a frame soon, unless it comes too early for the target's rate; never waits for the network."""
+        """Queue a frame, unless it comes too early for the target's rate; never waits for the network."""
         period_ns = round(1e9 / self.target.rate_hz)
         now_ns = result.frame_set.stage_time_ns
         if (
@@ -53,19 +54,20 @@ class Sender:
             and self._due_ns - 2 * period_ns < now_ns < self._due_ns - EARLY * period_ns
         ):
             return
-        late = self._due_ns is None or abs(now_ns - self._due_ns) > 2 * period_ns
-        self._due_ns = (now_ns if late else self._due_ns) + period_ns
+        if self._due_ns is None or abs(now_ns - self._due_ns) > 2 * period_ns:
+            self._due_ns = now_ns  # the first frame, or one after a pause
+        self._due_ns += period_ns
         with self._wake:
             self.dropped += len(self._queue) == MAX_WAITING
             self._queue.append(result)
             self._wake.notify()
 
     def status(self) -> dict[str, Any]:
-        """Return what was sent so far and what went wrong last, as JSON."""
+        """Return the sent frames and the last error, as JSON."""
         return {"sent": self.sent, "dropped": self.dropped, "bytes": self.bytes, "problem": self.problem}
 
     def close(self) -> None:
-        """Send what waits, then end; a name server that does not answer is not waited for."""
+        """Send waiting frames, then end; do not wait for a name server that does not answer."""
         with self._wake:
             self._closed = True
             self._wake.notify()
@@ -86,7 +88,7 @@ class Sender:
                     self.bytes += len(datagram)
             except OSError as error:  # an unknown name, no route, a refused port: later frames may arrive
                 self.problem = f"cannot send to {self.target.host}: {error.strerror or error}"
-            except Exception as error:  # the boundary of the thread: the target says so, the stage goes on
+            except Exception as error:  # boundary of the thread: the target reports it, the stage goes on
                 self.problem = f"the output failed: {error!r}"
                 _log.exception("output %s failed", self.target.id)
             else:

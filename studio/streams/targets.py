@@ -1,17 +1,17 @@
-"""Where live output goes: `sessions/outputs.json`, a list of targets that survives a restart."""
+"""Receivers of live output: `sessions/outputs.json`, a list of targets that survives a restart."""
 
 import json
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
-from studio.engine.errors import FormatError, SettingsError
-from studio.engine.files import write_json
-from studio.engine.versions import OUTPUTS
+from studio.engine.base.errors import FormatError, SettingsError
+from studio.engine.base.files import write_json
+from studio.engine.base.versions import OUTPUTS
 from studio.streams import rokoko, vmc
 
 FILE = "outputs.json"
 KINDS: dict[str, int] = {"vmc": vmc.PORT, "rokoko": rokoko.PORT}
-"""What can be sent, and the port that its receivers listen on."""
+"""The formats, and the usual ports of their receivers."""
 
 RATES_HZ = (1.0, 120.0)
 SCALES = (0.01, 100.0)
@@ -24,13 +24,13 @@ class Target:
     """One receiver of the live motion.
 
     Attributes:
-        id: names the target in the API.
+        id: name of the target in the API.
         kind: a key of `KINDS`.
-        host: name or address of the machine that receives; port: its UDP port.
-        rate_hz: frames a second at most.
-        scale: positions are multiplied by this, for a character of another size.
-        actor: name of the character, where the format has one.
-        enabled: whether it is sent to.
+        host: name or address of the receiving machine; port: its UDP port.
+        rate_hz: largest frame rate.
+        scale: factor of positions, for a character of another size.
+        actor: name of the character, if the format has one.
+        enabled: whether it receives frames.
     """
 
     id: str
@@ -67,7 +67,7 @@ def _within(name: str, value: float, limits: tuple[float, float]) -> None:
 
 
 def load_targets(sessions: Path) -> list[Target]:
-    """Return the targets that were kept, none where there is no file.
+    """Return the stored targets, none without a file.
 
     Raises:
         SettingsError: the file cannot be read.
@@ -87,7 +87,7 @@ def load_targets(sessions: Path) -> list[Target]:
 
 
 def save_targets(sessions: Path, targets: list[Target]) -> None:
-    """Keep the targets.
+    """Store the targets.
 
     Raises:
         StudioError: the file cannot be written.

@@ -1,7 +1,7 @@
 """One frame of the output skeleton in the axes of Unity: left-handed, metres, y up, the performer facing +z.
 
 A point (x, y, z) of the stage is (-x, z, -y) in Unity. Rotations are mirrored with the axes: a T-pose stays the
-identity. Quaternions are in Unity's order, xyzw.
+identity.
 """
 
 from dataclasses import dataclass
@@ -9,7 +9,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from studio.engine.joints import OUTPUT_INDEX, OUTPUT_JOINTS, OUTPUT_PARENTS
+from studio.engine.base.quaternions import inverse, multiply, rotate
+from studio.engine.model.joints import OUTPUT_INDEX, OUTPUT_JOINTS, OUTPUT_PARENTS
 
 ROOT = OUTPUT_INDEX["Hips"]
 _PARENTS = np.where(OUTPUT_PARENTS < 0, 0, OUTPUT_PARENTS)
@@ -47,16 +48,16 @@ class UnityPose:
     Attributes:
         time_s: stage time [s].
         positions_m: world positions, shape (52, 3).
-        rotations_xyzw: world rotations, shape (52, 4); the identity in the T-pose.
+        rotations_wxyz: world rotations, shape (52, 4); the identity in the T-pose.
         local_positions_m: positions in the parent's axes, shape (52, 3); the root's are its world position.
-        local_rotations_xyzw: rotations in the parent's axes, shape (52, 4).
+        local_rotations_wxyz: rotations in the parent's axes, shape (52, 4).
     """
 
     time_s: float
     positions_m: NDArray[np.float64]
-    rotations_xyzw: NDArray[np.float64]
+    rotations_wxyz: NDArray[np.float64]
     local_positions_m: NDArray[np.float64]
-    local_rotations_xyzw: NDArray[np.float64]
+    local_rotations_wxyz: NDArray[np.float64]
 
 
 def unity_pose(
@@ -72,22 +73,9 @@ def unity_pose(
     """
     positions = np.stack([-positions_m[:, 0], positions_m[:, 2], -positions_m[:, 1]], axis=-1) * scale
     w, x, y, z = rotations_wxyz.T
-    rotations = np.stack([x, -z, y, w], axis=-1)
-    back = rotations[_PARENTS] * (-1.0, -1.0, -1.0, 1.0)
+    rotations = np.stack([w, x, -z, y], axis=-1)
+    back = inverse(rotations[_PARENTS])
     local_rotations = multiply(back, rotations)
     local_positions = rotate(back, positions - positions[_PARENTS])
     local_rotations[_IS_ROOT], local_positions[_IS_ROOT] = rotations[_IS_ROOT], positions[_IS_ROOT]
     return UnityPose(time_s, positions, rotations, local_positions, local_rotations)
-
-
-def multiply(a: NDArray[np.float64], b: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the products a b of quaternions xyzw, shapes (..., 4)."""
-    vector = a[..., 3:] * b[..., :3] + b[..., 3:] * a[..., :3] + np.cross(a[..., :3], b[..., :3])
-    scalar = a[..., 3] * b[..., 3] - (a[..., :3] * b[..., :3]).sum(axis=-1)
-    return np.concatenate([vector, scalar[..., None]], axis=-1)
-
-
-def rotate(quaternions_xyzw: NDArray[np.float64], vectors: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return vectors, shape (..., 3), rotated by unit quaternions, shape (..., 4)."""
-    twice = 2.0 * np.cross(quaternions_xyzw[..., :3], vectors)
-    return vectors + quaternions_xyzw[..., 3:] * twice + np.cross(quaternions_xyzw[..., :3], twice)

@@ -12,9 +12,9 @@ from studio.streams.unity import UNITY_BONES, UnityPose
 
 PORT = 39539
 MAX_DATAGRAM = 1400
-"""Bytes: a larger datagram would be split by Ethernet, and lost whole where a part is."""
+"""Bytes; Ethernet splits a larger datagram, which is lost if one part is."""
 
-_BUNDLE = b"#bundle\0" + (1).to_bytes(8, "big")  # to be handled at once
+_BUNDLE = b"#bundle\0" + (1).to_bytes(8, "big")  # to be applied at once
 _POSE_FLOATS = 7
 
 
@@ -26,7 +26,7 @@ def _message(address: str, *arguments: str | float | int) -> bytes:
 
 
 class VmcEncoder:
-    """Makes the datagrams of a frame; their texts are made once, a frame's numbers are put in their places."""
+    """Makes the datagrams of a frame; their texts are made once, and each frame's numbers are inserted."""
 
     def __init__(self) -> None:
         zeros = (0.0,) * _POSE_FLOATS
@@ -46,7 +46,7 @@ class VmcEncoder:
         self._close(datagram, places, first)
 
     def _close(self, datagram: bytes, places: list[int], first: int) -> int:
-        """Keep a datagram as words, with the places of its bones' numbers; return the next bone."""
+        """Store a datagram as words, with the positions of its bones' numbers; return the next bone."""
         self._datagrams.append(np.frombuffer(datagram, dtype=">u4").copy())
         words = np.array(places, dtype=np.int64)[:, None] + np.arange(_POSE_FLOATS)
         self._bones.append((first, words.reshape(len(places), _POSE_FLOATS)))
@@ -54,7 +54,7 @@ class VmcEncoder:
 
     def encode(self, pose: UnityPose) -> list[bytes]:
         """Return the datagrams of a frame; the last one ends with its time [s]."""
-        values = np.concatenate([pose.local_positions_m, pose.local_rotations_xyzw], axis=1)
+        values = np.concatenate([pose.local_positions_m, pose.local_rotations_wxyz[:, [1, 2, 3, 0]]], axis=1)
         words = values.astype(">f4").view(">u4")
         for datagram, (first, places) in zip(self._datagrams, self._bones, strict=True):
             datagram[places] = words[first : first + len(places)]

@@ -1,46 +1,50 @@
-"""Puts the page and the 3D view on the server's app."""
+"""Adds the page and the 3D view to the server's app."""
 
 import math
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Protocol
 
 from fastapi import FastAPI
 
 from studio.api.add_routes import add_routes
-from studio.engine.calibration.result import Calibration
-from studio.engine.frames import StepResult
-from studio.live.previews import Previews
-from studio.web.drawing import Surroundings
-from studio.web.frusta import Picture
+from studio.engine.model.calibration import Calibration
+from studio.engine.model.frames import StepResult
+from studio.live.cameras.previews import Previews
+from studio.live.states import StageStatus
 from studio.web.page import add_page
 from studio.web.playback import Player, playback_routes
-from studio.web.playback.routes import Takes
+from studio.web.playback.routes import TakeFinder
 from studio.web.proxy import viewer_routes
 from studio.web.routes import view_routes, view_state
-from studio.web.view import View
+from studio.web.scene.drawing import Surroundings
+from studio.web.scene.frusta import Picture
+from studio.web.view import LiveView
 
 
-class Stage(Protocol):
-    """What the view needs of a live stage; `clock_ns` is the server's clock."""
+class ViewedStage(Protocol):
+    """The view's interface to a live stage; `clock_ns` is the server's clock."""
 
     clock_ns: Callable[[], int]
     previews: Previews
 
     def subscribe(self, callback: Callable[[StepResult], None]) -> Callable[[], None]:
-        """Call `callback` with every step, on the engine thread; the function returned ends that."""
+        """Call `callback` with every step, on the engine thread; the returned function ends the subscription."""
+        ...
 
     def calibration(self) -> Calibration | None:
         """Return the calibration in use."""
+        ...
 
-    def status(self) -> dict[str, Any]:
-        """The stage's status as JSON; `cameras` is an object by name, `pipeline` has `clock_offset_ns`."""
+    def status(self) -> StageStatus:
+        """The stage's status."""
+        ...
 
 
 class ViewHandle:
-    """The mounted view; `close` it with the server."""
+    """The mounted view; call `close` with the server's."""
 
-    def __init__(self, view: View, player: Player, unsubscribe: Callable[[], None]) -> None:
+    def __init__(self, view: LiveView, player: Player, unsubscribe: Callable[[], None]) -> None:
         self.view = view
         self._player = player
         self._unsubscribe = unsubscribe
@@ -52,8 +56,8 @@ class ViewHandle:
         self.view.close()
 
 
-def mount(app: FastAPI, stage: Stage, *, sessions: Path, takes: Takes) -> ViewHandle:
-    """Serve the page at `/` and the 3D view at `/viewer/`, and draw what the stage makes.
+def mount(app: FastAPI, stage: ViewedStage, *, sessions: Path, takes: TakeFinder) -> ViewHandle:
+    """Serve the page at `/` and the 3D view at `/viewer/`, and draw the stage's results.
 
     Args:
         app: the server's app; routes are added to it.
@@ -63,15 +67,18 @@ def mount(app: FastAPI, stage: Stage, *, sessions: Path, takes: Takes) -> ViewHa
 
     def look() -> Surroundings:
         status = stage.status()
-        cameras = status.get("cameras", {})
         return Surroundings(
             stage.calibration(),
-            sorted(cameras),
-            {name: picture for name in cameras if (picture := _picture(stage.previews, name)) is not None},
-            status.get("pipeline", {}).get("clock_offset_ns"),
+            sorted(status.cameras),
+            {
+                name: picture
+                for name in status.cameras
+                if (picture := _picture(stage.previews, name)) is not None
+            },
+            status.pipeline.clock_offset_ns,
         )
 
-    view = View(look=look, clock=lambda: stage.clock_ns() * 1e-9)
+    view = LiveView(look=look, clock=lambda: stage.clock_ns() * 1e-9)
     player = Player(view)
     unsubscribe = stage.subscribe(view.show)
     add_routes(app, viewer_routes(view.port))
@@ -79,13 +86,13 @@ def mount(app: FastAPI, stage: Stage, *, sessions: Path, takes: Takes) -> ViewHa
     add_routes(app, playback_routes(player, takes))
     app.state.player = player
     app.state.events["replay"] = player.status
-    app.state.events["view"] = lambda: view_state(view).model_dump()
+    app.state.events["view"] = lambda: view_state(view)
     add_page(app, sessions=sessions)
     return ViewHandle(view, player, unsubscribe)
 
 
 def _picture(previews: Previews, name: str) -> Picture | None:
-    """Return what a camera sees, None where its client does not tell."""
+    """Return a camera's picture, None if its client sends none."""
     number = previews.count(name)
     newest = previews.newest(name) if number else None
     if newest is None:

@@ -20,16 +20,16 @@ _POLICY = (
 
 
 class _FreshFiles(StaticFiles):
-    """Static files that a browser asks about every time: a new version is never mixed with an old one."""
+    """Static files that a browser checks at every request, so that new and old versions are never mixed."""
 
-    def file_response(self, *args, **kwargs):  # type: ignore[no-untyped-def]
+    def file_response(self, *args, **kwargs):
         response = super().file_response(*args, **kwargs)
         response.headers["Cache-Control"] = "no-cache"
         return response
 
 
 def add_page(app: FastAPI, *, sessions: Path) -> None:
-    """Serve the pages and their files at `/static`; the page at `/` says that takes lie in `sessions`."""
+    """Serve the pages and their files at `/static`; the page at `/` shows `sessions` as the folder of takes."""
     templates = Jinja2Templates(directory=_HERE / "templates")
     router = APIRouter(include_in_schema=False)
 
@@ -55,7 +55,7 @@ def add_page(app: FastAPI, *, sessions: Path) -> None:
 
     @router.get("/vote/{token}")
     async def voting_page(request: Request) -> HTMLResponse:
-        return page(request, "vote.html", {})  # the same for every link: what is in it comes over the API
+        return page(request, "vote.html", {})  # the same for every link; its content comes from the API
 
     def page(request: Request, template: str, context: dict[str, Any]) -> HTMLResponse:
         nonce = secrets.token_urlsafe(12)

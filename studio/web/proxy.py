@@ -1,6 +1,6 @@
 """viser on the studio's own port: its one-file client at `/viewer/`, its WebSocket at `/viewer`.
 
-The client opens its WebSocket at its own address less the last slash. Frames are passed on as they are; the
+The client opens its WebSocket at its own address without the last slash. Frames are passed on unchanged; the
 viser server itself listens on the loopback interface only.
 """
 
@@ -20,7 +20,7 @@ from websockets.typing import Subprotocol
 _log = logging.getLogger(__name__)
 
 MAX_UPSTREAM_BYTES = 1 << 20
-"""Largest message that a browser may send (camera moves are under a kilobyte)."""
+"""Largest message from a browser (camera moves are under a kilobyte)."""
 MAX_DOWNSTREAM_BYTES = 1 << 26
 
 _REFUSED, _TOO_BIG, _GONE = 1008, 1009, 1001
@@ -31,27 +31,28 @@ html[data-theme=dark] { background: linear-gradient(#1d2126, #2b3138); }
 body, #root, #root div[style*="background-color"] { background: none !important; }
 .mantine-Paper-root, .mantine-Notifications-root { display: none !important; }
 </style>
-<script src="../static/theme.js"></script>
-<script src="../static/view_times.js"></script>
+<script src="../static/base/theme.js"></script>
+<script src="../static/view/view_times.js"></script>
 <script>
 console.warn = ((warn) => (...words) => {
   if (!String(words[0]).startsWith("THREE.Clock:")) warn.apply(console, words);
 })(console.warn);
 </script>"""
-"""Hides viser's panels and notices, and a deprecation notice that is meant for viser's own developers; the scene lies
-on a backdrop that follows the page's theme."""
+"""Hides viser's panels and notices, and a deprecation notice for viser's own developers; the scene has a backdrop
+in the page's theme.
+"""
 
 
 @cache
 def client_page() -> str:
-    """Return viser's client with its panels hidden: the studio's page has the controls."""
+    """Return viser's client with its panels hidden, because the studio's page has the controls."""
     page = (Path(viser.__file__).parent / "client" / "build" / "index.html").read_text(encoding="utf-8")
     head, end, rest = page.partition("</head>")
     return head + _INSERT + end + rest
 
 
 def is_same_origin(origin: str | None, host: str | None) -> bool:
-    """Whether a request's `Origin` header names the host that it was sent to."""
+    """Whether a request's `Origin` header names the request's host."""
     return bool(origin) and bool(host) and urlsplit(origin).netloc.lower() == host.lower()
 
 

@@ -3,29 +3,13 @@
 from fastapi import APIRouter
 from pydantic import BaseModel, ConfigDict, Field
 
-from studio.engine.errors import SettingsError
-from studio.web.palette import as_hex
-from studio.web.scene import LAYERS
-from studio.web.view import View
-from studio.web.viewpoint import VIEWPOINTS
-
-
-class Layer(BaseModel):
-    """A layer of the view: what people call it, and whether it is shown."""
-
-    label: str
-    shown: bool
-
-
-class ViewState(BaseModel):
-    """What the 3D view shows: layers by name, a colour (`#rrggbb`) per camera, joints with trails, viewpoints and the
-    one in use."""
-
-    layers: dict[str, Layer]
-    colours: dict[str, str]
-    trails: list[str]
-    viewpoints: list[str]
-    viewpoint: str
+from studio.api.stage.shown import Layer, ViewState
+from studio.api.structs import StructRoute
+from studio.engine.base.errors import SettingsError
+from studio.web.scene.palette import as_hex
+from studio.web.scene.scene import LAYERS
+from studio.web.scene.viewpoint import VIEWPOINTS
+from studio.web.view import LiveView
 
 
 class Clock(BaseModel):
@@ -35,7 +19,7 @@ class Clock(BaseModel):
 
 
 class ViewChange(BaseModel):
-    """What changes in the view: layers to show or hide, by name; joints with trails; where to look from."""
+    """Changes of the view: layers to show or hide, by name; joints with trails; the viewpoint."""
 
     model_config = ConfigDict(extra="forbid")
 
@@ -44,23 +28,23 @@ class ViewChange(BaseModel):
     camera: str | None = Field(None, description=f"one of {', '.join(VIEWPOINTS)}")
 
 
-def view_routes(view: View) -> APIRouter:
+def view_routes(view: LiveView) -> APIRouter:
     """Return the routes of one view."""
-    router = APIRouter(prefix="/api/v1/view", tags=["view"])
+    router = APIRouter(prefix="/api/v1/view", tags=["view"], route_class=StructRoute)
 
     @router.get("")
     def get_view() -> ViewState:
-        """What the 3D view shows."""
+        """The content of the 3D view."""
         return view_state(view)
 
     @router.get("/clock")
     async def get_clock() -> Clock:
-        """The server's clock now: a page that asks a few times knows how its own lies to it."""
+        """The server's present clock; a page that asks a few times can estimate its own offset."""
         return Clock(server_s=view.clock())
 
     @router.put("")
     def put_view(change: ViewChange) -> ViewState:
-        """Change the view in every browser; what is not named stays as it is."""
+        """Change the view in every browser; missing fields stay."""
         unknown = [name for name in change.layers if name not in LAYERS]
         if unknown:
             raise SettingsError(f"unknown layer {unknown[0]!r}; allowed: {', '.join(LAYERS)}")
@@ -74,8 +58,8 @@ def view_routes(view: View) -> APIRouter:
     return router
 
 
-def view_state(view: View) -> ViewState:
-    """Return what a view shows."""
+def view_state(view: LiveView) -> ViewState:
+    """Return the content of a view."""
     shown = view.layers
     return ViewState(
         layers={name: Layer(label=label, shown=shown[name]) for name, (label, _) in LAYERS.items()},

@@ -12,22 +12,22 @@ import numpy as np
 import viser
 from numpy.typing import NDArray
 
-from studio.engine.calibration.result import Calibration
-from studio.engine.errors import SettingsError
-from studio.engine.frames import StepResult
-from studio.engine.joints import OUTPUT_INDEX
-from studio.web.drawing import Drawing, Look, Shown, Wanted
-from studio.web.scene import LAYERS
-from studio.web.viewpoint import VIEWPOINTS
+from studio.engine.base.errors import SettingsError
+from studio.engine.model.calibration import Calibration
+from studio.engine.model.frames import StepResult
+from studio.engine.model.joints import OUTPUT_INDEX
+from studio.web.scene.drawing import Drawing, DrawnStep, Look, Wanted
+from studio.web.scene.scene import LAYERS
+from studio.web.scene.viewpoint import VIEWPOINTS
 
 _log = logging.getLogger(__name__)
 
 DRAW_HZ = 30.0
 AHEAD_S = 1.0 / 120.0
-"""So much before the next picture of the live stage is due the newest step is waited for: it is drawn as it comes."""
+"""Time before the next picture of the live stage in which the newest step is awaited, to be drawn on arrival."""
 
 NEXT_STEP_S = 1.0 / 50.0
-"""A step that came while the last picture was drawn is drawn when no newer one comes for this long."""
+"""Time without a newer step after which a step that came during drawing is drawn."""
 
 TRAIL_JOINTS = ("LeftHand", "RightHand", "LeftFoot", "RightFoot")
 MAX_TRAILS = 8
@@ -39,10 +39,11 @@ def _free_port() -> int:
         return int(probe.getsockname()[1])
 
 
-class View:
-    """Draws what the engine or the player makes, latest wins: `show` never waits for the browser.
+class LiveView:
+    """Draws results of the engine or the player, latest wins: `show` never waits for the browser.
 
-    `look` tells what surrounds the performer; it is called from the drawing thread. `clock` is the server's [s].
+    `look` returns the surroundings of the performer; it is called from the drawing thread. `clock` is the server's
+    [s].
     """
 
     def __init__(self, *, look: Look, clock: Callable[[], float] = time.monotonic) -> None:
@@ -54,12 +55,13 @@ class View:
         self._server.gui.configure_theme(show_logo=False, show_share_button=False)
         self._changed = threading.Condition()
         self._result: StepResult | None = None
-        self._replay: Shown | None = None
+        self._replay: DrawnStep | None = None
         self._fresh = False
         self._steps = 0
         self._layers = {name: shown for name, (_, shown) in LAYERS.items()}
         self._trail_joints = TRAIL_JOINTS
         self._viewpoint = "stage"
+        self._motion_m: NDArray[np.float64] | None = None
         self._look_anew = False
         self._stopping = False
         self._drawing = Drawing(self._server, look)
@@ -84,18 +86,18 @@ class View:
 
     @property
     def trail_joints(self) -> tuple[str, ...]:
-        """Output joints that draw a trail."""
+        """Output joints with a trail."""
         with self._changed:
             return self._trail_joints
 
     @property
     def viewpoint(self) -> str:
-        """The place of `VIEWPOINTS` that was chosen last."""
+        """The last chosen viewpoint of `VIEWPOINTS`."""
         with self._changed:
             return self._viewpoint
 
     def show(self, result: StepResult) -> None:
-        """Have a live step drawn as soon as the last one is; a newer one replaces it. Safe from any thread."""
+        """Draw a live step after the last one; a newer one replaces it. Safe from any thread."""
         with self._changed:
             self._result = result
             self._steps += 1
@@ -110,15 +112,28 @@ class View:
         trail: NDArray[np.float64],
         calibration: Calibration | None,
     ) -> None:
-        """Show a frame of a take, not the live stage, until `show_live`; see `Shown`. Safe from any thread."""
+        """Show a frame of a take instead of the live stage, until `show_live`; see `DrawnStep`. Safe from any
+        thread."""
         with self._changed:
-            self._replay = Shown(result, ghost, trail, calibration)
+            self._replay = DrawnStep(result, ghost, trail, calibration)
             self._fresh = True
             self._changed.notify()
 
-    def show_live(self) -> None:
-        """Go back to the live stage."""
+    def frame_motion(self, joints_m: NDArray[np.float64]) -> None:
+        """Look at a replayed motion from its first to its last frame, or where the view follows the performer, at the
+        performer; joints of the shape (N, 3)."""
         with self._changed:
+            self._motion_m = joints_m
+            self._viewpoint = self._viewpoint if self._viewpoint == "follow" else "motion"
+            self._look_anew = True
+            self._changed.notify()
+
+    def show_live(self) -> None:
+        """Go back to the live stage, and from a look at the motion to one at the whole stage."""
+        with self._changed:
+            self._motion_m = None
+            if self._viewpoint == "motion":
+                self._viewpoint, self._look_anew = "stage", True
             self._replay = self._result = None
             self._changed.notify()
 
@@ -129,7 +144,7 @@ class View:
             self._changed.notify()
 
     def set_trail_joints(self, joints: list[str]) -> None:
-        """Choose the output joints that draw a trail.
+        """Choose the output joints with a trail.
 
         Raises:
             SettingsError: no such joint, or more than `MAX_TRAILS`.
@@ -142,7 +157,7 @@ class View:
             self._trail_joints = tuple(joints)
 
     def look_from(self, place: str) -> None:
-        """Look at the stage from a place of `VIEWPOINTS`, in every browser.
+        """Use a viewpoint of `VIEWPOINTS`, in every browser.
 
         Raises:
             SettingsError: no such place.
@@ -150,6 +165,8 @@ class View:
         if place not in VIEWPOINTS:
             raise SettingsError(f"camera={place!r} is not allowed; allowed: {', '.join(VIEWPOINTS)}")
         with self._changed:
+            if place == "motion" and self._motion_m is None:
+                raise SettingsError("camera='motion' shows a take that is replayed; open one first")
             self._viewpoint, self._look_anew = place, True
             self._changed.notify()
 
@@ -170,16 +187,16 @@ class View:
                 self._drawing.draw(wanted, begun_s)
                 self._server.flush()  # viser would wait for more to send together
             except Exception as error:  # the view must not end because one frame could not be drawn
-                if repr(error) != problem:  # what goes wrong in every frame is told once
+                if repr(error) != problem:  # an error of every frame is logged once
                     _log.exception("the 3D view could not draw a frame")
                 problem = repr(error)
             pause_s = 1.0 / DRAW_HZ - (AHEAD_S if wanted.replay is None else 0.0)
             time.sleep(max(0.0, begun_s + pause_s - self.clock()))
 
     def _wait(self) -> Wanted | None:
-        """Return what is to be drawn as soon as something is new, or after a while; None at the end."""
+        """Return the content to draw once it is new, or after a while; None at the end."""
         with self._changed:
-            if self._fresh and self._replay is None:  # it came during the pause: a newer one comes any moment
+            if self._fresh and self._replay is None:  # it came during the pause: a newer one follows soon
                 steps = self._steps
                 self._changed.wait_for(lambda: self._stopping or self._steps > steps, timeout=NEXT_STEP_S)
             self._changed.wait_for(lambda: self._stopping or self._fresh, timeout=0.2)
@@ -189,4 +206,6 @@ class View:
             place = self._viewpoint if self._look_anew else None
             self._look_anew = False
             live = self._result if fresh and self._replay is None else None
-            return Wanted(live, self._replay, fresh, dict(self._layers), self._trail_joints, place)
+            return Wanted(
+                live, self._replay, fresh, dict(self._layers), self._trail_joints, place, self._motion_m
+            )

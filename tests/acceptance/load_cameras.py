@@ -12,11 +12,11 @@ from pathlib import Path
 import numpy as np
 
 from studio import wire
-from studio.camera.link import Link
-from studio.camera.pacing import WallClock
-from studio.camera.sources import SourceFrame
-from studio.camera.spool import Spool
-from studio.engine.joints import JOINT_SETS, to_canonical
+from studio.camera.client.link import Link
+from studio.camera.client.spool import Spool
+from studio.camera.sources.pacing import WallClock
+from studio.camera.sources.source import Source, SourceFrame
+from studio.engine.model.joints import JOINT_SETS, to_canonical
 from tests.live.performer import frame
 
 JOINT_SET = "kinect-v2"
@@ -31,10 +31,10 @@ def _device_of_canonical() -> np.ndarray:
     return np.where(np.isnan(found), -1, np.nan_to_num(found)).astype(int)
 
 
-class Performer:
+class Performer(Source):
     """A source of one camera of the made-up stage."""
 
-    device, joint_set, frames_per_second, realtime = "load", JOINT_SET, 30.0, True
+    device, joint_set = "load", JOINT_SET
 
     def __init__(self, index: int) -> None:
         self.name = f"camera_{index}"

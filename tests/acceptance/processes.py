@@ -1,6 +1,7 @@
 """Real servers and camera clients as processes that can be killed, and a link between them that can be cut."""
 
 import random
+import re
 import socket
 import subprocess
 import sys
@@ -13,7 +14,8 @@ from typing import Any
 
 import httpx
 
-from studio.take.raw import RawFrame, read_raw
+from studio.take.raw.frames import RawFrame, read_raw
+from tests import patient
 
 START_S = 240.0
 _random = random.SystemRandom()
@@ -44,12 +46,13 @@ def free_port() -> int:
 
 
 class ServerProcess:
-    """`studio serve` on a folder of sessions, which can be killed and started again."""
+    """`studio serve` on a folder of sessions, with more `options`, which can be killed and started again."""
 
-    def __init__(self, sessions: Path) -> None:
+    def __init__(self, sessions: Path, *options: str) -> None:
         self.sessions = sessions
+        self._options = options
         self.port = free_port()
-        self.http = httpx.Client(base_url=f"http://127.0.0.1:{self.port}/api/v1", timeout=60.0)
+        self.http = patient.Client(base_url=f"http://127.0.0.1:{self.port}/api/v1", timeout=60.0)
         self._log = sessions.with_suffix(".log")
         self.process: subprocess.Popen[bytes] | None = None
 
@@ -62,13 +65,19 @@ class ServerProcess:
         command = [sys.executable, "-m", "studio", "serve", "--port", str(self.port)]
         with self._log.open("a") as log:
             self.process = subprocess.Popen(
-                [*command, "--sessions", str(self.sessions)], stdout=log, stderr=subprocess.STDOUT
+                [*command, "--sessions", str(self.sessions), *self._options],
+                stdout=log,
+                stderr=subprocess.STDOUT,
             )
         wait_until(self._answers, "the server answers")
 
     def _answers(self) -> bool:
         assert self.process is not None and self.process.poll() is None, self._log.read_text()
-        return self.http.get("/status").status_code == 200
+        return self.http.get("/status").status_code in (200, 401)
+
+    def operator_token(self) -> str:
+        """What an operator signs in with since the last start; only of a server that asks for it."""
+        return re.findall(r"operators sign in with the token (\S+)", self._log.read_text())[-1]
 
     def kill(self) -> int:
         """Kill it without a warning; return when, on the server's clock [ns]."""
@@ -111,10 +120,10 @@ class ServerProcess:
 
 
 @contextmanager
-def server_process(sessions: Path) -> Iterator[ServerProcess]:
+def server_process(sessions: Path, *options: str) -> Iterator[ServerProcess]:
     """A server that is running."""
     sessions.mkdir(parents=True, exist_ok=True)
-    server = ServerProcess(sessions)
+    server = ServerProcess(sessions, *options)
     try:
         server.start()
         yield server

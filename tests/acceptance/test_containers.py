@@ -14,7 +14,8 @@ import pytest
 import yaml
 
 from studio.__main__ import make_parser
-from studio.config import PREFIX, Config
+from studio.server.config import PREFIX, Config
+from tests import patient
 from tests.acceptance.processes import free_port, wait_until
 
 ROOT = Path(__file__).parents[2]
@@ -72,7 +73,7 @@ def test_the_steps_by_hand(tmp_path):
         try:
             wait_until((tmp_path / "docker" / "operator_token").exists, "the secrets are there")
             token = (tmp_path / "docker" / "operator_token").read_text()
-            with httpx.Client(base_url=f"http://127.0.0.1:{port}", timeout=60) as client:
+            with patient.Client(base_url=f"http://127.0.0.1:{port}", timeout=60) as client:
                 wait_until(lambda: healthy(client), "the server is healthy")
                 assert client.get("/api/v1/status").status_code == 401
                 client.headers["Authorization"] = f"Bearer {token}"

@@ -14,12 +14,12 @@ import numpy as np
 import pytest
 from playwright.sync_api import Browser, Page, expect
 
-from studio.engine.joints import OUTPUT_INDEX
-from studio.engine.poses import Poses
-from studio.take.take import Take
+from studio.engine.model.joints import OUTPUT_INDEX
+from studio.engine.model.poses import Poses
+from studio.take.folder.take import Take
 from tests.acceptance.program import studio_program
-from tests.engine.export.readers.programs import read_with_bvhio, read_with_ufbx
-from tests.engine.export.scoring import position_error_cm
+from tests.engine.animation.export.readers.programs import read_with_bvhio, read_with_ufbx
+from tests.engine.animation.export.scoring import position_error_cm
 from tests.web.browser import quiet_page
 
 CALIBRATED_MS = 150_000

@@ -9,11 +9,11 @@ from pathlib import Path
 import msgspec
 import pytest
 from websockets.exceptions import ConnectionClosed, WebSocketException
-from websockets.sync.client import connect
 
 from studio import wire
 from tests.acceptance.processes import ServerProcess, camera_processes, sequences, server_process, wait_until
 from tests.live.performer import frame, hello
+from tests.patient import connect
 
 GROWTH_BYTES = 40 << 20
 

@@ -6,12 +6,13 @@ from pathlib import Path
 
 import pytest
 
-from studio.engine.poses import Poses
-from studio.engine.settings import preset
-from studio.replay import solve_take
-from studio.take.doctor import check_takes
-from studio.take.raw import RawEvent, RawFrame, inspect_raw, read_raw
-from studio.take.take import Take
+from studio.engine.model.poses import Poses
+from studio.engine.model.settings import preset
+from studio.offline.replay import solve_take
+from studio.take.folder.take import Take
+from studio.take.raw.frames import RawEvent, RawFrame, inspect_raw, read_raw
+from studio.take.raw.live_log import RestartEvent, StoppedEvent
+from studio.take.upkeep.doctor import check_takes
 from tests.acceptance.processes import (
     ServerProcess,
     camera_processes,
@@ -110,8 +111,8 @@ def test_a_killed_client_delivers_with_its_next_start_and_as_live_is_equal(tmp_p
     assert len([key for key in after if key[0] == "camera_0"]) == 2
     (first,) = (key for key in before if key[0] == "camera_0")
     assert max(after[first]) >= max(before[first]) + 5  # what it took while the server was away
-    kinds = [r.event["type"] for r in read_raw(raw) if isinstance(r, RawEvent)]
-    assert kinds.count("restart") == 1 and kinds.count("stopped") == 1
+    kinds = [type(r.event) for r in read_raw(raw) if isinstance(r, RawEvent)]
+    assert kinds.count(RestartEvent) == 1 and kinds.count(StoppedEvent) == 1
     take = Take.open(path)
     solve_take(take, preset("studio"), name="again", as_live=True)
     live, again = (Poses.load(take.solve_folder(name) / "poses.npz") for name in ("live", "again"))

@@ -6,7 +6,8 @@ from pathlib import Path
 
 import pytest
 
-from studio.take.raw import RawEvent, RawFrame, read_raw
+from studio.take.raw.frames import RawEvent, RawFrame, read_raw
+from studio.take.raw.live_log import StartEvent, StoppedEvent
 from tests.acceptance.processes import (
     Proxy,
     ServerProcess,
@@ -28,16 +29,34 @@ def cut_within_take(server: ServerProcess, proxy: Proxy, cuts_s: list[float], rn
     """Record while the link is cut for so long each time; return the take, whole."""
     path = server.record("cut")
     for seconds in cuts_s:
-        time.sleep(rng.uniform(0.3, 1.0))
+        more_frames(server, round(rng.uniform(10, 30)))
         proxy.cut(silently=rng.random() < 0.5)
-        time.sleep(seconds)
+        time.sleep(seconds)  # the cut itself
         proxy.mend()
         wait_until(lambda: server.live_cameras() == CAMERAS, "the cameras are back")
         wait_until(lambda: not server.status()["recording"]["missing_frames"], "the gap is filled")
-    time.sleep(0.5)
+    more_frames(server, 15)
     server.stop()
     wait_until(lambda: server.kept() == 0, "nothing is owed")
     return path
+
+
+def more_frames(server: ServerProcess, count: int) -> None:
+    """Wait until so many more frames of each camera are in the take."""
+    wanted = server.status()["recording"]["frames"] + count * CAMERAS
+    wait_until(lambda: server.status()["recording"]["frames"] >= wanted, "more frames are recorded")
+
+
+def covers_the_take(path: Path) -> bool:
+    """Whether the last frames of every camera, taken up to the stop, are in the file."""
+    records = list(read_raw(path / "raw.mcap"))
+    (stopped,) = (r for r in records if isinstance(r, RawEvent) and isinstance(r.event, StoppedEvent))
+    (start, *_) = (r for r in records if isinstance(r, RawEvent) and isinstance(r.event, StartEvent))
+    seconds = (stopped.time_ns - start.time_ns) * 1e-9
+    counts = [
+        sum(isinstance(r, RawFrame) and r.camera == f"camera_{i}" for r in records) for i in range(CAMERAS)
+    ]
+    return min(counts) * PERIOD_S > seconds - 0.15
 
 
 def run_cuts(tmp_path: Path, cuts_s: list[float]) -> None:
@@ -59,19 +78,18 @@ def run_cuts(tmp_path: Path, cuts_s: list[float]) -> None:
 def ended_while_cut(server: ServerProcess, proxy: Proxy) -> None:
     """The link is down when the take is stopped: what was taken until then is filled in afterwards."""
     path = server.record("ended")
-    time.sleep(1.0)
+    more_frames(server, 30)
     proxy.cut(silently=True)
-    time.sleep(1.5)
+    time.sleep(1.5)  # the cut itself
     server.stop()
-    time.sleep(0.5)
     proxy.mend()
     wait_until(lambda: server.live_cameras() == CAMERAS, "the cameras are back")
     wait_until(lambda: server.kept() == 0, "nothing is owed")
-    time.sleep(3.0)  # the take is closed again
+    wait_until(lambda: covers_the_take(path), "what was taken during the cut is in the file")
     check_nothing_lost(path / "raw.mcap")
     records = list(read_raw(path / "raw.mcap"))
-    (stopped,) = (r for r in records if isinstance(r, RawEvent) and r.event["type"] == "stopped")
-    (start, *_) = (r for r in records if isinstance(r, RawEvent) and r.event["type"] == "start")
+    (stopped,) = (r for r in records if isinstance(r, RawEvent) and isinstance(r.event, StoppedEvent))
+    (start, *_) = (r for r in records if isinstance(r, RawEvent) and isinstance(r.event, StartEvent))
     seconds = (stopped.time_ns - start.time_ns) * 1e-9
     for name in ("camera_0", "camera_1"):
         count = sum(isinstance(r, RawFrame) and r.camera == name for r in records)

@@ -9,10 +9,10 @@ from pathlib import Path
 import pytest
 
 from studio.api.app import create_app
-from studio.api.server import SWITCH_S, make_server, open_socket
 from studio.live import LiveStage
 from studio.live.engine import Engine
 from studio.live.inbox import Arrived
+from studio.server.run import SWITCH_S, make_server, open_socket
 from tests.acceptance.processes import check_nothing_lost, wait_until
 from tests.live.performer import save_stage_calibration
 
@@ -63,7 +63,7 @@ def run_load(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, seconds: float) ->
     clients = subprocess.Popen(command, cwd=Path(__file__).parents[2])
     try:
         wait_until(lambda: _sending(stage) == CAMERAS, "all cameras send")
-        wait_until(lambda: stage.status()["pipeline"]["rate_hz"] > 1, "the solver runs")
+        wait_until(lambda: stage.status().pipeline.rate_hz > 1, "the solver runs")
         stage.start_recording("tests", "load")
         before = (thread_cpu_s("event loop"), handling[0])
         time.sleep(seconds)
@@ -73,6 +73,7 @@ def run_load(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, seconds: float) ->
             thread_cpu_s("recorder") + thread_cpu_s("recorder disk"),
         )
         status = stage.status()
+        dropped = {name: camera.dropped_by_client for name, camera in status.cameras.items()}
         summary = stage.stop_recording()
         wait_until(lambda: _kept(stage) == 0, "nothing is owed")
     finally:
@@ -83,25 +84,25 @@ def run_load(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, seconds: float) ->
         stage.close()
         listening.close()
         sys.setswitchinterval(switch_s)
-    shares = [(after - first) / seconds for first, after in zip((*before, 0.0), spent, strict=True)]
     count = check_nothing_lost(sessions / "tests" / "load" / "raw.mcap")
+    nominal_s = count / (CAMERAS * 30)  # as if the frames had come at their rate: a busy machine sends fewer
+    shares = [(after - first) / nominal_s for first, after in zip((*before, 0.0), spent, strict=True)]
     print(
         f"{count} frames in {seconds:.0f} s; shares of a core: link {shares[0]:.3f}, engine {shares[1]:.3f}, "
-        f"recorder {shares[2]:.3f}; solver {status['pipeline']['rate_hz']} Hz, left out "
-        f"{status['pipeline']['left_out']}"
+        f"recorder {shares[2]:.3f}; solver {status.pipeline.rate_hz} Hz, left out "
+        f"{status.pipeline.left_out}"
     )
-    assert summary["problem"] == "" and summary["poses"] > 0
-    if count <= 0.97 * CAMERAS * 30 * seconds:
-        pytest.skip(f"this machine is too busy to send what is to be measured: {count} frames came")
+    assert summary.problem == "" and summary.poses > 0
+    assert not any(dropped.values()), dropped  # the link kept up: its clients had to leave nothing out
     assert sum(shares) < MOST_OF_A_CORE
 
 
 def _sending(stage: LiveStage) -> int:
-    return sum(camera["fps"] > 0 for camera in stage.status()["cameras"].values())
+    return sum(camera.fps > 0 for camera in stage.status().cameras.values())
 
 
 def _kept(stage: LiveStage) -> int:
-    return sum(camera["kept_by_client"] or 0 for camera in stage.status()["cameras"].values())
+    return sum(camera.kept_by_client or 0 for camera in stage.status().cameras.values())
 
 
 @pytest.mark.timeout(900)

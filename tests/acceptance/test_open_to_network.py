@@ -9,10 +9,10 @@ import subprocess
 import sys
 from contextlib import contextmanager
 
-import httpx
 import pytest
 from playwright.sync_api import expect
 
+from tests import patient
 from tests.web.browser import quiet_page
 
 
@@ -92,7 +92,7 @@ def test_encrypted(tmp_path):
         assert "--tls-cert" not in errors.read_text()
         trusted = ssl.create_default_context(cafile=certificate)
         headers = {"Authorization": f"Bearer {operator}"}
-        with httpx.Client(base_url=f"{url}/api/v1/", verify=trusted, headers=headers) as client:
+        with patient.Client(base_url=f"{url}/api/v1/", verify=trusted, headers=headers) as client:
             command = [
                 sys.executable, "-m", "studio", "camera", "--source", "simulated:0/1", "--server", url,
                 "--token", token, "--spool", str(tmp_path / "spool"),

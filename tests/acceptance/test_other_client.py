@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from studio.take.raw import RawFrame, inspect_raw, read_raw
+from studio.take.raw.frames import RawFrame, inspect_raw, read_raw
 from tests.acceptance.processes import check_nothing_lost, server_process, wait_until
 
 SECONDS = 12

@@ -11,11 +11,11 @@ from pathlib import Path
 import pytest
 from playwright.sync_api import Browser, Page, expect
 
-from studio.engine.poses import Poses
+from studio.engine.model.poses import Poses
 from tests.acceptance.program import studio_program
 from tests.acceptance.test_first_light_browser import check_human
-from tests.engine.export.readers.programs import read_with_ufbx
-from tests.engine.export.scoring import position_error_cm
+from tests.engine.animation.export.readers.programs import read_with_ufbx
+from tests.engine.animation.export.scoring import position_error_cm
 from tests.web.browser import quiet_page
 
 BAR_S = 180.0

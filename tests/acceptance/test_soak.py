@@ -18,10 +18,11 @@ import numpy as np
 import psutil
 import pytest
 import viser
-from websockets.sync.client import ClientConnection, connect
+from websockets.sync.client import ClientConnection
 
 from tests.acceptance.processes import Proxy, ServerProcess, check_nothing_lost, server_process, wait_until
 from tests.live.performer import save_stage_calibration
+from tests.patient import connect
 
 CAMERAS = 4
 NAMES = [f"camera_{index}" for index in range(CAMERAS)]

@@ -10,6 +10,9 @@ from pathlib import Path
 import httpx
 import pytest
 
+from tests import patient
+from tests.acceptance.processes import wait_until
+
 ROOT = Path(__file__).parents[2]
 UV = shutil.which("uv") or shutil.which("uv", path=str(ROOT / ".tools" / "uv" / "bin"))
 
@@ -32,23 +35,34 @@ def test_every_file_is_in_it(wheel):
     assert not [name for name in inside if name.startswith(("tests/", "sessions/"))]
 
 
-def serve_and_look(python: str, folder: Path, environment: dict[str, str]) -> str:
-    """Start the studio of an environment and fetch its page and what it is made of; return where it lies."""
-    command = [python, "-m", "studio", "serve", "--port", "0", "--sessions", str(folder / "sessions")]
+def follows_the_demo(client: httpx.Client) -> bool:
+    """Whether both simulated cameras send, and the solver makes poses of what they see."""
+    status = client.get("api/v1/status").json()
+    sending = [camera["state"] == "live" for camera in status["cameras"].values()]
+    return sending == [True, True] and status["pipeline"]["rate_hz"] > 1
+
+
+def serve_and_look(program_of: list[str], python: str, folder: Path, environment: dict[str, str]) -> str:
+    """Start the demo of an environment and fetch its page and what it is made of; return where it lies.
+
+    The demo begins with a performer whom two simulated cameras see, without a checkout of the sources around.
+    """
+    command = [*program_of, "serve", "--demo", "--port", "0", "--sessions", str(folder / "sessions")]
     with subprocess.Popen(command, cwd=folder, env=environment, stdout=subprocess.PIPE, text=True) as program:
         try:
             url = program.stdout.readline().split()[5]
-            with httpx.Client(base_url=url, timeout=60) as client:
+            with patient.Client(base_url=url, timeout=60) as client:
                 page = client.get("/")
                 assert page.status_code == 200 and "Capture Studio" in page.text
                 for path in (
-                    "static/main.js",
-                    "static/studio.css",
+                    "static/stage/main.js",
+                    "static/base/studio.css",
                     "static/vendor/three/three.module.js",
                     "viewer/",
                 ):
                     assert client.get(path).status_code == 200, path
                 assert client.get("/health").json()["status"] == "ok"
+                wait_until(lambda: follows_the_demo(client), "poses come of two simulated cameras")
         finally:
             program.terminate()
             program.wait(timeout=60)
@@ -63,7 +77,8 @@ def test_it_serves_its_pages(wheel, tmp_path):
         [UV, "pip", "install", "--quiet", "--no-deps", "--target", place, wheel], check=True, timeout=180
     )
     environment = {**os.environ, "PYTHONPATH": str(place)}
-    assert str(place) in serve_and_look(sys.executable, tmp_path, environment)
+    python = sys.executable
+    assert str(place) in serve_and_look([python, "-m", "studio"], python, tmp_path, environment)
 
 
 @pytest.mark.long
@@ -75,4 +90,4 @@ def test_it_serves_its_pages_from_a_fresh_environment(wheel, tmp_path):
     python = str(folder / "python")
     subprocess.run([UV, "pip", "install", "--quiet", "--python", python, wheel], check=True, timeout=600)
     environment = {key: value for key, value in os.environ.items() if key != "PYTHONPATH"}
-    assert str(tmp_path) in serve_and_look(python, tmp_path, environment)
+    assert str(tmp_path) in serve_and_look([str(folder / "studio")], python, tmp_path, environment)

@@ -3,10 +3,11 @@
 import time
 from collections.abc import Callable
 
-from websockets.sync.client import ClientConnection, connect
+from websockets.sync.client import ClientConnection
 
 from studio import wire
 from tests.live.performer import frame, hello
+from tests.patient import connect
 
 WAIT_S = 120.0
 

@@ -10,8 +10,9 @@ import pytest
 
 from studio.api.access import Access
 from studio.api.app import create_app
-from studio.api.server import Server, make_server, open_socket
 from studio.live import LiveStage
+from studio.server.run import Server, make_server, open_socket
+from tests import patient
 from tests.api.camera import Camera, send_frames, wait_until
 from tests.live.performer import save_stage_calibration
 
@@ -45,7 +46,7 @@ class _Running:
         self._socket = listening
         self._thread = threading.Thread(target=self._server.run, args=([listening],))
         self._thread.start()
-        http = httpx.Client(base_url=f"http://127.0.0.1:{port}/api/v1", timeout=60.0)
+        http = patient.Client(base_url=f"http://127.0.0.1:{port}/api/v1", timeout=60.0)
         self.studio = Studio(self._stage, sessions, port, http)
 
     def close(self) -> None:

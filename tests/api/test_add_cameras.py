@@ -5,14 +5,14 @@ import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
-import httpx
 import pytest
 
 from studio.api.app import create_app
+from studio.api.cameras.recordings import Recordings
 from studio.api.errors import NotFoundError
-from studio.api.recordings import Recordings
-from studio.engine.errors import SettingsError
+from studio.engine.base.errors import SettingsError
 from studio.live import LiveStage
+from tests import patient
 from tests.live.performer import calibration
 from tests.web.playback.takes import take_with_solves
 from tests.web.stages import serving
@@ -81,12 +81,12 @@ def wait(condition: Callable[[], object], timeout_s: float = 60.0) -> None:
 
 def test_simulated_cameras_are_started_and_stopped(server: str) -> None:
     def states() -> list[str]:
-        return [one["state"] for one in httpx.get(f"{server}/status").json()["cameras"].values()]
+        return [one["state"] for one in patient.get(f"{server}/status").json()["cameras"].values()]
 
-    answer = httpx.post(f"{server}/local-cameras", json={"simulated": True})
+    answer = patient.post(f"{server}/local-cameras", json={"simulated": True})
     assert answer.status_code == 201 and answer.json()["opened"] == "simulated"
     wait(lambda: states() == ["live", "live"])
-    assert httpx.delete(f"{server}/local-cameras").json() == {"opened": None, "cameras": {}}
+    assert patient.delete(f"{server}/local-cameras").json() == {"opened": None, "cameras": {}}
     wait(lambda: states() == ["gone", "gone"])
 
 
@@ -97,28 +97,28 @@ def test_a_recording_plays_as_cameras(server: str, recordings: Recordings, tmp_p
     )
     for file in (tmp_path / "recordings" / "june" / "walk").glob("*/joints.csv"):
         file.write_text(f"time_s,{names}\n{rows}")
-    listed = httpx.get(f"{server}/recordings").json()
+    listed = patient.get(f"{server}/recordings").json()
     walk = {"id": "recordings/june/walk", "cameras": ["camera_0", "camera_1"]}
     assert {**walk, "calibrated": False} in listed
     brought = tmp_path / "recordings" / "june" / "walk" / "calibration.json"
     brought.write_text(json.dumps(calibration(["camera_0", "camera_1"]).to_json()))
-    assert {**walk, "calibrated": True} in httpx.get(f"{server}/recordings").json()
+    assert {**walk, "calibrated": True} in patient.get(f"{server}/recordings").json()
     assert (
-        httpx.post(f"{server}/local-cameras", json={"recording": "recordings/june/walk"}).status_code == 201
+        patient.post(f"{server}/local-cameras", json={"recording": "recordings/june/walk"}).status_code == 201
     )
-    assert httpx.get(f"{server}/status").json()["calibration"]["borrowed"]
+    assert patient.get(f"{server}/status").json()["calibration"]["borrowed"]
 
     def frames() -> list[int]:
-        return [one["frames"] for one in httpx.get(f"{server}/status").json()["cameras"].values()]
+        return [one["frames"] for one in patient.get(f"{server}/status").json()["cameras"].values()]
 
     wait(lambda: len(frames()) == 2 and min(frames()) > 5)
-    refused = httpx.post(f"{server}/local-cameras", json={"recording": "recordings/../secret"})
+    refused = patient.post(f"{server}/local-cameras", json={"recording": "recordings/../secret"})
     assert refused.status_code == 404
-    httpx.delete(f"{server}/local-cameras")
-    assert not httpx.get(f"{server}/status").json()["calibration"]["borrowed"]
+    patient.delete(f"{server}/local-cameras")
+    assert not patient.get(f"{server}/status").json()["calibration"]["borrowed"]
 
 
 def test_an_invitation_tells_the_command(server: str) -> None:
-    made = httpx.post(f"{server}/cameras/invite", json={}).json()
+    made = patient.post(f"{server}/cameras/invite", json={}).json()
     assert made["server"] == server.removesuffix("/api/v1") and made["token"] == "" and made["local"]
     assert made["url"] == f"{made['server']}/camera" and made["qr"]

@@ -10,12 +10,13 @@ import numpy as np
 import pytest
 
 from studio import wire
-from studio.camera.pacing import WallClock
-from studio.engine.settings import preset
-from studio.replay import solve_take
-from studio.take.doctor import check_takes
-from studio.take.raw import RawEvent, camera_frames, inspect_raw, read_raw
-from studio.take.take import Take
+from studio.camera.sources.pacing import WallClock
+from studio.engine.model.settings import preset
+from studio.offline.replay import solve_take
+from studio.take.folder.take import Take
+from studio.take.raw.frames import RawEvent, camera_frames, inspect_raw, read_raw
+from studio.take.raw.live_log import SegmentEvent
+from studio.take.upkeep.doctor import check_takes
 from tests.api.camera import Camera, send_frames, wait_until
 from tests.live.performer import save_stage_calibration
 
@@ -102,10 +103,12 @@ def test_a_clock_that_jumps_within_a_take(stage, index, jump_ns):
     exchange(camera)
     take = stage.stop()
     segments = [
-        r.event for r in read_raw(take.raw_path) if isinstance(r, RawEvent) and r.event["type"] == "segment"
+        r.event
+        for r in read_raw(take.raw_path)
+        if isinstance(r, RawEvent) and isinstance(r.event, SegmentEvent)
     ]
-    assert [(s["camera"], s["from_sequence"]) for s in segments] == [(camera.name, 31)]
-    assert stage.studio.stage.status()["cameras"][camera.name]["clock"]["jumps"] == 1
+    assert [(s.camera, s.from_sequence) for s in segments] == [(camera.name, 31)]
+    assert stage.studio.stage.status().cameras[camera.name].clock.jumps == 1
     check_one_clock(take, 65, stage.cameras)
 
 
@@ -123,10 +126,12 @@ def test_a_clock_that_jumps_without_exchanges(start_studio, tmp_path, jump_ns):
         second.jump_ns = jump_ns
         take = stage.stop()
     segments = [
-        r.event for r in read_raw(take.raw_path) if isinstance(r, RawEvent) and r.event["type"] == "segment"
+        r.event
+        for r in read_raw(take.raw_path)
+        if isinstance(r, RawEvent) and isinstance(r.event, SegmentEvent)
     ]
-    assert [(s["camera"], s["from_sequence"]) for s in segments] == [("camera_1", 31)]
-    assert studio.stage.status()["cameras"]["camera_1"]["clock"]["source"] == "arrival"
+    assert [(s.camera, s.from_sequence) for s in segments] == [("camera_1", 31)]
+    assert studio.stage.status().cameras["camera_1"].clock.source == "arrival"
     check_one_clock(take, 60, stage.cameras)
 
 
@@ -134,7 +139,7 @@ def test_a_client_that_starts_anew_within_a_take(stage):
     stage.record()
     old = stage.cameras.pop()
     old.socket.close()
-    wait_until(lambda: stage.studio.stage.status()["cameras"]["camera_1"]["state"] == "gone", "it is gone")
+    wait_until(lambda: stage.studio.stage.status().cameras["camera_1"].state == "gone", "it is gone")
     with Jumping(stage.studio.url("link"), 1, old.sent_s) as again:
         again.jump_ns, again.sequence = 500 * SECOND, 0
         again.greet(boot_id="boot-2")
@@ -189,11 +194,11 @@ def test_a_full_disk_ends_the_recording_in_order(small_disk, start_studio, left_
         exchange(camera)
         studio.http.post("/record/start", json={"session": "tests", "take": "full"}).raise_for_status()
         send_frames([camera], 60)
-        wait_until(lambda: studio.stage.status()["recording"]["frames"] == 60, "the frames came")
+        wait_until(lambda: studio.stage.status().recording.frames == 60, "the frames came")
         time.sleep(0.5)
         fill(small_disk / "ballast", left_mb << 20)
         wait_until(
-            lambda: (send_frames([camera], 1), not studio.stage.status()["recording"]["active"])[1],
+            lambda: (send_frames([camera], 1), not studio.stage.status().recording.active)[1],
             "it ended",
         )
         problem = studio.http.get("/status").json()["recording"]["problem"]
@@ -239,6 +244,6 @@ def test_frames_of_a_burst_are_recorded_though_the_live_solve_is_past_them(stage
     stage.cameras[0].send(wire.Kept(take_id, "boot-1", 500, 502))
     for data in [*late, *late]:
         stage.cameras[0].send(wire.Late(take_id, "boot-1", data))
-    wait_until(lambda: stage.studio.stage.status()["recording"]["late_frames"] == 3, "they are taken in once")
+    wait_until(lambda: stage.studio.stage.status().recording.late_frames == 3, "they are taken in once")
     take = stage.stop()
     assert inspect_raw(take.raw_path).frames == {"camera_0": 63, "camera_1": 60}

@@ -1,9 +1,13 @@
 """docs/api.md names every route that the server has."""
 
+import json
 import re
 from pathlib import Path
 
+from jsonschema_rs import Draft202012Validator
+
 from studio.api.app import create_app
+from studio.api.structs import encode
 from studio.live import LiveStage
 
 DOCUMENT = (Path(__file__).parents[2] / "docs" / "api.md").read_text(encoding="utf-8")
@@ -34,3 +38,22 @@ def test_every_route_is_documented(tmp_path: Path) -> None:
         for method in methods
     }
     assert sorted(routes - documented()) == []
+
+
+def test_structs_are_described(tmp_path: Path) -> None:
+    stage = LiveStage(tmp_path)
+    described = create_app(stage, tmp_path).openapi()
+    schemas = described["components"]["schemas"]
+    answer = described["paths"]["/api/v1/status"]["get"]["responses"]["200"]
+    assert answer["content"]["application/json"]["schema"] == {"$ref": "#/components/schemas/StageStatus"}
+    assert schemas["CameraStatus"]["properties"]["clock"] == {"$ref": "#/components/schemas/ClockStatus"}
+    assert schemas["StageStatus"]["description"] == "The status of the live stage, cameras by name."
+    assert schemas["StatusEvent"]["properties"]["type"] == {"enum": ["status"]}
+    check = Draft202012Validator(
+        {"$ref": "#/components/schemas/StageStatus", "components": described["components"]}
+    )
+    told = json.loads(encode(stage.status()))
+    check.validate(told)
+    assert not check.is_valid({**told, "recording": {**told["recording"], "seconds": "none"}})
+    found = re.findall(r'"#/components/schemas/(\w+)"', json.dumps(described))
+    assert set(found) <= set(schemas)

@@ -6,7 +6,7 @@ import zipfile
 from studio.take.importers import import_recording
 from tests.api.camera import wait_until
 from tests.api.test_routes import assert_error
-from tests.engine.retarget.rigs import write_rig
+from tests.engine.animation.retarget.rigs import write_rig
 from tests.poses_factory import t_pose
 from tests.take.test_depth_files import k4a_file
 from tests.take.test_raw_depth import depth_take

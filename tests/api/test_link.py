@@ -2,11 +2,11 @@
 
 import pytest
 from websockets.exceptions import ConnectionClosed
-from websockets.sync.client import connect
 
 from studio import wire
 from tests.api.camera import Camera, send_frames, wait_until
 from tests.live.performer import hello
+from tests.patient import connect
 
 
 @pytest.fixture
@@ -50,13 +50,13 @@ def test_a_second_camera_of_a_living_name_is_refused_and_the_first_goes_on(studi
         answer = second.greet(boot_id="another")
         assert isinstance(answer, wire.Refused) and answer.code == "name_taken"
         send_frames([first], 3)
-        wait_until(lambda: studio.stage.status()["cameras"]["camera_0"]["frames"] == 3, "3 frames came")
+        wait_until(lambda: studio.stage.status().cameras["camera_0"].frames == 3, "3 frames came")
 
 
 def test_a_name_is_free_again_when_its_client_has_left(studio):
     with Camera(studio.url("link"), 0) as first:
         first.greet()
-    wait_until(lambda: studio.stage.status()["cameras"]["camera_0"]["state"] == "gone", "it is gone")
+    wait_until(lambda: studio.stage.status().cameras["camera_0"].state == "gone", "it is gone")
     with Camera(studio.url("link"), 0) as again:
         assert isinstance(again.greet(boot_id="boot-2"), wire.Welcome)
 
@@ -102,11 +102,11 @@ def test_a_camera_that_sends_garbage_is_closed_and_the_others_go_on(studio, mess
         bad.greet()
         bad.send(message)
         told = refusal(bad)
-        wait_until(lambda: studio.stage.status()["cameras"]["camera_1"]["state"] == "gone", "it is gone")
+        wait_until(lambda: studio.stage.status().cameras["camera_1"].state == "gone", "it is gone")
         status = studio.http.get("/status").json()["cameras"]["camera_1"]
         assert status["reason"] == told.reason and status["errors"] == 1
         send_frames([good], 5)
-        wait_until(lambda: studio.stage.status()["cameras"]["camera_0"]["frames"] == 5, "5 frames came")
+        wait_until(lambda: studio.stage.status().cameras["camera_0"].frames == 5, "5 frames came")
 
 
 def test_a_message_that_is_too_large_closes_the_link(studio):
@@ -116,7 +116,7 @@ def test_a_message_that_is_too_large_closes_the_link(studio):
             camera.socket.send(b"\0" * (wire.MAX_MESSAGE_BYTES + 1))
             while True:
                 camera.socket.recv(timeout=60)
-    wait_until(lambda: studio.stage.status()["cameras"]["camera_0"]["errors"] == 1, "the error is counted")
+    wait_until(lambda: studio.stage.status().cameras["camera_0"].errors == 1, "the error is counted")
 
 
 def test_the_clock_of_a_camera_is_found_by_exchange(studio):
@@ -127,7 +127,7 @@ def test_the_clock_of_a_camera_is_found_by_exchange(studio):
             for _ in range(5):
                 camera.exchange_clocks()
         wait_until(
-            lambda: studio.stage.status()["cameras"]["camera_1"]["clock"]["source"] == "exchange",
+            lambda: studio.stage.status().cameras["camera_1"].clock.source == "exchange",
             "it is known",
         )
         clock = studio.http.get("/status").json()["cameras"]["camera_1"]["clock"]
@@ -140,7 +140,7 @@ def test_a_frame_from_the_far_future_is_not_used(studio):
         camera.exchange_clocks()
         message = wire.SkeletonFrame(1, 2**61, b"\0" * 252, b"\0" * 84)
         camera.send(message)
-        wait_until(lambda: studio.stage.status()["cameras"]["camera_0"]["skipped"] == 1, "it is counted")
+        wait_until(lambda: studio.stage.status().cameras["camera_0"].skipped == 1, "it is counted")
         assert "check its clock" in studio.http.get("/status").json()["cameras"]["camera_0"]["reason"]
 
 
@@ -156,7 +156,7 @@ def test_the_same_start_of_a_client_takes_over_from_its_lost_link(studio):
         lost.send_frame()
         assert refusal(lost).code == "replaced"
         again.send_frame()
-        wait_until(lambda: studio.stage.status()["cameras"]["camera_0"]["frames"] == 1, "its frame came")
+        wait_until(lambda: studio.stage.status().cameras["camera_0"].frames == 1, "its frame came")
 
 
 def test_the_operator_chooses_the_reference(studio):
@@ -170,25 +170,23 @@ def test_the_operator_chooses_the_reference(studio):
         assert studio.http.put("/cameras/camera_0/reference").status_code == 409
 
 
-def test_what_a_camera_is_starved_by_is_told(studio):
+def test_what_a_camera_is_limited_by_is_told(studio):
     with Camera(studio.url("link"), 0) as camera:
         camera.greet()
         wait_until(
-            lambda: studio.stage.status()["cameras"]["camera_0"]["starved"] == "no_frames", "no frame yet"
+            lambda: studio.stage.status().cameras["camera_0"].limited_by == "no_frames", "no frame yet"
         )
         camera.exchange_clocks()
         nobody = wire.SkeletonFrame(1, camera.clock_ns(), b"\0\0\xc0\x7f" * 63, b"\0" * 84)
         camera.send(nobody)
-        wait_until(
-            lambda: studio.stage.status()["cameras"]["camera_0"]["starved"] == "no_performer", "nobody"
-        )
+        wait_until(lambda: studio.stage.status().cameras["camera_0"].limited_by == "no_performer", "nobody")
         camera.sequence = 1
         send_frames([camera], 5)
-        wait_until(lambda: studio.stage.status()["cameras"]["camera_0"]["starved"] == "", "it sees someone")
+        wait_until(lambda: studio.stage.status().cameras["camera_0"].limited_by == "", "it sees someone")
         camera.sequence += 20
         send_frames([camera], 5)
         wait_until(
-            lambda: studio.stage.status()["cameras"]["camera_0"]["starved"] == "network", "frames are lost"
+            lambda: studio.stage.status().cameras["camera_0"].limited_by == "network", "frames are lost"
         )
 
 
@@ -205,3 +203,14 @@ def test_frames_of_another_camera_are_not_taken(studio):
         camera.greet()
         camera.send(wire.Kept("t", "old", 5, 9, hello("camera_7", boot_id="old")))
         assert "own name" in refusal(camera).reason
+
+
+def test_a_spool_of_many_earlier_starts_is_known_to_its_first(studio):
+    with Camera(studio.url("link"), 0) as camera:
+        camera.greet()
+        for start in range(40):
+            old = f"boot-old-{start}"
+            camera.send(wire.Kept("nowhere", old, 5, 9, hello("camera_0", boot_id=old)))
+            assert not camera.receive_kind(wire.Ack).known
+        camera.send(wire.Kept("nowhere", "boot-old-0", 5, 9))
+        assert camera.receive_kind(wire.Ack).boot_id == "boot-old-0"

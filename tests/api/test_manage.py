@@ -2,8 +2,8 @@
 
 import pytest
 
-from studio.engine.poses import Poses
-from studio.take.take import Take
+from studio.engine.model.poses import Poses
+from studio.take.folder.take import Take
 from tests.api.test_routes import assert_error, finished_job
 
 
@@ -120,3 +120,38 @@ def test_a_take_is_calibrated_again_or_borrows(recorded):
     job = finished_job(recorded, answer.json())
     assert job["state"] == "failed"
     assert "camera_9" in job["message"]
+
+
+def test_takes_are_searched_and_paged(recorded):
+    changed = recorded.http.patch(
+        "/takes/tests/one",
+        json={"tags": [" best ", "Best", "stage  fight"], "performer": "Élodie", "rating": 4},
+    )
+    assert changed.json()["tags"] == ["best", "stage fight"]
+    line = recorded.http.get("/takes").json()[0]
+    for search in ("elodie", 'tag:"stage fight"', "-tag:other rating:>3", "session:tests is:solved"):
+        answer = recorded.http.get("/takes", params={"search": search, "limit": 5})
+        assert (answer.json(), answer.headers["x-total-count"]) == ([line], "1"), search
+    nothing = recorded.http.get("/takes", params={"search": "tag:fight"})
+    assert (nothing.json(), nothing.headers["x-total-count"]) == ([], "0")
+    counted = recorded.http.get("/takes", params={"limit": 0})
+    assert (counted.json(), counted.headers["x-total-count"]) == ([], "1")
+    assert recorded.http.get("/takes", params={"id": ["tests/one", "tests/none"]}).json() == [line]
+    for search in ("colour:red", "length:long"):
+        assert_error(recorded.http.get("/takes", params={"search": search}), 422, "settings", "allowed")
+    assert_error(recorded.http.patch("/takes/tests/one", json={"tags": ["a,b"]}), 409, "take", "allowed")
+    following = recorded.http.get("/takes/next").json()
+    assert following["name"] == "take_001"
+
+
+def test_markers_are_kept_with_the_take(recorded):
+    markers = [{"time_s": 1.5, "name": "kick"}, {"time_s": 0.25, "name": " begin "}]
+    recorded.http.patch("/takes/tests/one", json={"markers": markers}).raise_for_status()
+    kept = recorded.http.get("/takes/tests/one").json()["meta"]["markers"]
+    assert kept == [{"time_s": 0.25, "name": "begin"}, {"time_s": 1.5, "name": "kick"}]
+    recorded.http.patch("/takes/tests/one", json={"notes": "other"}).raise_for_status()
+    assert recorded.http.get("/takes/tests/one").json()["meta"]["markers"] == kept
+    nameless = recorded.http.patch("/takes/tests/one", json={"markers": [{"time_s": 0, "name": " "}]})
+    assert_error(nameless, 409, "take", "allowed: a name of up to 60 characters")
+    recorded.http.patch("/takes/tests/one", json={"markers": []}).raise_for_status()
+    assert recorded.http.get("/takes/tests/one").json()["meta"]["markers"] == []

@@ -1,9 +1,18 @@
 """The edit list of a solve over the API, and evaluation with the size aligned."""
 
+import numpy as np
 import pytest
 
-from studio.engine.poses import Poses
+from studio.engine.metrics.reference.canonical import canonical_positions
+from studio.engine.model.joints import CANONICAL
+from studio.engine.model.poses import Poses
+from studio.engine.model.settings import preset
+from studio.take.folder.solves import write_solve
+from studio.take.folder.take import Take
 from tests.api.test_routes import assert_error
+from tests.poses_factory import random_poses
+
+CSV_HEADER = ",".join(["time_s", *(f"{joint}_{axis}" for joint in CANONICAL for axis in "xyz")]) + "\n"
 
 
 def reference_of(recorded):
@@ -29,6 +38,30 @@ def test_the_edit_list_of_a_solve(recorded):
     assert_error(recorded.http.get("/takes/tests/one/solves/none/cleanup"), 404, "not_found")
     missing = recorded.http.get("/takes/tests/one/solves/live/cleanup", params={"reference": "x.csv"})
     assert_error(missing, 404, "not_found", "send it first")
+
+
+def test_the_edit_list_is_against_the_reference_as_it_is_kept(recorded):
+    """A reference with a clock of its own is aligned in time too, as the figures and the report have it."""
+    http, where = recorded.http, "/takes/tests/two"
+    poses = random_poses(np.random.default_rng(3), seconds=12.0)
+    take = Take.create(recorded.sessions / "tests/two", session="tests", name="two", source="import")
+    take.meta["recording"] = "done"
+    take.save_meta()
+    write_solve(take, "studio", settings=preset("studio"), poses=poses, metrics={}, trace=None)
+    reference = CSV_HEADER + "".join(
+        ",".join(f"{value:.6f}" for value in (time_s + 0.3, *np.ravel(joints))) + "\n"
+        for time_s, joints in zip(poses.time_s, canonical_positions(poses), strict=True)
+    )
+    http.put(f"{where}/references/truth.csv", content=reference).raise_for_status()
+    wanted = {"solve": "studio", "align_time": True}
+    http.post(f"{where}/references/truth.csv/align", json=wanted).raise_for_status()
+    against = {"reference": "truth.csv"}
+    found = http.get(f"{where}/solves/studio/cleanup", params=against).json()
+    figures = http.get(f"{where}/solves/studio/figures", params=against).json()
+    assert figures["reference"]["time_offset_ms"] == pytest.approx(300, abs=1)
+    assert found == {key: figures["reference"][key] for key in found}
+    alone = http.get(f"{where}/solves/studio/cleanup").json()
+    assert alone == {key: figures["own"][key] for key in alone} != found
 
 
 def test_a_similarity_is_told(recorded):

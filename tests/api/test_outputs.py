@@ -6,10 +6,10 @@ import socket
 import httpx
 import pytest
 from websockets.exceptions import InvalidStatus
-from websockets.sync.client import connect
 
 from tests.api.camera import Camera, send_frames, wait_until
 from tests.live.performer import save_stage_calibration
+from tests.patient import connect
 
 
 @pytest.fixture

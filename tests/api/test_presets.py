@@ -5,8 +5,8 @@ from pathlib import Path
 
 import pytest
 
-from studio.engine.errors import SettingsError
-from studio.take.presets import FILE, Presets
+from studio.engine.base.errors import SettingsError
+from studio.take.library.presets import FILE, Presets
 from tests.api.conftest import Studio
 
 

@@ -27,7 +27,7 @@ def test_the_newest_preview_is_served_as_a_picture(studio):
         assert missing.status_code == 404 and "depth" in missing.json()["error"]["message"]
         for value in (4000, 1000):
             camera.send(wire.preview_image(camera.clock_ns(), depth(value)))
-        wait_until(lambda: studio.stage.status()["cameras"]["camera_0"]["previews"] == 2, "both came")
+        wait_until(lambda: studio.stage.status().cameras["camera_0"].previews == 2, "both came")
         answer = studio.http.get(route)
     assert answer.status_code == 200 and answer.headers["content-type"] == "image/png"
     picture = np.asarray(Image.open(io.BytesIO(answer.content)))

@@ -5,12 +5,13 @@ import json
 import numpy as np
 import pytest
 
-from studio.engine.errors import TakeError
-from studio.engine.poses import Poses
-from studio.engine.settings import preset
-from studio.replay import solve_take
-from studio.take.raw import RawEvent, RawFrame, camera_frames, inspect_raw, read_raw
-from studio.take.take import Take
+from studio.engine.base.errors import TakeError
+from studio.engine.model.poses import Poses
+from studio.engine.model.settings import preset
+from studio.offline.replay import solve_take
+from studio.take.folder.take import Take
+from studio.take.raw.frames import RawEvent, RawFrame, camera_frames, inspect_raw, read_raw
+from studio.take.raw.live_log import SettingsEvent, SkippedEvent, StartEvent
 from tests.api.camera import Camera, send_frames, wait_until
 from tests.live.performer import save_stage_calibration
 
@@ -88,7 +89,7 @@ def test_a_damaged_live_log_is_not_equal(studio, cameras):
     take, _ = record(studio, cameras, nothing)
     skip = next(r.message.sequence for r in read_raw(take.raw_path) if isinstance(r, RawFrame)) + 10
 
-    import studio.replay as replay
+    import studio.offline.replay as replay
 
     whole = replay.read_raw
     try:
@@ -117,8 +118,8 @@ def test_settings_changed_while_recording_are_replayed(studio, cameras):
     )
     solve_take(take, preset("studio"), name="again", as_live=True)
     assert_equal_bits(take, "again")
-    kinds = [record.event["type"] for record in read_raw(take.raw_path) if isinstance(record, RawEvent)]
-    assert kinds.count("settings") == 3 and kinds[0] == "start"
+    kinds = [type(record.event) for record in read_raw(take.raw_path) if isinstance(record, RawEvent)]
+    assert kinds.count(SettingsEvent) == 3 and kinds[0] == StartEvent
 
 
 def test_frames_skipped_live_are_recorded_and_replayed(studio, cameras):
@@ -130,9 +131,11 @@ def test_frames_skipped_live_are_recorded_and_replayed(studio, cameras):
                 camera.send_frame()
 
     take, summary = record(studio, cameras, nothing, burst)
-    skipped = [r for r in read_raw(take.raw_path) if isinstance(r, RawEvent) and r.event["type"] == "skipped"]
-    status = studio.stage.status()["cameras"]
-    assert len(skipped) == sum(status[name]["skipped"] for name in CAMERAS)
+    skipped = [
+        r for r in read_raw(take.raw_path) if isinstance(r, RawEvent) and isinstance(r.event, SkippedEvent)
+    ]
+    status = studio.stage.status().cameras
+    assert len(skipped) == sum(status[name].skipped for name in CAMERAS)
     sent = sum(camera.sequence for camera in cameras)
     assert summary["frames"] == sum(inspect_raw(take.raw_path).frames.values()) == sent
     solve_take(take, preset("studio"), name="again", as_live=True)
@@ -142,7 +145,7 @@ def test_frames_skipped_live_are_recorded_and_replayed(studio, cameras):
 def test_a_camera_that_vanishes_and_one_that_comes(studio, cameras):
     def vanish():
         cameras.pop().socket.close()
-        wait_until(lambda: studio.stage.status()["cameras"]["camera_1"]["state"] == "gone", "it is gone")
+        wait_until(lambda: studio.stage.status().cameras["camera_1"].state == "gone", "it is gone")
 
     def come():
         camera = Camera(studio.url("link"), 1)
@@ -185,7 +188,7 @@ def test_a_recording_without_a_calibration_keeps_the_raw_frames(start_studio, tm
         camera.greet()
         studio.http.post("/record/start", json={"session": "tests", "take": "bare"}).raise_for_status()
         send_frames([camera], 5)
-        wait_until(lambda: studio.stage.status()["recording"]["frames"] == 5, "5 frames came")
+        wait_until(lambda: studio.stage.status().recording.frames == 5, "5 frames came")
         summary = studio.http.post("/record/stop").json()
     assert (summary["frames"], summary["poses"]) == (5, 0)
     take = Take.open(studio.sessions / "tests" / "bare")
@@ -221,7 +224,7 @@ def test_clients_are_told_of_the_recording(studio, cameras):
 def test_a_server_that_ends_finishes_the_recording(studio, cameras):
     studio.http.post("/record/start", json={"session": "tests", "take": "last"}).raise_for_status()
     send_frames(cameras, 20)
-    wait_until(lambda: studio.stage.status()["recording"]["frames"] == 40, "the frames came")
+    wait_until(lambda: studio.stage.status().recording.frames == 40, "the frames came")
     studio.stage.close()
     take = Take.open(studio.sessions / "tests" / "last")
     assert take.meta["recording"] == "done" and inspect_raw(take.raw_path).complete

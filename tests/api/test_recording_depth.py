@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from studio import wire
-from studio.take.raw_depth import DepthRecording
+from studio.take.raw.depth import DepthRecording
 from tests.api.camera import Camera, send_frames, wait_until
 from tests.api.test_recording import CAMERAS, record
 from tests.live.performer import save_stage_calibration

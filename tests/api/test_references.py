@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from studio.take.take import Take
+from studio.take.folder.take import Take
 from tests.api.camera import wait_until
 from tests.api.test_measure import reference_of
 from tests.api.test_routes import assert_error

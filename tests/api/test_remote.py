@@ -2,9 +2,8 @@
 
 import base64
 
-import httpx
-
 from studio.api.access.tokens import INVITATION_S
+from tests import patient
 
 
 def test_without_tokens_the_address_is_this_machine_s(studio):
@@ -28,7 +27,7 @@ def sign_in(studio, token: str) -> int:
 def test_an_invitation_signs_in_once(open_studio, access):
     token = invited(open_studio, access)
     root = f"http://127.0.0.1:{open_studio.port}"
-    with httpx.Client(base_url=root) as phone:
+    with patient.Client(base_url=root) as phone:
         assert phone.post("/api/v1/access/signin", json={"token": token}).status_code == 204
         assert phone.get("/api/v1/status").status_code == 200
         assert phone.get("/api/v1/access").json()["role"] == "operator"

@@ -1,8 +1,8 @@
 """Rigs over the API: sent, mapped, exported onto."""
 
-from studio.engine.animation.gltf_file import GltfFile
+from studio.engine.animation.read.gltf_file import GltfFile
 from tests.api.test_routes import assert_error
-from tests.engine.retarget.rigs import write_rig
+from tests.engine.animation.retarget.rigs import write_rig
 from tests.poses_factory import t_pose
 
 

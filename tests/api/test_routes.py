@@ -3,13 +3,16 @@
 import json
 
 import httpx
+import msgspec
 import pytest
-from websockets.sync.client import connect
 
-from studio.engine.settings import EXPLANATIONS, PRESETS
-from studio.take.take import Take
+from studio.api.stage.events import StatusEvent
+from studio.api.structs import encode
+from studio.engine.model.settings import PRESETS, SWITCHES
+from studio.take.folder.take import Take
 from tests.api.camera import Camera, send_frames, wait_until
 from tests.live.performer import calibration
+from tests.patient import connect
 
 
 def assert_error(answer: httpx.Response, status: int, code: str, *words: str) -> None:
@@ -37,7 +40,7 @@ def test_status_of_an_empty_stage(studio):
 def test_the_switch_catalogue_has_every_switch_and_preset(studio):
     catalogue = studio.http.get("/switches").json()
     keys = [item["key"] for item in catalogue["switches"]]
-    assert set(EXPLANATIONS) - set(keys) == {"effectors", "displacement_limits_m_s"}
+    assert set(SWITCHES) - set(keys) == {"effectors", "displacement_limits_m_s"}
     assert list(catalogue["presets"]) == list(PRESETS)
     by_key = {item["key"]: item for item in catalogue["switches"]}
     assert "points" in by_key["tracker"]["values"] and by_key["flexibility"]["high"] == 2.0
@@ -113,7 +116,7 @@ def test_a_refused_calibration_keeps_the_last_one(recorded):
 
         def ended():
             send_frames([first, second], 1)
-            return recorded.stage.status()["calibration"]["attempt"]["state"] == "failed"
+            return recorded.stage.status().calibration.attempt.state == "failed"
 
         wait_until(ended, "the calibration was refused")
     now = recorded.http.get("/calibration").json()
@@ -213,6 +216,8 @@ def test_events_push_the_status(studio):
         while "camera_0" not in (message := json.loads(events.recv(timeout=60)))["status"]["cameras"]:
             pass
     assert message["type"] == "status" and message["jobs"] == []
+    assert list(message) == ["type", "status", "jobs", "local_cameras", "thumbnails", "takes"]
+    assert json.loads(encode(msgspec.convert(message, StatusEvent))) == message
 
 
 def test_every_route_is_described(studio):

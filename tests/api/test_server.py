@@ -9,13 +9,13 @@ import sys
 import textwrap
 import threading
 
-import httpx
 import pytest
 from fastapi import FastAPI
 
-from studio.api.server import make_server, open_socket
-from studio.take.raw import inspect_raw
-from studio.take.take import Take
+from studio.server.run import make_server, open_socket
+from studio.take.folder.take import Take
+from studio.take.raw.frames import inspect_raw
+from tests import patient
 from tests.api.camera import Camera, send_frames, wait_until
 
 COMMAND = [sys.executable, "-m", "studio", "serve"]
@@ -38,7 +38,7 @@ def serving(tmp_path):
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
 def test_the_end_finishes_the_recording(serving, tmp_path, number):
     process, url = serving
-    http = httpx.Client(base_url=f"{url}/api/v1", timeout=60.0)
+    http = patient.Client(base_url=f"{url}/api/v1", timeout=60.0)
     with http, Camera(url.replace("http", "ws") + "/api/v1/link", 0) as camera:
         camera.greet()
         http.post("/record/start", json={"session": "s", "take": "t"}).raise_for_status()
@@ -54,7 +54,7 @@ def test_the_end_finishes_the_recording(serving, tmp_path, number):
 
 def test_what_a_killed_server_recorded_can_be_read(serving, tmp_path):
     process, url = serving
-    http = httpx.Client(base_url=f"{url}/api/v1", timeout=60.0)
+    http = patient.Client(base_url=f"{url}/api/v1", timeout=60.0)
     with http, Camera(url.replace("http", "ws") + "/api/v1/link", 0) as camera:
         camera.greet()
         http.post("/record/start", json={"session": "s", "take": "t"}).raise_for_status()
@@ -69,8 +69,8 @@ def test_what_a_killed_server_recorded_can_be_read(serving, tmp_path):
 
 def test_a_page_that_pretends_to_be_on_this_machine_is_refused(serving):
     _, url = serving
-    assert httpx.get(f"{url}/api/v1/status", timeout=60.0).status_code == 200
-    answer = httpx.get(f"{url}/api/v1/status", headers={"host": "rebound.example"}, timeout=60.0)
+    assert patient.get(f"{url}/api/v1/status", timeout=60.0).status_code == 200
+    answer = patient.get(f"{url}/api/v1/status", headers={"host": "rebound.example"}, timeout=60.0)
     assert answer.status_code == 400
 
 
@@ -115,7 +115,7 @@ def test_leaving_does_not_take_the_interpreter_down_first():
     """A thread may be compiling: what runs at the interpreter's own end here stands for what that crashes."""
     code = """
         import atexit, multiprocessing, os, sys, time
-        from studio.api.server import leave
+        from studio.server.run import leave
         if __name__ == "__main__":
             atexit.register(os.abort)
             child = multiprocessing.get_context("spawn").Process(target=time.sleep, args=(600,), daemon=True)

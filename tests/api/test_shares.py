@@ -1,9 +1,9 @@
 """Share links over real HTTP: made, listed, opened without signing in, taken back; nothing else opens with them."""
 
-import httpx
 import pytest
 
 from studio.api.access import Access
+from tests import patient
 from tests.web.playback.takes import take_with_solves
 
 
@@ -20,7 +20,7 @@ def test_a_solve_is_shared_and_taken_back(studio, take) -> None:
     again = studio.http.post("/takes/monday/one/solves/studio/share", json={"title": "A <walk>"})
     assert again.json() == share
     root = f"http://127.0.0.1:{studio.port}"
-    page = httpx.get(root + share["path"])
+    page = patient.get(root + share["path"])
     assert page.status_code == 200 and "A &lt;walk&gt;" in page.text
     rules = page.headers["content-security-policy"]
     assert "sandbox allow-scripts;" in rules and "default-src 'none'" in rules
@@ -31,11 +31,11 @@ def test_a_solve_is_shared_and_taken_back(studio, take) -> None:
     assert file.content == page.content and len(page.content) == share["size_bytes"]
     assert studio.http.get(f"/shares/{share['id']}/qr").headers["content-type"] == "image/svg+xml"
     assert studio.http.delete(f"/shares/{share['id']}").status_code == 200
-    assert httpx.get(root + share["path"]).status_code == 404
+    assert patient.get(root + share["path"]).status_code == 404
     assert studio.http.post(f"/shares/{share['id']}/restore").json() == share
-    assert httpx.get(root + share["path"]).status_code == 200
+    assert patient.get(root + share["path"]).status_code == 200
     studio.http.delete(f"/shares/{share['id']}").raise_for_status()
-    gone = httpx.get(root + share["path"])
+    gone = patient.get(root + share["path"])
     assert (
         gone.status_code == 404
         and "leads to no replay" in gone.text
@@ -67,9 +67,9 @@ def test_nobody_signs_in_for_a_replay_and_it_opens_nothing_else(start_studio, tm
     assert studio.http.post("/takes/monday/one/solves/studio/share").status_code == 401
     share = studio.http.post("/takes/monday/one/solves/studio/share", headers=signed_in).json()
     root = f"http://127.0.0.1:{studio.port}"
-    assert httpx.get(root + share["path"]).status_code == 200
-    assert httpx.get(root + "/share/guess").status_code == 404
+    assert patient.get(root + share["path"]).status_code == 200
+    assert patient.get(root + "/share/guess").status_code == 404
     assert studio.http.get("/shares").status_code == 401
     assert studio.http.get(f"/shares/{share['id']}/file").status_code == 401
     assert studio.http.delete(f"/shares/{share['id']}").status_code == 401
-    assert httpx.get(f"{root}/share/../api/v1/takes").status_code == 401
+    assert patient.get(f"{root}/share/../api/v1/takes").status_code == 401

@@ -6,8 +6,7 @@ from pathlib import Path
 
 from PIL import Image
 
-from studio.api.work import thumbnails_work
-from studio.render.thumbnail import render_thumbnail
+from studio.review.render.thumbnail import render_thumbnail, render_thumbnails
 from tests.api.camera import wait_until
 from tests.api.conftest import Studio
 from tests.web.playback.takes import take_with_solves
@@ -38,6 +37,6 @@ def test_a_take_that_is_renamed_while_it_is_drawn_leaves_no_folder(tmp_path: Pat
         render_thumbnail(poses, path)
         take.path.rename(tmp_path / "monday" / "best")
 
-    monkeypatch.setattr("studio.render.thumbnail.render_thumbnail", draw)
-    assert thumbnails_work([(take.solve_folder("studio") / "poses.npz", picture)]) == []
+    monkeypatch.setattr("studio.review.render.thumbnail.render_thumbnail", draw)
+    assert render_thumbnails([(take.solve_folder("studio") / "poses.npz", picture)]) == []
     assert not take.path.exists()

@@ -13,7 +13,8 @@ from sklearn.linear_model import LogisticRegression
 from sklearn.model_selection import cross_val_score
 
 from studio.api.access import Access
-from studio.take.take import Take
+from studio.take.folder.take import Take
+from tests import patient
 from tests.api.camera import wait_until
 from tests.live.performer import calibration
 from tests.web.playback.takes import take_with_solves
@@ -53,7 +54,7 @@ class Browser:
     def __init__(self, port: int, token: str, seed: int) -> None:
         self.root = f"http://127.0.0.1:{port}/api/v1/vote/{token}"
         self.random = random.Random(seed)
-        self.http = httpx.Client(timeout=120.0)
+        self.http = patient.Client(timeout=120.0)
         self.voter = ""
 
     def ask(self, method: str, path: str, **options: object) -> httpx.Response:
@@ -64,7 +65,7 @@ class Browser:
                 )
             except httpx.HTTPError:
                 self.http.close()
-                self.http = httpx.Client(timeout=120.0)
+                self.http = patient.Client(timeout=120.0)
         return self.http.request(method, self.root + path, headers={"X-Voter": self.voter}, **options)
 
     def vote_on_all(self) -> None:

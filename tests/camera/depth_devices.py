@@ -5,20 +5,20 @@ from collections.abc import AsyncIterator
 
 import numpy as np
 
-from studio.camera.depth_source import DepthShot
-from studio.engine.depth import DepthCamera
-from studio.engine.errors import StudioError
-from studio.engine.frames import HandSeen
-from studio.engine.joints import JOINT_COUNT
-from studio.engine.observation import Observation
+from studio.camera.sources.depth_source import DepthShot, DepthSource
+from studio.engine.base.errors import StudioError
+from studio.engine.model.depth import DepthCamera
+from studio.engine.model.frames import HandSeen
+from studio.engine.model.joints import JOINT_COUNT
+from studio.engine.model.observation import Observation
 
 CAMERA = DepthCamera(60.0, 60.0, 31.5, 23.5, 64, 48)
 
 
-class Device:
+class Device(DepthSource):
     """Gives `count` images, numbered by their depth, and then ends, fails or falls silent."""
 
-    name, device, frames_per_second, realtime = "camera", "software camera", 30.0, True
+    name, device = "camera", "software camera"
 
     def __init__(
         self, count: int, end: str = "end", camera: DepthCamera = CAMERA, *, realtime: bool = True

@@ -8,12 +8,13 @@ import numpy as np
 import pytest
 
 from studio import wire
-from studio.camera import tracked
-from studio.camera.depth_source import DeviceClock, DeviceLostError, SteadySource
-from studio.camera.link import Link
-from studio.camera.preview import PreviewPage, health, png_picture, text_picture
-from studio.camera.tracked import ObserverProcess, TrackedSource
-from studio.engine.errors import SettingsError, StudioError
+from studio.camera.client.link import Link
+from studio.camera.client.preview import PreviewPage, health, png_picture, text_picture
+from studio.camera.sources import tracked
+from studio.camera.sources.depth_source import DeviceLostError
+from studio.camera.sources.steady import DeviceClock, Patience, steady
+from studio.camera.sources.tracked import ObserverProcess, TrackedSource
+from studio.engine.base.errors import SettingsError, StudioError
 from tests.camera.depth_devices import CAMERA, BrokenObserver, Device, FixedObserver
 from tests.camera.link_server import LinkServer, link_server, running
 
@@ -39,7 +40,7 @@ def test_a_lost_device_is_opened_again(end: str, said: str, caplog: pytest.LogCa
             raise DeviceLostError("nothing is plugged in")
         return Device(3, end)
 
-    source = SteadySource(open_device, silent_s=0.1, first_pause_s=0.01)
+    source = steady(open_device, Patience(silent_s=0.1, first_pause_s=0.01))
     with caplog.at_level(logging.WARNING):
         shots = asyncio.run(take(source, 6))
     assert [int(depth[0, 0]) for _, depth in shots] == [1000, 1001, 1002] * 2
@@ -56,7 +57,7 @@ def test_a_device_that_comes_back_as_another_is_not_taken() -> None:
         other = CAMERA if len(openings) == 1 else type(CAMERA)(61.0, 60.0, 31.5, 23.5, 64, 48)
         return Device(1, camera=other)
 
-    source = SteadySource(open_device, first_pause_s=0.01)
+    source = steady(open_device, Patience(first_pause_s=0.01))
 
     async def run() -> None:
         with pytest.raises(TimeoutError):
@@ -71,7 +72,7 @@ def test_a_device_that_is_not_there_at_the_start_is_an_error() -> None:
         raise DeviceLostError("no camera is plugged in")
 
     with pytest.raises(DeviceLostError, match="plugged in"):
-        SteadySource(open_device)
+        steady(open_device)
 
 
 def test_the_device_clock_counts_the_shortest_delay() -> None:

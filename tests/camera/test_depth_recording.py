@@ -6,11 +6,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from studio.camera.depth_recording import DepthRecordingSource
-from studio.camera.recording_source import open_recording
-from studio.camera.sources import open_source
-from studio.camera.tracked import TrackedSource
-from studio.engine.errors import FormatError
+from studio.camera.sources.depth_recording import DepthRecordingSource
+from studio.camera.sources.recording import RecordingConfig
+from studio.camera.sources.registry import open_source
+from studio.camera.sources.tracked import TrackedSource
+from studio.engine.base.errors import FormatError
 from studio.take.importers import import_recording
 from tests.take.test_depth_files import k4a_file
 from tests.take.test_raw_depth import image, png_camera
@@ -40,7 +40,7 @@ def test_every_kind_plays_once_with_its_times(folder: Path, tmp_path: Path, kind
     elif kind != "folder":
         import_recording(folder, path)
     path = path / "raw.mcap" if kind == "raw" else path
-    source = open_recording(f"{path}?speed=max" if kind == "mkv" else f"{path}#camera_1?speed=max")
+    source = RecordingConfig(path, "" if kind == "mkv" else "camera_1", "max").open()
     assert isinstance(source, DepthRecordingSource) and not source.realtime
     shots = asyncio.run(first(source, 100))
     assert len(shots) == (3 if kind == "mkv" else 12)
@@ -55,7 +55,7 @@ def test_every_kind_plays_once_with_its_times(folder: Path, tmp_path: Path, kind
 
 def test_clients_of_one_recording_play_the_same_moment(folder: Path) -> None:
     async def both() -> list:
-        sources = [open_recording(f"{folder}#camera_{k}") for k in (0, 1)]
+        sources = [RecordingConfig(folder, f"camera_{k}").open() for k in (0, 1)]
         return await asyncio.gather(*(first(source, 8) for source in sources))
 
     one, other = asyncio.run(both())
@@ -73,4 +73,4 @@ def test_a_recording_without_an_image_is_an_error(folder: Path) -> None:
     for file in (folder / "camera_1" / "depth").iterdir():
         file.write_bytes(b"")
     with pytest.raises(FormatError, match="no depth image of camera_1"):
-        open_recording(f"{folder}#camera_1")
+        RecordingConfig(folder, "camera_1").open()

@@ -12,12 +12,13 @@ from types import ModuleType, SimpleNamespace
 import numpy as np
 import pytest
 
-from studio.camera.depth_source import DeviceLostError
 from studio.camera.devices import azure_kinect, kinect_v2, openni, orbbec, webcam
-from studio.camera.devices.realsense import RealSenseSource, open_realsense
-from studio.engine.depth import DepthCamera
-from studio.engine.errors import NotAvailableError, SettingsError
-from studio.engine.joints import JOINT_SETS
+from studio.camera.devices.realsense import RealSenseConfig, RealSenseSource
+from studio.camera.sources.depth_source import DepthSource, DeviceLostError
+from studio.camera.sources.source import Source
+from studio.engine.base.errors import NotAvailableError, SettingsError
+from studio.engine.model.depth import DepthCamera
+from studio.engine.model.joints import JOINT_SETS
 from studio.take.importers.k4a import calibration_json
 
 RAMP = np.arange(20 * 30, dtype=np.uint16).reshape(20, 30) + 1000
@@ -34,7 +35,7 @@ async def first(source, count: int) -> list:
 
 def check_depth(source, shots: list) -> None:
     """What every source of depth keeps."""
-    assert source.name and source.device and source.realtime
+    assert isinstance(source, DepthSource) and source.name and source.device and source.realtime
     assert 5 <= source.frames_per_second <= 90
     assert isinstance(source.camera, DepthCamera) and source.camera.fx > 1
     times = [time_ns for time_ns, _ in shots]
@@ -57,7 +58,7 @@ def sdk(monkeypatch: pytest.MonkeyPatch, name: str, **content: object) -> Module
 def test_realsense_with_the_software_device_of_its_sdk() -> None:
     rs = pytest.importorskip("pyrealsense2")
     with pytest.raises(DeviceLostError, match="no RealSense"):
-        open_realsense("")
+        RealSenseConfig().open()
     device = rs.software_device()
     sensor = device.add_sensor("Stereo Module")
     lens = rs.intrinsics()
@@ -143,8 +144,8 @@ def test_orbbec(monkeypatch: pytest.MonkeyPatch) -> None:
         OBFormat=SimpleNamespace(Y16="y16", Z16="z16"),
     )
     with pytest.raises(DeviceLostError, match="camera 8 is plugged in; there are: 7"):
-        orbbec.open_orbbec("8")
-    source = orbbec.open_orbbec("7")
+        orbbec.OrbbecConfig("8").open()
+    source = orbbec.OrbbecConfig("7").open()
     shots = asyncio.run(first(source, 3))
     check_depth(source, shots)
     np.testing.assert_array_equal(shots[0][1], RAMP // 2 * 2)
@@ -184,13 +185,13 @@ def test_openni(monkeypatch: pytest.MonkeyPatch) -> None:
         OpenNIError=RuntimeError,
         wait_for_any_stream=lambda streams, timeout: streams[0],
     )
-    source = openni.open_openni("")
+    source = openni.OpenNIConfig().open()
     shots = asyncio.run(first(source, 2))
     check_depth(source, shots)
     np.testing.assert_array_equal(shots[1][1], RAMP)
     assert source.camera.fx == pytest.approx(15 / np.tan(0.5))
     with pytest.raises(DeviceLostError, match="number 1 is plugged in; there are 1"):
-        openni.open_openni("1")
+        openni.OpenNIConfig(1).open()
 
 
 def test_azure_kinect(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -217,10 +218,12 @@ def test_azure_kinect(monkeypatch: pytest.MonkeyPatch) -> None:
         start_device=lambda device_index, config: device,
         start_body_tracker=lambda: SimpleNamespace(update=lambda: bodies),
     )
-    source = azure_kinect.open_azure_kinect("0")
+    source = azure_kinect.AzureKinectConfig().open()
     check_depth(source, asyncio.run(first(source, 2)))
     assert source.camera.cx == pytest.approx(160.0)
-    (frame,) = asyncio.run(first(azure_kinect.open_azure_kinect("?bodies"), 1))
+    source = azure_kinect.AzureKinectConfig(bodies=True).open()
+    (frame,) = asyncio.run(first(source, 1))
+    assert isinstance(source, Source) and source.joint_set == "azure-kinect"
     np.testing.assert_allclose(frame.positions[3], [0.1, -0.2, 2.0])
     assert frame.positions.shape == (len(JOINT_SETS["azure-kinect"]), 3) and frame.confidence[0] == 0.9
 
@@ -243,15 +246,17 @@ def test_kinect_v2(monkeypatch: pytest.MonkeyPatch) -> None:
     )
     sdk(monkeypatch, "pykinect2.PyKinectV2", FrameSourceTypes_Body=1, FrameSourceTypes_Depth=2)
     sdk(monkeypatch, "pykinect2.PyKinectRuntime", PyKinectRuntime=lambda kind: runtime)
-    source = kinect_v2.open_kinect_v2("")
+    source = kinect_v2.KinectV2Config().open()
     shots = asyncio.run(first(source, 2))
     check_depth(source, shots)
     assert shots[0][1][0, 0] == 500 + 511 and source.camera.cx == 511 - 250
-    (frame,) = asyncio.run(first(kinect_v2.open_kinect_v2("?bodies"), 1))
+    source = kinect_v2.KinectV2Config(bodies=True).open()
+    (frame,) = asyncio.run(first(source, 1))
+    assert isinstance(source, Source) and source.joint_set == "kinect-v2"
     np.testing.assert_allclose(frame.positions[0], [-0.5, -1.0, 2.0])
     assert frame.confidence[0] == 0.4
     with pytest.raises(SettingsError, match="one Kinect v2"):
-        kinect_v2.open_kinect_v2("1")
+        kinect_v2.KinectV2Config.parse("1")
 
 
 def test_a_body_before_a_webcam_is_placed_by_its_size() -> None:
@@ -267,22 +272,20 @@ def test_a_body_before_a_webcam_is_placed_by_its_size() -> None:
 
 
 @pytest.mark.parametrize(
-    ("module", "opener", "argument"),
+    ("module", "config"),
     [
-        ("pyrealsense2", open_realsense, ""),
-        ("pyorbbecsdk", orbbec.open_orbbec, ""),
-        ("primesense.openni2", openni.open_openni, ""),
-        ("pykinect_azure", azure_kinect.open_azure_kinect, "0?bodies"),
-        ("pykinect2.PyKinectV2", kinect_v2.open_kinect_v2, ""),
-        ("mediapipe", webcam.open_webcam, __file__),
+        ("pyrealsense2", RealSenseConfig()),
+        ("pyorbbecsdk", orbbec.OrbbecConfig()),
+        ("primesense.openni2", openni.OpenNIConfig()),
+        ("pykinect_azure", azure_kinect.AzureKinectConfig(bodies=True)),
+        ("pykinect2.PyKinectV2", kinect_v2.KinectV2Config()),
+        ("mediapipe", webcam.WebcamConfig(__file__)),
     ],
 )
-def test_a_library_that_is_not_installed_is_told(monkeypatch, module, opener, argument) -> None:
+def test_a_library_that_is_not_installed_is_told(monkeypatch, module, config) -> None:
     monkeypatch.setitem(sys.modules, module, None)
     with pytest.raises(NotAvailableError, match=r"source .* needs .*install"):
-        opener(argument)
-    with pytest.raises((SettingsError, NotAvailableError, DeviceLostError)):
-        opener("?nothing" if module != "mediapipe" else "/no/model.task")
+        config.open()
 
 
 def test_a_library_of_the_system_that_is_missing_is_told(monkeypatch, tmp_path) -> None:
@@ -292,4 +295,4 @@ def test_a_library_of_the_system_that_is_missing_is_told(monkeypatch, tmp_path) 
     monkeypatch.syspath_prepend(tmp_path)
     monkeypatch.delitem(sys.modules, "pyrealsense2", raising=False)
     with pytest.raises(NotAvailableError, match=r"does not load \(libusb.*install the system's library"):
-        open_realsense("")
+        RealSenseConfig().open()

@@ -3,26 +3,25 @@ import os
 import signal
 import sys
 import time
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from studio import wire
-from studio.camera.frame_queue import FrameQueue
-from studio.camera.link import QUEUE_FRAMES, Link, RefusedError, link_url
-from studio.camera.machine import machine_id
-from studio.camera.simulator.live import SimulatedSource
-from studio.camera.sources import SourceFrame
-from studio.engine.errors import SettingsError, StudioError
-from studio.engine.joints import JOINT_COUNT
+from studio.camera.client.frame_queue import FrameQueue
+from studio.camera.client.link import QUEUE_FRAMES, Link, RefusedError, link_url
+from studio.camera.client.machine import machine_id
+from studio.camera.sources.simulated import SimulatedSource
+from studio.camera.sources.source import Source, SourceFrame
+from studio.engine.base.errors import SettingsError, StudioError
+from studio.engine.model.joints import JOINT_COUNT
 from tests.camera.link_server import link_server, running
 
 
-class Counting:
+class Counting(Source):
     """A source that counts in its frames' times; `count` None = for ever, at `period_s`."""
 
-    name, device, joint_set, frames_per_second = "cam", "test", "canonical", 30.0
+    name, device = "cam", "test"
 
     def __init__(self, count: int | None = None, *, realtime: bool = False, period_s: float = 0.0) -> None:
         self.count, self.realtime, self.period_s, self.made = count, realtime, period_s, 0
@@ -218,7 +217,7 @@ def test_a_name_that_is_not_allowed():
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
 def test_the_program_stops_cleanly_on_a_signal(number):
     code = (
-        "import sys; from studio.camera.client import run_camera; "
+        "import sys; from studio.camera.client.run import run_camera; "
         "sys.exit(run_camera('simulated:1/2', sys.argv[1], 'left'))"
     )
 
@@ -256,8 +255,8 @@ class Seeing(Counting):
     """A source of depth: a new image with every frame."""
 
     @property
-    def latest(self):
-        return np.full((48, 64), 1000, np.uint16), SimpleNamespace(time_ns=self.made)
+    def newest_depth(self):
+        return self.made, np.full((48, 64), 1000, np.uint16)
 
 
 @pytest.mark.parametrize("waiting", [0, 5])

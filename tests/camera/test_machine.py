@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from studio.camera.machine import machine_id, usb_controller
+from studio.camera.client.machine import machine_id, usb_controller
 
 
 def make_usb(root: Path) -> Path:

@@ -1,16 +1,24 @@
 import asyncio
+import shutil
 
 import numpy as np
 import pytest
 
-from studio.camera.simulator.live import SimulatedSource
-from studio.camera.simulator.simulate import simulate_take
-from studio.camera.sources import SOURCES, open_source, written
-from studio.engine.errors import FormatError, NotAvailableError, SettingsError
-from studio.engine.joints import CANONICAL, JOINT_SETS
-from studio.take.raw import camera_frames
+from studio.camera.sources.config import DeviceConfig
+from studio.camera.sources.depth_source import DepthSource
+from studio.camera.sources.recording import RecordingConfig
+from studio.camera.sources.registry import SOURCES, open_source, written
+from studio.camera.sources.simulated import SimulatedConfig, SimulatedSource
+from studio.camera.sources.simulated_depth import SimulatedDepthConfig
+from studio.camera.sources.source import Source
+from studio.engine.base.errors import FormatError, NotAvailableError, SettingsError
+from studio.engine.model.depth import DepthCamera
+from studio.engine.model.joints import CANONICAL, JOINT_SETS
+from studio.simulator.simulate import simulate_take
+from studio.take.raw.frames import camera_frames
 from studio.wire import is_camera_name
-from tests.engine.motion.bvh_files import MIXAMO, bvh_text, channel_count
+from tests.engine.animation.motion.bvh_files import MIXAMO, bvh_text, channel_count
+from tests.take.test_raw_depth import png_camera
 
 
 @pytest.fixture(scope="module")
@@ -47,28 +55,56 @@ async def _zip(numbers, frames):
             return
 
 
-def arguments(take, folder):
+def configurations(take, folder):
+    """Of every kind that runs without a device: skeletons, depth, in real time, at full speed."""
+    png_camera(folder / "images" / "camera_0", 0, 12)
     return [
-        "simulated:0/1",
-        "simulated:3/4:7",
-        f"recording:{take}#camera_1",
-        f"recording:{folder}#camera_0?speed=max",
+        SimulatedConfig(0, 1),
+        SimulatedConfig(3, 4, seed=7),
+        SimulatedDepthConfig(0, 2),
+        RecordingConfig(take, "camera_1"),
+        RecordingConfig(folder, "camera_0", speed="max"),
+        RecordingConfig(folder / "images"),
+        RecordingConfig(folder / "images", speed="max"),
     ]
 
 
-@pytest.mark.parametrize("index", range(4))
-def test_every_source_keeps_the_contract(take, folder, index):
-    source = open_source(arguments(take, folder)[index])
-    assert is_camera_name(source.name) and source.joint_set in JOINT_SETS and source.device
+def test_the_contract_runs_every_kind_but_devices(take, tmp_path):
+    kinds = {kind.config() for kind in SOURCES.values()}
+    tried = {type(config) for config in configurations(take, tmp_path)}
+    assert tried == {kind for kind in kinds if not issubclass(kind, DeviceConfig)}
+
+
+@pytest.mark.parametrize("index", range(7))
+def test_every_source_keeps_the_contract(take, folder, index, tmp_path):
+    shutil.copytree(folder, tmp_path / "in")
+    source = configurations(take, tmp_path / "in")[index].open()
+    assert is_camera_name(source.name) and source.device and source.serial == source.problem == ""
     assert 20 < source.frames_per_second < 40
-    frames = asyncio.run(asyncio.wait_for(take_frames(source, 5), 60))
-    joints = len(JOINT_SETS[source.joint_set])
-    stamps = [frame.device_time_ns for frame in frames]
+    frames = asyncio.run(asyncio.wait_for(take_frames(source, 5), 120))
+    assert len(frames) == 5
+    if isinstance(source, Source):
+        stamps = [frame.device_time_ns for frame in frames]
+        check_skeletons(source, frames)
+    else:
+        stamps = [time_ns for time_ns, _ in frames]
+        check_images(source, frames)
     assert stamps == sorted(set(stamps)) and stamps[0] >= 0
-    assert abs(source.clock_ns() - stamps[-1]) < 200_000_000
+
+
+def check_skeletons(source, frames):
+    joints = len(JOINT_SETS[source.joint_set])
+    assert abs(source.clock_ns() - frames[-1].device_time_ns) < 200_000_000
+    assert (source.tracked_ns, source.newest_depth, source.intrinsics) == (0, None, None)
     for frame in frames:
         assert frame.positions.shape == (joints, 3) and frame.confidence.shape == (joints,)
         assert ((frame.confidence >= 0) & (frame.confidence <= 1)).all()
+
+
+def check_images(source, shots):
+    assert isinstance(source, DepthSource) and isinstance(source.camera, DepthCamera)
+    for _, depth_mm in shots:
+        assert depth_mm.dtype == np.uint16 and depth_mm.shape == (source.camera.height, source.camera.width)
 
 
 def test_the_registry_names_its_kinds():

@@ -10,9 +10,9 @@ from pathlib import Path
 import pytest
 
 from studio import wire
-from studio.camera.keeper import RECENT, Keeper
-from studio.camera.spool import SEGMENT_BYTES, Origin, Spool
-from studio.engine.errors import SettingsError
+from studio.camera.client.keeper import RECENT, Keeper
+from studio.camera.client.spool import SEGMENT_BYTES, Origin, Spool
+from studio.engine.base.errors import SettingsError
 from tests.live.performer import hello
 
 TAKE = Origin("day/take_001", "0a1b", hello("camera_0", token="hush"))
@@ -92,7 +92,7 @@ def test_two_clients_do_not_share_a_spool(tmp_path: Path) -> None:
 _KILLED = """
 import sys
 from pathlib import Path
-from studio.camera.spool import Spool
+from studio.camera.client.spool import Spool
 from tests.camera.test_spool import TAKE, keep
 spool = Spool(Path(sys.argv[1]))
 keep(spool, range(200))
@@ -228,3 +228,13 @@ def test_frames_of_an_unknown_take_make_room(tmp_path: Path) -> None:
     assert spool.append(Origin("day/b", "2b", TAKE.hello), 1, b"x" * 1000)
     assert spool.refused == 0 and spool.unknown_frames == 0 and [o.take for o in spool.origins()] == ["day/b"]
     spool.close()
+
+
+def test_frames_of_a_camera_of_another_name_are_not_offered(keeper: Keeper, tmp_path: Path, caplog) -> None:
+    keep(keeper._spool, range(3))
+    other = Keeper(keeper._spool, hello("camera_7"), lambda: None)
+    assert other.connected() == [] and (other.owed, other.unknown) == (0, 3)
+    assert "camera_0" in caplog.text
+    keeper._spool.unknown.clear()
+    (kept,) = keeper.connected()
+    assert (kept.take_id, kept.first, kept.last) == ("0a1b", 0, 2)

@@ -1,6 +1,6 @@
 """What limits a camera client."""
 
-from studio.camera.workload import Workload, processor_ns
+from studio.camera.client.workload import Workload, processor_ns
 
 SECOND = 1_000_000_000
 

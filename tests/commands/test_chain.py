@@ -5,8 +5,8 @@ from pathlib import Path
 
 import pytest
 
-from studio.engine.joints import MEASURED_JOINTS
-from studio.engine.poses import Poses
+from studio.engine.model.joints import MEASURED_JOINTS
+from studio.engine.model.poses import Poses
 from tests.commands.program import one_line, studio, studio_process
 
 FIGURES = {
@@ -14,7 +14,8 @@ FIGURES = {
     "latency_ms", "absolute_difference_cm", "shortest_distance_cm", "spike_difference", "deviations",
     "nearest_sample_cm", "thesis_joints", "jerk_m_s3", "reference_jerk_m_s3", "spectral_arc_length",
     "reference_spectral_arc_length", "foot_slide_cm_s", "reference_foot_slide_cm_s", "foot_height_cm",
-    "foot_height_error_cm", "contact_precision", "contact_recall", "bone_length_sd_mm", "unseen_share",
+    "foot_height_error_cm", "contact_precision", "contact_recall", "own_stance_foot_slide_cm_s", "bone_length_sd_mm",
+    "unseen_share",
     "uncertainty_coverage", "uncertainty_median_ratio", "pck_50mm", "pck_100mm", "pck_150mm", "joint_angle_error_deg",
     "flexion_error_deg", "joint_angles", "cleanup_events_per_min", "cleanup_counts", "cleanup_events", "alignment",
     "time_offset_ms", "clock_drift_ppm", "frames",
@@ -85,7 +86,8 @@ def test_evaluate_has_every_figure(stage):
     )
     assert one.returncode == 0
     assert "aligned away for raw 30: turned by" in one.stdout
-    assert "clean-up of raw 30:" in one.stdout and "joint pop" in one.stdout
+    assert "clean-up of raw 30 (time since the performance began, at stage time" in one.stdout
+    assert "joint pop" in one.stdout
     assert list(json.loads((stage / "one.json").read_text())["solves"]) == ["raw 30"]
 
 

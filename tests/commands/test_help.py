@@ -1,4 +1,4 @@
-"""Every command of the design parses and explains itself."""
+"""Every command parses and explains itself."""
 
 import pytest
 

@@ -4,8 +4,9 @@ import itertools
 
 import numpy as np
 
-from studio.engine.errors import NotAvailableError
-from studio.engine.settings import CHOICES, SolveSettings, set_switch
+from studio.engine.base.errors import NotAvailableError
+from studio.engine.model.settings import SolveSettings, set_switch
+from tests.engine.switch_values import CHOICES
 
 NUMBERS = {
     "cameras": ("all", "b"),

@@ -18,15 +18,15 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter1d
 
-from studio.engine.finish import finisher
-from studio.engine.finish.smoother import Smoother
-from studio.engine.finish.trajectory import steps
-from studio.engine.geometry import matrices
-from studio.engine.human.model import build_humanoid
-from studio.engine.human.skeleton import Skeleton
-from studio.engine.settings import parse_settings
-from studio.engine.solve.angles import configuration_of
-from studio.engine.solve.take import solve_frames
+from studio.engine.base.geometry import matrices
+from studio.engine.model.human.angles import configuration_of
+from studio.engine.model.human.humanoid import build_humanoid
+from studio.engine.model.human.skeleton import Skeleton
+from studio.engine.model.settings import parse_settings
+from studio.engine.whole_take import finisher
+from studio.engine.whole_take.finish.smoother import Smoother
+from studio.engine.whole_take.finish.trajectory import steps
+from studio.engine.whole_take.take import solve_frames
 from tests.engine.white_noise import Figures, figures, noisy_take
 
 MOTIONS = ("02_05", "14_08", "49_02")

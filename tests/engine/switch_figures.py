@@ -11,13 +11,13 @@ from pathlib import Path
 
 from studio.engine.calibration.calibrate import with_performer
 from studio.engine.metrics.evaluate import evaluate
-from studio.engine.metrics.reference import read_reference
-from studio.engine.settings import parse_settings
-from studio.engine.solve.take import solve_frames
+from studio.engine.metrics.reference.reference import read_reference
+from studio.engine.model.settings import parse_settings
+from studio.engine.whole_take.take import solve_frames
+from studio.offline.tracking import calibrate_take
 from studio.take.importers import import_recording
-from studio.take.kept_frames import Joined
-from studio.take.raw import camera_frames
-from studio.tracking import calibrate_take
+from studio.take.raw.frames import camera_frames
+from studio.take.raw.kept_frames import Joined
 
 RECORDINGS = ("punches_2", "jumps_2")
 FIGURES = ("mpjpe_mm", "acceleration_error_m_s2", "foot_slide_cm_s", "latency_ms")

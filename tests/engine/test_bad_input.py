@@ -5,11 +5,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from studio.engine.frames import CameraFrame
-from studio.engine.geometry import matrices
-from studio.engine.human.model import build_humanoid
-from studio.engine.human.skeleton import Skeleton
-from studio.engine.joints import (
+from studio.engine.base.geometry import matrices
+from studio.engine.model.frames import CameraFrame
+from studio.engine.model.human.angles import configuration_of
+from studio.engine.model.human.humanoid import build_humanoid
+from studio.engine.model.human.skeleton import Skeleton
+from studio.engine.model.joints import (
     CANONICAL,
     INDEX,
     JOINT_COUNT,
@@ -17,10 +18,9 @@ from studio.engine.joints import (
     OUTPUT_INDEX,
     OUTPUT_OF_CANONICAL_INDEX,
 )
-from studio.engine.settings import parse_settings
-from studio.engine.solve.angles import configuration_of
-from studio.engine.solve.following import TOLD_S, Following
-from studio.engine.solve.take import solve_frames
+from studio.engine.model.settings import parse_settings
+from studio.engine.whole_take.residuals import TOLD_S, SolveResiduals
+from studio.engine.whole_take.take import solve_frames
 from tests.engine.walkers import (
     SECOND,
     arms_swinging,
@@ -51,8 +51,8 @@ def seen(change, seconds=SECONDS, noise_m=0.005, calibration=STAGE):
 
 def solved(frames, way, calibration=STAGE):
     """Poses, and what was not followed."""
-    following = Following()
-    return solve_frames(frames, calibration, parse_settings(way), following=following), following
+    residuals = SolveResiduals()
+    return solve_frames(frames, calibration, parse_settings(way), residuals=residuals), residuals
 
 
 def assert_human(poses, body=None):
@@ -84,10 +84,10 @@ def error_m(poses, start_s=0.0, joints_at=arms_swinging):
 
 @pytest.mark.parametrize("way", WAYS)
 def test_good_input_is_followed(way):
-    poses, following = solved(seen(lambda _t, _camera, p: p), way)
+    poses, residuals = solved(seen(lambda _t, _camera, p: p), way)
     assert_human(poses)
-    assert following.line() == "all joints"
-    assert all(joint.largest_mm == 0 for joint in following.joints().values())
+    assert residuals.line() == "all joints"
+    assert all(joint.largest_mm == 0 for joint in residuals.joints().values())
 
 
 @pytest.mark.parametrize("way", WAYS)
@@ -97,11 +97,11 @@ def test_a_joint_that_is_no_number(value, way):
         positions[INDEX["left_wrist"], 1] = value
         return positions
 
-    poses, following = solved(seen(broken), way)
+    poses, residuals = solved(seen(broken), way)
     assert_human(poses)
     assert error_m(poses) < 0.06
-    assert following.line() == "never saw left_wrist"
-    assert following.joints()["left_wrist"].unseen_share == 1.0
+    assert residuals.line() == "never saw left_wrist"
+    assert residuals.joints()["left_wrist"].unseen_share == 1.0
 
 
 @pytest.mark.parametrize("way", WAYS)
@@ -110,9 +110,9 @@ def test_whole_frames_of_no_numbers(way):
         positions[:] = np.inf if time_s > 1.7 and camera == "a" else np.nan if time_s > 1.7 else positions
         return positions
 
-    poses, following = solved(seen(broken), way)
+    poses, residuals = solved(seen(broken), way)
     assert_human(poses)
-    assert "saw nobody" in following.line()
+    assert "saw nobody" in residuals.line()
 
 
 def few_joints(count, seed):
@@ -152,9 +152,9 @@ def test_joints_that_were_never_seen_are_told(way):
         ] = np.nan
         return positions
 
-    poses, following = solved(seen(fewer), way)
+    poses, residuals = solved(seen(fewer), way)
     assert_human(poses)
-    assert following.line() == "never saw spine, head, left_hand, left_toe and 2 more"
+    assert residuals.line() == "never saw spine, head, left_hand, left_toe and 2 more"
 
 
 @pytest.mark.parametrize("way", WAYS)
@@ -176,11 +176,11 @@ def test_a_gap_of_ten_seconds(way):
     def with_gap(time_s, _camera, positions):
         return positions if time_s < 2.0 or time_s > 12.0 else None
 
-    poses, following = solved(seen(with_gap, seconds=11.8), way)
+    poses, residuals = solved(seen(with_gap, seconds=11.8), way)
     assert_human(poses)
     after = poses.time_s > 12.3
     assert after.any() and error_m(poses, 12.3) < 0.03
-    assert following.joints()["hips"].largest_mm == 0
+    assert residuals.joints()["hips"].largest_mm == 0
 
 
 def somebody_else(time_s):
@@ -197,10 +197,10 @@ def test_a_second_person_in_one_camera(way):
             return frame.positions
         return positions
 
-    poses, following = solved(seen(changed), way)
+    poses, residuals = solved(seen(changed), way)
     assert_human(poses)
     assert error_m(poses) < 0.05
-    assert "could not follow" not in following.line()
+    assert "could not follow" not in residuals.line()
 
 
 @pytest.mark.parametrize("way", WAYS)
@@ -212,9 +212,9 @@ def test_a_second_person_in_all_cameras_by_turns(way):
             return camera_frame(STAGE, camera, time_s, somebody_else(time_s)).positions
         return positions
 
-    poses, following = solved(seen(changed), way)
+    poses, residuals = solved(seen(changed), way)
     assert_human(poses)
-    assert "jumped to somebody elsewhere" in following.line() or "could not follow" in following.line()
+    assert "jumped to somebody elsewhere" in residuals.line() or "could not follow" in residuals.line()
 
 
 @pytest.mark.parametrize("way", WAYS)
@@ -226,11 +226,11 @@ def test_what_no_human_can_do_is_told(way):
             positions[[INDEX["left_wrist"], INDEX["left_hand"]]] += [0.0, -0.6, 0.2]
         return positions
 
-    poses, following = solved(seen(pulled, seconds=3.0), way)
+    poses, residuals = solved(seen(pulled, seconds=3.0), way)
     assert_human(poses)
-    assert "left_wrist" in following.line() and "mm off" in following.line()
-    assert following.joints()["left_wrist"].longest_s > TOLD_S
-    assert following.joints()["right_wrist"].largest_mm == 0
+    assert "left_wrist" in residuals.line() and "mm off" in residuals.line()
+    assert residuals.joints()["left_wrist"].longest_s > TOLD_S
+    assert residuals.joints()["right_wrist"].largest_mm == 0
 
 
 @pytest.mark.parametrize("way", WAYS)
@@ -249,10 +249,10 @@ def test_a_child_and_a_giant(height_m, way):
         return joints + np.array([0.0, 0.0, sole - lowest])
 
     frames = list(recorded(calibration, moving, SECONDS, noise_m=0.005))
-    poses, following = solved(frames, way, calibration)
+    poses, residuals = solved(frames, way, calibration)
     assert_human(poses, performer(height_m))
     assert error_m(poses, 1.3, moving) < 0.03
-    assert following.line() == "all joints"
+    assert residuals.line() == "all joints"
 
 
 @pytest.mark.parametrize("way", WAYS)
@@ -266,14 +266,14 @@ def test_somebody_of_another_size_than_was_calibrated(height_m, way):
         scaled = on_stage * (height_m / 1.78)
         return (scaled - T[:3, 3]) @ T[:3, :3]
 
-    poses, following = solved(seen(other), way)
+    poses, residuals = solved(seen(other), way)
     assert_human(poses)
-    assert following.line().startswith("could not follow")
+    assert residuals.line().startswith("could not follow")
 
 
 def test_the_figures_are_those_of_the_metrics_file():
-    _, following = solved(seen(lambda _t, _camera, p: p, seconds=0.5), "studio")
-    figures = following.figures()
+    _, residuals = solved(seen(lambda _t, _camera, p: p, seconds=0.5), "studio")
+    figures = residuals.figures()
     assert set(figures["not_followed"]) == set(CANONICAL)
     assert set(figures["not_followed"]["hips"]) == {"share", "longest_s", "largest_mm", "unseen_share"}
     assert figures["longest_without_anybody_s"] == 0.0

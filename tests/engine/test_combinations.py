@@ -5,15 +5,15 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from studio.engine.frames import HandSeen
-from studio.engine.geometry import matrices
-from studio.engine.human.model import build_humanoid
-from studio.engine.human.skeleton import Skeleton
-from studio.engine.joints import JOINT_COUNT, OUTPUT_INDEX, OUTPUT_PARENTS
-from studio.engine.pipeline import Pipeline
-from studio.engine.schedule import Schedule
-from studio.engine.settings import parse_settings
-from studio.engine.solve.angles import configuration_of
+from studio.engine.base.geometry import matrices
+from studio.engine.model.frames import HandSeen
+from studio.engine.model.human.angles import configuration_of
+from studio.engine.model.human.humanoid import build_humanoid
+from studio.engine.model.human.skeleton import Skeleton
+from studio.engine.model.joints import JOINT_COUNT, OUTPUT_INDEX, OUTPUT_PARENTS
+from studio.engine.model.settings import parse_settings
+from studio.engine.solve.pipeline import Pipeline
+from studio.engine.solve.timing.schedule import Schedule
 from tests.engine.combinations import available, pairwise
 from tests.engine.walkers import SECOND, humanoid, performer, recorded, site_positions, stage
 

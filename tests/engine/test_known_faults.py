@@ -1,18 +1,18 @@
 """The known faults of the thesis's versions, which must not come back: jumps at hyper-extension, A-framed knees,
-running destroyed by smoothing (THESIS.md 8 and 16)."""
+running destroyed by smoothing."""
 
 from functools import cache
 
 import numpy as np
 import pytest
 
-from studio.engine.body import Body
-from studio.engine.calibration.result import Performer
-from studio.engine.conditioning.displacement import DEFAULT_M_S, DisplacementLimitBefore
-from studio.engine.joints import INDEX, OUTPUT_INDEX, OUTPUT_OF_CANONICAL_INDEX
-from studio.engine.motion.bvh import read_bvh
-from studio.engine.motion.canonical import to_canonical
-from studio.engine.settings import parse_settings
+from studio.engine.animation.motion.bvh import read_bvh
+from studio.engine.animation.motion.canonical import to_canonical
+from studio.engine.model.calibration import Performer
+from studio.engine.model.joints import INDEX, OUTPUT_INDEX, OUTPUT_OF_CANONICAL_INDEX
+from studio.engine.model.settings import parse_settings
+from studio.engine.solve.body import BodySolver
+from studio.engine.solve.conditioning.displacement import DEFAULT_M_S, DisplacementLimitBefore
 from tests.engine.walkers import frame_set, fused, humanoid, performer, site_positions
 
 DT = 1 / 60
@@ -22,7 +22,7 @@ WITH_LIMITS = ("human_limits=on", "floor_contact=off")
 def solved(joints_over_time, *assignments, preset="studio", body_of=None, noise_m=0.0, seed=1):
     """Canonical joints [m], shape (frame_count, 21, 3), of the pose that follows these."""
     settings, rng = parse_settings(preset, assignments), np.random.default_rng(seed)
-    body, smoothing, out = Body(body_of or performer(), settings), settings.smoothing_filter, []
+    body, smoothing, out = BodySolver(body_of or performer(), settings), settings.smoothing_filter, []
     before = DisplacementLimitBefore(DEFAULT_M_S) if settings.displacement_limit == "before" else None
     assert smoothing is None or smoothing[1] == "after", "the pipeline smooths before, not the body"
     for k, joints in enumerate(joints_over_time):

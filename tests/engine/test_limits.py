@@ -8,15 +8,16 @@ from hypothesis import HealthCheck, Phase, given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
-from studio.engine.frames import CameraFrame, HandSeen
-from studio.engine.geometry import matrices
-from studio.engine.human.model import COUPLINGS, build_humanoid
-from studio.engine.human.ranges import dofs_of, range_rad
-from studio.engine.human.skeleton import Skeleton, local_rotations
-from studio.engine.joints import FINGERS, JOINT_COUNT, MIRROR, OUTPUT_INDEX
-from studio.engine.pipeline import Pipeline
-from studio.engine.settings import CHOICES, parse_settings
-from studio.engine.solve.angles import configuration_of
+from studio.engine.base.geometry import matrices
+from studio.engine.model.frames import CameraFrame, HandSeen
+from studio.engine.model.human.angles import configuration_of
+from studio.engine.model.human.humanoid import COUPLINGS, build_humanoid
+from studio.engine.model.human.ranges import dofs_of, range_rad
+from studio.engine.model.human.skeleton import Skeleton, local_rotations
+from studio.engine.model.joints import FINGERS, JOINT_COUNT, MIRROR, OUTPUT_INDEX
+from studio.engine.model.settings import parse_settings
+from studio.engine.solve.pipeline import Pipeline
+from tests.engine.switch_values import CHOICES
 from tests.engine.walkers import (
     SECOND,
     arms_swinging,

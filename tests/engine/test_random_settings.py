@@ -5,17 +5,18 @@ from functools import cache
 import numpy as np
 import pytest
 
-from studio.engine.errors import SettingsError
-from studio.engine.frames import CameraFrame, HandSeen
-from studio.engine.geometry import matrices
-from studio.engine.human.model import build_humanoid
-from studio.engine.human.skeleton import Skeleton
-from studio.engine.joints import CANONICAL
-from studio.engine.motion.torture import punches
-from studio.engine.settings import CHOICES, parse_settings
-from studio.engine.solve.angles import configuration_of
-from studio.engine.solve.take import solve_frames
+from studio.engine.animation.motion.torture import punches
+from studio.engine.base.errors import SettingsError
+from studio.engine.base.geometry import matrices
+from studio.engine.model.frames import CameraFrame, HandSeen
+from studio.engine.model.human.angles import configuration_of
+from studio.engine.model.human.humanoid import build_humanoid
+from studio.engine.model.human.skeleton import Skeleton
+from studio.engine.model.joints import CANONICAL
+from studio.engine.model.settings import parse_settings
+from studio.engine.whole_take.take import solve_frames
 from tests.engine.combinations import available
+from tests.engine.switch_values import CHOICES
 from tests.engine.torture import FRAMES_PER_SECOND, PERFORMER, SECOND, known_calibration, seen
 
 CALIBRATION = known_calibration(2)

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from studio.engine.joints import INDEX, PARENTS
-from studio.engine.motion.torture import TORTURE_OFFSETS, TORTURES, arm_bent, leg_bent
+from studio.engine.animation.motion.torture import TORTURE_OFFSETS, TORTURES, arm_bent, leg_bent
+from studio.engine.model.joints import INDEX, PARENTS
 from tests.engine.torture import LOST_S, figures, solved
 
 LARGEST_AXIS_TURN_DEG = 90.0

@@ -5,26 +5,26 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from studio.camera.simulator.noisy_joints import FRAMES_PER_SECOND, NoisyJoints, anatomical_offsets
-from studio.camera.simulator.rig import standard_rig
-from studio.engine.calibration.result import Calibration, CameraCalibration, Performer
-from studio.engine.frames import CameraFrame
-from studio.engine.geometry import invert_transform, matrices, transform_points
-from studio.engine.human.model import Humanoid, build_humanoid
-from studio.engine.human.skeleton import Skeleton
-from studio.engine.joints import (
+from studio.engine.animation.motion.motion import CanonicalMotion
+from studio.engine.animation.motion.torture import TORTURE_OFFSETS
+from studio.engine.base.geometry import invert_transform, matrices, transform_points
+from studio.engine.model.calibration import Calibration, CameraCalibration, Performer
+from studio.engine.model.frames import CameraFrame
+from studio.engine.model.human.angles import configuration_of
+from studio.engine.model.human.humanoid import Humanoid, build_humanoid
+from studio.engine.model.human.skeleton import Skeleton
+from studio.engine.model.joints import (
     INDEX,
     JOINT_COUNT,
     MEASURED_JOINTS,
     OUTPUT_INDEX,
     OUTPUT_OF_CANONICAL_INDEX,
 )
-from studio.engine.motion.motion import CanonicalMotion
-from studio.engine.motion.torture import TORTURE_OFFSETS
-from studio.engine.poses import Poses
-from studio.engine.settings import parse_settings
-from studio.engine.solve.angles import configuration_of
-from studio.engine.solve.take import solve_frames
+from studio.engine.model.poses import Poses
+from studio.engine.model.settings import parse_settings
+from studio.engine.whole_take.take import solve_frames
+from studio.simulator.joints.noisy_joints import FRAMES_PER_SECOND, NoisyJoints, anatomical_offsets
+from studio.simulator.rig import standard_rig
 
 SECOND = 1_000_000_000
 OUTPUT_HZ = 60

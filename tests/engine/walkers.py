@@ -7,13 +7,13 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from studio.engine.calibration.result import Calibration, CameraCalibration, Performer
-from studio.engine.frames import CameraFrame, FrameSet, FusedSkeleton, HandSeen
-from studio.engine.geometry import invert_transform, make_transform, transform_points
-from studio.engine.human.model import Humanoid, build_humanoid
-from studio.engine.human.skeleton import Skeleton
-from studio.engine.joints import INDEX, JOINT_COUNT
-from studio.engine.motion.body import AUTHORED_OFFSETS
+from studio.engine.animation.motion.proportions import AUTHORED_OFFSETS
+from studio.engine.base.geometry import invert_transform, make_transform, transform_points
+from studio.engine.model.calibration import Calibration, CameraCalibration, Performer
+from studio.engine.model.frames import CameraFrame, FrameSet, FusedSkeleton, HandSeen
+from studio.engine.model.human.humanoid import Humanoid, build_humanoid
+from studio.engine.model.human.skeleton import Skeleton
+from studio.engine.model.joints import INDEX, JOINT_COUNT
 
 SECOND = 1_000_000_000
 AUTHORED_HEIGHT_M = 1.78

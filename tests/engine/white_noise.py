@@ -9,17 +9,17 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from studio.camera.simulator.rig import standard_rig
-from studio.camera.simulator.simulate import stage_motion
+from studio.engine.animation.motion.motion import CanonicalMotion
+from studio.engine.base.geometry import invert_transform, transform_points
 from studio.engine.calibration.calibrate import with_performer
-from studio.engine.calibration.result import Calibration, CameraCalibration, Performer
-from studio.engine.frames import CameraFrame
-from studio.engine.geometry import invert_transform, transform_points
-from studio.engine.joints import OUTPUT_OF_CANONICAL_INDEX
-from studio.engine.motion.motion import CanonicalMotion
-from studio.engine.poses import Poses
-from studio.engine.settings import parse_settings
-from studio.engine.solve.take import solve_frames
+from studio.engine.model.calibration import Calibration, CameraCalibration, Performer
+from studio.engine.model.frames import CameraFrame
+from studio.engine.model.joints import OUTPUT_OF_CANONICAL_INDEX
+from studio.engine.model.poses import Poses
+from studio.engine.model.settings import parse_settings
+from studio.engine.whole_take.take import solve_frames
+from studio.simulator.motion import stage_motion
+from studio.simulator.rig import standard_rig
 
 MOTIONS = ("02_05", "14_08", "05_06", "49_02")
 TUNED_ON = ("02_05", "05_06")

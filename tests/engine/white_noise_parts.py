@@ -19,16 +19,16 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from studio.engine.finish.trajectory import Kinematics, moved
-from studio.engine.geometry import matrices
-from studio.engine.human.model import FREE_DOFS, Humanoid, build_humanoid
-from studio.engine.human.skeleton import Skeleton
-from studio.engine.joints import OUTPUT_OF_CANONICAL_INDEX
-from studio.engine.motion.motion import CanonicalMotion
-from studio.engine.poses import Poses
-from studio.engine.settings import parse_settings
-from studio.engine.solve.angles import configuration_of
-from studio.engine.solve.take import solve_frames
+from studio.engine.animation.motion.motion import CanonicalMotion
+from studio.engine.base.geometry import matrices
+from studio.engine.model.human.angles import configuration_of
+from studio.engine.model.human.humanoid import FREE_DOFS, Humanoid, build_humanoid
+from studio.engine.model.human.skeleton import Skeleton
+from studio.engine.model.joints import OUTPUT_OF_CANONICAL_INDEX
+from studio.engine.model.poses import Poses
+from studio.engine.model.settings import parse_settings
+from studio.engine.whole_take.finish.trajectory import Kinematics, moved
+from studio.engine.whole_take.take import solve_frames
 from tests.engine.white_noise import MOTIONS, SETTLED_FRAMES, noisy_take
 
 JUMP_M_S2 = 1000.0

@@ -7,9 +7,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from studio import wire
-from studio.engine.calibration.result import Calibration, CameraCalibration, Performer
-from studio.engine.geometry import invert_transform, make_transform, transform_points
-from studio.engine.joints import CANONICAL, INDEX, JOINT_COUNT, PARENT_OF_CANONICAL
+from studio.engine.base.geometry import invert_transform, make_transform, transform_points
+from studio.engine.model.calibration import Calibration, CameraCalibration, Performer
+from studio.engine.model.joints import CANONICAL, INDEX, JOINT_COUNT, PARENT_OF_CANONICAL
 
 _OFFSETS = {
     "hips": (0, 0, 0.95), "spine": (0, 0, 0.12), "chest": (0, 0, 0.25), "neck": (0, 0, 0.16),

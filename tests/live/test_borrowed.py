@@ -6,11 +6,11 @@ from pathlib import Path
 
 import pytest
 
-from studio.engine.calibration.result import Calibration
-from studio.engine.frames import ClockModel
+from studio.engine.model.calibration import Calibration
+from studio.engine.model.frames import ClockModel
 from studio.live import LiveStage
 from studio.live.borrowed import brings_calibration, calibration_of_recording
-from studio.live.performers import save_profile
+from studio.live.calibration.performers import save_profile
 from tests.live.performer import calibration, save_stage_calibration
 from tests.web.playback.takes import take_with_solves
 
@@ -70,18 +70,18 @@ def test_it_is_used_for_a_while_and_kept_nowhere(tmp_path: Path, own: bool) -> N
     stage = LiveStage(tmp_path)
     stage.start()
     try:
-        before = stage.status()["calibration"]
+        before = stage.status().calibration
         stage.borrow_calibration(calibration(list(NAMES)))
-        told = stage.status()["calibration"]
-        assert told["borrowed"] and told["state"] == "good" and set(told["cameras"]) == set(NAMES)
+        told = stage.status().calibration
+        assert told.borrowed and told.state == "good" and set(told.cameras) == set(NAMES)
         save_profile(tmp_path, "Ada", calibration(["camera_0"]).performer)
         stage.use_performer("Ada")
         assert len(list((tmp_path / "calibrations").glob("*.json"))) == (1 if own else 0)
         stage.borrow_calibration(None)
-        after = stage.status()["calibration"]
-        assert not after["borrowed"] and after["state"] == before["state"] == ("good" if own else "none")
-        assert set(after["cameras"]) == ({"camera_9"} if own else set())
+        after = stage.status().calibration
+        assert not after.borrowed and after.state == before.state == ("good" if own else "none")
+        assert set(after.cameras) == ({"camera_9"} if own else set())
         stage.borrow_calibration(None)  # nothing is borrowed
-        assert stage.status()["calibration"]["state"] == before["state"]
+        assert stage.status().calibration.state == before.state
     finally:
         stage.close()

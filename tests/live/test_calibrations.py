@@ -2,7 +2,7 @@
 
 from dataclasses import replace
 
-from studio.live.calibrations import load_last_calibration, save_calibration
+from studio.live.calibration.kept import load_last_calibration, save_calibration
 from tests.live.performer import calibration
 
 

@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 
-from studio.engine.clock import shifted
-from studio.engine.errors import SettingsError
-from studio.engine.frames import CameraFrame, ClockModel
-from studio.live.clocks import Anchor, StageClock
-from studio.live.roster import MAX_CAMERAS, Roster
+from studio.engine.base.errors import SettingsError
+from studio.engine.model.frames import CameraFrame, ClockModel
+from studio.engine.solve.timing.clock import shifted
+from studio.live.cameras.clocks import Anchor, StageClock
+from studio.live.cameras.roster import MAX_CAMERAS, Roster
 from studio.wire import ClockSample
 from tests.live.performer import hello
 

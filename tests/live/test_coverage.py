@@ -2,9 +2,10 @@
 
 import numpy as np
 
-from studio.engine.frames import CameraFrame
-from studio.engine.joints import INDEX, JOINT_COUNT
-from studio.live.coverage import ENOUGH_CELLS, ENOUGH_POINTS, Coverage
+from studio.engine.model.frames import CameraFrame
+from studio.engine.model.joints import INDEX, JOINT_COUNT
+from studio.live.calibration.coverage import ENOUGH_CELLS, ENOUGH_POINTS, Coverage
+from studio.live.states import CoverageStatus
 
 
 def frame(x, z, unseen=()):
@@ -19,9 +20,7 @@ def test_places_and_points_are_counted():
         coverage.add(frame(-0.1, 2.2, unseen=["left_hand"]))
     coverage.add(frame(0.6, 3.0))
     coverage.add(frame(9.0, 9.0, unseen=["hips"]))
-    found = coverage.to_json()
-    assert found["cells"] == [[-1, 4, 3], [1, 6, 1]]
-    assert (found["points"], found["enough"]) == (5, False)
+    assert coverage.status() == CoverageStatus(5, [(-1, 4, 3), (1, 6, 1)], False)
 
 
 def test_enough_needs_points_and_places():
@@ -29,6 +28,6 @@ def test_enough_needs_points_and_places():
     for i in range(ENOUGH_POINTS):
         spot.add(frame(0.0, 3.0))
         walk.add(frame(0.5 * (i % ENOUGH_CELLS), 3.0))
-    assert not spot.to_json()["enough"]
-    assert walk.to_json()["enough"]
-    assert Coverage().to_json() == {"points": 0, "cells": [], "enough": False}
+    assert not spot.status().enough
+    assert walk.status().enough
+    assert Coverage().status() == CoverageStatus(0, [], False)

@@ -1,6 +1,5 @@
 """What the operator is told of the calibration, cameras that were moved, and performers measured on the stage."""
 
-import time
 from dataclasses import replace
 from datetime import UTC, datetime, timedelta
 
@@ -8,14 +7,14 @@ import numpy as np
 import pytest
 
 from studio import wire
-from studio.engine.errors import CalibrationError, SettingsError, TakeError
+from studio.engine.base.errors import CalibrationError, SettingsError, TakeError
 from studio.live import LiveStage
-from studio.live.calibrations import Kept
-from studio.live.camera import LiveCamera
-from studio.live.guards import age_words, calibration_warnings, shared_usb
-from studio.live.performers import list_profiles, load_profile
-from studio.take.raw import camera_frame
-from studio.take.take import Take
+from studio.live.calibration.guards import age_words, calibration_warnings, shared_usb
+from studio.live.calibration.kept import KeptCalibration
+from studio.live.calibration.performers import list_profiles, load_profile
+from studio.live.cameras.camera import LiveCamera
+from studio.take.folder.take import Take
+from studio.take.raw.frames import camera_frame
 from tests.api.camera import wait_until
 from tests.live.performer import calibration, frame, hello, save_stage_calibration
 
@@ -23,10 +22,25 @@ T_POSE_S, ARMS_DOWN_S = 1.5, 0.5
 NOW = datetime(2026, 5, 2, 12, tzinfo=UTC)
 
 
+class Clock:
+    """A clock that a test moves on."""
+
+    def __init__(self):
+        self.ns = 1_000_000_000
+
+    def __call__(self):
+        return self.ns
+
+
 @pytest.fixture
-def stage(tmp_path):
+def clock():
+    return Clock()
+
+
+@pytest.fixture
+def stage(tmp_path, clock):
     save_stage_calibration(tmp_path, ["camera_0", "camera_1"])
-    stage = LiveStage(tmp_path)
+    stage = LiveStage(tmp_path, clock_ns=clock)
     stage.start()
     yield stage
     stage.close()
@@ -36,17 +50,23 @@ def feed(stage, links, time_s=None, moved_m=0.0):
     """One frame of every camera of a performer at `time_s`; the second camera sees all of it moved."""
     for index, link in enumerate(links):
         link.sequence = getattr(link, "sequence", 0) + 1
-        now = time.monotonic_ns()
+        now = stage.clock_ns()
         seen = frame(index, link.sequence, now, link.sequence / 30 if time_s is None else time_s)
         if moved_m and index == 1:
             joints = np.frombuffer(seen.positions, "<f4").reshape(-1, 3) + np.float32([moved_m, 0, 0])
             seen = wire.skeleton_frame(seen.sequence, now, joints, np.frombuffer(seen.confidence, "<f4"))
         stage.frame(link, seen, wire.encode(seen), now)
-    time.sleep(1 / 30)
+    pass_time(stage, 1 / 30)
+
+
+def pass_time(stage, seconds):
+    """Let the stage take in what it was given, then move its clock on."""
+    wait_until(lambda: stage.pending() == 0, "the frames are taken in")
+    stage.clock_ns.ns += round(seconds * 1e9)
 
 
 def kept(created=NOW, devices=None):
-    return Kept(1, calibration(["camera_0", "camera_1"]), created.isoformat(), devices)
+    return KeptCalibration(1, calibration(["camera_0", "camera_1"]), created.isoformat(), devices)
 
 
 def cameras(*names, serial="", gone=()):
@@ -90,57 +110,57 @@ def test_a_bumped_camera_is_told_within_five_seconds(stage):
     links = [stage.join(hello(name)) for name in ("camera_0", "camera_1")]
     for _ in range(60):
         feed(stage, links)
-    wait_until(lambda: stage.status()["cameras"]["camera_1"]["shift_mm"] is not None, "they are compared")
-    assert not any("moved" in text for text in stage.status()["calibration"]["warnings"])
-    began = stage.status()["cameras"]["camera_1"]["frames"]
+    wait_until(lambda: stage.status().cameras["camera_1"].shift_mm is not None, "they are compared")
+    assert not any("moved" in text for text in stage.status().calibration.warnings)
+    began = stage.status().cameras["camera_1"].frames
 
     def told():
         feed(stage, links, moved_m=0.15)
-        return any("was it moved" in text for text in stage.status()["calibration"]["warnings"])
+        return any("was it moved" in text for text in stage.status().calibration.warnings)
 
     wait_until(told, "it is told")
-    camera = stage.status()["cameras"]["camera_1"]
-    assert camera["frames"] - began <= 5 * 30
-    assert (camera["state"], camera["starved"]) == ("trouble", "moved")
+    camera = stage.status().cameras["camera_1"]
+    assert camera.frames - began <= 5 * 30
+    assert (camera.state, camera.limited_by) == ("trouble", "moved")
 
 
 def test_a_performer_is_measured_in_a_tpose(stage, tmp_path):
     links = [stage.join(hello(name)) for name in ("camera_0", "camera_1")]
 
     def tpose():
-        return stage.status()["calibration"]["tpose"]
+        return stage.status().calibration.tpose
 
     wait_until(lambda: (feed(stage, links), stage.results.get()[0] > 3)[1], "poses come")
     stage.start_tpose("Ada", 0.1)
     with pytest.raises(CalibrationError, match="being measured"):
         stage.start_tpose("Ada")
-    wait_until(lambda: (feed(stage, links, ARMS_DOWN_S), tpose()["problems"])[1], "the pose is called poor")
-    assert any("too low" in problem for problem in tpose()["problems"])
-    wait_until(lambda: (feed(stage, links, T_POSE_S), tpose()["state"] == "done")[1], "it is measured")
-    assert tpose()["height_m"] == pytest.approx(1.75, abs=0.1)
+    wait_until(lambda: (feed(stage, links, ARMS_DOWN_S), tpose().problems)[1], "the pose is called poor")
+    assert any("too low" in problem for problem in tpose().problems)
+    wait_until(lambda: (feed(stage, links, T_POSE_S), tpose().state == "done")[1], "it is measured")
+    assert tpose().height_m == pytest.approx(1.75, abs=0.1)
     (profile,) = list_profiles(tmp_path)
-    assert (profile.name, profile.performer.height_m) == ("Ada", tpose()["height_m"])
-    assert stage.status()["calibration"]["number"] == 2
+    assert (profile.name, profile.performer.height_m) == ("Ada", tpose().height_m)
+    assert stage.status().calibration.number == 2
     stage.use_performer("Ada")
     stage.start_recording("s", "t")
     assert Take.open(tmp_path / "s" / "t").calibration().performer.height_m == profile.performer.height_m
 
 
 def test_no_tpose_is_told(stage, monkeypatch):
-    monkeypatch.setattr("studio.live.tpose.PATIENCE_S", 0.5)
+    monkeypatch.setattr("studio.live.calibration.tpose.PATIENCE_S", 0.5)
     links = [stage.join(hello(name)) for name in ("camera_0", "camera_1")]
     wait_until(lambda: (feed(stage, links), stage.results.get()[0] > 3)[1], "poses come")
     stage.start_tpose(countdown_s=0.0)
 
     def failed():
         feed(stage, links, ARMS_DOWN_S)
-        return stage.status()["calibration"]["tpose"]["state"] == "failed"
+        return stage.status().calibration.tpose.state == "failed"
 
     wait_until(failed, "patience ends")
-    assert "too low" in stage.status()["calibration"]["tpose"]["message"]
+    assert "too low" in stage.status().calibration.tpose.message
     stage.start_tpose(countdown_s=30.0)
     stage.cancel_tpose()
-    assert stage.status()["calibration"]["tpose"]["state"] == "idle"
+    assert stage.status().calibration.tpose.state == "idle"
 
 
 def test_what_is_not_allowed(stage):
@@ -189,8 +209,8 @@ def test_a_client_that_its_processor_holds_up_is_told_so(rate, busy, lacks):
     camera = slow_camera("a", "m1", "", rate)
     camera.client = wire.Status(frames_sent=100, frames_dropped=0, processor_percent=busy)
     told = camera.status(3_000_000_000, reference=True, calibrated=True)
-    assert told["starved"] == lacks and told["processor_percent"] == busy
-    assert (lacks == "processor") == ("processor is 96 % busy, 12 of 30 frames" in told["reason"])
+    assert told.limited_by == lacks and told.processor_percent == busy
+    assert (lacks == "processor") == ("processor is 96 % busy, 12 of 30 frames" in told.reason)
 
 
 def test_a_shared_usb_controller_stands_in_the_status(stage):
@@ -198,19 +218,18 @@ def test_a_shared_usb_controller_stands_in_the_status(stage):
     links = [stage.join(hello(name, **said)) for name in ("camera_0", "camera_1")]
     for _ in range(200):
         feed_now(stage, links)
-        time.sleep(0.04)  # 25 frames a second or fewer
-        if {camera["starved"] for camera in stage.status()["cameras"].values()} == {"usb"}:
+        if {camera.limited_by for camera in stage.status().cameras.values()} == {"usb"}:
             break
-    found = stage.status()["cameras"]["camera_0"]
-    assert found["starved"] == "usb" and "camera_1" in found["reason"] and "60 frames" in found["reason"]
-    assert found["usb_controller"] == "usb"
+    found = stage.status().cameras["camera_0"]
+    assert found.limited_by == "usb" and "camera_1" in found.reason and "60 frames" in found.reason
+    assert found.usb_controller == "usb"
 
 
 def feed_now(stage, links):
-    """One frame of every camera, at about 90 a second."""
+    """One frame of every camera, 20 a second."""
     for index, link in enumerate(links):
         link.sequence = getattr(link, "sequence", 0) + 1
-        now = time.monotonic_ns()
+        now = stage.clock_ns()
         seen = frame(index, link.sequence, now, 0.0)
         stage.frame(link, seen, wire.encode(seen), now)
-    time.sleep(0.01)
+    pass_time(stage, 1 / 20)

@@ -5,15 +5,15 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from studio import first_look
+from studio.engine.base.errors import CalibrationError, TakeError
 from studio.engine.calibration.calibrate import with_performer
-from studio.engine.errors import CalibrationError, TakeError
-from studio.engine.poses import Poses
-from studio.engine.settings import preset
-from studio.first_look import solve_part
-from studio.replay import solve_take
-from studio.take.raw import RawWriter
-from studio.take.take import Take
+from studio.engine.model.poses import Poses
+from studio.engine.model.settings import preset
+from studio.offline import preview
+from studio.offline.preview import solve_part
+from studio.offline.replay import solve_take
+from studio.take.folder.take import Take
+from studio.take.raw.frames import RawWriter
 from studio.wire import encode
 from tests.live.performer import calibration, frame, hello
 
@@ -79,7 +79,7 @@ def test_the_calibration_part_is_left_out_and_a_solve_is_replaced_whole(take):
     assert [file.name for file in folder.parent.iterdir()] == ["studio"]
 
 
-def test_a_first_look_is_nearly_the_whole_solve_there_and_keeps_nothing(take):
+def test_a_preview_is_nearly_the_whole_solve_there_and_keeps_nothing(take):
     take.add_calibration(calibration(["camera_0", "camera_1"]), use=True)
     part = solve_part(take, preset("finish"), 1.5, 1.8)  # finishing needs the whole take: it is left out
     assert nothing_written(take) and 1.5 <= part.time_s[0] < part.time_s[-1] <= 1.8
@@ -91,11 +91,11 @@ def test_a_first_look_is_nearly_the_whole_solve_there_and_keeps_nothing(take):
         solve_part(take, preset("studio"), 50.0, 60.0)
 
 
-def test_what_all_frames_show_of_the_performer_is_found_once_for_all_first_looks(take, monkeypatch):
+def test_what_all_frames_show_of_the_performer_is_found_once_for_all_previews(take, monkeypatch):
     known = calibration(["camera_0", "camera_1"])
     take.add_calibration(replace(known, performer=replace(known.performer, soles_measured=False)), use=True)
     measured = []
-    monkeypatch.setattr(first_look, "with_performer", lambda *a: measured.append(1) or with_performer(*a))
+    monkeypatch.setattr(preview, "with_performer", lambda *a: measured.append(1) or with_performer(*a))
     first, again = (solve_part(take, preset("studio"), 1.5, 1.8) for _ in range(2))
     assert len(measured) == 1 and first.positions_m.tobytes() == again.positions_m.tobytes()
     take.add_calibration(replace(known, performer=None), use=True)

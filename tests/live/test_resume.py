@@ -1,15 +1,16 @@
 """A server that finds the mark of a recording: it goes on, ends what was being ended, and says what it cannot."""
 
 import time
-from dataclasses import replace
 from pathlib import Path
 
 import pytest
+from msgspec.structs import replace
 
 from studio.live import LiveStage
-from studio.take.marker import RECORDING, STOPPING, Marker, machine, read_marker, write_marker
-from studio.take.raw import RawEvent, inspect_raw, read_raw
-from studio.take.take import Take
+from studio.take.folder.marker import RECORDING, STOPPING, RecordingMarker, machine, read_marker, write_marker
+from studio.take.folder.take import Take
+from studio.take.raw.frames import RawEvent, inspect_raw, read_raw
+from studio.take.raw.live_log import RestartEvent, StartEvent, StoppedEvent
 from tests.api.camera import wait_until
 from tests.take.test_raw_append import crashed_live_take
 
@@ -26,19 +27,19 @@ def test_a_take_goes_on_and_ends_when_the_operator_ends_it(tmp_path: Path) -> No
     take = crashed_live_take(tmp_path)
     stage = started(tmp_path)
     try:
-        wait_until(lambda: stage.status()["recording"]["active"], "it goes on")
-        recording = stage.status()["recording"]
-        assert recording["take"] == "take_001" and "started again" in recording["notice"]
+        wait_until(lambda: stage.status().recording.active, "it goes on")
+        recording = stage.status().recording
+        assert recording.take == "take_001" and "started again" in recording.notice
         marker = read_marker(tmp_path)
         assert marker is not None and len(marker.restarts) == 1
         summary = stage.stop_recording()
-        assert summary["frames"] == 50 and summary["poses"] == 25
+        assert summary.frames == 50 and summary.poses == 25
     finally:
         stage.close()
     assert read_marker(tmp_path) is None and Take.open(take.path).meta["recording"] == "done"
     assert inspect_raw(take.raw_path).complete and take.solve_names() == ["live"]
-    kinds = [r.event["type"] for r in read_raw(take.raw_path) if isinstance(r, RawEvent)]
-    assert kinds[-3:] == ["restart", "start", "stopped"]
+    kinds = [type(r.event) for r in read_raw(take.raw_path) if isinstance(r, RawEvent)]
+    assert kinds[-3:] == [RestartEvent, StartEvent, StoppedEvent]
     assert len(list(take.path.glob("raw.torn.*"))) == 1
 
 
@@ -49,7 +50,7 @@ def test_a_take_whose_end_was_asked_for_is_ended(tmp_path: Path) -> None:
     write_marker(tmp_path, replace(marker, state=STOPPING))
     stage = started(tmp_path)
     try:
-        assert not stage.status()["recording"]["active"] and read_marker(tmp_path) is None
+        assert not stage.status().recording.active and read_marker(tmp_path) is None
     finally:
         stage.close()
     assert inspect_raw(take.raw_path).complete and take.solve_names() == ["live"]
@@ -57,11 +58,11 @@ def test_a_take_whose_end_was_asked_for_is_ended(tmp_path: Path) -> None:
 
 
 def test_a_take_that_is_gone_is_told(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
-    write_marker(tmp_path, Marker("day", "gone", "0a1b", RECORDING, 1, 2, 3, machine()))
+    write_marker(tmp_path, RecordingMarker("day", "gone", "0a1b", RECORDING, 1, 2, 3, machine()))
     stage = started(tmp_path)
     try:
-        wait_until(lambda: "day/gone" in stage.status()["recording"]["problem"], "it is told")
-        assert not stage.status()["recording"]["active"] and read_marker(tmp_path) is None
+        wait_until(lambda: "day/gone" in stage.status().recording.problem, "it is told")
+        assert not stage.status().recording.active and read_marker(tmp_path) is None
     finally:
         stage.close()
 
@@ -69,7 +70,7 @@ def test_a_take_that_is_gone_is_told(tmp_path: Path, caplog: pytest.LogCaptureFi
 def test_the_servers_clock_goes_on_when_the_machine_was_started_anew(tmp_path: Path) -> None:
     crashed_live_take(tmp_path)
     server_ns = time.monotonic_ns() + 10**6 * SECOND
-    marker = Marker(
+    marker = RecordingMarker(
         "day", "take_001", "0a1b", RECORDING, server_ns, server_ns, time.time_ns(), "another start"
     )
     write_marker(tmp_path, marker)

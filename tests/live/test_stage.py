@@ -1,4 +1,4 @@
-"""The live stage where things go wrong inside: the pipeline fails, the disk fails, a worker fails."""
+"""The live stage where things go wrong inside: the pipeline fails, the disk fails."""
 
 import logging
 import os
@@ -7,13 +7,12 @@ import time
 import pytest
 
 from studio import wire
-from studio.engine.errors import SettingsError, StudioError, TakeError
-from studio.engine.pipeline import Pipeline
+from studio.engine.base.errors import StudioError, TakeError
+from studio.engine.solve.pipeline import Pipeline
 from studio.live import CameraRefused, LiveStage
-from studio.live.links import LINK_TIMEOUT_NS
-from studio.take.raw import RawWriter, inspect_raw
-from studio.take.take import Take
-from studio.worker import run_in_process
+from studio.live.cameras.links import LINK_TIMEOUT_NS
+from studio.take.folder.take import Take
+from studio.take.raw.frames import RawWriter, inspect_raw
 from tests.api.camera import wait_until
 from tests.live.performer import frame, hello, save_stage_calibration
 
@@ -52,10 +51,10 @@ def test_a_pipeline_that_fails_is_started_afresh(stage, monkeypatch, caplog):
 
     with caplog.at_level(logging.CRITICAL):
         monkeypatch.setattr(Pipeline, "step", broken)
-        feed_until(stage, link, lambda: stage.status()["pipeline"]["failures"] == 1, "it failed")
+        feed_until(stage, link, lambda: stage.status().pipeline.failures == 1, "it failed")
     seen = stage.results.get()[0]
     feed_until(stage, link, lambda: stage.results.get()[0] > seen + 3, "poses come again")
-    assert "made to fail" in stage.status()["pipeline"]["problem"]
+    assert "made to fail" in stage.status().pipeline.problem
 
 
 def test_a_disk_that_fails_is_told_and_the_stage_goes_on(stage, monkeypatch, caplog):
@@ -67,10 +66,10 @@ def test_a_disk_that_fails_is_told_and_the_stage_goes_on(stage, monkeypatch, cap
 
     with caplog.at_level(logging.CRITICAL):
         monkeypatch.setattr(RawWriter, "write_out", full)
-        feed_until(stage, link, lambda: stage.status()["recording"]["problem"] != "", "it is told")
-        assert "No space left" in stage.status()["recording"]["problem"]
-        feed_until(stage, link, lambda: not stage.status()["recording"]["active"], "the recording has ended")
-    assert "No space left" in stage.status()["recording"]["problem"]
+        feed_until(stage, link, lambda: stage.status().recording.problem != "", "it is told")
+        assert "No space left" in stage.status().recording.problem
+        feed_until(stage, link, lambda: not stage.status().recording.active, "the recording has ended")
+    assert "No space left" in stage.status().recording.problem
     seen = stage.results.get()[0]
     feed_until(stage, link, lambda: stage.results.get()[0] > seen + 3, "poses come")
 
@@ -82,10 +81,10 @@ def test_all_that_was_sent_is_recorded_while_the_engine_is_busy(stage, tmp_path)
         now = time.monotonic_ns()
         message = frame(0, k, now, k / 30)
         stage.frame(link, message, wire.encode(message), now)
-    assert stage.stop_recording()["frames"] == 300
+    assert stage.stop_recording().frames == 300
     raw = inspect_raw(Take.open(tmp_path / "s" / "t").raw_path)
     assert raw.frames == {"camera_0": 300} and raw.complete
-    assert stage.status()["cameras"]["camera_0"]["skipped"] > 0
+    assert stage.status().cameras["camera_0"].skipped > 0
 
 
 @pytest.mark.parametrize("session", ["blind", "calibrations", "performers", "rigs", "shares"])
@@ -107,7 +106,7 @@ def test_a_name_may_be_taken_over_once_its_client_is_silent(tmp_path):
         stage.client_status(old, wire.Status(1, 0))
     stage.leave(old, "closed")
     stage.client_status(new, wire.Status(1, 0))
-    assert stage.status()["cameras"]["camera_0"]["connected"]
+    assert stage.status().cameras["camera_0"].connected
     stage.close()
 
 
@@ -129,31 +128,3 @@ def test_a_subscriber_gets_every_step_until_it_ends(stage):
     count, seen = len(got), stage.results.get()[0]
     feed_until(stage, link, lambda: stage.results.get()[0] > seen + 3, "more steps come")
     assert len(got) <= count + 1
-
-
-def refuse() -> None:
-    raise SettingsError("made to be refused")
-
-
-def crash() -> None:
-    raise ZeroDivisionError("made to crash")
-
-
-def die() -> None:
-    os._exit(3)
-
-
-def halves(*, progress) -> str:
-    progress(0.5)
-    return "done"
-
-
-def test_work_in_a_process(caplog):
-    shares: list[float] = []
-    assert run_in_process(halves, on_progress=shares.append) == "done" and shares == [0.5]
-    with pytest.raises(SettingsError, match="made to be refused"):
-        run_in_process(refuse)
-    with caplog.at_level(logging.CRITICAL), pytest.raises(StudioError, match="made to crash"):
-        run_in_process(crash)
-    with pytest.raises(StudioError, match="exit code 3"):
-        run_in_process(die)

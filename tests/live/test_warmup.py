@@ -7,8 +7,9 @@ import pytest
 
 from studio import wire
 from studio.live import LiveStage, warmup
-from studio.take.raw import RawEvent, inspect_raw, read_raw
-from studio.take.take import Take
+from studio.take.folder.take import Take
+from studio.take.raw.frames import RawEvent, inspect_raw, read_raw
+from studio.take.raw.live_log import StartEvent
 from tests.api.camera import wait_until
 from tests.live.performer import frame, hello, save_stage_calibration
 
@@ -40,22 +41,22 @@ def test_frames_are_recorded_before_the_process_is_ready(tmp_path, readiness):
         for sequence in range(1, 31):
             send(sequence)
         raw = path / "raw.mcap"
-        wait_until(lambda: stage.status()["recording"]["frames"] >= 30, "they are recorded")
+        wait_until(lambda: stage.status().recording.frames >= 30, "they are recorded")
         assert stage.results.get()[0] == 0
-        assert stage.status()["pipeline"]["preparing"]
+        assert stage.status().pipeline.preparing
         readiness.set()
         sequence = 30
         while stage.results.get()[0] < 4:
             sequence += 1
             send(sequence)
-        wait_until(lambda: not stage.status()["pipeline"]["preparing"], "it says that it is ready")
+        wait_until(lambda: not stage.status().pipeline.preparing, "it says that it is ready")
         stage.stop_recording()
     finally:
         stage.close()
     starts = [
-        one.event for one in read_raw(raw) if isinstance(one, RawEvent) and one.event["type"] == "start"
+        one.event for one in read_raw(raw) if isinstance(one, RawEvent) and isinstance(one.event, StartEvent)
     ]
-    assert starts[0]["calibration"] is None and starts[-1]["calibration"] is not None
+    assert starts[0].calibration is None and starts[-1].calibration is not None
     assert inspect_raw(raw).frames["camera_0"] == sequence
     assert "live" in Take.open(path).solve_names()
 
@@ -64,7 +65,7 @@ def test_what_cannot_be_made_ready_is_told_and_begins_anyway(monkeypatch, caplog
     def fails():
         raise OSError("made to fail")
 
-    monkeypatch.setattr("studio.warming.prepare", fails)
+    monkeypatch.setattr("studio.offline.warming.prepare", fails)
     monkeypatch.setattr(warmup, "_ready", threading.Event())
     began = threading.Event()
     with caplog.at_level("ERROR"):

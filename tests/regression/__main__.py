@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from studio.engine.files import write_json
+from studio.engine.base.files import write_json
 from tests.regression.cases import CASES, PRESETS, WORSE, figures, seeded_figures
 
 FILE = Path(__file__).with_name("figures.json")

@@ -6,16 +6,17 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from studio.camera.simulator.simulate import DEMO, simulate_take
-from studio.engine.frames import CameraFrame
 from studio.engine.metrics.evaluate import evaluate
-from studio.engine.metrics.reference import read_reference
-from studio.engine.settings import parse_settings
-from studio.engine.solve.take import solve_frames
+from studio.engine.metrics.reference.reference import read_reference
+from studio.engine.model.frames import CameraFrame
+from studio.engine.model.settings import parse_settings
+from studio.engine.whole_take.take import solve_frames
+from studio.offline.tracking import calibrate_take
+from studio.simulator.motion import DEMO
+from studio.simulator.simulate import simulate_take
+from studio.take.folder.take import Take
 from studio.take.importers import import_recording
-from studio.take.raw import camera_frames
-from studio.take.take import Take
-from studio.tracking import calibrate_take
+from studio.take.raw.frames import camera_frames
 
 PRESETS: tuple[str, ...] = ("raw", "thesis", "studio", "finish")
 

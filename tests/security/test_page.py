@@ -1,14 +1,14 @@
 """Texts that hold HTML, wherever a person or a camera may put one, stay texts on every page."""
 
-import httpx
 import pytest
 from playwright.sync_api import expect
 
 from studio.api.app import create_app
-from studio.api.find import Finder
+from studio.api.takes.find import Finder
 from studio.live import LiveStage
-from studio.take.slate import Slate, change_slate
+from studio.take.library.slate import Slate, change_slate
 from studio.web import mount
+from tests import patient
 from tests.api.camera import Camera
 from tests.live.performer import calibration
 from tests.web.browser import quiet_page
@@ -31,7 +31,7 @@ def studio(tmp_path):
     stage.start()
     app = create_app(stage, sessions)
     view = mount(app, stage, sessions=sessions, takes=Finder(stage, sessions))
-    with serving(app) as url, httpx.Client(base_url=f"{url}/api/v1", timeout=60) as http:
+    with serving(app) as url, patient.Client(base_url=f"{url}/api/v1", timeout=60) as http:
         sides = {
             side: {"take": f"monday/{EVIL_NAME}", "solve": solve, "condition": EVIL[:60]}
             for side, solve in (("a", "studio"), ("b", "live"))

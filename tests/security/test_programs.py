@@ -9,21 +9,21 @@ from pathlib import Path
 import psutil
 import pytest
 from websockets.exceptions import WebSocketException
-from websockets.sync.client import connect
 
 import studio
+from tests.patient import connect
 
 PACKAGE = Path(studio.__file__).parent
 LOOPBACK = {"127.0.0.1", "::1"}
 
 MAY_CONNECT = {
-    "api/remote.py": "asks the system for this machine's own address; nothing is sent",
-    "camera/link.py": "a camera's link to the server that its operator named",
+    "api/cameras/remote.py": "asks the system for this machine's own address; nothing is sent",
+    "camera/client/link.py": "a camera's link to the server that its operator named",
     "web/proxy.py": "viser, on the loopback",
     "web/view.py": "a free port on the loopback",
-    "api/server.py": "the server's own socket",
+    "server/run.py": "the server's own socket",
     "streams/sender.py": "live output by UDP, to the machines that an operator named",
-    "batch/run.py": "the Dask scheduler that the command line names",
+    "offline/batch/run.py": "the Dask scheduler that the command line names",
 }
 CONNECTING = {
     "socket", "urllib.request", "http.client", "httpx", "requests", "aiohttp", "ftplib", "smtplib",
@@ -109,14 +109,29 @@ def test_the_3d_view_listens_to_nobody():
 
 
 def sockets_of(pid: int) -> list[tuple[str, int]]:
-    """Address and port of all TCP sockets on which a program and those it started listen."""
+    """Address and port of all TCP sockets on which a program and those it started listen.
+
+    A program that is being started still holds the sockets of the one that starts it: each counts once.
+    """
     program = psutil.Process(pid)
-    return [
-        (connection.laddr.ip, connection.laddr.port)
-        for each in [program, *program.children(recursive=True)]
-        for connection in each.net_connections("tcp")
-        if connection.status == psutil.CONN_LISTEN
-    ]
+    found = [one for each in [program, *program.children(recursive=True)] for one in listening_on(each)]
+    return list(dict.fromkeys(found))
+
+
+def listening_on(program: psutil.Process) -> list[tuple[str, int]]:
+    """Address and port of the TCP sockets on which one program listens; none once it has ended."""
+    try:
+        connections = program.net_connections("tcp")
+    except psutil.NoSuchProcess:  # it was a helper of a moment, such as one that looks for a library
+        return []
+    return [(one.laddr.ip, one.laddr.port) for one in connections if one.status == psutil.CONN_LISTEN]
+
+
+def test_a_program_that_has_ended_listens_on_nothing():
+    with subprocess.Popen([sys.executable, "-c", ""]) as ended:
+        program = psutil.Process(ended.pid)
+        ended.wait()
+    assert listening_on(program) == []
 
 
 def addresses() -> list[str]:

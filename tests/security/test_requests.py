@@ -9,15 +9,16 @@ from pathlib import Path
 import httpx
 import pytest
 from websockets.exceptions import InvalidStatus
-from websockets.sync.client import connect
 
 from studio import wire
 from studio.api.access import Access
 from studio.api.limits import MAX_BODY_BYTES
-from studio.logs import set_up_logging
-from studio.take.raw import read_raw
+from studio.server.logs import set_up_logging
+from studio.take.raw.frames import read_raw
+from tests import patient
 from tests.api.camera import Camera
 from tests.api.test_routes import assert_error
+from tests.patient import connect
 
 OUTSIDE = ["%2e%2e", "..%2f..%2fsecret", "%2e%2e%2f%2e%2e%2fsecret", "..%5csecret", "%2fetc", "a%00.npz"]
 FOREIGN = "http://elsewhere.example"
@@ -166,7 +167,7 @@ def headers_of_file(studio) -> str:
 def test_a_redirect_stays_on_this_site(guarded):
     studio, _ = guarded
     for path in ("//elsewhere.example/x", "/%0d%0aSet-Cookie:%20x=1", "/\\elsewhere.example"):
-        answer = httpx.get(root(studio) + path, headers={"Accept": "text/html"})
+        answer = patient.get(root(studio) + path, headers={"Accept": "text/html"})
         assert answer.headers.get("location", "/signin?next=").startswith("/signin?next=")
         assert "set-cookie" not in answer.headers
 

@@ -2,9 +2,9 @@
 
 import numpy as np
 
-from studio.engine.frames import FrameSet, FusedSkeleton, StepResult
-from studio.engine.joints import JOINT_COUNT
-from studio.engine.poses import Poses
+from studio.engine.model.frames import FrameSet, FusedSkeleton, StepResult
+from studio.engine.model.joints import JOINT_COUNT
+from studio.engine.model.poses import Poses
 
 
 def step(poses: Poses, frame: int) -> StepResult:

@@ -4,10 +4,11 @@ import json
 
 import lz4.frame
 import numpy as np
+from scipy.spatial.transform import Rotation
 
-from studio.engine.joints import OUTPUT_INDEX
+from studio.engine.model.joints import OUTPUT_INDEX
 from studio.streams.rokoko import RokokoEncoder
-from studio.streams.unity import multiply, rotate, unity_pose
+from studio.streams.unity import unity_pose
 
 
 def received(datagram: bytes) -> dict:
@@ -36,7 +37,7 @@ def test_bones_point_along_their_axes_in_the_t_pose(t_pose):
     def direction(bone: str) -> np.ndarray:
         rotation = np.array([body[bone]["rotation"][k] for k in "xyzw"])
         assert abs(np.linalg.norm(rotation) - 1.0) < 1e-4
-        return rotate(rotation, np.array([0.0, -1.0, 0.0]))
+        return Rotation.from_quat(rotation).apply([0.0, -1.0, 0.0])
 
     np.testing.assert_allclose(direction("leftUpperArm"), [-1, 0, 0], atol=1e-4)
     np.testing.assert_allclose(direction("rightLowerArm"), [1, 0, 0], atol=1e-4)
@@ -51,7 +52,7 @@ def test_positions_and_turns_are_the_character_s(motion):
     index = OUTPUT_INDEX["LeftForeArm"]
     position = [body["leftLowerArm"]["position"][k] for k in "xyz"]
     np.testing.assert_allclose(position, pose.positions_m[index], atol=1e-5)
-    got = np.array([body["leftLowerArm"]["rotation"][k] for k in "xyzw"])
-    rest = np.array([-0.5, -0.5, 0.5, -0.5])  # of the lower left arm in the receivers' T-pose
-    expected = multiply(pose.rotations_xyzw[index], rest)
-    assert abs(abs(got @ expected) - 1.0) < 1e-5
+    got = Rotation.from_quat([body["leftLowerArm"]["rotation"][k] for k in "xyzw"])
+    rest = Rotation.from_quat([-0.5, -0.5, 0.5, -0.5])  # of the lower left arm in the receivers' T-pose
+    expected = Rotation.from_quat(pose.rotations_wxyz[index], scalar_first=True) * rest
+    assert (got.inv() * expected).magnitude() < 1e-5

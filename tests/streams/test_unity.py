@@ -1,9 +1,10 @@
 """Unity's axes: mirrored, y up, facing +z, and the local transforms give the world's."""
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
-from studio.engine.joints import OUTPUT_INDEX, OUTPUT_PARENTS
-from studio.streams.unity import UNITY_BONES, multiply, rotate, unity_pose
+from studio.engine.model.joints import OUTPUT_INDEX, OUTPUT_PARENTS
+from studio.streams.unity import UNITY_BONES, unity_pose
 
 
 def test_t_pose_faces_forward_with_the_left_hand_at_minus_x(t_pose):
@@ -12,32 +13,34 @@ def test_t_pose_faces_forward_with_the_left_hand_at_minus_x(t_pose):
     assert joint["LeftHand"][0] < -0.5 < 0.5 < joint["RightHand"][0]
     assert joint["Head"][1] > 1.3
     assert joint["LeftToeBase"][2] > joint["LeftFoot"][2] + 0.1
-    np.testing.assert_allclose(np.abs(pose.rotations_xyzw[:, 3]), 1.0)
+    np.testing.assert_allclose(np.abs(pose.rotations_wxyz[:, 0]), 1.0)
 
 
 def test_local_transforms_give_the_mirrored_world(motion):
     for frame in range(3):
         pose = unity_pose(0.0, motion.positions_m[frame], motion.rotations_wxyz[frame], scale=2.0)
-        positions, rotations = np.zeros((52, 3)), np.zeros((52, 4))
+        positions, rotations = np.zeros((52, 3)), Rotation.identity(52)
         for joint, parent in enumerate(OUTPUT_PARENTS):
-            position, rotation = pose.local_positions_m[joint], pose.local_rotations_xyzw[joint]
+            position = pose.local_positions_m[joint]
+            rotation = Rotation.from_quat(pose.local_rotations_wxyz[joint], scalar_first=True)
             if parent >= 0:
-                position = positions[parent] + rotate(rotations[parent], position)
-                rotation = multiply(rotations[parent], rotation)
+                position = positions[parent] + rotations[parent].apply(position)
+                rotation = rotations[parent] * rotation
             positions[joint], rotations[joint] = position, rotation
         stage = motion.positions_m[frame]
         mirrored = 2.0 * np.column_stack([-stage[:, 0], stage[:, 2], -stage[:, 1]])
         np.testing.assert_allclose(positions, mirrored, atol=1e-9)
+        world = Rotation.from_quat(pose.rotations_wxyz, scalar_first=True)
+        assert (world.inv() * rotations).magnitude().max() < 1e-7
 
 
 def test_a_rotation_is_mirrored_with_the_axes(motion):
     """What a rotation does to a point of the stage, its mirror does to the point's mirror."""
     pose = unity_pose(0.0, motion.positions_m[0], motion.rotations_wxyz[0])
     point = np.array([0.3, -0.2, 0.9])
-    wxyz = motion.rotations_wxyz[0]
-    turned = rotate(wxyz[:, [1, 2, 3, 0]], np.broadcast_to(point, (52, 3)))
+    turned = Rotation.from_quat(motion.rotations_wxyz[0], scalar_first=True).apply(point)
     mirror = np.column_stack([-turned[:, 0], turned[:, 2], -turned[:, 1]])
-    again = rotate(pose.rotations_xyzw, np.broadcast_to([-0.3, 0.9, 0.2], (52, 3)))
+    again = Rotation.from_quat(pose.rotations_wxyz, scalar_first=True).apply([-0.3, 0.9, 0.2])
     np.testing.assert_allclose(again, mirror, atol=1e-12)
 
 

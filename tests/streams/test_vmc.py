@@ -8,11 +8,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
-from studio.engine.joints import OUTPUT_PARENTS
+from studio.engine.model.joints import OUTPUT_PARENTS
 from studio.streams.sender import Sender
 from studio.streams.targets import Target
-from studio.streams.unity import UNITY_BONES, multiply, rotate, unity_pose
+from studio.streams.unity import UNITY_BONES, unity_pose
 from studio.streams.vmc import MAX_DATAGRAM, VmcEncoder
 from tests.streams.steps import step
 
@@ -86,12 +87,13 @@ def test_every_bone_of_every_frame_is_received_mirrored_and_in_metres(oscdump, m
         bones = {m[2].strip('"'): np.array(m[3:], float) for m in messages if m[0] == "/VMC/Ext/Bone/Pos"}
         assert set(bones) == set(UNITY_BONES)
         assert all(m[1] == "sfffffff" for m in messages if m[0] == "/VMC/Ext/Bone/Pos")
-        positions, rotations = np.zeros((52, 3)), np.zeros((52, 4))
+        positions, rotations = np.zeros((52, 3)), [Rotation.identity()] * 52
         for joint, parent in enumerate(OUTPUT_PARENTS):
-            positions[joint], rotations[joint] = np.split(bones[UNITY_BONES[joint]], [3])
+            place, xyzw = np.split(bones[UNITY_BONES[joint]], [3])
+            positions[joint], rotations[joint] = place, Rotation.from_quat(xyzw)
             if parent >= 0:
-                positions[joint] = positions[parent] + rotate(rotations[parent], positions[joint])
-                rotations[joint] = multiply(rotations[parent], rotations[joint])
+                positions[joint] = positions[parent] + rotations[parent].apply(place)
+                rotations[joint] = rotations[parent] * rotations[joint]
         stage = motion.positions_m[frame]
         expected = np.column_stack([-stage[:, 0], stage[:, 2], -stage[:, 1]])
         np.testing.assert_allclose(positions, expected, atol=2e-5)  # it prints six decimals

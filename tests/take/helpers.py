@@ -5,9 +5,9 @@ from pathlib import Path
 import numpy as np
 
 from studio import wire
-from studio.engine.joints import CANONICAL, JOINT_COUNT
-from studio.take.raw import RawWriter
-from studio.take.take import Take
+from studio.engine.model.joints import CANONICAL, JOINT_COUNT
+from studio.take.folder.take import Take
+from studio.take.raw.frames import RawWriter
 
 FRAME_NS = 33_333_333
 

@@ -13,16 +13,16 @@ import zstandard
 from mcap.writer import CompressionType, Writer
 
 from studio import wire
-from studio.engine.errors import FormatError, StudioError
-from studio.engine.poses import Poses
-from studio.engine.solve.trace import Trace
-from studio.take import bundle as bundles
-from studio.take import raw_chunks
-from studio.take.bundle import read_bundle, write_bundle
+from studio.engine.base.errors import FormatError, StudioError
+from studio.engine.model.poses import Poses
+from studio.engine.whole_take.trace import Trace
+from studio.take.folder.new import new_take
 from studio.take.importers import bag_files
-from studio.take.new import new_take
-from studio.take.raw_append import scan_raw
-from studio.take.raw_reader import RawReader
+from studio.take.library import bundle as bundles
+from studio.take.library.bundle import read_bundle, write_bundle
+from studio.take.raw import chunks as raw_chunks
+from studio.take.raw.append import scan_raw
+from studio.take.raw.reader import RawReader
 
 ZEROS = bytes(1 << 20)
 MB = 1 << 20

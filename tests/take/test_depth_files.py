@@ -8,13 +8,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from studio.engine.depth import DepthCamera
-from studio.engine.errors import FormatError, TakeError
-from studio.take.depth_export import export_depth
+from studio.engine.base.errors import FormatError, TakeError
+from studio.engine.model.depth import DepthCamera
 from studio.take.importers import import_recording
-from studio.take.k4a_writer import write_k4a
-from studio.take.raw import camera_frames
-from studio.take.raw_depth import depth_cameras, depth_frames
+from studio.take.library.depth_export import export_depth
+from studio.take.library.k4a_writer import write_k4a
+from studio.take.raw.depth import depth_cameras, depth_frames
+from studio.take.raw.frames import camera_frames
 from tests.take.test_raw_depth import depth_take, image
 
 CAMERA = DepthCamera(

@@ -6,15 +6,15 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from studio.engine.errors import TakeError
-from studio.engine.poses import Poses
-from studio.take.doctor import check_takes
+from studio.engine.base.errors import TakeError
+from studio.engine.model.poses import Poses
+from studio.take.folder.new import new_take
+from studio.take.folder.take import Take, TakeVersionError
 from studio.take.importers import import_recording
-from studio.take.install import PACKAGES, check_install
-from studio.take.new import new_take
-from studio.take.raw import RawEvent, RawFrame, RawWriter, inspect_raw, read_raw
-from studio.take.recovery import recover
-from studio.take.take import Take, TakeVersionError
+from studio.take.raw.frames import RawEvent, RawFrame, RawWriter, inspect_raw, read_raw
+from studio.take.upkeep.doctor import check_takes
+from studio.take.upkeep.install import PACKAGES, check_install
+from studio.take.upkeep.recovery import recover
 from tests.take.helpers import hello, joints_header, joints_rows, recorded_take, write_csv, write_frames
 from tests.take.test_take import calibration
 
@@ -235,9 +235,9 @@ def test_the_install_is_in_order(tmp_path: Path) -> None:
 
 
 def test_what_the_install_lacks_is_told(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("studio.take.install.PACKAGES", ("a_package_that_is_not_there",))
-    monkeypatch.setattr("studio.take.install.LEAST_FREE_BYTES", 10**18)
-    monkeypatch.setattr("studio.take.install.tempfile.mkstemp", _refuse)
+    monkeypatch.setattr("studio.take.upkeep.install.PACKAGES", ("a_package_that_is_not_there",))
+    monkeypatch.setattr("studio.take.upkeep.install.LEAST_FREE_BYTES", 10**18)
+    monkeypatch.setattr("studio.take.upkeep.install.tempfile.mkstemp", _refuse)
     failed = {c.name: c for c in check_install(tmp_path / "sessions") if not c.ok}
     assert set(failed) == {"a_package_that_is_not_there", "disk", "sessions"}
     assert all(c.action for c in failed.values())

@@ -4,13 +4,13 @@ import numpy as np
 import pytest
 
 from studio.__main__ import main
-from studio.engine.errors import FormatError, SettingsError, TakeError
-from studio.engine.export import export
-from studio.engine.metrics.canonical import canonical_positions
-from studio.engine.metrics.reference import Reference, read_reference
-from studio.engine.poses import Poses
+from studio.engine.animation.export import export
+from studio.engine.base.errors import FormatError, SettingsError, TakeError
+from studio.engine.metrics.reference.canonical import canonical_positions
+from studio.engine.metrics.reference.reference import Reference, read_reference
+from studio.engine.model.poses import Poses
+from studio.take.folder.take import Take
 from studio.take.importers import import_recording
-from studio.take.take import Take
 from tests.poses_factory import random_poses
 
 

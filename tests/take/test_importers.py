@@ -6,10 +6,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from studio.engine.errors import FormatError, StudioError, TakeError
-from studio.engine.joints import INDEX, JOINT_SETS
+from studio.engine.base.errors import FormatError, StudioError, TakeError
+from studio.engine.model.joints import INDEX, JOINT_SETS
 from studio.take.importers import import_recording, kinect
-from studio.take.raw import camera_frames, inspect_raw
+from studio.take.raw.frames import camera_frames, inspect_raw
 from tests.take.helpers import joints_header, joints_rows, write_csv
 
 

@@ -7,11 +7,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from studio.engine.geometry import fit_rigid, transform_points
-from studio.engine.joints import INDEX
+from studio.engine.base.geometry import fit_rigid, transform_points
+from studio.engine.model.joints import INDEX
 from studio.take.importers import import_recording
-from studio.take.raw import camera_frames, inspect_raw
-from studio.take.raw_depth import depth_frames
+from studio.take.raw.depth import depth_frames
+from studio.take.raw.frames import camera_frames, inspect_raw
 
 PAIRS = {
     "Study_13_Kinect_2_Time_5_22_05_PM": (1540, 1470),

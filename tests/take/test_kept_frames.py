@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 
-from studio.engine import records
-from studio.engine.errors import TakeError
-from studio.engine.frames import CameraFrame, HandSeen
-from studio.engine.records import BLOCK, Records
-from studio.take.kept_frames import Joined, KeptFrames
+from studio.engine.base import records
+from studio.engine.base.errors import TakeError
+from studio.engine.base.records import BLOCK, Records
+from studio.engine.model.frames import CameraFrame, HandSeen
+from studio.take.raw.kept_frames import Joined, KeptFrames
 
 
 def frames(count=3 * BLOCK + 7):

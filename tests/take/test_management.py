@@ -8,16 +8,16 @@ import numpy as np
 import pytest
 
 from studio import wire
-from studio.engine.calibration.result import Calibration, CameraCalibration
-from studio.engine.errors import CalibrationError, FormatError, TakeError
-from studio.engine.frames import ClockModel
-from studio.take.borrow import borrow_calibration
-from studio.take.bundle import read_bundle, write_bundle
-from studio.take.new import new_take
-from studio.take.raw import RawWriter, read_raw
-from studio.take.slate import Slate, change_slate
-from studio.take.take import Take
-from studio.take.trash import empty_trash, list_trash, restore, throw_away
+from studio.engine.base.errors import CalibrationError, FormatError, TakeError
+from studio.engine.model.calibration import Calibration, CameraCalibration
+from studio.engine.model.frames import ClockModel
+from studio.take.folder.new import new_take
+from studio.take.folder.take import Take
+from studio.take.library.borrow import borrow_calibration
+from studio.take.library.bundle import read_bundle, write_bundle
+from studio.take.library.slate import Slate, change_slate
+from studio.take.library.trash import empty_trash, list_trash, restore, throw_away
+from studio.take.raw.frames import RawWriter, read_raw
 
 
 @pytest.fixture

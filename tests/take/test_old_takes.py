@@ -7,20 +7,20 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from studio.engine import versions
-from studio.engine.calibration.result import Calibration
-from studio.engine.errors import FormatError, StudioError
-from studio.engine.export import export
-from studio.engine.poses import Poses
-from studio.engine.settings import preset
-from studio.engine.solve.trace import Trace
-from studio.engine.versions import KEY, FileFormat
-from studio.replay import solve_take
-from studio.take.bundle import read_bundle, write_bundle
-from studio.take.doctor import check_takes
-from studio.take.raw import camera_frames, inspect_raw
-from studio.take.solves import TRACE, read_metrics, read_settings
-from studio.take.take import Take
+from studio.engine.animation.export import export
+from studio.engine.base import versions
+from studio.engine.base.errors import FormatError, StudioError
+from studio.engine.base.versions import KEY, FileFormat
+from studio.engine.model.calibration import Calibration
+from studio.engine.model.poses import Poses
+from studio.engine.model.settings import preset
+from studio.engine.whole_take.trace import Trace
+from studio.offline.replay import solve_take
+from studio.take.folder.solves import TRACE, read_metrics, read_settings
+from studio.take.folder.take import Take
+from studio.take.library.bundle import read_bundle, write_bundle
+from studio.take.raw.frames import camera_frames, inspect_raw
+from studio.take.upkeep.doctor import check_takes
 
 OLD = Path(__file__).parents[1] / "data" / "old_takes"
 TAKES = sorted(path.parent for path in OLD.glob("*/*/take.json"))

@@ -8,15 +8,15 @@ import pytest
 from mcap.reader import make_reader
 
 from studio import wire
-from studio.engine.errors import TakeError
-from studio.take.doctor import check_takes
-from studio.take.marker import MARKER, RECORDING, Marker, machine, read_marker, write_marker
-from studio.take.pose_log import POSE_LOG, RECORD, PoseLog, read_records
-from studio.take.ranges import Ranges
-from studio.take.raw import RawCamera, RawFrame, RawWriter, camera_frames, inspect_raw, read_raw
-from studio.take.raw_append import scan_raw
-from studio.take.raw_records import camera_frame
-from studio.take.take import Take
+from studio.engine.base.errors import TakeError
+from studio.take.folder.marker import MARKER, RECORDING, RecordingMarker, machine, read_marker, write_marker
+from studio.take.folder.take import Take
+from studio.take.raw.append import scan_raw
+from studio.take.raw.frames import RawCamera, RawFrame, RawWriter, camera_frames, inspect_raw, read_raw
+from studio.take.raw.pose_log import POSE_LOG, RECORD, PoseLog, read_records
+from studio.take.raw.ranges import Ranges
+from studio.take.raw.records import camera_frame
+from studio.take.upkeep.doctor import check_takes
 from tests.take.helpers import hello, message, write_frames
 
 NAMES = ["camera_0", "camera_1"]
@@ -138,12 +138,12 @@ def crashed_live_take(sessions: Path) -> Take:
     records["tick"] = np.arange(40)
     records["rotations_wxyz"][..., 0] = 1.0
     (take.path / POSE_LOG).write_bytes(records.tobytes() + b"torn")
-    write_marker(sessions, Marker("day", "take_001", "0a1b", RECORDING, 1, 2, 3, machine()))
+    write_marker(sessions, RecordingMarker("day", "take_001", "0a1b", RECORDING, 1, 2, 3, machine()))
     return take
 
 
 def preset_json() -> dict:
-    from studio.engine.settings import preset
+    from studio.engine.model.settings import preset
 
     return json.loads(json.dumps(preset("studio").to_json()))
 

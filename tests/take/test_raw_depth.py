@@ -8,14 +8,14 @@ import pytest
 from PIL import Image
 
 from studio import wire
-from studio.engine.depth import DepthCamera
-from studio.engine.errors import FormatError
-from studio.engine.frames import ClockModel
-from studio.take.doctor import check_take
+from studio.engine.base.errors import FormatError
+from studio.engine.model.depth import DepthCamera
+from studio.engine.model.frames import ClockModel
+from studio.take.folder.take import Take
 from studio.take.importers import import_recording
-from studio.take.raw import RawDepth, RawWriter, camera_frames, inspect_raw, read_raw
-from studio.take.raw_depth import DepthRecording, depth_cameras, depth_frames
-from studio.take.take import Take
+from studio.take.raw.depth import DepthRecording, depth_cameras, depth_frames
+from studio.take.raw.frames import RawDepth, RawWriter, camera_frames, inspect_raw, read_raw
+from studio.take.upkeep.doctor import check_take
 from tests.take.helpers import FRAME_NS, hello, joints_header, joints_rows, write_csv, write_frames
 
 INTRINSICS = wire.Intrinsics(50.0, 51.0, 19.5, 14.5, 40, 30, (0.1, -0.05, 0.0, 0.0))

@@ -4,9 +4,17 @@ from pathlib import Path
 
 import pytest
 
-from studio.engine.errors import TakeError
-from studio.take.sessions import list_takes, new_take_path, take_path
+from studio.engine.base.errors import TakeError
+from studio.take.folder.take import Take
+from studio.take.library.sessions import TakeInfo, new_take_path, take_ids, take_info, take_path
 from tests.take.helpers import FRAME_NS, recorded_take
+
+
+def listed(sessions: Path) -> list[TakeInfo]:
+    """Every take in the folder by session and name."""
+    return [
+        take_info(sessions / id_) for id_ in take_ids(sessions) if (sessions / id_ / "take.json").is_file()
+    ]
 
 
 def test_takes_are_listed_from_the_folders(tmp_path: Path) -> None:
@@ -19,7 +27,7 @@ def test_takes_are_listed_from_the_folders(tmp_path: Path) -> None:
     (tmp_path / "day" / "no_take").mkdir()
     (tmp_path / ".hidden" / "t").mkdir(parents=True)
     (tmp_path / ".hidden" / "t" / "take.json").write_text("{}")
-    broken, first, second = list_takes(tmp_path)
+    broken, first, second = listed(tmp_path)
     assert (broken.name, broken.state, broken.length_s) == ("broken", "damaged", None)
     assert "take.json" in (broken.problem or "")
     assert (first.session, first.name, first.solves, first.length_s) == ("day", "take_001", ("studio",), 0.0)
@@ -32,11 +40,11 @@ def test_an_unfinished_recording_has_no_length(tmp_path: Path) -> None:
     data = take.raw_path.read_bytes()
     for place in (0, 10, len(data) // 2, len(data) - 1):
         take.raw_path.write_bytes(data[:place])
-        (info,) = list_takes(tmp_path)
+        (info,) = listed(tmp_path)
         assert info.length_s is None
     take.raw_path.unlink()
-    assert list_takes(tmp_path)[0].length_s is None
-    assert list_takes(tmp_path / "missing") == []
+    assert listed(tmp_path)[0].length_s is None
+    assert listed(tmp_path / "missing") == []
 
 
 def test_new_takes_are_numbered(tmp_path: Path) -> None:
@@ -68,15 +76,24 @@ def test_a_link_out_of_the_folder_is_refused(tmp_path: Path) -> None:
         take_path(tmp_path / "sessions", "day", "take_001")
 
 
+def test_the_list_tells_the_part_before_the_performance(tmp_path: Path) -> None:
+    for name, before_s in (("imported", 34.0), ("live", None)):
+        Take.create(
+            tmp_path / "a" / name, session="a", name=name, source="import", calibration_s=before_s
+        ).save_meta()
+    found = {name: take_info(tmp_path / "a" / name).calibration_s for name in ("imported", "live")}
+    assert found == {"imported": 34.0, "live": None}
+
+
 def test_the_list_follows_what_changes(tmp_path: Path) -> None:
     take = recorded_take(tmp_path / "day" / "take_001", ["camera_0"], 5)
-    (before,) = list_takes(tmp_path)
-    assert list_takes(tmp_path) == [before]
+    (before,) = listed(tmp_path)
+    assert listed(tmp_path) == [before]
     take.meta["notes"] = "changed"
     take.save_meta()
     (take.path / "solves" / "new").mkdir(parents=True)
-    assert list_takes(tmp_path)[0].notes == "changed" and list_takes(tmp_path)[0].solves == ()
+    assert listed(tmp_path)[0].notes == "changed" and listed(tmp_path)[0].solves == ()
     (take.path / "solves" / "new" / "poses.npz").write_bytes(b"")
-    assert list_takes(tmp_path)[0].solves == ("new",)
+    assert listed(tmp_path)[0].solves == ("new",)
     (take.path / "take.json").write_text("{")
-    assert list_takes(tmp_path)[0].problem
+    assert listed(tmp_path)[0].problem

@@ -5,8 +5,8 @@ from pathlib import Path
 
 import pytest
 
-from studio.live.calibrations import load_last_calibration, save_calibration
-from studio.take.doctor import check_takes
+from studio.live.calibration.kept import load_last_calibration, save_calibration
+from studio.take.upkeep.doctor import check_takes
 from tests.live.performer import calibration
 
 

@@ -9,12 +9,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from studio import wire
-from studio.engine.calibration.result import Calibration, CameraCalibration
-from studio.engine.errors import CalibrationError, TakeError
-from studio.take.lock import is_held
-from studio.take.names import check_name, inside, is_safe_name
-from studio.take.new import new_take
-from studio.take.take import Take, TakeVersionError
+from studio.engine.base.errors import CalibrationError, TakeError
+from studio.engine.model.calibration import Calibration, CameraCalibration
+from studio.take.folder.lock import is_held
+from studio.take.folder.names import check_name, inside, is_safe_name
+from studio.take.folder.new import new_take
+from studio.take.folder.take import Take, TakeVersionError
 from tests.take.helpers import hello
 
 HOSTILE = [

@@ -1,4 +1,4 @@
-"""Skeletons from depth are made once: later solves and first looks find them in the take."""
+"""Skeletons from depth are made once: later solves and previews find them in the take."""
 
 import os
 from dataclasses import replace
@@ -7,22 +7,22 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from studio import tracking
-from studio.camera.simulator.rig import standard_rig
-from studio.camera.simulator.simulate import simulate_take
-from studio.engine.calibration.result import Calibration, CameraCalibration
-from studio.engine.errors import StudioError, TakeError
-from studio.engine.poses import Poses
-from studio.engine.settings import SolveSettings
-from studio.first_look import solve_part
-from studio.replay import solve_take
-from studio.take import tracked
-from studio.take.bundle import write_bundle
-from studio.take.doctor import check_take
-from studio.take.take import Take
-from studio.take.tracked import FOLDER
-from tests.camera.simulator.depth.test_take import motion
+from studio.engine.base.errors import StudioError, TakeError
+from studio.engine.model.calibration import Calibration, CameraCalibration
+from studio.engine.model.poses import Poses
+from studio.engine.model.settings import SolveSettings
+from studio.offline import tracking
+from studio.offline.preview import solve_part
+from studio.offline.replay import solve_take
+from studio.simulator.rig import standard_rig
+from studio.simulator.simulate import simulate_take
+from studio.take.folder import tracked
+from studio.take.folder.take import Take
+from studio.take.folder.tracked import FOLDER
+from studio.take.library.bundle import write_bundle
+from studio.take.upkeep.doctor import check_take
 from tests.engine.walkers import performer
+from tests.simulator.depth.test_take import motion
 
 __all__ = ["motion"]
 

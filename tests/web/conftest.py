@@ -8,7 +8,7 @@ from fastapi import FastAPI
 from fastapi.responses import JSONResponse
 from playwright.sync_api import Browser, Page
 
-from studio.engine.errors import StudioError
+from studio.engine.base.errors import StudioError
 from studio.web import ViewHandle, mount
 from tests.web.browser import quiet_page
 from tests.web.stages import FakeStage, FolderOfTakes, serving

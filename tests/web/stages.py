@@ -5,19 +5,20 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 from fastapi import FastAPI
 
-from studio.api.server import make_server, open_socket
-from studio.engine.calibration.result import Calibration, CameraCalibration
-from studio.engine.frames import FrameSet, FusedSkeleton, StepResult
-from studio.engine.geometry import make_transform
-from studio.engine.joints import JOINT_COUNT, OUTPUT_OF_CANONICAL_INDEX
-from studio.live.links import Links
-from studio.live.previews import Previews
-from studio.take.take import Take
-from tests.render.figures import t_pose
+from studio.engine.base.geometry import make_transform
+from studio.engine.model.calibration import Calibration, CameraCalibration
+from studio.engine.model.frames import FrameSet, FusedSkeleton, StepResult
+from studio.engine.model.joints import JOINT_COUNT, OUTPUT_OF_CANONICAL_INDEX
+from studio.live.cameras.links import Links
+from studio.live.cameras.previews import Previews
+from studio.server.run import make_server, open_socket
+from studio.take.folder.take import Take
+from tests.review.render.figures import t_pose
 
 CAMERAS = ("left", "right")
 
@@ -73,8 +74,9 @@ class FakeStage:
     def calibration(self) -> Calibration:
         return self._calibration
 
-    def status(self) -> dict[str, object]:
-        return {"cameras": {name: {} for name in CAMERAS}, "pipeline": {"clock_offset_ns": self.clock_ns()}}
+    def status(self) -> SimpleNamespace:
+        pipeline = SimpleNamespace(clock_offset_ns=self.clock_ns())
+        return SimpleNamespace(cameras=dict.fromkeys(CAMERAS), pipeline=pipeline)
 
     @contextmanager
     def performing(self) -> Iterator[None]:

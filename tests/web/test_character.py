@@ -2,10 +2,11 @@
 
 import numpy as np
 
-from studio.engine.geometry import matrices, quaternions
-from studio.engine.joints import OUTPUT_INDEX, OUTPUT_PARENTS
-from studio.web.character import Proportions, bone_offsets, rest_positions
-from tests.render.figures import t_pose
+from studio.engine.animation.mannequin.performer import bone_offsets, rest_positions
+from studio.engine.base.geometry import matrices, quaternions
+from studio.engine.model.joints import OUTPUT_INDEX, OUTPUT_PARENTS
+from studio.web.scene.character import Proportions
+from tests.review.render.figures import t_pose
 
 
 def turned(positions: np.ndarray, joint: str, R: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -2,17 +2,19 @@
 
 import json
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 
-import httpx
 import numpy as np
 import pytest
 from playwright.sync_api import Page, expect
 
-from studio.engine.joints import CANONICAL
-from studio.engine.metrics.canonical import canonical_positions
-from studio.engine.poses import Poses
-from tests.engine.retarget.rigs import write_rig
+from studio.engine.animation.export import EXPORTERS
+from studio.engine.metrics.reference.canonical import canonical_positions
+from studio.engine.model.joints import CANONICAL
+from studio.engine.model.poses import Poses
+from tests import patient
+from tests.engine.animation.retarget.rigs import write_rig
 from tests.poses_factory import t_pose
 from tests.web.browser import wait_for_undos
 from tests.web.playback.takes import take_with_solves
@@ -41,7 +43,7 @@ def reference_csv(poses: Poses) -> str:
 
 
 def replay(address: str) -> dict:
-    return httpx.get(f"{address}/api/v1/replay").json()
+    return patient.get(f"{address}/api/v1/replay").json()
 
 
 def test_a_reference_is_loaded_compared_and_removed(address: str, page: Page, tmp_path: Path) -> None:
@@ -66,7 +68,7 @@ def test_a_reference_is_loaded_compared_and_removed(address: str, page: Page, tm
     expect(compare.locator(".figures")).to_contain_text("Mean error")
     page.get_by_role("button", name="Make the report").click()
     link = page.get_by_role("link", name="Open the report").get_attribute("href")
-    assert "<svg" in httpx.get(link).text
+    assert "<svg" in patient.get(link).text
     page.get_by_role("button", name="Remove truth.csv").click()
     expect(compare.locator(".reference-row")).to_have_count(0)
     until(lambda: replay(address)["ghost"] is None)
@@ -77,6 +79,32 @@ def test_a_reference_is_loaded_compared_and_removed(address: str, page: Page, tm
     expect(compare.locator(".reference-row")).to_contain_text("truth.csv")
     compare.get_by_role("button", name="Close").click()
     expect(compare).to_be_hidden()
+
+
+def test_closing_takes_the_second_figure_away(address: str, page: Page) -> None:
+    page.goto(address)
+    page.get_by_role("button", name="Replay one, solve studio").click()
+    page.locator("#replay-compare").click()
+    until(lambda: replay(address)["ghost"] is not None)
+    page.locator("#compare-beside").click()
+    page.locator("#compare-close").click()
+    until(lambda: replay(address)["ghost"] is None)
+    expect(page.locator("#compare")).to_be_hidden()
+    page.locator("#replay-compare").click()
+    until(lambda: replay(address)["ghost"] is not None)
+
+
+def test_a_format_that_cannot_be_written_says_why(
+    address: str, page: Page, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setitem(EXPORTERS, "usd", replace(EXPORTERS["usd"], needs="a_module_of_no_package"))
+    page.goto(address)
+    page.get_by_role("button", name="Export one, solve studio").click()
+    for name in ("usd", "mkv"):
+        expect(page.locator(f"#export-format option[value={name}]")).to_be_disabled()
+    expect(page.locator("#export-format option[value=bvh]")).to_be_enabled()
+    expect(page.locator("#export-missing")).to_contain_text("USD is not installed here: pip install")
+    expect(page.locator("#export-missing")).to_contain_text("This take has no depth")
 
 
 def test_exports_for_programs_and_onto_a_rig(address: str, page: Page, tmp_path: Path) -> None:
@@ -105,7 +133,7 @@ def test_exports_for_programs_and_onto_a_rig(address: str, page: Page, tmp_path:
     assert {"hips", "leftUpperLeg"} <= names
     page.get_by_label("Select one").check()
     page.get_by_label("Select two").check()
-    page.get_by_role("button", name="Export 2 takes").click()
+    page.locator("#selected-export").click()
     expect(dialog.get_by_label("Solve of two")).to_have_value("studio")
     dialog.get_by_text("MotionBuilder, Maya", exact=True).click()
     dialog.get_by_label("All takes in one file").check()

@@ -2,10 +2,10 @@
 
 from collections.abc import Iterator
 
-import httpx
 import pytest
 from playwright.sync_api import Page, expect
 
+from tests import patient
 from tests.live.performer import calibration
 from tests.web.fitting import assert_it_fits
 from tests.web.playback.takes import take_with_solves
@@ -30,9 +30,9 @@ def trial(address: str) -> dict:
     """A blind test with a vote."""
     made = make_test(address, allow_none=True, ask_name=True)
     vote = f"{address}/api/v1{made['path']}"
-    voter = {"X-Voter": httpx.post(f"{vote}/join", json={"name": "Ada"}).json()["voter"]}
+    voter = {"X-Voter": patient.post(f"{vote}/join", json={"name": "Ada"}).json()["voter"]}
     chosen = {"choice": "left", "watched_s": 3.0, "comment": "the feet stand still in this one"}
-    httpx.put(f"{vote}/0", json=chosen, headers=voter).raise_for_status()
+    patient.put(f"{vote}/0", json=chosen, headers=voter).raise_for_status()
     return made
 
 
@@ -84,7 +84,7 @@ def test_the_voters_page_has_its_choices_in_one_row(address: str, trial: dict, p
 
 
 def test_a_shared_replay(address: str, page: Page) -> None:
-    share = httpx.post(f"{address}/api/v1/takes/monday/one/solves/studio/share", timeout=60).json()
+    share = patient.post(f"{address}/api/v1/takes/monday/one/solves/studio/share", timeout=60).json()
     page.goto(address + share["path"])
     expect(page.locator("body")).to_have_attribute("data-ready", "")
     assert_it_fits(page)

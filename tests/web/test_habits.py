@@ -5,12 +5,12 @@ import threading
 from collections.abc import Iterator
 from pathlib import Path
 
-import httpx
 import pytest
 from playwright.sync_api import Page, Route, expect
 
 from studio.live import warmup
-from studio.take.take import Take
+from studio.take.folder.take import Take
+from tests import patient
 from tests.live.performer import calibration, hello, save_stage_calibration
 from tests.web.browser import wait_for_undos
 from tests.web.playback.takes import take_with_solves
@@ -53,7 +53,7 @@ def test_language_theme_and_folded_panels_survive_a_reload(empty: str, page: Pag
 def test_a_french_page_shows_no_english_words_before_its_own(empty: str, page: Page) -> None:
     page.add_init_script("localStorage.setItem('language', 'fr')")
     held: list[Route] = []
-    page.route("**/static/strings.js*", lambda route: held.append(route))
+    page.route("**/static/base/strings.js*", lambda route: held.append(route))
     page.goto(empty, wait_until="commit")
     until(lambda: page.evaluate("document.querySelector('h1') !== null") and len(held) > 0)
     expect(page.locator("h1")).to_be_hidden()
@@ -61,6 +61,17 @@ def test_a_french_page_shows_no_english_words_before_its_own(empty: str, page: P
         route.continue_()
     expect(page.locator("#record .label")).to_have_text("Enregistrer")
     expect(page.locator("h1")).to_be_visible()
+
+
+def test_the_browser_never_sends_the_sign_in_by_itself(empty: str, page: Page) -> None:
+    held: list[Route] = []
+    page.route("**/static/access/signin.js*", lambda route: held.append(route))
+    page.goto(f"{empty}/signin", wait_until="commit")
+    until(lambda: len(held) > 0)
+    button = page.locator("#sign-in button")
+    expect(button).to_be_disabled()
+    held[0].continue_()
+    expect(button).to_be_enabled()
 
 
 def test_every_act_on_takes_can_be_taken_back(empty: str, page: Page) -> None:
@@ -89,16 +100,16 @@ def test_every_act_on_takes_can_be_taken_back(empty: str, page: Page) -> None:
     page.get_by_role("button", name="Put one back").click()
     expect(page.locator("#trash")).to_contain_text("Nothing was thrown away")
     expect(page.locator(".take")).to_have_count(2)
-    httpx.delete(f"{empty}/api/v1/takes/monday/two").raise_for_status()
+    patient.delete(f"{empty}/api/v1/takes/monday/two").raise_for_status()
     page.get_by_role("button", name="Close").click()
     page.locator("#trash-open").click()
     page.get_by_role("button", name="Empty the trash").click()
     page.locator(".ask").get_by_role("button", name="Cancel").click()
-    assert len(httpx.get(f"{empty}/api/v1/trash").json()) == 1
+    assert len(patient.get(f"{empty}/api/v1/trash").json()) == 1
     page.get_by_role("button", name="Empty the trash").click()
     page.locator(".ask").get_by_role("button", name="Empty the trash").click()
     expect(page.locator("#trash")).to_contain_text("Nothing was thrown away")
-    assert httpx.get(f"{empty}/api/v1/trash").json() == []
+    assert patient.get(f"{empty}/api/v1/trash").json() == []
 
 
 def test_presets_are_saved_renamed_removed_and_put_back(empty: str, page: Page) -> None:
@@ -145,7 +156,7 @@ def test_a_countdown_a_slate_and_a_warning(tmp_path: Path, page: Page) -> None:
             expect(page.locator("#countdown")).to_be_hidden()
             expect(page.get_by_role("meter", name="Level of camera_0")).to_be_visible()
         expect(page.locator("#warning")).to_contain_text("no frames")
-        httpx.post(f"{url}/api/v1/record/stop").raise_for_status()
+        patient.post(f"{url}/api/v1/record/stop").raise_for_status()
         expect(page.locator("#warning")).to_be_hidden()
         page.close()  # before the server, whose end it would complain of
 
@@ -157,7 +168,7 @@ def test_a_viewer_sees_all_and_changes_nothing(empty: str, page: Page) -> None:
     expect(page.locator(".side").get_by_role("button", name="Export")).to_have_count(0)
     page.keyboard.press("r")
     page.keyboard.press("t")
-    assert not httpx.get(f"{empty}/api/v1/status").json()["recording"]["active"]
+    assert not patient.get(f"{empty}/api/v1/status").json()["recording"]["active"]
     assert page.evaluate("document.documentElement.scrollWidth <= innerWidth")
 
 

@@ -1,15 +1,16 @@
 """viser on the studio's port: who may connect, and what happens when a side closes."""
 
-import httpx
 import pytest
 import viser
 from fastapi import FastAPI
 from websockets.exceptions import ConnectionClosed, InvalidStatus
-from websockets.sync.client import ClientConnection, connect
+from websockets.sync.client import ClientConnection
 from websockets.typing import Subprotocol
 
 from studio.web import ViewHandle
 from studio.web.proxy import MAX_UPSTREAM_BYTES, is_same_origin
+from tests import patient
+from tests.patient import connect
 from tests.web.stages import until
 
 PROTOCOL = Subprotocol(f"viser-v{viser.__version__}")
@@ -22,7 +23,7 @@ def open_viewer(address: str, origin: str | None) -> ClientConnection:
 
 
 def test_client_page_is_served_with_its_panels_hidden(address: str) -> None:
-    answer = httpx.get(f"{address}/viewer", follow_redirects=True)
+    answer = patient.get(f"{address}/viewer", follow_redirects=True)
     assert answer.status_code == 200 and str(answer.url) == f"{address}/viewer/"
     assert "mantine-Paper-root" in answer.text and "</html>" in answer.text
 

@@ -3,12 +3,12 @@
 import re
 from pathlib import Path
 
-import httpx
 import numpy as np
 import pytest
 from playwright.sync_api import Page, expect
 
-from studio.share.page import replay_page
+from studio.review.share.page import replay_page
+from tests import patient
 from tests.poses_factory import random_poses
 from tests.web.playback.takes import take_with_solves
 from tests.web.stages import until
@@ -45,10 +45,21 @@ def test_the_file_plays_without_a_network(page: Page, tmp_path: Path) -> None:
     assert [url for url in asked if not url.startswith(("file:", "blob:"))] == []
 
 
+def test_a_part_counts_on_the_clock_of_the_performance(page: Page, tmp_path: Path) -> None:
+    file, poses = tmp_path / "part.html", random_poses(np.random.default_rng(1), seconds=2.0)
+    file.write_bytes(replay_page(poses, title="Walk", start_s=0.5, end_s=1.5))
+    page.goto(file.as_uri())
+    expect(page.locator("body")).to_have_attribute("data-ready", "")
+    page.keyboard.press("Space")
+    page.keyboard.press("Home")
+    expect(page.locator("#time")).to_have_text("0:00.50 / 0:01.50")
+    expect(page.locator("#time")).to_have_attribute("title", "Time since the performance began")
+
+
 def test_a_link_opens_the_replay_and_reaches_nothing_else(page: Page, tmp_path: Path) -> None:
     take_with_solves(tmp_path / "monday" / "one")
     with studio(tmp_path) as (app, _), serving(app) as url:
-        share = httpx.post(f"{url}/api/v1/takes/monday/one/solves/studio/share", timeout=60).json()
+        share = patient.post(f"{url}/api/v1/takes/monday/one/solves/studio/share", timeout=60).json()
         page.goto(url + share["path"])
         expect(page.locator("body")).to_have_attribute("data-drawn", re.compile(r"\d"))
         assert page.evaluate("self.origin") == "null"
@@ -58,7 +69,7 @@ def test_a_script_in_the_page_cannot_ask_the_studio(chromium, tmp_path: Path) ->
     take_with_solves(tmp_path / "monday" / "one")
     page = chromium.new_page()  # what is refused is logged
     with studio(tmp_path) as (app, _), serving(app) as url:
-        share = httpx.post(f"{url}/api/v1/takes/monday/one/solves/studio/share", timeout=60).json()
+        share = patient.post(f"{url}/api/v1/takes/monday/one/solves/studio/share", timeout=60).json()
         page.goto(url + share["path"])
         expect(page.locator("body")).to_have_attribute("data-ready", "")
         asked = "fetch('/api/v1/takes').then((answer) => answer.status, () => 'refused')"

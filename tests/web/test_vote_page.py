@@ -4,10 +4,10 @@ import json
 import re
 from pathlib import Path
 
-import httpx
 import pytest
 from playwright.sync_api import Page, expect
 
+from tests import patient
 from tests.live.performer import calibration
 from tests.web.playback.takes import take_with_solves
 from tests.web.stages import until
@@ -32,13 +32,13 @@ def make_test(address: str, **rules: object) -> dict:
         "b": {**side, "condition": "held", "key_hz": 8, "interpolation": "held"},
     }
     body = {"title": "Walks", "pairs": [pair, {**pair, "start_s": 0.5}], "rules": {"repeats": 0, **rules}}
-    answer = httpx.post(f"{address}/api/v1/blind", json=body, timeout=120.0)
+    answer = patient.post(f"{address}/api/v1/blind", json=body, timeout=120.0)
     assert answer.status_code == 201, answer.text
     return answer.json()
 
 
 def results(address: str, test: dict) -> dict:
-    return httpx.get(f"{address}/api/v1/blind/{test['id']}/results").json()
+    return patient.get(f"{address}/api/v1/blind/{test['id']}/results").json()
 
 
 def test_a_voter_votes_changes_reloads_and_finishes(address: str, page: Page) -> None:
@@ -107,11 +107,11 @@ def test_a_room_follows_the_operator(address: str, page: Page) -> None:
     page.goto(address + test["path"])
     page.get_by_role("button", name="Begin").click()
     expect(page.locator("main")).to_contain_text("Wait for the next pair")
-    httpx.put(f"{address}/api/v1/blind/{test['id']}/shown", json={"slot": 1})
+    patient.put(f"{address}/api/v1/blind/{test['id']}/shown", json={"slot": 1})
     expect(page.locator("#place")).to_have_text("2 of 2")
     page.get_by_role("button", name="A", exact=True).click()
     expect(page.locator("#kept")).to_have_text("Kept")
-    httpx.post(f"{address}/api/v1/blind/{test['id']}/close")
+    patient.post(f"{address}/api/v1/blind/{test['id']}/close")
     expect(page.locator("main")).to_contain_text("over")
 
 
@@ -125,8 +125,8 @@ def test_a_wrong_link_says_so(address: str, chromium) -> None:
 def test_a_test_from_compare_takes_the_range_between_in_and_out(address: str, page: Page) -> None:
     replay = f"{address}/api/v1/replay"
     shown = {"take": "monday/one", "solve": "studio", "ghost": {"solve": "live"}}
-    httpx.put(replay, json=shown, timeout=60.0).raise_for_status()
-    httpx.patch(replay, json={"first": 30, "last": 90}).raise_for_status()  # at 60 Hz
+    patient.put(replay, json=shown, timeout=60.0).raise_for_status()
+    patient.patch(replay, json={"first": 30, "last": 90}).raise_for_status()  # at 60 Hz
     page.add_init_script("sessionStorage.setItem('compare', 'open')")
     page.goto(address)
     page.goto(f"{address}/" + str(page.locator("a[href^='blind?']").get_attribute("href")))
@@ -137,8 +137,8 @@ def test_a_test_from_compare_takes_the_range_between_in_and_out(address: str, pa
     page.get_by_role("button", name="Add this pair").click()
     page.get_by_role("button", name="Make the test").click()
     expect(page.locator("#results-title")).to_have_text("Results: Which settings?")
-    (test,) = httpx.get(f"{address}/api/v1/blind").json()["tests"]
-    (pair,) = httpx.get(f"{address}/api/v1/blind/{test['id']}").json()["pairs"]
+    (test,) = patient.get(f"{address}/api/v1/blind").json()["tests"]
+    (pair,) = patient.get(f"{address}/api/v1/blind/{test['id']}").json()["pairs"]
     assert (pair["start_s"], pair["end_s"]) == (0.5, 1.5)
 
 
@@ -161,6 +161,16 @@ def test_the_operator_makes_a_test_and_sees_the_votes(address: str, page: Page, 
         expect(voter.locator("#kept")).to_have_text("Kept")
     expect(page.locator("#results")).to_contain_text("1 voter, 1 finished")
     expect(page.locator(".result .bar")).to_be_visible()
+    found = patient.get(
+        f"{address}/api/v1/blind/{patient.get(f'{address}/api/v1/blind').json()['tests'][0]['id']}/results"
+    ).json()["pairs"][0]
+    first, second = (
+        f"{100 * found[votes]} % of 1 vote for “{name}”"
+        for votes, name in (("votes_a", "all keys"), ("votes_b", "held keys"))
+    )
+    expect(page.locator(".result")).to_contain_text(f"{first} (95 %:")
+    expect(page.locator(".result .bar")).to_have_attribute("aria-label", f"{first}; {second}")
+    expect(page.locator("#results")).to_contain_text(re.compile(r"(0|100) % of 1 vote for “the left side”"))
     page.get_by_role("button", name="Close", exact=True).click()
     expect(page.locator("#tests")).to_contain_text("closed")
     side = {"take": "monday/one", "solve": "studio"}

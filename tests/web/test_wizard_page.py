@@ -6,8 +6,8 @@ from pathlib import Path
 
 import pytest
 from playwright.sync_api import Page, WebSocketRoute, expect
-from websockets.sync.client import connect
 
+from tests.patient import connect
 from tests.web.test_page import FAINT, NAMELESS, SIZES, performing, serving, studio
 
 pytestmark = pytest.mark.browser
@@ -20,7 +20,12 @@ class Told:
     def __init__(self, page: Page, message: dict) -> None:
         self.message = message
         self._routes: list[WebSocketRoute] = []
-        page.route_web_socket("**/api/v1/events", lambda route: self._routes.append(route))
+        page.route_web_socket("**/api/v1/events", self._follow)
+
+    def _follow(self, route: WebSocketRoute) -> None:
+        """Tell the message whenever the stage tells its own: a page doubts a server that is silent."""
+        self._routes.append(route)
+        route.connect_to_server().on_message(lambda _: route.send(json.dumps(self.message)))
 
     def calibration(self, attempt: dict | None = None, tpose: dict | None = None, **changes: object) -> None:
         """Change the calibration's attempt and T-pose, and tell it."""
@@ -44,7 +49,7 @@ def camera() -> dict:
     clock = {"offset_ms": 0.0, "drift_ppm": 0.0, "error_ms": 0.1, "jumps": 0}
     counts = dict.fromkeys(("kept_by_client", "unknown_by_client", "not_kept_by_client", "previews"), 0)
     figures = {"fps": 30.0, "latency_ms": 5.0, "jitter_ms": 1.0, "loss_percent": 0.0, "confidence": 0.9}
-    words = {"state": "live", "starved": "", "reason": "", "device": "test", "machine": "", "message": ""}
+    words = {"state": "live", "limited_by": "", "reason": "", "device": "test", "machine": "", "message": ""}
     flags = {"connected": True, "calibrated": True, "reference": False, "local": True}
     return {**flags, **words, **figures, **counts, "clock": clock, "shift_mm": None, "frames": 100}
 
@@ -191,7 +196,7 @@ def test_the_way_for_a_phone_is_shown(address: str, page: Page) -> None:
 def test_what_the_server_says_is_told_in_french(address: str, page: Page, told: Told) -> None:
     page.add_init_script("localStorage.setItem('language', 'fr')")
     told.message["status"]["cameras"]["left"].update(
-        state="trouble", starved="network", reason="frames come 300 ms late: the network is slow"
+        state="trouble", limited_by="network", reason="frames come 300 ms late: the network is slow"
     )
     page.goto(address)
     expect(page.locator("#connection")).to_have_text("Connecté")

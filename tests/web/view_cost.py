@@ -11,14 +11,14 @@ import tempfile
 import time
 from pathlib import Path
 
-import httpx
 import msgspec
 import numpy as np
 import viser
 import zstandard
 from websockets.asyncio.client import connect
 
-from studio.web.drawing import CLOCK_NODE
+from studio.web.scene.drawing import CLOCK_NODE
+from tests import patient
 from tests.acceptance.program import studio_program
 
 CALIBRATED_S = 180.0
@@ -92,7 +92,7 @@ def main(seconds: float) -> None:
         sessions.mkdir()
         with studio_program(sessions) as host:
             end_s = time.monotonic() + CALIBRATED_S
-            while httpx.get(f"http://{host}/api/v1/status").json()["calibration"]["state"] != "good":
+            while patient.get(f"http://{host}/api/v1/status").json()["calibration"]["state"] != "good":
                 assert time.monotonic() < end_s, "the simulated stage was not calibrated in time"
                 time.sleep(1.0)
             pid = server_pid(host)

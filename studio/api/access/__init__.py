@@ -1,7 +1,7 @@
-"""Who may do what when the studio is opened to the network: operators sign in, cameras pair with tokens.
+"""Access control of a studio that is open to the network: operators sign in, cameras pair with tokens.
 
-On a loopback address nothing is asked. `tokens` keeps the tokens, `guard` stands before every route, `routes` signs
-in and out and pairs cameras. The camera link is open to the guard: its token comes with `Hello`.
+On a loopback address nobody needs to sign in. `tokens` keeps the tokens, `guard` checks every request, `routes` has
+signing in and out and the pairing of cameras. The guard passes the camera link, whose token comes with `Hello`.
 """
 
 from studio.api.access.guard import AccessGuard

@@ -1,4 +1,4 @@
-"""Stands before every route: without signing in there is the page to sign in, and the camera link."""
+"""Check of every request: without signing in, only the sign-in page and the camera link are available."""
 
 from http.cookies import CookieError, SimpleCookie
 from urllib.parse import quote
@@ -14,22 +14,19 @@ from studio.wire import LINK_PATH
 COOKIE = "studio_operator"
 SIGN_IN_PATH = "/signin"
 SIGN_IN_API = "/api/v1/access/signin"
-_OPEN = {SIGN_IN_PATH, SIGN_IN_API, LINK_PATH, "/static/studio.css", "/static/signin.js", "/static/icon.svg"}
-_OPEN |= {"/health", "/static/theme.js"}
-_OPEN |= {"/camera", "/static/camera_page.js", "/static/camera_command.js", "/static/cameras.css"}
+_OPEN = {SIGN_IN_PATH, SIGN_IN_API, LINK_PATH, "/static/access/signin.js", "/static/icon.svg", "/health"}
+_OPEN |= {f"/static/cameras/{name}" for name in ("camera_page.js", "camera_command.js", "cameras.css")} | {
+    "/camera"
+}
 _OPEN_BELOW = (
     "/vote/",
     "/share/",
     "/api/v1/vote/",
     "/static/vendor/",
-    "/static/vote",
-    "/static/players.js",
-    "/static/dom.js",
-    "/static/strings",
-    "/static/said",
-    "/static/turns.js",
+    "/static/vote/",
+    "/static/base/",
 )
-"""What voters of blind tests and whoever got a replay reach: their own link's token is asked for behind these."""
+"""Paths for voters of blind tests and readers of replays; the routes behind them check the link's token."""
 
 _LOOKS = {"GET", "HEAD", "OPTIONS"}
 _SIGN_OUT_API = "/api/v1/access/signout"
@@ -45,18 +42,20 @@ _NOT_FOR_VIEWERS = (
     "/remote",
 )
 _NOT_FOR_VIEWERS_AT_ALL = ("/export", "/file", "/report")
-"""What begins, and what ends with these: takes' data, names of other files, links, what would unblind a test."""
+"""Beginnings and ends of paths that viewers may not read: data of takes, names of other files, links, keys of blind
+tests.
+"""
 
 _CLOSE = {"type": "websocket.close", "code": 4401, "reason": "sign in first"}
 
 
 def is_open(path: str) -> bool:
-    """Whether nobody needs to sign in for a path."""
+    """Whether a path is available without signing in."""
     return path in _OPEN or (path.startswith(_OPEN_BELOW) and ".." not in path)
 
 
 def may_look(scope: Scope) -> bool:
-    """Whether a request or a WebSocket only looks, and at what viewers may see."""
+    """Whether a request or a WebSocket only reads, and only what viewers may see."""
     path = scope["path"]
     if path == _SIGN_OUT_API:
         return True
@@ -66,10 +65,10 @@ def may_look(scope: Scope) -> bool:
 
 
 class AccessGuard:
-    """ASGI middleware: lets operators through, viewers to what only looks, and everybody to what is open.
+    """ASGI middleware: passes operators, viewers for reading, and everybody on open paths.
 
-    A browser carries its key in a cookie, a program the token as `Authorization: Bearer <token>`.
-    `scope["state"]["role"]` says who asks.
+    A browser has its key in a cookie, a program sends the token as `Authorization: Bearer <token>`.
+    `scope["state"]["role"]` is the role of the client.
     """
 
     def __init__(self, app: ASGIApp, access: Access) -> None:
@@ -107,7 +106,7 @@ class AccessGuard:
         return self._access.check_token(token, address) if self._access.may_try(address) else None
 
     def _watched(self, scope: Scope, send: Send) -> Send:
-        """Return `send` of a WebSocket that is closed once who opened it is signed out."""
+        """Return `send` of a WebSocket that is closed once its user is signed out."""
         headers = Headers(scope=scope)
         key, token = cookie_key(headers), _bearer(headers)
         open_ = True
@@ -129,7 +128,7 @@ def _bearer(headers: Headers) -> str:
 
 
 def cookie_key(headers: Headers) -> str:
-    """Return the key in a request's cookie, empty where there is none."""
+    """Return the key in a request's cookie; may be empty."""
     try:
         morsel = SimpleCookie(headers.get("cookie", "")).get(COOKIE)
     except CookieError:
@@ -138,7 +137,7 @@ def cookie_key(headers: Headers) -> str:
 
 
 def _is_page(scope: Scope) -> bool:
-    """Whether a person's browser asks for a page."""
+    """Whether a browser asks for a page."""
     accept = Headers(scope=scope).get("accept", "")
     return (
         scope["method"] in ("GET", "HEAD")

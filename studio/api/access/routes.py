@@ -19,7 +19,7 @@ class SignIn(BaseModel):
 
 
 class NewCamera(BaseModel):
-    """Who a camera's token is for."""
+    """For whom a camera's token is."""
 
     model_config = ConfigDict(extra="forbid")
 
@@ -35,7 +35,7 @@ class CameraAccess(BaseModel):
 
 
 class AccessState(BaseModel):
-    """Whether tokens are asked for, who asks, and the cameras' tokens, which viewers are not told."""
+    """Whether tokens are required, the client's role, and the cameras' tokens, which viewers do not see."""
 
     required: bool
     role: Role
@@ -97,8 +97,8 @@ def access_router(access: Access) -> APIRouter:
 
     @router.get("/api/v1/access")
     def get_access(request: Request) -> AccessState:
-        """Whether tokens are asked for, who asks, and the cameras' tokens without their secrets."""
-        role = getattr(request.state, "role", "operator")
+        """Whether tokens are required, the client's role, and the cameras' tokens without their secrets."""
+        role: Role = request.state.role if hasattr(request.state, "role") else "operator"
         tokens = access.camera_tokens() if role == "operator" else []
         return AccessState(
             required=access.required, role=role, cameras=[CameraAccess(**token) for token in tokens]
@@ -106,18 +106,19 @@ def access_router(access: Access) -> APIRouter:
 
     @router.post("/api/v1/access/operator", status_code=201)
     def renew_operator() -> OperatorToken:
-        """Make a new operator's token; the old one and all who signed in with it are out, this browser too."""
+        """Make a new operator's token; the old one becomes invalid and everybody is signed out, this browser too."""
         return OperatorToken(token=access.renew_operator())
 
     @router.post("/api/v1/access/viewers", status_code=201)
     def renew_viewers(request: Request) -> ViewerLink:
-        """Make a new link for viewers, who see the stage and change nothing; the old one and its viewers are out."""
+        """Make a new link for viewers, who see the stage and cannot change it; the old link and its viewers are
+        signed out."""
         token = access.renew_viewer()
         return ViewerLink(token=token, link=f"{str(request.base_url).rstrip('/')}/signin#{token}")
 
     @router.post("/api/v1/access/cameras", status_code=201)
     def add_camera(body: NewCamera, request: Request) -> MadeCamera:
-        """Make a token for cameras, to be given to `studio camera --token`."""
+        """Make a token for cameras, for `studio camera --token`."""
         token_id, token = access.add_camera(body.label)
         server = str(request.base_url).rstrip("/")
         command = f"studio camera --source SOURCE --server {server} --token {token}"
@@ -125,7 +126,7 @@ def access_router(access: Access) -> APIRouter:
 
     @router.delete("/api/v1/access/cameras/{token_id}", status_code=204)
     def remove_camera(token_id: str) -> Response:
-        """Revoke a camera's token; cameras that came with it are cut off."""
+        """Revoke a camera's token; cameras connected with it are disconnected."""
         access.remove_camera(token_id)
         return Response(status_code=204)
 

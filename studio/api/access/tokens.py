@@ -1,8 +1,8 @@
-"""Tokens of operators, viewers and cameras, and who is signed in.
+"""Tokens of operators, viewers and cameras, and signed-in browsers.
 
-Only hashes are kept, in `access.json` in the folder of sessions, which only its owner may read: a token is shown
-once, when it is made. The operator's token is a new one at every start of the server, a viewer's is made when it is
-asked for; a camera's lasts until it is revoked.
+Only hashes are stored, in `access.json` in the folder of sessions, readable by its owner only. A token is shown
+once, when it is made. Every start of the server makes a new operator's token; a viewer's is made on
+request; a camera's is valid until it is revoked.
 """
 
 import hashlib
@@ -16,20 +16,20 @@ from pathlib import Path
 from typing import Any, Literal
 
 from studio.api.errors import NotFoundError
-from studio.engine.errors import FormatError, StudioError
-from studio.engine.files import write_atomically
-from studio.engine.versions import ACCESS
-from studio.take.take import utc_now
+from studio.engine.base.errors import FormatError, StudioError
+from studio.engine.base.files import write_atomically
+from studio.engine.base.versions import ACCESS
+from studio.take.folder.take import utc_now
 
 FILE_NAME = "access.json"
 MAX_FAILURES, FAILURES_OVER_S = 10, 60.0
-"""So many wrong tokens of one address within this time, then it must wait."""
+"""Most wrong tokens of one address within this time; beyond it, the address must wait."""
 
 INVITATION_S = 600.0
-"""How long an invitation signs in."""
+"""Validity of an invitation."""
 
 Role = Literal["operator", "viewer"]
-"""Who may do all, and who may only look."""
+"""Operators may do everything, viewers may only read."""
 
 _TOKEN_BYTES = 24
 _MAX_SIGNED_IN = 100
@@ -37,7 +37,7 @@ _MAX_SIGNED_IN = 100
 
 @dataclass
 class CameraToken:
-    """A token that lets camera clients in: who it is for, when it was made, and the hash of it."""
+    """A token for camera clients: its label, its time of creation, and its hash."""
 
     id: str
     label: str
@@ -49,10 +49,10 @@ class Access:
     """The tokens of one server. All methods may be called from any thread.
 
     Attributes:
-        required: whether anything is asked at all; False on a loopback address.
-        operator_token: what operators sign in with.
-        viewer_token: what viewers sign in with; empty before `renew_viewer`.
-        own_camera_token: for the cameras that the server starts itself; never written down.
+        required: whether tokens are required; False on a loopback address.
+        operator_token: with which operators sign in.
+        viewer_token: with which viewers sign in; empty before `renew_viewer`.
+        own_camera_token: for the cameras that the server starts itself; never stored.
     """
 
     def __init__(
@@ -67,10 +67,10 @@ class Access:
         """Read the cameras' tokens, and make a new one for operators.
 
         Args:
-            sessions: folder in which the file lies.
+            sessions: folder of the file.
             now_s: a monotonic clock [s].
             operator_token: the first operator's token; a new one where empty.
-            camera_token: a token for cameras that somebody else keeps.
+            camera_token: a further token for cameras, managed elsewhere.
 
         Raises:
             StudioError: the file cannot be read.
@@ -90,7 +90,7 @@ class Access:
         self._camera_token = camera_token
 
     def renew_operator(self) -> str:
-        """Return a new operator's token; everybody who signed in is out, viewers too."""
+        """Return a new operator's token; everybody is signed out, viewers too."""
         with self._lock:
             self.operator_token, self.viewer_token = secrets.token_urlsafe(_TOKEN_BYTES), ""
             self._signed_in.clear()
@@ -98,14 +98,14 @@ class Access:
             return self.operator_token
 
     def renew_viewer(self) -> str:
-        """Return a new viewer's token; the old one and everybody who signed in with it are out."""
+        """Return a new viewer's token; the old one becomes invalid and its viewers are signed out."""
         with self._lock:
             self.viewer_token = secrets.token_urlsafe(_TOKEN_BYTES)
             self._signed_in = {key: role for key, role in self._signed_in.items() if role != "viewer"}
             return self.viewer_token
 
     def invite(self) -> str:
-        """Return a token that signs one operator's browser in, once, within `INVITATION_S`."""
+        """Return a token that signs in one operator's browser, once, within `INVITATION_S`."""
         token = secrets.token_urlsafe(_TOKEN_BYTES)
         with self._lock:
             now = self._now_s()
@@ -114,17 +114,17 @@ class Access:
         return token
 
     def _is_invited(self, token: str) -> bool:
-        """Whether a token is an invitation that was not used yet; it is now."""
+        """Whether a token is an unused invitation; it is used up by this call."""
         with self._lock:
             return self._invitations.pop(_hash(token), 0.0) > self._now_s()
 
     def may_try(self, address: str) -> bool:
-        """Whether an address may try a token: not after too many wrong ones."""
+        """Whether an address may try a token; not after too many wrong ones."""
         with self._lock:
             return len(self._recent(address)) < MAX_FAILURES
 
     def check_token(self, token: str, address: str) -> Role | None:
-        """Return whose token it is; a wrong one is nobody's, and counts against the address."""
+        """Return the role of a token; a wrong one has none, and counts against the address."""
         role = self.role_of_token(token)
         if role is None:
             with self._lock:
@@ -132,14 +132,14 @@ class Access:
         return role
 
     def role_of_token(self, token: str) -> Role | None:
-        """Return whose token it is, None for nobody's."""
+        """Return the role of a token, None for a wrong one."""
         with self._lock:
             if _same(token, self.operator_token):
                 return "operator"
             return "viewer" if self.viewer_token and _same(token, self.viewer_token) else None
 
     def sign_in(self, token: str, address: str) -> str | None:
-        """Return the key of a signed-in browser, or None where the token is wrong."""
+        """Return the key of a signed-in browser, or None if the token is wrong."""
         role: Role | None = "operator" if self._is_invited(token) else self.check_token(token, address)
         if role is None:
             return None
@@ -151,12 +151,12 @@ class Access:
             return key
 
     def sign_out(self, key: str) -> None:
-        """End one browser's signing in."""
+        """Sign one browser out."""
         with self._lock:
             self._signed_in.pop(key, None)
 
     def role_of_key(self, key: str) -> Role | None:
-        """Return who signed in with the key of a browser, None where nobody did."""
+        """Return the role of a browser's key, None for a wrong one."""
         with self._lock:
             return self._signed_in.get(key)
 
@@ -168,7 +168,7 @@ class Access:
         return self._failures.get(address, [])
 
     def add_camera(self, label: str) -> tuple[str, str]:
-        """Make a token for cameras; return its id and the token, which is not kept.
+        """Make a token for cameras; return its id and the token, which is not stored.
 
         Raises:
             StudioError: the file cannot be written.
@@ -197,7 +197,7 @@ class Access:
             return [{"id": c.id, "label": c.label, "created": c.created} for c in self._cameras]
 
     def camera_token_id(self, token: str) -> str | None:
-        """Return the id of a camera's token, or None where it is wrong or was revoked."""
+        """Return the id of a camera's token, or None if it is wrong or revoked."""
         if _same(token, self.own_camera_token):
             return "own"
         if _same(token, self._camera_token):

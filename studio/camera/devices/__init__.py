@@ -1,5 +1,5 @@
 """Depth cameras and other devices: one module each, which imports its SDK only when it is opened.
 
-A module gives `open_<kind>(argument)`: a `DepthSource`, or a `Source` of skeletons where the SDK tracks bodies and
-the user asked for it. What could be run without hardware, and what not, is in docs/devices.md.
+A module gives a configuration, which opens a `DepthSource`, or a `Source` of skeletons if the SDK tracks bodies
+and the user asked for it. docs/devices.md lists which parts were run without hardware.
 """

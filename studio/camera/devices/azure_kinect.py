@@ -1,55 +1,76 @@
-"""Azure Kinect, with pykinect_azure and the sensor SDK of the system; with `?bodies` the SDK's body tracking."""
+"""Azure Kinect, with pykinect_azure and the sensor SDK of the system; `?bodies` uses the SDK's body tracking."""
 
 import asyncio
 from collections.abc import AsyncIterator
-from typing import Any
+from dataclasses import dataclass
+from typing import Any, Self
 
 import numpy as np
 from numpy.typing import NDArray
 
-from studio.camera.depth_source import DepthShot, DeviceLostError
-from studio.camera.devices.common import device_number, library, polled, split_argument
-from studio.camera.pacing import WallClock
-from studio.camera.sources import SourceFrame
-from studio.engine.joints import JOINT_SETS
+from studio.camera.devices.common import checked_number, device_number, library, polled, split_argument
+from studio.camera.sources.config import DeviceConfig
+from studio.camera.sources.depth_source import DepthShot, DepthSource, DeviceLostError
+from studio.camera.sources.pacing import WallClock
+from studio.camera.sources.source import Source, SourceFrame
+from studio.engine.model.joints import JOINT_SETS
 from studio.take.importers.k4a import intrinsics
-from studio.take.raw_records import depth_camera
+from studio.take.raw.records import depth_camera
 
 _KIND, _MODE = "azure-kinect", "NFOV_2X2BINNED"
 _JOINTS = len(JOINT_SETS["azure-kinect"])
 _CONFIDENCE = (0.0, 0.4, 0.9, 1.0)
-"""Of the SDK's levels none, low, medium, high."""
+"""For the SDK's levels none, low, medium, high."""
 
 
-def open_azure_kinect(argument: str) -> "AzureKinectSource | AzureKinectBodies":
-    """Return the source of `azure-kinect[:<number>][?bodies]`.
+@dataclass(frozen=True)
+class AzureKinectConfig(DeviceConfig):
+    """An Azure Kinect, `azure-kinect[:<number>][?bodies]`.
+
+    Attributes:
+        number: of the device, from 0.
+        bodies: give the skeletons of the SDK's body tracking instead of depth.
 
     Raises:
-        NotAvailableError: pykinect_azure or an SDK is not installed. DeviceLostError: no such device is plugged in.
+        SettingsError: a number that no device has.
     """
-    text, flags = split_argument(argument, _KIND, ("bodies",))
-    number = device_number(text, _KIND)
-    install = "install the extra: uv sync --extra azure-kinect, and the Azure Kinect SDK 1.4"
-    kinect = library("pykinect_azure", kind=_KIND, install=install)
-    try:
-        kinect.initialize_libraries(track_body="bodies" in flags)
-        settings = kinect.default_configuration
-        settings.color_resolution = kinect.K4A_COLOR_RESOLUTION_OFF
-        settings.depth_mode = kinect.K4A_DEPTH_MODE_NFOV_2X2BINNED
-        device = kinect.start_device(device_index=number, config=settings)
-    except (Exception, SystemExit) as error:  # pykinect_azure raises, prints or exits, as its C library says
-        raise DeviceLostError(
-            f"Azure Kinect {number} cannot be started ({error}); is it plugged in?"
-        ) from error
-    if "bodies" in flags:
-        return AzureKinectBodies(device, kinect.start_body_tracker())
-    return AzureKinectSource(device)
+
+    number: int = 0
+    bodies: bool = False
+
+    def __post_init__(self) -> None:
+        checked_number(self.number, _KIND)
+
+    @classmethod
+    def parse(cls, text: str) -> Self:
+        text, flags = split_argument(text, _KIND, ("bodies",))
+        return cls(device_number(text, _KIND), "bodies" in flags)
+
+    def open(self) -> "AzureKinectSource | AzureKinectBodies":
+        install = "install the extra: uv sync --extra azure-kinect, and the Azure Kinect SDK 1.4"
+        kinect = library("pykinect_azure", kind=_KIND, install=install)
+        try:
+            kinect.initialize_libraries(track_body=self.bodies)
+            settings = kinect.default_configuration
+            settings.color_resolution = kinect.K4A_COLOR_RESOLUTION_OFF
+            settings.depth_mode = kinect.K4A_DEPTH_MODE_NFOV_2X2BINNED
+            device = kinect.start_device(device_index=self.number, config=settings)
+        except (
+            Exception,
+            SystemExit,
+        ) as error:  # pykinect_azure raises, prints or exits, depending on its C library
+            raise DeviceLostError(
+                f"Azure Kinect {self.number} cannot be started ({error}); is it plugged in?"
+            ) from error
+        if self.bodies:
+            return AzureKinectBodies(device, kinect.start_body_tracker())
+        return AzureKinectSource(device)
 
 
-class AzureKinectSource:
+class AzureKinectSource(DepthSource):
     """The depth stream, narrow field of view, binned 2 x 2: 320 x 288."""
 
-    name, device, frames_per_second, realtime = "azure-kinect", "Azure Kinect", 30.0, True
+    name, device = "azure-kinect", "Azure Kinect"
 
     def __init__(self, device: Any) -> None:
         self._device = device
@@ -68,11 +89,10 @@ class AzureKinectSource:
             yield shot
 
 
-class AzureKinectBodies:
+class AzureKinectBodies(Source):
     """The first body of the SDK's tracker, in the depth camera's frame."""
 
     name, device, joint_set = "azure-kinect", "Azure Kinect, SDK body tracking", "azure-kinect"
-    frames_per_second, realtime = 30.0, True
 
     def __init__(self, device: Any, tracker: Any) -> None:
         self._device, self._tracker = device, tracker

@@ -1,4 +1,4 @@
-"""What the device modules share: importing an SDK, numbers in arguments, and reading a blocking device."""
+"""Shared by the device modules: import of an SDK, numbers in arguments, and reading of a blocking device."""
 
 import asyncio
 from collections.abc import AsyncIterator, Callable
@@ -6,8 +6,8 @@ from importlib import import_module
 from types import ModuleType
 from typing import TypeVar
 
-from studio.camera.depth_source import DeviceLostError
-from studio.engine.errors import NotAvailableError, SettingsError
+from studio.camera.sources.depth_source import DeviceLostError
+from studio.engine.base.errors import NotAvailableError, SettingsError
 
 _Item = TypeVar("_Item")
 
@@ -18,7 +18,7 @@ def library(module: str, *, kind: str, install: str) -> ModuleType:
     Args:
         module: its name.
         kind: the kind of source that needs it.
-        install: how to get it, for the error.
+        install: how to install it, for the error.
 
     Raises:
         NotAvailableError: it is not installed, or its own libraries are not.
@@ -51,16 +51,29 @@ def split_argument(argument: str, kind: str, flags: tuple[str, ...] = ()) -> tup
 
 
 def device_number(text: str, kind: str) -> int:
-    """Return the number of a device, 0 where the text is empty.
+    """Return the number of a device, 0 for an empty text.
 
     Raises:
         SettingsError: not a number.
     """
     if text and not (text.isascii() and text.isdigit() and len(text) < 3):
-        raise SettingsError(
-            f"source {kind}:{text} is not allowed; give the device's number, such as {kind}:0"
-        )
-    return int(text or 0)
+        raise _not_a_number(text, kind)
+    return checked_number(int(text or 0), kind)
+
+
+def checked_number(number: int, kind: str) -> int:
+    """Return the number of a device.
+
+    Raises:
+        SettingsError: it is not from 0 to 99.
+    """
+    if not 0 <= number < 100:
+        raise _not_a_number(str(number), kind)
+    return number
+
+
+def _not_a_number(text: str, kind: str) -> SettingsError:
+    return SettingsError(f"source {kind}:{text} is not allowed; give the device's number, such as {kind}:0")
 
 
 async def polled(
@@ -68,12 +81,12 @@ async def polled(
     close: Callable[[], None],
     errors: tuple[type[Exception], ...] = (RuntimeError, OSError),
 ) -> AsyncIterator[_Item]:
-    """Yield what a blocking function returns, read on a thread; None = nothing came in its time.
+    """Yield the results of a blocking function, called on a thread; None = nothing came in time.
 
     Args:
         wait: waits for about a second at most.
-        close: called in the end.
-        errors: what the device's library raises.
+        close: called at the end.
+        errors: the errors of the device's library.
 
     Raises:
         DeviceLostError: the function fails.

@@ -1,53 +1,66 @@
 """Kinect v2 on Windows, with pykinect2 and the Kinect SDK 2.0: its depth, or with `?bodies` its body tracking."""
 
 from collections.abc import AsyncIterator
+from dataclasses import dataclass
 from time import sleep
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
 
-from studio.camera.depth_source import DepthShot
 from studio.camera.devices.common import library, polled, split_argument
-from studio.camera.pacing import WallClock
-from studio.camera.sources import SourceFrame
-from studio.engine.depth import DepthCamera
-from studio.engine.errors import NotAvailableError, SettingsError
+from studio.camera.sources.config import DeviceConfig
+from studio.camera.sources.depth_source import DepthShot, DepthSource
+from studio.camera.sources.pacing import WallClock
+from studio.camera.sources.source import Source, SourceFrame
+from studio.engine.base.errors import NotAvailableError, SettingsError
+from studio.engine.model.depth import DepthCamera
 from studio.take.importers.kinect import to_camera
 
 _KIND = "kinect-v2"
 _WIDTH, _HEIGHT = 512, 424
 _CONFIDENCE = (0.0, 0.4, 1.0)
-"""Of the SDK's states not tracked, inferred, tracked."""
+"""For the SDK's states not tracked, inferred, tracked."""
 
 _POLL_S = 0.005
 
 
-def open_kinect_v2(argument: str) -> "KinectV2Source | KinectV2Bodies":
-    """Return the source of `kinect-v2[?bodies]`.
+@dataclass(frozen=True)
+class KinectV2Config(DeviceConfig):
+    """The Kinect v2 of this computer, `kinect-v2[?bodies]`.
 
-    Raises:
-        NotAvailableError: pykinect2 or the SDK is not installed.
+    Attributes:
+        bodies: give the skeletons of the SDK's body tracking instead of depth.
     """
-    text, flags = split_argument(argument, _KIND, ("bodies",))
-    if text not in ("", "0"):
-        raise SettingsError(
-            f"source {_KIND}:{text} is not allowed: the SDK opens one Kinect v2 for each computer"
-        )
-    install = "pip install pykinect2, on Windows with the Kinect SDK 2.0"
-    constants = library("pykinect2.PyKinectV2", kind=_KIND, install=install)
-    runtime = library("pykinect2.PyKinectRuntime", kind=_KIND, install=install)
-    wanted = constants.FrameSourceTypes_Body if "bodies" in flags else constants.FrameSourceTypes_Depth
-    try:
-        kinect = runtime.PyKinectRuntime(wanted)
-    except OSError as error:
-        raise NotAvailableError(f"source {_KIND}: the Kinect SDK 2.0 does not answer ({error})") from error
-    return KinectV2Bodies(kinect) if "bodies" in flags else KinectV2Source(kinect)
+
+    bodies: bool = False
+
+    @classmethod
+    def parse(cls, text: str) -> Self:
+        text, flags = split_argument(text, _KIND, ("bodies",))
+        if text not in ("", "0"):
+            raise SettingsError(
+                f"source {_KIND}:{text} is not allowed: the SDK opens one Kinect v2 for each computer"
+            )
+        return cls("bodies" in flags)
+
+    def open(self) -> "KinectV2Source | KinectV2Bodies":
+        install = "pip install pykinect2, on Windows with the Kinect SDK 2.0"
+        constants = library("pykinect2.PyKinectV2", kind=_KIND, install=install)
+        runtime = library("pykinect2.PyKinectRuntime", kind=_KIND, install=install)
+        wanted = constants.FrameSourceTypes_Body if self.bodies else constants.FrameSourceTypes_Depth
+        try:
+            kinect = runtime.PyKinectRuntime(wanted)
+        except OSError as error:
+            raise NotAvailableError(
+                f"source {_KIND}: the Kinect SDK 2.0 does not answer ({error})"
+            ) from error
+        return KinectV2Bodies(kinect) if self.bodies else KinectV2Source(kinect)
 
 
-class KinectV2Source:
-    """The depth stream; the SDK's image is that of a mirror and is turned round."""
+class KinectV2Source(DepthSource):
+    """The depth stream; the SDK's image is mirrored and is flipped here."""
 
-    name, device, frames_per_second, realtime = "kinect-v2", "Kinect v2", 30.0, True
+    name, device = "kinect-v2", "Kinect v2"
 
     def __init__(self, kinect: Any) -> None:
         self._kinect = kinect
@@ -84,11 +97,10 @@ class KinectV2Source:
             yield shot
 
 
-class KinectV2Bodies:
+class KinectV2Bodies(Source):
     """The nearest body of the SDK's tracker."""
 
     name, device, joint_set = "kinect-v2", "Kinect v2, SDK body tracking", "kinect-v2"
-    frames_per_second, realtime = 30.0, True
 
     def __init__(self, kinect: Any) -> None:
         self._kinect = kinect

@@ -2,49 +2,68 @@
 
 import math
 from collections.abc import AsyncIterator
-from typing import Any
+from dataclasses import dataclass
+from typing import Any, Self
 
 import numpy as np
 
-from studio.camera.depth_source import DepthShot, DeviceLostError
-from studio.camera.devices.common import device_number, library, polled
-from studio.camera.pacing import WallClock
-from studio.engine.depth import DepthCamera
-from studio.engine.errors import NotAvailableError
+from studio.camera.devices.common import checked_number, device_number, library, polled
+from studio.camera.sources.config import DeviceConfig
+from studio.camera.sources.depth_source import DepthShot, DepthSource, DeviceLostError
+from studio.camera.sources.pacing import WallClock
+from studio.engine.base.errors import NotAvailableError
+from studio.engine.model.depth import DepthCamera
 
+_KIND = "openni"
 _WAIT_S = 0.5
 _INSTALL = "install the extra: uv sync --extra openni"
 _SYSTEM = "install the system's OpenNI 2 (Debian: libopenni2-0; set OPENNI2_REDIST to its folder)"
 
 
-def open_openni(argument: str) -> "OpenNISource":
-    """Return the source of `openni[:<number>]`.
+@dataclass(frozen=True)
+class OpenNIConfig(DeviceConfig):
+    """A camera with OpenNI 2, `openni[:<number>]`.
+
+    Attributes:
+        number: of the device, from 0.
 
     Raises:
-        NotAvailableError: primesense or libopenni2 is not installed. DeviceLostError: no such device is plugged in.
+        SettingsError: a number that no device has.
     """
-    number = device_number(argument, "openni")
-    openni2 = library("primesense.openni2", kind="openni", install=_INSTALL)
-    try:
-        if not openni2.is_initialized():
-            openni2.initialize()
-        uris = list(openni2.Device.enumerate_uris())
-    except Exception as error:  # primesense raises whatever its C library or loader met
-        raise NotAvailableError(f"source openni: OpenNI 2 cannot be started ({error}); {_SYSTEM}") from error
-    if number >= len(uris):
-        raise DeviceLostError(f"no OpenNI camera number {number} is plugged in; there are {len(uris)}")
-    return OpenNISource(openni2, openni2.Device(uris[number]))
+
+    number: int = 0
+
+    def __post_init__(self) -> None:
+        checked_number(self.number, _KIND)
+
+    @classmethod
+    def parse(cls, text: str) -> Self:
+        return cls(device_number(text, _KIND))
+
+    def open(self) -> "OpenNISource":
+        openni2 = library("primesense.openni2", kind=_KIND, install=_INSTALL)
+        try:
+            if not openni2.is_initialized():
+                openni2.initialize()
+            uris = list(openni2.Device.enumerate_uris())
+        except Exception as error:  # primesense raises any error of its C library or loader
+            raise NotAvailableError(
+                f"source openni: OpenNI 2 cannot be started ({error}); {_SYSTEM}"
+            ) from error
+        if self.number >= len(uris):
+            raise DeviceLostError(
+                f"no OpenNI camera number {self.number} is plugged in; there are {len(uris)}"
+            )
+        return OpenNISource(openni2, openni2.Device(uris[self.number]))
 
 
-class OpenNISource:
-    """The depth stream of one device; its lens is told by its field of view alone, without distortion.
+class OpenNISource(DepthSource):
+    """The depth stream of one device; its lens is known by its field of view alone, without distortion.
 
     Args:
         openni2: the module primesense.openni2.
         device: one of its devices.
     """
-
-    realtime = True
 
     def __init__(self, openni2: Any, device: Any) -> None:
         self._openni2 = openni2

@@ -1,36 +1,49 @@
 """Orbbec depth cameras (Femto Bolt, Gemini), with pyorbbecsdk2."""
 
 from collections.abc import AsyncIterator
-from typing import Any
+from dataclasses import dataclass
+from typing import Any, Self
 
 import numpy as np
 
-from studio.camera.depth_source import DepthShot, DeviceLostError
 from studio.camera.devices.common import library, polled
-from studio.camera.pacing import WallClock
-from studio.engine.depth import DepthCamera
-from studio.engine.errors import StudioError
+from studio.camera.sources.config import DeviceConfig
+from studio.camera.sources.depth_source import DepthShot, DepthSource, DeviceLostError
+from studio.camera.sources.pacing import WallClock
+from studio.engine.base.errors import StudioError
+from studio.engine.model.depth import DepthCamera
 
 _WAIT_MS = 500
 
 
-def open_orbbec(argument: str) -> "OrbbecSource":
-    """Return the source of `orbbec[:<serial>]`.
+@dataclass(frozen=True)
+class OrbbecConfig(DeviceConfig):
+    """An Orbbec depth camera, `orbbec[:<serial>]`.
 
-    Raises:
-        NotAvailableError: pyorbbecsdk2 is not installed. DeviceLostError: no such device is plugged in.
+    Attributes:
+        serial: of the device; "" = the first one.
     """
-    sdk = library("pyorbbecsdk", kind="orbbec", install="install the extra: uv sync --extra orbbec")
-    devices = sdk.Context().query_devices()
-    serials = [devices.get_device_serial_number_by_index(k) for k in range(devices.get_count())]
-    if not serials or (argument and argument not in serials):
-        wanted = f"no Orbbec camera {argument}".rstrip()
-        raise DeviceLostError(f"{wanted} is plugged in; there are: {', '.join(serials) or 'none'}")
-    return OrbbecSource(sdk, devices.get_device_by_index(serials.index(argument) if argument else 0))
+
+    serial: str = ""
+
+    @classmethod
+    def parse(cls, text: str) -> Self:
+        return cls(text)
+
+    def open(self) -> "OrbbecSource":
+        sdk = library("pyorbbecsdk", kind="orbbec", install="install the extra: uv sync --extra orbbec")
+        devices = sdk.Context().query_devices()
+        serials = [devices.get_device_serial_number_by_index(k) for k in range(devices.get_count())]
+        if not serials or (self.serial and self.serial not in serials):
+            wanted = f"no Orbbec camera {self.serial}".rstrip()
+            raise DeviceLostError(f"{wanted} is plugged in; there are: {', '.join(serials) or 'none'}")
+        return OrbbecSource(
+            sdk, devices.get_device_by_index(serials.index(self.serial) if self.serial else 0)
+        )
 
 
-class OrbbecSource:
-    """The depth stream of one device, in the profile that it offers by default.
+class OrbbecSource(DepthSource):
+    """The depth stream of one device, in its default profile.
 
     Args:
         sdk: the module pyorbbecsdk.
@@ -39,8 +52,6 @@ class OrbbecSource:
     Raises:
         StudioError: it gives no depth, or not as 16-bit numbers.
     """
-
-    realtime = True
 
     def __init__(self, sdk: Any, device: Any) -> None:
         self._sdk = sdk

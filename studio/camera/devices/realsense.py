@@ -2,40 +2,51 @@
 
 from collections.abc import AsyncIterator
 from contextlib import suppress
-from typing import Any
+from dataclasses import dataclass
+from typing import Any, Self
 
 import numpy as np
 
-from studio.camera.depth_source import DepthShot, DeviceLostError
 from studio.camera.devices.common import library, polled
-from studio.camera.pacing import WallClock
-from studio.engine.depth import DepthCamera
-from studio.engine.errors import FormatError
+from studio.camera.sources.config import DeviceConfig
+from studio.camera.sources.depth_source import DepthShot, DepthSource, DeviceLostError
+from studio.camera.sources.pacing import WallClock
+from studio.engine.base.errors import FormatError
+from studio.engine.model.depth import DepthCamera
 
 _WANTED = (848, 480, 30)
 _WAIT_MS = 500
 _QUEUE = 2
 
 
-def open_realsense(argument: str) -> "RealSenseSource":
-    """Return the source of `realsense[:<serial>]`.
+@dataclass(frozen=True)
+class RealSenseConfig(DeviceConfig):
+    """A RealSense, `realsense[:<serial>]`.
 
-    Raises:
-        NotAvailableError: pyrealsense2 is not installed. DeviceLostError: no such device is plugged in.
+    Attributes:
+        serial: of the device; "" = the first one.
     """
-    rs = library("pyrealsense2", kind="realsense", install="install the extra: uv sync --extra realsense")
-    devices = list(rs.context().query_devices())
-    serials = [device.get_info(rs.camera_info.serial_number) for device in devices]
-    if argument and argument not in serials:
-        raise DeviceLostError(
-            f"no RealSense with serial {argument} is plugged in; there are: {', '.join(serials) or 'none'}"
-        )
-    if not devices:
-        raise DeviceLostError("no RealSense is plugged in")
-    return RealSenseSource(rs, devices[serials.index(argument) if argument else 0])
+
+    serial: str = ""
+
+    @classmethod
+    def parse(cls, text: str) -> Self:
+        return cls(text)
+
+    def open(self) -> "RealSenseSource":
+        rs = library("pyrealsense2", kind="realsense", install="install the extra: uv sync --extra realsense")
+        devices = list(rs.context().query_devices())
+        serials = [device.get_info(rs.camera_info.serial_number) for device in devices]
+        if self.serial and self.serial not in serials:
+            raise DeviceLostError(
+                f"no RealSense with serial {self.serial} is plugged in; there are: {', '.join(serials) or 'none'}"
+            )
+        if not devices:
+            raise DeviceLostError("no RealSense is plugged in")
+        return RealSenseSource(rs, devices[serials.index(self.serial) if self.serial else 0])
 
 
-class RealSenseSource:
+class RealSenseSource(DepthSource):
     """The depth stream of one device.
 
     Args:
@@ -43,10 +54,9 @@ class RealSenseSource:
         device: an `rs.device`, real or software.
 
     Raises:
-        DeviceLostError: it gives no depth. FormatError: a lens model that is not known.
+        DeviceLostError: it gives no depth.
+        FormatError: an unknown lens model.
     """
-
-    realtime = True
 
     def __init__(self, rs: Any, device: Any) -> None:
         self._rs = rs
@@ -83,7 +93,7 @@ class RealSenseSource:
             return round(depth.get_timestamp() * 1e6), scaled.astype(np.uint16)
 
         def close() -> None:
-            with suppress(RuntimeError):  # a device that is gone cannot be stopped
+            with suppress(RuntimeError):  # a lost device cannot be stopped
                 self._sensor.stop()
                 self._sensor.close()
 

@@ -1,67 +1,85 @@
-"""A webcam, with MediaPipe's pose landmarker and a model file that the user supplies.
+"""A webcam, with MediaPipe's pose landmarker and a model file from the user.
 
-MediaPipe tells the body in metres about the middle of the hips, and where it is in the image; its distance follows
-from both, by the size of the body in the image. The lens is taken to have a usual webcam's field of view.
+MediaPipe gives the body in metres about the middle of the hips, and its place in the image. Its distance follows
+from both, by the size of the body in the image. The lens is assumed to have a usual webcam's field of view.
 """
 
 from collections.abc import AsyncIterator
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
 from numpy.typing import NDArray
 
-from studio.camera.depth_source import DeviceLostError
-from studio.camera.devices.common import device_number, library, polled
-from studio.camera.pacing import WallClock
-from studio.camera.sources import SourceFrame
-from studio.engine.errors import SettingsError
-from studio.engine.joints import JOINT_SETS
+from studio.camera.devices.common import checked_number, device_number, library, polled
+from studio.camera.sources.config import DeviceConfig
+from studio.camera.sources.depth_source import DeviceLostError
+from studio.camera.sources.pacing import WallClock
+from studio.camera.sources.source import Source, SourceFrame
+from studio.engine.base.errors import SettingsError
+from studio.engine.model.joints import JOINT_SETS
 
 FIELD_OF_VIEW_DEG = 65.0
-"""Across the image: of common webcams 55 to 78 degrees."""
+"""Across the image; common webcams have 55 to 78 degrees."""
 
 _KIND = "webcam"
 _INSTALL = "install the extra: uv sync --extra webcam"
 _LEAST_VISIBLE = 0.3
 
 
-def open_webcam(argument: str) -> "WebcamSource":
-    """Return the source of `webcam:<model file>[#<number>]`.
+@dataclass(frozen=True)
+class WebcamConfig(DeviceConfig):
+    """A webcam, `webcam:<model file>[#<number>]`.
+
+    Attributes:
+        model: file of a pose landmarker of MediaPipe.
+        number: of the webcam, from 0.
 
     Raises:
-        SettingsError: no model file. NotAvailableError: mediapipe is not installed.
-        DeviceLostError: no such camera is plugged in.
+        SettingsError: a number that no device has, or no model file.
     """
-    model, _, text = argument.partition("#")
-    number = device_number(text, _KIND)
-    if not model or not Path(model).is_file():
-        raise SettingsError(
-            f"source webcam:{argument}: no model file {model!r}; get a pose landmarker (pose_landmarker_full.task) "
-            "from MediaPipe's documentation and give its path, as webcam:<model file>"
+
+    model: str | Path
+    number: int = 0
+
+    def __post_init__(self) -> None:
+        checked_number(self.number, _KIND)
+        if not self.model or not Path(self.model).is_file():
+            argument = f"{self.model}#{self.number}" if self.number else self.model
+            raise SettingsError(
+                f"source webcam:{argument}: no model file {str(self.model)!r}; get a pose landmarker "
+                "(pose_landmarker_full.task) from MediaPipe's documentation and give its path, as webcam:<model file>"
+            )
+
+    @classmethod
+    def parse(cls, text: str) -> Self:
+        model, _, number = text.partition("#")
+        return cls(model, device_number(number, _KIND))
+
+    def open(self) -> "WebcamSource":
+        mediapipe = library("mediapipe", kind=_KIND, install=_INSTALL)
+        vision = library("mediapipe.tasks.python.vision", kind=_KIND, install=_INSTALL)
+        tasks = library("mediapipe.tasks.python", kind=_KIND, install=_INSTALL)
+        cv2 = library("cv2", kind=_KIND, install=_INSTALL)
+        options = vision.PoseLandmarkerOptions(
+            base_options=tasks.BaseOptions(model_asset_path=str(self.model)),
+            running_mode=vision.RunningMode.VIDEO,
         )
-    mediapipe = library("mediapipe", kind=_KIND, install=_INSTALL)
-    vision = library("mediapipe.tasks.python.vision", kind=_KIND, install=_INSTALL)
-    tasks = library("mediapipe.tasks.python", kind=_KIND, install=_INSTALL)
-    cv2 = library("cv2", kind=_KIND, install=_INSTALL)
-    options = vision.PoseLandmarkerOptions(
-        base_options=tasks.BaseOptions(model_asset_path=model), running_mode=vision.RunningMode.VIDEO
-    )
-    try:
-        landmarker = vision.PoseLandmarker.create_from_options(options)
-    except (RuntimeError, ValueError) as error:
-        raise SettingsError(f"{model} is no pose landmarker model of MediaPipe ({error})") from error
-    camera = cv2.VideoCapture(number)
-    if not camera.isOpened():
-        raise DeviceLostError(f"no webcam number {number} is plugged in")
-    return WebcamSource(mediapipe, cv2, landmarker, camera)
+        try:
+            landmarker = vision.PoseLandmarker.create_from_options(options)
+        except (RuntimeError, ValueError) as error:
+            raise SettingsError(f"{self.model} is no pose landmarker model of MediaPipe ({error})") from error
+        camera = cv2.VideoCapture(self.number)
+        if not camera.isOpened():
+            raise DeviceLostError(f"no webcam number {self.number} is plugged in")
+        return WebcamSource(mediapipe, cv2, landmarker, camera)
 
 
-class WebcamSource:
-    """The pose of one person before a webcam."""
+class WebcamSource(Source):
+    """The pose of one person in front of a webcam."""
 
     name, device, joint_set = "webcam", "webcam, MediaPipe", "mediapipe"
-    frames_per_second, realtime = 30.0, True
 
     def __init__(self, mediapipe: Any, cv2: Any, landmarker: Any, camera: Any) -> None:
         self._mediapipe, self._cv2 = mediapipe, cv2
@@ -103,14 +121,14 @@ def placed(
     width: int,
     height: int,
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return joints in the camera frame [m], shape (33, 3), and confidence, from a body without a place.
+    """Return joints in the camera frame [m], shape (33, 3), and confidence, from a body without a position.
 
     The body's translation t solves `(x + tx) = u (z + tz)` and `(y + ty) = v (z + tz)` over all visible joints, with
     u and v the rays of their pixels: linear least squares.
 
     Args:
         metres: joints about the middle of the hips, image axes, shape (33, 3).
-        pixels: where they are in the image, shape (33, 2).
+        pixels: their places in the image, shape (33, 2).
         visible: 0..1, shape (33,).
         width, height: of the image [pixels].
     """

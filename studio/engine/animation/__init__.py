@@ -1,6 +1,5 @@
-"""Animation files made elsewhere: reading them, and naming what their joints are.
+"""Animation in and out (step 12).
 
-`roles` maps joint names to HumanIK's; `gltf` and `fbx` read skeletons as `motion.Motion`, as `motion.bvh` does; `c3d`
-and `trc` read points (`points`), which `landmarks` brings to canonical joints. `imported` makes poses of either. What
-a library reads runs in a process of its own (`apart`), so that a broken file cannot break the program.
+`motion` is known human motion, `read` reads foreign files, `clip` turns a solve into local keys, `curves` reduces and
+fits keys for editing, `mannequin` is the body, `export` writes files, `retarget` writes onto a user's own rig.
 """

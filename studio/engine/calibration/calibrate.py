@@ -1,38 +1,38 @@
 """Calibrates a stage from one performer who walks through it: clocks, camera poses, floor and proportions.
 
 The steps: `first` (first clocks by `time_offset`, first transforms by `rigid`) -> `swaps` (left and right) ->
-`refine` (all at once) -> `merge` (one skeleton) -> `stage` (`floor`, `tpose`, `proportions`) -> `quality`,
-`halves`, `handedness` and `verdict`.
+`refine` (all at once) -> `merge` (one skeleton) -> `stage` (`floor`, `tpose`, `proportions`) -> `residuals`,
+`halves`, `handedness` and `verdict`. `together` runs the steps from `swaps` to `merge`; `holding` repeats them
+without spans that do not agree, where that is allowed.
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from studio.engine.calibration import quality
-from studio.engine.calibration.depth_floor import common_floor
-from studio.engine.calibration.first import Candidate, first_placements
-from studio.engine.calibration.floor import Floor
-from studio.engine.calibration.halves import Halves, compare_halves
-from studio.engine.calibration.handedness import mirrored_bodies
-from studio.engine.calibration.merge import Walk, merge
-from studio.engine.calibration.noise import unbiased
-from studio.engine.calibration.pairs import LocalClock, Track, grid, make_track, sample
-from studio.engine.calibration.proportions import measure
-from studio.engine.calibration.refine import BIAS_PRIOR_M, Placed, Refined, refine
-from studio.engine.calibration.result import Calibration, CameraCalibration, Performer
-from studio.engine.calibration.soles import on_soles
-from studio.engine.calibration.stage import find_stage, middle_of
-from studio.engine.calibration.steadiness import Shift, largest_shifts
-from studio.engine.calibration.swaps import exchange, find_swaps
-from studio.engine.calibration.verdict import Facts, verdict
-from studio.engine.frames import CameraFrame, ClockModel
-from studio.engine.geometry import transform_points
+from studio.engine.calibration.cameras.first import Candidate, first_placements
+from studio.engine.calibration.cameras.merge import Walk, merge
+from studio.engine.calibration.cameras.pairs import LocalClock, grid, make_track
+from studio.engine.calibration.cameras.refine import PlacedCamera
+from studio.engine.calibration.holding import MustHold, fit_holding
+from studio.engine.calibration.performer.depth_floor import common_floor
+from studio.engine.calibration.performer.floor import Floor
+from studio.engine.calibration.performer.proportions import measure
+from studio.engine.calibration.performer.soles import on_soles
+from studio.engine.calibration.performer.stage import find_stage, middle_of
+from studio.engine.calibration.quality import residuals as quality
+from studio.engine.calibration.quality.halves import Halves, compare_halves
+from studio.engine.calibration.quality.handedness import mirrored_bodies
+from studio.engine.calibration.quality.verdict import Facts, verdict
+from studio.engine.calibration.together import Placements, swaps_between
+from studio.engine.model.calibration import Calibration, CameraCalibration, Performer
+from studio.engine.model.frames import CameraFrame, ClockModel
+from studio.engine.model.spans import Span
 
 _ENOUGH_FRAMES = 20_000
-"""Of a camera, to measure a performer: some ten minutes, which keeps memory small whatever comes after."""
+"""Largest number of a camera's frames from which a performer is measured: some ten minutes, which bounds memory."""
 
 _SAME_PLACE_M = 0.05
 _SAME_STREAM_M = 0.002
@@ -45,8 +45,9 @@ def calibrate(
     until_s: float | None = None,
     height_m: float | None = None,
     floors: Mapping[str, Floor] | None = None,
+    must_hold: MustHold = "always",
 ) -> Calibration:
-    """Return the calibration that the frames give; a bad one has the verdict `refused` and reasons.
+    """Return the calibration from the frames; a bad one has the verdict `refused` and reasons.
 
     The stage clock is the reference camera's; the stage's origin is the floor under the hips in the T-pose, else
     under the middle of the walk.
@@ -54,15 +55,18 @@ def calibrate(
     Args:
         frames: by camera, in device time order, each on its own clock.
         reference: the reference camera; the first where None.
-        until_s: use only what the reference camera saw up to this time on its clock [s].
-        height_m: the performer's, where it was measured before; one that disagrees is refused.
+        until_s: use only the reference camera's frames up to this time on its clock [s].
+        height_m: the performer's, where it was measured before; a height that disagrees is refused.
         floors: by camera, the floor that it sees, in its own frame (`depth_floor.seen_floors`).
+        must_hold: when the cameras must agree. Unless they must throughout, spans without agreement are left out and
+            reported (`CameraCalibration.disagrees`); all figures are then of the rest.
 
     Raises:
         CalibrationError: no frames at all, or a reference camera without frames.
     """
     cameras = first_placements(frames, reference, until_s)
-    fit = _fit([camera for camera in cameras if not camera.problem])
+    kept, fit, spans = fit_holding([camera for camera in cameras if not camera.problem], must_hold)
+    epoch_s = kept[0].track.epoch_ns * 1e-9
     poses = {name: camera.T for name, camera in zip(fit.names, fit.whole.cameras, strict=True)}
     T_stage, performer, floor_given = find_stage(
         fit.walk, common_floor(floors or {}, poses, middle_of(fit.walk))
@@ -78,114 +82,57 @@ def calibrate(
             )
         else:
             i = fit.names.index(camera.name)
-            camera = replace(camera, mirrored=camera.mirrored or bool(backwards[i]))
-            results[camera.name] = _result(
-                camera, i, fit, walk, T_stage, performer, float(coverage[i]), halves[i], height_m
+            camera = replace(kept[i], mirrored=camera.mirrored or bool(backwards[i]))
+            result = _result(
+                camera, i, fit, walk, T_stage, performer, float(coverage[i]), halves[i], height_m, spans[i]
             )
+            results[camera.name] = replace(result, disagrees=tuple(span.later(epoch_s) for span in spans[i]))
     return Calibration(cameras[0].name, results, performer, floor_given=floor_given)
 
 
 def with_performer(calibration: Calibration, frames: Mapping[str, Sequence[CameraFrame]]) -> Calibration:
-    """Return the calibration with the performer measured from the frames, where it has none.
+    """Return the calibration with a missing performer measured from the frames.
 
-    Of a performer whose soles were not measured, only they are. Cameras and their clocks stay as they are.
+    If only the performer's soles were not measured, only they are. Cameras and their clocks do not change.
     """
     known = [name for name in calibration.cameras if frames.get(name)]
     performer = calibration.performer
     if (performer is not None and performer.soles_measured) or not known:
         return calibration
-    known.sort(key=lambda name: name != calibration.reference)  # the reference first, the others as they were
+    known.sort(key=lambda name: name != calibration.reference)  # the reference first
     cameras = [calibration.cameras[name] for name in known]
     tracks = [make_track(frames[name][:_ENOUGH_FRAMES]) for name in known]
     starts_ns = [c.clock.stage_ns(track.epoch_ns) for c, track in zip(cameras, tracks, strict=True)]
     placed = [
-        Placed(
+        PlacedCamera(
             camera.T_stage_camera, LocalClock((start_ns - starts_ns[0]) * 1e-9, camera.clock.drift_ppm * 1e-6)
         )
         for camera, start_ns in zip(cameras, starts_ns, strict=True)
     ]
     times, bias = grid(tracks[0]), cameras[0].depth_bias_m
-    walk = merge(tracks, placed, times, _swaps(tracks, placed, times, bias), bias)
+    walk = merge(tracks, placed, times, swaps_between(tracks, placed, times, bias), bias)
     performer = measure(walk) if performer is None else performer
     performer = None if performer is None else on_soles(performer, walk)
     floor_given = performer is not None and performer.soles_measured
     return replace(calibration, performer=performer, floor_given=floor_given)
 
 
-@dataclass(frozen=True)
-class _Fit:
-    """All cameras placed, the reference first: on all frames, on even 5 s blocks, and the walk they give."""
-
-    names: list[str]
-    tracks: list[Track]
-    times_s: NDArray[np.float64]
-    swapped: NDArray[np.bool_]
-    whole: Refined
-    even: Refined
-    walk: Walk
-    shifts: list[Shift]
-
-
-def _fit(cameras: list[Candidate]) -> _Fit:
-    """Return all cameras placed together, starting from their first placements."""
-    tracks = [camera.track for camera in cameras]
-    start = [camera.placed for camera in cameras]
-    clocks = np.array([camera.fit_clock for camera in cameras])
-    times = grid(tracks[0])
-    swapped = _swaps(tracks, start, times, BIAS_PRIOR_M)
-    whole = even = Refined(start, BIAS_PRIOR_M, np.zeros(len(start)))
-    if len(cameras) > 1:
-
-        def fit(best: Refined, part: NDArray[np.bool_] | slice, iterations: int) -> Refined:
-            return refine(
-                tracks, best.cameras, times[part], swapped[:, part],
-                depth_bias_m=best.depth_bias_m, fit_clocks=clocks, iterations=iterations,
-            )  # fmt: skip
-
-        whole = fit(whole, slice(None, None, 3), 4)
-        swapped = _swaps(tracks, whole.cameras, times, whole.depth_bias_m)
-        whole = fit(whole, slice(None, None, 2), 6)
-        even = fit(whole, quality.even_blocks(times) & (np.arange(len(times)) % 2 == 0), 4)
-    walk = merge(tracks, whole.cameras, times, swapped, whole.depth_bias_m)
-    joints = _joints(tracks, whole.cameras, times, whole.depth_bias_m)
-    ordered = np.array([exchange(mine, swap) for mine, swap in zip(joints, swapped, strict=True)])
-    shifts = largest_shifts(ordered, times, quality.BLOCK_S)
-    return _Fit([camera.name for camera in cameras], tracks, times, swapped, whole, even, walk, shifts)
-
-
-def _swaps(
-    tracks: list[Track], cameras: list[Placed], times_s: NDArray[np.float64], depth_bias_m: float
-) -> NDArray[np.bool_]:
-    """Return where each camera's left and right are exchanged, shape (camera_count, instant_count)."""
-    return find_swaps(_joints(tracks, cameras, times_s, depth_bias_m))
-
-
-def _joints(
-    tracks: list[Track], cameras: list[Placed], times_s: NDArray[np.float64], depth_bias_m: float
-) -> NDArray[np.float64]:
-    """Return the cameras' joints in the reference's frame [m], shape (camera_count, instant_count, 21, 3)."""
-    points = [
-        transform_points(camera.T, unbiased(sample(track, camera.clock.device_s(times_s))[0], depth_bias_m))
-        for track, camera in zip(tracks, cameras, strict=True)
-    ]
-    return np.array(points)
-
-
 def _same_place(T: NDArray[np.float64]) -> bool:
-    """Whether a camera stands and looks as the reference does; T: reference <- camera."""
+    """Whether a camera has the position and direction of the reference; T: reference <- camera."""
     return float(np.linalg.norm(T[:3, 3])) < _SAME_PLACE_M and float(np.trace(T[:3, :3])) > 2.999
 
 
 def _result(
     camera: Candidate,
     i: int,
-    fit: _Fit,
+    fit: Placements,
     walk: Walk,
     T_stage: NDArray[np.float64],
     performer: Performer | None,
     coverage: float,
     halves: Halves,
     height_m: float | None,
+    left_out: list[Span],
 ) -> CameraCalibration:
     """Return one camera's calibration with its figures: fitted on even blocks, scored on odd ones."""
     T = T_stage @ fit.whole.cameras[i].T
@@ -197,6 +144,7 @@ def _result(
         feet_m=quality.lowest_feet(walk.positions[i]),
         mirrored=camera.mirrored,
         shift=fit.shifts[i] if len(fit.names) > 2 or i > 0 else None,
+        left_out=tuple(left_out),
     )
     rest, clock = quality.Residuals(0.0, 0.0, 0.0, 0), ClockModel()
     if i > 0:

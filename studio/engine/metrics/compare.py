@@ -1,4 +1,4 @@
-"""How far two motions are apart, over time and by joint: where to look before deciding between them."""
+"""Distances between two motions, over time and by joint, to decide between them."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -6,14 +6,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from studio.engine.errors import FormatError
-from studio.engine.joints import CANONICAL
-from studio.engine.metrics.canonical import canonical_positions
-from studio.engine.metrics.reference import Reference
-from studio.engine.poses import Poses
+from studio.engine.base.errors import FormatError
+from studio.engine.metrics.reference.canonical import canonical_positions
+from studio.engine.metrics.reference.reference import Reference
+from studio.engine.model.joints import CANONICAL
+from studio.engine.model.poses import Poses
 
 WORST_APART_S = 0.5
-"""The instants that differ most are listed at least so far apart."""
+"""Shortest time between two listed instants."""
 
 
 @dataclass(frozen=True)
@@ -21,10 +21,10 @@ class Differences:
     """Distances between a solve and another motion at the solve's instants.
 
     Attributes:
-        frames: indices of the solve's frames at which a joint of both is known, shape (frame_count,).
+        frames: indices of the solve's frames with a joint known in both, shape (frame_count,).
         time_s: their stage times [s], shape (frame_count,).
         joints: canonical joints that both have.
-        mm: distance [mm], shape (frame_count, len(joints)); NaN where the other motion does not know the joint.
+        mm: distance [mm], shape (frame_count, len(joints)); NaN where the joint is unknown in the other motion.
     """
 
     frames: NDArray[np.int64]
@@ -33,8 +33,9 @@ class Differences:
     mm: NDArray[np.float64]
 
     def summary(self, *, worst: int = 10) -> dict[str, Any]:
-        """Return `frames`, `mean_mm`, `p95_mm`, `max_mm`, `per_joint_mm` (means), and as `worst` the instants that
-        differ most (`time_s`, `joint`, `mm`)."""
+        """Return `frames`, `mean_mm`, `p95_mm`, `max_mm`, `per_joint_mm` (means), and as `worst` the instants with
+        the largest differences (`time_s`, `joint`, `mm`).
+        """
         return {
             "frames": len(self.time_s),
             "mean_mm": float(np.nanmean(self.mm)),
@@ -63,7 +64,7 @@ class Differences:
 
 
 def differences(poses: Poses, other: Reference) -> Differences:
-    """Return how far a solve is from another motion, which lies in the stage frame and on the stage clock.
+    """Return the distances of a solve from another motion in the stage frame and on the stage clock.
 
     Raises:
         FormatError: no instant or no joint in common.
@@ -87,7 +88,7 @@ def compare(a: Poses, b: Poses, *, worst: int = 10) -> dict[str, Any]:
 
     Args:
         a, b: solves in the same stage frame, on the same clock.
-        worst: how many of the instants that differ most are listed, at least half a second apart.
+        worst: number of listed instants, at least half a second apart.
 
     Raises:
         FormatError: no instant or no joint in common.

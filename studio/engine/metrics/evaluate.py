@@ -5,24 +5,25 @@ from typing import Any
 
 import numpy as np
 
-from studio.engine.joints import CANONICAL
-from studio.engine.metrics import thesis
-from studio.engine.metrics.alignment import align
-from studio.engine.metrics.angles import joint_angle_errors_deg
-from studio.engine.metrics.bones import bone_length_sd_mm
 from studio.engine.metrics.cleanup.solve import cleanup_figures, part_of
-from studio.engine.metrics.clock import on_one_clock
-from studio.engine.metrics.contacts import contact_precision_recall, foot_heights_cm
-from studio.engine.metrics.feet import foot_slides_cm_s
-from studio.engine.metrics.honesty import uncertainty_coverage, uncertainty_median_ratio
-from studio.engine.metrics.latency import latency_ms
-from studio.engine.metrics.matching import Matched, match
-from studio.engine.metrics.pck import THRESHOLDS_MM, pck
-from studio.engine.metrics.position import mpjpe_mm, mpjpe_root_aligned_mm, per_joint_mm, rms_mm
-from studio.engine.metrics.reference import Markers, Reference
-from studio.engine.metrics.smoothness import acceleration_error_m_s2, jerk_m_s3, reference_jerk_m_s3
-from studio.engine.metrics.spectral_arc import spectral_arc_lengths
-from studio.engine.poses import Poses
+from studio.engine.metrics.figures import thesis
+from studio.engine.metrics.figures.angles import joint_angle_errors_deg
+from studio.engine.metrics.figures.bones import bone_length_sd_mm
+from studio.engine.metrics.figures.contacts import contact_precision_recall, foot_heights_cm
+from studio.engine.metrics.figures.feet import foot_slides_cm_s
+from studio.engine.metrics.figures.honesty import uncertainty_coverage, uncertainty_median_ratio
+from studio.engine.metrics.figures.latency import latency_ms
+from studio.engine.metrics.figures.pck import THRESHOLDS_MM, pck
+from studio.engine.metrics.figures.position import mpjpe_mm, mpjpe_root_aligned_mm, per_joint_mm, rms_mm
+from studio.engine.metrics.figures.smoothness import acceleration_error_m_s2, jerk_m_s3, reference_jerk_m_s3
+from studio.engine.metrics.figures.spectral_arc import spectral_arc_lengths
+from studio.engine.metrics.own import own_stance_foot_slide_cm_s
+from studio.engine.metrics.reference.alignment import align
+from studio.engine.metrics.reference.clock import on_one_clock
+from studio.engine.metrics.reference.matching import Matched, match
+from studio.engine.metrics.reference.reference import Markers, Reference
+from studio.engine.model.joints import CANONICAL
+from studio.engine.model.poses import Poses
 
 ALIGNMENTS: tuple[str, ...] = ("rigid", "similarity")
 
@@ -35,15 +36,15 @@ def evaluate(
     same_clock: bool = True,
     similarity: bool = False,
 ) -> dict[str, Any]:
-    """Return the figures of one solve, each key with its unit; None = cannot be measured here.
+    """Return the figures of one solve, each key with its unit; None = not measurable here.
 
     Args:
         poses: the solve.
-        reference: what it is measured against; markers' offsets from the joints are fitted first.
+        reference: the reference; markers' offsets from the joints are fitted first.
         start_s: stage time before which nothing counts (a take's calibration part).
         same_clock: the reference has the stage clock. Otherwise its offset and drift are estimated, aligned
             away and reported (`time_offset_ms` at stage time 0, positive = the reference's clock is ahead);
-            the latency cannot be told from the offset then.
+            latency and offset cannot be separated then.
         similarity: align the size too.
 
     Raises:
@@ -66,6 +67,7 @@ def evaluate(
         "jerk_m_s3": jerk_m_s3(matched),
         "reference_jerk_m_s3": reference_jerk_m_s3(matched),
         **_of_both(matched),
+        "own_stance_foot_slide_cm_s": own_stance_foot_slide_cm_s(poses, start_s=start_s),
         "bone_length_sd_mm": bone_length_sd_mm(matched),
         "unseen_share": float(1.0 - matched.seen[:, matched.columns(matched.joints)].mean()),
         "uncertainty_coverage": uncertainty_coverage(matched),
@@ -85,7 +87,7 @@ def evaluate(
 
 
 def _of_both(matched: Matched) -> dict[str, float | None]:
-    """Figures that are measured on solve and reference alike, and contacts."""
+    """Figures that are measured on both solve and reference, and contacts."""
     slide, reference_slide = foot_slides_cm_s(matched)
     arc, reference_arc = spectral_arc_lengths(matched)
     height, height_error = foot_heights_cm(matched)

@@ -1,28 +1,29 @@
-"""Figures of a solve alone, without a reference: how calm it is, whether its feet stand, whether its bones keep."""
+"""Figures of a solve alone, without a reference: jitter, foot slide and bone lengths."""
 
 from typing import Any
 
 import numpy as np
 from scipy.signal import butter, sosfiltfilt
 
-from studio.engine.metrics.bones import bone_length_sd_mm
-from studio.engine.metrics.canonical import canonical_positions
 from studio.engine.metrics.cleanup.solve import solve_cleanup
-from studio.engine.metrics.feet import foot_slides_cm_s
-from studio.engine.metrics.matching import Matched, match
-from studio.engine.metrics.reference import Reference
-from studio.engine.metrics.smoothness import jerk_m_s3
-from studio.engine.poses import Poses
+from studio.engine.metrics.figures.bones import bone_length_sd_mm
+from studio.engine.metrics.figures.feet import foot_slides_cm_s
+from studio.engine.metrics.figures.smoothness import jerk_m_s3
+from studio.engine.metrics.reference.canonical import canonical_positions
+from studio.engine.metrics.reference.matching import Matched, match
+from studio.engine.metrics.reference.reference import Reference
+from studio.engine.model.poses import Poses
 
 JITTER_HZ = 6.0
-"""Joints of a moving human stay below this; Winter, "Biomechanics and Motor Control of Human Movement", 2009,
-section 3.4.4."""
+"""Cutoff between movement and jitter; joints of a moving human stay below it. Source: Winter, "Biomechanics and Motor
+Control of Human Movement", 2009, section 3.4.4.
+"""
 
 
 def own_figures(poses: Poses, *, start_s: float | None = None) -> dict[str, Any]:
-    """Return the figures of a solve by itself, with units in the keys; None = cannot be measured here.
+    """Return the figures of a solve by itself, with units in the keys; None = not measurable here.
 
-    Feet stand where the solve's own are low and slow, so that the slide of a foot that never rests is not seen.
+    `own_stance_foot_slide_cm_s` is not the `foot_slide_cm_s` of `evaluate`, which uses the reference's stances.
 
     Args:
         poses: the solve.
@@ -31,23 +32,35 @@ def own_figures(poses: Poses, *, start_s: float | None = None) -> dict[str, Any]
     Raises:
         FormatError: fewer than 4 frames, or fewer than 3 measured joints.
     """
-    itself = Reference(poses.time_s, canonical_positions(poses))
-    matched = match(poses, itself, start_s=start_s)
+    matched = _with_itself(poses, start_s)
     return {
         "jitter_mm": jitter_mm(matched),
         "jerk_m_s3": jerk_m_s3(matched),
-        "foot_slide_cm_s": foot_slides_cm_s(matched)[0],
+        "own_stance_foot_slide_cm_s": foot_slides_cm_s(matched)[0],
         "bone_length_sd_mm": bone_length_sd_mm(matched),
         "unseen_share": float(1.0 - matched.seen[:, matched.columns(matched.joints)].mean()),
-        **solve_cleanup(poses, None, start_s=start_s),
+        **solve_cleanup(poses, start_s=start_s),
         "frames": len(matched.time_s),
     }
 
 
-def jitter_mm(matched: Matched) -> float | None:
-    """Root mean square of what a joint moves above 6 Hz, as the mean over measured joints [mm].
+def own_stance_foot_slide_cm_s(poses: Poses, *, start_s: float | None = None) -> float | None:
+    """Return the mean horizontal speed of ankles and toes while the solve's own are low and slow [cm/s].
 
-    A zero-phase Butterworth filter of fourth order (second order, forth and back) takes the movement away. None where
+    It misses the slide of a foot that never rests. None where no foot stands. Arguments and errors as
+    `own_figures`.
+    """
+    return foot_slides_cm_s(_with_itself(poses, start_s))[0]
+
+
+def _with_itself(poses: Poses, start_s: float | None) -> Matched:
+    return match(poses, Reference(poses.time_s, canonical_positions(poses)), start_s=start_s)
+
+
+def jitter_mm(matched: Matched) -> float | None:
+    """Root mean square of a joint's movement above 6 Hz, as the mean over measured joints [mm].
+
+    A zero-phase Butterworth filter of fourth order (second order, forth and back) removes slower movement. None if
     the solve is too slow or too short for it.
     """
     positions, _ = matched.pick(matched.joints)

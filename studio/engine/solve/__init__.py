@@ -1,2 +1,6 @@
-"""The solve: `tasks` (what mink minimises), `limits` (what it may not exceed), `solver` (one frame of the
-humanoid following the joints), `swing` (a pose without inverse kinematics)."""
+"""The solve of one instant, for live and replay (steps 3 to 9).
+
+`pipeline` runs it: `timing` aligns the cameras' frames, `fusion` makes one skeleton, `conditioning` limits and
+filters, `kalman` or `ik` solves the humanoid, `completion` adds joints that no camera sees, `uncertainty` estimates
+the error.
+"""

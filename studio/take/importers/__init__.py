@@ -1,16 +1,17 @@
-"""Recordings made elsewhere become takes: `import_recording` finds the kind and the importer that reads it.
+"""Imports of other recordings: `import_recording` finds the kind and the importer that reads it.
 
-`recording` holds what an importer returns and writes it as a take; `camera_folders` (which reads `joints_csv`
-and `depth_folder`), `kinect_pair`, `kinect_states`, `k4a_mkv`, `ros_bag` (on `bag_files`), `recording_files` and
-`raw_file` are the importers, `kinect` what the two Kinect kinds share; `table` reads their CSV, `k4a` knows what
-Azure Kinect files hold. `animation` makes takes of animations, which have no raw.
+`recording` holds the result of an importer and writes it as a take. The importers are `camera_folders` (which reads
+`joints_csv` and `depth_folder`), `kinect_pair`, `kinect_states`, `k4a_mkv`, `ros_bag` (on `bag_files`),
+`recording_files` and `raw_file`. `kinect` is shared by the two Kinect kinds, `table` reads their CSV, and `k4a` the
+metadata of Azure Kinect files. `animation` makes takes of animations, which have no raw.
 """
 
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
-from studio.engine.errors import FormatError, SettingsError, TakeError
+from studio.engine.base.errors import FormatError, SettingsError, TakeError
+from studio.take.folder.take import Take, check_free
 from studio.take.importers import (
     camera_folders,
     k4a_mkv,
@@ -22,12 +23,11 @@ from studio.take.importers import (
 )
 from studio.take.importers.animation import ANIMATIONS, import_animation, is_animation
 from studio.take.importers.recording import Progress, ReadRecording, write_recording
-from studio.take.take import Take, check_free
 
 
 @dataclass(frozen=True)
 class Importer:
-    """One kind of recording: what it is called, whether a path is one, and how it is read."""
+    """One kind of recording: its name, the test whether a path is one, and its reader."""
 
     description: str
     matches: Callable[[Path], bool]
@@ -55,27 +55,27 @@ IMPORTERS: dict[str, Importer] = {
     ),
     "raw-file": Importer("a raw recording of the studio (.mcap)", raw_file.matches, raw_file.read),
 }
-"""Kinds of recordings by name, in the order in which they are tried."""
+"""Kinds of recordings by name, in the order of their tests."""
 
 
 def import_recording(
     path: str | Path, out: str | Path, *, unit_m: float | None = None, progress: Progress | None = None
 ) -> Take:
-    """Return a new take at `out` with the recording or animation at `path`; its notes say what was chosen.
+    """Return a new take at `out` with the recording or animation at `path`; its notes state the choices made.
 
     An animation makes a take without raw, with the solve `imported`.
 
     Args:
-        path: a file or folder of a kind in `IMPORTERS`, or a file that `animation.is_animation` knows.
+        path: a file or folder of a kind in `IMPORTERS`, or a file for which `animation.is_animation` is true.
         out: the take's folder; must not exist or be empty.
         unit_m: metres per unit of a BVH; None = its rest pose is 1.75 m high.
         progress: called with 0..1.
 
     Raises:
-        FormatError: no recording there, of no known kind, or broken; names the file, line and column.
-        NotAvailableError: a package that an optional reader needs is not installed.
-        SettingsError: a unit for what tells its own.
-        TakeError: `out` holds something already. Whatever the error, nothing is left behind.
+        FormatError: no recording there, of no known kind, or damaged; names the file, line and column.
+        NotAvailableError: the package of an optional reader is not installed.
+        SettingsError: a unit for a file that states its own.
+        TakeError: `out` is not empty. No error leaves files behind.
     """
     path, out = Path(path), Path(out)
     if path.is_file() and is_animation(path):
@@ -103,5 +103,10 @@ def _importer(path: Path) -> Importer:
     for importer in IMPORTERS.values():
         if importer.matches(path):
             return importer
+    raise not_importable(path)
+
+
+def not_importable(path: str | Path) -> FormatError:
+    """Return the error that says that something is of no known kind, and which kinds there are."""
     kinds = "; ".join([*(importer.description for importer in IMPORTERS.values()), ANIMATIONS])
-    raise FormatError(f"{path} is no recording that can be imported; allowed: {kinds}")
+    return FormatError(f"{path} is no recording that can be imported; allowed: {kinds}")

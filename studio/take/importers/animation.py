@@ -1,20 +1,20 @@
-"""Animations made elsewhere: a take without raw, whose only solve is `imported`."""
+"""Imports of animations: a take without raw, whose only solve is `imported`."""
 
 from collections.abc import Callable
 from pathlib import Path
 
-from studio.engine.animation.files import ENDINGS
-from studio.engine.animation.imported import imported_poses
-from studio.engine.settings import preset
-from studio.take.new import new_take
-from studio.take.solves import write_solve
-from studio.take.take import Take, check_free
+from studio.engine.animation.read.files import ENDINGS
+from studio.engine.animation.read.imported import imported_poses
+from studio.engine.model.settings import preset
+from studio.take.folder.new import new_take
+from studio.take.folder.solves import write_solve
+from studio.take.folder.take import Take, check_free
 
 IMPORTED = "imported"
 """Name of the solve."""
 
 ANIMATIONS = f"an animation ({', '.join(ENDINGS)})"
-"""What `is_animation` knows, in words."""
+"""Files for which `is_animation` is true, in words."""
 
 
 def is_animation(path: Path) -> bool:
@@ -29,7 +29,7 @@ def import_animation(
 
     Raises:
         FormatError, NotAvailableError, SettingsError: as `imported_poses`.
-        TakeError: `out` holds something already or cannot be written. Whatever the error, nothing is left behind.
+        TakeError: `out` is not empty or cannot be written. No error leaves files behind.
     """
     check_free(out)
     progress(0.05)

@@ -1,7 +1,7 @@
 """ROS bags, version 1 (`.bag`) and 2 (`.db3`, or the folder around one), message by message.
 
-Both are read from the beginning, without an index: a bag that was cut gives what it holds. Messages are decoded
-by rosbags, with the definitions in a version 1 bag and with those of ROS 2 Humble in a version 2 bag.
+Both are read from the beginning, without an index, so a truncated bag gives its readable part. rosbags decodes
+messages, with the definitions in a version 1 bag and with those of ROS 2 Humble in a version 2 bag.
 
 Source of the format: ROS wiki, "Bags/Format/2.0".
 """
@@ -14,7 +14,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import IO, Any, Protocol
 
-from studio.engine.errors import FormatError
+from studio.engine.base.errors import FormatError
 
 _MAGIC = b"#ROSBAG V2.0\n"
 _CHUNK, _CONNECTION, _MESSAGE, _BAG = 5, 7, 2, 3
@@ -23,20 +23,21 @@ _RECORD_BYTES_LIMIT = 256 * 1024 * 1024
 
 @dataclass
 class Topic:
-    """A topic of a bag: its message type and how many messages it has."""
+    """A topic of a bag: its message type and number of messages."""
 
     message_type: str
     count: int = 0
 
 
 class Bag(Protocol):
-    """A bag: its topics by name, and what is wrong with it ("" = nothing; complete once it has been read)."""
+    """A bag: its topics by name, and its damage ("" = none; complete once it has been read)."""
 
     topics: dict[str, Topic]
     problem: str
 
     def messages(self, topics: Collection[str]) -> Iterator[tuple[str, int, Any]]:
         """Yield topic, time of recording [ns] and decoded message, in the order of the file."""
+        ...
 
 
 def open_bag(path: Path) -> Bag:
@@ -101,7 +102,7 @@ class Ros1Bag:
             yield connection.topic, time_ns, message
 
     def _records(self) -> Iterator[tuple[int, int, int, bytes]]:
-        """Yield kind, connection, time [ns] and data of every message; note connections and damage."""
+        """Yield kind, connection, time [ns] and data of every message; register connections and damage."""
         try:
             with open(self.path, "rb") as file:
                 if file.read(len(_MAGIC)) != _MAGIC:
@@ -196,7 +197,7 @@ def _unpack(compression: bytes, data: bytes) -> bytes:
 
 
 def _bounded(unpacker: Any, data: bytes) -> bytes:
-    """Return what `data` holds, unless that is more than a record may have."""
+    """Return the unpacked data, unless it exceeds the size limit of a record."""
     unpacked = unpacker.decompress(data, _RECORD_BYTES_LIMIT)
     if not unpacker.eof:
         raise ValueError(f"a chunk that ends early, or has over {_RECORD_BYTES_LIMIT} bytes once unpacked")
@@ -238,9 +239,9 @@ class Ros2Bag:
                 yield name, time_ns, message
 
     def _rows(self, file: Path, data: str, topics: tuple[str, ...]) -> Iterator[tuple[str, str, int, bytes]]:
-        """Yield topic, type, time [ns] and data of every message; note damage."""
+        """Yield topic, type, time [ns] and data of every message; register damage."""
         among = f" AND t.name IN ({','.join('?' * len(topics))})" if topics else ""
-        query = (  # row by row: what comes before a damaged page is read
+        query = (  # row by row, so that everything before a damaged page is read
             f"SELECT m.id, t.name, t.type, m.timestamp, {data} FROM messages m NOT INDEXED "
             f"CROSS JOIN topics t ON t.id = m.topic_id WHERE m.id > ?{among} ORDER BY m.id LIMIT 1"
         )
@@ -248,7 +249,7 @@ class Ros2Bag:
             self.problem = self.problem or "it is cut"
         connection = sqlite3.connect(f"{file.resolve().as_uri()}?mode=ro&immutable=1", uri=True)
         try:
-            connection.execute("PRAGMA writable_schema=ON")  # SQLite then reads what there is of a cut file
+            connection.execute("PRAGMA writable_schema=ON")  # makes SQLite read a truncated file
             number = -1
             while (row := connection.execute(query, (number, *topics)).fetchone()) is not None:
                 number = row[0]

@@ -1,6 +1,6 @@
 """Folders of `camera_K/`, each with `joints.csv`, or `depth.txt` and `camera.json`, or both.
 
-Beside them an optional `calibration.json` and `recording.json`.
+`calibration.json` and `recording.json` beside them are optional.
 """
 
 import json
@@ -10,11 +10,11 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from studio.engine.calibration.result import Calibration
-from studio.engine.errors import CalibrationError, FormatError
+from studio.engine.base.errors import CalibrationError, FormatError
+from studio.engine.model.calibration import Calibration
+from studio.take.folder.take import read_calibration
 from studio.take.importers import depth_folder, joints_csv
 from studio.take.importers.recording import Progress, ReadCamera, ReadRecording
-from studio.take.take import read_calibration
 from studio.wire import is_camera_name
 
 _FILES = ("joints.csv", "depth.txt")
@@ -29,7 +29,7 @@ def read(path: Path, progress: Progress) -> ReadRecording:
     """Return the recording in a folder; depth images are read when the recording is written.
 
     Raises:
-        FormatError: a broken file; the message names file, line and column.
+        FormatError: a damaged file; the message names file, line and column.
     """
     folders = sorted((f for f in path.glob("camera_*") if f.is_dir()), key=_natural)
     empty = [f.name for f in folders if not any((f / name).is_file() for name in _FILES)]
@@ -48,10 +48,10 @@ def read(path: Path, progress: Progress) -> ReadRecording:
 def read_beside(
     path: Path, cameras: tuple[ReadCamera, ...], notes: list[str], *, created: str | None = None
 ) -> ReadRecording:
-    """Return the recording with what `calibration.json` and `recording.json` in a folder tell.
+    """Return the recording with the content of `calibration.json` and `recording.json` in a folder.
 
     Raises:
-        FormatError: one of them is broken.
+        FormatError: one of them is damaged.
     """
     return ReadRecording(
         cameras=cameras,
@@ -97,7 +97,7 @@ def _calibration(file: Path, names: list[str], notes: list[str]) -> Calibration 
 
 
 def _calibration_s(file: Path) -> float | None:
-    """Return the length of the calibration part [s] from `recording.json`, None where it is not told."""
+    """Return the length of the calibration part [s] from `recording.json`, None if it has none."""
     if not file.is_file():
         return None
     try:

@@ -1,7 +1,7 @@
 """A camera's depth as 16-bit PNG: `camera.json` with the intrinsics, `depth.txt` with a time and a file per line.
 
 `camera.json`: `width`, `height`, `fx`, `fy`, `cx`, `cy` [px], optional `distortion` (OpenCV's order), `sensor`,
-`fps`, and `depth_unit_m`, what a step of the PNG is (default 0.001). A line of `depth.txt` is the capture time on
+`fps`, and `depth_unit_m`, the unit of the PNG (default 0.001). A line of `depth.txt` is the capture time on
 the camera's clock [s], a blank, and the file's name in the folder.
 """
 
@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from PIL import Image
 
 from studio import wire
-from studio.engine.errors import FormatError
+from studio.engine.base.errors import FormatError
 from studio.take.importers.recording import DepthStream, ReadDepth, put_in_order, seconds_to_ns
 from studio.take.importers.table import number
 
@@ -27,10 +27,10 @@ def read_depth(folder: Path, notes: list[str]) -> ReadDepth:
 
     Args:
         folder: with `camera.json` and `depth.txt`.
-        notes: what was left out or chosen is added, also while the stream is read.
+        notes: receives omissions and choices, also while the stream is read.
 
     Raises:
-        FormatError: a broken `camera.json` or `depth.txt`; the message names file and line.
+        FormatError: a damaged `camera.json` or `depth.txt`; the message names file and line.
     """
     about, intrinsics = _camera(folder / "camera.json")
     times, files = _list(folder / "depth.txt")
@@ -64,7 +64,7 @@ def read_png(file: Path, intrinsics: wire.Intrinsics, step_mm: float = 1.0) -> N
     """Return the depth [mm] in a 16-bit PNG, shape (height, width).
 
     Raises:
-        FormatError: no such file, no 16-bit grey PNG, or of another size than the intrinsics.
+        FormatError: the file is missing, no 16-bit grey PNG, or of another size than the intrinsics.
     """
     try:
         with Image.open(file, formats=("PNG",)) as image:

@@ -1,7 +1,7 @@
 """`joints.csv`: one camera's skeletons.
 
 A row is `time_s`, then `<joint>_x,_y,_z,_confidence` of canonical joints in the camera frame [m]; empty =
-unseen. Columns are found by name, in any order; a camera does not know the joints that its header leaves out.
+unseen. Columns are found by name, in any order; a camera lacks the joints that are not in its header.
 """
 
 import math
@@ -9,8 +9,8 @@ from pathlib import Path
 
 import numpy as np
 
-from studio.engine.errors import FormatError
-from studio.engine.joints import CANONICAL, INDEX, JOINT_COUNT
+from studio.engine.base.errors import FormatError
+from studio.engine.model.joints import CANONICAL, INDEX, JOINT_COUNT
 from studio.take.importers.recording import ReadCamera, put_in_order, seconds_to_ns
 from studio.take.importers.table import check_length, csv_rows, header_index, number
 

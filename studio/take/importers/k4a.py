@@ -1,7 +1,7 @@
-"""What Azure Kinect files hold: depth modes and the factory calibration, to intrinsics and back.
+"""Metadata of Azure Kinect files: depth modes and the factory calibration, to intrinsics and back.
 
 The calibration's 14 numbers are `cx cy fx fy k1 k2 k3 k4 k5 k6 codx cody p2 p1`, the first four as shares of the
-whole sensor with the corner of the first pixel at 0. A depth mode bins and crops it.
+whole sensor with the corner of the first pixel at 0. A depth mode bins and crops the sensor.
 
 Source: Azure Kinect Sensor SDK 1.4, src/calibration and src/transformation (mode-specific intrinsics), MIT.
 """
@@ -12,8 +12,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from studio import wire
-from studio.engine.depth import DepthCamera
-from studio.engine.errors import FormatError
+from studio.engine.base.errors import FormatError
+from studio.engine.model.depth import DepthCamera
 
 
 class DepthMode(NamedTuple):
@@ -52,8 +52,8 @@ def mode_of(camera: DepthCamera) -> str:
 def intrinsics(calibration: str | bytes, mode_name: str) -> wire.Intrinsics:
     """Return the depth camera's intrinsics in a depth mode from `calibration.json`.
 
-    The rational model of early devices counts half of the mixed tangential term; the difference is below a
-    thousandth of a pixel and is left out.
+    The rational model of early devices has half of the mixed tangential term; the difference is below a
+    thousandth of a pixel and is ignored.
 
     Raises:
         FormatError: an unknown mode, or a calibration that cannot be read.

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from studio.engine.errors import FormatError
+from studio.engine.base.errors import FormatError
 from studio.take.importers.k4a import intrinsics
 from studio.take.importers.recording import DepthStream, Progress, ReadCamera, ReadDepth, ReadRecording
 
@@ -38,9 +38,9 @@ def read(path: Path, progress: Progress) -> ReadRecording:
 
 
 def read_cameras(path: Path, notes: list[str]) -> tuple[tuple[ReadCamera, ...], str | None]:
-    """Return the one camera of a file, and when the file was made (ISO 8601).
+    """Return the one camera of a file, and the file's time of creation (ISO 8601).
 
-    What is damaged is noted when the stream is read.
+    Damage is noted when the stream is read.
 
     Raises:
         FormatError: not a Matroska file, or without a depth track or calibration.
@@ -48,8 +48,9 @@ def read_cameras(path: Path, notes: list[str]) -> tuple[tuple[ReadCamera, ...], 
     with _open(path) as container:
         track = _depth_track(path, container)
         mode = track.metadata.get("K4A_DEPTH_MODE", "")
-        attached = [s for s in container.streams if s.type == "attachment"]
-        calibration = [s for s in attached if s.metadata.get("filename", "") == "calibration.json"]
+        calibration = [
+            s for s in container.streams.attachments if s.metadata.get("filename", "") == "calibration.json"
+        ]
         if not calibration:
             raise FormatError(f"{path} has no calibration.json inside; is it a recording of an Azure Kinect?")
         try:
@@ -77,13 +78,14 @@ def read_cameras(path: Path, notes: list[str]) -> tuple[tuple[ReadCamera, ...], 
 
 def _open(path: Path) -> "InputContainer":
     import av
+    from av.error import FFmpegError
 
-    lenient = (
+    lenient: dict[str, Any] = (
         {"metadata_errors": "replace"} if int(av.__version__.split(".")[0]) < 19 else {}
     )  # as 19 is by itself
     try:
         return av.open(str(path), "r", format="matroska", **lenient)
-    except (av.error.FFmpegError, OSError) as error:
+    except (FFmpegError, OSError) as error:
         raise FormatError(f"{path} cannot be read as a Matroska file ({error.strerror})") from error
 
 
@@ -119,8 +121,8 @@ def _stream(path: Path, notes: list[str]) -> DepthStream:
 
 
 def _images(container: "InputContainer", track: Any) -> Iterator[tuple[int, NDArray[np.uint16]] | str]:
-    """Yield time since the start [ns] and depth [mm], and as the last a text where the file is damaged."""
-    import av
+    """Yield time since the start [ns] and depth [mm]; for a damaged file, a text last."""
+    from av.error import FFmpegError
 
     shape = (track.codec_context.height, track.codec_context.width)
     packets = container.demux(track)
@@ -133,7 +135,7 @@ def _images(container: "InputContainer", track: Any) -> Iterator[tuple[int, NDAr
             data = bytes(packet)
         except StopIteration:
             return
-        except av.error.FFmpegError as error:
+        except FFmpegError as error:
             yield error.strerror or "damaged"
             return
         if packet.is_corrupt or len(data) != 2 * shape[0] * shape[1]:
@@ -143,7 +145,8 @@ def _images(container: "InputContainer", track: Any) -> Iterator[tuple[int, NDAr
 
 
 def _is_finished(path: Path) -> bool:
-    """Whether the file tells its length, and has it: a recorder writes it when it ends (RFC 9559, RFC 8794)."""
+    """Whether the file states its length and has it; a recorder writes it at the end (RFC 9559, RFC 8794)."""
+    length, size, begin = 1, 0, 0
     with open(path, "rb") as file:
         for _ in range(2):  # the EBML header, then the segment
             file.seek(4, os.SEEK_CUR)

@@ -1,6 +1,6 @@
-"""What the Kinect v2 kinds share: axes and joint set.
+"""Axes and joint set of the Kinect v2 kinds.
 
-The Kinect v2 writes x to the sensor's left, y up, z away from it (right-handed). Half a turn about z makes it
+The Kinect v2 writes x to the sensor's left, y up, z away from it (right-handed). A half turn about z gives
 the camera frame of the engine: x right, y down, z forward. Left and right joints keep their sides: those of a
 person who faces the sensor.
 """

@@ -2,9 +2,9 @@
 
 Columns used, by name: `Tracker_Time` [ms, server], `Person_Id`, `Skeleton_Time` [100 ns, each Kinect's own
 clock], `Kinect_Id`, and `<Joint>_X`, `_Y`, `_Z` [m, Kinect axes] of the 25 joints; -9999 = absent. A row is
-repeated where a camera had no new frame, and some come out of order.
+repeated if a camera had no new frame, and some rows are out of order.
 
-The file tells no confidence and no tracking state: a joint that is present has confidence 1. A take has one
+The file has no confidence and no tracking state; a joint that is present gets confidence 1. A take has one
 performer: of several persons the one with the most rows is kept, the same in every camera, since persons are
 matched between cameras by their number.
 """
@@ -15,8 +15,8 @@ from pathlib import Path
 
 import numpy as np
 
-from studio.engine.errors import FormatError
-from studio.engine.joints import JOINT_SETS
+from studio.engine.base.errors import FormatError
+from studio.engine.model.joints import JOINT_SETS
 from studio.take.importers import kinect
 from studio.take.importers.recording import Progress, ReadCamera, ReadRecording, put_in_order
 from studio.take.importers.table import check_length, csv_rows, first_row, header_index, number, whole_number
@@ -32,18 +32,18 @@ _Row = tuple[int, int, list[float]]
 
 
 def matches(path: Path) -> bool:
-    """Whether `path` is a text file whose header names at least two of this kind's own columns."""
+    """Whether `path` is a text file whose header has at least two of this kind's own columns."""
     return path.is_file() and len({"Kinect_Id", "Skeleton_Time", "Tracker_Time"} & set(first_row(path))) >= 2
 
 
 def read(path: Path, progress: Progress) -> ReadRecording:
     """Return the recording of one person by every Kinect in the file.
 
-    Clocks: a camera's time is its own `Skeleton_Time`, set so that its first frame lies at its
+    A camera's time is its own `Skeleton_Time`, shifted so that its first frame lies at its
     `Tracker_Time`, counted from the first in the file.
 
     Raises:
-        FormatError: a broken file; the message names file, line and column.
+        FormatError: a damaged file; the message names file, line and column.
     """
     rows = _read_rows(path, progress)
     counts = Counter({person: sum(map(len, by_kinect.values())) for person, by_kinect in rows.items()})
@@ -109,7 +109,7 @@ def _camera(name: str, kinect_id: str, rows: list[_Row], start_ms: int, notes: l
 
 
 def _created(tracker_ms: int) -> str | None:
-    """Return the date of a `Tracker_Time`, milliseconds from the year 1; None where it is another count."""
+    """Return the date of a `Tracker_Time`, milliseconds from the year 1; None for another count."""
     try:
         date = _FIRST_YEAR + timedelta(milliseconds=tracker_ms)
     except OverflowError:

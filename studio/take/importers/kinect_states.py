@@ -8,8 +8,8 @@ from pathlib import Path
 
 import numpy as np
 
-from studio.engine.errors import FormatError
-from studio.engine.joints import JOINT_SETS
+from studio.engine.base.errors import FormatError
+from studio.engine.model.joints import JOINT_SETS
 from studio.take.importers import kinect
 from studio.take.importers.recording import Progress, ReadCamera, ReadRecording, put_in_order
 from studio.take.importers.table import check_length, csv_rows, first_row, number, whole_number

@@ -1,15 +1,15 @@
-"""A `raw.mcap` by itself: every camera's skeletons and depth, without the live log."""
+"""A `raw.mcap` alone: every camera's skeletons and depth, without the live log."""
 
 from pathlib import Path
 
 import numpy as np
 
 from studio import wire
-from studio.engine.errors import FormatError
+from studio.engine.base.errors import FormatError
 from studio.take.importers.recording import DepthStream, Progress, ReadCamera, ReadDepth, ReadRecording
-from studio.take.raw import RawCamera, RawFrame, RawReader
-from studio.take.raw_depth import DepthRecording
-from studio.take.raw_records import intrinsics_of
+from studio.take.raw.depth import DepthRecording
+from studio.take.raw.frames import RawCamera, RawFrame, RawReader
+from studio.take.raw.records import intrinsics_of
 
 
 def matches(path: Path) -> bool:
@@ -18,7 +18,7 @@ def matches(path: Path) -> bool:
 
 
 def read(path: Path, progress: Progress) -> ReadRecording:
-    """Return what a raw recording holds, damaged or not; hand states and head orientations are left out.
+    """Return the content of a raw recording, damaged or not; hand states and head orientations are left out.
 
     Raises:
         FormatError: no camera in it.

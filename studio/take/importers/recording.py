@@ -1,4 +1,4 @@
-"""What an importer returns, and how it becomes a take."""
+"""The result of an importer, and its conversion to a take."""
 
 import heapq
 from collections.abc import Callable, Iterator
@@ -9,15 +9,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from studio import wire
-from studio.engine.calibration.result import Calibration
-from studio.engine.errors import FormatError
-from studio.engine.joints import JOINT_COUNT
-from studio.take.new import new_take
-from studio.take.raw import RawWriter
-from studio.take.take import Take
+from studio.engine.base.errors import FormatError
+from studio.engine.model.calibration import Calibration
+from studio.engine.model.joints import JOINT_COUNT
+from studio.take.folder.new import new_take
+from studio.take.folder.take import Take
+from studio.take.raw.frames import RawWriter
 
 Progress = Callable[[float], None]
-"""Called with the share that is done, 0..1."""
+"""Called with the share done, 0..1."""
 
 _LATEST_NS = 2**62
 
@@ -31,11 +31,11 @@ class ReadDepth:
     """A camera's depth images, not read yet.
 
     Attributes:
-        device: what the camera is.
+        device: the camera's device.
         intrinsics: of every image.
         frame_count: as announced; a damaged recording has fewer.
         frames_per_second: nominal or measured.
-        stream: begins to read; what is damaged is left out and noted in the recording's notes.
+        stream: starts to read; damaged images are left out and noted in the recording's notes.
         serial: of the device, where known.
     """
 
@@ -72,7 +72,7 @@ class ReadCamera:
 
     @staticmethod
     def of_depth(name: str, depth: ReadDepth) -> "ReadCamera":
-        """Return a camera that gives depth only."""
+        """Return a camera with depth only."""
         return ReadCamera(
             name=name,
             device=depth.device,
@@ -101,9 +101,9 @@ class ReadCamera:
 
 @dataclass(frozen=True)
 class ReadRecording:
-    """A whole recording, read and checked; `notes` says what was chosen or left out, one line each.
+    """A whole recording, read and checked; `notes` lists choices and omissions, one line each.
 
-    `created` is ISO 8601 in UTC where the recording tells it.
+    `created` is ISO 8601 in UTC, if the recording has it.
     """
 
     cameras: tuple[ReadCamera, ...]
@@ -114,13 +114,13 @@ class ReadRecording:
 
 
 def seconds_to_ns(seconds: float) -> int | None:
-    """Return a time [s] in nanoseconds, or None where the wire format has no room for it (2**62 ns)."""
+    """Return a time [s] in nanoseconds, or None beyond the wire format's range (2**62 ns)."""
     time_ns = round(seconds * 1e9)
     return time_ns if abs(time_ns) <= _LATEST_NS else None
 
 
 def put_in_order(name: str, times_ns: NDArray[np.int64], notes: list[str]) -> NDArray[np.int64]:
-    """Return the indices of a camera's rows by time, each time once and none negative; note what was done.
+    """Return the indices of a camera's rows by time, each time once and none negative; add notes on changes.
 
     Raises:
         FormatError: no row is left.
@@ -145,8 +145,8 @@ def write_recording(recording: ReadRecording, out: Path, progress: Progress) -> 
     """Return the new take at `out`, with all frames in the order of their times.
 
     Raises:
-        FormatError: a camera of which no frame can be read.
-        TakeError: `out` holds something already or cannot be written.
+        FormatError: no frame of a camera can be read.
+        TakeError: `out` is not empty or cannot be written.
     """
     with new_take(
         out,
@@ -198,7 +198,7 @@ def _skeletons(number: int, camera: ReadCamera) -> Iterator[_Item]:
 
 
 def _depth_images(number: int, camera: ReadCamera) -> Iterator[_Item]:
-    """Yield a camera's depth images; one at the time of a skeleton has its number, others go on from there."""
+    """Yield a camera's depth images; one at the time of a skeleton has its number, others continue the count."""
     if camera.depth is None:
         return
     numbers = {time_ns: k for k, time_ns in enumerate(camera.times_ns.tolist())}

@@ -3,7 +3,7 @@
 from dataclasses import replace
 from pathlib import Path
 
-from studio.engine.errors import FormatError
+from studio.engine.base.errors import FormatError
 from studio.take.importers import k4a_mkv, ros_bag
 from studio.take.importers.camera_folders import read_beside
 from studio.take.importers.recording import Progress, ReadCamera, ReadRecording
@@ -18,7 +18,7 @@ def matches(path: Path) -> bool:
 
 
 def read(path: Path, progress: Progress) -> ReadRecording:
-    """Return the recording; a camera is named as its file, where that can name one, else `camera_K`.
+    """Return the recording; a camera is named after its file if that is a valid name, else `camera_K`.
 
     Raises:
         FormatError: a file that cannot be read, or two cameras of one name.

@@ -1,8 +1,8 @@
 """Depth in ROS bags: RealSense recordings (`.bag`, `.db3`) and bags of camera drivers.
 
-A camera is a topic with `depth` in its name that carries 16-bit images, raw or as PNG (`compressedDepth`); its
-intrinsics are the `CameraInfo` with the longest beginning in common. Its time is the device's: the SDK's metadata
-where a bag has them, else the message's stamp, else the time of recording.
+A camera is a topic with `depth` in its name and 16-bit images, raw or as PNG (`compressedDepth`); its
+intrinsics are the `CameraInfo` with the longest common prefix. Its time is the device's: the SDK's metadata
+if a bag has them, else the message's stamp, else the time of recording.
 """
 
 import io
@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from PIL import Image
 
 from studio import wire
-from studio.engine.errors import FormatError
+from studio.engine.base.errors import FormatError
 from studio.take.importers.bag_files import Bag, open_bag
 from studio.take.importers.recording import DepthStream, Progress, ReadCamera, ReadDepth, ReadRecording
 
@@ -47,7 +47,7 @@ def read(path: Path, progress: Progress) -> ReadRecording:
 
 
 def read_cameras(path: Path, notes: list[str]) -> tuple[ReadCamera, ...]:
-    """Return a bag's cameras, `camera_0` and on; what is damaged is noted when their streams are read.
+    """Return a bag's cameras, `camera_0` and on; damage is noted when their streams are read.
 
     Raises:
         FormatError: not a bag, or one without depth images or intrinsics.
@@ -175,7 +175,7 @@ def _intrinsics(path: Path, bag: Bag, topic: str) -> wire.Intrinsics:
 
 
 def _unit_m(bag: Bag, topic: str) -> float:
-    """Return what a step of the images is [m]: the RealSense option `Depth Units`, else a millimetre."""
+    """Return the unit of the images [m]: the RealSense option `Depth Units`, else a millimetre."""
     option = _nearest(bag, topic, lambda name, kind: re.search(r"Depth[ _]Units/value$", name) is not None)
     message = None if option is None else _first(bag, option)
     try:
@@ -200,7 +200,7 @@ def _device(bag: Bag, topic: str) -> str:
 
 
 def _metadata_times(bag: Bag, topic: str) -> dict[int, int]:
-    """Return device times [ns] by time of recording, where the SDK wrote them as text beside the images."""
+    """Return device times [ns] by time of recording, if the SDK wrote them as text beside the images."""
     beside = f"{topic.partition('/image/data')[0]}/image/metadata"
     times = {}
     for _, recorded_ns, message in bag.messages((beside,)):
@@ -225,7 +225,7 @@ def _stamp_ns(message: Any) -> int:
 
 
 def _nearest(bag: Bag, topic: str, allowed: Any) -> str | None:
-    """Return the allowed topic with the longest beginning in common with `topic`; None = none is allowed."""
+    """Return the allowed topic with the longest common prefix with `topic`; None = none is allowed."""
     names = [name for name, of in bag.topics.items() if of.count and allowed(name, of.message_type)]
     return max(names, key=lambda name: _shared_parts(name, topic), default=None)
 

@@ -1,11 +1,11 @@
-"""Reading CSV of numbers, with errors that name file and line."""
+"""Reader of CSV with numbers; its errors name file and line."""
 
 import csv
 import math
 from collections.abc import Iterator
 from pathlib import Path
 
-from studio.engine.errors import FormatError
+from studio.engine.base.errors import FormatError
 
 
 def csv_rows(file: Path) -> Iterator[tuple[int, list[str]]]:
@@ -80,6 +80,6 @@ def whole_number(file: Path, line: int, column: str, text: str) -> int:
 
 
 def check_length(file: Path, line: int, cells: list[str], count: int) -> None:
-    """Raise FormatError where a row has another number of cells than the header."""
+    """Raise FormatError if a row has another number of cells than the header."""
     if len(cells) != count:
         raise FormatError(f"{file}:{line}: {len(cells)} values where {count} are needed; the row is cut")

@@ -1,7 +1,7 @@
 """Replay in the browser view: a take's solve, and another as a ghost beside it.
 
-`clip` loads a solve with what it was made of; `player` keeps the place in time and gives the view a step as the live
-stage would, so that both look the same; `curves` is what the timeline draws; `routes` the API of it all.
+`clip` loads a solve with its inputs; `player` keeps the time and gives the view steps as the live
+stage does, so that both look the same; `curves` computes the timeline; `routes` is the API.
 """
 
 from studio.web.playback.player import Player

@@ -1,18 +1,20 @@
 """A solve of a take, loaded for replay."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
-from studio.engine.calibration.result import Calibration
-from studio.engine.errors import FormatError, StudioError
-from studio.engine.frames import FrameSet, FusedSkeleton, StepResult
-from studio.engine.joints import JOINT_COUNT
-from studio.engine.poses import Poses, on_output_joints
-from studio.engine.solve.trace import Trace
-from studio.take.solves import TRACE
-from studio.take.take import Take
+from studio.engine.base.errors import FormatError, StudioError
+from studio.engine.model.calibration import Calibration
+from studio.engine.model.frames import FrameSet, FusedSkeleton, StepResult
+from studio.engine.model.joints import JOINT_COUNT
+from studio.engine.model.poses import Poses, on_output_joints
+from studio.engine.model.spans import Span
+from studio.engine.whole_take.trace import Trace
+from studio.take.folder.solves import TRACE, solve_disagreements
+from studio.take.folder.take import Take
 
 _NOBODY = FusedSkeleton(
     np.full((JOINT_COUNT, 3), np.nan),
@@ -24,14 +26,16 @@ _NOBODY = FusedSkeleton(
 
 @dataclass(frozen=True)
 class Clip:
-    """A solve with what it was made of.
+    """A solve with its inputs.
 
     Attributes:
         take: its id, `session/name`.
         solve: its name.
         poses: of the output skeleton.
-        trace: what the frames were made of; None for the solve `live` and imported ones.
+        trace: inputs of the frames; None for the solve `live` and imported ones.
         calibration: in use in the take, if it has one.
+        disagrees: by camera, the spans in which it did not agree with the others; may be empty.
+        holds: what the take holds, where there is no solve.
     """
 
     take: str
@@ -39,6 +43,8 @@ class Clip:
     poses: Poses
     trace: Trace | None
     calibration: Calibration | None
+    disagrees: dict[str, list[Span]] = field(default_factory=dict)
+    holds: dict[str, Any] | None = None
 
     @classmethod
     def load(cls, take: Take, solve: str) -> "Clip":
@@ -57,10 +63,11 @@ class Clip:
             poses,
             _trace(folder / TRACE, poses),
             _calibration(take),
+            solve_disagreements(folder),
         )
 
     def step(self, frame: int) -> StepResult:
-        """Return a frame as the pipeline made it."""
+        """Return a frame as a result of the pipeline."""
         poses = self.poses
         if self.trace is None:
             time_ns = round(float(poses.time_s[frame]) * 1e9)
@@ -79,8 +86,9 @@ class Clip:
         )
 
     def with_part(self, part: Poses) -> "Clip":
-        """Return the clip with these poses, of the output skeleton, at their times; what those frames were made of
-        stays as it was."""
+        """Return the clip with these poses, of the output skeleton, at their times; the frames' inputs do not
+        change.
+        """
         times = self.poses.time_s
         rows = np.flatnonzero((times >= part.time_s[0] - 1e-6) & (times <= part.time_s[-1] + 1e-6))
         after = np.clip(np.searchsorted(part.time_s, times[rows]), 1, max(part.frame_count - 1, 1))
@@ -101,7 +109,7 @@ class Clip:
 
 
 def _trace(path: Path, poses: Poses) -> Trace | None:
-    """Return a solve's trace; None where there is none that fits."""
+    """Return a solve's trace; None if there is none that fits."""
     if not path.is_file():
         return None
     try:

@@ -1,19 +1,18 @@
-"""What the timeline draws of a clip: curves of one joint, which cameras were used, when feet stand, spikes."""
+"""Data of a clip's timeline: curves of one joint, used cameras, stances, pops."""
 
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from studio.engine.errors import SettingsError
-from studio.engine.joints import INDEX, OUTPUT_INDEX, OUTPUT_JOINTS, OUTPUT_OF_CANONICAL
-from studio.engine.metrics.feet import stance_of
-from studio.engine.metrics.thesis import in_spike
-from studio.engine.solve.trace import Trace
+from studio.engine.base.errors import SettingsError
+from studio.engine.metrics.figures.feet import stance_of
+from studio.engine.model.joints import INDEX, OUTPUT_INDEX, OUTPUT_JOINTS, OUTPUT_OF_CANONICAL
+from studio.engine.model.spans import Span
+from studio.engine.whole_take.trace import Trace
 from studio.web.playback.clip import Clip
 
 MAX_POINTS = 4000
-CHEST = OUTPUT_OF_CANONICAL["chest"]
 _CANONICAL_OF_OUTPUT = {output: name for name, output in OUTPUT_OF_CANONICAL.items()}
 _FEET = {"left": ("LeftFoot", "LeftToeBase"), "right": ("RightFoot", "RightToeBase")}
 
@@ -22,13 +21,14 @@ def curves(clip: Clip, joint: str, points: int = MAX_POINTS) -> dict[str, Any]:
     """Return the curves of an output joint, thinned to about `points` frames that keep every curve's extremes.
 
     Returns:
-        `frame` (indices), `start_s` (stage time of the first frame), `time_s` (from there on), `position_m` (`x`,
-        `y`, `z`), `speed_m_s`, `confidence`, `uncertainty_mm`;
-        `cameras`, by name a list of spans `[first, last, reason]` in which the camera's joint was not used although
-        the camera saw it; `used`, by name the spans `[first, last]` in which it was; `stance`, by side the spans in
-        which a foot stands; `spikes`, the spans in which the joint goes 10 cm along an axis, as seen from the chest,
-        within 4/30 s (the thesis's measure).
-        Spans that are closer than a thinned frame are one.
+        `frame` (indices), `start_s` (stage time at which the performance begins), `time_s` (since then),
+        `position_m` (`x`, `y`, `z`), `speed_m_s`, `confidence`, `uncertainty_mm`;
+        `cameras`, by name a list of spans `[first, last, reason]` in which the camera saw the joint but was not
+        used for it; `used`, by name the spans `[first, last]` in which it was; `stance`, by side the spans in
+        which a foot stands; `pops`, the spans in which the joint is over 5 cm off its path, as the edit list's
+        `joint_pop` (`metrics.cleanup.pops`), at the solve's own frames; `disagrees`, by camera the spans
+        `[first, last, mm]` in which all its joints were that far from the other cameras'.
+        Spans that are closer than a thinned frame are merged.
 
     Raises:
         SettingsError: no such joint.
@@ -45,11 +45,11 @@ def curves(clip: Clip, joint: str, points: int = MAX_POINTS) -> dict[str, Any]:
     uncertainty = np.nan_to_num(poses.uncertainty_mm[:, row], nan=-1.0)
     frames = thinned(np.column_stack([positions, speed, confidence, uncertainty]), points)
     gap = count // points
-    times = poses.time_s - poses.time_s[0]
+    times = poses.time_s - poses.begins_s
     return {
         "joint": joint,
         "frame": frames.tolist(),
-        "start_s": float(poses.time_s[0]),
+        "start_s": poses.begins_s,
         "time_s": times[frames].round(4).tolist(),
         "position_m": {axis: positions[frames, k].round(4).tolist() for k, axis in enumerate("xyz")},
         "speed_m_s": speed[frames].round(3).tolist(),
@@ -58,16 +58,27 @@ def curves(clip: Clip, joint: str, points: int = MAX_POINTS) -> dict[str, Any]:
         "cameras": _unused(clip, joint, gap),
         "used": _used(clip, joint, gap),
         "stance": _stance(clip, gap),
-        "spikes": _spikes(clip, row, gap),
+        "pops": _pops(clip, row, gap),
+        "disagrees": {name: _disagreeing(clip, spans) for name, spans in clip.disagrees.items()},
     }
 
 
+def _disagreeing(clip: Clip, spans: list[Span]) -> list[list[int]]:
+    """Return a camera's disagreeing spans as first and last frame, and the distance [mm]."""
+    out = []
+    for span in spans:
+        inside = np.flatnonzero(span.contains(clip.poses.time_s))
+        if len(inside):
+            out.append([int(inside[0]), int(inside[-1]), round(span.metres * 1e3)])
+    return out
+
+
 def thinned(values: NDArray[np.float64], points: int) -> NDArray[np.int64]:
-    """Return about `points` frames to draw curves by: of each stretch, the first and where each curve is extreme.
+    """Return about `points` frames for curves: of each stretch, the first frame and each curve's extremes.
 
     Args:
         values: a column per curve, shape (frame_count, curve_count).
-        points: all frames where there are no more.
+        points: all frames if there are no more.
     """
     count, curve_count = values.shape
     if count <= points:
@@ -117,20 +128,29 @@ def _seen(trace: Trace, camera: int, place: int) -> NDArray[np.bool_]:
 
 def _stance(clip: Clip, gap: int) -> dict[str, list[tuple[int, int]]]:
     poses = clip.poses
-    if poses.frame_count < 3:
+    if poses.frame_count < 3 or not clip.solve:  # without a solve there are no feet
         return {side: [] for side in _FEET}
     out = {}
     for side, joints in _FEET.items():
         feet = poses.positions_m[:, [OUTPUT_INDEX[joint] for joint in joints]]
-        out[side] = spans(stance_of(feet, poses.time_s).any(axis=1), gap)
+        out[side] = spans(np.any(stance_of(feet, poses.time_s), axis=1), gap)
     return out
 
 
-def _spikes(clip: Clip, row: int, gap: int) -> list[tuple[int, int]]:
+def _pops(clip: Clip, row: int, gap: int) -> list[tuple[int, int]]:
+    """Spans in which a joint pops, merged as in the edit list. Frames with uneven times are resampled to an even
+    grid, as in exports.
+    """
+    from studio.engine.metrics.cleanup.events import JOIN_S  # their imports are not needed at the start
+    from studio.engine.metrics.cleanup.pops import POP_CM, off_course_cm
+
     poses = clip.poses
-    from_chest = poses.positions_m[:, row] - poses.positions_m[:, OUTPUT_INDEX[CHEST]]
-    flags = [in_spike(from_chest[:, axis], poses.frames_per_second) for axis in range(3)]
-    return spans(np.any(flags, axis=0), gap)
+    step_s = 1.0 / poses.frames_per_second
+    even_s = np.arange(poses.begins_s, poses.time_s[-1] + 0.5 * step_s, step_s)
+    place = [np.interp(even_s, poses.time_s, axis) for axis in poses.positions_m[:, row].T]
+    off_cm = off_course_cm(np.stack(place, axis=1)[:, None], step_s)[:, 0]
+    nearest = np.minimum(np.rint((poses.time_s - poses.begins_s) / step_s).astype(int), len(even_s) - 1)
+    return spans(off_cm[nearest] > POP_CM, max(gap, round(JOIN_S / step_s)))
 
 
 def spans(flags: NDArray[np.bool_], gap: int = 0) -> list[tuple[int, int]]:

@@ -1,34 +1,36 @@
-"""The player: which solve is replayed, where it is in time, and the thread that moves on."""
+"""The player: the replayed solve, its time, and the thread that advances it."""
 
 import threading
 import time
 from collections.abc import Callable
-from typing import Any, Protocol
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
-from studio.engine.calibration.result import Calibration
-from studio.engine.errors import SettingsError
-from studio.engine.frames import StepResult
-from studio.engine.poses import Poses, on_output_joints
+from studio.api.stage.shown import ReplayStatus, SecondFigure
+from studio.engine.base.errors import SettingsError
+from studio.engine.model.calibration import Calibration
+from studio.engine.model.frames import StepResult
+from studio.engine.model.poses import Poses, on_output_joints
 from studio.web.playback.clip import Clip
 from studio.web.playback.second import Second
 
 SPEEDS = (0.05, 4.0)
 TICK_S = 1.0 / 60.0
 TRAIL_FRAMES = 90
+FRAMED_EVERY = 10
 PART_S = (0.3, 1.2)
-"""How much before and after the playhead a first look shows [s]."""
+"""Time before and after the playhead in a preview [s]."""
 GHOST_OFFSET_MS = 3_600_000.0
 GHOST_APART_M = 5.0
-"""How far the second figure may be moved, in time and to the side."""
+"""Largest offset of the second figure to the side."""
 
 _Key = tuple[int, int, int, float, float]
 
 
 class Screen(Protocol):
-    """What the player needs of the view."""
+    """The player's interface to the view."""
 
     def show_replay(
         self,
@@ -37,10 +39,13 @@ class Screen(Protocol):
         trail: NDArray[np.float64],
         calibration: Calibration | None,
     ) -> None:
-        """Show a frame, another solve's beside it, and where the joints were before, shape (N, 52, 3)."""
+        """Show a frame, another solve's beside it, and the joints' earlier places, shape (N, 52, 3)."""
 
     def show_live(self) -> None:
         """Go back to the live stage."""
+
+    def frame_motion(self, joints_m: NDArray[np.float64]) -> None:
+        """Look at a motion from its first to its last frame; joints of the shape (N, 3)."""
 
 
 class Player:
@@ -66,12 +71,13 @@ class Player:
 
     @property
     def clip(self) -> Clip | None:
-        """What is replayed."""
+        """The replayed clip."""
         return self._clip
 
     def open(self, clip: Clip, ghost: Second | None = None) -> None:
-        """Replay a clip; the place in time is kept where it is another solve of the same take, and so is how far the
-        second figure was moved where it is the same."""
+        """Replay a clip. The time is kept for another solve of the same take, and so is the offset of the same second
+        figure.
+        """
         with self._changed:
             same = self._clip is not None and self._clip.take == clip.take
             time_s = None if not same or self._clip is None else float(self._clip.poses.time_s[self._frame()])
@@ -85,10 +91,11 @@ class Player:
                 self._range = (0, clip.poses.frame_count - 1)
             if not same:
                 self._playing = False
+                self._screen.frame_motion(_places(clip, ghost))
             self._go(0 if time_s is None else clip.nearest(time_s))
 
     def part(self, take: str) -> tuple[float, float]:
-        """Return the stage times around the playhead [s], for a first look there.
+        """Return the stage times around the playhead [s], for a preview there.
 
         Raises:
             SettingsError: this take is not replayed.
@@ -100,16 +107,17 @@ class Player:
             return now_s - PART_S[0], now_s + PART_S[1]
 
     def show_part(self, take: str, poses: Poses) -> None:
-        """Show these poses at their times, until another solve is opened; nothing where the take is not replayed."""
+        """Show these poses at their times, until another solve is opened; does nothing if the take is not
+        replayed."""
         with self._changed:
             if self._clip is not None and self._clip.take == take:
                 self._clip = self._clip.with_part(on_output_joints(poses))
                 self._changed.notify()
 
     def let_go(self, take: str, reference: str) -> None:
-        """Show no second figure any more where it is this reference of a take, session/name."""
+        """Remove the second figure if it is this reference of a take, session/name."""
         with self._changed:
-            if self._ghost is not None and self._ghost.name == {"take": take, "reference": reference}:
+            if self._ghost is not None and self._ghost.name == SecondFigure(take, reference=reference):
                 self._ghost = None
                 self._changed.notify()
 
@@ -133,8 +141,8 @@ class Player:
         ghost_offset_ms: float | None = None,
         ghost_apart_m: float | None = None,
     ) -> None:
-        """Play or pause, go to a frame or by some frames, set speed, loop and the range that is played; move the
-        second figure on in its own motion, or to the side.
+        """Play or pause, go to a frame or by some frames, set speed, loop and the played range; shift the
+        second figure in time, or to the side.
 
         Raises:
             SettingsError: nothing is replayed, or a value that is not allowed.
@@ -164,37 +172,38 @@ class Player:
             if frame is not None:
                 place = float(frame)
             if playing is not None:
-                if playing and place >= high:  # play at the end begins again
+                if playing and place >= high:  # play at the end starts again
                     place = float(low)
                 self._playing = playing
             self._go(min(max(place, 0.0), float(end)))
 
-    def status(self) -> dict[str, Any]:
-        """Return where the replay is, as JSON; `open` is false while the live stage is shown."""
+    def status(self) -> ReplayStatus:
+        """Return where the replay is, `open` is false while the live stage is shown."""
         with self._changed:
             clip = self._clip
             if clip is None:
-                return {"open": False}
+                return ReplayStatus(open=False)
             ghost = self._ghost
-            return {
-                "open": True,
-                "take": clip.take,
-                "solve": clip.solve,
-                "ghost": None if ghost is None else ghost.name,
-                "ghost_offset_ms": self._ghost_offset_ms,
-                "ghost_apart_m": self._ghost_apart_m,
-                "begins_s": float(clip.poses.time_s[0]),
-                "frames": clip.poses.frame_count,
-                "rate_hz": clip.poses.frames_per_second,
-                "frame": self._frame(),
-                "time_s": float(clip.poses.time_s[self._frame()] - clip.poses.time_s[0]),
-                "playing": self._playing,
-                "speed": self._speed,
-                "loop": self._loop,
-                "first": self._range[0],
-                "last": self._range[1],
-                "has_trace": clip.trace is not None,
-            }
+            return ReplayStatus(
+                open=True,
+                take=clip.take,
+                solve=clip.solve,
+                ghost=None if ghost is None else ghost.name,
+                ghost_offset_ms=self._ghost_offset_ms,
+                ghost_apart_m=self._ghost_apart_m,
+                begins_s=clip.poses.begins_s,
+                frames=clip.poses.frame_count,
+                rate_hz=clip.poses.frames_per_second,
+                frame=self._frame(),
+                time_s=float(clip.poses.time_s[self._frame()] - clip.poses.begins_s),
+                playing=self._playing,
+                speed=self._speed,
+                loop=self._loop,
+                first=self._range[0],
+                last=self._range[1],
+                has_trace=clip.trace is not None,
+                holds=clip.holds,
+            )
 
     def close(self) -> None:
         """End the thread."""
@@ -215,7 +224,7 @@ class Player:
         self._changed.notify()
 
     def _now(self) -> float:
-        """Where the replay is now, in frames."""
+        """The present position of the replay, in frames."""
         clip = self._clip
         if clip is None or not self._playing:
             return self._place
@@ -230,7 +239,7 @@ class Player:
         return 0 if clip is None else min(round(self._now()), clip.poses.frame_count - 1)
 
     def _key(self) -> "_Key | None":
-        """What is to be shown; None: the live stage."""
+        """The frame to show; None: the live stage."""
         if self._clip is None:
             return None
         beside = (self._ghost_offset_ms, self._ghost_apart_m)
@@ -264,11 +273,20 @@ class Player:
             if ghost is not None:
                 beside = ghost.step(float(clip.poses.time_s[frame]) + offset_ms * 1e-3, apart_m=apart_m)
             trail = clip.poses.positions_m[max(0, frame - TRAIL_FRAMES) : frame + 1]
+            trail = trail if clip.solve else trail[:0]
             self._screen.show_replay(clip.step(frame), beside, trail, clip.calibration)
 
 
+def _places(clip: Clip, ghost: Second | None) -> NDArray[np.float64]:
+    """Return where joints are in a clip, and in a second one beside it, in some frames, shape (N, 3) [m]."""
+    motions = [clip.poses.positions_m[::FRAMED_EVERY]]
+    if ghost is not None and isinstance(ghost.shown, Clip):
+        motions.append(ghost.alignment.to_stage(ghost.shown.poses.positions_m[::FRAMED_EVERY]))
+    return np.concatenate([motion.reshape(-1, 3) for motion in motions])
+
+
 def _check_ghost(offset_ms: float | None, apart_m: float | None) -> None:
-    """Raise SettingsError where the second figure may not be moved so far."""
+    """Raise SettingsError if the second figure may not be shifted so far."""
     if offset_ms is not None and not abs(offset_ms) <= GHOST_OFFSET_MS:
         raise SettingsError(f"ghost_offset_ms={offset_ms:g} is not allowed; allowed: an hour at most")
     if apart_m is not None and not abs(apart_m) <= GHOST_APART_M:

@@ -1,62 +1,66 @@
-"""Routes of the replay under `/api/v1/replay`. What is replayed is the same in all browsers, as on one screen."""
+"""Routes of the replay under `/api/v1/replay`. All browsers show the same replay."""
 
 from typing import Annotated, Any, Protocol
 
 from fastapi import APIRouter, Query
 from pydantic import BaseModel, ConfigDict, Field
 
-from studio.engine.errors import SettingsError
-from studio.engine.metrics.placing import Placed
-from studio.take.placing import place_reference
-from studio.take.references import how_aligned, placed_path, reference_path
-from studio.take.take import Take
+from studio.api.stage.shown import ReplayStatus
+from studio.api.structs import StructRoute
+from studio.engine.base.errors import SettingsError
+from studio.engine.metrics.reference.placing import PlacedMotion
+from studio.take.folder.references import how_aligned, placed_path, reference_path
+from studio.take.folder.take import Take
 from studio.web.playback.clip import Clip
 from studio.web.playback.curves import MAX_POINTS, curves
 from studio.web.playback.player import Player
+from studio.web.playback.raw_clip import load_raw
 from studio.web.playback.second import Second, alignment_of
 from studio.worker import run_in_process
 
 
-class Takes(Protocol):
+class TakeFinder(Protocol):
     """Finds takes and their solves."""
 
     def take(self, session: str, name: str) -> Take:
         """Return a take."""
+        ...
 
     def solve(self, take: Take, name: str) -> Any:
-        """Return where a take's solve lies."""
+        """Return the path of a take's solve."""
+        ...
 
 
-class _Body(BaseModel):
+class _ReplayBody(BaseModel):
     model_config = ConfigDict(extra="forbid")
 
 
-class SolveOfTake(_Body):
+class ReplayedSolve(_ReplayBody):
     """A solve of a take."""
 
     take: str = Field(description="the take's id, session/name", examples=["monday/take_001"])
-    solve: str = Field(examples=["studio"])
+    solve: str = Field(examples=["studio"], description="empty: what the cameras saw, without a solve")
 
 
-class Ghost(_Body):
+class GhostRequest(_ReplayBody):
     """A second figure: a solve of this or another take, or a reference that was aligned with this one."""
 
     take: str | None = Field(None, description="the take's id; the one that is replayed where left out")
-    solve: str | None = None
+    solve: str | None = Field(None, min_length=1)
     reference: str | None = Field(None, examples=["truth.csv"])
     alignment: dict[str, Any] | None = Field(
         None, description="how the replayed solve lies to this one, as a comparison answers it"
     )
 
 
-class OpenRequest(SolveOfTake):
-    """What is replayed, and what is shown beside it."""
+class OpenRequest(ReplayedSolve):
+    """The solve to replay, and the second figure."""
 
-    ghost: Ghost | None = None
+    ghost: GhostRequest | None = None
 
 
-class ChangeRequest(_Body):
-    """What is changed; the rest stays. Frames count from 0."""
+class ChangeRequest(_ReplayBody):
+    """Changes; missing fields stay. Frames count from 0."""
 
     playing: bool | None = None
     frame: int | None = Field(None, description="go there")
@@ -69,23 +73,25 @@ class ChangeRequest(_Body):
     ghost_apart_m: float | None = Field(None, description="the second figure stands so far to the side")
 
 
-def playback_routes(player: Player, takes: Takes) -> APIRouter:
+def playback_routes(player: Player, takes: TakeFinder) -> APIRouter:
     """Return the routes of one player."""
-    router = APIRouter(prefix="/api/v1/replay", tags=["replay"])
+    router = APIRouter(prefix="/api/v1/replay", tags=["replay"], route_class=StructRoute)
 
-    def load(wanted: SolveOfTake) -> Clip:
+    def load(wanted: ReplayedSolve) -> Clip:
         session, _, name = wanted.take.partition("/")
         take = takes.take(session, name)
+        if not wanted.solve:
+            return load_raw(take)
         takes.solve(take, wanted.solve)
         return Clip.load(take, wanted.solve)
 
-    def second(wanted: Ghost, clip: Clip) -> Second:
+    def second(wanted: GhostRequest, clip: Clip) -> Second:
         id_ = wanted.take or clip.take
         if (wanted.solve is None) == (wanted.reference is None):
             raise SettingsError("a ghost is a solve or a reference: give one of the two")
         if wanted.solve is not None:
             how = None if wanted.alignment is None else alignment_of(wanted.alignment)
-            return Second.solve(load(SolveOfTake(take=id_, solve=wanted.solve)), clip, how)
+            return Second.solve(load(ReplayedSolve(take=id_, solve=wanted.solve)), clip, how)
         if id_ != clip.take or wanted.reference is None:
             raise SettingsError(
                 f"a reference of take {id_} lies on another stage; allowed: one of {clip.take}"
@@ -95,29 +101,30 @@ def playback_routes(player: Player, takes: Takes) -> APIRouter:
         kept = placed_path(take, wanted.reference, clip.solve)
         if not kept.is_file():
             file, how = reference_path(take, wanted.reference), how_aligned(take, wanted.reference)
-            run_in_process(place_reference, take.path, takes.solve(take, clip.solve), file, how, kept)
-        return Second.reference(clip.take, wanted.reference, Placed.load(kept).motion)
+            solve = takes.solve(take, clip.solve)
+            run_in_process("studio.take.folder.placing:place_reference", take, solve, file, how, kept)
+        return Second.reference(clip.take, wanted.reference, PlacedMotion.load(kept).motion)
 
     @router.get("")
-    def get_replay() -> dict[str, Any]:
+    def get_replay() -> ReplayStatus:
         """Where the replay is; `open` is false while the live stage is shown."""
         return player.status()
 
     @router.put("")
-    def open_replay(request: OpenRequest) -> dict[str, Any]:
+    def open_replay(request: OpenRequest) -> ReplayStatus:
         """Show a take's solve instead of the live stage; cameras go on being received and recorded."""
         clip = load(request)
         player.open(clip, None if request.ghost is None else second(request.ghost, clip))
         return player.status()
 
     @router.patch("")
-    def change_replay(request: ChangeRequest) -> dict[str, Any]:
+    def change_replay(request: ChangeRequest) -> ReplayStatus:
         """Play, pause, scrub, set speed, loop and range."""
         player.change(**request.model_dump())
         return player.status()
 
     @router.delete("")
-    def close_replay() -> dict[str, Any]:
+    def close_replay() -> ReplayStatus:
         """Show the live stage again."""
         player.close_clip()
         return player.status()
@@ -127,7 +134,7 @@ def playback_routes(player: Player, takes: Takes) -> APIRouter:
         joint: Annotated[str, Query(description="an output joint", examples=["LeftHand"])] = "Hips",
         points: Annotated[int, Query(ge=2, le=20_000)] = MAX_POINTS,
     ) -> dict[str, Any]:
-        """Curves of one joint of the solve that is replayed, for the timeline."""
+        """Curves of one joint of the replayed solve, for the timeline."""
         clip = player.clip
         if clip is None:
             raise SettingsError("nothing is replayed; open a take first")

@@ -1,4 +1,4 @@
-"""A second figure beside a clip: another solve, or a reference, with how it lies to the clip's stage and clock."""
+"""A second figure beside a clip: another solve, or a reference, with its alignment to the clip's stage and clock."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -7,12 +7,13 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from studio.engine.errors import SettingsError
-from studio.engine.frames import FrameSet, FusedSkeleton, StepResult
-from studio.engine.geometry import make_transform
-from studio.engine.joints import JOINT_COUNT, OUTPUT_JOINTS
-from studio.engine.metrics.alignment import Alignment
-from studio.engine.metrics.reference import Reference
+from studio.api.stage.shown import SecondFigure
+from studio.engine.base.errors import SettingsError
+from studio.engine.base.geometry import make_transform
+from studio.engine.metrics.reference.alignment import Alignment
+from studio.engine.metrics.reference.reference import Reference
+from studio.engine.model.frames import FrameSet, FusedSkeleton, StepResult
+from studio.engine.model.joints import JOINT_COUNT, OUTPUT_JOINTS
 from studio.web.playback.clip import Clip
 
 _AT_REST = np.tile([1.0, 0.0, 0.0, 0.0], (len(OUTPUT_JOINTS), 1))
@@ -20,16 +21,15 @@ _AT_REST = np.tile([1.0, 0.0, 0.0, 0.0], (len(OUTPUT_JOINTS), 1))
 
 @dataclass(frozen=True)
 class Second:
-    """What is shown beside a clip, at stage times of the clip.
+    """A figure beside a clip, at stage times of the clip.
 
     Attributes:
-        name: which it is, as JSON: `take` and `solve`, or `take` and `reference`; `lined_up` where it was brought
-            to the place and time of the clip.
+        name: which it is.
         shown: a clip, drawn as a character, or a motion already on the stage, drawn as a skeleton.
-        alignment: how the clip's stage and clock lie to those of `shown`.
+        alignment: from the clip's stage and clock to those of `shown`.
     """
 
-    name: dict[str, Any]
+    name: SecondFigure
     shown: Clip | Reference
     alignment: Alignment
 
@@ -37,25 +37,21 @@ class Second:
     def solve(cls, other: Clip, clip: Clip, alignment: Alignment | None = None) -> "Second":
         """Return another solve beside a clip: of the same take at the same times, of another take from its beginning
         on, unless an alignment says how it lies."""
-        name: dict[str, Any] = {"take": other.take, "solve": other.solve}
         if alignment is not None:
-            name["lined_up"] = True
-        else:
-            start_s = 0.0
-            if other.take != clip.take:
-                start_s = float(other.poses.time_s[0] - clip.poses.time_s[0])
-            alignment = Alignment(np.eye(4), offset_s=start_s)
-        return cls(name, other, alignment)
+            return cls(SecondFigure(other.take, other.solve, lined_up=True), other, alignment)
+        start_s = 0.0 if other.take == clip.take else other.poses.begins_s - clip.poses.begins_s
+        alignment = Alignment(np.eye(4), offset_s=start_s)
+        return cls(SecondFigure(other.take, other.solve), other, alignment)
 
     @classmethod
     def reference(cls, take: str, name: str, motion: Reference) -> "Second":
         """Return a reference of the clip's take, which lies on its stage."""
-        return cls({"take": take, "reference": name}, motion, Alignment(np.eye(4)))
+        return cls(SecondFigure(take, reference=name), motion, Alignment(np.eye(4)))
 
     def step(self, time_s: float, *, apart_m: float = 0.0) -> StepResult:
         """Return the figure at a stage time [s], moved to the performer's left by `apart_m`.
 
-        Where it is known as joints only, `positions_m` is NaN and `fused` holds them; NaN = unknown then.
+        If only joints are known, `positions_m` is NaN and `fused` holds them; NaN = unknown then.
         """
         time_s = time_s + self.alignment.offset_s + self.alignment.drift_ppm * 1e-6 * time_s
         shift = np.array([apart_m, 0.0, 0.0])
@@ -70,7 +66,7 @@ class Second:
 
 
 def joints_at(motion: Reference, time_s: float) -> NDArray[np.float64]:
-    """Return the joints at a time [m], shape (21, 3), between two samples; NaN = unknown, or outside the motion."""
+    """Return the joints at a time [m], shape (21, 3), interpolated; NaN = unknown, or outside the motion."""
     times = motion.time_s
     if not times[0] <= time_s <= times[-1]:
         return np.full((JOINT_COUNT, 3), np.nan)
@@ -81,7 +77,7 @@ def joints_at(motion: Reference, time_s: float) -> NDArray[np.float64]:
 
 
 def alignment_of(value: dict[str, Any]) -> Alignment:
-    """Return an alignment from the keys of `Alignment.to_json`; those left out are at rest.
+    """Return an alignment from the keys of `Alignment.to_json`; missing ones are zero.
 
     Raises:
         SettingsError: numbers that are no alignment.

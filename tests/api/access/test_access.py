@@ -3,15 +3,15 @@
 import json
 import time
 
-import httpx
 import pytest
 from websockets.exceptions import InvalidStatus, WebSocketException
-from websockets.sync.client import connect
 
 from studio import wire
 from studio.api.access import Access
 from studio.api.access.tokens import FAILURES_OVER_S, FILE_NAME, MAX_FAILURES
-from studio.engine.errors import StudioError
+from studio.engine.base.errors import StudioError
+from tests import patient
+from tests.patient import connect
 
 HELLO = wire.Hello(wire.PROTOCOL_VERSION, "left", "test", "canonical", "boot")
 PAGE = {"Accept": "text/html"}
@@ -52,7 +52,7 @@ def test_nothing_is_done_without_signing_in(studio, path):
 
 
 def test_a_browser_is_sent_to_sign_in(studio):
-    answer = httpx.get(f"{root(studio)}/", headers=PAGE)
+    answer = patient.get(f"{root(studio)}/", headers=PAGE)
     assert answer.status_code == 303
     assert answer.headers["location"] == "/signin?next=/"
 
@@ -63,7 +63,7 @@ def test_sockets_are_closed_without_signing_in(studio):
 
 
 def test_a_signed_in_browser_gets_everything(studio, access):
-    with httpx.Client(base_url=root(studio)) as browser:
+    with patient.Client(base_url=root(studio)) as browser:
         answer = browser.post("/api/v1/access/signin", json={"token": access.operator_token})
         assert answer.status_code == 204
         cookie = answer.headers["set-cookie"]

@@ -5,8 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from studio.engine.calibration.result import Calibration
-from studio.engine.geometry import invert_transform, transform_points
+from studio.engine.base.geometry import invert_transform, transform_points
+from studio.engine.model.calibration import Calibration
 
 
 @dataclass(frozen=True)

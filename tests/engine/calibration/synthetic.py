@@ -1,4 +1,4 @@
-"""A walking performer seen by noisy cameras, with known truth: the noise contract of DESIGN.md in plain NumPy."""
+"""A walking performer seen by noisy cameras, with known truth: the noise of `noisy-joints` in plain NumPy."""
 
 from dataclasses import dataclass
 
@@ -7,9 +7,9 @@ from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter1d
 from scipy.signal import lfilter
 
-from studio.engine.frames import CameraFrame
-from studio.engine.geometry import invert_transform, make_transform, transform_points
-from studio.engine.joints import CANONICAL, INDEX, MIRROR, PARENTS
+from studio.engine.base.geometry import invert_transform, make_transform, transform_points
+from studio.engine.model.frames import CameraFrame
+from studio.engine.model.joints import CANONICAL, INDEX, MIRROR, PARENTS
 
 OFFSETS_M = {
     "hips": (0, 0, 0.97),

@@ -6,10 +6,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from studio.engine.base.errors import CalibrationError
 from studio.engine.calibration.calibrate import calibrate, with_performer
-from studio.engine.calibration.result import Calibration
-from studio.engine.errors import CalibrationError
-from studio.engine.joints import INDEX, MIRROR
+from studio.engine.model.calibration import Calibration
+from studio.engine.model.joints import INDEX, MIRROR
 from tests.engine.calibration.scoring import clock_error_ms, stage_error, transform_error
 from tests.engine.calibration.synthetic import RIGS, Options, offsets, record
 

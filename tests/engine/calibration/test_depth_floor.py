@@ -8,9 +8,9 @@ import pytest
 from PIL import Image
 
 from studio.engine.calibration.calibrate import calibrate
-from studio.engine.calibration.depth_floor import common_floor, is_floor, seen_floors
-from studio.engine.calibration.floor import Floor
-from studio.engine.depth import DepthCamera
+from studio.engine.calibration.performer.depth_floor import common_floor, is_floor, seen_floors
+from studio.engine.calibration.performer.floor import Floor
+from studio.engine.model.depth import DepthCamera
 from tests.engine.calibration.scoring import stage_error
 from tests.engine.calibration.synthetic import RIGS, record
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from studio.engine.calibration.calibrate import calibrate
-from studio.engine.calibration.drift import follow_clocks
+from studio.engine.calibration.cameras.drift import follow_clocks
 from tests.engine.calibration.scoring import clock_error_ms
 from tests.engine.calibration.test_seeds import walk
 

@@ -7,12 +7,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from studio.engine.base.geometry import transform_points
 from studio.engine.calibration.calibrate import calibrate
-from studio.engine.calibration.pairs import grid, make_track, sample
-from studio.engine.calibration.swaps import find_swaps
-from studio.engine.frames import CameraFrame
-from studio.engine.geometry import transform_points
-from studio.engine.joints import CANONICAL, JOINT_SETS, MIRROR, to_canonical
+from studio.engine.calibration.cameras.pairs import grid, make_track, sample
+from studio.engine.calibration.cameras.swaps import find_swaps
+from studio.engine.model.frames import CameraFrame
+from studio.engine.model.joints import CANONICAL, JOINT_SETS, MIRROR, to_canonical
 from tests.engine.calibration.scoring import clock_error_ms, stage_error, transform_error
 
 SETS = {

@@ -3,13 +3,13 @@
 import numpy as np
 import pytest
 
-from studio.camera.simulator.clock import SimulatedClock, jitter_s, random_clock
-from studio.camera.simulator.noisy_joints import FRAMES_PER_SECOND, NoisyJoints, anatomical_offsets
-from studio.camera.simulator.rig import standard_rig
+from studio.engine.animation.motion.authored import calibration_motion
+from studio.engine.animation.motion.proportions import AUTHORED_OFFSETS
 from studio.engine.calibration.calibrate import calibrate
-from studio.engine.frames import CameraFrame
-from studio.engine.motion.authored import calibration_motion
-from studio.engine.motion.body import AUTHORED_OFFSETS
+from studio.engine.model.frames import CameraFrame
+from studio.simulator.clock import SimulatedClock, jitter_s, random_clock
+from studio.simulator.joints.noisy_joints import FRAMES_PER_SECOND, NoisyJoints, anatomical_offsets
+from studio.simulator.rig import standard_rig
 from tests.engine.calibration.scoring import clock_error_ms, transform_error
 
 BARS = {2: (0.015, 0.5, 19), 3: (0.015, 0.5, 19), 4: (0.02, 0.8, 18)}

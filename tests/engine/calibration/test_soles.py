@@ -5,16 +5,16 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from studio.engine.calibration.merge import Walk
-from studio.engine.calibration.result import Calibration, CameraCalibration, Performer
-from studio.engine.calibration.soles import on_soles
-from studio.engine.export.skeleton import local_motion
-from studio.engine.finish.contacts import find_contacts
-from studio.engine.human.skeleton import Skeleton
-from studio.engine.joints import INDEX, OUTPUT_INDEX, PARENTS
-from studio.engine.motion.body import AUTHORED_OFFSETS
-from studio.engine.poses import Poses
-from studio.engine.soles import rest_lift_m
+from studio.engine.animation.clip.skeleton import local_motion
+from studio.engine.animation.motion.proportions import AUTHORED_OFFSETS
+from studio.engine.calibration.cameras.merge import Walk
+from studio.engine.calibration.performer.soles import on_soles
+from studio.engine.model.calibration import Calibration, CameraCalibration, Performer
+from studio.engine.model.human.skeleton import Skeleton
+from studio.engine.model.joints import INDEX, OUTPUT_INDEX, PARENTS
+from studio.engine.model.poses import Poses
+from studio.engine.model.soles import rest_lift_m
+from studio.engine.whole_take.finish.contacts import find_contacts
 from tests.poses_factory import t_pose
 
 PERFORMER = Performer(1.78, AUTHORED_OFFSETS)

@@ -6,19 +6,19 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
-from studio.engine.calibration import refine as refine_module
-from studio.engine.calibration.floor import Floor, find_floor
-from studio.engine.calibration.merge import Walk
-from studio.engine.calibration.pairs import LocalClock, Track, grid, make_track, sample
-from studio.engine.calibration.quality import disagreement, even_blocks
-from studio.engine.calibration.rigid import fit_robust, middle_points, mirrored
-from studio.engine.calibration.stage import stage_from_walk
-from studio.engine.calibration.swaps import find_swaps
-from studio.engine.calibration.time_offset import find_shift
-from studio.engine.calibration.tpose import find_tpose
-from studio.engine.frames import CameraFrame
-from studio.engine.geometry import make_transform, transform_points
-from studio.engine.joints import INDEX, MIRROR
+from studio.engine.base.geometry import make_transform, transform_points
+from studio.engine.calibration.cameras import refine as refine_module
+from studio.engine.calibration.cameras.merge import Walk
+from studio.engine.calibration.cameras.pairs import LocalClock, Track, grid, make_track, sample
+from studio.engine.calibration.cameras.rigid import fit_robust, middle_points, mirrored
+from studio.engine.calibration.cameras.swaps import find_swaps
+from studio.engine.calibration.cameras.time_offset import find_shift
+from studio.engine.calibration.performer.floor import Floor, find_floor
+from studio.engine.calibration.performer.stage import stage_from_walk
+from studio.engine.calibration.performer.tpose import find_tpose
+from studio.engine.calibration.quality.residuals import disagreement, even_blocks
+from studio.engine.model.frames import CameraFrame
+from studio.engine.model.joints import INDEX, MIRROR
 from tests.engine.calibration.synthetic import RIGS, Options, performer, record
 
 TRANSFORMS = st.builds(

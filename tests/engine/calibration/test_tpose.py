@@ -3,9 +3,10 @@
 import numpy as np
 import pytest
 
-from studio.engine.calibration.proportions import anthropometric_positions
-from studio.engine.calibration.tpose import tpose_problems
-from studio.engine.joints import INDEX
+from studio.engine.calibration.cameras.merge import Walk
+from studio.engine.calibration.performer.tpose import find_tpose, tpose_problems
+from studio.engine.model.human.anthropometry import anthropometric_positions
+from studio.engine.model.joints import INDEX
 
 UP = np.array([0.0, 0.0, 1.0])
 
@@ -60,3 +61,10 @@ def test_a_poor_one_says_which(change, words):
     problems = tpose_problems(held(change), UP, 30.0)
     assert len(problems) == 1
     assert problems[0].startswith(words)
+
+
+@pytest.mark.parametrize("count", [3, 15, 40])
+def test_a_walk_that_is_shorter_than_what_is_smoothed_over_has_no_t_pose(count):
+    joints = held()[np.arange(count) % 30]
+    walk = Walk(np.arange(count) / 100, joints[None], np.ones((1, count, 21)), joints)
+    assert find_tpose(walk, UP) is None

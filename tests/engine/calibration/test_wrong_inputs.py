@@ -6,11 +6,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from studio.engine.base.geometry import make_transform, transform_points
 from studio.engine.calibration.calibrate import calibrate
-from studio.engine.calibration.halves import Halves
-from studio.engine.calibration.verdict import Facts, verdict
-from studio.engine.geometry import make_transform, transform_points
-from studio.engine.joints import MIRROR
+from studio.engine.calibration.quality.halves import Halves
+from studio.engine.calibration.quality.verdict import Facts, verdict
+from studio.engine.model.joints import MIRROR
 from tests.engine.calibration.synthetic import RIGS, Options, record
 
 

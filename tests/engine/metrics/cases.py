@@ -3,9 +3,15 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from studio.engine.joints import INDEX, JOINT_COUNT, OUTPUT_JOINTS, OUTPUT_OF_CANONICAL_INDEX, OUTPUT_PARENTS
-from studio.engine.metrics.reference import Reference
-from studio.engine.poses import Poses
+from studio.engine.metrics.reference.reference import Reference
+from studio.engine.model.joints import (
+    INDEX,
+    JOINT_COUNT,
+    OUTPUT_JOINTS,
+    OUTPUT_OF_CANONICAL_INDEX,
+    OUTPUT_PARENTS,
+)
+from studio.engine.model.poses import Poses
 
 
 def poses_of(time_s: NDArray[np.float64], canonical_m: NDArray[np.float64]) -> Poses:

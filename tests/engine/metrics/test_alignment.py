@@ -6,11 +6,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
-from studio.engine.geometry import make_transform, transform_points
-from studio.engine.metrics.alignment import align, clock_of
+from studio.engine.base.geometry import make_transform, transform_points
 from studio.engine.metrics.evaluate import evaluate
-from studio.engine.metrics.matching import match
-from studio.engine.metrics.reference import Reference, read_reference
+from studio.engine.metrics.reference.alignment import align, clock_of
+from studio.engine.metrics.reference.matching import match
+from studio.engine.metrics.reference.reference import Reference, read_reference
 from tests.engine.metrics.cases import dance, poses_of, reference_of
 
 NOISE_M = 0.0025

@@ -6,8 +6,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
-from studio.engine.joints import INDEX, JOINT_COUNT
-from studio.engine.metrics.angles import ANGLES, joint_angle_errors_deg, joint_angles_deg
+from studio.engine.metrics.figures.angles import ANGLES, joint_angle_errors_deg, joint_angles_deg
+from studio.engine.model.joints import INDEX, JOINT_COUNT
 
 # stage (x, y, z) of a performer who faces -y, from ISB's axes (x forward, y up, z to the right)
 STAGE_ISB = np.array([[0.0, 0.0, -1.0], [-1.0, 0.0, 0.0], [0.0, 1.0, 0.0]])

@@ -5,10 +5,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from studio.engine.joints import INDEX, OUTPUT_OF_CANONICAL_INDEX
 from studio.engine.metrics.evaluate import evaluate
-from studio.engine.metrics.honesty import uncertainty_coverage, uncertainty_median_ratio
-from studio.engine.metrics.matching import match
+from studio.engine.metrics.figures.honesty import uncertainty_coverage, uncertainty_median_ratio
+from studio.engine.metrics.reference.matching import match
+from studio.engine.model.joints import INDEX, OUTPUT_OF_CANONICAL_INDEX
 from tests.engine.metrics.cases import dance, poses_of, reference_of, shifted
 
 TIME = np.arange(300) / 60.0

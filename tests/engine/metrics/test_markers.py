@@ -4,13 +4,13 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from studio.engine.errors import FormatError
-from studio.engine.geometry import make_transform, matrices, transform_points
-from studio.engine.joints import CANONICAL, INDEX, OUTPUT_OF_CANONICAL_INDEX, to_canonical
+from studio.engine.base.errors import FormatError
+from studio.engine.base.geometry import make_transform, matrices, transform_points
 from studio.engine.metrics.evaluate import evaluate
-from studio.engine.metrics.markers import fit_joint_centres
-from studio.engine.metrics.reference import Markers, read_reference
-from studio.engine.poses import Poses
+from studio.engine.metrics.reference.markers import fit_joint_centres
+from studio.engine.metrics.reference.reference import Markers, read_reference
+from studio.engine.model.joints import CANONICAL, INDEX, OUTPUT_OF_CANONICAL_INDEX, to_canonical
+from studio.engine.model.poses import Poses
 from tests.poses_factory import random_poses
 
 JOINTS = ("hips", "chest", "head", "left_wrist", "right_wrist", "left_elbow", "left_knee", "right_ankle")

@@ -5,12 +5,12 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from studio.engine.joints import INDEX, MEASURED_JOINTS
-from studio.engine.metrics.contacts import contact_precision_recall, foot_heights_cm
-from studio.engine.metrics.feet import FOOT_JOINTS
-from studio.engine.metrics.matching import match
-from studio.engine.metrics.pck import pck
-from studio.engine.metrics.spectral_arc import spectral_arc_length, spectral_arc_lengths
+from studio.engine.metrics.figures.contacts import contact_precision_recall, foot_heights_cm
+from studio.engine.metrics.figures.feet import FOOT_JOINTS
+from studio.engine.metrics.figures.pck import pck
+from studio.engine.metrics.figures.spectral_arc import spectral_arc_length, spectral_arc_lengths
+from studio.engine.metrics.reference.matching import match
+from studio.engine.model.joints import INDEX, MEASURED_JOINTS
 from tests.engine.metrics.cases import dance, poses_of, reference_of, shifted, still
 
 RATE = 60.0

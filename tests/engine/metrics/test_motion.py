@@ -6,15 +6,15 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from studio.engine.human.skeleton import Skeleton, forward_positions
-from studio.engine.joints import CANONICAL, INDEX, MEASURED_JOINTS, OUTPUT_INDEX, OUTPUT_JOINTS
-from studio.engine.metrics.bones import bone_length_sd_mm
 from studio.engine.metrics.evaluate import evaluate
-from studio.engine.metrics.feet import foot_slides_cm_s
-from studio.engine.metrics.latency import latency_ms
-from studio.engine.metrics.matching import match
-from studio.engine.metrics.smoothness import acceleration_error_m_s2, jerk_m_s3, reference_jerk_m_s3
-from studio.engine.poses import Poses
+from studio.engine.metrics.figures.bones import bone_length_sd_mm
+from studio.engine.metrics.figures.feet import foot_slides_cm_s
+from studio.engine.metrics.figures.latency import latency_ms
+from studio.engine.metrics.figures.smoothness import acceleration_error_m_s2, jerk_m_s3, reference_jerk_m_s3
+from studio.engine.metrics.reference.matching import match
+from studio.engine.model.human.skeleton import Skeleton, forward_positions
+from studio.engine.model.joints import CANONICAL, INDEX, MEASURED_JOINTS, OUTPUT_INDEX, OUTPUT_JOINTS
+from studio.engine.model.poses import Poses
 from tests.engine.metrics.cases import dance, poses_of, reference_of, still
 from tests.engine.walkers import performer
 

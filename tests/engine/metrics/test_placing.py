@@ -6,15 +6,16 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from studio.engine.errors import FormatError
-from studio.engine.geometry import make_transform, transform_points
-from studio.engine.joints import OUTPUT_INDEX
-from studio.engine.metrics.canonical import canonical_positions
+from studio.engine.base.errors import FormatError
+from studio.engine.base.geometry import make_transform, transform_points
 from studio.engine.metrics.compare import compare, differences
+from studio.engine.metrics.evaluate import evaluate
 from studio.engine.metrics.own import own_figures
-from studio.engine.metrics.placing import Placed, line_up, on_stage, place
-from studio.engine.metrics.reference import Reference
-from tests.poses_factory import random_poses
+from studio.engine.metrics.reference.canonical import canonical_positions
+from studio.engine.metrics.reference.placing import PlacedMotion, line_up, on_stage, place
+from studio.engine.metrics.reference.reference import Reference
+from studio.engine.model.joints import OUTPUT_INDEX
+from tests.poses_factory import random_poses, t_pose
 
 TURN = Rotation.from_euler("z", 40, degrees=True).as_matrix()
 
@@ -39,12 +40,12 @@ def test_a_reference_is_brought_to_the_stage(poses, tmp_path):
     assert placed.aligned["rotation_deg"] == pytest.approx(40, abs=0.1)
     assert differences(poses, placed.motion).summary()["mean_mm"] < 1.0  # the clock is found before the size
     placed.save(tmp_path / "placed.npz")
-    kept = Placed.load(tmp_path / "placed.npz")
+    kept = PlacedMotion.load(tmp_path / "placed.npz")
     assert kept.aligned == placed.aligned
     np.testing.assert_allclose(kept.motion.positions_m, placed.motion.positions_m, atol=1e-6)
     (tmp_path / "placed.npz").write_bytes(b"nothing")
     with pytest.raises(FormatError, match="align the reference again"):
-        Placed.load(tmp_path / "placed.npz")
+        PlacedMotion.load(tmp_path / "placed.npz")
 
 
 def test_a_take_of_the_same_movement_is_lined_up(poses):
@@ -71,6 +72,18 @@ def test_differences_over_time(poses):
     assert known.frames[0] >= 60 and np.nanmax(known.mm) < 1e-6
     with pytest.raises(FormatError, match="no instant in common"):
         differences(poses, Reference(poses.time_s + 100.0, canonical_positions(poses)))
+
+
+def test_a_slide_in_the_reference_s_stance_is_another_figure_than_in_the_own(poses):
+    """Feet that wander while they should stand slide in the reference's stance; in their own they never stand."""
+    still = t_pose(180)
+    wander = 0.1 * np.sin(2 * np.pi * still.time_s)[:, None, None] * np.array([1.0, 0.0, 0.0])
+    lively = replace(still, positions_m=still.positions_m + wander)
+    found = evaluate(lively, Reference(still.time_s, canonical_positions(still)))
+    own = own_figures(lively)
+    assert "foot_slide_cm_s" not in own
+    assert found["foot_slide_cm_s"] == pytest.approx(40.0, rel=0.05)  # mean speed of 10 cm at 1 Hz
+    assert found["own_stance_foot_slide_cm_s"] == own["own_stance_foot_slide_cm_s"] < 10.0
 
 
 def test_figures_of_a_solve_alone(poses):

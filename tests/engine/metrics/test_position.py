@@ -6,12 +6,12 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
-from studio.engine.geometry import make_transform, transform_points
-from studio.engine.joints import INDEX, MEASURED_JOINTS
-from studio.engine.metrics.alignment import align
+from studio.engine.base.geometry import make_transform, transform_points
 from studio.engine.metrics.evaluate import evaluate
-from studio.engine.metrics.matching import match
-from studio.engine.metrics.position import mpjpe_mm, mpjpe_root_aligned_mm, per_joint_mm, rms_mm
+from studio.engine.metrics.figures.position import mpjpe_mm, mpjpe_root_aligned_mm, per_joint_mm, rms_mm
+from studio.engine.metrics.reference.alignment import align
+from studio.engine.metrics.reference.matching import match
+from studio.engine.model.joints import INDEX, MEASURED_JOINTS
 from tests.engine.metrics.cases import dance, poses_of, reference_of, shifted, still
 
 TIME = np.arange(120) / 60.0

@@ -3,14 +3,14 @@
 import numpy as np
 import pytest
 
-from studio.engine.animation.files import ENDINGS
-from studio.engine.errors import FormatError
-from studio.engine.export import export
-from studio.engine.joints import INDEX
-from studio.engine.metrics.alignment import clock_of
+from studio.engine.animation.export import export
+from studio.engine.animation.read.files import ENDINGS
+from studio.engine.base.errors import FormatError
 from studio.engine.metrics.evaluate import evaluate
-from studio.engine.metrics.kinds import REFERENCE_KINDS
-from studio.engine.metrics.reference import Markers, Reference, read_reference
+from studio.engine.metrics.reference.alignment import clock_of
+from studio.engine.metrics.reference.kinds import REFERENCE_KINDS
+from studio.engine.metrics.reference.reference import Markers, Reference, read_reference
+from studio.engine.model.joints import INDEX
 from tests.engine.metrics.cases import dance, poses_of, reference_of
 from tests.poses_factory import random_poses
 
@@ -95,7 +95,7 @@ def test_every_key_of_the_contract_is_there():
         "spike_difference", "deviations", "nearest_sample_cm", "thesis_joints", "jerk_m_s3",
         "reference_jerk_m_s3", "spectral_arc_length", "reference_spectral_arc_length", "foot_slide_cm_s",
         "reference_foot_slide_cm_s", "foot_height_cm", "foot_height_error_cm", "contact_precision",
-        "contact_recall", "bone_length_sd_mm", "unseen_share", "uncertainty_coverage",
+        "contact_recall", "own_stance_foot_slide_cm_s", "bone_length_sd_mm", "unseen_share", "uncertainty_coverage",
         "uncertainty_median_ratio", "pck_50mm", "pck_100mm", "pck_150mm", "joint_angle_error_deg",
         "flexion_error_deg", "joint_angles", "cleanup_events_per_min", "cleanup_counts", "cleanup_events",
         "alignment", "time_offset_ms", "clock_drift_ppm", "frames",

@@ -5,9 +5,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from studio.engine.joints import INDEX
-from studio.engine.metrics import thesis
-from studio.engine.metrics.matching import match
+from studio.engine.metrics.figures import thesis
+from studio.engine.metrics.reference.matching import match
+from studio.engine.model.joints import INDEX
 from tests.engine.metrics.cases import dance, poses_of, reference_of, shifted
 
 RATE = 60.0

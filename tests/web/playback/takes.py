@@ -4,11 +4,11 @@ from pathlib import Path
 
 import numpy as np
 
-from studio.engine.joints import OUTPUT_OF_CANONICAL_INDEX
-from studio.engine.settings import preset
-from studio.engine.solve.trace import STEP_M, Trace
-from studio.take.solves import write_solve
-from studio.take.take import Take
+from studio.engine.model.joints import OUTPUT_OF_CANONICAL_INDEX
+from studio.engine.model.settings import preset
+from studio.engine.whole_take.trace import STEP_M, Trace
+from studio.take.folder.solves import write_solve
+from studio.take.folder.take import Take
 from tests import poses_factory
 
 FRAMES = 121

@@ -6,15 +6,20 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from studio.engine.errors import FormatError, SettingsError
-from studio.engine.export.resample import frames_of
-from studio.engine.metrics.canonical import canonical_positions
-from studio.engine.metrics.reference import Reference
+from studio.api.stage.shown import ReplayStatus, SecondFigure
+from studio.engine.animation.clip.resample import frames_of
+from studio.engine.base.errors import FormatError, SettingsError
+from studio.engine.metrics.own import own_figures
+from studio.engine.metrics.reference.canonical import canonical_positions
+from studio.engine.metrics.reference.reference import Reference
+from studio.engine.model.joints import OUTPUT_INDEX
+from studio.engine.model.poses import Poses
 from studio.web.playback.clip import Clip
 from studio.web.playback.curves import curves, spans, thinned
 from studio.web.playback.player import Player
 from studio.web.playback.second import Second
 from tests.api.camera import wait_until
+from tests.poses_factory import make_poses
 from tests.web.playback.takes import FRAMES, take_with_solves
 
 
@@ -24,6 +29,7 @@ class Screen:
     def __init__(self) -> None:
         self.shown: list[tuple] = []
         self.live = threading.Event()
+        self.framed: list = []
 
     def show_replay(self, result, ghost, trail, calibration) -> None:
         self.shown.append((result, ghost, trail))
@@ -31,12 +37,26 @@ class Screen:
     def show_live(self) -> None:
         self.live.set()
 
+    def frame_motion(self, joints_m) -> None:
+        self.framed.append(joints_m)
+
 
 class Clock:
     now = 0.0
 
     def __call__(self) -> float:
         return self.now
+
+
+def swinging_arm(frames: int, *, thrown: tuple[int, ...] = ()) -> Poses:
+    """An arm that swings once a second by 60 degrees either way; in frames where it is thrown, 40 degrees off."""
+    angle = np.radians(60.0) * np.sin(2 * np.pi * np.arange(frames) / 60.0)
+    angle[list(thrown)] += np.radians(40.0)
+    local = np.zeros((frames, 52, 4))
+    local[..., 0] = 1.0
+    arm = OUTPUT_INDEX["LeftArm"]
+    local[:, arm, 0], local[:, arm, 2] = np.cos(angle / 2), np.sin(angle / 2)
+    return make_poses(local)
 
 
 @pytest.fixture
@@ -59,12 +79,12 @@ def test_it_plays_in_time_and_loops(player, take):
     wait_until(lambda: len(screen.shown) > 0, "the first frame is shown")
     play.change(playing=True)
     clock.now = 1.0
-    assert play.status()["frame"] == 60
+    assert play.status().frame == 60
     play.change(speed=0.5)
     clock.now = 2.0
-    assert play.status()["frame"] == 90
+    assert play.status().frame == 90
     clock.now = 4.0  # past the end: begins again
-    assert play.status()["frame"] == 29 and play.status()["playing"]
+    assert play.status().frame == 29 and play.status().playing
     wait_until(
         lambda: screen.shown[-1][0].positions_m is not None and len(screen.shown) > 1, "frames are shown"
     )
@@ -75,21 +95,21 @@ def test_without_loop_it_stops_at_the_end_and_plays_again_from_the_start(player,
     play.open(Clip.load(take, "studio"))
     play.change(loop=False, first=10, last=50, frame=10, playing=True)
     clock.now = 5.0
-    assert play.status()["frame"] == 50
-    wait_until(lambda: not play.status()["playing"], "it stops")
+    assert play.status().frame == 50
+    wait_until(lambda: not play.status().playing, "it stops")
     play.change(playing=True)
-    assert play.status()["frame"] == 10
+    assert play.status().frame == 10
 
 
 def test_steps_stay_within_the_take(player, take):
     play, _, _ = player
     play.open(Clip.load(take, "studio"))
     play.change(step=-10)
-    assert play.status()["frame"] == 0
+    assert play.status().frame == 0
     play.change(step=3)
-    assert play.status()["frame"] == 3
+    assert play.status().frame == 3
     play.change(frame=10_000)
-    assert play.status()["frame"] == FRAMES - 1
+    assert play.status().frame == FRAMES - 1
 
 
 def test_another_solve_keeps_the_place(player, take):
@@ -99,8 +119,8 @@ def test_another_solve_keeps_the_place(player, take):
     clip = Clip.load(take, "live")
     play.open(clip, ghost=Second.solve(Clip.load(take, "studio"), clip))
     status = play.status()
-    assert (status["frame"], status["first"], status["last"]) == (40, 20, 80)
-    assert status["ghost"] == {"take": "monday/one", "solve": "studio"} and not status["has_trace"]
+    assert (status.frame, status.first, status.last) == (40, 20, 80)
+    assert status.ghost == SecondFigure("monday/one", "studio") and not status.has_trace
     wait_until(lambda: screen.shown and screen.shown[-1][1] is not None, "the ghost is shown")
     result, ghost, trail = screen.shown[-1]
     np.testing.assert_array_equal(result.positions_m, ghost.positions_m)
@@ -114,9 +134,9 @@ def test_it_lets_go_of_a_reference_that_is_removed(player, take):
     play.open(clip, Second.reference(clip.take, "truth.csv", motion))
     play.let_go(clip.take, "other.csv")
     play.let_go("monday/two", "truth.csv")
-    assert play.status()["ghost"] == {"take": "monday/one", "reference": "truth.csv"}
+    assert play.status().ghost == SecondFigure("monday/one", reference="truth.csv")
     play.let_go(clip.take, "truth.csv")
-    assert play.status()["ghost"] is None and play.status()["open"]
+    assert play.status().ghost is None and play.status().open
 
 
 def test_closing_shows_the_live_stage(player, take):
@@ -124,7 +144,7 @@ def test_closing_shows_the_live_stage(player, take):
     play.open(Clip.load(take, "studio"))
     wait_until(lambda: len(screen.shown) > 0, "the first frame is shown")
     play.close_clip()
-    assert screen.live.wait(30.0) and play.status() == {"open": False}
+    assert screen.live.wait(30.0) and play.status() == ReplayStatus(open=False)
     with pytest.raises(SettingsError, match="open a take first"):
         play.change(playing=True)
 
@@ -168,6 +188,34 @@ def test_curves_name_joints_cameras_and_reasons(take):
         curves(clip, "Tail")
 
 
+def test_pops_are_what_is_off_course_and_not_what_is_fast(take):
+    """A hand that swings at 3 m/s, over the thesis's 10 cm in 4/30 s, has none until it is thrown off."""
+    clip = Clip.load(take, "live")
+    swinging = swinging_arm(121)
+    fast = replace(clip, poses=swinging)
+    speed = np.array(curves(fast, "LeftHand")["speed_m_s"])
+    assert speed.max() > 2.5 and curves(fast, "LeftHand")["pops"] == []
+    thrown = replace(clip, poses=swinging_arm(121, thrown=(60, 61)))
+    ((first, last),) = curves(thrown, "LeftHand")["pops"]
+    assert first <= 60 and 61 <= last
+    assert curves(thrown, "RightHand")["pops"] == []
+    events = [one for one in own_figures(thrown.poses)["cleanup_events"] if one["kind"] == "joint_pop"]
+    (event,) = [one for one in events if one["unit"] == "cm"]  # of the arm
+    assert event["joint"] in ("left_wrist", "left_hand")
+    assert [first / 60, last / 60] == pytest.approx([event["start_s"], event["end_s"]], abs=1 / 60)
+
+
+def test_pops_are_found_where_frames_are_missing_elsewhere(take):
+    clip, poses = Clip.load(take, "live"), swinging_arm(181, thrown=(120, 121))
+    kept = np.r_[0:40, 55:181]
+    whole = {
+        name: getattr(poses, name)[kept]
+        for name in ("time_s", "positions_m", "rotations_wxyz", "confidence", "uncertainty_mm")
+    }
+    found = curves(replace(clip, poses=replace(poses, **whole)), "LeftHand")["pops"]
+    assert any(first <= 105 and 106 <= last for first, last in found)
+
+
 def test_spans():
     assert spans(np.array([1, 1, 0, 1, 0], dtype=bool)) == [(0, 1), (3, 3)]
     assert spans(np.zeros(3, dtype=bool)) == []
@@ -184,7 +232,7 @@ def test_thinned_curves_keep_every_spike():
     assert thinned(values[:50], 2000).tolist() == list(range(50))
 
 
-def test_a_first_look_replaces_what_is_around_the_playhead_until_another_solve_is_opened(player, take):
+def test_a_preview_replaces_what_is_around_the_playhead_until_another_solve_is_opened(player, take):
     play, screen, _ = player
     with pytest.raises(SettingsError, match="not replayed"):
         play.part("monday/one")

@@ -1,9 +1,9 @@
 """Replay on the page, in a real browser: open a solve, play, step, scrub, ghost, keys, back to the live stage."""
 
-import httpx
 import pytest
 from playwright.sync_api import Page, Route, expect
 
+from tests import patient
 from tests.web.playback.takes import FRAMES, take_with_solves
 from tests.web.stages import until
 from tests.web.test_page import serving, studio
@@ -21,7 +21,7 @@ def address(tmp_path):
 
 
 def replay(address: str) -> dict:
-    return httpx.get(f"{address}/api/v1/replay").json()
+    return patient.get(f"{address}/api/v1/replay").json()
 
 
 def test_a_solve_is_replayed_with_keys_and_pointer(address: str, page: Page) -> None:
@@ -91,3 +91,83 @@ def test_the_shortcuts_are_shown(address: str, page: Page) -> None:
     page.keyboard.press("Escape")
     expect(page.get_by_role("dialog")).to_be_hidden()
     page.keyboard.press("2")
+
+
+def open_one(address: str, page: Page) -> dict:
+    page.goto(address)
+    page.get_by_role("button", name="Replay one, solve studio").click()
+    expect(page.locator("#replay-value")).to_contain_text("m")
+    box = page.locator("#timeline").bounding_box()
+    assert box is not None
+    return box
+
+
+def test_markers_are_set_named_removed_and_taken_back(address: str, page: Page) -> None:
+    open_one(address, page)
+    page.keyboard.press("Shift+ArrowRight")
+    page.keyboard.press("m")
+    expect(page.locator("#messages")).to_contain_text("Marker 1 is set")
+    page.keyboard.press("End")
+    page.keyboard.press("m")
+    page.locator("#replay-markers").click()
+    expect(page.locator("#marker-list li")).to_have_count(2)
+    page.locator("#marker-0").fill("kick")
+    page.locator("#marker-0").press("Enter")
+    until(lambda: [one["name"] for one in markers(address)] == ["kick", "Marker 2"])
+    page.locator("#marker-list li").first.get_by_role("button", name="Frame 10").click()
+    expect(page.locator("#replay-time")).to_contain_text(f" 10 / {FRAMES - 1}")
+    page.get_by_role("button", name="Remove Marker 2").click()
+    expect(page.locator("#marker-list li")).to_have_count(1)
+    page.locator("h1").click()
+    page.keyboard.press("Control+z")
+    expect(page.locator("#marker-list li")).to_have_count(2)
+    assert [one["name"] for one in markers(address)] == ["kick", "Marker 2"]
+
+
+def markers(address: str) -> list[dict]:
+    return patient.get(f"{address}/api/v1/takes/monday/one").json()["meta"].get("markers", [])
+
+
+def test_the_timeline_zooms_snaps_and_takes_a_range(address: str, page: Page) -> None:
+    box = open_one(address, page)
+    gutter, right = 96, 6
+    width = box["width"] - gutter - right
+
+    def x_of(frame: float) -> float:
+        return box["x"] + gutter + frame / (FRAMES - 1) * width
+
+    page.mouse.move(x_of(30), box["y"] + 8)  # on the ruler
+    page.mouse.down()
+    page.mouse.move(x_of(90), box["y"] + 8, steps=3)
+    page.mouse.up()
+    until(lambda: (replay(address)["first"], replay(address)["last"]) == (30, 90))
+    page.mouse.click(x_of(90) + 3, box["y"] + 60)  # beside the range's end
+    until(lambda: replay(address)["frame"] == 90)
+    page.mouse.move(x_of(90), box["y"] + 60)
+    for _ in range(6):
+        page.mouse.wheel(0, -100)
+    page.mouse.click(box["x"] + gutter + 1, box["y"] + 60)
+    until(lambda: 60 < replay(address)["frame"] < 90)  # the left end is no longer the first frame
+    page.keyboard.press("0")
+    page.mouse.click(box["x"] + gutter + 1, box["y"] + 60)
+    until(lambda: replay(address)["frame"] == 0)
+    page.keyboard.press("ArrowRight")
+    page.keyboard.press("[")
+    until(lambda: replay(address)["first"] == 1)
+
+
+def test_what_concerns_the_open_take_stands_first(address: str, page: Page) -> None:
+    page.goto(address)
+    expect(page.locator("#cameras-title")).to_be_visible()
+    page.get_by_role("button", name="Replay one, solve studio").click()
+    expect(page.locator("#open-take")).to_contain_text("one")
+    expect(page.locator("#cameras-title")).to_be_hidden()
+    for which in ("#open-take .primary", "#preset"):
+        expect(page.locator(which)).to_be_visible()
+        box = page.locator(which).bounding_box()
+        assert box is not None and box["y"] + box["height"] < 720, which
+    page.locator("#live-panels").click()
+    expect(page.locator("#cameras-title")).to_be_visible()
+    page.keyboard.press("Escape")
+    expect(page.locator("#open-take-panel")).to_be_hidden()
+    expect(page.locator("#cameras-title")).to_be_visible()

@@ -4,10 +4,11 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from studio.engine.errors import SettingsError
-from studio.engine.geometry import transform_points
-from studio.engine.metrics.canonical import canonical_positions
-from studio.engine.metrics.reference import Reference
+from studio.api.stage.shown import SecondFigure
+from studio.engine.base.errors import SettingsError
+from studio.engine.base.geometry import transform_points
+from studio.engine.metrics.reference.canonical import canonical_positions
+from studio.engine.metrics.reference.reference import Reference
 from studio.web.playback.clip import Clip
 from studio.web.playback.second import Second, alignment_of, joints_at
 from tests.web.playback.takes import take_with_solves
@@ -21,7 +22,7 @@ def clip(tmp_path):
 def test_another_take_begins_with_the_clip_and_stands_aside(clip, tmp_path):
     other = Clip.load(take_with_solves(tmp_path / "monday" / "two", seed=1), "live")
     second = Second.solve(other, clip)
-    assert second.name == {"take": "monday/two", "solve": "live"}
+    assert second.name == SecondFigure("monday/two", "live")
     shown = second.step(float(clip.poses.time_s[30]), apart_m=1.5)
     np.testing.assert_allclose(shown.positions_m, other.poses.positions_m[30] + [1.5, 0.0, 0.0])
 
@@ -36,7 +37,7 @@ def test_a_solve_that_is_lined_up_lies_where_it_was_found(clip):
         }
     )
     second = Second.solve(clip, clip, alignment)
-    assert second.name["lined_up"]
+    assert second.name.lined_up
     shown = second.step(float(clip.poses.time_s[30]))
     back = transform_points(alignment.T_reference_stage, shown.positions_m)
     np.testing.assert_allclose(back, clip.poses.positions_m[60], atol=1e-9)

@@ -1,4 +1,4 @@
-"""Clean-up events: what an animator would have to mend, each with its time, joint and size."""
+"""Clean-up events: errors that an animator would correct, each with its time, joint and size."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from studio.engine.joints import CANONICAL
+from studio.engine.model.joints import CANONICAL
 
 KINDS: tuple[str, ...] = (
     "joint_pop",
@@ -19,21 +19,21 @@ KINDS: tuple[str, ...] = (
 )
 
 JOIN_S = 0.2
-"""Two events of a kind and place that are closer than this are one: they are mended together."""
+"""Two events of a kind and place with a shorter gap are one, because they are corrected together."""
 
 
 @dataclass(frozen=True)
-class Event:
-    """One place to mend.
+class CleanupEvent:
+    """One error to correct.
 
     Attributes:
         kind: one of `KINDS`.
-        joint: canonical joint at which it is largest.
+        joint: canonical joint with the largest error.
         start_s, end_s: stage time [s].
-        peak_s: stage time at which it is largest [s].
-        size: how large it is there, in `unit`.
+        peak_s: stage time of the largest error [s].
+        size: largest error, in `unit`.
         unit: "cm", "deg" or "s".
-        detail: what else is to be known, such as the body part that is met; empty where nothing.
+        detail: further information, such as the other body part; may be empty.
     """
 
     kind: str
@@ -59,7 +59,7 @@ class Event:
 
 
 def limb_of(joint: str) -> str:
-    """Return the part of the body that is mended together: `trunk`, `left_arm`, `left_leg`, ..."""
+    """Return the part of the body that is corrected together: `trunk`, `left_arm`, `left_leg`, ..."""
     side, _, name = joint.partition("_")
     if not name:
         return "trunk"
@@ -85,25 +85,25 @@ def events_of(
     unit: str,
     least_s: float = 0.0,
     detail: str = "",
-) -> list[Event]:
-    """Return an event per run of `flags`, as large as the largest `size` inside.
+) -> list[CleanupEvent]:
+    """Return an event per run of `flags`, with the largest `size` inside.
 
     Args:
         size: shape (sample_count,), NaN where unknown; flags: shape (sample_count,).
-        least_s: runs that are shorter are no events.
+        least_s: shortest run that counts.
     """
     found = []
     for first, last in runs(flags & np.isfinite(size)):
         if time_s[last - 1] - time_s[first] >= least_s - 1e-9:
             peak = first + int(np.argmax(size[first:last]))
             span = (float(time_s[first]), float(time_s[last - 1]), float(time_s[peak]))
-            found.append(Event(kind, joint, *span, float(size[peak]), unit, detail))
+            found.append(CleanupEvent(kind, joint, *span, float(size[peak]), unit, detail))
     return found
 
 
-def joined(events: Sequence[Event], place: Callable[[Event], str]) -> list[Event]:
-    """Return the events with those of one kind, unit and place that overlap, or nearly, made one; by time."""
-    out: list[Event] = []
+def joined(events: Sequence[CleanupEvent], place: Callable[[CleanupEvent], str]) -> list[CleanupEvent]:
+    """Return the events by time, with overlapping or close ones of one kind, unit and place merged."""
+    out: list[CleanupEvent] = []
     last: dict[tuple[str, str], int] = {}
     for event in sorted(events, key=lambda e: e.start_s):
         key = (event.kind, place(event))
@@ -116,7 +116,7 @@ def joined(events: Sequence[Event], place: Callable[[Event], str]) -> list[Event
     return out
 
 
-def _together(a: Event, b: Event) -> Event:
-    """The larger of the two over the time of both; sizes of different units do not compare: the first stays."""
+def _together(a: CleanupEvent, b: CleanupEvent) -> CleanupEvent:
+    """The larger of the two over the time of both. Sizes of different units do not compare; then the first stays."""
     larger = b if a.unit == b.unit and b.size > a.size else a
     return replace(larger, start_s=min(a.start_s, b.start_s), end_s=max(a.end_s, b.end_s))

@@ -1,9 +1,9 @@
-"""Limb flips: an elbow or knee that turns to the other side at once, and left limbs taken for right ones.
+"""Limb flips: an elbow or knee that turns to the other side at once, and left and right limbs exchanged.
 
-An elbow or knee lies off the line from its limb's root to its end. Where it is over 3 cm off, before and after,
-and its direction turns about that line by over 90 degrees within 0.1 s, more than the reference's does by 90, the
-limb has flipped. Left and right are swapped where both ends of a pair of limbs (wrists, ankles) are less than half as
-far from the other side's place in the reference as from their own, for 0.1 s and more, while the reference's are
+An elbow or knee lies off the line from its limb's root to its end. The limb has flipped if the joint is over 3 cm off
+the line before and after, and its direction turns about that line by over 90 degrees within 0.1 s and by 90 more than
+the reference's. Left and right are exchanged if both ends of a pair of limbs (wrists, ankles) are less than half as
+far from the other side's place in the reference as from their own, for at least 0.1 s, while the reference's are
 over 20 cm apart.
 """
 
@@ -11,9 +11,10 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import maximum_filter1d
 
-from studio.engine.joints import INDEX
-from studio.engine.metrics.cleanup.events import Event, events_of, joined, limb_of
-from studio.engine.metrics.cleanup.shown import Shown
+from studio.engine.base.geometry import unit
+from studio.engine.metrics.cleanup.events import CleanupEvent, events_of, joined, limb_of
+from studio.engine.metrics.cleanup.shown import ShownMotion
+from studio.engine.model.joints import INDEX
 
 FLIP_DEG = 90.0
 FLIP_S = 0.1
@@ -22,13 +23,13 @@ APART_M = 0.20
 _LIMBS = (("shoulder", "elbow", "wrist"), ("hip", "knee", "ankle"))
 
 
-def limb_flips(shown: Shown, reference_m: NDArray[np.float64] | None) -> list[Event]:
+def limb_flips(shown: ShownMotion, reference_m: NDArray[np.float64] | None) -> list[CleanupEvent]:
     """Return the flips of arms and legs.
 
     Args:
-        reference_m: as for `pops.joint_pops`; left and right can be compared with a reference only.
+        reference_m: as for `pops.joint_pops`; exchanged limbs need a reference.
     """
-    events: list[Event] = []
+    events: list[CleanupEvent] = []
     frames = shown.frames(FLIP_S)
     for side in ("left", "right"):
         for names in _LIMBS:
@@ -46,11 +47,11 @@ def limb_flips(shown: Shown, reference_m: NDArray[np.float64] | None) -> list[Ev
 
 
 def _turned_deg(limb_m: NDArray[np.float64], frames: int) -> NDArray[np.float64]:
-    """How far [deg] the middle joint's direction off the limb's line turns from half of `frames` before to as
-    much after, shape (sample_count,); 0 near the ends, where unknown, and where the limb is straight."""
+    """Turn [deg] of the middle joint's direction off the limb's line from half of `frames` before to as
+    much after, shape (sample_count,); 0 near the ends, where unknown, and where the limb is straight.
+    """
     root, middle, end = np.moveaxis(limb_m, 1, 0)
-    line = end - root
-    line = line / np.maximum(np.linalg.norm(line, axis=1, keepdims=True), 1e-9)
+    line = unit(end - root)
     off = middle - root
     off = off - (off * line).sum(axis=1, keepdims=True) * line
     out = np.zeros(len(off))
@@ -58,7 +59,7 @@ def _turned_deg(limb_m: NDArray[np.float64], frames: int) -> NDArray[np.float64]
     after = frames - before
     if len(off) <= frames:
         return out
-    # the direction before is carried along with the line, so that a limb that swings does not count as one that flips
+    # the direction before is turned with the line, so that a swinging limb does not count as a flip
     a, b = off[:-frames], off[frames:]
     a = _carried(a, line[:-frames], line[frames:])
     lengths = np.linalg.norm(a, axis=1), np.linalg.norm(b, axis=1)
@@ -80,8 +81,8 @@ def _carried(
     return cosine * vectors + np.cross(axis, vectors) + along * axis
 
 
-def _swaps(shown: Shown, reference_m: NDArray[np.float64], name: str) -> list[Event]:
-    """Where both joints of this name are nearer to the other side's place in the reference."""
+def _swaps(shown: ShownMotion, reference_m: NDArray[np.float64], name: str) -> list[CleanupEvent]:
+    """Times at which both joints of this name are nearer to the other side's place in the reference."""
     columns = [INDEX[f"{side}_{name}"] for side in ("left", "right")]
     solve, reference = shown.positions_m[:, columns], reference_m[:, columns]
     own = np.linalg.norm(solve - reference, axis=2)

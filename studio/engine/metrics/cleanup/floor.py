@@ -1,23 +1,23 @@
 """Floor penetration: a sole, hand, knee or any other joint over 1 cm under the floor of the exported file.
 
-A sole is the point that lies on the floor under the ankle in the T-pose, and the one under the ball of the
-foot; both turn with the foot. Hips, hands and all else are under the floor where the joint itself is. The
-export's rest pose stands on its soles (`studio.engine.soles`).
+A foot has two soles: the point on the floor under the ankle in the T-pose, and the point under the ball of the
+foot. Both turn with the foot. For all other parts the joint itself counts. The
+export's rest pose stands on its soles (`studio.engine.model.soles`).
 """
 
 import numpy as np
 from numpy.typing import NDArray
 
-from studio.engine.joints import CANONICAL, INDEX
-from studio.engine.metrics.cleanup.events import Event, events_of, joined, limb_of
-from studio.engine.metrics.cleanup.shown import Shown
+from studio.engine.metrics.cleanup.events import CleanupEvent, events_of, joined, limb_of
+from studio.engine.metrics.cleanup.shown import ShownMotion
+from studio.engine.model.joints import CANONICAL, INDEX
 
 DEPTH_M = 0.01
 
 
-def floor_penetrations(shown: Shown) -> list[Event]:
-    """Return where the body is under the floor, one event per limb at a time."""
-    events: list[Event] = []
+def floor_penetrations(shown: ShownMotion) -> list[CleanupEvent]:
+    """Return the floor penetrations, one event per limb at a time."""
+    events: list[CleanupEvent] = []
     for name in CANONICAL:
         depth = -_lowest_m(shown, name)
         events += events_of(
@@ -26,8 +26,8 @@ def floor_penetrations(shown: Shown) -> list[Event]:
     return joined(events, lambda event: limb_of(event.joint))
 
 
-def _lowest_m(shown: Shown, name: str) -> NDArray[np.float64]:
-    """Height of what belongs to a joint [m], shape (sample_count,): of the sole for feet, else of the joint."""
+def _lowest_m(shown: ShownMotion, name: str) -> NDArray[np.float64]:
+    """Height of a joint's lowest point [m], shape (sample_count,): of the sole for feet, else of the joint."""
     joint = INDEX[name]
     height = shown.positions_m[:, joint, 2]
     if name.endswith(("ankle", "toe")):

@@ -1,17 +1,17 @@
 """Frozen limbs: an arm or leg that keeps its place on the trunk for over 0.3 s while the reference's moves on.
 
-Places are in the axes of the trunk that carries the limb: of the shoulders and the chest for arms, of the
-hips and the spine for legs. A limb is frozen over a time in which its middle joint and its end stay within 2
-cm along every axis while the end of the reference's strays over 10 cm. Without a reference it is frozen where
-it stays within 0.1 mm while another limb moves by over 10 cm: no living limb is as still.
+Places are in the axes of the part of the trunk that carries the limb: shoulders and chest for arms, hips and spine
+for legs. A limb is frozen over a time in which its middle joint and its end stay within 2
+cm along every axis while the end of the reference's moves over 10 cm. Without a reference it is frozen if
+it stays within 0.1 mm while another limb moves by over 10 cm; no living limb is as still.
 """
 
 import numpy as np
 from numpy.typing import NDArray
 
-from studio.engine.joints import INDEX
-from studio.engine.metrics.cleanup.events import Event, events_of, joined, limb_of
-from studio.engine.metrics.cleanup.shown import Shown
+from studio.engine.metrics.cleanup.events import CleanupEvent, events_of, joined, limb_of
+from studio.engine.metrics.cleanup.shown import ShownMotion
+from studio.engine.model.joints import INDEX
 
 FROZEN_S = 0.3
 STILL_M = 0.02
@@ -24,8 +24,8 @@ _LIMBS = tuple(
 )
 
 
-def frozen_limbs(shown: Shown, reference_m: NDArray[np.float64] | None) -> list[Event]:
-    """Return the limbs that freeze; the size is the time for which one stays [s].
+def frozen_limbs(shown: ShownMotion, reference_m: NDArray[np.float64] | None) -> list[CleanupEvent]:
+    """Return the frozen limbs; the size is the duration [s].
 
     Args:
         reference_m: as for `pops.joint_pops`.
@@ -34,7 +34,7 @@ def frozen_limbs(shown: Shown, reference_m: NDArray[np.float64] | None) -> list[
     if len(shown.time_s) < window:
         return []
     extents = {end: _extent_m(shown.positions_m, (middle, end), window) for middle, end in _LIMBS}
-    events: list[Event] = []
+    events: list[CleanupEvent] = []
     for _, end in _LIMBS:
         if reference_m is None:
             others = np.max([extents[other] for _, other in _LIMBS if other != end], axis=0)
@@ -48,9 +48,9 @@ def frozen_limbs(shown: Shown, reference_m: NDArray[np.float64] | None) -> list[
     return [_with_time(event) for event in joined(events, lambda event: limb_of(event.joint))]
 
 
-def _with_time(event: Event) -> Event:
+def _with_time(event: CleanupEvent) -> CleanupEvent:
     span = event.end_s - event.start_s
-    return Event(event.kind, event.joint, event.start_s, event.end_s, event.start_s, span, event.unit)
+    return CleanupEvent(event.kind, event.joint, event.start_s, event.end_s, event.start_s, span, event.unit)
 
 
 def _extent_m(positions_m: NDArray[np.float64], joints: tuple[str, ...], window: int) -> NDArray[np.float64]:

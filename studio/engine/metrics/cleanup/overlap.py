@@ -1,25 +1,25 @@
-"""Self-penetration: two body parts that lie over 2 cm deeper in each other than the reference's do.
+"""Self-penetration: two body parts that overlap by over 2 cm more than the reference's do.
 
 Parts are capsules on the bones. Radii are shares of stature: half of ANSUR's breadths and depths, girths
 divided by 2 pi (Gordon et al., "2012 Anthropometric Survey of U.S. Army Personnel", NATICK/TR-15/007, 2014,
-means of men and women over the mean stature of 1.72 m), the least of a part's, so that flesh that gives way
-does not count. Parts that share a joint or lie beside one another along a limb are not compared, nor are
+means of men and women over the mean stature of 1.72 m), the smallest of a part's, so that soft flesh
+does not count. Parts that share a joint or are adjacent along a limb are not compared, nor are
 thighs, which touch in people who stand.
 """
 
 import numpy as np
 from numpy.typing import NDArray
 
-from studio.engine.geometry import nearest_on_segments
-from studio.engine.joints import INDEX
-from studio.engine.metrics.cleanup.events import Event, events_of, joined
-from studio.engine.metrics.cleanup.shown import Shown
+from studio.engine.base.geometry import nearest_on_segments
+from studio.engine.metrics.cleanup.events import CleanupEvent, events_of, joined
+from studio.engine.metrics.cleanup.shown import ShownMotion
+from studio.engine.model.joints import INDEX
 
 DEPTH_M = 0.02
 USUAL_HEIGHT_M = 1.72
 
 _TRUNK_RADIUS = 0.058
-"""Of stature: less than half of the waist's depth (0.22 m), since a capsule is round and a trunk is broad."""
+"""Share of stature: less than half of the waist's depth (0.22 m), since a capsule is round and a trunk is broad."""
 
 # part: start, end, radius as a share of stature
 _PARTS: dict[str, tuple[str, str, float]] = {
@@ -46,14 +46,14 @@ _PAIRS: tuple[tuple[str, str], ...] = (
 )  # fmt: skip
 
 
-def self_penetrations(shown: Shown, reference_m: NDArray[np.float64] | None) -> list[Event]:
-    """Return where body parts go into one another, one event per pair of parts at a time.
+def self_penetrations(shown: ShownMotion, reference_m: NDArray[np.float64] | None) -> list[CleanupEvent]:
+    """Return the overlaps of body parts, one event per pair of parts at a time.
 
     Args:
         reference_m: as for `pops.joint_pops`.
     """
     height = _height_m(shown)
-    events: list[Event] = []
+    events: list[CleanupEvent] = []
     for a, b in _PAIRS:
         depth = _depth_m(shown.positions_m, a, b, height)
         beside = np.zeros(len(depth))
@@ -72,8 +72,8 @@ def self_penetrations(shown: Shown, reference_m: NDArray[np.float64] | None) -> 
     return joined(events, lambda event: _where(event))
 
 
-def _where(event: Event) -> str:
-    """The two limbs that meet: a hand and its forearm in the trunk are one thing to mend."""
+def _where(event: CleanupEvent) -> str:
+    """The two limbs that meet; a hand and its forearm in the trunk are corrected together."""
     words = event.detail.split(" in ")
     return " ".join(
         {"forearm": "arm", "hand": "arm", "thigh": "leg", "shank": "leg", "foot": "leg"}.get(w, w)
@@ -82,14 +82,14 @@ def _where(event: Event) -> str:
     )
 
 
-def _height_m(shown: Shown) -> float:
-    """Stature [m] by the rest pose: the head's joint is at 0.936 of it; the usual one where there is none."""
+def _height_m(shown: ShownMotion) -> float:
+    """Stature [m] by the rest pose, in which the head's joint is at 0.936 of it; else the usual one."""
     head = float(shown.rest_m[INDEX["head"], 2])
     return head / 0.936 if np.isfinite(head) and head > 0.3 else USUAL_HEIGHT_M
 
 
 def _depth_m(positions_m: NDArray[np.float64], a: str, b: str, height_m: float) -> NDArray[np.float64]:
-    """How deep two parts lie in each other [m], shape (sample_count,); negative = apart, NaN = unknown."""
+    """Overlap of two parts [m], shape (sample_count,); negative = apart, NaN = unknown."""
     start_a, end_a, radius_a = _PARTS[a]
     start_b, end_b, radius_b = _PARTS[b]
     distance = segment_distance_m(*(positions_m[:, INDEX[name]] for name in (start_a, end_a, start_b, end_b)))

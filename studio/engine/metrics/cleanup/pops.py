@@ -1,10 +1,10 @@
 """Joint pops: a joint over 5 cm, or its rotation over 40 degrees, off a local cubic, absent in the reference.
 
-The cubic is the one of least squares through the samples up to 0.15 s before and after, without those within
-1/30 s: a spike of up to two frames of a 30 Hz camera counts with its whole height, whatever the motion under it,
-a step with half of its height. The reference has it too where it is half as far off its own cubic at that joint
-within 0.1 s: sharp true motion is no pop. A reference has no rotations, so a turn counts unless the reference's joint
-itself is over 5 cm off then.
+The cubic is the least-squares fit through the samples up to 0.15 s before and after, without those within
+1/30 s. A spike of up to two frames of a 30 Hz camera therefore counts with its whole height, whatever the motion
+under it, and a step with half of its height. The reference has the pop too if it is half as far off its own cubic at
+that joint within 0.1 s, so sharp true motion is no pop. A reference has no rotations, so a turn counts unless the
+reference's joint itself is over 5 cm off then.
 Source: residuals of a local polynomial as in Savitzky and Golay, "Smoothing and differentiation of data by
 simplified least squares procedures", Analytical Chemistry 1964, the middle left out.
 """
@@ -14,9 +14,9 @@ from numpy.typing import NDArray
 from scipy.ndimage import maximum_filter1d
 from scipy.spatial.transform import Rotation
 
-from studio.engine.joints import CANONICAL
-from studio.engine.metrics.cleanup.events import Event, events_of, joined, limb_of
-from studio.engine.metrics.cleanup.shown import Shown
+from studio.engine.metrics.cleanup.events import CleanupEvent, events_of, joined, limb_of
+from studio.engine.metrics.cleanup.shown import ShownMotion
+from studio.engine.model.joints import CANONICAL
 
 POP_CM = 5.0
 POP_DEG = 40.0
@@ -25,7 +25,7 @@ OUTER_S = 0.15
 REFERENCE_S = 0.1
 
 
-def joint_pops(shown: Shown, reference_m: NDArray[np.float64] | None) -> list[Event]:
+def joint_pops(shown: ShownMotion, reference_m: NDArray[np.float64] | None) -> list[CleanupEvent]:
     """Return the pops of all joints.
 
     Args:
@@ -34,13 +34,13 @@ def joint_pops(shown: Shown, reference_m: NDArray[np.float64] | None) -> list[Ev
             (sample_count, 21, 3), NaN = unknown; None without a reference.
     """
     steps, weights = _cubic(shown.step_s)
-    size = np.linalg.norm(residual_m(shown.positions_m, steps, weights), axis=2) * 100.0
+    size = off_course_cm(shown.positions_m, shown.step_s)
     own = np.zeros(size.shape)
     if reference_m is not None:
-        off = np.linalg.norm(residual_m(reference_m, steps, weights), axis=2) * 100.0
+        off = off_course_cm(reference_m, shown.step_s)
         own = _largest_near(np.nan_to_num(off), shown.frames(REFERENCE_S))
     turned = _turned_deg(shown.rotations, steps, weights)
-    events: list[Event] = []
+    events: list[CleanupEvent] = []
     for j, name in enumerate(CANONICAL):
         flags = (size[:, j] > POP_CM) & (own[:, j] < 0.5 * size[:, j])
         events += events_of("joint_pop", name, shown.time_s, size[:, j], flags, unit="cm")
@@ -51,7 +51,7 @@ def joint_pops(shown: Shown, reference_m: NDArray[np.float64] | None) -> list[Ev
 
 
 def _cubic(step_s: float) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
-    """Steps from the middle, and weights with which the samples there give the cubic's value in the middle."""
+    """Offsets from the middle sample, and weights of the samples there for the cubic's value in the middle."""
     steps = np.arange(-round(OUTER_S / step_s), round(OUTER_S / step_s) + 1)
     inner = round(INNER_S / step_s + 1e-9)
     steps = steps[np.abs(steps) > inner] if (np.abs(steps) > inner).sum() >= 4 else steps[steps != 0]
@@ -59,10 +59,22 @@ def _cubic(step_s: float) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
     return steps, np.linalg.pinv(powers)[0]
 
 
-def residual_m(
+def off_course_cm(positions_m: NDArray[np.float64], step_s: float) -> NDArray[np.float64]:
+    """Return the distance of joints from the cubic through their neighbours [cm], shape (sample_count, joint_count).
+
+    Above `POP_CM` it is a pop. NaN near the ends.
+
+    Args:
+        positions_m: in the stage frame, shape (sample_count, joint_count, 3).
+        step_s: time between two samples, which are even.
+    """
+    return np.linalg.norm(_residual_m(positions_m, *_cubic(step_s)), axis=2) * 100.0
+
+
+def _residual_m(
     positions_m: NDArray[np.float64], steps: NDArray[np.int64], weights: NDArray[np.float64]
 ) -> NDArray[np.float64]:
-    """Positions less their local cubics, shape (sample_count, joint_count, 3); NaN near the ends and gaps."""
+    """Positions minus their local cubics, shape (sample_count, joint_count, 3); NaN near the ends and gaps."""
     out = np.full(positions_m.shape, np.nan)
     reach = int(steps.max())
     if len(positions_m) <= 2 * reach:
@@ -84,9 +96,9 @@ def _turned_deg(
 ) -> NDArray[np.float64]:
     """Angle [deg] between each rotation and the cubic through its neighbours' rotation vectors, (sample_count, 21).
 
-    Vectors are taken from between the nearest neighbours, so that a rotation that is far off spoils none of them,
+    Vectors start midway between the nearest neighbours, so that an outlier affects none of them,
     and a body that spins at 1,000 deg/s keeps them under half a turn.
-    Where no neighbour is half of `POP_DEG` away, the angle is left at 0.
+    If no neighbour is half of `POP_DEG` away, the angle is 0.
     """
     count, joints = rotations.shape[:2]
     out = np.zeros((count, joints))
@@ -116,8 +128,8 @@ def _turned_deg(
     return out
 
 
-def _without_carried(events: list[Event], hips: list[Event]) -> list[Event]:
-    """Return the events without those of limbs while the hips, which carry them, pop as well."""
+def _without_carried(events: list[CleanupEvent], hips: list[CleanupEvent]) -> list[CleanupEvent]:
+    """Return the events without those of limbs during pops of the hips, which carry them."""
     return [
         event
         for event in events

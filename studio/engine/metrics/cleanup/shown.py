@@ -1,7 +1,7 @@
 """The animation as a player of its exported keys shows it: at every key and in the middle between two.
 
-Keys are those of the exports (`export.skeleton.local_motion`): local rotations and the root's place, on a
-uniform grid. Between keys a player follows the cubic curves of an FBX (`export.curves.curve_keys`) through
+Keys are those of the exports (`animation.clip.skeleton.local_motion`): local rotations and the root's position, on a
+uniform grid. Between keys a player follows the cubic curves of an FBX (`animation.curves.keys.curve_keys`) through
 the Euler angles of each joint.
 """
 
@@ -12,25 +12,25 @@ from numpy.typing import NDArray
 from scipy.interpolate import CubicHermiteSpline
 from scipy.spatial.transform import Rotation
 
-from studio.engine.export.curves import curve_keys
-from studio.engine.export.euler import best_order, euler_deg
-from studio.engine.export.skeleton import LocalMotion, local_motion
-from studio.engine.joints import CANONICAL, JOINT_COUNT, OUTPUT_OF_CANONICAL
-from studio.engine.poses import Poses
+from studio.engine.animation.clip.skeleton import LocalMotion, local_motion
+from studio.engine.animation.curves.euler import best_order, euler_deg
+from studio.engine.animation.curves.keys import curve_keys
+from studio.engine.model.joints import CANONICAL, JOINT_COUNT, OUTPUT_OF_CANONICAL
+from studio.engine.model.poses import Poses
 
 SAMPLES_PER_KEY = 2
 
 
 @dataclass(frozen=True)
-class Shown:
+class ShownMotion:
     """An animation on a uniform time grid, in the stage frame (metres, z up, the floor of the file at z = 0).
 
     Attributes:
         time_s: stage time of each sample [s], shape (sample_count,).
-        positions_m: canonical joints, shape (sample_count, 21, 3); NaN = a joint that the skeleton lacks.
+        positions_m: canonical joints, shape (sample_count, 21, 3); NaN = the skeleton lacks the joint.
         rotations: world rotations of the canonical joints, shape (sample_count, 21, 3, 3); the identity in
-            the T-pose, and where the joint lacks.
-        rest_m: canonical joints in the T-pose, soles on the floor, shape (21, 3); NaN = lacking.
+            the T-pose, and for a missing joint.
+        rest_m: canonical joints in the T-pose, soles on the floor, shape (21, 3); NaN = missing.
     """
 
     time_s: NDArray[np.float64]
@@ -43,11 +43,11 @@ class Shown:
         return float(self.time_s[1] - self.time_s[0])
 
     def frames(self, seconds: float) -> int:
-        """Return how many steps a time is, at least one."""
+        """Return a duration in steps, at least one."""
         return max(1, round(seconds / self.step_s))
 
 
-def shown_animation(poses: Poses) -> Shown:
+def shown_animation(poses: Poses) -> ShownMotion:
     """Return the poses as their export plays.
 
     Raises:
@@ -68,21 +68,21 @@ def shown_animation(poses: Poses) -> Shown:
     for place in known:
         out_rotations[:, place] = _STAGE_FILE @ rotations[columns[place]] @ _STAGE_FILE.T
     rest[known] = _to_stage(motion.rest_positions_m[columns[known]])
-    return Shown(poses.time_s[0] + times, out_positions, out_rotations, rest)
+    return ShownMotion(poses.time_s[0] + times, out_positions, out_rotations, rest)
 
 
 _STAGE_FILE = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]])
 
 
 def _to_stage(vectors: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Vectors in file axes, shape (..., 3), in stage axes: the inverse of `export.skeleton.to_file_axes`."""
+    """File vectors, shape (..., 3), in stage axes: the inverse of `clip.skeleton.to_file_axes`."""
     return np.stack([vectors[..., 0], -vectors[..., 2], vectors[..., 1]], axis=-1)
 
 
 def _world(
     motion: LocalMotion, keys: NDArray[np.float64], times: NDArray[np.float64], wanted: NDArray[np.int64]
 ) -> tuple[dict[int, NDArray[np.float64]], dict[int, NDArray[np.float64]]]:
-    """World positions and rotations in file axes of the wanted joints and all that carry them, by joint."""
+    """World positions and rotations in file axes of the wanted joints and their ancestors, by joint."""
     needed: set[int] = set()
     for joint in wanted.tolist():
         while joint >= 0 and joint not in needed:
@@ -117,7 +117,7 @@ def _played_rotation(
 def _played(
     keys: NDArray[np.float64], values: NDArray[np.float64], times: NDArray[np.float64]
 ) -> NDArray[np.float64]:
-    """Return values [deg or cm], shape (key_count, 3), at times, along the curves that an export writes."""
+    """Return values [deg or cm], shape (key_count, 3), at times, along the curves of an export."""
     if len(keys) < 3:
         return np.stack([np.interp(times, keys, values[:, k]) for k in range(values.shape[1])], axis=1)
     rate = 1.0 / (keys[1] - keys[0])

@@ -1,31 +1,31 @@
-"""Stance slides: a standing foot that wanders over 1 cm further across the floor than the reference's does.
+"""Stance slides: a standing foot that moves over 1 cm further across the floor than the reference's does.
 
-A foot stands where the reference says so (`feet.stance_of`; without a reference where the animation itself does)
-and the animation's foot is low as well; the first and last 0.05 s of a stance are left out, in which a foot rolls.
-How far a joint wanders within a stance is the largest distance [m] of its horizontal path from where it begins.
+A foot stands if the reference says so (`feet.stance_of`; without a reference, the animation itself)
+and the animation's foot is low as well. The first and last 0.05 s of a stance are left out, because a foot rolls
+then. The slide within a stance is the largest distance [m] of a joint's horizontal path from its start.
 Source: foot skating as in Kovar, Schreiner, Gleicher, "Footskate cleanup for motion capture editing", SCA 2002.
 """
 
 import numpy as np
 from numpy.typing import NDArray
 
-from studio.engine.joints import INDEX
-from studio.engine.metrics.cleanup.events import Event, joined, limb_of, runs
-from studio.engine.metrics.cleanup.shown import Shown
-from studio.engine.metrics.feet import STANCE_HEIGHT_M, stance_of
+from studio.engine.metrics.cleanup.events import CleanupEvent, joined, limb_of, runs
+from studio.engine.metrics.cleanup.shown import ShownMotion
+from studio.engine.metrics.figures.feet import STANCE_HEIGHT_M, stance_of
+from studio.engine.model.joints import INDEX
 
 SLIDE_M = 0.01
 EDGE_S = 0.05
 LEAST_S = 0.1
 
 
-def stance_slides(shown: Shown, reference_m: NDArray[np.float64] | None) -> list[Event]:
+def stance_slides(shown: ShownMotion, reference_m: NDArray[np.float64] | None) -> list[CleanupEvent]:
     """Return the slides of ankles and toes, one per foot and stance at most.
 
     Args:
         reference_m: as for `pops.joint_pops`.
     """
-    events: list[Event] = []
+    events: list[CleanupEvent] = []
     edge = shown.frames(EDGE_S)
     for side in ("left", "right"):
         for name in ("ankle", "toe"):
@@ -46,11 +46,14 @@ def stance_slides(shown: Shown, reference_m: NDArray[np.float64] | None) -> list
                 beside = 0.0 if reference_m is None else float(wandering_m(reference[first:last]).max())
                 if own.max() - beside > SLIDE_M:
                     peak = first + int(np.argmax(own))
+                    start_s, end_s, peak_s = (float(shown.time_s[k]) for k in (first, last - 1, peak))
                     events.append(
-                        Event(
+                        CleanupEvent(
                             "stance_slide",
                             f"{side}_{name}",
-                            *(float(shown.time_s[k]) for k in (first, last - 1, peak)),
+                            start_s,
+                            end_s,
+                            peak_s,
                             float(own.max() - beside) * 100.0,
                             "cm",
                         )

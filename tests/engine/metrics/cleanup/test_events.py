@@ -6,15 +6,15 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
-from studio.engine.joints import INDEX, JOINT_COUNT
 from studio.engine.metrics.cleanup import cleanup_events, events_per_min
 from studio.engine.metrics.cleanup.flips import limb_flips
 from studio.engine.metrics.cleanup.floor import floor_penetrations
 from studio.engine.metrics.cleanup.frozen import frozen_limbs
 from studio.engine.metrics.cleanup.overlap import segment_distance_m, self_penetrations
 from studio.engine.metrics.cleanup.pops import joint_pops
-from studio.engine.metrics.cleanup.shown import Shown
+from studio.engine.metrics.cleanup.shown import ShownMotion
 from studio.engine.metrics.cleanup.slides import stance_slides, wandering_m
+from studio.engine.model.joints import INDEX, JOINT_COUNT
 
 RATE = 120.0
 COUNT = 600
@@ -38,7 +38,7 @@ def standing(count=COUNT):
 
 def shown(positions, rotations=None, time=TIME):
     turns = np.tile(np.eye(3), (len(positions), JOINT_COUNT, 1, 1)) if rotations is None else rotations
-    return Shown(time, positions, turns, standing(1)[0])
+    return ShownMotion(time, positions, turns, standing(1)[0])
 
 
 def swaying(time=TIME):

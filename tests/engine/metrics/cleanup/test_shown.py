@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from studio.engine.errors import FormatError
-from studio.engine.joints import OUTPUT_OF_CANONICAL_INDEX
+from studio.engine.base.errors import FormatError
 from studio.engine.metrics.cleanup import shown_animation
+from studio.engine.model.joints import OUTPUT_OF_CANONICAL_INDEX
 from tests.poses_factory import random_poses, t_pose
 
 

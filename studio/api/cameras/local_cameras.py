@@ -1,0 +1,194 @@
+"""Camera clients on the server's own machine: the simulated stage, or a recording played as cameras.
+
+Each is a separate process, like a client on another machine; one that ends is started again.
+"""
+
+import logging
+import os
+import subprocess
+import sys
+import threading
+from dataclasses import dataclass
+from pathlib import Path
+
+from msgspec import Struct
+
+from studio.api.cameras.demo import CalibratesOnce
+from studio.engine.base.errors import StudioError
+from studio.engine.model.calibration import Calibration
+from studio.live import LiveStage
+
+_log = logging.getLogger(__name__)
+
+SIMULATED = "simulated"
+SIMULATED_CAMERAS = 2
+CHECK_S = 0.5
+SLOWEST_RESTART_S = 10.0
+STOP_S = 3.0
+PROBLEM_BYTES = 2000
+
+
+class LocalClientStatus(Struct):
+    """A camera client on the server's machine: whether it runs, and why it last ended."""
+
+    running: bool
+    problem: str
+
+
+class LocalCamerasStatus(Struct):
+    """What is open, `simulated`, a recording or None, and its clients by camera."""
+
+    opened: str | None
+    cameras: dict[str, LocalClientStatus]
+
+
+@dataclass
+class _Client:
+    """One camera client: its source, its process, and the reason of its last end."""
+
+    source: str
+    process: subprocess.Popen[bytes] | None = None
+    problem: str = ""
+
+
+class LocalCameras:
+    """Starts the clients, restarts them when they end, and stops them. Methods may be called from any thread."""
+
+    def __init__(self, stage: LiveStage, token: str) -> None:
+        """`token`: the clients' token, if the studio requires one."""
+        self._stage = stage
+        self._token = token
+        self._spool = stage.sessions / ".spool"
+        self._lock = threading.RLock()
+        self._clients: dict[str, _Client] = {}
+        self._opened: str | None = None
+        self._url = ""
+        self._stopped = threading.Event()
+        self._thread: threading.Thread | None = None
+
+    def start_simulated(self, url: str) -> None:
+        """Start the simulated stage, and calibrate it if there is no calibration yet; `url`: the server's."""
+        count = SIMULATED_CAMERAS
+        sources = {f"camera_{i}": f"simulated:{i}/{count}" for i in range(count)}
+        self.start(sources, SIMULATED, url)
+
+    def start(
+        self, sources: dict[str, str], opened: str, url: str, calibration: Calibration | None = None
+    ) -> None:
+        """Start clients in place of the running ones.
+
+        Args:
+            sources: arguments of `studio camera --source`, by the camera's name.
+            opened: their description, for `status`.
+            url: the server's.
+            calibration: of a recording; in use during its playback.
+
+        Raises:
+            StudioError: another camera of such a name is connected.
+        """
+        with self._lock:
+            connected = {n for n, c in self._stage.status().cameras.items() if c.connected}
+            taken = sorted(connected & sources.keys() - self._clients.keys())
+            if taken:
+                raise StudioError(
+                    f"a camera {taken[0]!r} is connected already; stop that one first: names are used once"
+                )
+            self._end_clients()
+            self._stage.borrow_calibration(calibration)
+            self._clients = {name: _Client(source) for name, source in sources.items()}
+            self._opened, self._url = opened, url
+            self._stopped.clear()
+            if self._thread is None:
+                self._thread = threading.Thread(target=self._run, name="local cameras", daemon=True)
+                self._thread.start()
+
+    def status(self) -> LocalCamerasStatus:
+        """Return what runs."""
+        with self._lock:
+            cameras = {
+                name: LocalClientStatus(
+                    client.process is not None and client.process.poll() is None, client.problem
+                )
+                for name, client in self._clients.items()
+            }
+            return LocalCamerasStatus(self._opened, cameras)
+
+    def stop(self) -> None:
+        """Stop all clients; a recording's calibration is no longer used."""
+        with self._lock:
+            self._end_clients()
+            self._stage.borrow_calibration(None)
+
+    def end(self) -> None:
+        """Ask the clients to stop; does not wait."""
+        self._stopped.set()
+        for client in list(self._clients.values()):
+            if client.process is not None:
+                client.process.terminate()
+
+    def close(self) -> None:
+        """Stop the clients and the thread that watches them."""
+        self._stopped.set()
+        if self._thread is not None:
+            self._thread.join()
+        with self._lock:
+            self._end_clients()
+
+    def _end_clients(self) -> None:
+        processes = [client.process for client in self._clients.values() if client.process is not None]
+        self._clients, self._opened = {}, None
+        for process in processes:
+            process.terminate()
+        for process in processes:
+            try:
+                process.wait(STOP_S)
+            except subprocess.TimeoutExpired:
+                process.kill()
+                process.wait()
+
+    def _run(self) -> None:
+        pause_s, calibrates = CHECK_S, CalibratesOnce(self._stage)
+        while not self._stopped.is_set():
+            with self._lock:
+                ended = [name for name in list(self._clients) if self._start_missing(name)]
+                simulated = self._opened == SIMULATED
+                names = list(self._clients)
+            pause_s = min(2 * pause_s, SLOWEST_RESTART_S) if ended else CHECK_S
+            if simulated:
+                calibrates.try_now(names)
+            self._stopped.wait(pause_s)
+
+    def _start_missing(self, name: str) -> bool:
+        """Start a client that is not running; return whether it had ended."""
+        client = self._clients[name]
+        ended = client.process is not None
+        if client.process is not None:
+            if client.process.poll() is None:
+                return False
+            client.problem = self._last_words(name)
+            _log.warning("%s ended with code %d and is started again", name, client.process.returncode)
+        command = [sys.executable, "-P", "-m", "studio", "camera", "--source", client.source]
+        command += ["--server", self._url, "--name", name, "--parent", str(os.getpid())]
+        self._spool.mkdir(parents=True, exist_ok=True)
+        with self._log_path(name).open("wb") as words:
+            client.process = subprocess.Popen(
+                [*command, "--spool", str(self._spool / name)],
+                stdin=subprocess.DEVNULL,
+                stdout=subprocess.DEVNULL,
+                stderr=words,
+                env={**os.environ, "STUDIO_CAMERA_TOKEN": self._token},
+                start_new_session=True,  # Ctrl-C is for the server, which stops them
+            )
+        return ended
+
+    def _log_path(self, name: str) -> Path:
+        return self._spool / f"{name}.log"
+
+    def _last_words(self, name: str) -> str:
+        """The last line of a client's output before its end."""
+        try:
+            text = self._log_path(name).read_bytes()[-PROBLEM_BYTES:].decode("utf-8", "replace")
+        except OSError:
+            return ""
+        lines = [line for line in text.splitlines() if line.strip()]
+        return lines[-1].strip() if lines else ""

@@ -1,0 +1,228 @@
+"""Routes of blind tests for the operator: make one, share its link, close it, read the results."""
+
+from typing import Annotated, Any
+
+import msgspec
+from fastapi import APIRouter
+from fastapi import Request as HttpRequest
+from fastapi.responses import PlainTextResponse, Response
+from pydantic import Field
+
+from studio.api.cameras.qr import qr_picture
+from studio.api.errors import RESPONSES
+from studio.api.jobs import Jobs, JobStatus
+from studio.api.stage.stage import Request
+from studio.api.stage.switches import assignments
+from studio.api.structs import StructRoute
+from studio.api.takes.find import Finder
+from studio.engine.base.errors import SettingsError
+from studio.engine.model.settings import parse_settings
+from studio.review.blind import thesis
+from studio.review.blind.desk import Desk
+from studio.review.blind.model import BlindTest, Interpolation, Pair, Rules, Side, check
+from studio.review.blind.results import results, votes_csv
+from studio.review.blind.store import read_key
+from studio.take.folder.take import Take
+from studio.worker import run_in_process
+
+VOTE_PATH = "/vote"
+
+
+class SideRequest(Request):
+    """One animation of a pair."""
+
+    condition: str = Field(description="what it stands for; voters never see it", examples=["limits on"])
+    take: str = Field(examples=["monday/take_001"])
+    solve: str = Field(examples=["studio"])
+    key_hz: float = Field(0.0, description="keys a second; 0: the solve's", ge=0, le=120)
+    interpolation: Interpolation = "linear"
+
+
+class PairRequest(Request):
+    """Two animations over the same part of their takes."""
+
+    a: SideRequest
+    b: SideRequest
+    start_s: float = Field(0.0, ge=0)
+    end_s: float = Field(0.0, ge=0, description="0: to the end, at most a minute")
+    title: str = Field("", max_length=100)
+
+
+class RulesRequest(Request):
+    """Rules of a test's vote."""
+
+    allow_none: bool = Field(default=False, description="whether 'no preference' may be chosen")
+    ask_name: bool = Field(default=False, description="whether voters may give a name or code")
+    repeats: int = Field(default=2, ge=0, le=100, description="pairs that come twice, sides exchanged")
+    max_voters: int = Field(default=500, ge=1, le=10_000)
+    closes: str = Field(
+        default="", description="ISO 8601 with offset, or empty", examples=["2030-01-31T18:00:00+01:00"]
+    )
+    supervised: bool = Field(default=False, description="everybody sees the pair that the operator shows")
+
+
+class TestRequest(Request):
+    """A new test."""
+
+    title: str = Field(examples=["Which settings for the walk?"])
+    question: str = thesis.QUESTION
+    pairs: list[PairRequest]
+    rules: RulesRequest = RulesRequest()
+
+
+class ThesisRequest(Request):
+    """The thesis's own pairs on one take."""
+
+    take: str = Field(examples=["monday/take_001"])
+    title: str = "The thesis's pairs"
+    start_s: float = Field(0.0, ge=0)
+    end_s: float = Field(0.0, ge=0)
+    rules: RulesRequest = RulesRequest()
+
+
+class ShowRequest(Request):
+    """The slot to show in a supervised test."""
+
+    slot: Annotated[int, Field(ge=-1, description="place in the order; -1: nothing yet")]
+
+
+def blind_router(finder: Finder, jobs: Jobs, desk: Desk) -> APIRouter:
+    """Return the operator's routes of blind tests."""
+    router = APIRouter(
+        prefix="/api/v1/blind", tags=["blind tests"], responses=RESPONSES, route_class=StructRoute
+    )
+
+    def bake(pairs: tuple[Pair, ...]) -> list[tuple[bytes, bytes]]:
+        def take_of(side: Side) -> Take:
+            take = finder.take(*side.take.split("/", 1))
+            finder.solve(take, side.solve)
+            return take
+
+        work = [(pair, take_of(pair.a), take_of(pair.b)) for pair in pairs]
+        return run_in_process("studio.review.blind.bake:bake_pairs", work)
+
+    def create(title: str, question: str, pairs: tuple[Pair, ...], rules: RulesRequest) -> dict[str, Any]:
+        return _line(desk.create(title, question, pairs, Rules(**rules.model_dump()), bake), desk)
+
+    @router.get("")
+    def get_tests() -> dict[str, Any]:
+        """All tests, the newest first, and those that cannot be read."""
+        return {"tests": [_line(test, desk) for test in reversed(desk.tests())], "problems": desk.problems}
+
+    @router.post("", status_code=201)
+    def add_test(request: TestRequest) -> dict[str, Any]:
+        """Make a test. Its animations are made now, so later solves or deletions do not change it."""
+        for pair in request.pairs:
+            for side in (pair.a, pair.b):
+                if side.take.count("/") != 1:
+                    raise SettingsError(f"take={side.take!r} is not allowed; allowed: session/name")
+        pairs = tuple(_pair(pair) for pair in request.pairs)
+        return create(request.title, request.question, pairs, request.rules)
+
+    @router.post("/thesis", status_code=202)
+    def add_thesis_test(request: ThesisRequest) -> dict[str, list[JobStatus]]:
+        """Solve a take in the ways that the thesis compared, then make a test of its pairs; answers the jobs."""
+        if request.take.count("/") != 1:
+            raise SettingsError(f"take={request.take!r} is not allowed; allowed: session/name")
+        take = finder.take(*request.take.split("/", 1))
+        pairs = thesis.pairs(request.take, start_s=request.start_s, end_s=request.end_s)
+        check(request.title, thesis.QUESTION, pairs, Rules(**request.rules.model_dump()))
+        wanted = thesis.solves(tuple(take.calibration().cameras))
+        made = [
+            jobs.submit(
+                "solve",
+                request.take,
+                name,
+                "studio.offline.replay:solve_take",
+                take,
+                parse_settings(one.preset, assignments(one.changes)),
+                name=name,
+            )
+            for name, one in wanted.items()
+            if name not in take.solve_names()
+        ]
+        last = jobs.call(
+            "blind test",
+            request.take,
+            request.title,
+            lambda: create(request.title, thesis.QUESTION, pairs, request.rules),
+        )
+        return {"jobs": [jobs.get(job.id) for job in (*made, last)]}
+
+    @router.get("/{test}")
+    def get_test(test: str) -> dict[str, Any]:
+        """One test: pairs, rules, link, number of voters."""
+        return _line(desk.test(test), desk)
+
+    @router.get("/{test}/results")
+    def get_results(test: str) -> dict[str, Any]:
+        """Votes by pair with shares, intervals and p-values; ranking, side bias, consistency, comments."""
+        return results(desk.test(test), desk.voters(test))
+
+    @router.get("/{test}/votes.csv", response_class=PlainTextResponse)
+    def get_votes(test: str) -> PlainTextResponse:
+        """Every vote as CSV."""
+        return PlainTextResponse(votes_csv(desk.test(test), desk.voters(test)), media_type="text/csv")
+
+    @router.get("/{test}/key")
+    def get_key(test: str) -> dict[str, Any]:
+        """The key of the animations, with hashes, and whether it still matches the seal."""
+        return read_key(finder.sessions, desk.test(test))
+
+    @router.get("/{test}/qr", response_class=Response)
+    def get_qr(test: str, http: HttpRequest) -> Response:
+        """The voters' link as a QR code, an SVG picture; the host is that of this request."""
+        found = desk.test(test)
+        if not found.token:
+            raise SettingsError("this test has no link; make a new one first")
+        return qr_picture(str(http.base_url).rstrip("/") + f"{VOTE_PATH}/{found.token}")
+
+    @router.post("/{test}/close")
+    def close_test(test: str) -> dict[str, Any]:
+        """Close a test for votes."""
+        return _line(desk.close(test), desk)
+
+    @router.post("/{test}/reopen")
+    def reopen_test(test: str) -> dict[str, Any]:
+        """Open a test for votes again."""
+        return _line(desk.reopen(test), desk)
+
+    @router.post("/{test}/link")
+    def renew_link(test: str) -> dict[str, Any]:
+        """Make a new link; the old one becomes invalid."""
+        return _line(desk.renew_link(test), desk)
+
+    @router.delete("/{test}/link")
+    def revoke_link(test: str) -> dict[str, Any]:
+        """Delete the link; votes stay."""
+        return _line(desk.revoke_link(test), desk)
+
+    @router.put("/{test}/shown")
+    def show_slot(test: str, request: ShowRequest) -> dict[str, Any]:
+        """Show everybody a pair of a supervised test."""
+        return _line(desk.show(test, request.slot), desk)
+
+    return router
+
+
+def _pair(request: PairRequest) -> Pair:
+    return Pair(
+        a=Side(**request.a.model_dump()),
+        b=Side(**request.b.model_dump()),
+        start_s=request.start_s,
+        end_s=request.end_s,
+        title=request.title,
+    )
+
+
+def _line(test: BlindTest, desk: Desk) -> dict[str, Any]:
+    """A test as shown to the operator."""
+    voters = desk.voters(test.id)
+    return {
+        **msgspec.to_builtins(test),
+        "open": desk.is_open(test),
+        "path": f"{VOTE_PATH}/{test.token}" if test.token else "",
+        "voters": len(voters),
+        "votes": sum(len(voter.votes) for voter in voters),
+        "slots": len(test.slots),
+    }

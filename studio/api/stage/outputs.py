@@ -1,0 +1,124 @@
+"""Routes of live output: UDP targets, and the stream of frames over a WebSocket."""
+
+import asyncio
+from typing import Annotated, Any, Literal
+
+from fastapi import APIRouter, WebSocket, WebSocketDisconnect
+from pydantic import Field
+
+from studio.api.errors import RESPONSES, NotFoundError
+from studio.api.stage.events import wait_until_gone
+from studio.api.stage.stage import Request
+from studio.live import LiveStage
+from studio.streams import Outputs
+from studio.streams.frames import frame_message, head_message
+
+STREAM_PATH = "/api/v1/stream"
+SOON = 0.75
+"""A frame is too early for the rate if less than this share of a period has passed since the last."""
+
+Rate = Annotated[float, Field(ge=1, le=120, description="frames a second at most [Hz]")]
+Port = Annotated[
+    int, Field(ge=0, le=65535, description="UDP port; 0: the one that receivers usually listen on")
+]
+Scale = Annotated[float, Field(ge=0.01, le=100, description="positions are multiplied by this")]
+
+
+class OutputRequest(Request):
+    """A new target of the live motion."""
+
+    kind: Literal["vmc", "rokoko"] = Field(description="VMC over OSC, or Rokoko's JSON v3")
+    host: str = Field("127.0.0.1", description="the machine that receives", examples=["192.168.1.20"])
+    port: Port = 0
+    rate_hz: Rate = 60.0
+    scale: Scale = 1.0
+    actor: str = Field("Performer", description="name of the character")
+    enabled: bool = True
+
+
+class OutputChange(Request):
+    """Changes of a target; other attributes stay."""
+
+    host: str | None = None
+    port: Port | None = None
+    rate_hz: Rate | None = None
+    scale: Scale | None = None
+    actor: str | None = None
+    enabled: bool | None = None
+
+
+def outputs_router(stage: LiveStage, outputs: Outputs) -> APIRouter:
+    """Return the routes of live output; docs/streaming.md describes WebSocket `/api/v1/stream?rate_hz=60`."""
+    router = APIRouter(prefix="/api/v1", tags=["live output"], responses=RESPONSES)
+
+    @router.get("/outputs")
+    def get_outputs() -> dict[str, Any]:
+        """All targets, with the frames sent and dropped and the last error."""
+        return {"outputs": outputs.list(), "problem": outputs.problem}
+
+    @router.post("/outputs", status_code=201)
+    def add_output(request: OutputRequest) -> dict[str, Any]:
+        """Send the live motion to another program, from now on, also after a restart."""
+        return _one(outputs, outputs.create(**request.model_dump()).id)
+
+    @router.patch("/outputs/{output}")
+    def change_output(output: str, request: OutputChange) -> dict[str, Any]:
+        """Change a target, or switch it on or off."""
+        _one(outputs, output)
+        outputs.change(output, **request.model_dump(exclude_none=True))
+        return _one(outputs, output)
+
+    @router.delete("/outputs/{output}")
+    def remove_output(output: str) -> dict[str, str]:
+        """Remove a target."""
+        _one(outputs, output)
+        outputs.remove(output)
+        return {"deleted": output}
+
+    @router.websocket(STREAM_PATH.removeprefix("/api/v1"))
+    async def stream(websocket: WebSocket, rate_hz: float = 60.0) -> None:
+        if not 1.0 <= rate_hz <= 120.0:
+            await websocket.close(4422, f"rate_hz={rate_hz:g} is not allowed; allowed: 1 to 120")
+            return
+        await websocket.accept()
+        await _stream(websocket, stage, 1.0 / rate_hz)
+
+    return router
+
+
+async def _stream(websocket: WebSocket, stage: LiveStage, period_s: float) -> None:
+    """Send the newest frame when the rate allows; a slow receiver misses frames."""
+    loop, fresh = asyncio.get_running_loop(), asyncio.Event()
+    gone = asyncio.create_task(wait_until_gone(websocket))
+    gone.add_done_callback(lambda _: fresh.set())
+    unsubscribe = stage.subscribe(lambda _: loop.call_soon_threadsafe(fresh.set))
+    sent_ns = None
+    try:
+        await websocket.send_text(head_message())
+        while not gone.done():
+            await fresh.wait()
+            fresh.clear()
+            _, result = stage.results.get()
+            if result is None:
+                continue
+            time_ns = result.frame_set.stage_time_ns
+            if sent_ns is None or not 0 <= time_ns - sent_ns < SOON * 1e9 * period_s:
+                sent_ns = time_ns
+                await websocket.send_text(frame_message(result))
+    except (WebSocketDisconnect, RuntimeError):
+        return  # the receiver left meanwhile
+    finally:
+        unsubscribe()
+        gone.cancel()
+
+
+def _one(outputs: Outputs, output: str) -> dict[str, Any]:
+    """Return one target as JSON.
+
+    Raises:
+        NotFoundError: there is none of that id.
+    """
+    for value in outputs.list():
+        if value["id"] == output:
+            return value
+    raise NotFoundError(f"there is no live output {output!r}")

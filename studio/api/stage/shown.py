@@ -1,0 +1,60 @@
+"""What the 3D view shows, as its routes and the events tell it; the view itself is a room above."""
+
+from typing import Any
+
+from msgspec import UNSET, Struct, UnsetType
+
+
+class Layer(Struct):
+    """A layer of the view: what people call it, and whether it is shown."""
+
+    label: str
+    shown: bool
+
+
+class ViewState(Struct):
+    """What the 3D view shows: layers by name, a colour (`#rrggbb`) per camera, joints with trails, viewpoints and the
+    one in use."""
+
+    layers: dict[str, Layer]
+    colours: dict[str, str]
+    trails: list[str]
+    viewpoints: list[str]
+    viewpoint: str
+
+
+class SecondFigure(Struct, frozen=True):
+    """What is shown beside a replayed solve: another one, `lined_up` where a comparison placed it, or a reference."""
+
+    take: str
+    solve: str | UnsetType = UNSET
+    reference: str | UnsetType = UNSET
+    lined_up: bool | UnsetType = UNSET
+
+
+class ReplayStatus(Struct):
+    """Where the replay is; nothing but `open` while the live stage is shown.
+
+    Frames count from 0. `begins_s` is stage time, `time_s` the time since the performance began [s]; the second
+    figure is `ghost_offset_ms` ahead and stands `ghost_apart_m` to the side. `holds` says what a take without a solve
+    holds.
+    """
+
+    open: bool
+    take: str | UnsetType = UNSET
+    solve: str | UnsetType = UNSET
+    ghost: SecondFigure | UnsetType | None = UNSET
+    ghost_offset_ms: float | UnsetType = UNSET
+    ghost_apart_m: float | UnsetType = UNSET
+    begins_s: float | UnsetType = UNSET
+    frames: int | UnsetType = UNSET
+    rate_hz: float | UnsetType = UNSET
+    frame: int | UnsetType = UNSET
+    time_s: float | UnsetType = UNSET
+    playing: bool | UnsetType = UNSET
+    speed: float | UnsetType = UNSET
+    loop: bool | UnsetType = UNSET
+    first: int | UnsetType = UNSET
+    last: int | UnsetType = UNSET
+    has_trace: bool | UnsetType = UNSET
+    holds: dict[str, Any] | UnsetType | None = UNSET

@@ -1,0 +1,87 @@
+"""Structs as answers: routes return them, msgspec encodes them, and the API's description has their schemas."""
+
+import inspect
+from collections.abc import Callable, Iterator
+from functools import wraps
+from typing import Any, get_args
+
+import msgspec
+from fastapi import FastAPI
+from fastapi.responses import Response
+from fastapi.routing import APIRoute
+
+_REFERENCE = "#/components/schemas/{name}"
+
+
+def _plain(value: Any) -> Any:
+    """Return a JSON value for a text with a code or a number of NumPy."""
+    return str(value) if isinstance(value, str) else value.item()
+
+
+encode = msgspec.json.Encoder(enc_hook=_plain).encode
+"""Return structs, also nested ones, as JSON in UTF-8."""
+
+
+class StructRoute(APIRoute):
+    """A route whose function may return a struct, or a list or object of structs.
+
+    Attributes:
+        answers: its return type, if that is of structs; else None.
+    """
+
+    def __init__(self, path: str, endpoint: Callable[..., Any], **options: Any) -> None:
+        returned = inspect.signature(endpoint).return_annotation
+        self.answers = returned if any(_structs(returned)) else None
+        if self.answers is not None:
+            status = options.get("status_code") or 200
+            (schema,), _ = msgspec.json.schema_components((returned,), ref_template=_REFERENCE)
+            body = {"content": {"application/json": {"schema": schema}}}
+            options["responses"] = {**(options.get("responses") or {}), status: body}
+            options["response_model"] = None
+            endpoint = _encoded(endpoint, status)
+        super().__init__(path, endpoint, **options)
+
+
+def _structs(kind: Any) -> Iterator[type]:
+    """Yield the structs in an annotation."""
+    if isinstance(kind, type) and issubclass(kind, msgspec.Struct):
+        yield kind
+    for part in get_args(kind):
+        yield from _structs(part)
+
+
+def _encoded(endpoint: Callable[..., Any], status: int) -> Callable[..., Any]:
+    def answer(value: Any) -> Response:
+        return Response(encode(value), status, media_type="application/json")
+
+    if inspect.iscoroutinefunction(endpoint):
+
+        @wraps(endpoint)
+        async def waits(*args: Any, **kwargs: Any) -> Response:
+            return answer(await endpoint(*args, **kwargs))
+
+        return waits
+
+    @wraps(endpoint)
+    def works(*args: Any, **kwargs: Any) -> Response:
+        return answer(endpoint(*args, **kwargs))
+
+    return works
+
+
+class StructApi(FastAPI):
+    """An app whose description has the schemas of structs: those of `StructRoute`s, and further ones.
+
+    Attributes:
+        events: messages of its WebSockets, which have no other place in the description.
+    """
+
+    events: tuple[type[msgspec.Struct], ...] = ()
+
+    def openapi(self) -> dict[str, Any]:
+        """Return the description."""
+        if self.openapi_schema is None:
+            told = [r.answers for r in self.routes if isinstance(r, StructRoute) and r.answers is not None]
+            _, schemas = msgspec.json.schema_components((*told, *self.events), ref_template=_REFERENCE)
+            super().openapi()["components"]["schemas"].update(schemas)
+        return super().openapi()

@@ -1,0 +1,1 @@
+"""Routes of takes: lists, solves, exports, references, comparisons, rigs."""

@@ -1,0 +1,171 @@
+"""Routes of exports in the background: one solve or several, one file each, all in a ZIP, or together in one FBX;
+a camera's recorded depth.
+"""
+
+import itertools
+import shutil
+import threading
+from pathlib import Path
+
+from fastapi import APIRouter
+from fastapi.responses import FileResponse
+from pydantic import BaseModel, Field
+
+from studio.api.errors import RESPONSES, NotFoundError
+from studio.api.jobs import Jobs, JobStatus
+from studio.api.stage.stage import Request
+from studio.api.structs import StructRoute
+from studio.api.takes.find import Finder
+from studio.api.takes.rigs import find_rig
+from studio.api.takes.takes import ExportRequest
+from studio.engine.animation.export import EXPORTERS
+from studio.engine.base.errors import SettingsError
+from studio.take.folder.names import inside
+from studio.take.library.depth_export import choose_camera
+from studio.take.library.sessions import take_info
+from studio.take.library.solve_export import SolveExport
+
+FOLDER = ".exports"
+MAX_ITEMS = 200
+_KEPT = 20
+"""Largest number of archives of several takes; older ones are deleted."""
+
+
+class SolveOfTake(Request):
+    """A solve of a take."""
+
+    take: str = Field(description="the take's id, session/name", examples=["monday/take_001"])
+    solve: str = Field(examples=["studio"])
+
+
+class ExportFormat(BaseModel):
+    """A format, and whether this server can write it."""
+
+    format: str = Field(examples=["usd"])
+    missing: str = Field(
+        description='what it lacks, with the command that installs it; "" = it can be written'
+    )
+
+
+class ExportsRequest(ExportRequest):
+    """Solves and options."""
+
+    solves: list[SolveOfTake] = Field(min_length=1, max_length=MAX_ITEMS)
+    together: bool = Field(False, description="all takes in one file, where the format holds several (fbx)")
+
+
+class DepthRequest(Request):
+    """Take and camera."""
+
+    take: str = Field(description="the take's id, session/name", examples=["monday/take_001"])
+    camera: str | None = Field(
+        None, max_length=100, description="may be left out where one camera alone has depth"
+    )
+
+
+class Exports:
+    """Files of exports, by the id of their job."""
+
+    def __init__(self, sessions: Path) -> None:
+        self._folder = sessions / FOLDER
+        self._numbers = itertools.count(1)
+        self._files: dict[str, Path] = {}
+        self._lock = threading.Lock()
+
+    def archive(self, name: str) -> Path:
+        """Return a path for a file of several takes; the oldest ones are deleted."""
+        with self._lock:
+            self._folder.mkdir(parents=True, exist_ok=True)
+            old = sorted(self._folder.glob("*/*"), key=lambda path: path.stat().st_mtime)
+            for path in old[: max(0, len(old) - _KEPT + 1)]:
+                shutil.rmtree(path.parent, ignore_errors=True)
+            number = next(n for n in self._numbers if not (self._folder / str(n)).exists())
+            folder = self._folder / str(number)
+            folder.mkdir()
+            return inside(folder, name)
+
+    def keep(self, job_id: str, path: Path) -> None:
+        """Store the file of a job."""
+        with self._lock:
+            self._files[job_id] = path
+
+    def file(self, job_id: str) -> Path:
+        """Return the file of a job.
+
+        Raises:
+            NotFoundError: no export has this id, it is not done yet, or its file is missing.
+        """
+        path = self._files.get(job_id)
+        if path is None or not path.is_file():
+            raise NotFoundError(
+                f"there is no file of export {job_id!r}; GET /api/v1/jobs/{job_id} says how it goes"
+            )
+        return path
+
+
+def exports_router(sessions: Path, finder: Finder, jobs: Jobs) -> APIRouter:
+    """Return the routes of exports of the takes in `sessions`."""
+    router = APIRouter(prefix="/api/v1/exports", tags=["takes"], responses=RESPONSES, route_class=StructRoute)
+    exports = Exports(sessions)
+
+    def item_of(one: SolveOfTake, request: ExportsRequest, rig: Path | None) -> SolveExport:
+        take = finder.by_id(one.take)
+        return request.of(take, one.solve, finder.solve(take, one.solve), rig)
+
+    @router.get("/formats")
+    def formats() -> list[ExportFormat]:
+        """The formats of exports, with the reason why one cannot be written on the server's machine."""
+        return [ExportFormat(format=name, missing=one.missing) for name, one in EXPORTERS.items()]
+
+    @router.post("", status_code=202)
+    def make(request: ExportsRequest) -> JobStatus:
+        """Export solves in the background; answers the job, whose `name` is the file's.
+
+        One solve makes one file, several a ZIP of their files, or with `together` one file with all takes.
+        """
+        rig = None if request.rig is None else find_rig(sessions, request.rig)
+        if request.together and not EXPORTERS[request.format].several:
+            allowed = ", ".join(name for name, one in EXPORTERS.items() if one.several)
+            raise SettingsError(f"together: a {request.format} holds one take; allowed: {allowed}")
+        items = [item_of(one, request, rig) for one in request.solves]
+        if len(items) == 1:
+            out = items[0].out
+        else:
+            ending = request.format if request.together else "zip"
+            out = exports.archive(f"takes_{len(items)}.{ending}")
+        job = jobs.submit(
+            "export", request.solves[0].take, out.name, "studio.take.library.solve_export:export_solves",
+            items, out, request.format, rig, together=request.together,
+        )  # fmt: skip
+        exports.keep(job.id, out)
+        return jobs.get(job.id)
+
+    @router.post("/depth", status_code=202)
+    def make_depth(request: DepthRequest) -> JobStatus:
+        """Write a camera's depth as it was recorded as an Azure Kinect recording (`.mkv`); answers the job."""
+        take = finder.by_id(request.take)
+        camera = choose_camera(take, take_info(take.path).depth, request.camera)
+        out = inside(take.path / "exports", f"{take.path.name}_{camera}_depth.mkv")
+        job = jobs.submit(
+            "export",
+            request.take,
+            out.name,
+            "studio.take.library.depth_export:export_depth",
+            take,
+            out,
+            camera,
+        )
+        exports.keep(job.id, out)
+        return jobs.get(job.id)
+
+    @router.get("/{job_id}", response_class=FileResponse)
+    def download(job_id: str) -> FileResponse:
+        """The file of an export that is done."""
+        if jobs.get(job_id).state != "done":
+            raise NotFoundError(
+                f"export {job_id!r} is not done yet; GET /api/v1/jobs/{job_id} says how it goes"
+            )
+        path = exports.file(job_id)
+        return FileResponse(path, filename=path.name, media_type="application/octet-stream")
+
+    return router

@@ -1,0 +1,92 @@
+"""Finds takes for the routes, and makes a take's line of the list."""
+
+from pathlib import Path
+from typing import Any
+
+from studio.api.errors import NotFoundError
+from studio.engine.base.errors import SettingsError, TakeError
+from studio.live import LiveStage
+from studio.take.folder.take import Take
+from studio.take.library.sessions import TakeInfo, take_path
+
+
+class Finder:
+    """The takes in one folder of sessions, except the one that is being recorded."""
+
+    def __init__(self, stage: LiveStage, sessions: Path) -> None:
+        self._stage = stage
+        self.sessions = sessions
+
+    def path(self, session: str, name: str) -> Path:
+        """Return a take's folder.
+
+        Raises:
+            NotFoundError: there is no such take.
+            TakeError: a name that is not allowed.
+        """
+        path = take_path(self.sessions, session, name)
+        if not (path / "take.json").is_file():
+            raise NotFoundError(f"there is no take {session}/{name}; GET /api/v1/takes lists them")
+        return path
+
+    def take(self, session: str, name: str) -> Take:
+        """Return a take.
+
+        Raises:
+            NotFoundError: there is no such take.
+            TakeError: it is being recorded, or cannot be read.
+        """
+        path = self.path(session, name)
+        if self._stage.recording_name() == f"{session}/{name}":
+            raise TakeError(f"take {session}/{name} is being recorded; stop it first")
+        return Take.open(path)
+
+    def by_id(self, take_id: str) -> Take:
+        """Return a take by its id, session/name.
+
+        Raises:
+            SettingsError: no id.
+            NotFoundError, TakeError: as `take`.
+        """
+        session, slash, name = take_id.partition("/")
+        if not slash:
+            raise SettingsError(f"take={take_id!r} is not allowed; allowed: session/name")
+        return self.take(session, name)
+
+    def solve(self, take: Take, name: str) -> Path:
+        """Return the `poses.npz` of a take's solve.
+
+        Raises:
+            NotFoundError: the take has no such solve.
+        """
+        if name not in take.solve_names():
+            raise NotFoundError(
+                f"take {take.meta['id']} has no solve {name!r}; it has: {', '.join(take.solve_names())}"
+            )
+        return take.solve_folder(name) / "poses.npz"
+
+    @staticmethod
+    def line(info: TakeInfo) -> dict[str, Any]:
+        """Return a take's line of the list."""
+        return {
+            "id": f"{info.session}/{info.name}",
+            "session": info.session,
+            "name": info.name,
+            "created": info.created,
+            "seconds": None if info.length_s is None else round(info.length_s, 3),
+            "calibration_s": info.calibration_s,
+            "cameras": list(info.cameras),
+            "solves": list(info.solves),
+            "depth": list(info.depth),
+            "calibrated": info.calibrated,
+            "state": info.state,
+            "recording": info.state == "recording",
+            "source": info.source,
+            "performer": info.performer,
+            "notes": info.notes,
+            "tags": list(info.tags),
+            "rating": info.rating,
+            "starred": info.starred,
+            "problem": info.problem,
+            "thumbnail": (info.path / "exports" / "thumbnail.png").is_file(),
+        }

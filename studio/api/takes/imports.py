@@ -1,0 +1,222 @@
+"""Routes of imports: files of the browser's machine become takes, each import a job of the list of work."""
+
+import asyncio
+import threading
+import time
+from collections.abc import AsyncIterator
+from dataclasses import dataclass
+from datetime import datetime
+from pathlib import Path
+from typing import Annotated, Any
+
+from fastapi import APIRouter, Request
+from msgspec import Struct
+from pydantic import Field
+from starlette.concurrency import run_in_threadpool
+from starlette.requests import ClientDisconnect
+
+from studio.api.errors import RESPONSES, NotFoundError
+from studio.api.jobs import CANCELLED, FILES, Job, Jobs, JobStatus, is_stopped
+from studio.api.stage.stage import Request as Body
+from studio.api.structs import StructRoute
+from studio.engine.base.errors import FormatError, StudioError
+from studio.take.library.dropped import Group, group_files
+from studio.take.library.incoming import Incoming, check_room, clear_left, free_path
+from studio.worker import Stopped, run_in_process
+
+MAX_FILES = 50_000
+SILENT_S = 60.0
+"""A browser that sends nothing for so long is taken to be gone."""
+
+GONE = "the browser went before all files were sent; send them again"
+
+_LOOK_S = 0.25
+_PIECE_BYTES = 1 << 20
+
+
+class FileRequest(Body):
+    """A file that is to come."""
+
+    path: Annotated[str, Field(max_length=3000, examples=["walk/camera_0/joints.csv"])]
+    size: Annotated[int, Field(ge=0, description="[bytes]")]
+
+
+class ImportRequest(Body):
+    """Files that were given at once."""
+
+    files: list[FileRequest] = Field(min_length=1, max_length=MAX_FILES)
+
+
+class AnnouncedImport(Struct):
+    """An import that waits for its files: its job, and the places of its files in the list that was announced."""
+
+    job: JobStatus
+    files: list[int]
+
+
+@dataclass
+class _Awaited:
+    """An import whose files are to come."""
+
+    job: Job
+    group: Group
+    files: list[tuple[str, int]]
+    batch: "_Batch"
+
+
+@dataclass
+class _Batch:
+    """What was announced at once; it is sent one after the other."""
+
+    heard_s: float
+
+
+class Imports:
+    """Takes files in and has them imported."""
+
+    def __init__(self, sessions: Path, jobs: Jobs) -> None:
+        self._sessions, self._jobs = sessions, jobs
+        self._awaited: dict[str, _Awaited] = {}
+        self._lock = threading.Lock()
+        self._watching = False
+        clear_left(sessions)
+
+    def announce(self, files: list[tuple[str, int]]) -> list[AnnouncedImport]:
+        """List what files will make; return by import its job and the places of its files."""
+        batch = _Batch(time.monotonic())
+        answer: list[AnnouncedImport] = []
+        for group in group_files([path for path, _ in files]):
+            job = self._jobs.list_new("import", "", group.label)
+            mine = [files[index] for index in group.files]
+            try:
+                if group.problem:
+                    raise FormatError(group.problem)
+                check_room(self._sessions, sum(size for _, size in mine))
+                with self._lock:
+                    self._awaited[job.id] = _Awaited(job, group, mine, batch)
+            except StudioError as error:
+                job.end("failed", str(error))
+            answer.append(AnnouncedImport(job.status(), list(group.files)))
+        self._jobs.tell_listeners()
+        if not self._watching:
+            self._watch()
+        return answer
+
+    async def receive(self, job_id: str, request: Request) -> JobStatus:
+        """Take in the files of an import, and have them imported; return its job."""
+        with self._lock:
+            awaited = self._awaited.pop(job_id, None)
+        if awaited is None or awaited.job.state != "waiting":
+            raise NotFoundError(f"no import {job_id!r} waits for files; POST /api/v1/imports announces one")
+        job, incoming = awaited.job, None
+        job.begin("upload")
+        state, problem = CANCELLED, None
+        try:
+            incoming = await run_in_threadpool(Incoming, self._sessions, awaited.files)
+            await self._take_in(awaited, incoming, request)
+            state = ""
+        except ClientDisconnect:
+            state, problem = "failed", FormatError(GONE)
+        except Stopped:
+            pass
+        except StudioError as error:
+            state, problem = "failed", error
+        finally:
+            if state and incoming is not None:
+                incoming.discard()
+            if state:
+                job.end(state, "" if problem is None else str(problem))
+                self._jobs.tell_listeners()
+        if problem is not None:
+            raise problem
+        if incoming is not None and not state:
+            self._read(awaited, incoming)
+        return job.status()
+
+    async def _take_in(self, awaited: _Awaited, incoming: Incoming, request: Request) -> None:
+        async for piece in _pieces(request, awaited.job):
+            await run_in_threadpool(incoming.write, piece)
+            awaited.batch.heard_s = time.monotonic()
+            awaited.job.tell(incoming.received / max(incoming.total, 1))
+        incoming.end()
+
+    def _read(self, awaited: _Awaited, incoming: Incoming) -> None:
+        """Have what came be imported in its turn."""
+        job, group = awaited.job, awaited.group
+
+        def work(progress: Any) -> None:
+            session = datetime.now().astimezone().strftime("%Y-%m-%d")
+            out = free_path(self._sessions, session, group.label)
+            job.take = f"{session}/{out.name}"
+            try:
+                run_in_process(
+                    "studio.take.library.incoming:import_incoming",
+                    incoming.folder, group.root, group.label, out,
+                    on_progress=progress, should_stop=lambda: is_stopped(job),
+                )  # fmt: skip
+            except StudioError:
+                job.take = ""
+                raise
+
+        self._jobs.run(job, work, FILES, "read", incoming.discard)
+
+    def _watch(self) -> None:
+        """Give up what nobody sends any more, now and from time to time."""
+        with self._lock:
+            for job_id, awaited in list(self._awaited.items()):
+                if time.monotonic() - awaited.batch.heard_s > SILENT_S:
+                    awaited.job.end("failed", GONE)
+                if awaited.job.state != "waiting":
+                    del self._awaited[job_id]
+            self._watching = bool(self._awaited)
+            if not self._watching:
+                return
+        timer = threading.Timer(SILENT_S / 4, self._watch)
+        timer.daemon = True
+        timer.start()
+
+
+async def _pieces(request: Request, job: Job) -> AsyncIterator[bytes]:
+    """Yield what comes, in pieces of about a megabyte.
+
+    Raises:
+        Stopped: the job is to stop. ClientDisconnect: the browser has gone, or says nothing any more.
+    """
+    stream = request.stream()
+    kept = bytearray()
+    while True:
+        coming = asyncio.ensure_future(anext(stream, None))
+        silent_s = 0.0
+        while not (await asyncio.wait({coming}, timeout=_LOOK_S))[0]:
+            silent_s += _LOOK_S
+            if is_stopped(job) or silent_s >= SILENT_S:
+                coming.cancel()
+                raise Stopped("cancelled") if is_stopped(job) else ClientDisconnect
+        piece = coming.result()
+        if is_stopped(job):
+            raise Stopped("cancelled")
+        kept += piece or b""
+        if kept and (piece is None or len(kept) >= _PIECE_BYTES):
+            yield bytes(kept)
+            kept.clear()
+        if piece is None:
+            return
+
+
+def imports_router(sessions: Path, jobs: Jobs) -> APIRouter:
+    """Return the routes of imports into `sessions`."""
+    router = APIRouter(prefix="/api/v1/imports", tags=["takes"], responses=RESPONSES, route_class=StructRoute)
+    imports = Imports(sessions, jobs)
+
+    @router.post("", status_code=202)
+    def announce(request: ImportRequest) -> dict[str, list[AnnouncedImport]]:
+        """Announce files; answers the `imports` that they make, one a take: the `job`, and the places in the list of
+        the `files` whose bytes `PUT /imports/{job}` takes. What cannot be imported by its name has failed at once."""
+        return {"imports": imports.announce([(file.path, file.size) for file in request.files])}
+
+    @router.put("/{job_id}", status_code=202)
+    async def send(job_id: str, request: Request) -> JobStatus:
+        """Send an import's files, one after the other without anything between; answers its job."""
+        return await imports.receive(job_id, request)
+
+    return router

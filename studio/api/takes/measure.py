@@ -1,0 +1,162 @@
+"""Routes that measure solves against a reference file and against each other."""
+
+from dataclasses import asdict
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+from fastapi import APIRouter, Query
+from fastapi.responses import FileResponse, HTMLResponse
+from pydantic import Field
+
+from studio.api.errors import RESPONSES, NotFoundError
+from studio.api.jobs import Jobs, JobStatus
+from studio.api.stage.stage import Request as Body
+from studio.api.structs import StructRoute
+from studio.api.takes.find import Finder
+from studio.api.takes.references import find_reference
+from studio.review.report.words import Language
+from studio.take.folder.measured import keep_measured
+from studio.take.folder.names import check_name, inside
+from studio.take.folder.references import HowAligned, how_aligned
+from studio.take.folder.take import Take
+from studio.worker import run_in_process
+
+REPORT_HEADERS = {
+    "Content-Security-Policy": "default-src 'none'; style-src 'unsafe-inline'; img-src data:",
+    "Cache-Control": "no-store",
+}
+
+
+class EvaluateRequest(Body):
+    """The take's reference and solves."""
+
+    reference: str = Field(
+        description="name of a reference that was sent to the take", examples=["truth.csv"]
+    )
+    solves: list[str] = Field(default_factory=list, description="all where empty")
+    align_time: bool = Field(False, description="the reference has a clock of its own: align it in time too")
+    align: Literal["rigid", "similarity"] = Field("rigid", description="similarity aligns the size too")
+    unit_m: Annotated[float | None, Field(gt=0, description="metres per unit of a BVH")] = None
+
+
+class ReportRequest(Body):
+    """The take's reference and solves; the others are compared with the first."""
+
+    reference: str = Field(examples=["truth.csv"])
+    solves: list[str] = Field(default_factory=list, description="all where empty")
+    language: Language = "en"
+
+
+def measure_router(finder: Finder, jobs: Jobs) -> APIRouter:
+    """Return the routes that measure solves."""
+    router = APIRouter(
+        prefix="/api/v1/takes/{session}/{take}",
+        tags=["measure"],
+        responses=RESPONSES,
+        route_class=StructRoute,
+    )
+
+    def solves_of(opened: Take, wanted: list[str]) -> list[str]:
+        names = wanted or opened.solve_names()
+        for name in names:
+            finder.solve(opened, name)
+        if not names:
+            raise NotFoundError(f"take {opened.meta['id']} has no solve; solve it first")
+        return names
+
+    def against(opened: Take, reference: str | None) -> tuple[()] | tuple[Path, HowAligned]:
+        """A reference's file and stored alignment options; nothing if none is named."""
+        return (
+            () if reference is None else (find_reference(opened, reference), how_aligned(opened, reference))
+        )
+
+    @router.post("/evaluate")
+    def evaluate(session: str, take: str, request: EvaluateRequest) -> dict[str, Any]:
+        """Measure solves against a reference; answers as `evaluate --json`."""
+        opened = finder.take(session, take)
+        path = find_reference(opened, request.reference)
+        names = solves_of(opened, request.solves)
+        how = HowAligned(request.align_time, request.align, request.unit_m)
+        found = run_in_process("studio.library:evaluate", opened, path, names, **asdict(how))
+        if how == how_aligned(opened, request.reference):
+            for name in names:
+                keep_measured(opened.solve_folder(name), None, {request.reference: found[name]})
+        return {"solves": found}
+
+    @router.get("/report", response_class=HTMLResponse)
+    def report(
+        session: str,
+        take: str,
+        reference: str,
+        solve: Annotated[list[str], Query()] = [],  # noqa: B006, FastAPI copies it
+        align_time: bool = False,
+        align: Literal["rigid", "similarity"] = "rigid",
+        unit_m: Annotated[float | None, Query(gt=0)] = None,
+        language: Language = "en",
+    ) -> HTMLResponse:
+        """The report of solves against a reference of the take, as one HTML page; by default of all solves."""
+        opened = finder.take(session, take)
+        path = find_reference(opened, reference)
+        names = solves_of(opened, solve)
+        how = HowAligned(align_time, align, unit_m)
+        page = run_in_process(
+            "studio.review.report.take_report:report_solves", opened, path, names, how, language
+        )
+        return HTMLResponse(page, headers=REPORT_HEADERS)
+
+    @router.post("/reports", status_code=202)
+    def make_report(session: str, take: str, request: ReportRequest) -> JobStatus:
+        """Make the report in the background, with the reference aligned as it is kept; answers the job, whose `name`
+        is the report's."""
+        opened = finder.take(session, take)
+        path = find_reference(opened, request.reference)
+        names = solves_of(opened, request.solves)
+        name = f"report_{request.reference}.html"
+        out = inside(opened.path / "exports", name)
+        how = how_aligned(opened, request.reference)
+        job = jobs.submit(
+            "report", f"{session}/{take}", name, "studio.review.report.take_report:report_solves",
+            opened, path, names, how, request.language, out,
+        )  # fmt: skip
+        return jobs.get(job.id)
+
+    @router.get("/reports/{name}", response_class=FileResponse)
+    def get_report(session: str, take: str, name: str) -> FileResponse:
+        """A finished report."""
+        check_name("report", name)
+        path = inside(finder.take(session, take).path / "exports", name)
+        if not (name.startswith("report_") and name.endswith(".html") and path.is_file()):
+            raise NotFoundError(f"take {session}/{take} has no report {name!r}; POST .../reports makes one")
+        return FileResponse(path, media_type="text/html", headers=REPORT_HEADERS)
+
+    @router.get("/solves/{name}/figures")
+    def figures(session: str, take: str, name: str, reference: str | None = None) -> dict[str, Any]:
+        """A solve's figures: `own`, and those against a named reference with its stored alignment."""
+        opened = finder.take(session, take)
+        poses = finder.solve(opened, name)
+        how = against(opened, reference)
+        found = run_in_process("studio.review.measure:solve_figures", opened, poses, *how)
+        compared = {} if reference is None else {reference: found["reference"]}
+        keep_measured(opened.solve_folder(name), found["own"], compared)
+        return found
+
+    @router.get("/solves/{name}/cleanup")
+    def cleanup(session: str, take: str, name: str, reference: str | None = None) -> dict[str, Any]:
+        """The edit list of a solve's exported animation: errors to correct, with times.
+
+        A named reference of the take is aligned with its stored options. Without a reference, very sharp true motion
+        counts too.
+        """
+        opened = finder.take(session, take)
+        poses = finder.solve(opened, name)
+        how = against(opened, reference)
+        return run_in_process("studio.review.measure:edit_list", opened, poses, *how)
+
+    @router.get("/compare")
+    def compare(session: str, take: str, a: str, b: str) -> dict[str, Any]:
+        """Differences of solves `a` and `b` [mm], by joint, and the instants with the largest."""
+        opened = finder.take(session, take)
+        files = (finder.solve(opened, a), finder.solve(opened, b))
+        return run_in_process("studio.review.measure:compare_solves", *files)
+
+    return router

@@ -1,0 +1,206 @@
+"""Routes of the takes on disk: list, detail, solve again, export."""
+
+from pathlib import Path
+from typing import Annotated, Any, Literal, Protocol
+
+from fastapi import APIRouter, Query, Request, Response
+from fastapi.responses import FileResponse
+from pydantic import Field
+
+from studio.api.errors import RESPONSES
+from studio.api.jobs import Jobs, JobStatus
+from studio.api.stage.stage import Request as Body
+from studio.api.stage.switches import from_request
+from studio.api.structs import StructRoute
+from studio.api.takes.find import Finder
+from studio.api.takes.rigs import find_rig
+from studio.api.takes.thumbnails import Thumbnails
+from studio.engine.animation.clip.options import ExportOptions
+from studio.engine.model.poses import Poses
+from studio.take.folder.names import inside
+from studio.take.folder.solves import read_metrics, read_settings
+from studio.take.folder.take import Take
+from studio.take.library.index import TakeIndex
+from studio.take.library.presets import Presets
+from studio.take.library.query import parse_query
+from studio.take.library.sessions import new_take_path, session_of_today, take_info
+from studio.take.library.solve_export import SolveExport
+from studio.worker import run_in_process
+
+
+class SolveRequest(Body):
+    """Options of a new solve of a take."""
+
+    preset: str = "studio"
+    set: dict[str, str | float] = Field(
+        default_factory=dict, description="switches by key, as --set KEY=VALUE"
+    )
+    name: str | None = Field(None, description="name of the solve; the preset's where left out")
+    as_live: bool = Field(False, description="repeat the live stage bit for bit; preset and set are not used")
+    draft: bool = Field(
+        False,
+        description="a preview of what is around the playhead where this take is replayed: shown there, without "
+        "finishing and physics, and not kept",
+    )
+
+
+MOST_LISTED, MOST_OFFSET = 10_000, 1 << 31
+
+Format = Literal["fbx", "bvh", "glb", "c3d", "trc", "csv", "npz", "usd"]
+
+
+class ExportRequest(Body):
+    """A format and its options, as in `studio export`; options that the format does not understand are refused."""
+
+    format: Format
+    fps: float | None = Field(None, gt=0, le=1000, description="frame rate of the keys [Hz]")
+    interpolation: Literal["cubic", "linear", "constant"] = "cubic"
+    target: Literal["humanik", "mixamo", "unreal", "vrm"] = "humanik"
+    root_motion: Literal["hips", "root", "in-place"] = "hips"
+    mesh: bool | None = Field(None, description="with a skinned body")
+    start_s: float | None = Field(None, ge=0, description="begin so far into the solve [s]")
+    end_s: float | None = Field(None, gt=0, description="end so far into the solve [s]")
+    rotation_order: Literal["ZXY", "ZYX", "YZX", "XZY", "YXZ", "XYZ"] = "ZXY"
+    unit: Literal["mm", "cm", "m", "in"] = "cm"
+    key_error_cm: float | None = Field(
+        None, gt=0, le=100, description="leave out keys within this bound [cm]"
+    )
+    take_name: str | None = Field(None, description="name of the animation; the take's where left out")
+    timecode: str | None = Field(None, description="keys begin at this time of day, hh:mm:ss:ff")
+    smooth_hz: float | None = Field(None, gt=0, description="cutoff of a zero-phase low-pass [Hz]")
+    loop: bool = False
+    foot_lock: bool = False
+    rig: str | None = Field(None, description="onto this rig (GET /api/v1/rigs) instead of a target")
+
+    def of(self, take: Take, solve: str, poses: Path, rig: Path | None) -> SolveExport:
+        """Return the export of a take's solve, `poses`, into the take's `exports/`."""
+        values = self.model_dump(include=set(ExportRequest.model_fields) - {"format", "rig"})
+        session, name = take.path.parent.name, take.path.name
+        onto = "" if rig is None else f"_{rig.stem}"
+        out = inside(take.path / "exports", f"{name}_{solve}{onto}.{self.format}")
+        options = ExportOptions(**{**values, "take_name": self.take_name or name})
+        return SolveExport(poses, out, options, f"{session}/{out.name}")
+
+
+class Replayer(Protocol):
+    """The player of takes, the app's `state.player`."""
+
+    def part(self, take: str) -> tuple[float, float]:
+        """Return the stage times around the playhead [s].
+
+        Raises:
+            SettingsError: this take is not replayed.
+        """
+        ...
+
+    def show_part(self, take: str, poses: Poses) -> None:
+        """Show these poses instead of those of the take's solve at their times."""
+
+
+def takes_router(
+    sessions: Path, finder: Finder, jobs: Jobs, presets: Presets, thumbnails: Thumbnails
+) -> APIRouter:
+    """Return the routes of the takes in `sessions`."""
+    router = APIRouter(prefix="/api/v1", tags=["takes"], responses=RESPONSES, route_class=StructRoute)
+
+    index = TakeIndex(sessions)
+
+    @router.get("/takes")
+    def get_takes(
+        response: Response,
+        search: Annotated[
+            str, Query(description="words and fields, see docs/api.md", examples=["tag:best"])
+        ] = "",
+        limit: Annotated[int | None, Query(ge=0, le=MOST_LISTED, description="so many at most")] = None,
+        id: Annotated[list[str], Query(description="only of these takes, session/name")] = [],  # noqa: B006
+        offset: Annotated[int, Query(ge=0, le=MOST_OFFSET, description="leave out so many first")] = 0,
+    ) -> list[dict[str, Any]]:
+        """Takes, the newest first: all, or those that a search finds; the header `X-Total-Count` says how many it
+        finds, whatever the limit."""
+        takes, count = index.search(parse_query(search), only=id or None, limit=limit, offset=offset)
+        thumbnails.want(takes)
+        response.headers["X-Total-Count"] = str(count)
+        return [finder.line(info) for info in takes]
+
+    @router.get("/takes/next")
+    def get_next() -> dict[str, str]:
+        """The session and name that a take gets by itself."""
+        path = new_take_path(sessions, session_of_today())
+        return {"session": path.parent.name, "name": path.name}
+
+    @router.get("/takes/{session}/{take}")
+    def get_take(session: str, take: str) -> dict[str, Any]:
+        """A take: its line of the list, its `take.json`, and settings and metrics of its solves."""
+        path = finder.path(session, take)
+        opened = Take.open(path)
+        solves = {name: _solve_detail(opened.solve_folder(name)) for name in opened.solve_names()}
+        return {**finder.line(take_info(path)), "meta": opened.meta, "solve_details": solves}
+
+    @router.post("/takes/{session}/{take}/solves", status_code=202)
+    def solve(session: str, take: str, request: SolveRequest, http: Request) -> JobStatus:
+        """Solve the take's raw frames again; returns the job. An older one of this name is stopped."""
+        opened = finder.take(session, take)
+        settings = from_request(presets, request.preset, request.set)
+        name = request.name or ("as-live" if request.as_live else request.preset)
+        opened.solve_folder(name)
+        if not request.as_live:
+            settings.camera_names(tuple(opened.calibration().cameras))
+        id_ = f"{session}/{take}"
+        if request.draft:
+            player: Replayer = http.app.state.player
+            start_s, end_s = player.part(id_)
+            jobs.replace(("draft", "solve"), id_, name)
+            job = jobs.submit(
+                "draft", id_, name, "studio.offline.preview:solve_part", opened, settings, start_s, end_s,
+                then=lambda poses: player.show_part(id_, poses),
+            )  # fmt: skip
+        else:
+            jobs.replace(("solve",), id_, name)
+            job = jobs.submit(
+                "solve", id_, name, "studio.offline.replay:solve_take", opened, settings,
+                name=name, as_live=request.as_live,
+            )  # fmt: skip
+        return jobs.get(job.id)
+
+    @router.get("/takes/{session}/{take}/solves/{solve}/export", response_class=FileResponse)
+    def export_solve(
+        session: str,
+        take: str,
+        solve: str,
+        request: Annotated[ExportRequest, Query()],
+    ) -> FileResponse:
+        """Export a solve and download the file, which is stored in the take's `exports/`."""
+        opened = finder.take(session, take)
+        poses = finder.solve(opened, solve)
+        rig = None if request.rig is None else find_rig(sessions, request.rig)
+        one = request.of(opened, solve, poses, rig)
+        run_in_process("studio.take.library.solve_export:export_solves", [one], one.out, request.format, rig)
+        return FileResponse(one.out, filename=one.out.name, media_type="application/octet-stream")
+
+    @router.get("/jobs", tags=["jobs"])
+    async def get_jobs() -> list[JobStatus]:
+        """The jobs that wait and run, and those that ended within an hour, the oldest first."""
+        return jobs.list()
+
+    @router.get("/jobs/{job_id}", tags=["jobs"])
+    async def get_job(job_id: str) -> JobStatus:
+        """One job: `state` is waiting, running, cancelling, done, failed, cancelled, or replaced by a newer one that
+        makes the same; `seconds` it runs or ran, `left_s` about how long it still takes."""
+        return jobs.get(job_id)
+
+    @router.post("/jobs/{job_id}/cancel", tags=["jobs"])
+    def cancel_job(job_id: str) -> JobStatus:
+        """Cancel a job that waits or runs; nothing half-written stays. Answers the job."""
+        return jobs.cancel(job_id)
+
+    @router.delete("/jobs", tags=["jobs"])
+    def clear_jobs() -> dict[str, int]:
+        """Remove the ended jobs from the list."""
+        return {"cleared": jobs.clear()}
+
+    return router
+
+
+def _solve_detail(folder: Path) -> dict[str, Any]:
+    """`settings` and `metrics` of a solve; null if the file is missing or damaged."""
+    return {"settings": read_settings(folder), "metrics": read_metrics(folder)}

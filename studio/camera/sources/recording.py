@@ -1,0 +1,195 @@
+"""Playback of a recorded camera: a take, or any recording that `studio import` reads."""
+
+import asyncio
+from collections.abc import AsyncIterator
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Self
+
+import numpy as np
+
+from studio import wire
+from studio.camera.sources.config import SourceConfig
+from studio.camera.sources.depth_recording import DepthRecordingSource
+from studio.camera.sources.pacing import WallClock
+from studio.camera.sources.source import Source, SourceFrame
+from studio.engine.base.errors import FormatError, SettingsError
+from studio.take.folder.take import Take
+from studio.take.importers import IMPORTERS
+from studio.take.importers.raw_file import raw_depth
+from studio.take.importers.recording import ReadDepth
+from studio.take.raw.depth import DepthRecording
+from studio.take.raw.frames import RawCamera, RawFrame, read_raw
+
+_PAUSE_NS = 500_000_000
+"""Pause between two rounds."""
+
+_SPEEDS = ("1", "max")
+
+
+@dataclass
+class RecordedCamera:
+    """One camera of a recording: its device, its frames in order of their times, and its depth."""
+
+    hello: wire.Hello
+    frames: list[SourceFrame] = field(default_factory=list)
+    depth: ReadDepth | None = None
+
+
+@dataclass(frozen=True)
+class RecordingConfig(SourceConfig):
+    """One camera of a recording, `recording:<path>[#<camera>][?speed=max]`.
+
+    Attributes:
+        path: a take, or any recording that can be imported.
+        camera: its name; "" = the only one.
+        speed: "1" = in real time, in a loop; "max" = once, as fast as it is read.
+
+    Raises:
+        SettingsError: an unknown speed.
+    """
+
+    path: str | Path
+    camera: str = ""
+    speed: str = "1"
+
+    def __post_init__(self) -> None:
+        if self.speed not in _SPEEDS:
+            raise SettingsError(f"speed {self.speed!r} is not allowed; allowed: {', '.join(_SPEEDS)}")
+
+    @classmethod
+    def parse(cls, text: str) -> Self:
+        text, _, speed = text.partition("?speed=")
+        path, _, camera = text.partition("#")
+        return cls(path, camera, speed or "1")
+
+    def open(self) -> "RecordingSource | DepthRecordingSource":
+        """Return the source: of skeletons, or of images for a camera with depth only.
+
+        Raises:
+            SettingsError: a camera that the recording lacks, or must be named.
+            FormatError, TakeError, NotAvailableError: a recording that cannot be read.
+        """
+        cameras, realtime = read_cameras(Path(self.path)), self.speed != "max"
+        name = self.camera or (next(iter(cameras)) if len(cameras) == 1 else "")
+        if name not in cameras:
+            argument = f"{self.path}#{self.camera}" if self.camera else self.path
+            raise SettingsError(
+                f"source 'recording:{argument}' needs a camera of the recording, as recording:<path>#<camera>; "
+                f"it has {', '.join(cameras)}"
+            )
+        if not cameras[name].frames:
+            depth = {n: c.depth for n, c in cameras.items() if c.depth is not None}
+            return DepthRecordingSource(name, depth, realtime=realtime)
+        cameras = {n: c for n, c in cameras.items() if c.frames}
+        times = [(c.frames[0].device_time_ns, c.frames[-1].device_time_ns) for c in cameras.values()]
+        first, last = min(begin for begin, _ in times), max(end for _, end in times)
+        return RecordingSource(cameras[name], first, last - first + _PAUSE_NS, realtime=realtime)
+
+
+def read_cameras(path: Path) -> dict[str, RecordedCamera]:
+    """Return a recording's cameras with frames, by name.
+
+    Raises:
+        FormatError, TakeError, NotAvailableError: a recording that cannot be read, or has no frame.
+    """
+    cameras = _from_take(path) if (path / "take.json").is_file() else _from_import(path)
+    cameras = {name: camera for name, camera in cameras.items() if camera.frames or camera.depth}
+    if not cameras:
+        raise FormatError(f"{path} has no frame of any camera; choose another recording")
+    for camera in cameras.values():
+        camera.frames.sort(key=lambda frame: frame.device_time_ns)
+    return cameras
+
+
+def _from_take(path: Path) -> dict[str, RecordedCamera]:
+    cameras: dict[str, RecordedCamera] = {}
+    raw_path = Take.open(path).raw_path
+    for record in read_raw(raw_path):
+        if isinstance(record, RawCamera):
+            cameras.setdefault(record.hello.name, RecordedCamera(record.hello))
+        elif isinstance(record, RawFrame):
+            camera, message = cameras[record.camera], record.message
+            positions, confidence = wire.joint_arrays(message, camera.hello.joint_set)
+            camera.frames.append(
+                SourceFrame(
+                    message.device_time_ns, positions, confidence, tuple(message.hands), message.head_wxyz
+                )
+            )
+    recording = DepthRecording(raw_path)
+    for name in recording.cameras:
+        cameras[name].depth = raw_depth(cameras[name].hello, recording)
+    return cameras
+
+
+def _from_import(path: Path) -> dict[str, RecordedCamera]:
+    if not path.exists():
+        raise FormatError(f"no recording at {path}: there is no such file or folder")
+    importer = next((one for one in IMPORTERS.values() if one.matches(path)), None)
+    if importer is None:
+        kinds = "; ".join(one.description for one in IMPORTERS.values())
+        raise FormatError(f"{path} is no recording that can be played; allowed: a take; {kinds}")
+    recording = importer.read(path, lambda _share: None)
+    return {
+        camera.name: RecordedCamera(
+            camera.hello(),
+            [
+                SourceFrame(int(time_ns), positions, confidence)
+                for time_ns, positions, confidence in zip(
+                    camera.times_ns, camera.positions, camera.confidence, strict=True
+                )
+            ],
+            camera.depth,
+        )
+        for camera in recording.cameras
+    }
+
+
+class RecordingSource(Source):
+    """Plays one camera of a recording.
+
+    In real time it loops in step with the wall clock, so that clients of the same recording
+    play the same moment. Frames are stamped anew by the wall clock, with the offsets between the recorded
+    clocks. Otherwise it plays once, as fast as the link accepts it, with the
+    recorded stamps.
+
+    Args:
+        camera: to play.
+        first_ns: the earliest stamp of all cameras of the recording.
+        period_ns: length of one round, the same for all cameras.
+        realtime: see above.
+    """
+
+    def __init__(self, camera: RecordedCamera, first_ns: int, period_ns: int, *, realtime: bool) -> None:
+        self.name = camera.hello.name
+        self.device = camera.hello.device
+        self.joint_set = camera.hello.joint_set
+        self.frames_per_second = camera.hello.frames_per_second
+        self.realtime = realtime
+        self._frames = camera.frames
+        self._first_ns = first_ns
+        self._period_ns = period_ns
+        self._wall = WallClock()
+        self._newest_ns = camera.frames[0].device_time_ns
+
+    def clock_ns(self) -> int:
+        return self._wall.now_ns() if self.realtime else self._newest_ns
+
+    async def frames(self) -> AsyncIterator[SourceFrame]:
+        if not self.realtime:
+            for frame in self._frames:
+                self._newest_ns = frame.device_time_ns
+                yield frame
+                await asyncio.sleep(0)
+            return
+        times = np.array([frame.device_time_ns for frame in self._frames]) - self._first_ns
+        now = self._wall.now_ns()
+        round_ns = now - now % self._period_ns
+        index = int(np.searchsorted(times, now - round_ns))
+        while True:
+            for k in range(index, len(times)):
+                stamp = round_ns + int(times[k])
+                await self._wall.wait_until(stamp)
+                frame = self._frames[k]
+                yield SourceFrame(stamp, frame.positions, frame.confidence, frame.hands, frame.head_wxyz)
+            index, round_ns = 0, round_ns + self._period_ns

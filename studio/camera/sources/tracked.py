@@ -1,0 +1,216 @@
+"""A depth camera as a source of skeletons: the engine's observer runs in a separate process.
+
+Of a camera in real time the newest image is used: images that come while the observer is busy are skipped and
+counted.
+"""
+
+import asyncio
+import logging
+import multiprocessing
+import signal
+import time
+import traceback
+from collections import deque
+from collections.abc import AsyncIterator, Callable
+from multiprocessing.connection import Connection
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from studio import wire
+from studio.camera.sources.depth_source import DepthShot, DepthSource
+from studio.camera.sources.source import Source, SourceFrame
+from studio.engine.base.errors import StudioError
+from studio.engine.model.depth import DepthCamera
+from studio.engine.model.observation import Observation
+from studio.take.raw.records import intrinsics_of
+
+_RATE_FRAMES = 60
+
+log = logging.getLogger(__name__)
+
+
+class TrackedSource(Source):
+    """A source of skeletons, hand states and head orientations made from depth.
+
+    Args:
+        depth: the camera.
+        keep_depth: see below.
+
+    Attributes:
+        keep_depth: the frames include their image, to be recorded.
+        passed_over: number of images that came while the observer was busy.
+        status: the observer's status for the newest image.
+        latest: the newest image and its observation, for a preview; None at the beginning.
+    """
+
+    joint_set = "canonical"
+
+    def __init__(self, depth: DepthSource, *, keep_depth: bool = False) -> None:
+        self.depth = depth
+        self.name, self.device = depth.name, depth.device
+        self.serial, self.intrinsics = depth.serial, intrinsics_of(depth.camera)
+        self.frames_per_second, self.realtime = depth.frames_per_second, depth.realtime
+        self._tracked_ns = 0
+        self._observing_since_ns: int | None = None
+        self.passed_over = 0
+        self.status = "starting"
+        self.latest: tuple[NDArray[np.uint16], Observation] | None = None
+        self.keep_depth = keep_depth
+        self._done_ns: deque[int] = deque(maxlen=_RATE_FRAMES)
+
+    @property
+    def tracked_ns(self) -> int:
+        """Total busy time of the observer, including the present image [ns]."""
+        since_ns = self._observing_since_ns
+        return self._tracked_ns + (0 if since_ns is None else time.monotonic_ns() - since_ns)
+
+    @property
+    def measured_rate(self) -> float:
+        """Frame rate of the last frames, by their stamps; 0 before the second."""
+        if len(self._done_ns) < 2 or self._done_ns[-1] <= self._done_ns[0]:
+            return 0.0
+        return (len(self._done_ns) - 1) * 1e9 / (self._done_ns[-1] - self._done_ns[0])
+
+    @property
+    def problem(self) -> str:
+        return self.depth.problem
+
+    @property
+    def newest_depth(self) -> tuple[int, NDArray[np.uint16]] | None:
+        return None if self.latest is None else (self.latest[1].time_ns, self.latest[0])
+
+    def clock_ns(self) -> int:
+        return self.depth.clock_ns()
+
+    async def frames(self) -> AsyncIterator[SourceFrame]:
+        """Yield a frame per image.
+
+        Raises:
+            StudioError: the observer ended, or the camera failed for good.
+        """
+        with ObserverProcess(self.name, self.depth.camera) as process:
+            await asyncio.to_thread(process.wait_ready)
+            images = self._newest() if self.realtime else aiter(self.depth.frames())
+            async for time_ns, depth_mm in images:
+                self._observing_since_ns = time.monotonic_ns()
+                seen = await asyncio.to_thread(process.observe, time_ns, depth_mm)
+                self._tracked_ns, self._observing_since_ns = self.tracked_ns, None
+                self.status, self.latest = seen.status, (depth_mm, seen)
+                self._done_ns.append(time_ns)
+                yield SourceFrame(
+                    time_ns,
+                    seen.positions,
+                    seen.confidence,
+                    tuple(wire.HandState(h.side, h.method, h.open_probability) for h in seen.hands),
+                    seen.head_wxyz,
+                    depth_mm if self.keep_depth else None,
+                )
+
+    async def _newest(self) -> AsyncIterator[DepthShot]:
+        """Yield the newest image on demand; those in between are skipped."""
+        slot: list[DepthShot] = []
+        came = asyncio.Event()
+
+        async def read() -> None:
+            try:
+                async for shot in self.depth.frames():
+                    self.passed_over += len(slot)
+                    slot[:] = [shot]
+                    came.set()
+            finally:
+                came.set()
+
+        reader = asyncio.create_task(read())
+        try:
+            while True:
+                await came.wait()
+                came.clear()
+                if slot:
+                    yield slot.pop()
+                elif reader.done():
+                    reader.result()
+                    return
+        finally:
+            reader.cancel()
+            await asyncio.gather(reader, return_exceptions=True)
+
+
+class ObserverProcess:
+    """An `Observer` in a separate process; used by one thread at a time.
+
+    Args:
+        name, camera: as for `Observer`.
+        make: makes the observer, in the process; a function of a module's top level.
+    """
+
+    def __init__(
+        self, name: str, camera: DepthCamera, make: Callable[[str, DepthCamera], Any] | None = None
+    ) -> None:
+        context = multiprocessing.get_context("spawn")
+        self._here, there = context.Pipe()
+        self._process = context.Process(target=_observe, args=(there, make, name, camera), daemon=True)
+        self._process.start()
+        there.close()
+
+    def __enter__(self) -> "ObserverProcess":
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._here.close()
+        self._process.join(2.0)
+        if self._process.is_alive():
+            self._process.terminate()
+            self._process.join()
+
+    def wait_ready(self) -> None:
+        """Return when the observer is made.
+
+        Raises:
+            StudioError: it cannot be made.
+        """
+        self._receive()
+
+    def observe(self, time_ns: int, depth_mm: NDArray[np.uint16]) -> Observation:
+        """Return the observation of an image.
+
+        Raises:
+            StudioError: the observer failed.
+        """
+        try:
+            self._here.send((time_ns, depth_mm))
+        except OSError as error:
+            raise StudioError("the tracker's process has ended; start the camera again") from error
+        return self._receive()
+
+    def _receive(self) -> Observation:
+        try:
+            kind, value = self._here.recv()
+        except (EOFError, OSError) as error:
+            raise StudioError("the tracker's process has ended; start the camera again") from error
+        if kind == "crash":
+            log.error("the tracker failed:\n%s", value)
+            raise StudioError(f"the tracker failed: {value.strip().splitlines()[-1]}")
+        return value
+
+
+def _observe(
+    connection: Connection, make: Callable[[str, DepthCamera], Any] | None, name: str, camera: DepthCamera
+) -> None:
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the client, which ends its observer
+    try:
+        observer = (make or _observer)(name, camera)
+        connection.send(("ready", None))
+        while True:
+            connection.send(("done", observer.observe(*connection.recv())))
+    except (EOFError, BrokenPipeError, ConnectionResetError):
+        return  # the client has ended
+    except Exception:  # boundary of the process: the client logs it
+        connection.send(("crash", traceback.format_exc()))
+
+
+def _observer(name: str, camera: DepthCamera) -> Any:
+    from studio.engine.seeing.observer import Observer  # with its tracker, in this process only
+
+    return Observer(name, camera)

@@ -1,0 +1,1 @@
+"""Keys of animation curves: continuous Euler angles, slopes, and key reduction."""

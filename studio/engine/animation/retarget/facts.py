@@ -1,0 +1,110 @@
+"""Description of a rig for the user before an export onto it, and storage of an uploaded rig."""
+
+import os
+import tempfile
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from studio.engine.animation.retarget.files import read_rig
+from studio.engine.animation.retarget.mapping import (
+    Mapping,
+    checked_bones,
+    guessed_bones,
+    load_mapping,
+    mapping_of,
+    mapping_path,
+    save_mapping,
+    saved_bones,
+)
+from studio.engine.animation.retarget.transfer import RigBody
+from studio.engine.base.errors import FormatError
+from studio.engine.base.files import write_atomically
+from studio.engine.model.joints import OUTPUT_JOINTS
+
+
+def rig_facts(path: str | os.PathLike[str], mapping: str | os.PathLike[str] | None = None) -> dict[str, Any]:
+    """Return a rig's mapping and size, units in the keys.
+
+    `bones` has every role, null for one without a bone; `unmapped` are the bones that keep their rest pose. For an
+    incomplete mapping, `problem` says why, and sizes are null.
+
+    Args:
+        path: of the rig.
+        mapping: a table to use; None = the saved one, else by the bones' names.
+
+    Raises:
+        FormatError: the rig or the mapping cannot be read.
+        NotAvailableError: as `read_rig`.
+    """
+    rig = read_rig(path)
+    saved = (load_mapping(Path(mapping))[1], Path(mapping)) if mapping is not None else saved_bones(rig)
+    bones: dict[str, str] = {}
+    try:
+        bones = guessed_bones(rig) if saved is None else saved[0]
+        checked, problem = mapping_of(rig, bones), None
+    except FormatError as error:
+        checked, problem = None, str(error)
+    names = rig.joint_names if checked is None else checked.rig.joint_names
+    return {
+        "rig": rig.identity,
+        "mapping": "by name" if saved is None else saved[1].name,
+        "problem": problem,
+        "bone_count": len(names),
+        **_sizes(checked),
+        "bones": {role: bones.get(role) for role in OUTPUT_JOINTS},
+        "unmapped": [name for name in names if name not in bones.values()],
+    }
+
+
+def _sizes(mapping: Mapping | None) -> dict[str, float | None]:
+    """Return height and leg length [m], and the angle of the arms below the T-pose [deg]; null without a mapping."""
+    if mapping is None:
+        return {"height_m": None, "leg_m": None, "arms_below_t_pose_deg": None}
+    at = {role: mapping.rig.positions_m[joint] for role, joint in mapping.joints.items()}
+    arms = []
+    for side in ("Left", "Right"):
+        if {f"{side}Arm", f"{side}Hand"} <= at.keys():
+            way = at[f"{side}Hand"] - at[f"{side}Arm"]
+            arms.append(np.degrees(np.arctan2(-way[1], np.hypot(way[0], way[2]))))
+    return {
+        "height_m": round(float(np.ptp(mapping.rig.positions_m[:, 1])), 3),
+        "leg_m": round(RigBody(at).leg_m, 3),
+        "arms_below_t_pose_deg": round(float(np.mean(arms)), 1) if arms else None,
+    }
+
+
+def keep_rig(data: bytes, path: Path) -> dict[str, Any]:
+    """Write an uploaded rig to `path`; return its `rig_facts`. A mapping of that name for other bones is deleted.
+
+    Raises:
+        FormatError: it cannot be read; then nothing is kept.
+        StudioError: the file cannot be written.
+    """
+    with tempfile.TemporaryDirectory() as folder:
+        trial = Path(folder) / path.name
+        trial.write_bytes(data)
+        rig = read_rig(trial)
+    beside = mapping_path(path)
+    with write_atomically(path) as file:
+        file.write(data)
+    if beside.is_file() and load_mapping(beside)[0] != rig.identity:
+        beside.unlink()
+    return rig_facts(path)
+
+
+def map_rig(path: Path, bones: dict[str, str | None]) -> dict[str, Any]:
+    """Save the roles of a rig's bones beside it; return its `rig_facts`.
+
+    Args:
+        path: of the rig.
+        bones: name of the bone by role; None where there is none.
+
+    Raises:
+        FormatError: the rig cannot be read, or the mapping does not fit it; then the saved one stays.
+    """
+    rig, named = read_rig(path), checked_bones(dict(bones), "mapping")
+    mapping_of(rig, named)
+    save_mapping(mapping_path(path), rig, named)
+    return rig_facts(path)

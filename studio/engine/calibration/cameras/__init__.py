@@ -1,0 +1,1 @@
+"""Cameras relative to each other: pairs of joints, clocks, left and right, transforms, and their refinement."""

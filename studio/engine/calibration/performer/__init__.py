@@ -1,0 +1,1 @@
+"""The performer and the stage: floor, vertical, proportions, T-pose, soles."""

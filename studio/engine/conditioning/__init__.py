@@ -1,4 +1,0 @@
-"""Conditioning: limits and filters on the joints before the solve (step 6) or on the pose after it (step 9).
-
-`bone_length` and `displacement` are the thesis's limits (5.5), `filters` its Holt smoothing and a better one.
-"""

@@ -1,0 +1,6 @@
+"""Endings of reference files; in a module of its own, so that it imports no reader."""
+
+REFERENCE_KINDS: tuple[str, ...] = (
+    ".csv", ".bvh", ".fbx", ".glb", ".gltf", ".c3d", ".trc", ".npz", ".txt",
+)  # fmt: skip
+"""Endings that `reference.read_reference` reads."""

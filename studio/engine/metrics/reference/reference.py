@@ -1,0 +1,242 @@
+"""A reference motion, against which a solve is measured."""
+
+import csv
+import os
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from studio.engine.animation.motion.canonical import to_canonical
+from studio.engine.animation.motion.motion import Motion
+from studio.engine.animation.read.files import ENDINGS, read_animation
+from studio.engine.animation.read.landmarks import canonical_points, uses_markers
+from studio.engine.animation.read.points import NamedPoints
+from studio.engine.base.errors import FormatError
+from studio.engine.metrics.reference.canonical import canonical_positions
+from studio.engine.metrics.reference.kinds import REFERENCE_KINDS
+from studio.engine.metrics.reference.target_table import read_target_table
+from studio.engine.model.joints import CANONICAL, INDEX, JOINT_COUNT
+from studio.engine.model.poses import Poses
+
+_AXES = ("x", "y", "z")
+
+
+@dataclass(frozen=True)
+class Reference:
+    """Joint positions over time, on any rigid frame with z up.
+
+    Attributes:
+        time_s: on the reference's clock [s], shape (sample_count,), increasing.
+        positions_m: canonical joints [m], shape (sample_count, 21, 3); NaN = unknown.
+    """
+
+    time_s: NDArray[np.float64]
+    positions_m: NDArray[np.float64]
+
+    def __post_init__(self) -> None:
+        if self.positions_m.shape != (len(self.time_s), JOINT_COUNT, 3):
+            raise FormatError(
+                f"a reference needs positions of shape {(len(self.time_s), JOINT_COUNT, 3)}; "
+                f"got {self.positions_m.shape}"
+            )
+        if len(self.time_s) < 4:
+            raise FormatError(f"a reference needs at least 4 samples; got {len(self.time_s)}")
+        if not (np.isfinite(self.time_s).all() and (np.diff(self.time_s) > 0).all()):
+            raise FormatError("the times of a reference must be finite and increasing")
+
+    @property
+    def known(self) -> NDArray[np.bool_]:
+        """Canonical joints that the reference has at some time, shape (21,)."""
+        return np.any(np.isfinite(self.positions_m).all(axis=2), axis=0)
+
+    @property
+    def known_joints(self) -> list[str]:
+        """Names of the canonical joints that are `known`."""
+        return [name for name, known in zip(CANONICAL, self.known, strict=True) if known]
+
+    def at(self, time_s: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return the positions at other times [s], shape (len(time_s), 21, 3), by cubic splines.
+
+        NaN outside the reference's time, and where a sample on either side is unknown.
+        """
+        out = np.full((len(time_s), JOINT_COUNT, 3), np.nan)
+        inside = (time_s >= self.time_s[0]) & (time_s <= self.time_s[-1])
+        after = np.clip(np.searchsorted(self.time_s, time_s), 1, len(self.time_s) - 1)
+        for joints, valid, spline in self._splines:
+            usable = inside & valid[after] & valid[after - 1]
+            out[np.ix_(usable, joints)] = spline(time_s[usable])
+        return out
+
+    @cached_property
+    def _splines(self) -> list[tuple[NDArray[np.int64], NDArray[np.bool_], Any]]:
+        """Splines of joints that are known in the same samples: joints, those samples, spline."""
+        from scipy.interpolate import CubicSpline  # slow to load: not at the start of the server
+
+        known = np.isfinite(self.positions_m).all(axis=2)
+        splines = []
+        for pattern in np.unique(known.T, axis=0):
+            if pattern.sum() >= 4:
+                joints = np.flatnonzero((known.T == pattern).all(axis=1))
+                samples = self.positions_m[np.ix_(pattern, joints)]
+                splines.append((joints, pattern, CubicSpline(self.time_s[pattern], samples)))
+        return splines
+
+
+@dataclass(frozen=True)
+class Markers:
+    """Markers or rigid targets over time, on any rigid frame with z up.
+
+    Attributes:
+        time_s: on the reference's clock [s], shape (sample_count,), increasing.
+        joints: the canonical joint of each marker, each at most once.
+        positions_m: shape (sample_count, marker_count, 3); NaN = not seen.
+        rotations: world rotations of rigid targets, shape (sample_count, marker_count, 3, 3), in whose axes the
+            offsets are constant; None for plain markers, whose offsets are constant in the solve's joint.
+    """
+
+    time_s: NDArray[np.float64]
+    joints: tuple[str, ...]
+    positions_m: NDArray[np.float64]
+    rotations: NDArray[np.float64] | None = None
+
+    def as_reference(self, joint_centres_m: NDArray[np.float64] | None = None) -> Reference:
+        """Return the joint centres, or the bare markers instead, as a reference."""
+        positions = np.full((len(self.time_s), JOINT_COUNT, 3), np.nan)
+        positions[:, [INDEX[name] for name in self.joints]] = (
+            self.positions_m if joint_centres_m is None else joint_centres_m
+        )
+        return Reference(self.time_s, positions)
+
+
+def read_reference(path: str | os.PathLike[str], *, unit_m: float | None = None) -> "Reference | Markers":
+    """Return the reference in a file, by its kind; one without a clock begins at time 0.
+
+    Joint centres: CSV (see `read_csv`), BVH, FBX, GLB, C3D and TRC of joint centres, `poses.npz` of another solve.
+    Markers: C3D and TRC of markers (`animation.read.landmarks`), a table of rigid targets (.txt).
+
+    Args:
+        path: the file.
+        unit_m: metres per unit of a BVH; None = its rest pose is 1.75 m high.
+
+    Raises:
+        FormatError: the file is missing, damaged or of an unknown kind; the message names the line.
+        NotAvailableError: the package that reads a kind (FBX) is not installed.
+        SettingsError: a unit for a file that states its own.
+    """
+    path = Path(path)
+    if not path.is_file():
+        raise FormatError(f"no reference at {path}; give a CSV with time_s,<joint>_x,<joint>_y,<joint>_z,...")
+    kind = path.suffix.lower()
+    if kind == ".csv":
+        return read_csv(path)
+    if kind in ENDINGS:
+        animation = read_animation(path, unit_m=unit_m)
+        if not isinstance(animation, Motion):
+            return _of_points(animation)
+        motion = to_canonical(animation)
+        return Reference(time_s=motion.times_s(), positions_m=motion.positions_m)
+    if kind == ".npz":
+        poses = Poses.load(path)
+        return Reference(poses.time_s, canonical_positions(poses))
+    if kind == ".txt":
+        return Markers(*read_target_table(path))
+    raise FormatError(
+        f"{path}: a reference is one of {', '.join(REFERENCE_KINDS)}; this one ends in {kind or 'nothing'}"
+    )
+
+
+def reference_facts(path: Path) -> dict[str, Any]:
+    """Return facts of a reference: `seconds`, `rate_hz`, `joints`, `kind` (`joints` or `markers`).
+
+    Raises:
+        FormatError: it cannot be read; the message names the file without its folder.
+    """
+    try:
+        motion = read_reference(path)
+    except FormatError as error:
+        raise FormatError(str(error).replace(str(path), path.name)) from error
+    known = isinstance(motion, Reference)
+    return {
+        "kind": "joints" if known else "markers",
+        "seconds": round(float(motion.time_s[-1] - motion.time_s[0]), 3),
+        "rate_hz": round(float(1.0 / np.median(np.diff(motion.time_s))), 3),
+        "joints": motion.known_joints if known else list(motion.joints),
+    }
+
+
+def _of_points(points: NamedPoints) -> "Reference | Markers":
+    """Joint centres by name; centres estimated from markers keep a constant offset and count as markers."""
+    joints = canonical_points(points)
+    if not uses_markers(points):
+        return Reference(points.time_s, joints)
+    known = np.flatnonzero(np.isfinite(joints).all(axis=2).any(axis=0))
+    return Markers(points.time_s, tuple(CANONICAL[k] for k in known), joints[:, known])
+
+
+def read_csv(path: Path) -> Reference:
+    """Return the reference in a CSV: `time_s`, then `<joint>_x,_y,_z` per joint in metres, empty = unknown.
+
+    Joints that are not canonical are ignored.
+
+    Raises:
+        FormatError: a column or value is missing or is not a number; the message names the line.
+    """
+    with path.open(newline="", encoding="utf-8-sig", errors="replace") as file:
+        rows = csv.reader(file)
+        header = [name.strip() for name in next(rows, [])]
+        columns = _columns(path, header)
+        time_column = header.index("time_s")
+        times: list[float] = []
+        values: list[list[float]] = []
+        for row in rows:
+            if not row:
+                continue
+            if len(row) != len(header):
+                raise FormatError(
+                    f"{path}, line {rows.line_num}: {len(row)} values where the header has {len(header)}; "
+                    "is the file cut off?"
+                )
+            try:
+                times.append(float(row[time_column]))
+                values.append([float(row[c]) if row[c].strip() else np.nan for _, _, c in columns])
+            except ValueError as error:
+                raise FormatError(
+                    f"{path}, line {rows.line_num}: {error}; every value must be a number"
+                ) from error
+            if not np.isfinite(times[-1]) or (len(times) > 1 and times[-1] <= times[-2]):
+                raise FormatError(
+                    f"{path}, line {rows.line_num}: time_s must be finite and increase from line to line"
+                )
+    if len(times) < 4:
+        raise FormatError(f"{path}: only {len(times)} samples; a reference needs at least 4")
+    positions = np.full((len(times), JOINT_COUNT, 3), np.nan)
+    array = np.array(values)
+    for k, (joint, axis, _) in enumerate(columns):
+        positions[:, joint, axis] = array[:, k]
+    positions[~np.isfinite(positions).all(axis=2)] = np.nan
+    return Reference(time_s=np.array(times), positions_m=positions)
+
+
+def _columns(path: Path, header: list[str]) -> list[tuple[int, int, int]]:
+    """Return (canonical joint index, axis index, column) of every compared column."""
+    if "time_s" not in header:
+        raise FormatError(
+            f"{path}, line 1: no column time_s; needed: time_s,<joint>_x,<joint>_y,<joint>_z,..."
+        )
+    columns = []
+    for joint in CANONICAL:
+        present = [axis for axis in _AXES if f"{joint}_{axis}" in header]
+        missing = [f"{joint}_{axis}" for axis in _AXES if axis not in present]
+        if present and missing:
+            raise FormatError(
+                f"{path}, line 1: the column {missing[0]} is missing; a joint needs _x, _y and _z"
+            )
+        if present:
+            columns += [(INDEX[joint], a, header.index(f"{joint}_{axis}")) for a, axis in enumerate(_AXES)]
+    if not columns:
+        raise FormatError(f"{path}, line 1: no joint is known; known joints: {', '.join(CANONICAL)}")
+    return columns

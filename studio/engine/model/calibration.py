@@ -1,0 +1,218 @@
+"""The result of a calibration, and its JSON: each camera's pose, clock and quality, and the performer's
+proportions."""
+
+import math
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from studio.engine.base.errors import CalibrationError
+from studio.engine.base.geometry import is_rigid
+from studio.engine.base.versions import CALIBRATION
+from studio.engine.model.frames import ClockModel
+from studio.engine.model.joints import CANONICAL, INDEX
+from studio.engine.model.spans import Span
+
+
+@dataclass(frozen=True)
+class Performer:
+    """Proportions of a performer, measured from the joints.
+
+    Attributes:
+        height_m: standing height, floor to top of the head [m].
+        offsets_m: T-pose position of each canonical joint minus its parent's (`joints.PARENTS`), stage axes
+            (facing -y, left at +x), shape (21, 3) [m]. The hips' row is their height above the floor on which the
+            soles stand.
+        soles_measured: the heights of ankles and toes over the floor were measured while standing, or the floor was
+            placed under them at usual heights; False = their heights are not tied to the floor yet.
+    """
+
+    height_m: float
+    offsets_m: NDArray[np.float64]
+    soles_measured: bool = False
+
+    @property
+    def root_height_m(self) -> float:
+        """Height of the hips over the floor in the T-pose [m]."""
+        return float(self.offsets_m[INDEX["hips"], 2])
+
+    def bones_m(self) -> dict[str, float]:
+        """Length of each bone [m], by the canonical joint at its end."""
+        return {
+            name: float(np.linalg.norm(self.offsets_m[INDEX[name]])) for name in CANONICAL if name != "hips"
+        }
+
+
+@dataclass(frozen=True)
+class CameraCalibration:
+    """One camera's pose, clock and quality. Figures that were not measured are None.
+
+    Attributes:
+        T_stage_camera: 4x4, camera points to stage points [m].
+        clock: maps the camera's clock to the stage clock (the reference camera's).
+        depth_bias_m: how far the camera's joints lie towards it from the joint centres, along the ray [m].
+        residual_median_mm, residual_p95_mm, residual_pairs: disagreement with the reference camera, over all
+            joints that both report, on blocks that were not used for the fit.
+        coverage: share of the walked volume that the camera saw, 0..1.
+        identity_error: of the reference camera: deviation of its fit to itself from the identity (the thesis's
+            check).
+        verdict: `good`, `usable` or `refused`; `reasons` says why.
+        disagrees: spans of stage time [s] in which the camera did not agree with the others. Neither the calibration
+            nor its residuals use them.
+    """
+
+    T_stage_camera: NDArray[np.float64]
+    clock: ClockModel = field(default_factory=ClockModel)
+    depth_bias_m: float = 0.0
+    residual_median_mm: float | None = None
+    residual_p95_mm: float | None = None
+    residual_pairs: int = 0
+    coverage: float | None = None
+    identity_error: float | None = None
+    verdict: str = "good"
+    reasons: tuple[str, ...] = ()
+    disagrees: tuple[Span, ...] = ()
+
+    def __post_init__(self) -> None:
+        if not is_rigid(self.T_stage_camera):
+            raise CalibrationError(
+                "T_stage_camera must be a 4x4 rigid transform (orthonormal rotation with determinant +1, last row "
+                "0 0 0 1); calibrate again or mend the file"
+            )
+
+
+@dataclass(frozen=True)
+class Calibration:
+    """A stage's calibration. `cameras` keeps the order of the cameras; `performer` is None until measured.
+
+    Attributes:
+        floor_given: the floor was known without the feet (depth cameras saw it, or an earlier calibration had it),
+            and the heights of the performer's soles were measured over it.
+    """
+
+    reference: str
+    cameras: dict[str, CameraCalibration] = field(default_factory=dict)
+    performer: Performer | None = None
+    floor_given: bool = False
+
+    @property
+    def refused(self) -> bool:
+        return any(camera.verdict == "refused" for camera in self.cameras.values())
+
+    @property
+    def given(self) -> bool:
+        """Whether the cameras were placed by other means (boards, tapes): no disagreement of theirs was measured."""
+        return all(camera.residual_median_mm is None for camera in self.cameras.values())
+
+    def reasons(self) -> list[str]:
+        """All cameras' reasons, each with the camera's name."""
+        return [f"{name}: {reason}" for name, camera in self.cameras.items() for reason in camera.reasons]
+
+    def to_json(self) -> dict[str, Any]:
+        """Return the calibration as the JSON of `calibrate --json` and of `calibrations/<n>.json`."""
+        performer = None if self.performer is None else performer_to_json(self.performer)
+        content = {
+            "reference": self.reference,
+            "performer": performer,
+            "floor_given": self.floor_given,
+            "cameras": {name: _camera_to_json(camera) for name, camera in self.cameras.items()},
+        }
+        return CALIBRATION.stamped(content)
+
+    @classmethod
+    def from_json(cls, value: dict[str, Any]) -> "Calibration":
+        """Return the calibration in `value`; a file with only `cameras.<name>.T_stage_camera` is enough.
+
+        Raises:
+            CalibrationError: there is no camera, or a transform is not rigid.
+            FormatError: the file has a later version.
+        """
+        value = CALIBRATION.current(value, "the calibration") if isinstance(value, dict) else value
+        cameras = value.get("cameras") if isinstance(value, dict) else None
+        if not isinstance(cameras, dict) or not cameras:
+            raise CalibrationError(
+                "a calibration needs `cameras`, an object of cameras by name; none was given"
+            )
+        try:
+            parsed = {str(name): _camera_from_json(camera) for name, camera in cameras.items()}
+            performer = value.get("performer")
+            return cls(
+                reference=str(value.get("reference") or next(iter(parsed))),
+                cameras=parsed,
+                performer=None if performer is None else performer_from_json(performer),
+                floor_given=bool(value.get("floor_given", False)),
+            )
+        except (KeyError, TypeError, ValueError) as error:
+            raise CalibrationError(f"a calibration that cannot be read: {error!r}") from error
+
+
+def _camera_to_json(camera: CameraCalibration) -> dict[str, Any]:
+    """`time_offset_ms` and `clock_drift_ppm` say how far the camera's clock is ahead of the stage clock."""
+    return {
+        "T_stage_camera": camera.T_stage_camera.tolist(),
+        "residual_median_mm": camera.residual_median_mm,
+        "residual_p95_mm": camera.residual_p95_mm,
+        "residual_pairs": camera.residual_pairs,
+        "time_offset_ms": -camera.clock.offset_ns * 1e-6,
+        "clock_drift_ppm": -camera.clock.drift_ppm,
+        "clock": {
+            "offset_ns": camera.clock.offset_ns,
+            "drift_ppm": camera.clock.drift_ppm,
+            "reference_ns": camera.clock.reference_ns,
+        },
+        "depth_bias_m": camera.depth_bias_m,
+        "coverage": camera.coverage,
+        "identity_error": camera.identity_error,
+        "verdict": camera.verdict,
+        "reasons": list(camera.reasons),
+        "disagrees": [span.to_json() for span in camera.disagrees],
+    }
+
+
+def _camera_from_json(value: dict[str, Any]) -> CameraCalibration:
+    clock = value.get("clock") or {}
+    return CameraCalibration(
+        T_stage_camera=np.array(value["T_stage_camera"], dtype=np.float64),
+        clock=ClockModel(
+            offset_ns=int(clock.get("offset_ns", 0)),
+            drift_ppm=float(clock.get("drift_ppm", 0.0)),
+            reference_ns=int(clock.get("reference_ns", 0)),
+        ),
+        depth_bias_m=float(
+            value.get("depth_bias_m", value.get("depth_bias_mm", 0.0) * 1e-3)
+        ),  # mm in old files
+        residual_median_mm=value.get("residual_median_mm"),
+        residual_p95_mm=value.get("residual_p95_mm"),
+        residual_pairs=int(value.get("residual_pairs", 0)),
+        coverage=value.get("coverage"),
+        identity_error=value.get("identity_error"),
+        verdict=str(value.get("verdict", "good")),
+        reasons=tuple(value.get("reasons", ())),
+        disagrees=tuple(Span.from_json(span) for span in value.get("disagrees", ())),
+    )
+
+
+def performer_to_json(performer: Performer) -> dict[str, Any]:
+    """Return a performer as JSON: `height_m`, `bones_m` and `offsets_m` by canonical joint, `soles_measured`."""
+    offsets = {name: row.tolist() for name, row in zip(CANONICAL, performer.offsets_m, strict=True)}
+    return {
+        "height_m": performer.height_m,
+        "bones_m": performer.bones_m(),
+        "offsets_m": offsets,
+        "soles_measured": performer.soles_measured,
+    }
+
+
+def performer_from_json(value: dict[str, Any]) -> Performer:
+    """Return the performer in JSON of `performer_to_json`.
+
+    Raises:
+        KeyError, TypeError, ValueError: a value is missing or is no number.
+    """
+    offsets = np.array([value["offsets_m"][name] for name in CANONICAL], dtype=np.float64)
+    height = float(value["height_m"])
+    if offsets.shape != (len(CANONICAL), 3) or not np.isfinite(offsets).all() or not math.isfinite(height):
+        raise ValueError("performer.offsets_m needs three finite numbers per canonical joint")
+    return Performer(height, offsets, soles_measured=bool(value.get("soles_measured", True)))

@@ -1,0 +1,141 @@
+"""The data of the pipeline: a camera's frame, its clock, aligned frames, the fused skeleton, the result of a step."""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+
+@dataclass(frozen=True)
+class HandSeen:
+    """One hand's state from one camera: side `left` or `right`, method, probability of being open."""
+
+    side: str
+    method: str
+    open_probability: float
+
+
+@dataclass(frozen=True)
+class CameraFrame:
+    """One camera's skeleton in canonical joints, in the camera frame (OpenCV axes, metres).
+
+    Attributes:
+        camera: name of the camera.
+        sequence: number that the client gave the frame.
+        device_time_ns: capture time on the camera's own clock [ns].
+        positions: shape (21, 3); NaN = unseen.
+        confidence: shape (21,), 0..1; 0 = unseen.
+        hands: hand states that came with the frame.
+        head_wxyz: measured head orientation in the camera frame, where known.
+    """
+
+    camera: str
+    sequence: int
+    device_time_ns: int
+    positions: NDArray[np.float64]
+    confidence: NDArray[np.float64]
+    hands: tuple[HandSeen, ...] = ()
+    head_wxyz: tuple[float, float, float, float] | None = None
+
+
+@dataclass(frozen=True)
+class ClockModel:
+    """Maps a camera's clock to the stage clock by an offset at a reference time and a drift.
+
+    stage_ns = device_ns + offset_ns + drift_ppm * 1e-6 * (device_ns - reference_ns)
+    """
+
+    offset_ns: int = 0
+    drift_ppm: float = 0.0
+    reference_ns: int = 0
+
+    def stage_ns(self, device_ns: int) -> int:
+        """Return the stage time [ns] of a device time [ns]."""
+        return device_ns + self.offset_ns + round(self.drift_ppm * 1e-6 * (device_ns - self.reference_ns))
+
+    def stage_s(self, device_s: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return stage times [s] of device times [s], any shape."""
+        return (
+            device_s + self.offset_ns * 1e-9 + self.drift_ppm * 1e-6 * (device_s - self.reference_ns * 1e-9)
+        )
+
+
+@dataclass(frozen=True)
+class Reading:
+    """One camera's joints at their own time, in the stage frame.
+
+    Attributes:
+        camera: index of the camera in its frame set.
+        offset_s: its time minus that of the frame set [s].
+        positions: shape (21, 3) [m]; NaN = unseen.
+        confidence: shape (21,).
+    """
+
+    camera: int
+    offset_s: float
+    positions: NDArray[np.float64]
+    confidence: NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class FrameSet:
+    """All cameras' skeletons at one stage time, in the stage frame.
+
+    Attributes:
+        stage_time_ns: the instant.
+        cameras: names of the participating cameras, shape (camera_count,).
+        positions: shape (camera_count, 21, 3) [m]; NaN = unseen.
+        confidence: shape (camera_count, 21).
+        camera_positions: optical centres in the stage frame [m], shape (camera_count, 3).
+        hands: hand states of the newest frame of each camera.
+        head_wxyz: head orientation in the stage frame, from the first camera that measured it.
+        readings: cameras' frames around the instant that no earlier frame set contains.
+    """
+
+    stage_time_ns: int
+    cameras: tuple[str, ...]
+    positions: NDArray[np.float64]
+    confidence: NDArray[np.float64]
+    camera_positions: NDArray[np.float64]
+    hands: tuple[HandSeen, ...] = ()
+    head_wxyz: tuple[float, float, float, float] | None = None
+    readings: tuple[Reading, ...] = ()
+
+
+@dataclass(frozen=True)
+class FusedSkeleton:
+    """The skeleton fused from all cameras.
+
+    Attributes:
+        positions: shape (21, 3), stage frame [m]; NaN = no camera sees the joint.
+        confidence: shape (21,).
+        sigma: standard deviation of each joint's position [m], shape (21,); NaN = unseen.
+        used: whether a camera's joint was used, shape (camera_count, 21).
+        reasons: why a camera's joint was not used, by (camera index, joint index); see `fusion`.
+    """
+
+    positions: NDArray[np.float64]
+    confidence: NDArray[np.float64]
+    sigma: NDArray[np.float64]
+    used: NDArray[np.bool_]
+    reasons: dict[tuple[int, int], str] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class StepResult:
+    """The result of one step of the pipeline, for the view, the take and the metrics.
+
+    `positions_m`, `rotations_wxyz`, `confidence` and `uncertainty_mm` are one frame of `Poses`:
+    shapes (52, 3), (52, 4), (52,), (52,). `configuration` is the humanoid's, before completion, shape (nq,);
+    None without inverse kinematics. `root_height_m` is as in `Poses`, set where finishing has put the take on its
+    soles.
+    """
+
+    frame_set: FrameSet
+    fused: FusedSkeleton
+    positions_m: NDArray[np.float64]
+    rotations_wxyz: NDArray[np.float64]
+    confidence: NDArray[np.float64]
+    uncertainty_mm: NDArray[np.float64]
+    configuration: NDArray[np.float64] | None = None
+    root_height_m: float | None = None

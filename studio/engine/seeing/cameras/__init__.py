@@ -1,0 +1,1 @@
+"""Cameras placed by the body and the floor that they see."""

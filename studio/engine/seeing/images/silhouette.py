@@ -1,0 +1,224 @@
+"""Free space: space that a camera looks through, where no part of the body may be."""
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from studio.engine.base.compiled import compiled
+from studio.engine.seeing.images.grid import Lens
+
+Array = NDArray[np.float64]
+
+FRONT_M = 0.04
+"""Distance of a body in front of the seen surface that is allowed [m]."""
+SOLID_M = 0.12
+"""Space is free for a part of the body only if the camera sees this much further [m]."""
+FAR_M = 0.40
+"""Violations are clipped at this [m]."""
+
+
+class Silhouette(NamedTuple):
+    """The performer in one camera's image.
+
+    Attributes:
+        lens: of the camera.
+        rotation, translation: of `T_camera_work`.
+        depth: of each cell [m], 0 = no reading, shape (rows, columns).
+        nearest: flat index of the nearest cell of the performer, -1 = none, shape (rows, columns).
+    """
+
+    lens: Lens
+    rotation: Array
+    translation: Array
+    depth: Array
+    nearest: NDArray[np.int32]
+
+
+@compiled
+def nearest_cells(person, margin, nearest):
+    """Fill `nearest` by two sweeps that pass on the nearest known cell (Danielsson, "Euclidean distance mapping",
+    1980), up to `margin` cells around the person; cells further away have the value at that edge.
+    """
+    rows, columns = person.shape
+    row_of = np.full(person.shape, -1, np.int32)
+    column_of = np.empty(person.shape, np.int32)
+    top, bottom, left, right = rows, -1, columns, -1
+    for i in range(rows):
+        for j in range(columns):
+            if person[i, j]:
+                row_of[i, j], column_of[i, j] = i, j
+                top, bottom = min(top, i), max(bottom, i)
+                left, right = min(left, j), max(right, j)
+    nearest[:] = -1
+    if bottom < 0:
+        return
+    top, bottom = max(top - margin, 0), min(bottom + margin, rows - 1)
+    left, right = max(left - margin, 0), min(right + margin, columns - 1)
+    for sweep in range(2):
+        near = -1 if sweep == 0 else 1
+        for a in range(bottom - top + 1):
+            i = top + a if sweep == 0 else bottom - a
+            for turn in range(2):
+                for b in range(right - left + 1):
+                    j = left + b if turn == 0 else right - b
+                    r, c = row_of[i, j], column_of[i, j]
+                    least = (r - i) ** 2 + (c - j) ** 2 if r >= 0 else 1 << 30
+                    if least == 0:
+                        continue
+                    for k in range(4):
+                        v, u = i + near, j - 1 + k
+                        if k == 3:
+                            v, u = i, (j - 1 if turn == 0 else j + 1)
+                        if v < top or u < left or v > bottom or u > right or row_of[v, u] < 0:
+                            continue
+                        d = (row_of[v, u] - i) ** 2 + (column_of[v, u] - j) ** 2
+                        if d < least:
+                            least, r, c = d, row_of[v, u], column_of[v, u]
+                    row_of[i, j], column_of[i, j] = r, c
+    for i in range(rows):
+        v = min(max(i, top), bottom)
+        for j in range(columns):
+            u = min(max(j, left), right)
+            nearest[i, j] = row_of[v, u] * columns + column_of[v, u]
+
+
+@compiled
+def _cell_of(lens, x, y, z):
+    """Return row and column (real numbers) of the projection of a camera-frame point, -1 outside."""
+    if z < 0.1:
+        return -1.0, -1.0
+    k = lens.intrinsics
+    a, b = x / z, y / z
+    r2 = a * a + b * b
+    if r2 > lens.reach:
+        return -1.0, -1.0
+    factor = (1 + r2 * (k[4] + r2 * (k[5] + r2 * k[8]))) / (1 + r2 * (k[9] + r2 * (k[10] + r2 * k[11])))
+    u = a * factor + 2 * k[6] * a * b + k[7] * (r2 + 2 * a * a)
+    v = b * factor + k[6] * (r2 + 2 * b * b) + 2 * k[7] * a * b
+    return (v * k[1] + k[3]) / lens.stride, (u * k[0] + k[2]) / lens.stride
+
+
+@compiled
+def _violation(seen, point, radius, normal):
+    """Return the violation of one camera's free space by a ball of the body [m], 0 = none, and write the
+    direction in which it should move into `normal`, shape (3,), in the working frame.
+    """
+    r, t = seen.rotation, seen.translation
+    x = r[0, 0] * point[0] + r[0, 1] * point[1] + r[0, 2] * point[2] + t[0]
+    y = r[1, 0] * point[0] + r[1, 1] * point[1] + r[1, 2] * point[2] + t[1]
+    z = r[2, 0] * point[0] + r[2, 1] * point[1] + r[2, 2] * point[2] + t[2]
+    row, column = _cell_of(seen.lens, x, y, z)
+    rows, columns = seen.depth.shape
+    i, j = int(np.floor(row + 0.5)), int(np.floor(column + 0.5))
+    if row < 0 or i < 0 or j < 0 or i >= rows or j >= columns:
+        return 0.0
+    best = seen.nearest[i, j]
+    if best < 0:
+        return 0.0
+    v, u = best // columns, best % columns
+    cell = z * seen.lens.stride / seen.lens.intrinsics[0]
+    aside = np.sqrt((v - row) ** 2 + (u - column) ** 2) * cell
+    depth = seen.depth[i, j]
+    if (v != i or u != j) and aside > 1.5 * cell:
+        if 0.0 < depth < z + SOLID_M:
+            return 0.0  # a surface there or nearer: the floor under a foot, a leg thinner than a cell
+        dx, dy = (u - column) * cell / aside, (v - row) * cell / aside
+        for a in range(3):
+            normal[a] = r[0, a] * dx + r[1, a] * dy
+        return min(aside - 1.5 * cell, FAR_M)
+    front = seen.depth[v, u] - (z - radius)
+    if front > FRONT_M:
+        size = np.sqrt(x * x + y * y + z * z)
+        for a in range(3):
+            normal[a] = (r[0, a] * x + r[1, a] * y + r[2, a] * z) / size
+        return min(front - FRONT_M, FAR_M)
+    return 0.0
+
+
+@compiled
+def free_space(seen, surface, origins, frames, samples):
+    """Return the samples in a camera's free space: bodies, points, directions in which they should move,
+    violations [m], and indices of the samples.
+    """
+    bodies = np.empty(len(samples), np.int64)
+    which = np.empty(len(samples), np.int64)
+    points = np.empty((len(samples), 3))
+    normals = np.empty((len(samples), 3))
+    offsets = np.empty(len(samples))
+    count = 0
+    for k in range(len(samples)):
+        c, t = int(samples[k, 0]), samples[k, 1]
+        for i in range(3):
+            points[count, i] = origins[c, i] + frames[c, i, 2] * t * surface.length[c]
+        radius = surface.start_radius[c] + t * (surface.end_radius[c] - surface.start_radius[c])
+        away = _violation(seen, points[count], radius / max(surface.flat[c], 1.0), normals[count])
+        if away > 0.0:
+            bodies[count] = surface.body[c]
+            offsets[count] = away
+            which[count] = k
+            count += 1
+    return bodies[:count], points[:count], normals[:count], offsets[:count], which[:count]
+
+
+@compiled
+def free_cost(seen, surface, origins, frames, cones, samples):
+    """Return the sum of squared violations of free space by the limb's samples, per candidate."""
+    costs = np.zeros(len(origins))
+    normal = np.zeros(3)
+    point = np.zeros(3)
+    for k in range(len(origins)):
+        for m in range(len(samples)):
+            c, t = int(samples[m, 0]), samples[m, 1]
+            n = 0
+            while cones[n] != c:
+                n += 1
+            for i in range(3):
+                point[i] = origins[k, n, i] + frames[k, n, i, 2] * t * surface.length[c]
+            radius = surface.start_radius[c] + t * (surface.end_radius[c] - surface.start_radius[c])
+            away = _violation(seen, point, radius / max(surface.flat[c], 1.0), normal)
+            costs[k] += away * away
+    return costs
+
+
+_UNREAD_M, _OUT_OF_VIEW_M = 0.5, 1.0
+_USUAL_M = 0.07
+"""Usual depth of a joint's centre behind the skin."""
+
+
+@compiled
+def _behind(seen, points, behind):
+    r, t = seen.rotation, seen.translation
+    rows, columns = seen.depth.shape
+    around = np.empty(9)
+    for p in range(len(points)):
+        x, y, z = points[p]
+        u, v, w = (
+            r[0, 0] * x + r[0, 1] * y + r[0, 2] * z + t[0],
+            r[1, 0] * x + r[1, 1] * y + r[1, 2] * z + t[1],
+            r[2, 0] * x + r[2, 1] * y + r[2, 2] * z + t[2],
+        )
+        row, column = _cell_of(seen.lens, u, v, w)
+        i, j = int(np.floor(row + 0.5)), int(np.floor(column + 0.5))
+        if row < 0 or i < 0 or j < 0 or i >= rows or j >= columns:
+            behind[p] = _OUT_OF_VIEW_M
+            continue
+        count = 0
+        for a in range(max(i - 1, 0), min(i + 2, rows)):
+            for b in range(max(j - 1, 0), min(j + 2, columns)):
+                if seen.depth[a, b] > 0.0:
+                    around[count] = seen.depth[a, b]
+                    count += 1
+        behind[p] = w - np.median(around[:count]) if count > 0 else _UNREAD_M
+
+
+def behind_seen(silhouettes: tuple[Silhouette, ...], points: Array) -> Array:
+    """Return the depth of points behind the seen surface [m], by the camera in which it is nearest to that of a
+    joint; shape (point_count,). Negative = the camera sees past them.
+    """
+    best = np.full(len(points), _OUT_OF_VIEW_M)
+    behind = np.empty(len(points))
+    for seen in silhouettes:
+        _behind(seen, points, behind)
+        best = np.where(np.abs(behind - _USUAL_M) < np.abs(best - _USUAL_M), behind, best)
+    return best

@@ -1,0 +1,1 @@
+"""Recovery of a body: cold starts, lost limbs, and front and back."""

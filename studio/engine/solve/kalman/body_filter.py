@@ -1,0 +1,282 @@
+"""The humanoid solved by an iterated extended Kalman filter over its degrees of freedom (steps 5 and 7)."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from studio.engine.model.frames import FrameSet, FusedSkeleton, Reading
+from studio.engine.model.human.angles import configuration_of
+from studio.engine.model.human.humanoid import FREE_DOFS, Humanoid
+from studio.engine.model.human.kinematics import SiteKinematics
+from studio.engine.model.joints import CANONICAL, INDEX, JOINT_COUNT, MIRROR
+from studio.engine.model.settings import SolveSettings
+from studio.engine.solve.fusion.facing import Facing
+from studio.engine.solve.fusion.robust import RobustFusion
+from studio.engine.solve.ik.effectors import pull_scale, resist_scale
+from studio.engine.solve.ik.reseed import LimbReseed
+from studio.engine.solve.ik.solver import Solver
+from studio.engine.solve.ik.swing import swing_rotations
+from studio.engine.solve.kalman.belief import Belief, acceleration_density
+from studio.engine.solve.kalman.correction import Correction
+from studio.engine.solve.kalman.feet import StandingFeet
+from studio.engine.solve.kalman.kernels import shown
+from studio.engine.solve.kalman.readings import Gate, ReadingRows
+
+Array = NDArray[np.float64]
+
+SHARE_CHANGED = 0.3
+"""A correction is iterated again if it changes the weight of a row by more than this (`readings`)."""
+
+FACING_S = 0.1
+"""Interval between checks of the body's facing."""
+
+FORGET_S = 0.5
+"""The filter restarts after this long without a joint."""
+
+LONGEST_S = 0.2
+"""Longest prediction in one step [s]."""
+
+REJECTED_PLACE, REJECTED_SPEED = 0.3, 3.0
+"""Uncertainty added to a limb that was restarted, or whose joint is accepted again [rad], [rad/s]."""
+
+_LIMB_HINGES = 8
+
+
+class BodyFilter:
+    """Solves the pose from cameras' joints, or from fused ones, frame by frame.
+
+    With cameras' joints the state is ahead of the output: a pose is output once the joints after it are known.
+    """
+
+    def __init__(self, humanoid: Humanoid, settings: SolveSettings) -> None:
+        self.humanoid = humanoid
+        self._settings = settings
+        self._limited = settings.human_limits == "on"
+        hinges = len(humanoid.range_rad)
+        ends = humanoid.range_rad.T if self._limited else np.outer([-1.0, 1.0], np.full(hinges, np.inf))
+        self._low, self._high = ends
+        self._belief = Belief(
+            humanoid, acceleration_density(resist_scale(humanoid, settings.effectors)), *ends
+        )
+        self._kinematics = SiteKinematics(humanoid)
+        usual = SolveSettings().effectors
+        self._reach = np.array([settings.effectors[name].reach / usual[name].reach for name in CANONICAL])
+        pull = pull_scale(humanoid, settings.effectors)
+        self._pull = None if pull is None else np.repeat(pull, 3, axis=0)
+        self._gate = Gate(self._reach)
+        self._feet = StandingFeet(humanoid, *ends) if settings.floor_contact == "on" else None
+        self._watch = LimbReseed(humanoid, limited=self._limited)
+        self._facing = Facing()
+        self._waiting: list[Reading] = []
+        self._used = np.zeros((0, JOINT_COUNT), dtype=bool)
+        self._sites = np.full((JOINT_COUNT, 3), np.nan)
+        self._since_rows_s, self._unwatched_s = 0.0, 0.0
+        self._lost = False
+        self._started = False
+        self._ahead_s = settings.ahead_ns * 1e-9
+
+    @property
+    def floor_m(self) -> float:
+        """Height of the floor that the feet stand on [m]."""
+        return 0.0 if self._feet is None else self._feet.floor_m
+
+    def follow(self, frames: FrameSet, dt: float) -> tuple[FusedSkeleton, Array | None]:
+        """Return the cameras' joints that were used, fused, and the configuration, shape (nq,).
+
+        The configuration is None until the trunk's joints have been seen once.
+
+        Args:
+            frames: with the readings since the last.
+            dt: time since the last frame [s].
+        """
+        if len(self._used) != len(frames.cameras):
+            self._used = np.zeros((len(frames.cameras), JOINT_COUNT), dtype=bool)
+        if self._needs_start(bool(frames.readings), dt):
+            fused = RobustFusion().fuse(frames)
+            if self._begin(fused.positions, fused.sigma):
+                self._used = fused.used.copy()
+        elif self._started:
+            ahead = [replace(r, offset_s=r.offset_s - self._ahead_s) for r in frames.readings]
+            self._advance(ahead, frames.camera_positions, dt)
+        q = self._shown_of(*self._belief.earlier(), dt) if self._started else None
+        return self._fused(frames), q
+
+    def solve(self, joints: Array, sigma: Array, dt: float) -> Array | None:
+        """Return the configuration solved for fused joints, shape (nq,); None until the trunk has been seen.
+
+        Args:
+            joints: canonical joints [m], shape (21, 3), stage frame; NaN = unseen.
+            sigma: their standard deviation [m], shape (21,); ignored where unseen.
+            dt: time since the last frame [s].
+        """
+        seen = np.isfinite(joints[:, 0])
+        if self._needs_start(bool(seen.any()), dt):
+            self._begin(joints, sigma)
+        elif self._started:
+            self._predict(dt)
+            if seen.any():
+                information = np.where(seen, sigma, 1.0)[:, None, None] ** -2 * np.eye(3)
+                rows = ReadingRows(joints[None], information[None], self._reach)
+                q = self._belief.q.copy()
+                watched = joints, np.where(seen, 1.0 / np.where(seen, sigma, 1.0), 0.0) * self._reach
+                self._correct(rows, 0.0, q, *self._linearised(q), watched=watched)
+        if not self._started:
+            return None
+        return self._shown_of(self._belief.q.copy(), self._belief.velocity, self._belief.place, dt)
+
+    def _needs_start(self, shown: bool, dt: float) -> bool:
+        """Whether to start now: joints are shown, and the state is missing, too old or lost."""
+        late = self._since_rows_s + dt > FORGET_S
+        return shown and (not self._started or late or self._lost)
+
+    def _begin(self, joints: Array, sigma: Array) -> bool:
+        """Restart from joints; return False where the trunk is unseen."""
+        q = Solver(self.humanoid, self._settings).solve(joints, sigma, 0.0)
+        if q is None:
+            return False
+        self._belief.begin(q)
+        self._sites = self._kinematics.place(q).copy()
+        self._gate.forget()
+        self._waiting = []
+        self._watch.forget()
+        if self._feet is not None:
+            self._feet.forget()
+        self._started, self._since_rows_s, self._lost = True, 0.0, False
+        return True
+
+    def _advance(self, readings: Sequence[Reading], camera_positions: Array, dt: float) -> None:
+        """Predict the output frame, and correct by the cameras' readings around it."""
+        self._predict(dt)
+        readings = self._due(readings, len(camera_positions), dt)
+        if not readings:
+            return
+        late_s = float(np.mean([r.offset_s for r in readings]))
+        q = self._belief.moved(late_s)
+        sites, jacobian = self._linearised(q)
+        velocities = (jacobian @ self._belief.velocity).reshape(-1, 3)
+        rows = self._gate.rows(readings, camera_positions, sites, velocities, late_s)
+        if self._turned_round(rows, dt):
+            return
+        cameras = np.array([r.camera for r in readings])
+        self._correct(rows, late_s, q, sites, jacobian)
+        self._used[cameras] = rows.used
+
+    def _due(self, readings: Sequence[Reading], cameras: int, dt: float) -> list[Reading]:
+        """Return the readings to correct by now. While all readings are ahead of the output frame, they wait for the
+        other cameras', so that one correction covers all.
+        """
+        waiting = [replace(r, offset_s=r.offset_s - dt) for r in self._waiting]
+        self._waiting = [*waiting, *readings]
+        ahead = all(r.offset_s >= 0.9 * dt for r in self._waiting)
+        if ahead and len({r.camera for r in self._waiting}) < cameras:
+            return []
+        due, self._waiting = self._waiting, []
+        return due
+
+    def _turned_round(self, rows: ReadingRows, dt: float) -> bool:
+        """Restart with left and right exchanged, if the cameras' joints have faced backwards for a while. The check
+        uses the measured joints, because the body's own feet cannot point backwards.
+        """
+        self._unwatched_s += dt
+        if self._unwatched_s < FACING_S:
+            return False
+        reported = rows.middle()[0]
+        backwards = self._facing.backwards(reported, self._unwatched_s)
+        self._unwatched_s = 0.0
+        if not backwards:
+            return False
+        return self._begin(
+            np.where(np.isnan(reported), self._sites, reported)[MIRROR], np.full(JOINT_COUNT, 0.03)
+        )
+
+    def _predict(self, dt: float) -> None:
+        self._since_rows_s += dt
+        self._belief.predict(min(dt, LONGEST_S))
+
+    def _correct(
+        self,
+        rows: ReadingRows,
+        late_s: float,
+        q: Array,
+        sites: Array,
+        jacobian: Array,
+        *,
+        watched: tuple[Array, Array] | None = None,
+    ) -> None:
+        """Correct the state by rows of the configuration `q`, `late_s` [s] after the output frame.
+
+        `watched`: joints, and 1 / their standard deviations, for the detection of stuck limbs; None = the used rows.
+        """
+        belief, elapsed = self._belief, self._since_rows_s
+        self._since_rows_s = 0.0
+        correction = Correction(*belief.toward(late_s), late_s, jacobian)
+        self._choose(rows, sites, jacobian, correction.spread, elapsed)
+        if not rows.used.any():
+            return
+        room = np.stack([self._high - q[7:], self._low - q[7:]])
+        information, pull, share = rows.pull(sites)
+        correction.solve(information, pull, room)
+        information, pull, share_now = rows.pull(sites + correction.moved)
+        if correction.beyond or np.abs(share_now - share).max() > SHARE_CHANGED:
+            correction.solve(information, pull, room)
+        step = correction.step()
+        belief.correct(step, correction.told(), correction.gained())
+        self._sites = self._kinematics.place(belief.moved(late_s)).copy()
+        self._unstick(*(rows.middle() if watched is None else watched), elapsed)
+
+    def _choose(
+        self,
+        rows: ReadingRows,
+        sites: Array,
+        jacobian: Array,
+        spread: Callable[[], Array],
+        elapsed: float,
+    ) -> None:
+        """Reject outlier rows, and detect a performer who is elsewhere."""
+        again = self._gate.choose(rows, sites, spread, elapsed)
+        for joint in np.flatnonzero(again):
+            moving = np.abs(jacobian[3 * joint : 3 * joint + 3]).max(axis=0) > 0.0
+            limb = np.flatnonzero(moving)[FREE_DOFS:][-_LIMB_HINGES:]
+            self._belief.doubt(limb, REJECTED_PLACE, REJECTED_SPEED)
+        self._lost = self._gate.lost(np.logical_or.reduce(rows.seen, axis=0))
+
+    def _linearised(self, q: Array) -> tuple[Array, Array]:
+        sites, jacobian = self._kinematics.linearise(q)
+        return sites, jacobian if self._pull is None else jacobian * self._pull
+
+    def _unstick(self, targets: Array, weights: Array, elapsed: float) -> None:
+        """Restart a stuck limb."""
+        found = self._watch.found(
+            self._belief.q, self._sites, targets, weights, lambda: self._shown(targets), elapsed
+        )
+        if found is not None:
+            q, hinges = found
+            self._belief.put(q, hinges)
+            self._belief.doubt(FREE_DOFS + hinges, REJECTED_PLACE, REJECTED_SPEED)
+
+    def _shown(self, joints: Array) -> Array | None:
+        """The configuration read from the joints' directions, or None where the trunk is unseen."""
+        rotations = swing_rotations(self.humanoid.skeleton, joints)
+        if rotations is None or not np.isfinite(joints[INDEX["hips"]]).all():
+            return None
+        return configuration_of(self.humanoid, joints[INDEX["hips"]], rotations, limited=self._limited)
+
+    def _shown_of(self, q: Array, velocity: Array, place: Array, dt: float) -> Array:
+        """The output configuration: standing feet held, restarted limbs blended."""
+        q = self._watch.led(q, dt)
+        return q if self._feet is None else self._feet.held(q, velocity, place, dt)
+
+    def _fused(self, frames: FrameSet) -> FusedSkeleton:
+        """The cameras' used joints at the output frame, fused."""
+        exchanged = (
+            self._gate.exchanged if len(self._gate.exchanged) else np.zeros(len(self._used), dtype=bool)
+        )
+        mean, sure, seen, used = shown(frames.positions, frames.confidence, self._used, exchanged, MIRROR)
+        known = ~np.isnan(mean[:, 0])
+        reasons = {
+            (int(c), int(k)): ("disagrees" if known[k] else "outlier") if seen[c, k] else "unseen"
+            for c, k in zip(*np.nonzero(~used), strict=True)
+        }
+        return FusedSkeleton(mean, sure, np.where(known, 0.03, np.nan), used, reasons)

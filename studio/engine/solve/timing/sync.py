@@ -1,0 +1,194 @@
+"""Synchronisation (step 3): camera clocks to the stage clock, and frames aligned at one instant.
+
+It also transforms joints to the stage frame, for all later steps: by the camera's transform, and by the joint's bias
+towards its camera (`depth_bias_m`), removed along the ray.
+"""
+
+from collections import deque
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from studio.engine.base.geometry import matrices, quaternions, transform_points
+from studio.engine.calibration.cameras.noise import unbiased
+from studio.engine.model.calibration import CameraCalibration
+from studio.engine.model.frames import CameraFrame, ClockModel, FrameSet, HandSeen, Reading
+from studio.engine.model.joints import JOINT_COUNT
+
+MAX_GAP_NS = 100_000_000
+"""Longest gap between two frames that is interpolated."""
+
+MAX_AGE_NS = 60_000_000
+"""Longest distance in time of a frame that stands for an instant."""
+
+FAR_M = 100.0
+"""A joint that a camera reports further away than this, along any axis, is an error and counts as unseen."""
+
+AHEAD_NS = 10_000_000_000
+"""A frame this far ahead of its camera's last counts only when another follows, because a clock may be wrong once."""
+
+MAX_AHEAD_NS = 40_000_000
+"""A reading is used at most this long before its time, when the camera's next frame is mostly known."""
+
+HISTORY = 32
+"""Frames kept per camera."""
+
+
+def _is_rotation(wxyz: tuple[float, float, float, float]) -> bool:
+    """Whether a quaternion is a rotation: finite and not zero."""
+    length = float(np.abs(wxyz).max())
+    return 1e-3 < length < 1e3
+
+
+class _Camera:
+    """The newest frames of one camera, in the stage frame and on the stage clock."""
+
+    def __init__(self) -> None:
+        self.times: deque[int] = deque(maxlen=HISTORY)
+        self.joints: deque[NDArray[np.float64]] = deque(maxlen=HISTORY)
+        self.confidence: deque[NDArray[np.float64]] = deque(maxlen=HISTORY)
+        self.frames: deque[CameraFrame] = deque(maxlen=HISTORY)
+        self._held_back_ns: int | None = None
+        self._read_ns: int | None = None
+
+    def add(self, stage_ns: int, joints: NDArray[np.float64], frame: CameraFrame) -> None:
+        """Keep a frame. A frame that is not newer than the last is dropped (a clock that went back), and so is the
+        first that is far ahead of it.
+        """
+        if self.times and stage_ns > self.times[-1] + AHEAD_NS:
+            first, self._held_back_ns = self._held_back_ns, stage_ns
+            if first is None or not 0 < stage_ns - first <= AHEAD_NS:
+                return
+        self._held_back_ns = None
+        if self.times and stage_ns <= self.times[-1]:
+            if stage_ns > self.times[-1] - 1_000_000_000:
+                return
+            for kept in (self.times, self.joints, self.confidence, self.frames):
+                kept.clear()
+            self._read_ns = None
+        self.times.append(stage_ns)
+        self.joints.append(joints)
+        self.confidence.append(frame.confidence)
+        self.frames.append(frame)
+
+    def at(self, stage_ns: int) -> tuple[NDArray[np.float64], NDArray[np.float64]] | None:
+        """Joints and confidence at an instant: interpolated between the frames around it, else the nearest."""
+        after = len(self.times)
+        while after > 0 and self.times[after - 1] >= stage_ns:
+            after -= 1
+        if 0 < after < len(self.times) and self.times[after] - self.times[after - 1] <= MAX_GAP_NS:
+            return self._between(after - 1, after, stage_ns)
+        near = [i for i in (after - 1, after) if 0 <= i < len(self.times)]
+        near = [i for i in near if abs(self.times[i] - stage_ns) <= MAX_AGE_NS]
+        if not near:
+            return None
+        nearest = min(near, key=lambda i: abs(self.times[i] - stage_ns))
+        return self.joints[nearest], self.confidence[nearest]
+
+    def unread(self, stage_ns: int) -> list[int]:
+        """Indices of unread frames, oldest first, up to the first after an instant.
+
+        Frames that are too old or too far ahead are left out, so that the result does not depend on how much more is
+        known already.
+        """
+        if self._read_ns is not None and self._read_ns > stage_ns:
+            return []
+        first = len(self.times)
+        while first > 0 and (self._read_ns is None or self.times[first - 1] > self._read_ns):
+            first -= 1
+        found = []
+        for index in range(first, len(self.times)):
+            time_ns = self.times[index]
+            if time_ns > stage_ns + MAX_AHEAD_NS:
+                break
+            self._read_ns = time_ns
+            if time_ns >= stage_ns - MAX_GAP_NS:
+                found.append(index)
+            if time_ns > stage_ns:
+                break
+        return found
+
+    def _between(self, a: int, b: int, stage_ns: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        share = (stage_ns - self.times[a]) / (self.times[b] - self.times[a])
+        joints = (1.0 - share) * self.joints[a] + share * self.joints[b]
+        confidence = np.minimum(self.confidence[a], self.confidence[b])
+        only_a, only_b = np.isnan(self.joints[b][:, 0]), np.isnan(self.joints[a][:, 0])
+        one = only_a ^ only_b
+        if one.any():  # seen in one of the two: the nearer frame decides
+            pick, other = (a, only_a) if share < 0.5 else (b, only_b)
+            use = one & other
+            joints[use] = self.joints[pick][use]
+            confidence = np.where(use, self.confidence[pick], confidence)
+        return joints, np.where(np.isnan(joints[:, 0]), 0.0, confidence)
+
+
+class Synchroniser:
+    """Collects camera frames and returns frame sets at stage times."""
+
+    def __init__(self, cameras: dict[str, CameraCalibration], *, ahead_ns: int = 0) -> None:
+        """`ahead_ns`: look-ahead of the readings beyond the instant of a frame set [ns]."""
+        self._calibrations = cameras
+        self._ahead_ns = ahead_ns
+        self._clocks: dict[str, ClockModel] = {name: camera.clock for name, camera in cameras.items()}
+        self._cameras: dict[str, _Camera] = {name: _Camera() for name in cameras}
+        self.names = tuple(cameras)
+        self._positions = np.array([camera.T_stage_camera[:3, 3] for camera in cameras.values()]).reshape(
+            -1, 3
+        )
+
+    def set_clock(self, camera: str, clock: ClockModel) -> None:
+        """Use another clock for the camera's frames from now on; unknown cameras are ignored."""
+        if camera in self._clocks:
+            self._clocks[camera] = clock
+
+    def add(self, frame: CameraFrame) -> None:
+        """Add a frame; a frame of an uncalibrated camera is ignored."""
+        calibration = self._calibrations.get(frame.camera)
+        if calibration is None:
+            return
+        possible = np.logical_and.reduce(np.abs(frame.positions) < FAR_M, axis=1)
+        positions = np.where(possible[:, None], frame.positions, np.nan)
+        frame = replace(frame, confidence=np.where(possible, frame.confidence, 0.0))
+        joints = transform_points(calibration.T_stage_camera, unbiased(positions, calibration.depth_bias_m))
+        self._cameras[frame.camera].add(
+            self._clocks[frame.camera].stage_ns(frame.device_time_ns), joints, frame
+        )
+
+    def newest_stage_ns(self) -> dict[str, int]:
+        """Stage time of each camera's newest frame; cameras without one are left out."""
+        return {name: camera.times[-1] for name, camera in self._cameras.items() if camera.times}
+
+    def frame_set(self, stage_time_ns: int) -> FrameSet:
+        """Return all cameras' joints at an instant; a camera without a frame near it has NaN joints."""
+        positions = np.full((len(self.names), JOINT_COUNT, 3), np.nan)
+        confidence = np.zeros((len(self.names), JOINT_COUNT))
+        hands: list[HandSeen] = []
+        head: tuple[float, float, float, float] | None = None
+        readings: list[Reading] = []
+        for i, (name, camera) in enumerate(self._cameras.items()):
+            for k in camera.unread(stage_time_ns + self._ahead_ns):
+                late_s = (camera.times[k] - stage_time_ns) * 1e-9
+                readings.append(Reading(i, late_s, camera.joints[k], camera.confidence[k]))
+            found = camera.at(stage_time_ns)
+            if found is None:
+                continue
+            positions[i], confidence[i] = found
+            newest = camera.frames[-1]
+            hands.extend(newest.hands)
+            if newest.head_wxyz is not None and head is None and _is_rotation(newest.head_wxyz):
+                rotation = self._calibrations[name].T_stage_camera[:3, :3] @ matrices(
+                    np.array(newest.head_wxyz)
+                )
+                w, x, y, z = (float(v) for v in quaternions(rotation))
+                head = (w, x, y, z)
+        return FrameSet(
+            stage_time_ns,
+            self.names,
+            positions,
+            confidence,
+            self._positions,
+            tuple(hands),
+            head,
+            tuple(readings),
+        )

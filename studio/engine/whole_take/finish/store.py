@@ -1,0 +1,159 @@
+"""Storage of a take's steps for finishing, in temporary files, so that memory does not grow with the take."""
+
+from array import array
+from collections.abc import Iterable
+
+import numpy as np
+from numpy.typing import NDArray
+
+from studio.engine.base.records import Records
+from studio.engine.model.frames import FrameSet, FusedSkeleton, HandSeen, StepResult
+from studio.engine.model.joints import JOINT_COUNT
+
+NEAREST = 0.75
+"""A camera's frame belongs to its nearest step, if that is within this many steps."""
+
+
+class Store:
+    """Steps of a pipeline in time order: `add` them all, then `read` any of them.
+
+    Attributes:
+        cameras: names of the cameras, in the order of the records.
+        camera_positions: optical centres in the stage frame [m], shape (camera_count, 3).
+    """
+
+    def __init__(self, first: StepResult) -> None:
+        """Make an empty store; `first` gives the number of cameras."""
+        frames = first.frame_set
+        self.cameras, self.camera_positions = frames.cameras, frames.camera_positions
+        count = len(frames.cameras)
+        assert first.configuration is not None
+        self._dtype = np.dtype(
+            [
+                ("time_ns", "i8"),
+                ("q", "f8", first.configuration.shape),
+                ("positions", "f4", (count, JOINT_COUNT, 3)),
+                ("confidence", "f4", (count, JOINT_COUNT)),
+                ("used", "?", (count, JOINT_COUNT)),
+                ("fused", "f4", (JOINT_COUNT, 3)),
+                ("fused_confidence", "f4", (JOINT_COUNT,)),
+                ("sigma", "f4", (JOINT_COUNT,)),
+                ("head_wxyz", "f8", (4,)),
+            ]
+        )
+        self._steps = Records(self._dtype)
+        self._times_ns = array("q")
+        self._readings = Records(
+            np.dtype([("positions", "f4", (JOINT_COUNT, 3)), ("confidence", "f4", (JOINT_COUNT,))])
+        )
+        self._reading_times_ns, self._reading_cameras = array("q"), array("h")
+        self._slots: NDArray[np.int64] | None = None  # the step of each reading; -1 = none
+        self._hands: dict[int, tuple[HandSeen, ...]] = {}  # by frame, where there are any
+
+    def __len__(self) -> int:
+        return len(self._steps)
+
+    @property
+    def times_ns(self) -> NDArray[np.int64]:
+        """Stage times of the steps [ns]."""
+        return np.array(self._times_ns, dtype=np.int64)
+
+    def add(self, result: StepResult) -> None:
+        """Store a step.
+
+        Raises:
+            TakeError: the disk of the temporary folder is full.
+        """
+        frames, fused = result.frame_set, result.fused
+        count = len(self)
+        self._steps.add((
+            frames.stage_time_ns, result.configuration, frames.positions, frames.confidence, fused.used,
+            fused.positions, fused.confidence, fused.sigma,
+            np.nan if frames.head_wxyz is None else frames.head_wxyz,
+        ))  # fmt: skip
+        self._times_ns.append(frames.stage_time_ns)
+        for reading in frames.readings:
+            self._readings.add((reading.positions, reading.confidence))
+            self._reading_times_ns.append(frames.stage_time_ns + round(reading.offset_s * 1e9))
+            self._reading_cameras.append(reading.camera)
+        if frames.hands:
+            last = self._hands.get(count - 1, frames.hands)
+            self._hands[count] = last if last == frames.hands else frames.hands
+
+    def read(self, begin: int, end: int) -> NDArray[np.void]:
+        """Return the records of steps from `begin` up to, but not including, `end`."""
+        return self._steps.read(begin, end)
+
+    def readings(
+        self, begin: int, end: int, dt: float
+    ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
+        """Return the cameras' readings, each with the nearest step, for steps `begin` up to `end`.
+
+        Of a camera that is faster than the steps, the reading nearest to each step is returned.
+
+        Args:
+            begin: first step.
+            end: step after the last.
+            dt: time between steps [s].
+
+        Returns:
+            Positions in the stage frame [m], shape (step_count, camera_count, 21, 3), NaN = unseen; confidence,
+            shape (step_count, camera_count, 21); and time of the reading minus that of the step [steps], shape
+            (step_count, camera_count).
+        """
+        if self._slots is None:
+            self._slots = self._slots_of_readings(dt)
+        shape = (end - begin, len(self.cameras))
+        positions = np.full((*shape, JOINT_COUNT, 3), np.nan)
+        confidence, late = np.zeros((*shape, JOINT_COUNT)), np.zeros(shape)
+        which = np.flatnonzero((self._slots >= begin) & (self._slots < end))
+        if len(which):
+            records = self._readings.read(int(which[0]), int(which[-1]) + 1)[which - which[0]]
+            at = self._slots[which] - begin, np.array(self._reading_cameras)[which]
+            positions[at], confidence[at] = records["positions"], records["confidence"]
+            after_ns = np.array(self._reading_times_ns)[which] - self.times_ns[self._slots[which]]
+            late[at] = after_ns * (1e-9 / dt)
+        return positions, confidence, late
+
+    def _slots_of_readings(self, dt: float) -> NDArray[np.int64]:
+        """The nearest step of each reading; -1 = none, or another reading of its camera is nearer."""
+        steps, times = self.times_ns, np.array(self._reading_times_ns, dtype=np.int64)
+        after = np.clip(np.searchsorted(steps, times), 1, max(len(steps) - 1, 1))
+        before = after - 1
+        after = np.minimum(after, len(steps) - 1)
+        slots = np.where(times - steps[before] <= steps[after] - times, before, after)
+        away = np.abs(times - steps[slots])
+        keys = slots * len(self.cameras) + np.array(self._reading_cameras, dtype=np.int64)
+        order = np.lexsort((away, keys))
+        second = np.concatenate([[False], keys[order][1:] == keys[order][:-1]])
+        slots[order[second]] = -1
+        slots[away > NEAREST * dt * 1e9] = -1
+        return slots
+
+    def frames(self, begin: int, records: NDArray[np.void]) -> Iterable[tuple[FrameSet, FusedSkeleton]]:
+        """Yield the measured and fused joints of each step of `records`, which begin at step `begin`."""
+        for k, record in enumerate(records):
+            head = record["head_wxyz"]
+            w, x, y, z = (float(v) for v in head)
+            yield (
+                FrameSet(
+                    int(record["time_ns"]),
+                    self.cameras,
+                    record["positions"].astype(np.float64),
+                    record["confidence"].astype(np.float64),
+                    self.camera_positions,
+                    self._hands.get(begin + k, ()),
+                    None if np.isnan(w) else (w, x, y, z),
+                ),
+                FusedSkeleton(
+                    record["fused"].astype(np.float64),
+                    record["fused_confidence"].astype(np.float64),
+                    record["sigma"].astype(np.float64),
+                    record["used"],
+                ),
+            )
+
+    def close(self) -> None:
+        """Delete the temporary files."""
+        self._steps.close()
+        self._readings.close()

@@ -1,0 +1,317 @@
+"""Finishing of a take: results of the pipeline come in, in time order, and leave refined once all are there.
+
+Every Gauss-Newton step covers the whole take before the next begins, window by window. A window is solved together
+with `MARGIN` frames on either side, whose far ends are fixed. Only the window's own frames are kept
+(the restricted additive Schwarz method: Cai, Sarkis, SIAM J. Sci. Comput. 21, 1999). All decisions (standing joints,
+their heights, hinges at a limit, accepted measurements) depend only on the take before the step. The division into
+windows therefore does not change the result, and memory does not grow with the take.
+"""
+
+from collections.abc import Callable, Iterator
+from dataclasses import replace
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from studio.engine.base.errors import SettingsError
+from studio.engine.model.calibration import Performer
+from studio.engine.model.frames import StepResult
+from studio.engine.model.human.humanoid import build_humanoid
+from studio.engine.model.human.skeleton import Skeleton
+from studio.engine.model.joints import CANONICAL, JOINT_COUNT, MIRROR, OUTPUT_OF_CANONICAL_INDEX
+from studio.engine.model.settings import SolveSettings
+from studio.engine.solve.body import BodySolver
+from studio.engine.solve.uncertainty import of_output_joints
+from studio.engine.whole_take.finish.contacts import JOINTS, Contacts, find_contacts, wander_of
+from studio.engine.whole_take.finish.lost_limbs import bring_back, far_limbs
+from studio.engine.whole_take.finish.measurements import (
+    Measurements,
+    NoiseScale,
+    measure,
+    posture_share,
+    swapped,
+)
+from studio.engine.whole_take.finish.smoother import Smoother
+from studio.engine.whole_take.finish.soles import Soles, feet_of, lift_m, without_dips
+from studio.engine.whole_take.finish.store import Store
+from studio.engine.whole_take.finish.trajectory import Kinematics
+from studio.engine.whole_take.physics.correction import ITERATIONS as PHYSICS_ITERATIONS
+from studio.engine.whole_take.physics.whole_take import Physics
+
+WINDOW = 400
+MARGIN = 60
+"""Frames of a window, and of the margin on either side."""
+
+HELD = 2
+"""Fixed frames at the far end of a margin; an acceleration spans two further frames."""
+
+ITERATIONS = 3
+SCALED_ITERATIONS = 1
+CONTACT_ITERATIONS = 3
+"""Iterations: before standing feet are known, with the estimated noise, and with contacts."""
+
+CAMERA_FRAME_S = 1.0 / 30.0
+"""Depth cameras' period."""
+
+MIN_FRAMES = 6
+"""Shorter pieces between gaps are not refined."""
+
+
+class Finisher:
+    """Refines results: `add` all of them in time order, then read `results`."""
+
+    def __init__(self, performer: Performer, settings: SolveSettings, *, floor_given: bool = False) -> None:
+        """Prepare for a performer.
+
+        Args:
+            floor_given: as in `Calibration`: the take stays on its floor.
+
+        Raises:
+            SettingsError: `ik=none` has no humanoid to refine.
+        """
+        if settings.ik == "none":
+            raise SettingsError(
+                "finish=on needs a solved pose; allowed with it: ik=previous_pose, combined_skeleton, kalman_filter"
+            )
+        limited = settings.human_limits == "on"
+        humanoid = build_humanoid(
+            Skeleton.of(performer), human_limits=limited, flexibility=settings.flexibility
+        )
+        self._dt = 1.0 / settings.output_hz
+        self._humanoid, self._kinematics = humanoid, Kinematics(humanoid)
+        effectors, usual = settings.effectors, SolveSettings().effectors
+        self._reach = np.array([effectors[name].reach / usual[name].reach for name in CANONICAL])
+        self._first, self._smoother = (
+            Smoother(humanoid, self._dt, limited=limited, lively=lively, effectors=effectors)
+            for lively in (False, True)
+        )
+        self._physics = Physics(humanoid, self._dt, limited=limited) if settings.physics == "on" else None
+        self._with_contacts = settings.floor_contact == "on"
+        rest = humanoid.skeleton.rest_positions_m
+        self._rest_heights_m = rest[OUTPUT_OF_CANONICAL_INDEX[list(JOINTS)], 2]
+        self._floor_given = floor_given
+        self._root_height_m = performer.root_height_m if floor_given else None
+        self._body = BodySolver(performer, replace(settings, floor_contact="off"))  # finishing applies it
+        self._store: Store | None = None
+        self._measured: tuple[tuple[int, int], Measurements] | None = None  # of the last window
+        self._exchanged = np.zeros((0, 0), dtype=bool)  # frame and camera
+        self._noise: tuple[NDArray[np.float64], NDArray[np.float64]] | None = None
+        self._alike = 1.0
+
+    @property
+    def physics_report(self) -> dict[str, Any]:
+        """Effect of physics, for `metrics.json`; empty without physics and before `results`."""
+        return {} if self._physics is None else self._physics.report
+
+    def add(self, result: StepResult) -> None:
+        """Add a result."""
+        if self._store is None:
+            self._store = Store(result)
+        self._store.add(result)
+
+    def results(self, progress: Callable[[float], None] = lambda share: None) -> Iterator[StepResult]:
+        """Yield all results, finished; `progress` receives the share done."""
+        if self._store is None:
+            return
+        self._passes = _Passes(progress, self._pass_count())
+        q, far = self._initial(self._store)
+        pieces = self._pieces(self._store)
+        for first, last in pieces:
+            bring_back(q[first:last], far[first:last], self._dt)
+        for _ in range(ITERATIONS):
+            self._step(q, pieces, None, self._first)
+        self._noise = self._noise_scale(q, pieces)
+        self._measured = None
+        for _ in range(SCALED_ITERATIONS):
+            self._step(q, pieces, None)
+        lifted_m, contacts = 0.0, None
+        if self._with_contacts:
+            contacts = find_contacts(
+                self._feet(q).joints_m, pieces, self._dt, self._rest_heights_m,
+                floor_given=self._floor_given, wander=wander_of(self._alike),
+            )  # fmt: skip
+            for iteration in range(CONTACT_ITERATIONS):
+                if iteration > 0:
+                    feet = self._feet(q)
+                    contacts = contacts.at_places_of(feet.joints_m, pieces, self._dt)
+                    if not self._floor_given:
+                        contacts = without_dips(feet, contacts)
+                self._step(q, pieces, contacts)
+        for begin in range(0, len(q), WINDOW):
+            q[begin : begin + WINDOW] = self._smoother.within_limits(q[begin : begin + WINDOW])
+        if self._physics is not None:
+            q = self._with_physics(self._physics, q, pieces, contacts)
+        if contacts is not None and not self._floor_given:
+            lifted_m = lift_m(self._feet(q), contacts)
+        squared_radii = self._squared_radii(q, pieces)
+        q[:, 2] += lifted_m
+        yield from self._posed(q, squared_radii, lifted_m)
+        self._store.close()
+
+    def _pass_count(self) -> int:
+        """Number of passes over the take: all steps, and the poses at the end."""
+        contacts = CONTACT_ITERATIONS if self._with_contacts else 0
+        physics = PHYSICS_ITERATIONS if self._physics is not None else 0
+        return ITERATIONS + SCALED_ITERATIONS + contacts + physics + 1
+
+    def _initial(self, store: Store) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
+        """The first solve's configurations, shape (frame_count, nq), and the limbs that are far from the cameras'
+        joints, shape (frame_count, 4). Cameras that exchange left and right are stored.
+        """
+        q = np.zeros((len(store), self._humanoid.model.nq))
+        exchanged: list[NDArray[np.bool_]] = []
+        far: list[NDArray[np.bool_]] = []
+        for begin in range(0, len(store), WINDOW):
+            records = store.read(begin, min(begin + WINDOW, len(store)))
+            q[begin : begin + len(records)] = records["q"]
+            expected = self._kinematics.sites(records["q"])
+            positions = records["positions"].astype(np.float64)
+            turned = swapped(positions, expected)
+            positions[turned] = positions[turned][:, MIRROR]
+            far.append(far_limbs(positions, expected))
+            readings = store.readings(begin, begin + len(records), self._dt)[0]
+            exchanged.append(swapped(readings, expected))
+        self._exchanged = np.concatenate(exchanged)
+        return q, np.concatenate(far)
+
+    def _pieces(self, store: Store) -> list[tuple[int, int]]:
+        """Begin and end of each piece of the take without a gap [frames]."""
+        cuts = np.flatnonzero(np.diff(store.times_ns) * 1e-9 > 1.5 * self._dt) + 1
+        edges = [0, *(int(cut) for cut in cuts), len(store)]
+        return list(pairwise(edges))
+
+    def _with_physics(
+        self,
+        physics: Physics,
+        q: NDArray[np.float64],
+        pieces: list[tuple[int, int]],
+        contacts: Contacts | None,
+    ) -> NDArray[np.float64]:
+        """The take corrected by physics where that improves its figures."""
+        assert self._store is not None
+        store, corrected = self._store, q.copy()
+        for _ in range(PHYSICS_ITERATIONS):
+            self._step(corrected, pieces, contacts, physics.correction)
+
+        def fused(begin: int, end: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+            records = store.read(begin, end)
+            return records["fused"].astype(np.float64), records["sigma"].astype(np.float64)
+
+        return physics.joined(q, self._smoother.within_limits(corrected), pieces, contacts, fused)
+
+    def _step(
+        self,
+        q: NDArray[np.float64],
+        pieces: list[tuple[int, int]],
+        contacts: Contacts | None,
+        smoother: Smoother | None = None,
+    ) -> None:
+        """Apply one Gauss-Newton step to the take, in place; `smoother` None = finishing's."""
+        smoother = smoother or self._smoother
+        for first, last in pieces:
+            if last - first < MIN_FRAMES:
+                continue
+            kept = q[:0]
+            for begin in range(first, last, WINDOW):
+                end = min(begin + WINDOW, last)
+                low, high = max(begin - MARGIN, first), min(end + MARGIN, last)
+                window = np.concatenate([kept[len(kept) - (begin - low) :], q[begin:high]])
+                kept = q[max(end - MARGIN, first) : end].copy()
+                stepped = smoother.stepped(
+                    window,
+                    self._measurements(low, high),
+                    None if contacts is None else contacts.part(slice(low, high)),
+                    held=(HELD if low > first else 0, HELD if high < last else 0),
+                )
+                q[begin:end] = stepped[begin - low : end - low]
+                self._passes.tell(end / len(q))
+        self._passes.done += 1
+
+    def _measurements(self, begin: int, end: int) -> Measurements:
+        if self._measured is None or self._measured[0] != (begin, end):
+            assert self._store is not None
+            exchanged = self._exchanged[begin:end]
+            positions, confidence, late = self._store.readings(begin, end, self._dt)
+            positions[exchanged] = positions[exchanged][:, MIRROR]
+            confidence[exchanged] = confidence[exchanged][:, MIRROR]
+            found = measure(positions, confidence, late, self._store.camera_positions)
+            found = found.followed(self._reach)
+            if self._noise is not None:
+                found = found.scaled(*self._noise)
+            self._measured = (begin, end), found
+        return self._measured[1]
+
+    def _noise_scale(
+        self, q: NDArray[np.float64], pieces: list[tuple[int, int]]
+    ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        assert self._store is not None
+        lag = max(1, round(CAMERA_FRAME_S / self._dt))
+        scale = NoiseScale(len(self._store.cameras))
+        for first, last in pieces:
+            for begin in range(first, last, WINDOW):
+                rows = slice(begin, min(begin + WINDOW + lag, last))
+                if rows.stop - begin > lag:
+                    scale.add(self._measurements(begin, rows.stop), self._kinematics.sites(q[rows]), lag)
+        self._alike = scale.alike()
+        smoothers = [self._smoother] if self._physics is None else [self._smoother, self._physics.correction]
+        for smoother in smoothers:
+            smoother.posture_share = posture_share(self._alike)
+            smoother.calm = wander_of(self._alike)
+        factor, spread = scale.factors()
+        return wander_of(self._alike) * factor, spread  # means over independent frames are more precise
+
+    def _feet(self, q: NDArray[np.float64]) -> Soles:
+        return feet_of(self._humanoid, q, self._rest_heights_m)
+
+    def _squared_radii(self, q: NDArray[np.float64], pieces: list[tuple[int, int]]) -> NDArray[np.float64]:
+        """Squared radii of the canonical joints' 90 % balls [m2], shape (frame_count, 21)."""
+        out = np.empty((len(q), JOINT_COUNT))
+        for first, last in pieces:
+            for begin in range(first, last, WINDOW):
+                end = min(begin + WINDOW, last)
+                low, high = max(begin - MARGIN, first), min(end + MARGIN, last)
+                found = self._smoother.squared_radii(q[low:high], self._measurements(low, high))
+                out[begin:end] = found[begin - low : end - low]
+        return out
+
+    def _posed(
+        self, q: NDArray[np.float64], squared_radii: NDArray[np.float64], lifted_m: float
+    ) -> Iterator[StepResult]:
+        """The poses of the refined configurations, completed as in the pipeline."""
+        assert self._store is not None
+        up, last_ns = np.array([0.0, 0.0, lifted_m]), None
+        for begin in range(0, len(q), WINDOW):
+            records = self._store.read(begin, min(begin + WINDOW, len(q)))
+            self._passes.tell(begin / len(q))
+            for k, (frames, fused) in enumerate(self._store.frames(begin, records), begin):
+                dt = 0.0 if last_ns is None else (frames.stage_time_ns - last_ns) * 1e-9
+                last_ns = frames.stage_time_ns
+                pose = self._body.pose_of(
+                    q[k],
+                    replace(fused, positions=fused.positions + up),
+                    replace(
+                        frames,
+                        positions=frames.positions + up,
+                        camera_positions=frames.camera_positions + up,
+                    ),
+                    dt,
+                )
+                sure = of_output_joints(squared_radii[k], fused.confidence)
+                yield StepResult(
+                    frames, fused, *pose[:2], *sure,
+                    configuration=q[k], root_height_m=self._root_height_m,
+                )  # fmt: skip
+
+
+class _Passes:
+    """Reports progress of work with several passes over the take."""
+
+    def __init__(self, progress: Callable[[float], None], count: int) -> None:
+        self._progress, self._count = progress, count
+        self.done = 0
+
+    def tell(self, share: float) -> None:
+        """`share`: of the present pass, 0..1."""
+        self._progress((self.done + share) / self._count)

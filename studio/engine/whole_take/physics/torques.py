@@ -1,0 +1,88 @@
+"""Joint torques by inverse dynamics under contact forces, and their excess over the joints' bounds."""
+
+from dataclasses import dataclass
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+
+from studio.engine.model.human.humanoid import FREE_DOFS, Humanoid
+from studio.engine.whole_take.physics.blocks import Blocks
+from studio.engine.whole_take.physics.forces import ContactForces
+from studio.engine.whole_take.physics.points import FloorPoints
+
+
+@dataclass(frozen=True)
+class Torques:
+    """Torques at the inner frames of a trajectory of F frames.
+
+    Attributes:
+        torque: of each hinge [N m], shape (F - 2, hinges).
+        excess: torque beyond the bounds, signed, same shape.
+    """
+
+    torque: NDArray[np.float64]
+    excess: NDArray[np.float64]
+
+
+class InverseDynamics:
+    """Torques of a humanoid's trajectories, frames `dt` apart [s]."""
+
+    def __init__(
+        self, humanoid: Humanoid, points: FloorPoints, bounds: NDArray[np.float64], dt: float
+    ) -> None:
+        self._model, self._data = humanoid.model, mujoco.MjData(humanoid.model)
+        self._points, self._dt = points, dt
+        self._low, self._high = bounds.T
+
+    def torques(self, q: NDArray[np.float64], steps: NDArray[np.float64], forces: ContactForces) -> Torques:
+        """Return the torques of configurations, shape (F, nq).
+
+        Args:
+            q: the configurations.
+            steps: tangent steps from each to the next, shape (F - 1, nv).
+            forces: at the inner frames.
+        """
+        model, data = self._model, self._data
+        velocity = 0.5 * (steps[1:] + steps[:-1]) / self._dt
+        acceleration = np.diff(steps, axis=0) / self._dt**2
+        torque = np.empty((len(velocity), model.nv))
+        jacobian = np.empty((3, model.nv))
+        for k in range(len(velocity)):
+            self._place(q[k + 1])
+            data.qvel[:], data.qacc[:] = velocity[k], acceleration[k]
+            mujoco.mj_comVel(model, data)
+            mujoco.mj_rne(model, data, 1, torque[k])
+            for point in np.flatnonzero(forces.at_points[k].any(axis=1)):
+                body = int(self._points.body_ids[point])
+                place = data.xpos[body] + data.xmat[body].reshape(3, 3) @ self._points.offsets_m[point]
+                mujoco.mj_jac(model, data, jacobian, None, place, body)
+                torque[k] -= forces.at_points[k, point] @ jacobian
+        hinges = torque[:, FREE_DOFS:]
+        return Torques(hinges, hinges - np.clip(hinges, self._low, self._high))
+
+    def add_rows(self, blocks: Blocks, q: NDArray[np.float64], torques: Torques, sigma_nm: float) -> None:
+        """Add a row with Cauchy costs for every hinge and frame with an excessive torque; forces count as
+        constant."""
+        model, data = self._model, self._data
+        inertia = np.empty((model.nv, model.nv))
+        for k in np.flatnonzero(torques.excess.any(axis=1)):
+            self._place(q[k + 1])
+            mujoco.mj_makeM(model, data)
+            mujoco.mj_fullM(model, data, inertia)
+            hinges = np.flatnonzero(torques.excess[k])
+            excess = torques.excess[k, hinges] / sigma_nm
+            weight = 1.0 / (1.0 + excess**2)
+            rows = inertia[FREE_DOFS + hinges] / (sigma_nm * self._dt**2)
+            square = (weight[:, None] * rows).T @ rows
+            pull = (weight * excess) @ rows
+            for frame, factor in ((k, 1.0), (k + 1, -2.0), (k + 2, 1.0)):
+                blocks.diagonal[frame] += factor**2 * square
+                blocks.right[frame] -= factor * pull
+            blocks.next[k : k + 2] -= 2.0 * square
+            blocks.second[k] += square
+
+    def _place(self, q: NDArray[np.float64]) -> None:
+        self._data.qpos[:] = q
+        mujoco.mj_kinematics(self._model, self._data)
+        mujoco.mj_comPos(self._model, self._data)

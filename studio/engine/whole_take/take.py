@@ -1,0 +1,146 @@
+"""The solve of a whole take: all frames through the pipeline with final clocks, then finishing if set."""
+
+from collections.abc import Callable, Iterable, Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from studio.engine.base.errors import SettingsError
+from studio.engine.model.calibration import Calibration
+from studio.engine.model.frames import CameraFrame, StepResult
+from studio.engine.model.poses import Poses
+from studio.engine.model.settings import SolveSettings
+from studio.engine.solve.stream import Stream
+from studio.engine.whole_take.collect import PoseCollector
+from studio.engine.whole_take.cut import LOOKED_S, cut_between_s
+from studio.engine.whole_take.finisher import Finisher
+from studio.engine.whole_take.residuals import SolveResiduals
+from studio.engine.whole_take.trace import TraceCollector
+
+ProgressCallback = Callable[[float], None]
+"""Called with the share done, 0..1."""
+
+LAST_NS = 2**63 - 1
+"""Times of a clock that is wrong by centuries are clipped to 64 bits."""
+
+LIVE_SHARE = 0.6
+"""The pipeline's share of a solve's time if finishing follows."""
+
+
+def solve_frames(
+    frames: Iterable[CameraFrame],
+    calibration: Calibration,
+    settings: SolveSettings,
+    *,
+    start_s: float | None = None,
+    progress: ProgressCallback | None = None,
+    residuals: SolveResiduals | None = None,
+    physics: dict[str, Any] | None = None,
+    trace: TraceCollector | None = None,
+) -> Poses:
+    """Return the poses of a take's frames.
+
+    Args:
+        frames: of all cameras, in any order; a sequence is read frame by frame, not copied.
+        calibration: gives cameras, clocks and performer.
+        settings: the switches.
+        start_s: frames before this stage time [s] are left out; None = none. No state is kept from before it, because
+            a performer may stand elsewhere after the calibration part. Frames just after it that still belong to
+            the part before such a cut are left out too.
+        progress: receives the share done.
+        residuals: counts the joints that the poses do not follow.
+        physics: receives the effect of `physics=on`, as in `metrics.json`.
+        trace: receives the inputs of each frame.
+
+    Raises:
+        TakeError: there is no frame, or no camera shows the performer.
+        CalibrationError, SettingsError: see `Pipeline`.
+    """
+    if not isinstance(frames, Sequence):
+        frames = list(frames)
+    order, start_ns = _order(frames, calibration, start_s)
+    stream = Stream(calibration, settings)
+    finisher = _finisher(calibration, settings)
+    collector = PoseCollector()
+
+    def collect(result: StepResult) -> None:
+        collector.add(result)
+        if residuals is not None:
+            residuals.add(result)
+        if trace is not None:
+            trace.add(result)
+
+    def take(results: list[StepResult]) -> None:
+        for result in results:
+            if result.frame_set.stage_time_ns >= start_ns:
+                collect(result) if finisher is None else finisher.add(result)
+
+    live_share = 1.0 if finisher is None else LIVE_SHARE
+    for done, place in enumerate(order.tolist()):
+        take(stream.add(frames[place]))
+        if progress is not None and done % 64 == 0:
+            progress(live_share * (done + 1) / len(order))
+    take(stream.rest())
+    if finisher is not None:
+
+        def tell(share: float) -> None:
+            if progress is not None:
+                progress(live_share + (1.0 - live_share) * share)
+
+        for result in finisher.results(tell):
+            collect(result)
+        if physics is not None:
+            physics.update(finisher.physics_report)
+    if progress is not None:
+        progress(1.0)
+    return collector.poses()
+
+
+def _order(
+    frames: Sequence[CameraFrame], calibration: Calibration, start_s: float | None
+) -> tuple[NDArray[np.int64], float]:
+    """Return the indices of the frames to use, by stage time, then camera, then number; and when poses begin [ns]."""
+    clocks = {name: camera.clock for name, camera in calibration.cameras.items()}
+    ranks = {name: rank for rank, name in enumerate(sorted(clocks))}
+    keys = (
+        (
+            min(clocks[frame.camera].stage_ns(frame.device_time_ns), LAST_NS),
+            ranks[frame.camera],
+            frame.sequence,
+            place,
+        )
+        for place, frame in enumerate(frames)
+        if frame.camera in clocks
+    )
+    placed = np.fromiter(
+        keys, np.dtype([(key, np.int64) for key in ("stage_ns", "camera", "sequence", "place")])
+    )
+    placed = placed[np.lexsort((placed["sequence"], placed["camera"], placed["stage_ns"]))]
+    if start_s is None:
+        return placed["place"], -np.inf
+    start_ns = start_s * 1e9
+    placed = placed[placed["stage_ns"] >= start_ns]
+    cuts = []
+    for camera in np.unique(placed["camera"]):
+        own = placed[(placed["camera"] == camera) & (placed["stage_ns"] < (start_s + LOOKED_S) * 1e9)]
+        times_s = own["stage_ns"] * 1e-9 - start_s
+        cuts.append(cut_between_s([frames[place] for place in own["place"]], times_s))
+    found = np.array([cut for cut in cuts if cut is not None])
+    if len(found):
+        placed = placed[placed["stage_ns"] > (start_s + found[:, 0].max() + 1e-6) * 1e9]
+        start_ns = (start_s + found[:, 1].min()) * 1e9
+    return placed["place"], start_ns
+
+
+def check_together(settings: SolveSettings) -> None:
+    """Raise SettingsError for a combination of switches that does not work for a whole take."""
+    if settings.physics == "on" and settings.finish == "off":
+        raise SettingsError("physics=on corrects a finished take; set finish=on too, or take preset finish")
+
+
+def _finisher(calibration: Calibration, settings: SolveSettings) -> Finisher | None:
+    check_together(settings)
+    if settings.finish == "off" or calibration.performer is None:
+        return None
+    return Finisher(calibration.performer, settings, floor_given=calibration.floor_given)

@@ -1,0 +1,45 @@
+"""Measurement of the time of one frame of a stage."""
+
+import time
+from collections.abc import Callable, Iterable
+from typing import Any, NotRequired, TypedDict, TypeVar
+
+import numpy as np
+
+Item = TypeVar("Item")
+
+WARM_UP = 10
+"""Frames at the beginning that do not count."""
+
+
+class StageTiming(TypedDict):
+    """A stage's entry in `bench --json`; the last two are set where known."""
+
+    median_ms: float
+    p99_ms: float
+    cpu_p99_ms: float
+    frames_per_second: float
+    ratio_to_mink_frame_tasks: float | None
+    share_of_live_budget: NotRequired[float]
+
+
+def per_frame(work: Callable[[Item], Any], items: Iterable[Item]) -> StageTiming:
+    """Return a stage's entry in `bench --json`: median and 99th percentile of a frame's time, and the rate.
+
+    The rate is that of the whole run (frames divided by their total time), not of the median frame.
+    `cpu_p99_ms` is that of the processor time: the time of a frame on an otherwise idle core.
+    """
+    times_ns, cpu_ns = [], []
+    for item in items:
+        start, cpu_start = time.perf_counter_ns(), time.thread_time_ns()
+        work(item)
+        cpu_ns.append(time.thread_time_ns() - cpu_start)
+        times_ns.append(time.perf_counter_ns() - start)
+    counted_ms = np.array(times_ns[WARM_UP:]) * 1e-6
+    return {
+        "median_ms": float(np.median(counted_ms)),
+        "p99_ms": float(np.percentile(counted_ms, 99)),
+        "cpu_p99_ms": float(np.percentile(cpu_ns[WARM_UP:], 99)) * 1e-6,
+        "frames_per_second": float(1e3 / counted_ms.mean()),
+        "ratio_to_mink_frame_tasks": None,
+    }

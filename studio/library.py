@@ -1,0 +1,237 @@
+"""The studio for programs: the functions of `import studio` for whole takes.
+
+A take is opened, made or imported; it is calibrated, solved with settings, measured, exported. The files are the
+same as those of the command line. Single frames go through `studio.Stream` or `studio.Pipeline`.
+"""
+
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Any
+
+from studio.engine.base.errors import TakeError
+from studio.engine.model.calibration import Calibration
+from studio.engine.model.poses import Poses
+from studio.engine.model.settings import SolveSettings
+from studio.take.folder.take import Take
+
+PathText = str | Path
+Progress = Callable[[float], None]
+"""Receives the share done, 0..1."""
+
+PREFERRED = ("finish", "studio", "live", "imported")
+"""The default solve: the first of these that the take has."""
+
+
+def open_take(path: PathText) -> Take:
+    """Return the take in a folder.
+
+    Raises:
+        TakeError: there is no take, or one of another version.
+    """
+    return Take.open(Path(path))
+
+
+def import_take(
+    path: PathText, out: PathText, *, unit_m: float | None = None, progress: Progress | None = None
+) -> Take:
+    """Return a new take from another recording or an animation.
+
+    Args:
+        path: a file or folder of a kind that `studio import` reads.
+        out: folder of the new take; it must not exist.
+        unit_m: metres per unit of an animation that has no unit; None = by a height of 1.75 m.
+        progress: receives the share done.
+
+    Raises:
+        FormatError: nothing that can be read.
+        TakeError: `out` exists.
+    """
+    from studio.take.importers import import_recording
+
+    return import_recording(Path(path), Path(out), unit_m=unit_m, progress=progress)
+
+
+def simulate(motion: PathText, out: PathText, **options: Any) -> Take:
+    """Return a new take of simulated cameras that watch a motion, with the truth beside it, `<out>.truth.csv`.
+
+    Args:
+        motion: an animation file, or `demo`, the embedded performer.
+        out: folder of the new take; it must not exist.
+        options: `cameras`, `sensor`, `tracker`, `seed`, `unit_m`, `rig`, `calibration`, `performer`, `furniture` and
+            `progress`, see `studio.simulator.simulate.simulate_take`.
+
+    Raises:
+        FormatError: a motion or rig that cannot be used.
+        TakeError: `out` exists.
+        SettingsError: a bad option.
+    """
+    from studio.simulator.simulate import simulate_take
+
+    return Take.open(simulate_take(motion, out, **options))
+
+
+def calibrate(take: Take, *, reference: str | None = None, progress: Progress | None = None) -> Calibration:
+    """Return the calibration from a take's frames; it is stored in the take and used from now on.
+
+    Args:
+        take: with raw frames.
+        reference: the camera whose clock is the stage clock; None = the first.
+        progress: receives the share done.
+
+    Raises:
+        CalibrationError: no frames, or a calibration that is refused, with the reasons.
+        SettingsError: no such camera.
+    """
+    from studio.offline.tracking import calibrate_take, keep_calibration
+
+    calibration = calibrate_take(take, reference=reference, progress=progress)
+    keep_calibration(take, calibration)
+    return calibration
+
+
+def settings(preset: str = "studio", switches: Mapping[str, object] | None = None) -> SolveSettings:
+    """Return a preset's settings with some switches changed.
+
+    Args:
+        preset: `raw`, `thesis`, `studio` or `finish`.
+        switches: values by key, as `--set KEY=VALUE` takes them, such as `{"smoothing": "one_euro:before"}` or
+            `{"effectors.head.reach": 0.5}`.
+
+    Raises:
+        SettingsError: an unknown preset, key or value; the message lists what is allowed.
+    """
+    from studio.engine.model.settings import parse_settings
+
+    return parse_settings(preset, [f"{key}={value}" for key, value in (switches or {}).items()])
+
+
+def solve(
+    take: Take,
+    using: str | SolveSettings = "studio",
+    *,
+    name: str | None = None,
+    as_live: bool = False,
+    progress: Progress | None = None,
+) -> Poses:
+    """Return the poses of a take, solved from its raw frames; they are stored as `solves/<name>`.
+
+    Args:
+        take: with raw frames and a calibration.
+        using: a preset's name, or settings.
+        name: of the solve, which replaces one of that name; by default the preset's, `solve` for settings, `as-live`
+            for `as_live`.
+        as_live: repeat the decisions of the live stage, bit for bit.
+        progress: receives the share done.
+
+    Raises:
+        TakeError: no raw frames.
+        CalibrationError: no calibration.
+        SettingsError: the take lacks a named camera.
+    """
+    from studio.offline.replay import solve_take
+
+    chosen = settings(using) if isinstance(using, str) else using
+    usual = "as-live" if as_live else using if isinstance(using, str) else "solve"
+    folder = solve_take(take, chosen, name=name or usual, as_live=as_live, progress=progress)
+    return Poses.load(folder / "poses.npz")
+
+
+def load_poses(take: Take, solve: str | None = None) -> Poses:
+    """Return the poses of a take's solve; the default is the first of `PREFERRED`.
+
+    Raises:
+        TakeError: the take has no such solve, or none at all.
+        FormatError: it is damaged.
+    """
+    name = choose_solve(take.solve_names(), solve, str(take.path))
+    return Poses.load(take.solve_folder(name) / "poses.npz")
+
+
+def evaluate(
+    take: Take,
+    reference: PathText,
+    solves: list[str] | None = None,
+    *,
+    align_time: bool = False,
+    align: str = "rigid",
+    unit_m: float | None = None,
+    progress: Progress | None = None,
+) -> dict[str, dict[str, Any]]:
+    """Return the figures of a take's solves against a reference, by name of the solve.
+
+    Args:
+        take: with solves.
+        reference: BVH, C3D, TRC or CSV.
+        solves: names; None = all.
+        align_time: the reference has its own clock, whose offset and drift are estimated.
+        align: `rigid`, or `similarity` (the size too).
+        unit_m: metres per unit of a BVH; None = by a height of 1.75 m.
+        progress: receives the share done.
+
+    Returns:
+        For each solve the figures of `studio evaluate --json`, units in the keys.
+
+    Raises:
+        TakeError: no such solve.
+        FormatError: a reference that cannot be read or shares too little with the solve.
+    """
+    from studio.engine.metrics.reference.reference import read_reference
+    from studio.take.folder.evaluating import evaluate_solves
+    from studio.take.folder.references import HowAligned
+
+    available = take.solve_names()
+    names = available if solves is None else [choose_solve(available, one, str(take.path)) for one in solves]
+    if not names:
+        raise no_solve(str(take.path))
+    how = HowAligned(align_time, align, unit_m)
+    return evaluate_solves(
+        take, read_reference(Path(reference), unit_m=unit_m), names, how, progress=progress
+    )
+
+
+def export(
+    poses: Poses,
+    out: PathText,
+    format: str | None = None,
+    *,
+    progress: Progress | None = None,
+    **options: Any,
+) -> Path:
+    """Write poses as a file for other programs; return its path.
+
+    Args:
+        poses: of a solve.
+        out: the file; it is replaced.
+        format: fbx, bvh, glb, c3d, trc, csv, npz or usd; None = by the file's ending.
+        progress: receives the share done.
+        options: fields of `studio.ExportOptions`, such as `target="unreal"`, `fps=30.0`, `mesh=True`.
+
+    Raises:
+        SettingsError: an unknown format or option.
+        NotAvailableError: the format's library is not installed.
+    """
+    from studio.engine.animation.export import export as write
+
+    out = Path(out)
+    write(poses, out, format or out.suffix.lstrip(".").lower(), progress=progress, **options)
+    return out
+
+
+def choose_solve(available: list[str], wanted: str | None, take: str) -> str:
+    """Return the name of the solve to use: the wanted one, else the first of `PREFERRED`.
+
+    Raises:
+        TakeError: the take has no solve of that name, or none at all.
+    """
+    if wanted is not None and wanted in available:
+        return wanted
+    if not available:
+        raise no_solve(take)
+    if wanted is not None:
+        raise TakeError(f"take {take} has no solve {wanted!r}; it has: {', '.join(available)}")
+    return next((name for name in PREFERRED if name in available), available[0])
+
+
+def no_solve(take: str) -> TakeError:
+    """Return the error for a take that has no solve."""
+    return TakeError(f"take {take} has no solve yet; run `studio solve {take}`")

@@ -1,0 +1,1 @@
+"""The calibration in use: stored on disk, computed, checked, with its performers."""

@@ -1,0 +1,85 @@
+"""Performer profiles: measured proportions, `sessions/performers/<name>.json`, for later sessions."""
+
+import json
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from studio.engine.base.errors import FormatError, TakeError
+from studio.engine.base.files import write_json
+from studio.engine.base.versions import PERFORMER
+from studio.engine.model.calibration import Performer, performer_from_json, performer_to_json
+from studio.take.folder.names import check_name, inside, is_safe_name
+from studio.take.folder.take import utc_now
+
+FOLDER = "performers"
+
+
+@dataclass(frozen=True)
+class Profile:
+    """A performer's profile: name, when it was measured (ISO 8601, UTC), proportions."""
+
+    name: str
+    measured: str
+    performer: Performer
+
+    def to_json(self) -> dict[str, Any]:
+        """Return the profile as in the API."""
+        return {"name": self.name, "measured": self.measured, **performer_to_json(self.performer)}
+
+
+def save_profile(sessions: Path, name: str, performer: Performer) -> Profile:
+    """Store a performer's proportions; an older profile of that name is replaced.
+
+    Raises:
+        TakeError: a name that is not allowed.
+        StudioError: the folder cannot be written.
+    """
+    profile = Profile(check_name("performer", name), utc_now(), performer)
+    write_json(_path(sessions, name), PERFORMER.stamped(profile.to_json()))
+    return profile
+
+
+def load_profile(sessions: Path, name: str) -> Profile:
+    """Return a performer's profile.
+
+    Raises:
+        TakeError: there is none of that name, or it cannot be read.
+    """
+    path = _path(sessions, check_name("performer", name))
+    if not path.is_file():
+        known = ", ".join(profile.name for profile in list_profiles(sessions)) or "none yet"
+        raise TakeError(f"there is no performer {name!r}; measured so far: {known}")
+    try:
+        value = PERFORMER.current(json.loads(path.read_text(encoding="utf-8")), path)
+        return Profile(name, str(value["measured"]), performer_from_json(value))
+    except (OSError, ValueError, KeyError, TypeError, AttributeError, RecursionError, FormatError) as error:
+        raise TakeError(f"performer {name!r} cannot be read ({error!r}); measure again") from error
+
+
+def list_profiles(sessions: Path) -> list[Profile]:
+    """Return all profiles that can be read, by name."""
+    found = []
+    for path in sorted((sessions / FOLDER).glob("*.json")):
+        if is_safe_name(path.stem):
+            try:
+                found.append(load_profile(sessions, path.stem))
+            except TakeError:
+                continue  # reported when it is asked for by name
+    return found
+
+
+def delete_profile(sessions: Path, name: str) -> None:
+    """Delete a profile.
+
+    Raises:
+        TakeError: there is none of that name.
+    """
+    path = _path(sessions, check_name("performer", name))
+    if not path.is_file():
+        raise TakeError(f"there is no performer {name!r}")
+    path.unlink()
+
+
+def _path(sessions: Path, name: str) -> Path:
+    return inside(sessions / FOLDER, f"{name}.json")

@@ -1,0 +1,1 @@
+"""The cameras of the live stage: presence, clocks, links and previews."""

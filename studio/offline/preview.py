@@ -1,0 +1,98 @@
+"""Preview: a part of a take solved with changed settings, before the whole take is solved."""
+
+from bisect import bisect_left, bisect_right
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
+from functools import lru_cache, partial
+from pathlib import Path
+
+import numpy as np
+
+from studio.engine.animation.clip.resample import frames_of
+from studio.engine.base.errors import TakeError
+from studio.engine.calibration.calibrate import with_performer
+from studio.engine.model.calibration import Calibration
+from studio.engine.model.frames import CameraFrame, ClockModel
+from studio.engine.model.poses import Poses
+from studio.engine.model.settings import SolveSettings
+from studio.engine.whole_take.take import solve_frames
+from studio.offline.tracking import is_tracked, tracked_frames
+from studio.take.folder.take import Take
+from studio.take.raw.frames import camera_frames
+
+LEAD_S = 1.0
+"""Lead-in of a part's solve, in which the filter converges."""
+
+_FileState = tuple[Path, int, int]
+
+
+def solve_part(
+    take: Take,
+    settings: SolveSettings,
+    start_s: float,
+    end_s: float,
+    *,
+    progress: Callable[[float], None] | None = None,
+) -> Poses:
+    """Return the poses from `start_s` to `end_s` of stage time, from a solve that begins shortly before.
+
+    The solve is without finishing and physics, which need the whole take, and nothing is stored. Skeletons from depth
+    are those of an earlier solve or calibration.
+
+    Raises:
+        CalibrationError: the take has no calibration, or no performer.
+        TakeError: no frames in this part, no raw frames, or depth not yet tracked with these settings.
+    """
+    settings = replace(settings, finish="off", physics="off")
+    take.calibration()  # raises the right error if there is none
+    file = take.calibration_path(take.meta["calibration"])
+    tracked_as = (
+        (settings.tracker, settings.cameras, settings.refine_cameras) if is_tracked(take, settings) else None
+    )
+    frames, calibration = _recent(take.path, _state(take.raw_path), _state(file), tracked_as)
+    if tracked_as is not None:
+        settings = replace(settings, cameras="all")  # only the used ones were tracked
+    clocks = {name: camera.clock for name, camera in calibration.cameras.items()}
+    first_ns, last_ns = (start_s - LEAD_S) * 1e9, end_s * 1e9
+    part: list[CameraFrame] = []
+    for name, mine in frames.items():
+        if name in clocks:
+            stage_ns = partial(_stage_ns, clocks[name])
+            begin, end = bisect_left(mine, first_ns, key=stage_ns), bisect_right(mine, last_ns, key=stage_ns)
+            part.extend(mine[begin:end])
+    poses = solve_frames(part, calibration, settings, progress=progress)
+    shown = (poses.time_s >= start_s) & (poses.time_s <= end_s)
+    if not shown.any():
+        raise TakeError(f"{take.path} has no frames from {start_s:g} to {end_s:g} s")
+    first, last = np.flatnonzero(shown)[[0, -1]]
+    return frames_of(poses, slice(int(first), int(last) + 1))
+
+
+def _stage_ns(clock: ClockModel, frame: CameraFrame) -> int:
+    return clock.stage_ns(frame.device_time_ns)
+
+
+def _state(file: Path) -> _FileState:
+    """Return the file with its time and size, which change with its content."""
+    state = file.stat()
+    return file, state.st_mtime_ns, state.st_size
+
+
+@lru_cache(maxsize=1)
+def _recent(
+    path: Path, raw: _FileState, calibration: _FileState, tracked_as: tuple[str, str, str] | None
+) -> tuple[Mapping[str, Sequence[CameraFrame]], Calibration]:
+    """Return the cached frames of the last take, and its calibration with the performer that they show.
+
+    Args:
+        tracked_as: `tracker`, `cameras` and `refine_cameras` for skeletons from depth.
+    """
+    take = Take.open(path)
+    found = take.calibration()
+    if tracked_as is None:
+        frames = camera_frames(take.raw_path)
+    else:
+        tracker, cameras, refine = tracked_as
+        settings = SolveSettings(tracker=tracker, cameras=cameras, refine_cameras=refine)
+        frames, found, *_ = tracked_frames(take, found, settings, only_kept=True)
+    return frames, with_performer(found, frames)

@@ -1,0 +1,241 @@
+"""Skeletons from the depth images of a take, for its solves by the `tracker` switch and for its calibration."""
+
+import json
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import replace
+from hashlib import blake2b
+from itertools import islice
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from studio.engine.base.errors import CalibrationError, SettingsError, TakeError
+from studio.engine.calibration.calibrate import calibrate
+from studio.engine.calibration.cameras.drift import follow_clocks
+from studio.engine.calibration.performer.depth_floor import seen_floors
+from studio.engine.calibration.performer.floor import Floor
+from studio.engine.model.calibration import Calibration
+from studio.engine.model.depth import DepthFrame
+from studio.engine.model.frames import CameraFrame
+from studio.engine.model.settings import SolveSettings
+from studio.engine.seeing.cameras.camera_poses import MOST_SETS, refine_camera_poses
+from studio.engine.seeing.tracker.skeletons import POINTS, from_points, per_camera, points_calibration
+from studio.offline.placing import refined, refines, with_refined
+from studio.take.folder.take import Take
+from studio.take.folder.tracked import Tracked, keep_tracked, read_tracked
+from studio.take.raw.depth import DepthRecording
+from studio.take.raw.frames import camera_frames, inspect_raw
+
+Progress = Callable[[float], None]
+_CAMERA = "camera-"
+_LEAST_WALK_S = 10.0
+_FLOOR_IMAGES = 5
+_SHARE = 0.9
+"""The approximate share of tracking in the time of a solve from depth."""
+
+_REFINING = 0.3
+"""Of the time that tracking takes, refining cameras takes about this share in a take of half a minute."""
+
+
+class TrackedTake(NamedTuple):
+    """The skeletons of a take with depth.
+
+    Attributes:
+        frames: by camera. calibration: places them. settings: to solve them with.
+        figures: what `metrics.json` tells of the cameras; empty where they were not refined.
+    """
+
+    frames: Mapping[str, Sequence[CameraFrame]]
+    calibration: Calibration
+    settings: SolveSettings
+    figures: dict[str, Any]
+
+
+def is_tracked(take: Take, settings: SolveSettings) -> bool:
+    """Whether solves with these settings use skeletons tracked from depth instead of received ones."""
+    summary = inspect_raw(take.raw_path)
+    return bool(summary.depth_frames) and not (settings.tracker == "client" and any(summary.frames.values()))
+
+
+def tracked_frames(
+    take: Take,
+    calibration: Calibration,
+    settings: SolveSettings,
+    progress: Progress | None = None,
+    *,
+    only_kept: bool = False,
+) -> TrackedTake:
+    """Return the skeletons of a take with depth.
+
+    `tracker=points` gives one virtual camera, `points`, after refining the cameras if `refine_cameras` says so.
+    `per_camera` gives one skeleton stream for every camera with depth. With `client`, a take without received
+    skeletons is tracked per camera too, as clients would have done. Tracked skeletons are stored in the take.
+
+    Raises:
+        CalibrationError: none of the cameras has a transform.
+        SettingsError: `cameras` names a missing camera.
+        TakeError: with `only_kept`, if the take has not been tracked yet.
+    """
+    recording = DepthRecording(take.raw_path)
+    placed = tuple(name for name in recording.cameras if name in calibration.cameras)
+    if not placed:
+        raise CalibrationError(
+            f"the calibration of {take.path} has none of the cameras with depth ({', '.join(recording.cameras)}); "
+            f"run `studio calibrate {take.path}`"
+        )
+    names = settings.camera_names(placed)
+    if settings.tracker != "points":
+        frames = _skeletons(take, recording, names, progress, only_kept=only_kept)
+        return TrackedTake(frames, calibration, settings, {})
+    refine = refines(settings, calibration, names)
+    tracked = _points(take, recording, calibration, names, progress, refine=refine, only_kept=only_kept)
+    done = tracked.cameras or {}
+    if done:
+        calibration = with_refined(calibration, done)
+    calibration = points_calibration(calibration, names, tracked.performer)
+    return TrackedTake({POINTS: tracked.frames}, calibration, replace(settings, cameras="all"), done)
+
+
+def _skeletons(
+    take: Take,
+    recording: DepthRecording,
+    names: tuple[str, ...],
+    progress: Progress | None = None,
+    *,
+    only_kept: bool = False,
+) -> Mapping[str, Sequence[CameraFrame]]:
+    """Return each camera's own skeletons in order of time."""
+    found = {name: read_tracked(take, _CAMERA + name) for name in names}
+    missing = tuple(name for name, kept in found.items() if kept is None)
+    if missing:
+        _check_may_track(take, only_kept)
+        frames: dict[str, list[CameraFrame]] = {name: [] for name in missing}
+        images = _told(recording, recording.frames(missing), missing, progress)
+        for frame in per_camera(images, {name: recording.cameras[name] for name in missing}):
+            frames[frame.camera].append(frame)
+        for name in missing:
+            found[name] = tracked = Tracked(frames[name])
+            keep_tracked(take, _CAMERA + name, tracked)
+    return {name: kept.frames for name, kept in found.items() if kept is not None}
+
+
+def _points(
+    take: Take,
+    recording: DepthRecording,
+    calibration: Calibration,
+    names: tuple[str, ...],
+    progress: Progress | None,
+    *,
+    refine: bool,
+    only_kept: bool,
+) -> Tracked:
+    """Return the skeletons from all cameras' points, the performer estimated with them, and how cameras moved."""
+    used = calibration.to_json()["cameras"]
+    placed = {name: [used[name]["T_stage_camera"], used[name]["clock"]] for name in names}
+    key = json.dumps([names, "refined"] if refine else names)
+    kept_as = f"{POINTS}-{blake2b(key.encode(), digest_size=6).hexdigest()}"
+    tracked = read_tracked(take, kept_as, placed)
+    if tracked is not None:
+        return tracked
+    _check_may_track(take, only_kept)
+    clocks = {name: calibration.cameras[name].clock for name in names}
+    done = None
+    if refine:
+        calibration, done = refined(recording, calibration, names, _part(progress, 0.0, _REFINING))
+        progress = _part(progress, _REFINING, 1.0)
+    images = _told(recording, recording.frames(names, clocks=clocks), names, progress)
+    made = list(from_points(images, {name: recording.cameras[name] for name in names}, calibration))
+    tracked = Tracked([frame for frame, _ in made], made[-1][1] if made else None, done)
+    keep_tracked(take, kept_as, tracked, placed)
+    return tracked
+
+
+def _check_may_track(take: Take, only_kept: bool) -> None:
+    if only_kept:
+        raise TakeError(
+            f"the depth of {take.path} has not been tracked with these settings; solve the take once"
+        )
+
+
+def calibrate_take(
+    take: Take, *, reference: str | None = None, progress: Progress | None = None
+) -> Calibration:
+    """Return the calibration from a take's frames; a bad one has the verdict `refused` and reasons.
+
+    Spans in which cameras do not agree are left out and reported; the end of a calibration part must agree, because
+    the rest is solved with it. Received skeletons are used, and the floor is the one seen in depth. A take with only
+    depth is tracked camera by camera, reported by `progress`, and the cameras are then refined on the body and the
+    floor. All of the take is used if its calibration part is too short for a walk.
+
+    Raises:
+        CalibrationError: no frames at all.
+        SettingsError: no such reference camera.
+    """
+    summary, until_s = inspect_raw(take.raw_path), take.meta["calibration_s"]
+    depth = DepthRecording(take.raw_path) if summary.depth_frames else None
+    floors: dict[str, Floor] = {} if depth is None else _floors(depth)
+    only_depth = None if any(summary.frames.values()) else depth
+    if only_depth is not None:
+        frames = _skeletons(take, only_depth, tuple(only_depth.cameras), progress)
+        until_s = until_s if until_s is not None and until_s >= _LEAST_WALK_S else None
+    else:
+        frames = camera_frames(take.raw_path)
+    if reference is not None and reference not in frames:
+        raise SettingsError(f"--reference {reference}: no such camera; allowed: {', '.join(frames)}")
+    calibration = calibrate(
+        frames,
+        reference=reference,
+        until_s=until_s,
+        floors=floors,
+        must_hold="somewhere" if until_s is None else "at_end",
+    )
+    calibration = follow_clocks(calibration, frames, until_s)
+    if only_depth is None or len(frames) < 2:
+        return calibration
+    clocks = {name: camera.clock for name, camera in calibration.cameras.items()}
+    images = list(islice(only_depth.frames(clocks=clocks), MOST_SETS * len(frames)))
+    return refine_camera_poses(images, only_depth.cameras, calibration)
+
+
+def _floors(recording: DepthRecording) -> dict[str, Floor]:
+    """Return the floors in a recording's first images, by camera, each in the camera's frame."""
+    images: dict[str, list[NDArray[np.uint16]]] = {name: [] for name in recording.cameras}
+    for frame in islice(recording.frames(), _FLOOR_IMAGES * len(images)):
+        images[frame.camera].append(frame.depth_mm)
+    return seen_floors(
+        {name: (camera, images[name]) for name, camera in recording.cameras.items() if images[name]}
+    )
+
+
+def keep_calibration(take: Take, calibration: Calibration) -> int:
+    """Store a take's calibration under the next number, which is returned, and use it unless it was refused.
+
+    Raises:
+        CalibrationError: it was refused, with the reasons and the calibration that stays in use; it is stored all the
+            same.
+    """
+    number = take.add_calibration(calibration, use=not calibration.refused)
+    if calibration.refused:
+        in_use = take.meta["calibration"]
+        kept = "none is in use" if in_use is None else f"number {in_use} stays in use"
+        raise CalibrationError(
+            f"calibration {number} of {take.path} is refused ({kept}): {'; '.join(calibration.reasons())}"
+        )
+    return number
+
+
+def _part(progress: Progress | None, begin: float, end: float) -> Progress | None:
+    """Return what is told the share of a part of the work that goes from `begin` to `end`."""
+    return None if progress is None else lambda share: progress(begin + (end - begin) * share)
+
+
+def _told(
+    recording: DepthRecording, images: Iterator[DepthFrame], names: Iterable[str], progress: Progress | None
+) -> Iterator[DepthFrame]:
+    """Pass on the cameras' images and report progress."""
+    total = sum(len(recording.times_ns(name)) for name in names)
+    for done, image in enumerate(images):
+        if progress is not None and done % 16 == 0:
+            progress(_SHARE * done / max(total, 1))
+        yield image

@@ -1,0 +1,1 @@
+"""Review and sharing of solves: pictures, reports, blind tests, shared replays."""

@@ -1,0 +1,193 @@
+"""The animations of a test: both of a pair on one character, at 60 Hz, different in the motion only.
+
+A solve's world rotations and the path of its hips are applied to the character; bone lengths are the character's. A
+voter receives a GLB without a name, uncompressed, of equal size within a pair, with the same bytes except for the
+keys' values.
+"""
+
+import tempfile
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.interpolate import CubicHermiteSpline
+from scipy.spatial.transform import Rotation, Slerp
+
+from studio.engine.animation.clip.options import ExportOptions
+from studio.engine.animation.clip.skeleton import LocalMotion, local_motion, to_file_axes
+from studio.engine.animation.export.glb import write_glb
+from studio.engine.base.errors import FormatError, SettingsError
+from studio.engine.base.quaternions import continuous_signs, normalized
+from studio.engine.model.calibration import Performer
+from studio.engine.model.human.skeleton import Skeleton
+from studio.engine.model.joints import OUTPUT_INDEX, OUTPUT_JOINTS, OUTPUT_PARENTS
+from studio.engine.model.poses import Poses, on_output_joints
+from studio.engine.model.soles import rest_lift_m
+from studio.review.blind.model import MAX_SECONDS, Pair, Side
+from studio.take.folder.take import Take
+
+HZ = 60.0
+HEAD_JOINT_OF_HEIGHT = 0.93
+"""Height of the head's joint, in the middle of the head, as a share of a person's height."""
+
+NAME = "clip"
+
+
+def bake_pairs(pairs: list[tuple[Pair, Take, Take]]) -> list[tuple[bytes, bytes]]:
+    """Return the two GLB files of each pair, given the takes of its sides.
+
+    The character has the proportions of the first take's performer, else of the second's. Errors as `bake_pair`.
+    """
+    baked = []
+    for pair, *takes in pairs:
+        known = [take.calibration().performer for take in takes if take.meta["calibration"] is not None]
+        performer = next((one for one in known if one is not None), None)
+        sides = (pair.a, pair.b)
+        first, second = (
+            Poses.load(take.solve_folder(side.solve) / "poses.npz")
+            for take, side in zip(takes, sides, strict=True)
+        )
+        baked.append(bake_pair((first, second), sides, performer, pair.start_s, pair.end_s))
+    return baked
+
+
+def bake_pair(
+    poses: tuple[Poses, Poses],
+    sides: tuple[Side, Side],
+    performer: Performer | None,
+    start_s: float,
+    end_s: float,
+) -> tuple[bytes, bytes]:
+    """Return the two GLB files of a pair.
+
+    Args:
+        poses: of the sides; each begins at its own first frame.
+        sides: the keys and their interpolation.
+        performer: proportions of the character; None uses those of the first side's solve.
+        start_s, end_s: the shown part [s from the first frame]; end_s 0 = up to the end of the shorter one.
+
+    Raises:
+        FormatError: a solve of another skeleton.
+        SettingsError: the part is too short, too long, or missing.
+    """
+    length_s = min(float(p.time_s[-1] - p.time_s[0]) for p in poses)
+    end_s = end_s or min(length_s, start_s + MAX_SECONDS)
+    if not 0.5 <= end_s - start_s <= MAX_SECONDS or end_s > length_s + 0.05:
+        raise SettingsError(
+            f"a pair from {start_s:g} to {end_s:g} s is not possible: both animations last {length_s:.1f} s, and "
+            f"0.5 to {MAX_SECONDS:g} s are shown"
+        )
+    times = start_s + np.arange(int(np.floor((min(end_s, length_s) - start_s) * HZ)) + 1) / HZ
+    skeleton = skeleton_of(poses[0]) if performer is None else Skeleton.of(performer)
+    poses = (on_output_joints(poses[0]), on_output_joints(poses[1]))
+    first, second = (
+        glb(_on_character(one, side, times, skeleton), skeleton)
+        for one, side in zip(poses, sides, strict=True)
+    )
+    if len(first) != len(second):
+        raise FormatError("the two animations of a pair came out in different sizes; choose others")
+    return first, second
+
+
+def skeleton_of(poses: Poses) -> Skeleton:
+    """Return the skeleton of a solve's own bones, from the median of the frames, standing on the floor.
+
+    Raises:
+        FormatError: it lacks joints of the output skeleton.
+    """
+    if poses.joint_names != OUTPUT_JOINTS:
+        raise FormatError("neither take of a pair knows a performer; calibrate one of them first")
+    offsets = np.empty((len(OUTPUT_JOINTS), 3))
+    for joint, parent in enumerate(OUTPUT_PARENTS):
+        if parent >= 0:
+            back = Rotation.from_quat(poses.rotations_wxyz[:, parent], scalar_first=True).inv()
+            offsets[joint] = np.median(
+                back.apply(poses.positions_m[:, joint] - poses.positions_m[:, parent]), axis=0
+            )
+    offsets[0] = 0.0
+    hips = rest_lift_m(Skeleton(offsets, 0.0).rest_positions_m[:, 2], poses.root_height_m)
+    offsets[0] = (0.0, 0.0, hips)
+    trunk = [OUTPUT_INDEX[name] for name in ("Spine", "Spine1", "Spine2", "Neck", "Head")]
+    return Skeleton(offsets, height_m=(hips + float(offsets[trunk, 2].sum())) / HEAD_JOINT_OF_HEIGHT)
+
+
+def _on_character(poses: Poses, side: Side, times: NDArray[np.float64], skeleton: Skeleton) -> Poses:
+    """Return a solve on the character at these times [s from its first frame]."""
+    hips, rotations = _sampled(poses, side, times)
+    scale = float(skeleton.offsets_m[0, 2] / max(_leg_m(poses), 0.1))
+    hips = hips * [1.0, 1.0, scale]
+    positions = np.empty((len(times), len(OUTPUT_JOINTS), 3))
+    positions[:, 0] = hips
+    for joint, parent in enumerate(OUTPUT_PARENTS):
+        if parent >= 0:
+            turn = Rotation.from_quat(rotations[:, parent], scalar_first=True)
+            positions[:, joint] = positions[:, parent] + turn.apply(skeleton.offsets_m[joint])
+    unknown = np.full(positions.shape[:2], np.nan)
+    height_m = float(skeleton.offsets_m[0, 2])
+    sure = np.ones_like(unknown)
+    return Poses(times, OUTPUT_JOINTS, OUTPUT_PARENTS, positions, rotations, sure, unknown, height_m)
+
+
+def _leg_m(poses: Poses) -> float:
+    """Height of the hips over the floor in a T-pose, from the bones of the leg and the lowest toes [m]."""
+    chain = [OUTPUT_INDEX[name] for name in ("LeftUpLeg", "LeftLeg", "LeftFoot")]
+    bones = np.linalg.norm(np.diff(poses.positions_m[:, chain], axis=1), axis=2)
+    ankle = np.percentile(poses.positions_m[:, chain[-1], 2], 5)
+    drop = np.linalg.norm(poses.positions_m[:, chain[0]] - poses.positions_m[:, 0], axis=1)
+    return float(np.median(bones.sum(axis=1)) + np.clip(ankle, 0.0, 0.15) + 0.5 * np.median(drop))
+
+
+def _sampled(
+    poses: Poses, side: Side, times: NDArray[np.float64]
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return the hips' path, shape (N, 3), and world rotations wxyz, shape (N, 52, 4), interpolated between keys."""
+    own = poses.time_s - poses.begins_s
+    keys = own if side.key_hz == 0 else np.arange(int(np.floor(own[-1] * side.key_hz)) + 1) / side.key_hz
+    at = np.clip(times, keys[0], keys[-1])
+    if side.interpolation == "held":
+        at = keys[np.searchsorted(keys, at + 1e-9, side="right") - 1]
+    hips_keys = np.stack([np.interp(keys, own, poses.positions_m[:, 0, k]) for k in range(3)], axis=1)
+    rotations = np.empty((len(times), len(OUTPUT_JOINTS), 4))
+    for joint in range(len(OUTPUT_JOINTS)):
+        track = Slerp(own, Rotation.from_quat(poses.rotations_wxyz[:, joint], scalar_first=True))(keys)
+        rotations[:, joint] = _between(keys, track, at, cubic=side.interpolation == "cubic")
+    if side.interpolation == "cubic":
+        return _cubic(keys, hips_keys, at), rotations
+    return np.stack([np.interp(at, keys, hips_keys[:, k]) for k in range(3)], axis=1), rotations
+
+
+def _between(
+    keys: NDArray[np.float64], track: Rotation, at: NDArray[np.float64], *, cubic: bool
+) -> NDArray[np.float64]:
+    if len(keys) < 2:
+        return np.repeat(track.as_quat(scalar_first=True), len(at), axis=0)
+    if not cubic:
+        return Slerp(keys, track)(at).as_quat(scalar_first=True)
+    return normalized(_cubic(keys, continuous_signs(track.as_quat(scalar_first=True)), at))
+
+
+def _cubic(
+    keys: NDArray[np.float64], values: NDArray[np.float64], at: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """Values at times by cubics with central-difference slopes, as in exports."""
+    if len(keys) < 2:
+        return np.repeat(values, len(at), axis=0)
+    return CubicHermiteSpline(keys, values, np.gradient(values, keys, axis=0))(at)
+
+
+def glb(poses: Poses, skeleton: Skeleton) -> bytes:
+    """Return poses of the character as a GLB file: linear keys at 60 Hz, with the mannequin."""
+    motion = _with_offsets(local_motion(poses), skeleton)
+    options = ExportOptions(fps=HZ, interpolation="linear", take_name=NAME, mesh=True)
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "clip.glb"
+        write_glb(motion, path, options)
+        return path.read_bytes()
+
+
+def _with_offsets(motion: LocalMotion, skeleton: Skeleton) -> LocalMotion:
+    """Return a motion whose rest equals the character's to the last bit, despite rounding."""
+    offsets = to_file_axes(skeleton.offsets_m)
+    offsets[0] = (0.0, skeleton.offsets_m[0, 2], 0.0)
+    return replace(motion, name=NAME, offsets_m=offsets, positions_m={0: motion.positions_m[0]})

@@ -1,0 +1,158 @@
+"""A blind test: a question and pairs of animations, with rules; its JSON is `test.json`."""
+
+from datetime import UTC, datetime
+from typing import Any, Literal
+
+import msgspec
+
+from studio.engine.base.errors import FormatError, SettingsError
+
+FORMAT_VERSION = 1
+MAX_PAIRS = 100
+MAX_TEXT = 500
+MAX_SECONDS = 60.0
+
+Interpolation = Literal["linear", "held", "cubic"]
+
+
+class Side(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """One animation of a pair.
+
+    Attributes:
+        condition: its name in the results, such as `limits on`; voters never see it.
+        take: id, session/name; solve: name of the solve.
+        key_hz: keys a second of the shown animation; 0 keeps the solve's.
+        interpolation: between those keys: `linear`, `held` (none) or `cubic`.
+    """
+
+    condition: str
+    take: str
+    solve: str
+    key_hz: float = 0.0
+    interpolation: Interpolation = "linear"
+
+
+class Pair(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """Two animations over the same time; start_s and end_s are from the takes' first frame, end 0 = to the end."""
+
+    a: Side
+    b: Side
+    start_s: float = 0.0
+    end_s: float = 0.0
+    title: str = ""
+
+
+class Rules(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """Rules of the vote.
+
+    Attributes:
+        allow_none: whether "no preference" may be chosen.
+        ask_name: whether voters are asked for a name or code; it stays optional.
+        repeats: number of pairs shown twice, sides exchanged, to measure a voter's consistency.
+        max_voters: later voters are told that the test is full.
+        closes: ISO 8601 with its offset, or empty; later votes are refused.
+        supervised: everybody sees the pair that the operator shows.
+    """
+
+    allow_none: bool = False
+    ask_name: bool = False
+    repeats: int = 2
+    max_voters: int = 500
+    closes: str = ""
+    supervised: bool = False
+
+
+class BlindTest(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """A stored test.
+
+    Attributes:
+        id: name in the API; token: the secret in the voters' link, empty once it was revoked.
+        title, question: shown to voters.
+        seed: of all draws of orders and sides.
+        repeated: indices of the pairs shown twice.
+        created: ISO 8601, UTC; closed: when the operator ended it, or empty.
+        animations: SHA-256 of the two GLB files of every pair, in the order a, b.
+        seal: SHA-256 of the key file.
+        shown: in a supervised test, the slot that everybody sees; -1 = none yet.
+    """
+
+    id: str
+    token: str
+    title: str
+    question: str
+    pairs: tuple[Pair, ...]
+    rules: Rules
+    seed: int
+    repeated: tuple[int, ...]
+    created: str
+    closed: str = ""
+    animations: tuple[tuple[str, str], ...] = ()
+    seal: str = ""
+    shown: int = -1
+    format_version: int = FORMAT_VERSION
+
+    @property
+    def slots(self) -> tuple[tuple[int, bool], ...]:
+        """All slots of a voter: (pair, whether it is the repeat), each once."""
+        return (*((i, False) for i in range(len(self.pairs))), *((i, True) for i in self.repeated))
+
+    def is_open(self, now: datetime) -> bool:
+        """Whether votes are accepted."""
+        closes = self.rules.closes
+        return bool(self.token) and not self.closed and (not closes or now < datetime.fromisoformat(closes))
+
+
+def check(title: str, question: str, pairs: tuple[Pair, ...], rules: Rules) -> None:
+    """Raise SettingsError for an invalid test."""
+    for name, text in (("title", title), ("question", question)):
+        if not 1 <= len(text.strip()) <= MAX_TEXT:
+            raise SettingsError(f"{name} has {len(text)} characters; allowed: 1 to {MAX_TEXT}")
+    if not 1 <= len(pairs) <= MAX_PAIRS:
+        raise SettingsError(f"a test has {len(pairs)} pairs; allowed: 1 to {MAX_PAIRS}")
+    for number, pair in enumerate(pairs, start=1):
+        _check_pair(number, pair)
+    if not 0 <= rules.repeats <= len(pairs):
+        raise SettingsError(f"repeats={rules.repeats} is not allowed; allowed: 0 to {len(pairs)}, the pairs")
+    if not 1 <= rules.max_voters <= 10_000:
+        raise SettingsError(f"max_voters={rules.max_voters} is not allowed; allowed: 1 to 10000")
+    if rules.closes:
+        try:
+            closes = datetime.fromisoformat(rules.closes)
+        except ValueError:
+            closes = datetime.min
+        if closes.tzinfo is None:
+            raise SettingsError(
+                f"closes={rules.closes!r} is no time; such as {datetime.now(UTC).isoformat(timespec='minutes')}"
+            )
+
+
+def _check_pair(number: int, pair: Pair) -> None:
+    if not 0 <= pair.start_s < MAX_SECONDS * 600 or not 0 <= pair.end_s < MAX_SECONDS * 600:
+        raise SettingsError(
+            f"pair {number}: start_s={pair.start_s:g}, end_s={pair.end_s:g} are not allowed; from 0"
+        )
+    if pair.end_s and pair.end_s - pair.start_s < 0.5:
+        raise SettingsError(
+            f"pair {number} lasts {pair.end_s - pair.start_s:g} s; allowed: half a second or more"
+        )
+    for side in (pair.a, pair.b):
+        if not 1 <= len(side.condition.strip()) <= 100:
+            raise SettingsError(f"pair {number}: a condition has 1 to 100 characters, such as 'limits on'")
+        if side.key_hz and not 1 <= side.key_hz <= 120:
+            raise SettingsError(
+                f"pair {number}: key_hz={side.key_hz:g} is not allowed; allowed: 0 or 1 to 120"
+            )
+    if pair.a == pair.b:
+        raise SettingsError(f"pair {number} has the same animation on both sides")
+
+
+def from_json(value: Any) -> BlindTest:
+    """Return the test in a decoded `test.json`.
+
+    Raises:
+        FormatError: it is no test.
+    """
+    try:
+        return msgspec.convert(value, BlindTest)
+    except msgspec.ValidationError as error:
+        raise FormatError(f"not a blind test: {error}") from error

@@ -1,0 +1,135 @@
+"""Quality of a take's solve for its reviewers: figures, edit list, differences from another motion."""
+
+import itertools
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from studio.engine.metrics.cleanup.solve import CLEANUP, solve_cleanup
+from studio.engine.metrics.compare import Differences, compare, differences
+from studio.engine.metrics.own import own_figures
+from studio.engine.metrics.reference.alignment import Alignment
+from studio.engine.metrics.reference.canonical import canonical_positions
+from studio.engine.metrics.reference.placing import PlacedMotion, line_up, on_stage
+from studio.engine.metrics.reference.reference import Reference, read_reference
+from studio.engine.model.poses import Poses
+from studio.take.folder.evaluating import evaluate_poses
+from studio.take.folder.placing import place_reference
+from studio.take.folder.references import HowAligned
+from studio.take.folder.take import Take
+
+MAX_SAMPLES = 1200
+"""Largest number of instants with differences; longer takes are thinned."""
+
+
+def solve_figures(
+    take: Take, poses: Path, reference: Path | None = None, how: HowAligned | None = None
+) -> dict[str, Any]:
+    """Return figures of the solve in a take's `poses.npz`: `own`, and `reference`, as in `evaluate --json`.
+
+    Args:
+        reference: file of the reference; None = `reference` is null.
+        how: options of its alignment; None = `HowAligned()`.
+
+    Raises:
+        FormatError: a file that cannot be read.
+        StudioError: the two cannot be aligned.
+    """
+    solve = Poses.load(poses)
+    against = None if reference is None else _against(take, solve, reference, how)
+    return {"own": own_figures(solve, start_s=take.meta["calibration_s"]), "reference": against}
+
+
+def edit_list(
+    take: Take, poses: Path, reference: Path | None = None, how: HowAligned | None = None
+) -> dict[str, Any]:
+    """Return the clean-up events of the solve, as in `CLEANUP`; arguments and errors as `solve_figures`. A reference
+    separates true motion from errors.
+    """
+    solve = Poses.load(poses)
+    if reference is None:
+        return solve_cleanup(solve, start_s=take.meta["calibration_s"])
+    found = _against(take, solve, reference, how)
+    return {key: found[key] for key in CLEANUP}
+
+
+def _against(take: Take, solve: Poses, reference: Path, how: HowAligned | None) -> dict[str, Any]:
+    how = how or HowAligned()
+    return evaluate_poses(take, solve, read_reference(reference, unit_m=how.unit_m), how)
+
+
+def compare_solves(a: Path, b: Path) -> dict[str, Any]:
+    """Return the differences of the solves in two `poses.npz`; results and errors as `metrics.compare.compare`."""
+    return compare(Poses.load(a), Poses.load(b))
+
+
+def solve_differences(
+    take: Take, a: Path, b: Path, *, another_take: bool, lined_up: bool, offset_ms: float
+) -> dict[str, Any]:
+    """Return the differences of two solves over time: `Differences.summary`, samples, and the `alignment` of `b`.
+
+    Args:
+        take: of `a`.
+        a, b: files `poses.npz`.
+        another_take: `b` is of another take; both begin together.
+        lined_up: align `b` in place and time with `a` instead.
+        offset_ms: further offset of `b`, positive = ahead.
+
+    Raises:
+        FormatError: a file that cannot be read, or no instant or joint in common.
+    """
+    solve, other = Poses.load(a), Poses.load(b)
+    alignment = Alignment(np.eye(4))
+    if lined_up:
+        alignment = line_up(solve, other, start_s=take.meta["calibration_s"])
+    elif another_take:
+        alignment = Alignment(np.eye(4), offset_s=other.begins_s - solve.begins_s)
+    motion = on_stage(Reference(other.time_s, canonical_positions(other)), alignment)
+    return _differences(solve, motion, offset_ms, alignment=alignment.to_json(), aligned=None)
+
+
+def reference_differences(
+    take: Take, a: Path, reference: Path, how: HowAligned, kept: Path, *, offset_ms: float
+) -> dict[str, Any]:
+    """Return the differences of a solve from a reference over time, as `solve_differences`, with its alignment
+    (`aligned`).
+
+    Args:
+        take, a, offset_ms: as `solve_differences`, also for errors.
+        reference: its file.
+        how: options of its alignment.
+        kept: file of the reference in the stage frame of `a`.
+    """
+    if not kept.is_file():
+        place_reference(take, a, reference, how, kept)
+    placed = PlacedMotion.load(kept)
+    return _differences(Poses.load(a), placed.motion, offset_ms, alignment=None, aligned=placed.aligned)
+
+
+def _differences(solve: Poses, motion: Reference, offset_ms: float, **told: Any) -> dict[str, Any]:
+    moved = Reference(motion.time_s - offset_ms * 1e-3, motion.positions_m)
+    found = differences(solve, moved)
+    return {**found.summary(), **told, **_samples(found)}
+
+
+def _samples(found: Differences) -> dict[str, Any]:
+    """Differences at up to `MAX_SAMPLES` instants: the largest of each stretch, so that no peak is lost."""
+    count = len(found.frames)
+    edges = np.unique(np.linspace(0, count, min(count, MAX_SAMPLES) + 1).round().astype(int))
+    mean = np.nanmean(found.mm, axis=1)
+    rows = [int(low + np.argmax(mean[low:high])) for low, high in itertools.pairwise(edges)]
+
+    def numbers(values: NDArray[np.float64]) -> list[float | None]:
+        return [None if not np.isfinite(value) else round(float(value), 1) for value in values]
+
+    return {
+        "frame": found.frames[rows].tolist(),
+        "mean_over_joints_mm": numbers(mean[rows]),
+        "joints_mm": {name: numbers(found.mm[rows, j]) for j, name in enumerate(found.joints)},
+        "per_joint_p95_mm": {
+            name: float(np.nanpercentile(found.mm[:, j], 95)) for j, name in enumerate(found.joints)
+        },
+        "per_joint_max_mm": {name: float(np.nanmax(found.mm[:, j])) for j, name in enumerate(found.joints)},
+    }

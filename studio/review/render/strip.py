@@ -1,0 +1,105 @@
+"""Frames of one or several solves side by side as one PNG: a row per solve, a column per instant."""
+
+import os
+from dataclasses import replace
+
+import numpy as np
+from PIL import Image, ImageDraw, ImageFont
+
+from studio.engine.animation.mannequin.performer import Mannequin
+from studio.engine.base.errors import FormatError
+from studio.engine.base.files import write_atomically
+from studio.engine.model.joints import OUTPUT_INDEX, OUTPUT_JOINTS
+from studio.engine.model.poses import Poses
+from studio.review.render.figure import Projection, draw_figure
+
+_MARGIN, _GUTTER, _FOOTER = 14, 6, 44
+_DAY_S = 86400.0
+_PAPER, _INK, _FAINT = (236, 238, 241), (38, 44, 54), (104, 113, 126)
+
+
+def _cell(poses: Poses, frame: int, view: Projection, mannequin: Mannequin) -> Image.Image:
+    hips = poses.positions_m[frame, OUTPUT_INDEX["Hips"]]
+    target = (float(hips[0]), float(hips[1]), 0.0)
+    pose = poses.positions_m[frame], poses.rotations_wxyz[frame]
+    return Image.fromarray(draw_figure(mannequin, *pose, replace(view, target_m=target)))
+
+
+def stage_times(poses: Poses, times_s: list[float]) -> list[float]:
+    """Return the stage times [s] of a user's times: stage times already, or times since the first frame if
+    the stage clock is a wall clock (a live take).
+    """
+    wall = poses.frame_count > 0 and poses.begins_s > _DAY_S
+    return [poses.begins_s + time_s for time_s in times_s] if wall else times_s
+
+
+def default_times(poses: Poses, count: int) -> list[float]:
+    """Return `count` stage times [s] spread over the poses, away from both ends."""
+    start, end = float(poses.time_s[0]), float(poses.time_s[-1])
+    return [start + (end - start) * (i + 0.5) / count for i in range(count)]
+
+
+def render_strip(
+    poses: Poses | dict[str, Poses],
+    path: str | os.PathLike[str],
+    *,
+    times_s: list[float] | None = None,
+    begins_s: float | None = None,
+    clock: str = "time since the performance began [s]",
+    count: int = 8,
+    cell: tuple[int, int] = (200, 300),
+    yaw_deg: float = 25.0,
+) -> None:
+    """Write a PNG of the mannequin at some instants.
+
+    Args:
+        poses: one solve, or several by name: one row each. All in the output skeleton.
+        path: of the PNG; written atomically.
+        times_s: stage times [s]; the nearest frame is drawn. Spread over the first solve where None.
+        begins_s: zero of the labels in stage time; the first solve's first frame where None.
+        clock: zero of the labels, in words under them.
+        count: number of instants if `times_s` is None.
+        cell: width and height of one frame [px].
+        yaw_deg: direction of the viewer: 0 in front of the T-pose, 90 at the performer's left.
+
+    Raises:
+        FormatError: no frames, another skeleton than the output skeleton, or bones that no body fits.
+    """
+    rows = poses if isinstance(poses, dict) else {"": poses}
+    for name, row in rows.items():
+        if row.joint_names != OUTPUT_JOINTS:
+            raise FormatError(
+                f"solve {name!r} has other joints than the output skeleton; solve the take again"
+            )
+        if row.frame_count == 0:
+            raise FormatError(f"solve {name!r} has no frames; nothing to draw")
+    first = next(iter(rows.values()))
+    times = default_times(first, count) if times_s is None else times_s
+    zero_s = first.begins_s if begins_s is None else begins_s
+    width, height = cell
+    view = Projection(width=width, height=height, pixels_per_m=height * 0.45, yaw_deg=yaw_deg)
+    title = 22 if any(rows) else 0
+    picture = Image.new(
+        "RGB",
+        (
+            2 * _MARGIN + len(times) * (width + _GUTTER) - _GUTTER,
+            _MARGIN + len(rows) * (height + title) + _FOOTER,
+        ),
+        _PAPER,
+    )
+    draw, font = ImageDraw.Draw(picture), ImageFont.load_default(13)
+    for r, (name, row) in enumerate(rows.items()):
+        top = _MARGIN + r * (height + title)
+        draw.text((_MARGIN + 2, top), name, fill=_INK, font=font)
+        mannequin = Mannequin.of(row)
+        for c, time_s in enumerate(times):
+            frame = int(np.argmin(np.abs(row.time_s - time_s)))
+            picture.paste(_cell(row, frame, view, mannequin), (_MARGIN + c * (width + _GUTTER), top + title))
+    for c, time_s in enumerate(times):
+        x = _MARGIN + c * (width + _GUTTER) + width / 2
+        draw.text(
+            (x, picture.height - _FOOTER + 5), f"{time_s - zero_s:.2f}", fill=_FAINT, font=font, anchor="ma"
+        )
+    draw.text((_MARGIN + 2, picture.height - 20), clock, fill=_FAINT, font=font)
+    with write_atomically(path) as file:
+        picture.save(file, format="PNG", optimize=True)

@@ -1,0 +1,85 @@
+"""The report of a take's solves, for the command and the server."""
+
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Any
+
+from studio.engine.base.errors import FormatError
+from studio.engine.base.files import write_atomically
+from studio.engine.metrics.reference.reference import Markers, Reference, read_reference
+from studio.engine.model.poses import Poses
+from studio.review.report.evaluation import MeasuredSolve, evaluation_report
+from studio.review.report.words import ENGLISH, Language, Words
+from studio.take.folder.evaluating import evaluate_solves
+from studio.take.folder.references import HowAligned
+from studio.take.folder.solves import read_settings, solve_camera_moves, solve_disagreements
+from studio.take.folder.take import Take
+
+
+def take_report(
+    take: Take, reference: Reference | Markers, figures: dict[str, dict[str, Any]], say: Words = ENGLISH
+) -> str:
+    """Return the report of a take's solves as HTML; `figures` by solve, from `metrics.evaluate`."""
+    solves = {
+        name: MeasuredSolve(
+            Poses.load(take.solve_folder(name) / "poses.npz"),
+            one,
+            read_settings(take.solve_folder(name)) or {},
+            solve_disagreements(take.solve_folder(name)),
+            solve_camera_moves(take.solve_folder(name)),
+        )
+        for name, one in figures.items()
+    }
+    title = say("Figures of {take}", take=take.path.name)
+    return evaluation_report(title, solves, reference, start_s=take.meta["calibration_s"], say=say)
+
+
+def write_report(
+    path: Path,
+    take: Take,
+    reference: Reference | Markers,
+    figures: dict[str, dict[str, Any]],
+    say: Words = ENGLISH,
+) -> None:
+    """Write the report to a file, atomically.
+
+    Raises:
+        FormatError: the file cannot be written.
+    """
+    page = take_report(take, reference, figures, say)
+    try:
+        with write_atomically(path) as file:
+            file.write(page.encode())
+    except OSError as error:
+        raise FormatError(f"cannot write {path}: {error.strerror}; choose another --report") from error
+
+
+def report_solves(
+    take: Take,
+    reference: Path,
+    solves: Sequence[str],
+    how: HowAligned,
+    language: Language,
+    out: Path | None = None,
+    *,
+    progress: Callable[[float], None] | None = None,
+) -> str | None:
+    """Measure solves of a take and report them, as returned HTML or in the file `out`.
+
+    Args:
+        reference: file of the reference.
+        solves: names; the others are compared with the first.
+        how: options of the reference's alignment.
+        progress: receives the share done.
+
+    Raises:
+        FormatError: a file that cannot be read or written.
+        StudioError: they cannot be aligned with the reference.
+    """
+    told, measured = progress or (lambda share: None), len(solves) / (len(solves) + 1)
+    motion, say = read_reference(reference, unit_m=how.unit_m), Words(language)
+    figures = evaluate_solves(take, motion, solves, how, progress=lambda share: told(share * measured))
+    if out is None:
+        return take_report(take, motion, figures, say)
+    write_report(out, take, motion, figures, say)
+    return None

@@ -1,0 +1,260 @@
+"""Runs the server: the socket, the live stage, the page, the simulated stage, and an orderly end."""
+
+import asyncio
+import contextlib
+import logging
+import multiprocessing
+import os
+import signal
+import socket
+import ssl
+import sys
+import threading
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from types import FrameType
+from typing import Any, NoReturn
+
+import uvicorn
+from starlette.middleware.trustedhost import TrustedHostMiddleware
+
+from studio import worker
+from studio.api.access import Access
+from studio.api.app import create_app
+from studio.api.cameras.local_cameras import LocalCameras
+from studio.api.takes.find import Finder
+from studio.engine.base.errors import StudioError
+from studio.live import LiveStage
+from studio.server.config import Config, read_token
+from studio.server.logs import set_up_logging
+from studio.web import mount
+from studio.wire import MAX_MESSAGE_BYTES
+
+LOOPBACK = ("127.0.0.1", "localhost", "::1")
+GRACE_S = 3
+SWITCH_S = 0.001
+"""Time slice of a thread in the interpreter; it is short, so that the engine thread does not delay the link."""
+
+
+class Server(uvicorn.Server):
+    """uvicorn without its own signal handlers, which would end the process before a recording is saved."""
+
+    def __init__(self, config: uvicorn.Config, on_ready: Callable[[], None]) -> None:
+        super().__init__(config)
+        self._on_ready = on_ready
+
+    async def startup(self, sockets: list[socket.socket] | None = None) -> None:
+        """Start to answer, then call `on_ready`."""
+        await super().startup(sockets=sockets)
+        self._on_ready()
+
+    async def shutdown(self, sockets: list[socket.socket] | None = None) -> None:
+        """End in order; connections still open after the grace period are cut."""
+        await super().shutdown(sockets=sockets)
+        for connection in list(self.server_state.connections):
+            connection.transport.abort()
+        await asyncio.sleep(0)  # they are closed in the loop's next round
+
+    @contextmanager
+    def capture_signals(self) -> Iterator[None]:
+        """Leave signals to `serve`."""
+        yield
+
+
+def open_socket(host: str, port: int) -> socket.socket:
+    """Return a socket that is bound to the address.
+
+    Raises:
+        StudioError: the port is in use, or the address is not this machine's.
+    """
+    try:
+        family, kind, protocol, _, address = socket.getaddrinfo(host, port, type=socket.SOCK_STREAM)[0]
+        opened = socket.socket(family, kind, protocol)
+    except OSError as error:
+        raise StudioError(f"cannot listen on {host}: {error.strerror}; choose another --host") from error
+    if sys.platform != "win32":
+        opened.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+    try:
+        opened.bind(address)
+        opened.listen(128)
+    except OSError as error:
+        opened.close()
+        raise StudioError(
+            f"cannot listen on {host} port {port}: {error.strerror}; stop what uses it or choose another --port"
+        ) from error
+    return opened
+
+
+PLAIN_WARNING = (
+    "tokens and motion can be read by others on this network; give --tls-cert and --tls-key to encrypt them"
+)
+
+
+@dataclass(frozen=True)
+class Tls:
+    """Files of a certificate chain and its private key, PEM."""
+
+    certificate: Path
+    key: Path
+
+    def check(self) -> None:
+        """Raise StudioError if the files cannot be used together."""
+        try:
+            ssl.SSLContext(ssl.PROTOCOL_TLS_SERVER).load_cert_chain(self.certificate, self.key)
+        except (OSError, ValueError) as error:  # ssl.SSLError is an OSError
+            raise StudioError(
+                f"cannot use certificate {self.certificate} with key {self.key}: {error}; "
+                "give the PEM files of a certificate and its own key, without a password"
+            ) from error
+
+
+def serve(config: Config, *, demo: bool = False) -> int:
+    """Run the studio until Ctrl-C or SIGTERM, then save a recording under way; return the exit code 0.
+
+    Args:
+        config: address and folder of takes (made if missing); a loopback address keeps other machines out.
+        demo: start two simulated cameras, and calibrate if there is no calibration yet.
+
+    Raises:
+        StudioError: the port is in use, the folder cannot be made, or the certificate or a token cannot be used.
+    """
+    set_up_logging(config.log_format, config.log_level)
+    host, port, sessions = config.host, config.port, config.sessions
+    tls = None if config.tls_cert is None or config.tls_key is None else Tls(config.tls_cert, config.tls_key)
+    if tls is not None:
+        tls.check()
+    operator_token = read_token(config.operator_token_file, "operator_token_file")
+    camera_token = read_token(config.camera_token_file, "camera_token_file")
+    listening = open_socket(host, port)
+    try:
+        stage = LiveStage(sessions)
+        stage.start(prepare=False)
+    except BaseException:
+        listening.close()
+        raise
+    view = app = None
+    try:
+        access = Access(
+            sessions,
+            required=host not in LOOPBACK,
+            now_s=time.monotonic,
+            operator_token=operator_token,
+            camera_token=camera_token,
+        )
+        app = create_app(stage, sessions, access=access, recordings=config.recordings)
+        view = mount(app, stage, sessions=sessions, takes=Finder(stage, sessions))
+        if host in LOOPBACK:  # refuses a page that maps its own host name to 127.0.0.1
+            app.add_middleware(TrustedHostMiddleware, allowed_hosts=[*LOOPBACK, "[::1]"])
+        server = make_server(app, tls, on_ready=lambda: _prepare_for_work(stage))
+        scheme = "http" if tls is None else "https"
+        url = f"{scheme}://{'localhost' if host == '::1' else host}:{listening.getsockname()[1]}"
+        if demo:
+            app.state.local_cameras.start_simulated(url.replace("0.0.0.0", "127.0.0.1"))
+        sys.setswitchinterval(SWITCH_S)
+        with _stopped_by_signals(server, app.state.local_cameras):
+            print(f"Capture Studio is open on {url} (Ctrl-C stops it)", flush=True)
+            if access.required:
+                _say_how_to_sign_in(access, url, config)
+            server.run(sockets=[listening])
+    finally:
+        worker.cool_down()
+        if app is not None:
+            app.state.local_cameras.close()
+        stage.close()
+        if app is not None:
+            app.state.outputs.close()
+        if view is not None:
+            view.close()
+        listening.close()
+    return 0
+
+
+def leave(code: int) -> NoReturn:
+    """End this process after `serve`, whatever its threads still do; its child processes end too.
+
+    The interpreter's normal end frees objects that a thread may still use. A server that was stopped while a thread
+    compiled sometimes crashed (signal 11) instead of returning its exit code.
+    """
+    for child in multiprocessing.active_children():
+        child.terminate()
+        child.join()
+    logging.shutdown()
+    for stream in (sys.stdout, sys.stderr):
+        with contextlib.suppress(OSError, ValueError):  # its reader has left
+            stream.flush()
+    os._exit(code)
+
+
+def _say_how_to_sign_in(access: Access, url: str, config: Config) -> None:
+    """Print the operator's token and, if no camera was paired yet, a first token for cameras.
+
+    Tokens from files are not printed, because output may end up in a log.
+    """
+    if config.operator_token_file is None:
+        print(f"operators sign in with the token {access.operator_token}", flush=True)
+    else:
+        print(f"operators sign in with the token in {config.operator_token_file}", flush=True)
+    paired = len(access.camera_tokens())
+    if config.camera_token_file is not None:
+        print(f"cameras: studio camera --source SOURCE --server {url} --token-file FILE", flush=True)
+    elif paired:
+        print(
+            f"{paired} camera tokens are valid; Access on the page makes others and revokes them", flush=True
+        )
+    else:
+        _, token = access.add_camera("made at the first start")
+        print(f"cameras: studio camera --source SOURCE --server {url} --token {token}", flush=True)
+    if config.tls_cert is None:
+        print(f"warning: {PLAIN_WARNING}", file=sys.stderr, flush=True)
+
+
+def _prepare_for_work(stage: LiveStage) -> None:
+    """Load, in a process and in a separate thread, modules that were left out for a quick start."""
+    stage.prepare()
+    worker.warm_up()
+
+
+def make_server(
+    app: Callable[..., Any], tls: Tls | None = None, *, on_ready: Callable[[], None] = lambda: None
+) -> Server:
+    """Return the server of an app; its socket is given to `run`, `on_ready` is called once it answers."""
+    files: dict[str, Any] = (
+        {} if tls is None else {"ssl_certfile": str(tls.certificate), "ssl_keyfile": str(tls.key)}
+    )
+    return Server(
+        uvicorn.Config(
+            app,
+            log_level="warning",
+            access_log=False,
+            lifespan="off",
+            ws="websockets-sansio",
+            ws_max_size=MAX_MESSAGE_BYTES,
+            ws_per_message_deflate=False,
+            timeout_graceful_shutdown=GRACE_S,
+            **files,
+        ),
+        on_ready,
+    )
+
+
+@contextmanager
+def _stopped_by_signals(server: Server, cameras: LocalCameras) -> Iterator[None]:
+    """Let the first Ctrl-C or SIGTERM end the server in order, the second at once."""
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+
+    def stop(_number: int, _frame: FrameType | None) -> None:
+        server.force_exit = server.should_exit
+        server.should_exit = True
+        cameras.end()
+
+    old = {number: signal.signal(number, stop) for number in (signal.SIGINT, signal.SIGTERM)}
+    try:
+        yield
+    finally:
+        for number, handler in old.items():
+            signal.signal(number, handler)

@@ -1,0 +1,1 @@
+"""Simulated cameras: a rig that watches a known motion, with a tracker's or a sensor's errors."""

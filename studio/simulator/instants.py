@@ -1,0 +1,25 @@
+"""Capture times of a simulated camera."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from studio.engine.base.errors import FormatError
+from studio.simulator.clock import jitter_s
+
+_START_S = 0.2
+"""Time of the first frames, so that no clock is before its zero."""
+
+
+def instants(rng: np.random.Generator, end_s: float, frames_per_second: float) -> NDArray[np.float64]:
+    """Return a camera's capture times [s]; cameras are not triggered together.
+
+    Raises:
+        FormatError: `end_s` leaves no frame.
+    """
+    start = _START_S + rng.uniform(0, 1 / frames_per_second)
+    count = int((end_s - start) * frames_per_second)
+    if count < 1:
+        raise FormatError(
+            f"a motion of {end_s:.2f} s is too short to be recorded; give one of at least 0.3 s"
+        )
+    return start + np.arange(count) / frames_per_second + np.array([jitter_s(rng) for _ in range(count)])

@@ -1,0 +1,1 @@
+"""Skeletons with a tracker's errors: noise, hidden joints, interference."""

@@ -1,0 +1,1 @@
+"""The simulated performer: motion, acting, and the figure posed at an instant."""

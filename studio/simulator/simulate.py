@@ -1,0 +1,175 @@
+"""`studio simulate`: a take of simulated cameras that watch a known motion, and the truth beside it."""
+
+from collections.abc import Callable
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+
+from studio import wire
+from studio.engine.animation.motion.motion import CanonicalMotion
+from studio.engine.base.errors import SettingsError, TakeError
+from studio.engine.base.files import write_atomically
+from studio.engine.model.joints import CANONICAL
+from studio.simulator.joints.noisy_joints import FRAMES_PER_SECOND
+from studio.simulator.joints.seen import see
+from studio.simulator.motion import stage_motion
+from studio.simulator.rig import RigCamera, read_rig, standard_rig
+from studio.simulator.sensor import sensors
+from studio.take.folder.new import new_take
+from studio.take.folder.take import Take
+from studio.take.raw.frames import RawWriter
+
+SENSORS: tuple[str, ...] = tuple(sensors.SENSORS)
+TRACKERS = ("noisy-joints", "depth")
+
+
+def simulate_take(
+    motion_path: str | Path,
+    out: str | Path,
+    *,
+    cameras: int = 1,
+    sensor: str = "ideal",
+    tracker: str = "noisy-joints",
+    seed: int = 0,
+    unit_m: float | None = None,
+    rig: str | Path | None = None,
+    calibration: bool = True,
+    performer: str = "tuning-average",
+    furniture: bool = False,
+    progress: Callable[[float], None] | None = None,
+) -> Path:
+    """Record a motion with simulated cameras; return the path of the take.
+
+    The true joint centres go to `<out>.truth.csv`, on the clock of the reference camera (the first), 120 Hz.
+
+    Args:
+        motion_path: an animation that `animation.read.files` reads; the first frame of a BVH, a rest pose, is
+            dropped; or `demo`, the embedded performer.
+        out: folder of the new take.
+        cameras: 1 to 4 of the standard rigs; ignored with `rig`.
+        sensor: of `depth`. `noisy-joints` has the same noise (see `noisy_joints`) for every sensor, also `ideal`.
+        tracker: `noisy-joints`, or `depth`: the take holds depth images, from which `solve` finds the joints.
+        seed: of all noise and clocks; the same seed gives the same frames.
+        unit_m: metres per unit of the BVH; None = its rest pose is 1.75 m high.
+        rig: JSON with the cameras instead of a standard rig; see `rig.read_rig`.
+        calibration: begin with 3 s of T-pose and 30 s of walking.
+        performer: body for depth cameras, whose proportions the truth then has; see `body.performers`.
+        furniture: depth cameras see a shelf, a table and a chair.
+        progress: called with the share done, 0..1.
+
+    Raises:
+        FormatError: a motion or rig that cannot be used.
+        TakeError: `out`, or the truth beside it, exists.
+        SettingsError: an unknown sensor, tracker or performer, or a negative seed.
+    """
+    _check(sensor, tracker, seed)
+    out = Path(out)
+    truth_path = out.resolve().parent / f"{out.resolve().name}.truth.csv"
+    if truth_path.exists():
+        raise TakeError(f"{truth_path} exists; choose another take, or delete it")
+    stage_rig = standard_rig(cameras) if rig is None else read_rig(rig)
+    write: Callable[[Take], None]
+    if tracker == "depth":
+        write, truth, calibration_s = _depth(
+            motion_path, stage_rig, sensor, performer, furniture, seed, unit_m, calibration, progress
+        )
+    else:
+        motion, calibration_s = stage_motion(motion_path, unit_m=unit_m, calibration=calibration)
+        write, truth = partial(_record, motion, stage_rig, sensor, seed, progress), _truth_csv(motion)
+    try:
+        with new_take(
+            out, source="simulate", calibration_s=calibration_s, notes=f"simulated: {Path(motion_path).name}"
+        ) as take:
+            write(take)
+            with write_atomically(truth_path) as file:
+                file.write(truth)
+    except BaseException:
+        truth_path.unlink(missing_ok=True)  # it did not exist before
+        raise
+    return out
+
+
+def _check(sensor: str, tracker: str, seed: int) -> None:
+    if sensor not in SENSORS:
+        raise SettingsError(f"unknown sensor {sensor!r}; allowed: {', '.join(SENSORS)}")
+    if tracker not in TRACKERS:
+        raise SettingsError(f"unknown tracker {tracker!r}; allowed: {', '.join(TRACKERS)}")
+    if seed < 0:
+        raise SettingsError(f"seed {seed} is not allowed; allowed: a whole number from 0")
+
+
+def _depth(
+    motion_path: str | Path,
+    rig: tuple[RigCamera, ...],
+    sensor: str,
+    performer: str,
+    furniture: bool,
+    seed: int,
+    unit_m: float | None,
+    calibration: bool,
+    progress: Callable[[float], None] | None,
+) -> tuple[Callable[[Take], None], bytes, float | None]:
+    """A function that records depth, the truth, and the length of the calibration part [s]."""
+    from studio.simulator.body.performers import find_performer
+    from studio.simulator.performer.motion import read_performance
+    from studio.simulator.sensor.recording import record_depth, truth_csv
+    from studio.simulator.sensor.stage import DepthStage
+
+    who = find_performer(performer)
+    performance = read_performance(motion_path, who, unit_m=unit_m, calibration=calibration)
+    stage = DepthStage.of(sensors.find_sensor(sensor), rig, performance, who, seed=seed, furniture=furniture)
+
+    def write(take: Take) -> None:
+        record_depth(take, stage, progress)
+
+    return write, truth_csv(performance), performance.calibration_s
+
+
+def _record(
+    motion: CanonicalMotion,
+    rig: tuple[RigCamera, ...],
+    sensor: str,
+    seed: int,
+    progress: Callable[[float], None] | None,
+    take: Take,
+) -> None:
+    messages = []
+    for k, seen in enumerate(see(motion, rig, seed=seed)):
+        for sequence, stamp in enumerate(seen.device_time_ns):
+            frame = wire.skeleton_frame(
+                sequence, int(stamp), seen.positions_m[sequence], seen.confidence[sequence]
+            )
+            messages.append((seen.taken_s[sequence], seen.camera, frame))
+        if progress is not None:
+            progress(0.9 * (k + 1) / len(rig))
+    messages.sort(key=lambda message: message[0])
+    with RawWriter(take.raw_path) as raw:
+        for camera in rig:
+            hello = wire.Hello(
+                protocol_version=wire.PROTOCOL_VERSION,
+                name=camera.name,
+                device=f"simulated {sensor}",
+                joint_set="canonical",
+                boot_id=f"simulate-{seed}",
+                frames_per_second=FRAMES_PER_SECOND,
+            )
+            raw.add_camera(hello)
+            take.add_camera(hello)
+        for time_s, name, frame in messages:
+            raw.frame(
+                name,
+                wire.encode(frame),
+                arrival_ns=round(time_s * 1e9),
+                device_time_ns=frame.device_time_ns,
+                sequence=frame.sequence,
+            )
+    if progress is not None:
+        progress(1.0)
+
+
+def _truth_csv(motion: CanonicalMotion) -> bytes:
+    header = "time_s," + ",".join(f"{name}_{axis}" for name in CANONICAL for axis in "xyz")
+    rows = np.column_stack([motion.times_s(), motion.positions_m.reshape(motion.frame_count, -1)])
+    lines = (",".join([f"{row[0]:.5f}", *(f"{value:.4f}" for value in row[1:])]) for row in rows)
+    return "\n".join([header, *lines, ""]).encode()

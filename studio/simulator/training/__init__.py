@@ -1,0 +1,1 @@
+"""Training of the small networks for hands and heads, on simulated images."""

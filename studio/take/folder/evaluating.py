@@ -1,0 +1,55 @@
+"""Evaluation of a take's solves against a reference, for the command, the API and batches."""
+
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING, Any
+
+from studio.take.folder.references import HowAligned
+from studio.take.folder.take import Take
+
+if TYPE_CHECKING:
+    from studio.engine.metrics.reference.reference import Markers, Reference
+    from studio.engine.model.poses import Poses
+
+
+def evaluate_solves(
+    take: Take,
+    reference: "Reference | Markers",
+    solves: Sequence[str],
+    how: HowAligned,
+    *,
+    progress: Callable[[float], None] | None = None,
+) -> dict[str, dict[str, Any]]:
+    """Return the figures of a take's solves by name, as from `metrics.evaluate`; `progress` receives 0 to 1.
+
+    Raises:
+        FormatError: a solve is missing or damaged.
+        StudioError: it cannot be aligned with the reference.
+    """
+    from studio.engine.model.poses import Poses
+
+    figures = {}
+    for k, name in enumerate(solves):
+        poses = Poses.load(take.solve_folder(name) / "poses.npz")
+        figures[name] = evaluate_poses(take, poses, reference, how)
+        if progress is not None:
+            progress((k + 1) / len(solves))
+    return figures
+
+
+def evaluate_poses(
+    take: Take, poses: "Poses", reference: "Reference | Markers", how: HowAligned
+) -> dict[str, Any]:
+    """Return the figures of poses of a take; the calibration part at its beginning does not count.
+
+    Raises:
+        StudioError: they cannot be aligned with the reference.
+    """
+    from studio.engine.metrics.evaluate import evaluate
+
+    return evaluate(
+        poses,
+        reference,
+        start_s=take.meta["calibration_s"],
+        same_clock=not how.align_time,
+        similarity=how.align == "similarity",
+    )

@@ -1,0 +1,82 @@
+"""What was measured of a solve, kept beside it in `measured.json`, so that takes are found by their figures.
+
+It is derived: gone with the solve, and of a reference with it or with how it is aligned.
+"""
+
+import json
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import Any
+
+from studio.engine.base.errors import FormatError, StudioError
+from studio.engine.base.files import write_json
+from studio.engine.base.versions import MEASURED_FIGURES
+from studio.take.folder.solves import read_metrics
+
+MEASURED = "measured.json"
+_OWN = {"jitter": "jitter_mm", "slide": "own_stance_foot_slide_cm_s", "edits": "cleanup_events_per_min"}
+_AGAINST = {"error": "mpjpe_mm"}
+
+
+def keep_measured(
+    solve: Path, own: Mapping[str, Any] | None, against: Mapping[str, Mapping[str, Any]]
+) -> None:
+    """Keep figures of the solve in a folder: its own, and those against references by their names.
+
+    What was kept of others stays. A folder that cannot be written keeps nothing.
+    """
+    kept = _read(solve)
+    references = {**kept["references"], **{name: _numbers(figures) for name, figures in against.items()}}
+    _write(solve, {"own": kept["own"] if own is None else _numbers(own), "references": references})
+
+
+def forget_measured(solve: Path, reference: str) -> None:
+    """Forget what was measured of a solve against a reference that is another now."""
+    kept = _read(solve)
+    if kept["references"].pop(reference, None) is not None:
+        _write(solve, kept)
+
+
+def measured_figures(solve: Path) -> Iterator[tuple[str, float]]:
+    """Yield what a search asks of a solve: `jumps`, and as it was measured `jitter` [mm], `slide` [cm/s], `edits`
+    [1/min] and, once for each reference, `error` [mm]."""
+    jumps = (read_metrics(solve) or {}).get("jumps")
+    if jumps is not None and _is_number(jumps):
+        yield "jumps", float(jumps)
+    kept = _read(solve)
+    for name, key in _OWN.items():
+        if _is_number(kept["own"].get(key)):
+            yield name, kept["own"][key]
+    for figures in kept["references"].values():
+        for name, key in _AGAINST.items():
+            if _is_number(figures.get(key)):
+                yield name, figures[key]
+
+
+def _is_number(value: Any) -> bool:
+    return isinstance(value, int | float) and not isinstance(value, bool)
+
+
+def _numbers(figures: Mapping[str, Any]) -> dict[str, float]:
+    return {key: value for key, value in figures.items() if _is_number(value)}
+
+
+def _read(solve: Path) -> dict[str, Any]:
+    """Return what is kept, `own` and `references`; nothing where there is no such file, or a damaged one."""
+    file = solve / MEASURED
+    try:
+        value = MEASURED_FIGURES.current(json.loads(file.read_text(encoding="utf-8")), file)
+        own, references = value["own"], value["references"]
+        if isinstance(own, dict) and all(isinstance(figures, dict) for figures in references.values()):
+            return {"own": own, "references": references}
+    except (OSError, ValueError, RecursionError, FormatError, KeyError, TypeError, AttributeError):
+        pass
+    return {"own": {}, "references": {}}
+
+
+def _write(solve: Path, value: dict[str, Any]) -> None:
+    try:
+        if solve.is_dir():
+            write_json(solve / MEASURED, MEASURED_FIGURES.stamped(value), to_disk=False)
+    except (StudioError, ValueError):
+        return

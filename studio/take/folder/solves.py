@@ -1,0 +1,116 @@
+"""Atomic writing of a solve into a take, and reading of its settings and figures."""
+
+import json
+import os
+import shutil
+import tempfile
+from pathlib import Path
+from typing import Any
+
+from studio.engine.base.errors import FormatError, TakeError
+from studio.engine.base.files import sync_files, write_json
+from studio.engine.base.versions import METRICS, SETTINGS, FileFormat
+from studio.engine.model.poses import Poses
+from studio.engine.model.settings import SolveSettings
+from studio.engine.model.spans import Span
+from studio.engine.whole_take.trace import Trace
+from studio.take.folder.take import Take
+
+TRACE = "trace.npz"
+"""Inputs of a solve's frames; the solve `live` and imported ones have none."""
+
+
+def write_solve(
+    take: Take,
+    name: str,
+    *,
+    settings: SolveSettings,
+    poses: Poses,
+    metrics: dict[str, Any],
+    trace: Trace | None = None,
+    to_disk: bool = True,
+) -> Path:
+    """Write `solves/<name>/` with settings.json, poses.npz, metrics.json and trace.npz; return the folder.
+
+    A solve of that name is replaced; an error leaves it unchanged. Without `to_disk`
+    the data may not be on the disk yet.
+
+    Raises:
+        TakeError: a name that is not allowed, or a folder that cannot be written.
+        StudioError: see `files.write_atomically`.
+    """
+    folder = take.solve_folder(name)
+    temporary: Path | None = None
+    try:
+        folder.parent.mkdir(parents=True, exist_ok=True)
+        temporary = Path(tempfile.mkdtemp(prefix=f".{name}.partial-", dir=folder.parent))
+        os.chmod(temporary, 0o755)
+        poses.save(temporary / "poses.npz", to_disk=False)
+        if trace is not None:
+            trace.save(temporary / TRACE, to_disk=False)
+        write_json(temporary / "settings.json", SETTINGS.stamped(settings.to_json()), to_disk=False)
+        write_json(temporary / "metrics.json", METRICS.stamped(metrics), to_disk=False)
+        if to_disk:
+            sync_files(temporary)
+        _replace(folder, temporary)
+    except OSError as error:
+        reason = error.strerror or str(error)
+        raise TakeError(f"cannot write solve {name!r} of {take.path}: {reason}; free some space") from error
+    finally:
+        if temporary is not None:
+            shutil.rmtree(temporary, ignore_errors=True)
+    return folder
+
+
+def read_settings(folder: Path) -> dict[str, Any] | None:
+    """Return the settings of the solve in a folder, as `SolveSettings.to_json`; None if they cannot be read."""
+    return _read(folder / "settings.json", SETTINGS)
+
+
+def read_metrics(folder: Path) -> dict[str, Any] | None:
+    """Return the metrics of the solve in a folder; None if they cannot be read."""
+    return _read(folder / "metrics.json", METRICS)
+
+
+def solve_disagreements(folder: Path) -> dict[str, list[Span]]:
+    """Return by camera the spans in which it did not agree with the others in a solve, in stage time; may be
+    empty."""
+    found = (read_metrics(folder) or {}).get("disagrees", {})
+    try:
+        return {str(name): [Span.from_json(span) for span in spans] for name, spans in found.items()}
+    except (AttributeError, KeyError, TypeError, ValueError):
+        return {}
+
+
+def solve_camera_moves(folder: Path) -> dict[str, tuple[float, float]]:
+    """Return by camera how far it was moved [mm] and turned [degrees] before a solve; empty where nothing says."""
+    found = (read_metrics(folder) or {}).get("cameras_moved", {})
+    try:
+        return {str(name): (float(one["moved_mm"]), float(one["turned_deg"])) for name, one in found.items()}
+    except (AttributeError, KeyError, TypeError, ValueError):
+        return {}
+
+
+def _read(file: Path, kind: FileFormat) -> dict[str, Any] | None:
+    try:
+        value = json.loads(file.read_text(encoding="utf-8"))
+        return kind.current(value, file) if isinstance(value, dict) else None
+    except (OSError, ValueError, RecursionError, FormatError):
+        return None
+
+
+def _replace(folder: Path, new: Path) -> None:
+    """Put `new` in the place of `folder`, which may exist."""
+    if not folder.exists():
+        new.rename(folder)
+        return
+    old = Path(tempfile.mkdtemp(prefix=f".{folder.name}.old-", dir=folder.parent))
+    try:
+        folder.rename(old)
+        new.rename(folder)
+    except OSError:
+        if not folder.exists():
+            old.rename(folder)
+        raise
+    finally:
+        shutil.rmtree(old, ignore_errors=True)

@@ -1,0 +1,313 @@
+"""A take on disk: its folder, `take.json`, calibrations and solves. `raw` reads and writes the frames.
+
+<take>/take.json  calibrations/<n>.json  raw.mcap  solves/<name>/  exports/
+"""
+
+import json
+import shutil
+from collections.abc import Iterable
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Any
+
+import msgspec
+
+from studio.engine.base.errors import CalibrationError, StudioError, TakeError
+from studio.engine.base.files import write_json
+from studio.engine.model.calibration import Calibration
+from studio.take.folder.names import check_name, inside, is_safe_name
+from studio.wire import Hello
+
+FORMAT_VERSION = 1
+SOURCES = ("live", "import", "simulate")
+STATES = ("recording", "done", "recovered")
+
+
+class TakeVersionError(TakeError):
+    """A take written in another version of the format."""
+
+
+def utc_now() -> str:
+    """Return the time as `take.json` writes it: ISO 8601, UTC, whole seconds."""
+    return datetime.now(UTC).isoformat(timespec="seconds")
+
+
+def timecode(moment: datetime, frames_per_second: int = 60) -> str:
+    """Return a time of day as `hh:mm:ss:ff`, the form of slates and editing programs."""
+    frame = moment.microsecond * frames_per_second // 1_000_000
+    return f"{moment:%H:%M:%S}:{frame:02d}"
+
+
+def camera_json(hello: Hello) -> dict[str, Any]:
+    """Return a camera's entry in `take.json`: its device, and the client's starts (`boot_ids`)."""
+    intrinsics = (
+        None if hello.intrinsics is None else msgspec.json.decode(msgspec.json.encode(hello.intrinsics))
+    )
+    return {
+        "name": hello.name,
+        "device": hello.device,
+        "joint_set": hello.joint_set,
+        "serial": hello.serial,
+        "frames_per_second": hello.frames_per_second,
+        "intrinsics": intrinsics,
+        "boot_ids": [hello.boot_id],
+    }
+
+
+def new_meta(
+    *,
+    session: str,
+    name: str,
+    source: str,
+    created: str,
+    calibration_s: float | None = None,
+    performer: str = "",
+    notes: str = "",
+) -> dict[str, Any]:
+    """Return the `take.json` of a take without cameras; see `Take.create`.
+
+    Raises:
+        TakeError: an unknown source.
+    """
+    if source not in SOURCES:
+        raise TakeError(f"take source {source!r} is not known; allowed: {', '.join(SOURCES)}")
+    return {
+        "format_version": FORMAT_VERSION,
+        "id": f"{session}/{name}",
+        "session": session,
+        "name": name,
+        "created": created,
+        "source": source,
+        "cameras": [],
+        "performer": performer,
+        "notes": notes,
+        "rating": None,
+        "calibration": None,
+        "calibration_s": calibration_s,
+        "recording": "recording",
+    }
+
+
+class Take:
+    """A take's folder and the content of its `take.json`.
+
+    Attributes:
+        path: the take's folder.
+        meta: `take.json`; change it and call `save_meta`.
+    """
+
+    def __init__(self, path: Path, meta: dict[str, Any]) -> None:
+        self.path = path
+        self.meta = meta
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Pickle a take as its path; the receiver opens it in its state at that time."""
+        return Take.open, (self.path,)
+
+    @classmethod
+    def create(
+        cls,
+        path: str | Path,
+        *,
+        session: str,
+        name: str,
+        source: str,
+        calibration_s: float | None = None,
+        performer: str = "",
+        notes: str = "",
+        created: str | None = None,
+    ) -> "Take":
+        """Make the folder of a new take, in place, with recording state `recording`.
+
+        Args:
+            path: a folder that does not exist or is empty.
+            session: name of the session; a label, `path` gives the folder.
+            name: name of the take.
+            source: `live`, `import` or `simulate`.
+            calibration_s: length of the calibration part at the beginning [s].
+            performer: name of the performer.
+            created: ISO 8601 in UTC; now where None.
+
+        Raises:
+            TakeError: an unsafe name, or a folder that is not empty.
+        """
+        path = Path(path)
+        check_name("session", session)
+        check_name("take", name)
+        check_free(path)
+        meta = new_meta(
+            session=session,
+            name=name,
+            source=source,
+            calibration_s=calibration_s,
+            performer=performer,
+            notes=notes,
+            created=created or utc_now(),
+        )
+        take = cls(path, meta)
+        try:
+            for folder in ("calibrations", "solves", "exports"):
+                (path / folder).mkdir(parents=True, exist_ok=True)
+        except OSError as error:
+            raise TakeError(
+                f"cannot make a take at {path}: {error.strerror}; choose another folder"
+            ) from error
+        try:
+            take.save_meta()
+        except StudioError:
+            shutil.rmtree(path, ignore_errors=True)  # `check_free` saw that it was empty
+            raise
+        return take
+
+    @classmethod
+    def open(cls, path: str | Path) -> "Take":
+        """Return the take in a folder.
+
+        Raises:
+            TakeVersionError: written in another version of the format.
+            TakeError: no take there, or a `take.json` that cannot be read.
+        """
+        path = Path(path)
+        file = path / "take.json"
+        if not path.is_dir():
+            raise TakeError(f"no take at {path}: there is no such folder; give the folder of a take")
+        if not file.is_file():
+            raise TakeError(
+                f"no take at {path}: the folder has no take.json; give a take, or run `studio doctor`"
+            )
+        try:
+            meta = json.loads(file.read_text(encoding="utf-8"))
+        except (OSError, ValueError, RecursionError) as error:
+            raise TakeError(f"{file} cannot be read ({error}); run `studio doctor` to rebuild it") from error
+        check_meta(file, meta)
+        return cls(path, meta)
+
+    def save_meta(self) -> None:
+        """Write `take.json` atomically."""
+        write_json(self.path / "take.json", self.meta)
+
+    @property
+    def raw_path(self) -> Path:
+        return self.path / "raw.mcap"
+
+    @property
+    def camera_names(self) -> tuple[str, ...]:
+        return tuple(camera["name"] for camera in self.meta["cameras"])
+
+    def add_camera(self, hello: Hello) -> None:
+        """Add a camera to `meta`; a known one only gets its new `boot_id`. Then call `save_meta`."""
+        for camera in self.meta["cameras"]:
+            if camera["name"] == hello.name:
+                if hello.boot_id not in camera["boot_ids"]:
+                    camera["boot_ids"].append(hello.boot_id)
+                return
+        self.meta["cameras"].append(camera_json(hello))
+
+    def calibration(self) -> Calibration:
+        """Return the calibration in use.
+
+        Raises:
+            CalibrationError: none is in use, or its file cannot be read.
+        """
+        number = self.meta["calibration"]
+        if number is None:
+            refused = self.calibration_numbers()
+            raise CalibrationError(
+                f"take {self.path} has no calibration in use: calibration {refused[-1]} was refused; "
+                f"`studio calibrate {self.path}` says why, and record a walk that it can use"
+                if refused
+                else f"take {self.path} has no calibration in use; run `studio calibrate {self.path}` first"
+            )
+        return read_calibration(self.calibration_path(number))
+
+    def calibration_path(self, number: int) -> Path:
+        return self.path / "calibrations" / f"{number}.json"
+
+    def calibration_numbers(self) -> list[int]:
+        """Numbers of the stored calibrations, in order."""
+        return _numbers((self.path / "calibrations").glob("*.json"))
+
+    def add_calibration(self, calibration: Calibration, *, use: bool) -> int:
+        """Store a calibration under the next number, which is returned; `use` makes it the one in use."""
+        number = max(self.calibration_numbers(), default=0) + 1
+        write_json(self.calibration_path(number), calibration.to_json())
+        if use:
+            self.meta["calibration"] = number
+            self.save_meta()
+        return number
+
+    def solve_folder(self, name: str) -> Path:
+        """Return the folder of a solve, which need not exist.
+
+        Raises:
+            TakeError: a name that is not allowed.
+        """
+        return inside(self.path / "solves", check_name("solve", name))
+
+    def solve_names(self) -> list[str]:
+        """Names of the solves with poses, in alphabetical order."""
+        folders = (self.path / "solves").glob("*/poses.npz")
+        return sorted(file.parent.name for file in folders if is_safe_name(file.parent.name))
+
+
+def _numbers(files: Iterable[Path]) -> list[int]:
+    return sorted(int(file.stem) for file in files if file.stem.isascii() and file.stem.isdigit())
+
+
+def read_calibration(file: Path) -> Calibration:
+    """Return the calibration in a JSON file.
+
+    Raises:
+        CalibrationError: the file is missing or cannot be read.
+    """
+    try:
+        value = json.loads(file.read_text(encoding="utf-8"))
+    except (OSError, ValueError, RecursionError) as error:
+        raise CalibrationError(f"calibration {file} cannot be read ({error}); calibrate again") from error
+    try:
+        return Calibration.from_json(value)
+    except CalibrationError as error:
+        raise CalibrationError(f"{file}: {error}") from error
+
+
+def check_free(path: Path) -> None:
+    """Raise TakeError if `path` is a file or a folder that is not empty."""
+    try:
+        taken = path.exists() and (not path.is_dir() or any(path.iterdir()))
+    except OSError as error:
+        raise TakeError(f"cannot make a take at {path}: {error.strerror}; choose another folder") from error
+    if taken:
+        raise TakeError(f"{path} exists and is not empty; choose another folder or delete it")
+
+
+def check_meta(file: Path, meta: Any) -> None:
+    """Raise TakeError if the content of a `take.json` is not that of a take of this version."""
+    if not isinstance(meta, dict) or "format_version" not in meta:
+        raise TakeError(f"{file} is not the take.json of a take; run `studio doctor` to rebuild it")
+    version = meta["format_version"]
+    if version != FORMAT_VERSION:
+        raise TakeVersionError(
+            f"{file} has format version {version!r}, this program reads version {FORMAT_VERSION}; "
+            "open the take with the version that made it"
+        )
+    kinds: dict[str, type | tuple[type, ...]] = {
+        "session": str,
+        "name": str,
+        "created": str,
+        "source": str,
+        "recording": str,
+        "cameras": list,
+        "calibration": (int, type(None)),
+        "calibration_s": (int, float, type(None)),
+    }
+    wrong = [key for key, kind in kinds.items() if key not in meta or not isinstance(meta[key], kind)]
+    cameras = meta.get("cameras")
+    if isinstance(cameras, list) and not all(
+        isinstance(c, dict) and isinstance(c.get("name"), str) and isinstance(c.get("boot_ids"), list)
+        for c in cameras
+    ):
+        wrong.append("cameras")
+    if wrong:
+        raise TakeError(
+            f"{file} lacks or misuses {', '.join(wrong)}; run `studio doctor` to rebuild it from raw.mcap"
+        )

@@ -1,0 +1,101 @@
+"""`tracked/`: skeletons tracked from a take's depth images, stored so that solves do not track again.
+
+They can be made again from `raw.mcap` at any time. A file that cannot be read, or belongs to other frames,
+another calibration or another tracker, counts as missing. A failure to write is ignored.
+"""
+
+import json
+import logging
+import zlib
+from dataclasses import dataclass
+from functools import cache
+from hashlib import blake2b
+from pathlib import Path
+from typing import Any
+from zipfile import BadZipFile
+
+import numpy as np
+
+from studio.engine import seeing
+from studio.engine.base.arrays import read_arrays, save_arrays
+from studio.engine.base.errors import FormatError, StudioError
+from studio.engine.base.files import write_atomically
+from studio.engine.base.versions import TRACKED
+from studio.engine.model.calibration import Performer, performer_from_json, performer_to_json
+from studio.engine.model.frames import CameraFrame
+from studio.take.folder.take import Take
+
+FOLDER = "tracked"
+_KEYS = ("origin", "camera", "performer", "cameras", "sequence", "device_time_ns", "positions", "confidence")
+_log = logging.getLogger(__name__)
+
+
+@dataclass(frozen=True)
+class Tracked:
+    """One camera's skeletons of a whole take, the tracker's last estimate of the performer, and how cameras were
+    refined before, as JSON has it."""
+
+    frames: list[CameraFrame]
+    performer: Performer | None = None
+    cameras: dict[str, Any] | None = None
+
+
+def read_tracked(take: Take, name: str, made_with: Any = None) -> Tracked | None:
+    """Return the skeletons stored as `name`; None if there are none, or none of these frames and this tracker.
+
+    Args:
+        made_with: further inputs of the tracking beside the frames and the tracker, as JSON.
+    """
+    try:
+        kept = read_arrays(_file(take, name), _KEYS, TRACKED)
+        if str(kept["origin"]) != _origin(take, made_with):
+            return None
+        camera, performer = str(kept["camera"]), json.loads(str(kept["performer"]))
+        cameras = json.loads(str(kept["cameras"]))
+        numbers, times_ns = kept["sequence"].tolist(), kept["device_time_ns"].tolist()
+        rows = zip(numbers, times_ns, kept["positions"], kept["confidence"], strict=True)
+        frames = [CameraFrame(camera, *row) for row in rows]
+        return Tracked(frames, None if performer is None else performer_from_json(performer), cameras)
+    except (OSError, EOFError, KeyError, TypeError, ValueError, FormatError, BadZipFile, zlib.error):
+        return None
+
+
+def keep_tracked(take: Take, name: str, tracked: Tracked, made_with: Any = None) -> None:
+    """Store skeletons as `name` in place of earlier ones; nothing is stored on a full disk."""
+    if not tracked.frames:
+        return
+    frames, performer = tracked.frames, tracked.performer
+    columns = {
+        "origin": _origin(take, made_with),
+        "camera": frames[0].camera,
+        "performer": json.dumps(None if performer is None else performer_to_json(performer)),
+        "cameras": json.dumps(tracked.cameras),
+        "sequence": np.array([frame.sequence for frame in frames], dtype=np.int64),
+        "device_time_ns": np.array([frame.device_time_ns for frame in frames], dtype=np.int64),
+        "positions": np.stack([frame.positions for frame in frames]),
+        "confidence": np.stack([frame.confidence for frame in frames]),
+    }
+    try:
+        with write_atomically(_file(take, name)) as file:
+            save_arrays(file, columns, TRACKED)
+    except StudioError as error:
+        _log.warning("the tracked skeletons are not kept, the next solve tracks again: %s", error)
+
+
+def _file(take: Take, name: str) -> Path:
+    return take.path / FOLDER / f"{name}.npz"
+
+
+def _origin(take: Take, made_with: Any) -> str:
+    """Return an identifier of the skeletons' inputs: the frames on the disk, the tracker, and its further inputs."""
+    raw = take.raw_path.stat()
+    return json.dumps([raw.st_size, raw.st_mtime_ns, _tracker(), made_with])
+
+
+@cache
+def _tracker() -> str:
+    """Return an identifier of the tracker's code, because changed code makes other skeletons."""
+    digest = blake2b(digest_size=8)
+    for file in sorted(Path(seeing.__file__).parent.rglob("*.py")):
+        digest.update(file.read_bytes())
+    return digest.hexdigest()

@@ -1,0 +1,41 @@
+"""Use of another take's calibration, for a take that was recorded with a wrong one."""
+
+from dataclasses import replace
+
+from studio.engine.base.errors import CalibrationError
+from studio.engine.model.calibration import Calibration
+from studio.take.folder.take import Take
+
+
+def borrow_calibration(take: Take, other: Take) -> int:
+    """Use another take's camera poses and performer, under the next number, which is returned.
+
+    The clocks stay the take's own, because every recording has its own clocks; a take without any gets the other's.
+
+    Raises:
+        CalibrationError: the other take has none in use, lacks one of the take's cameras, or had another device under
+            its name.
+    """
+    borrowed = other.calibration()
+    missing = sorted(set(take.camera_names) - set(borrowed.cameras))
+    if missing:
+        raise CalibrationError(
+            f"the calibration of {other.path} has no {', '.join(missing)}; it has: {', '.join(borrowed.cameras)}. "
+            "Borrow from a take with the same cameras"
+        )
+    serials = {camera["name"]: camera.get("serial", "") for camera in other.meta["cameras"]}
+    for camera in take.meta["cameras"]:
+        mine, its = camera.get("serial", ""), serials.get(camera["name"], "")
+        if mine and its and mine != its:
+            raise CalibrationError(
+                f"{camera['name']} is another device in {other.path} (serial {its}, here {mine}); "
+                "borrow from a take with the same cameras"
+            )
+    own = take.calibration().cameras if take.meta["calibration"] is not None else {}
+    cameras = {
+        name: replace(camera, clock=own[name].clock if name in own else camera.clock, disagrees=())
+        for name, camera in borrowed.cameras.items()
+        if name in take.camera_names
+    }
+    reference = borrowed.reference if borrowed.reference in cameras else next(iter(cameras))
+    return take.add_calibration(Calibration(reference, cameras, borrowed.performer), use=True)

@@ -1,0 +1,106 @@
+"""Which of the files that somebody gives at once belong together: one recording, animation or take each.
+
+Only paths are looked at; what is in the files is the importers' business.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import PurePosixPath
+
+from studio.engine.animation.read.files import ENDINGS
+from studio.take.folder.names import is_safe_name
+from studio.take.importers import not_importable
+from studio.take.library.bundle import ENDING
+
+MAX_DEPTH = 12
+MAX_FILE_NAME = 200
+"""Characters of a file's or folder's name."""
+
+_OF_A_CAMERA = ("joints.csv", "depth.txt")
+_CAMERAS = (".mkv", ".bag", ".db3")
+_BESIDE = ("calibration.json", "recording.json")
+_ALONE = (".csv", ".mcap", ENDING, *ENDINGS)
+
+
+@dataclass(frozen=True)
+class Group:
+    """Files that make one take.
+
+    Attributes:
+        label: what people call it: the name of a file or folder.
+        root: path of what is imported below the folder that the files lie in; empty: that folder itself.
+        files: their places in the list that was given.
+        problem: why they cannot be imported; empty where they may.
+    """
+
+    label: str
+    root: str
+    files: tuple[int, ...]
+    problem: str = ""
+
+
+def group_files(paths: Sequence[str]) -> list[Group]:
+    """Return the takes that files would make, by their paths relative to what was given, `/` between the parts.
+
+    A folder with folders of cameras, a folder with recordings of single cameras, and a folder that is a take make one
+    take each; any other folder is searched. Recordings of single cameras that were given loose are one take, as they
+    would be in a folder. Of what is of no known kind a loose file, and a folder with nothing else, has a problem.
+    """
+    good: dict[int, PurePosixPath] = {}
+    groups: list[Group] = []
+    for index, text in enumerate(paths):
+        problem = _problem(text)
+        if problem:
+            groups.append(Group(text[:80], text, (index,), problem))
+        else:
+            good[index] = PurePosixPath(text)
+    _search(PurePosixPath("."), good, groups)
+    return groups
+
+
+def _problem(text: str) -> str:
+    parts = text.split("/")
+    if len(parts) <= MAX_DEPTH and all(is_safe_name(part, MAX_FILE_NAME) for part in parts):
+        return ""
+    return (
+        f"the name {text[:80]!r} is not allowed; allowed: at most {MAX_DEPTH} folders deep, each name of 1 to "
+        f'{MAX_FILE_NAME} characters without \\ : * ? " < > |, not beginning with a dot; rename it'
+    )
+
+
+def _search(folder: PurePosixPath, files: dict[int, PurePosixPath], groups: list[Group]) -> None:
+    """Add the takes that a folder's files make."""
+    inside = tuple(files)
+    loose = {index: path for index, path in files.items() if path.parent == folder}
+    names = {path.name.lower() for path in loose.values()}
+    label, root = (folder.name, folder.as_posix()) if folder.name else ("", "")
+    if folder.name and ("take.json" in names or _has_cameras(folder, files)):
+        groups.append(Group(label, root, inside))
+        return
+    cameras = [index for index, path in loose.items() if path.suffix.lower() in _CAMERAS]
+    beside = [index for index, path in loose.items() if path.name in _BESIDE]
+    if cameras and (folder.name or len(cameras) + len(beside) > 1):
+        groups.append(Group(label or loose[cameras[0]].name, root, tuple(sorted(cameras + beside))))
+        loose = {index: path for index, path in loose.items() if index not in (*cameras, *beside)}
+    before = len(groups)
+    for index, path in loose.items():
+        if path.name.lower().endswith((*_ALONE, *_CAMERAS)):
+            groups.append(Group(path.name, path.as_posix(), (index,)))
+        elif not folder.name:
+            groups.append(Group(path.name, path.as_posix(), (index,), str(not_importable(path.name))))
+    below: dict[str, dict[int, PurePosixPath]] = {}
+    for index, path in files.items():
+        if path.parent != folder:
+            below.setdefault(path.relative_to(folder).parts[0], {})[index] = path
+    for name, mine in below.items():
+        _search(folder / name, mine, groups)
+    if len(folder.parts) == 1 and not cameras and len(groups) == before:
+        groups.append(Group(label, root, inside, str(not_importable(label))))
+
+
+def _has_cameras(folder: PurePosixPath, files: dict[int, PurePosixPath]) -> bool:
+    """Whether one of the files is what makes a folder of a camera."""
+    return any(
+        path.name in _OF_A_CAMERA and path.parent.parent == folder and path.parent.name.startswith("camera_")
+        for path in files.values()
+    )

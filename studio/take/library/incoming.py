@@ -1,0 +1,178 @@
+"""Files that come in: they wait in a folder of their own inside the sessions until they are imported."""
+
+import os
+import shutil
+import tempfile
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager, suppress
+from pathlib import Path
+from typing import IO
+
+from studio.engine.base.errors import FormatError, StudioError
+from studio.take.folder.lock import hold, is_held, release
+from studio.take.folder.names import inside, safe_name
+from studio.take.folder.take import Take
+from studio.take.importers import import_recording
+from studio.take.library.bundle import ENDING, KEPT_FREE_BYTES, read_bundle, write_bundle
+from studio.take.library.sessions import take_path
+
+PREFIX = ".import-"
+MAX_BYTES = 200 * 1024**3
+_COPIES = 2
+"""What comes in is on the disk twice for a while: as it came, and as a take."""
+
+_LOOK_BYTES = 64 << 20
+"""How much is written between two looks at the disk."""
+
+
+class Incoming:
+    """Files that are written one after the other, as their bytes come."""
+
+    def __init__(self, sessions: Path, files: Sequence[tuple[str, int]]) -> None:
+        """Make the folder for files, each with its path (of plain names, `/` between) and its size [bytes].
+
+        Raises:
+            FormatError: more than `MAX_BYTES`. StudioError: the disk has no room, or cannot be written.
+        """
+        self.total = sum(size for _, size in files)
+        self.received = 0
+        self._left = list(files)
+        self._looked = 0
+        self._file: IO[bytes] | None = None
+        self._missing = 0
+        check_room(sessions, self.total)
+        try:
+            sessions.mkdir(parents=True, exist_ok=True)
+            self.folder = Path(tempfile.mkdtemp(prefix=PREFIX, dir=sessions))
+        except OSError as error:
+            raise StudioError(f"cannot write {sessions}: {error.strerror}; free some space") from error
+        self._mark = hold(self.folder)
+
+    def write(self, data: bytes) -> None:
+        """Take in the next bytes.
+
+        Raises:
+            FormatError: more than was announced. StudioError: the disk is full.
+        """
+        view = memoryview(data)
+        self.received += len(view)
+        if self.received > self.total:
+            raise FormatError(
+                f"more came than the {self.total} bytes that were announced; send the files again"
+            )
+        if self.received - self._looked > _LOOK_BYTES:
+            self._looked = self.received
+            _check_free(self.folder, 0)
+        with _told():
+            while view:
+                self._next()
+                assert self._file is not None
+                part, view = view[: self._missing], view[self._missing :]
+                self._file.write(part)
+                self._missing -= len(part)
+
+    def end(self) -> None:
+        """Note that no more comes.
+
+        Raises:
+            FormatError: less came than was announced. StudioError: the disk is full.
+        """
+        with _told():
+            self._next()
+        if self.received < self.total:
+            raise FormatError(
+                f"only {self.received} of {self.total} bytes came: the upload broke off; send the files again"
+            )
+
+    def discard(self) -> None:
+        """Leave nothing behind."""
+        if self._file is not None:
+            with suppress(OSError):
+                self._file.close()
+            self._file = None
+        release(self._mark)
+        self._mark = None
+        shutil.rmtree(self.folder, ignore_errors=True)
+
+    def _next(self) -> None:
+        """Go on to the next file where this one has all its bytes."""
+        while self._missing == 0:
+            if self._file is not None:
+                self._file.close()
+                self._file = None
+            if not self._left:
+                return
+            name, self._missing = self._left.pop(0)
+            path = inside(self.folder, *name.split("/"))
+            path.parent.mkdir(parents=True, exist_ok=True)
+            self._file = path.open("xb")
+
+
+@contextmanager
+def _told() -> Iterator[None]:
+    """Have what the disk refuses be told."""
+    try:
+        yield
+    except OSError as error:
+        raise StudioError(f"cannot write the files that came: {error.strerror}; free some space") from error
+
+
+def check_room(sessions: Path, size: int) -> None:
+    """Raise where so many bytes may not come in.
+
+    Raises:
+        FormatError: more than `MAX_BYTES`. StudioError: the disk has no room for them and the take made of them.
+    """
+    if size > MAX_BYTES:
+        raise FormatError(f"the files have {size >> 30} GB; allowed: {MAX_BYTES >> 30} GB at most")
+    _check_free(next(f for f in (sessions, *sessions.absolute().parents) if f.is_dir()), _COPIES * size)
+
+
+def _check_free(folder: Path, needed: int) -> None:
+    free = shutil.disk_usage(folder).free
+    if needed > free - KEPT_FREE_BYTES:
+        raise StudioError(
+            f"the import needs {needed >> 20} MB and the disk has {free >> 20} MB left, of which "
+            f"{KEPT_FREE_BYTES >> 20} MB are kept for recordings; free some space"
+        )
+
+
+def clear_left(sessions: Path) -> None:
+    """Remove what a server that was killed left of files that came in."""
+    for folder in sessions.glob(f"{PREFIX}*"):
+        if not is_held(folder):
+            shutil.rmtree(folder, ignore_errors=True)
+
+
+def free_path(sessions: Path, session: str, label: str) -> Path:
+    """Return the folder of a new take that is named after files: their name, or numbered where that is taken."""
+    stem = label[: -len(ENDING)] if label.lower().endswith(ENDING) else Path(label).stem
+    name = safe_name(stem, "imported")
+    number, path = 1, take_path(sessions, session, name)
+    while path.exists():
+        number += 1
+        path = take_path(sessions, session, f"{name}_{number}")
+    return path
+
+
+def import_incoming(
+    folder: Path, root: str, label: str, out: Path, *, progress: Callable[[float], None] | None = None
+) -> None:
+    """Make the take at `out` of what came into `folder`: what lies at `root` in it.
+
+    Raises:
+        StudioError: as the importers say it, with the names as they were given.
+    """
+    path = inside(folder, *root.split("/")) if root else folder
+    try:
+        if path.is_file() and path.name.lower().endswith(ENDING):
+            read_bundle(path, out)
+        elif (path / "take.json").is_file():
+            bundle = folder / ENDING
+            write_bundle(Take.open(path), bundle)
+            read_bundle(bundle, out)
+        else:
+            import_recording(path, out, progress=progress)
+    except StudioError as error:
+        text = str(error).replace(f"{folder}{os.sep}", "").replace(str(folder), label)
+        raise type(error)(text) from error

@@ -1,0 +1,155 @@
+"""The trash: removed takes and solves, kept in `sessions/.trash` until restored or deleted.
+
+`.trash/<id>/take` is the take's folder, or `.trash/<id>/solve` a solve's; `.trash/<id>/thrown.json` holds its former
+place and the time of removal.
+"""
+
+import json
+import secrets
+import shutil
+from dataclasses import dataclass
+from pathlib import Path
+
+from studio.engine.base.errors import TakeError
+from studio.engine.base.files import write_json
+from studio.take.folder.lock import is_held
+from studio.take.folder.names import check_name, inside, is_safe_name
+from studio.take.folder.take import Take, check_free, utc_now
+from studio.take.library.sessions import take_path
+
+FOLDER = ".trash"
+
+
+@dataclass(frozen=True)
+class Thrown:
+    """A take in the trash: its id there, its former session and name, the time of removal (ISO 8601, UTC).
+
+    `solve` names the removed solve of the take, empty for the whole take.
+    """
+
+    id: str
+    session: str
+    name: str
+    thrown: str
+    solve: str = ""
+
+
+def throw_away(sessions_dir: Path, session: str, name: str) -> Thrown:
+    """Move a take to the trash.
+
+    Raises:
+        TakeError: no such take, a name that is not allowed, a take in use, or a folder that cannot be moved.
+    """
+    path = take_path(sessions_dir, session, name)
+    if not (path / "take.json").is_file():
+        raise TakeError(f"there is no take {session}/{name} to throw away")
+    if is_held(path):
+        raise TakeError(f"take {session}/{name} is in use; wait until that is done")
+    return _move_to_trash(sessions_dir, Thrown(secrets.token_hex(6), session, name, utc_now()), path)
+
+
+def throw_solve_away(sessions_dir: Path, session: str, name: str, solve: str) -> Thrown:
+    """Move one solve of a take to the trash.
+
+    Raises:
+        TakeError: no such take or solve, a name that is not allowed, or a folder that cannot be moved.
+    """
+    take = Take.open(take_path(sessions_dir, session, name))
+    if solve not in take.solve_names():
+        raise TakeError(f"take {session}/{name} has no solve {solve[:80]!r} to throw away")
+    thrown = Thrown(secrets.token_hex(6), session, name, utc_now(), check_name("solve", solve))
+    return _move_to_trash(sessions_dir, thrown, take.solve_folder(solve))
+
+
+def _move_to_trash(sessions_dir: Path, thrown: Thrown, path: Path) -> Thrown:
+    place = sessions_dir / FOLDER / thrown.id
+    value = {key: text for key, text in vars(thrown).items() if key != "id"}
+    try:
+        place.mkdir(parents=True)
+        write_json(place / "thrown.json", value)
+        path.rename(place / _what(thrown))
+    except OSError as error:
+        shutil.rmtree(place, ignore_errors=True)
+        raise TakeError(f"cannot move {path.name} to the trash: {error.strerror}") from error
+    return thrown
+
+
+def _what(thrown: Thrown) -> str:
+    return "solve" if thrown.solve else "take"
+
+
+def list_trash(sessions_dir: Path) -> list[Thrown]:
+    """Return the content of the trash, the newest first."""
+    found = []
+    for file in (sessions_dir / FOLDER).glob("*/thrown.json"):
+        try:
+            value = json.loads(file.read_text(encoding="utf-8"))
+            session, name, thrown = (str(value[key]) for key in ("session", "name", "thrown"))
+            found.append(Thrown(file.parent.name, session, name, thrown, str(value.get("solve", ""))))
+        except (OSError, ValueError, KeyError, TypeError):
+            continue  # not made by the studio
+    return sorted(found, key=lambda thrown: (thrown.thrown, thrown.id), reverse=True)
+
+
+def restore(sessions_dir: Path, trash_id: str) -> tuple[str, str]:
+    """Restore a take or a solve, under another name if its own is taken; return the take's session and name.
+
+    Raises:
+        TakeError: nothing of that id in the trash, a solve whose take is gone, or a folder that cannot be moved.
+    """
+    thrown = _find(sessions_dir, trash_id)
+    if thrown.solve:
+        return _restore_solve(sessions_dir, thrown)
+    name, number = thrown.name, 2
+    while take_path(sessions_dir, thrown.session, name).exists():
+        name, number = f"{thrown.name[:55]}_{number}", number + 1
+    path = take_path(sessions_dir, thrown.session, name)
+    check_free(path)
+    place = sessions_dir / FOLDER / thrown.id
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        (place / "take").rename(path)
+    except OSError as error:
+        raise TakeError(f"cannot restore {thrown.session}/{name}: {error.strerror}") from error
+    shutil.rmtree(place, ignore_errors=True)
+    return thrown.session, name
+
+
+def _restore_solve(sessions_dir: Path, thrown: Thrown) -> tuple[str, str]:
+    path = take_path(sessions_dir, thrown.session, thrown.name)
+    if not (path / "take.json").is_file():
+        raise TakeError(
+            f"the take {thrown.session}/{thrown.name} of solve {thrown.solve!r} is not there; restore it first"
+        )
+    take, name, number = Take.open(path), thrown.solve, 2
+    while take.solve_folder(name).exists():
+        name, number = f"{thrown.solve[:55]}_{number}", number + 1
+    place = sessions_dir / FOLDER / thrown.id
+    try:
+        take.solve_folder(name).parent.mkdir(exist_ok=True)
+        (place / "solve").rename(take.solve_folder(name))
+    except OSError as error:
+        raise TakeError(f"cannot restore solve {name!r}: {error.strerror}") from error
+    shutil.rmtree(place, ignore_errors=True)
+    return thrown.session, thrown.name
+
+
+def empty_trash(sessions_dir: Path, trash_id: str | None = None) -> int:
+    """Delete one take of the trash for good, or all; return their number.
+
+    Raises:
+        TakeError: nothing of that id in the trash.
+    """
+    gone = list_trash(sessions_dir) if trash_id is None else [_find(sessions_dir, trash_id)]
+    for thrown in gone:
+        shutil.rmtree(sessions_dir / FOLDER / thrown.id, ignore_errors=True)
+    return len(gone)
+
+
+def _find(sessions_dir: Path, trash_id: str) -> Thrown:
+    if is_safe_name(trash_id):
+        inside(sessions_dir / FOLDER, trash_id)
+        for thrown in list_trash(sessions_dir):
+            if thrown.id == trash_id:
+                return thrown
+    raise TakeError(f"there is nothing with the id {trash_id[:40]!r} in the trash")

@@ -1,0 +1,25 @@
+"""Reader of a chunk of a `raw.mcap`, which may be damaged or hostile; its unpacked size is limited."""
+
+import zstandard
+from mcap.records import Chunk, McapRecord
+from mcap.stream_reader import breakup_chunk
+
+MAX_CHUNK_BYTES = 256 << 20
+"""Largest chunk; the writer closes a chunk at 0.25 MB."""
+
+
+def open_chunk(chunk: Chunk) -> list[McapRecord]:
+    """Return the records in a chunk.
+
+    Raises:
+        ValueError: it is too large when unpacked, or not packed by zstd.
+        Others: see `reader.DAMAGE`.
+    """
+    if chunk.compression not in ("", "zstd"):
+        raise ValueError(f"a chunk packed by {chunk.compression[:20]!r}; this program packs by zstd")
+    size = chunk.uncompressed_size
+    if chunk.compression == "zstd":  # a frame that tells its size is unpacked whatever bound is given
+        size = max(size, zstandard.frame_content_size(chunk.data))
+    if size > MAX_CHUNK_BYTES:
+        raise ValueError(f"a chunk of {size} bytes once unpacked; {MAX_CHUNK_BYTES} are allowed")
+    return breakup_chunk(chunk, validate_crc=True)

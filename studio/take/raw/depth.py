@@ -1,0 +1,184 @@
+"""The depth images of a `raw.mcap`, read from the disk on demand (a take may be larger than memory).
+
+The file is read once to find the position of every image; an image is read, checked and unpacked when it is
+needed. The last chunks are cached, so that a file in order of time is read once.
+"""
+
+from collections import OrderedDict
+from collections.abc import Collection, Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import IO, NamedTuple
+
+import numpy as np
+from mcap.records import Chunk, Message
+from mcap.stream_reader import StreamReader
+from numpy.typing import NDArray
+
+from studio import wire
+from studio.engine.base.errors import FormatError, TakeError
+from studio.engine.model.depth import DepthCamera, DepthFrame
+from studio.engine.model.frames import ClockModel
+from studio.take.raw.chunks import open_chunk
+from studio.take.raw.clocks import TakeClocks
+from studio.take.raw.reader import DAMAGE, RawReader
+from studio.take.raw.records import RawDepth, RawEvent, depth_camera
+
+_CHUNKS_KEPT = 8
+
+
+class _Place(NamedTuple):
+    """Position of an image: its chunk's offset in the file, its channel, its times and number."""
+
+    device_time_ns: int
+    chunk_offset: int
+    channel: int
+    publish_time: int
+    log_time: int
+    sequence: int
+
+
+class DepthRecording:
+    """The depth images of a `raw.mcap`; opening it reads the file once.
+
+    An image whose device time occurs twice is kept once. If a camera's client was started again within the take, all
+    its images have times on its last clock. A camera that changed its intrinsics in the take keeps the first; images
+    with others, or of an unknown clock, are left out.
+
+    Attributes:
+        cameras: intrinsics by camera, of the cameras with depth, in order of their first image.
+        complete, problem: as `RawReader`; `problem` also reports images that were left out.
+
+    Raises:
+        TakeError: no such file. A damaged file is no error; its readable part is used.
+    """
+
+    def __init__(self, path: str | Path) -> None:
+        self.path = Path(path)
+        self.cameras: dict[str, DepthCamera] = {}
+        self._intrinsics: dict[str, wire.Intrinsics] = {}
+        found: list[tuple[str, str, _Place]] = []
+        clocks = TakeClocks()
+        reader, other = RawReader(path), 0
+        for record, raw in reader.pairs():
+            if isinstance(raw, RawEvent):
+                clocks.event(raw.event)
+            if not (isinstance(raw, RawDepth) and isinstance(record, Message)):
+                continue
+            if self._intrinsics.setdefault(raw.camera, raw.intrinsics) != raw.intrinsics:
+                other += 1
+                continue
+            place = _Place(
+                raw.message.device_time_ns,
+                reader.chunk_offset,
+                record.channel_id,
+                record.publish_time,
+                record.log_time,
+                raw.message.sequence,
+            )
+            found.append((raw.camera, raw.boot_id, place))
+        places: dict[str, dict[int, _Place]] = {}
+        for camera, boot_id, place in found:
+            time_ns = clocks.placed_ns(camera, boot_id, place.sequence, place.device_time_ns)
+            if time_ns is not None:
+                placed = place._replace(device_time_ns=time_ns)
+                places.setdefault(camera, {}).setdefault(time_ns, placed)
+        self.complete, self.problem = reader.complete, reader.problem
+        if other and self.problem is None:
+            self.problem = f"{other} depth images have other intrinsics than the camera's first; left out"
+        self.cameras = {name: depth_camera(self._intrinsics[name]) for name in places}
+        self._places = {name: [of[time] for time in sorted(of)] for name, of in places.items()}
+
+    def times_ns(self, camera: str) -> NDArray[np.int64]:
+        """Return the device times of a camera's images [ns], increasing."""
+        return np.array([place.device_time_ns for place in self._places[camera]], dtype=np.int64)
+
+    def frames(
+        self,
+        cameras: Collection[str] | None = None,
+        *,
+        clocks: Mapping[str, ClockModel] | None = None,
+        start_ns: int | None = None,
+        spans_ns: Sequence[tuple[int, int]] | None = None,
+    ) -> Iterator[DepthFrame]:
+        """Yield the images in order of time; an image that cannot be unpacked is left out.
+
+        Args:
+            cameras: names; all where None. Unknown ones are ignored.
+            clocks: clocks by camera: order by stage time; a camera without one counts by its own time.
+            start_ns: first time, on the device or stage clock as the order is.
+            spans_ns: images between these times alone, ends included; all where None.
+        """
+        clocks = clocks or {}
+        order = []
+        for name in self._places if cameras is None else [n for n in self._places if n in cameras]:
+            clock = clocks.get(name, ClockModel())
+            for place in self._places[name]:
+                time_ns = clock.stage_ns(place.device_time_ns)
+                if start_ns is not None and time_ns < start_ns:
+                    continue
+                if spans_ns is None or any(begin <= time_ns <= end for begin, end in spans_ns):
+                    order.append((time_ns, name, place))
+        order.sort(key=lambda item: item[:2])
+        chunks: OrderedDict[int, dict[tuple[int, int, int], bytes]] = OrderedDict()
+        try:
+            file = open(self.path, "rb")
+        except OSError as error:
+            raise TakeError(f"cannot read {self.path}: {error.strerror}") from error
+        with file:
+            for _, name, place in order:
+                frame = self._frame(file, chunks, name, place)
+                if frame is not None:
+                    yield frame
+
+    def _frame(
+        self,
+        file: IO[bytes],
+        chunks: OrderedDict[int, dict[tuple[int, int, int], bytes]],
+        name: str,
+        place: _Place,
+    ) -> DepthFrame | None:
+        try:
+            if place.chunk_offset not in chunks:
+                chunks[place.chunk_offset] = _read_chunk(file, place.chunk_offset)
+                if len(chunks) > _CHUNKS_KEPT:
+                    chunks.popitem(last=False)
+            data = chunks[place.chunk_offset][place.channel, place.publish_time, place.log_time]
+            message = wire.decode(data)
+            if not isinstance(message, wire.DepthImage):
+                raise FormatError(f"a {type(message).__name__} where a DepthImage belongs")
+            depth_mm = wire.depth_array(message, self._intrinsics[name])
+        except (*DAMAGE, KeyError, FormatError) as error:
+            self.problem = self.problem or f"a depth image of {name} cannot be read ({error})"
+            return None
+        return DepthFrame(name, place.sequence, place.device_time_ns, depth_mm)
+
+
+def depth_frames(path: str | Path) -> Iterator[DepthFrame]:
+    """Yield the depth images of a `raw.mcap` in order of device time, all cameras.
+
+    Raises:
+        TakeError: no such file.
+    """
+    return DepthRecording(path).frames()
+
+
+def depth_cameras(path: str | Path) -> dict[str, DepthCamera]:
+    """Return the intrinsics of the cameras of a `raw.mcap` with depth, by name; may be empty.
+
+    Raises:
+        TakeError: no such file.
+    """
+    return DepthRecording(path).cameras
+
+
+def _read_chunk(file: IO[bytes], offset: int) -> dict[tuple[int, int, int], bytes]:
+    """Return the messages of a chunk by channel, device time and arrival."""
+    file.seek(offset)
+    for record in StreamReader(file, skip_magic=True, emit_chunks=True).records:
+        if isinstance(record, Chunk):
+            return {
+                (message.channel_id, message.publish_time, message.log_time): message.data
+                for message in open_chunk(record)
+                if isinstance(message, Message)
+            }
+    raise EOFError(f"no chunk at {offset}")

@@ -1,0 +1,143 @@
+"""Frames of a take outside memory, because an hour of three cameras has 324,000."""
+
+from abc import abstractmethod
+from array import array
+from collections.abc import Iterator, Sequence
+from functools import lru_cache, partial
+from typing import overload
+
+import numpy as np
+from numpy.typing import NDArray
+
+from studio.engine.base.records import BLOCK, Records
+from studio.engine.model.frames import CameraFrame, HandSeen
+from studio.engine.model.joints import JOINT_COUNT
+
+_DTYPE = np.dtype(
+    [
+        ("positions", "f8", (JOINT_COUNT, 3)),
+        ("confidence", "f8", (JOINT_COUNT,)),
+        ("head_wxyz", "f8", (4,)),
+        ("sequence", "i8"),
+        ("device_time_ns", "i8"),
+        ("camera", "i2"),
+        ("has_head", "?"),
+    ],
+    align=True,
+)
+_BLOCKS = 8
+"""Cached blocks of records, because frames that are adjacent in a recording are needed together."""
+
+
+class KeptFrames:
+    """Frames of any cameras in the order of their addition; `frames` returns them once all are added."""
+
+    def __init__(self) -> None:
+        """Make an empty list."""
+        self._records = Records(_DTYPE)
+        self._cameras: dict[str, int] = {}
+        self._kinds: dict[tuple[str, str], int] = {}  # kinds of hand states: side and method
+        self._hands_end, self._hand_kinds, self._hand_open = array("q"), array("h"), array("d")
+        self._block = lru_cache(_BLOCKS)(partial(_read_block, self._records))
+
+    def __len__(self) -> int:
+        return len(self._records)
+
+    def add(self, frame: CameraFrame) -> None:
+        """Add a frame.
+
+        Raises:
+            TakeError: the disk of the temporary folder is full.
+        """
+        head = frame.head_wxyz
+        self._records.add((
+            frame.positions, frame.confidence, (0.0,) * 4 if head is None else head, frame.sequence,
+            frame.device_time_ns, self._cameras.setdefault(frame.camera, len(self._cameras)), head is not None,
+        ))  # fmt: skip
+        for hand in frame.hands:
+            self._hand_kinds.append(self._kinds.setdefault((hand.side, hand.method), len(self._kinds)))
+            self._hand_open.append(hand.open_probability)
+        self._hands_end.append(len(self._hand_kinds))
+
+    def frames(self, places: NDArray[np.int64], times_ns: NDArray[np.int64]) -> "Sequence[CameraFrame]":
+        """Return frames by their index of addition, each with a new device time [ns]."""
+        return _Chosen(self, places, times_ns)
+
+    def frame(self, place: int, time_ns: int) -> CameraFrame:
+        """Return one frame, with another device time [ns]."""
+        block, row = divmod(place, BLOCK)
+        record = self._block(block)[row]
+        w, x, y, z = record["head_wxyz"].tolist()
+        return CameraFrame(
+            camera=list(self._cameras)[record["camera"]],
+            sequence=int(record["sequence"]),
+            device_time_ns=time_ns,
+            positions=record["positions"],
+            confidence=record["confidence"],
+            hands=self._hands(place),
+            head_wxyz=(w, x, y, z) if record["has_head"] else None,
+        )
+
+    def _hands(self, place: int) -> tuple[HandSeen, ...]:
+        begin, end = self._hands_end[place - 1] if place else 0, self._hands_end[place]
+        if begin == end:
+            return ()
+        kinds = list(self._kinds)
+        return tuple(HandSeen(*kinds[self._hand_kinds[i]], self._hand_open[i]) for i in range(begin, end))
+
+
+def _read_block(records: Records, block: int) -> NDArray[np.void]:
+    return records.read(block * BLOCK, (block + 1) * BLOCK)
+
+
+class _Frames(Sequence[CameraFrame]):
+    """Frames that are made on demand, by `at`, which takes indices from 0."""
+
+    @overload
+    def __getitem__(self, index: int) -> CameraFrame: ...
+    @overload
+    def __getitem__(self, index: slice) -> Sequence[CameraFrame]: ...
+    def __getitem__(self, index: int | slice) -> CameraFrame | Sequence[CameraFrame]:
+        places = range(len(self))[index]
+        return [self.at(i) for i in places] if isinstance(places, range) else self.at(places)
+
+    @abstractmethod
+    def at(self, index: int) -> CameraFrame:
+        """Return one frame."""
+
+
+class _Chosen(_Frames):
+    """Some of the kept frames, in any order."""
+
+    def __init__(self, kept: KeptFrames, places: NDArray[np.int64], times_ns: NDArray[np.int64]) -> None:
+        self._kept, self._places, self._times_ns = kept, places, times_ns
+
+    def __len__(self) -> int:
+        return len(self._places)
+
+    def at(self, index: int) -> CameraFrame:
+        return self._kept.frame(int(self._places[index]), int(self._times_ns[index]))
+
+    def __iter__(self) -> Iterator[CameraFrame]:
+        for place, time_ns in zip(self._places.tolist(), self._times_ns.tolist(), strict=True):
+            yield self._kept.frame(place, time_ns)
+
+
+class Joined(_Frames):
+    """The frames of several cameras one after the other, as one sequence."""
+
+    def __init__(self, parts: Sequence[Sequence[CameraFrame]]) -> None:
+        """Use the parts without a copy."""
+        self._parts = parts
+        self._ends = np.cumsum([len(part) for part in parts], dtype=np.int64)
+
+    def __len__(self) -> int:
+        return int(self._ends[-1]) if len(self._ends) else 0
+
+    def at(self, index: int) -> CameraFrame:
+        part = int(np.searchsorted(self._ends, index, side="right"))
+        return self._parts[part][index - int(self._ends[part]) + len(self._parts[part])]
+
+    def __iter__(self) -> Iterator[CameraFrame]:
+        for part in self._parts:
+            yield from part

@@ -1,0 +1,230 @@
+"""The live log: every decision of the live stage as an event, applied here both live and in replay.
+
+The live stage changes its pipeline only through `LoggedPipeline`. A replay with the same events
+and frames in the same order therefore gives the same poses, bit for bit. docs/formats.md describes the events.
+"""
+
+import math
+from typing import TYPE_CHECKING, Any
+
+import msgspec
+
+from studio.engine.base.errors import FormatError
+from studio.engine.model.calibration import Calibration
+from studio.engine.model.frames import CameraFrame, ClockModel, StepResult
+from studio.engine.model.settings import SolveSettings
+
+if TYPE_CHECKING:
+    from studio.engine.solve.pipeline import Pipeline
+
+
+class StartEvent(msgspec.Struct, tag="start"):
+    """A fresh pipeline; without a calibration there is none until the next start. Both are as files hold them."""
+
+    calibration: dict[str, Any] | None
+    settings: dict[str, Any]
+
+
+class _ClockEvent(msgspec.Struct, kw_only=True):
+    """A clock's map, as in `ClockModel`; logs of early versions do not name the clock."""
+
+    camera: str
+    clock_id: str | None = None
+    offset_ns: int
+    drift_ppm: float
+    reference_ns: int
+
+    @property
+    def model(self) -> ClockModel:
+        """The clock's map."""
+        return ClockModel(self.offset_ns, self.drift_ppm, self.reference_ns)
+
+
+class ClockEvent(_ClockEvent, tag="clock", kw_only=True):
+    """From now on the camera's clock, the one that `clock_id` names, maps to the stage clock so."""
+
+
+class StageClockEvent(_ClockEvent, tag="stage_clock", kw_only=True):
+    """The stage clock is that camera's; the map carries the server's clock to it while the camera is away."""
+
+
+class SettingsEvent(msgspec.Struct, tag="settings"):
+    """From now on the pipeline works with these settings, as files hold them."""
+
+    settings: dict[str, Any]
+
+
+class CalibrationEvent(msgspec.Struct, tag="calibration"):
+    """From now on the pipeline works with this calibration; only early versions wrote it."""
+
+    calibration: dict[str, Any]
+
+
+class SkippedEvent(msgspec.Struct, tag="skipped"):
+    """The frame that follows was recorded but kept from the live pipeline."""
+
+    camera: str
+    sequence: int
+
+
+class TickEvent(msgspec.Struct, tag="tick"):
+    """The pipeline makes the output frame of this time."""
+
+    stage_time_ns: int
+
+
+class SegmentEvent(msgspec.Struct, tag="segment"):
+    """The camera's clock jumped: its frames from `from_sequence` on are stamped by the clock `clock_id`."""
+
+    camera: str
+    boot_id: str
+    from_sequence: int
+    clock_id: str
+
+
+class JoinedEvent(msgspec.Struct, tag="joined"):
+    """A start of a client takes part in the recording: its frames from this sequence on may belong to it."""
+
+    camera: str
+    boot_id: str
+    from_sequence: int = 0
+
+
+class RestartEvent(msgspec.Struct, tag="restart"):
+    """The server was started again within the take; so long nothing was recorded [ms]."""
+
+    gap_ms: int
+
+
+class StoppedEvent(msgspec.Struct, tag="stopped"):
+    """The end of the take on the stage clock [ns]; None where the stage had no clock."""
+
+    stage_time_ns: int | None = None
+
+
+KnownEvent = (
+    StartEvent
+    | ClockEvent
+    | StageClockEvent
+    | SettingsEvent
+    | CalibrationEvent
+    | SkippedEvent
+    | TickEvent
+    | SegmentEvent
+    | JoinedEvent
+    | RestartEvent
+    | StoppedEvent
+)
+
+
+class UnknownEvent(msgspec.Struct):
+    """An event that this version does not know, or that lacks something: only a replay as live needs it."""
+
+    problem: str
+
+
+LiveEvent = KnownEvent | UnknownEvent
+
+_decoder = msgspec.json.Decoder(KnownEvent)
+
+
+def read_event(data: bytes) -> LiveEvent:
+    """Return an event as it lies in the log.
+
+    Raises:
+        FormatError: it is no JSON.
+    """
+    try:
+        return _decoder.decode(data)
+    except msgspec.ValidationError as error:
+        return UnknownEvent(f"{error} in {data[:200]!r}")
+    except (msgspec.DecodeError, UnicodeDecodeError, RecursionError) as error:
+        raise FormatError(str(error)) from error
+
+
+def start_event(calibration: Calibration | None, settings: SolveSettings) -> StartEvent:
+    """A fresh pipeline, from the same numbers live and in replay."""
+    return StartEvent(None if calibration is None else calibration.to_json(), settings.to_json())
+
+
+def clock_event(camera: str, clock_id: str, clock: ClockModel) -> ClockEvent:
+    """A camera's clock."""
+    return ClockEvent(camera=camera, clock_id=clock_id, **_numbers(clock))
+
+
+def stage_clock_event(camera: str, clock_id: str, server_to_stage: ClockModel) -> StageClockEvent:
+    """Whose clock the stage clock is, and how the server's clock maps to it."""
+    return StageClockEvent(camera=camera, clock_id=clock_id, **_numbers(server_to_stage))
+
+
+def _numbers(clock: ClockModel) -> dict[str, Any]:
+    drift_ppm = float(clock.drift_ppm)
+    if not math.isfinite(drift_ppm):
+        raise ValueError(f"a clock's drift of {drift_ppm} ppm cannot be logged")
+    return {
+        "offset_ns": int(clock.offset_ns),
+        "drift_ppm": drift_ppm,
+        "reference_ns": int(clock.reference_ns),
+    }
+
+
+class LoggedPipeline:
+    """A pipeline that is controlled by the events of the live log and by frames.
+
+    Attributes:
+        pipeline: None before a `start` with a calibration.
+        settings: those in use; None before the first `start`.
+    """
+
+    def __init__(self) -> None:
+        self.pipeline: Pipeline | None = None
+        self.settings: SolveSettings | None = None
+        self._skipped: set[tuple[str, int]] = set()
+
+    def frame(self, frame: CameraFrame) -> None:
+        """Give the pipeline a frame, unless a `skipped` event preceded it."""
+        key = (frame.camera, frame.sequence)
+        if key in self._skipped:
+            self._skipped.discard(key)
+        elif self.pipeline is not None:
+            self.pipeline.add_frame(frame)
+
+    def event(self, event: LiveEvent) -> StepResult | None:
+        """Perform one event; a `tick` returns what the pipeline made.
+
+        Raises:
+            FormatError: an event of a kind that this version does not know, or that lacks something.
+        """
+        try:
+            return self._perform(event)
+        except (KeyError, TypeError) as error:
+            raise FormatError(
+                f"an event of the live log cannot be read: {error!r} in {event!r:.200}"
+            ) from error
+
+    def _perform(self, event: LiveEvent) -> StepResult | None:
+        match event:
+            case TickEvent():
+                return None if self.pipeline is None else self.pipeline.step(event.stage_time_ns)
+            case SkippedEvent():
+                self._skipped.add((event.camera, event.sequence))
+            case StartEvent():
+                self.settings = SolveSettings.from_json(event.settings)
+                self.pipeline = None
+                if event.calibration is not None:
+                    from studio.engine.solve.pipeline import (
+                        Pipeline,  # takes long to load: not when the server starts
+                    )
+
+                    self.pipeline = Pipeline(Calibration.from_json(event.calibration), self.settings)
+            case SettingsEvent():
+                self.settings = SolveSettings.from_json(event.settings)
+                if self.pipeline is not None:
+                    self.pipeline.set_settings(self.settings)
+            case UnknownEvent():
+                raise FormatError(f"an event of the live log cannot be read: {event.problem}")
+            case CalibrationEvent() if self.pipeline is not None:
+                self.pipeline.set_calibration(Calibration.from_json(event.calibration))
+            case ClockEvent() if self.pipeline is not None:
+                self.pipeline.set_clock(event.camera, event.model)
+        return None

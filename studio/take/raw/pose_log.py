@@ -1,0 +1,98 @@
+"""The live poses of a take during its recording, written to disk at once: `live.poses`, records of one size.
+
+When the take ends they become the solve `live`. A record has the number of its tick in the live log, so that after a
+crash the poses and the log can be cut to the same length.
+"""
+
+import os
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from studio.engine.base.errors import TakeError
+from studio.engine.model.frames import StepResult
+from studio.engine.model.joints import OUTPUT_JOINTS, OUTPUT_PARENTS
+from studio.engine.model.poses import Poses
+
+POSE_LOG = "live.poses"
+_COUNT = len(OUTPUT_JOINTS)
+RECORD = np.dtype(
+    [
+        ("tick", "<i8"),
+        ("stage_time_ns", "<i8"),
+        ("positions_m", "<f8", (_COUNT, 3)),
+        ("rotations_wxyz", "<f8", (_COUNT, 4)),
+        ("confidence", "<f8", (_COUNT,)),
+        ("uncertainty_mm", "<f8", (_COUNT,)),
+    ]
+)
+
+
+class PoseLog:
+    """Writes the live poses of one take; one thread writes.
+
+    Args:
+        folder: of the take.
+        ticks: continue after this many ticks of the live log and delete later records; None: a new file.
+
+    Raises:
+        OSError: the disk refuses; from any method.
+    """
+
+    def __init__(self, folder: Path, *, ticks: int | None = None) -> None:
+        self.path = folder / POSE_LOG
+        if ticks is not None and self.path.is_file():
+            whole = int((read_records(self.path)["tick"] < ticks).sum())
+            os.truncate(self.path, whole * RECORD.itemsize)
+        self._file = open(self.path, "wb" if ticks is None else "ab")
+
+    def add(self, tick: int, result: StepResult) -> None:
+        """Write the pose of tick number `tick`."""
+        record = np.zeros((), dtype=RECORD)
+        record["tick"], record["stage_time_ns"] = tick, result.frame_set.stage_time_ns
+        for name in ("positions_m", "rotations_wxyz", "confidence", "uncertainty_mm"):
+            record[name] = getattr(result, name)
+        self._file.write(record.tobytes())
+
+    def write_out(self) -> None:
+        """Pass all data to the operating system, so that it outlives this program, but not the machine."""
+        self._file.flush()
+
+    def sync(self) -> None:
+        """Wait until all data passed on is on the disk; a thread other than the writing one may wait."""
+        os.fsync(self._file.fileno())
+
+    def close(self) -> None:
+        self._file.close()
+
+
+def read_records(path: Path) -> NDArray[np.void]:
+    """Return the whole records of a pose log, read from the disk on demand."""
+    count = path.stat().st_size // RECORD.itemsize
+    if count == 0:
+        return np.empty(0, dtype=RECORD)
+    return np.memmap(path, dtype=RECORD, mode="r", shape=(count,))
+
+
+def read_poses(path: Path) -> Poses | None:
+    """Return the poses of a pose log; None if it has none.
+
+    Raises:
+        TakeError: it cannot be read.
+    """
+    try:
+        records = read_records(path)
+    except OSError as error:
+        raise TakeError(f"cannot read {path}: {error.strerror}") from error
+    if len(records) == 0:
+        return None
+    return Poses(
+        time_s=records["stage_time_ns"] * 1e-9,
+        joint_names=OUTPUT_JOINTS,
+        parents=OUTPUT_PARENTS.copy(),
+        positions_m=records["positions_m"],
+        rotations_wxyz=records["rotations_wxyz"],
+        confidence=records["confidence"],
+        uncertainty_mm=records["uncertainty_mm"],
+    )

@@ -1,0 +1,119 @@
+"""The records of `raw.mcap`, and the conversion of a device's joints to the canonical ones."""
+
+from dataclasses import dataclass
+
+from studio import wire
+from studio.engine.model.depth import DepthCamera, DepthFrame
+from studio.engine.model.frames import CameraFrame, HandSeen
+from studio.engine.model.joints import to_canonical
+from studio.take.raw.live_log import LiveEvent
+
+LIVE_TOPIC = "live"
+PROFILE = "capture-studio"
+
+LATE_KEY = "late"
+"""Key of a channel's metadata: its frames arrived after the live solve had passed them."""
+
+
+@dataclass(frozen=True)
+class RawCamera:
+    """A camera joined (or joined again, with another `boot_id`); its frames follow."""
+
+    hello: wire.Hello
+
+
+@dataclass(frozen=True)
+class RawFrame:
+    """A frame as received: camera, arrival [ns], the wire message, and its canonical form.
+
+    `boot_id` is the start of the client that took it; `late`: it arrived after the live solve had passed it.
+    """
+
+    camera: str
+    arrival_ns: int
+    message: wire.SkeletonFrame
+    frame: CameraFrame
+    boot_id: str = ""
+    late: bool = False
+
+
+@dataclass(frozen=True)
+class RawEvent:
+    """An event of the live log."""
+
+    time_ns: int
+    event: LiveEvent
+
+
+@dataclass(frozen=True)
+class RawDepth:
+    """A depth image as received: camera, arrival [ns], the wire message still packed, and its intrinsics.
+
+    `boot_id` is the start of the client that took it.
+    """
+
+    camera: str
+    arrival_ns: int
+    message: wire.DepthImage
+    intrinsics: wire.Intrinsics
+    boot_id: str = ""
+
+    def frame(self) -> DepthFrame:
+        """Return the image, unpacked.
+
+        Raises:
+            FormatError: damaged, or not of the size that the intrinsics give.
+        """
+        depth_mm = wire.depth_array(self.message, self.intrinsics)
+        return DepthFrame(self.camera, self.message.sequence, self.message.device_time_ns, depth_mm)
+
+
+RawRecord = RawCamera | RawFrame | RawDepth | RawEvent
+
+
+def camera_topic(name: str) -> str:
+    """Return the MCAP topic of a camera's skeletons."""
+    return f"camera/{name}/skeleton"
+
+
+def depth_topic(name: str) -> str:
+    """Return the MCAP topic of a camera's depth images."""
+    return f"camera/{name}/depth"
+
+
+def depth_camera(intrinsics: wire.Intrinsics) -> DepthCamera:
+    """Return the engine's camera of a hello's intrinsics."""
+    return DepthCamera(
+        intrinsics.fx,
+        intrinsics.fy,
+        intrinsics.cx,
+        intrinsics.cy,
+        intrinsics.width,
+        intrinsics.height,
+        tuple(intrinsics.distortion),
+    )
+
+
+def intrinsics_of(camera: DepthCamera) -> wire.Intrinsics:
+    """Return an engine camera as the intrinsics of a hello."""
+    return wire.Intrinsics(
+        camera.fx, camera.fy, camera.cx, camera.cy, camera.width, camera.height, tuple(camera.distortion)
+    )
+
+
+def camera_frame(camera: str, joint_set: str, message: wire.SkeletonFrame) -> CameraFrame:
+    """Return a frame in canonical joints; device joints become canonical only here.
+
+    Raises:
+        FormatError: an unknown joint set, or a frame that does not fit it.
+    """
+    positions, confidence = to_canonical(joint_set, *wire.joint_arrays(message, joint_set))
+    return CameraFrame(
+        camera=camera,
+        sequence=message.sequence,
+        device_time_ns=message.device_time_ns,
+        positions=positions,
+        confidence=confidence,
+        hands=tuple(HandSeen(hand.side, hand.method, hand.open_probability) for hand in message.hands),
+        head_wxyz=message.head_wxyz,
+    )

@@ -1,0 +1,168 @@
+// Every call to the server: routes under /api/v1, errors as the server words them, in the language of the page.
+import { said } from "./said.js";
+import { t } from "./strings.js";
+
+const ROOT = new URL("api/v1/", document.baseURI);
+
+/** Address of the events WebSocket. */
+export const eventsUrl = () => new URL("events", ROOT).href.replace(/^http/, "ws");
+
+const request = (method, path, body) => (body === undefined ? send(method, path) : send(method, path, JSON.stringify(body), { "Content-Type": "application/json" }));
+
+async function send(method, path, body, headers = {}, signal = undefined) {
+  let response;
+  try {
+    response = await fetch(new URL(path, ROOT), { method, headers, body, signal });
+  } catch {
+    throw new Error(t("server.silent"));
+  }
+  if (response.ok) return response;
+  if (response.status === 401) signInAgain();
+  const value = await response.json().catch(() => null);
+  throw new Error(said(value?.error?.message) ?? t("server.status", { status: response.status }));
+}
+
+const signInAgain = () => location.assign(`signin?again&next=${encodeURIComponent(location.pathname)}`);
+
+/** Whether the server answers within a time; a browser that it does not know (any longer) is taken to where one signs in. */
+export async function answers(within_ms) {
+  const response = await fetch(new URL("access", ROOT), { signal: AbortSignal.timeout(within_ms) }).catch(() => null);
+  if (response?.status === 401) signInAgain();
+  return Boolean(response) && response.status !== 401;
+}
+
+const call = async (method, path, body) => (await request(method, path, body)).json();
+
+export const getView = () => call("GET", "view");
+export const changeView = (change) => call("PUT", "view", change);
+export const getClock = () => call("GET", "view/clock");
+export const openReplay = (wanted) => call("PUT", "replay", wanted);
+export const changeReplay = (change) => call("PATCH", "replay", change);
+export const closeReplay = () => call("DELETE", "replay");
+export const getCleanup = (take, solve) => call("GET", `${takePath(take)}/solves/${encodeURIComponent(solve)}/cleanup`);
+export const getCurves = (joint) => call("GET", `replay/curves?joint=${joint}`);
+export const getSwitches = () => call("GET", "switches");
+export const getSettings = () => call("GET", "settings");
+export const putSettings = (preset, set) => call("PUT", "settings", { preset, set });
+export const getRecordings = () => call("GET", "recordings");
+export const openLocalCameras = (wanted) => call("POST", "local-cameras", wanted);
+export const stopLocalCameras = () => call("DELETE", "local-cameras");
+export const inviteCamera = () => call("POST", "cameras/invite", {});
+export const chooseReference = (name) => call("PUT", `cameras/${encodeURIComponent(name)}/reference`);
+export const startRecording = (take) => call("POST", "record/start", take ? { take } : {});
+export const stopRecording = () => call("POST", "record/stop");
+export const startCalibration = () => call("POST", "calibration/start");
+export const finishCalibration = () => call("POST", "calibration/finish");
+export const startTPose = (performer) => call("POST", "tpose/start", { performer });
+export const cancelTPose = () => call("POST", "tpose/cancel");
+export const invitePhone = () => call("POST", "remote");
+export const getPerformers = () => call("GET", "performers");
+export const choosePerformer = (name) => call("POST", `performers/${encodeURIComponent(name)}/use`);
+export const getTakes = () => call("GET", "takes");
+
+/** Return those of some takes that are there. */
+export const getTakesOf = (ids) => call("GET", `takes?${new URLSearchParams(ids.map((id) => ["id", id]))}`);
+
+export const getTakeDetail = (take) => call("GET", takePath(take));
+export const getNextTake = () => call("GET", "takes/next");
+
+/** Return a page of the takes that a search finds, and how many it finds: `{takes, count}`. */
+export async function findTakes({ search, limit, offset }) {
+  const response = await request("GET", `takes?${new URLSearchParams({ search, limit, offset })}`);
+  return { takes: await response.json(), count: Number(response.headers.get("X-Total-Count")) };
+}
+export const getPresets = () => call("GET", "presets");
+export const savePreset = (name, settings) => call("PUT", `presets/${encodeURIComponent(name)}`, settings);
+export const renamePreset = (name, to) => call("PATCH", `presets/${encodeURIComponent(name)}`, { name: to });
+export const removePreset = (name) => call("DELETE", `presets/${encodeURIComponent(name)}`);
+
+export const getOutputs = () => call("GET", "outputs");
+export const addOutput = (output) => call("POST", "outputs", output);
+export const changeOutput = (id, change) => call("PATCH", `outputs/${id}`, change);
+export const removeOutput = (id) => call("DELETE", `outputs/${id}`);
+
+export const getBlindTests = () => call("GET", "blind");
+export const createBlindTest = (test) => call("POST", "blind", test);
+export const createThesisTest = (take) => call("POST", "blind/thesis", { take });
+export const getBlindResults = (id) => call("GET", `blind/${id}/results`);
+export const blindAction = (id, action, method) => call(method, `blind/${id}/${action}`);
+export const showBlindSlot = (id, slot) => call("PUT", `blind/${id}/shown`, { slot });
+
+export const getAccess = () => call("GET", "access");
+export const addCameraToken = (label) => call("POST", "access/cameras", { label });
+export const removeCameraToken = (id) => request("DELETE", `access/cameras/${id}`);
+export const renewViewers = () => call("POST", "access/viewers");
+export const renewOperator = () => call("POST", "access/operator");
+export const signOut = () => request("POST", "access/signout");
+
+const takePath = (take) => `takes/${encodeURIComponent(take.session)}/${encodeURIComponent(take.name)}`;
+
+/** Announce files, `[{path, size}]`; returns the imports that they make: `{job, files}`, the places of its files in the list. */
+export const announceImports = (files) => call("POST", "imports", { files });
+/** Send an import's files, one after the other in one Blob. */
+export const sendImport = (jobId, blob, signal) => send("PUT", `imports/${jobId}`, blob, {}, signal);
+
+/** Cancel a job; what it has half written goes with it. */
+export const cancelJob = (id) => call("POST", `jobs/${id}/cancel`);
+/** Take the jobs that have ended off the list. */
+export const clearJobs = () => call("DELETE", "jobs");
+
+/** Begin to solve a take again with `{preset, set}` as solve `name`. */
+export const solveTake = (take, name, settings) => call("POST", `${takePath(take)}/solves`, { ...settings, name });
+
+/** Begin to calibrate a take from its own frames (a job), or take the calibration of another take, by its id. */
+export const calibrateTake = (take, borrow) => call("POST", `${takePath(take)}/calibrations`, borrow ? { borrow } : {});
+
+/** Make a replay of a solve to give away; `part`: `{start_s, end_s}`, what is left out is all of it. */
+export const shareSolve = (take, solve, part) => call("POST", `${takePath(take)}/solves/${encodeURIComponent(solve)}/share`, part);
+export const getShares = () => call("GET", "shares");
+export const removeShare = (id) => call("DELETE", `shares/${id}`);
+export const restoreShare = (id) => call("POST", `shares/${id}/restore`);
+
+export const changeTake = (take, change) => call("PATCH", takePath(take), change);
+export const throwTake = (take) => call("DELETE", takePath(take));
+export const throwSolve = (take, solve) => call("DELETE", `${takePath(take)}/solves/${encodeURIComponent(solve)}`);
+export const getTrash = () => call("GET", "trash");
+export const deleteTrash = (trashId) => call("DELETE", `trash/${encodeURIComponent(trashId)}`);
+export const emptyTrash = () => call("DELETE", "trash");
+export const restoreTake = (trashId) => call("POST", `trash/${encodeURIComponent(trashId)}/restore`);
+
+const byId = (takeId) => `takes/${takeId.split("/").map(encodeURIComponent).join("/")}`;
+
+/** Return how far two motions are apart: `{a: {take, solve}, b: {take, solve} or {reference}, line_up, offset_ms}`. */
+export const compareMotions = (wanted) => call("POST", "compare", wanted);
+
+/** Return a solve's figures by itself and, where one is named, against a reference. */
+export const getFigures = ({ take, solve }, reference) =>
+  call("GET", `${byId(take)}/solves/${encodeURIComponent(solve)}/figures${reference ? `?${new URLSearchParams({ reference })}` : ""}`);
+
+const referencePath = (take, name) => `${byId(take)}/references/${encodeURIComponent(name)}`;
+
+export const getReferenceFiles = () => call("GET", "reference-files");
+export const getReferences = (take) => call("GET", `${byId(take)}/references`);
+export const getReference = (take, name) => call("GET", referencePath(take, name));
+export const addReference = (take, file) => call("POST", `${byId(take)}/references`, { file });
+export const sendReference = async (take, name, file) => (await send("PUT", referencePath(take, name), file)).json();
+export const alignReference = (take, name, how) => call("POST", `${referencePath(take, name)}/align`, how);
+export const removeReference = (take, name) => call("DELETE", referencePath(take, name));
+export const restoreReference = (take, name) => call("POST", `${referencePath(take, name)}/restore`);
+export const makeReport = (take, reference, language) => call("POST", `${byId(take)}/reports`, { reference, language });
+export const reportAddress = (take, name) => new URL(`${byId(take)}/reports/${encodeURIComponent(name)}`, ROOT).href;
+
+/** Begin to export solves: `{solves: [{take, solve}], format, ...}`; returns the job. */
+export const getExportFormats = () => call("GET", "exports/formats");
+export const makeExport = (wanted) => call("POST", "exports", wanted);
+
+/** Begin to write a camera's depth of a take as it was recorded; returns the job. */
+export const makeDepthExport = (take, camera) => call("POST", "exports/depth", { take, camera });
+
+/** Where the file of an export that is done lies. */
+export const exportAddress = (jobId) => new URL(`exports/${jobId}`, ROOT).href;
+
+/** Return the file of an export that is done, as a Blob. */
+export const downloadExport = async (jobId) => (await request("GET", `exports/${jobId}`)).blob();
+
+export const getRigs = () => call("GET", "rigs");
+export const sendRig = async (name, file) => (await send("PUT", `rigs/${encodeURIComponent(name)}`, file)).json();
+export const getRigMapping = (name) => call("GET", `rigs/${encodeURIComponent(name)}/mapping`);
+export const putRigMapping = (name, bones) => call("PUT", `rigs/${encodeURIComponent(name)}/mapping`, { bones });

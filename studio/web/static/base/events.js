@@ -1,0 +1,56 @@
+// The events WebSocket: hands over messages, says how old the last one is, and connects again.
+import { answers } from "./api.js";
+
+/** A status that is older says nothing of now [ms]. */
+export const FRESH_MS = 2000;
+
+const DEAD_MS = 6000; // a link that has said nothing for so long is given up for a new one
+const FIRST_RETRY_MS = 500;
+const LAST_RETRY_MS = 1000; // a server that comes back is found again at once, and its view within 3 s
+
+/** Follow the events of `url`; `onState` hears "connecting", "open" (the last message is fresh) or "gone". */
+export function follow(url, { onMessage, onState }) {
+  let state = "", retry = FIRST_RETRY_MS, socket = null, silence = 0;
+
+  const become = (now) => {
+    if (now !== state) onState(state = now);
+  };
+
+  const end = () => {
+    clearTimeout(silence);
+    socket = null;
+    become("gone");
+    setTimeout(again, retry);
+    retry = Math.min(LAST_RETRY_MS, retry * 2);
+  };
+
+  /** Ask first, as a browser makes a WebSocket wait for seconds after many that have failed. */
+  async function again() {
+    if (await answers(DEAD_MS)) open();
+    else end();
+  }
+
+  const listen = (own) => {
+    clearTimeout(silence);
+    silence = setTimeout(() => {
+      become("gone");
+      silence = setTimeout(() => { own.close(); if (socket === own) end(); }, DEAD_MS - FRESH_MS);
+    }, FRESH_MS);
+  };
+
+  function open() {
+    const own = socket = new WebSocket(url);
+    listen(own);
+    own.addEventListener("close", () => { if (socket === own) end(); });
+    own.addEventListener("message", (event) => {
+      if (socket !== own) return;
+      retry = FIRST_RETRY_MS;
+      listen(own);
+      become("open");
+      onMessage(JSON.parse(event.data));
+    });
+  }
+
+  become("connecting");
+  open();
+}

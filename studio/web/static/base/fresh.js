@@ -1,0 +1,54 @@
+// What a page shows once it no longer knows: of a status that is too old only what does not change by itself, and how old
+// the picture of the 3D view is. The age of the status itself is known to `events.js`.
+import { byId } from "./dom.js";
+import { FRESH_MS } from "./events.js";
+
+const LOADING_MS = 15_000; // a view that is being loaded has no picture yet
+const SETTLED_MS = 500; // when a server ends, its links end one after the other
+const NOTHING = {
+  state: "unknown", connected: false, limited_by: "", reason: "", fps: null, latency_ms: null, jitter_ms: null, loss_percent: null, confidence: null,
+};
+
+const TONES = { live: "good", trouble: "fair", silent: "bad", gone: "bad" };
+
+/** The tone of a camera's state; that of one of which nothing is known is neither good nor bad. */
+export const toneOf = (camera) => TONES[camera.state] ?? "muted";
+
+/** Return a status as it stands when nothing is known of now: `stale`, its cameras in state "unknown". */
+export const unknown = (status) => ({
+  ...status,
+  stale: true,
+  cameras: Object.fromEntries(Object.entries(status.cameras).map(([name, camera]) => [name, { ...camera, ...NOTHING }])),
+});
+
+/** Return a time of day, as `toLocaleTimeString` has it, of so many ms ago. */
+export const timeOfDay = (language, ago = 0) => new Date(Date.now() - ago).toLocaleTimeString(language);
+
+/**
+ * Watch the picture of the 3D view, which says twice a second that it is of now; `onChange` hears when it no longer is
+ * (`performance.now()` of the last time) or is again (null). A view that is silent while the server is `reachable()` is
+ * loaded anew: what is left of its own scene when its link ends does not take in another server's.
+ */
+export function watchPicture(onChange, reachable) {
+  let heard = performance.now() + LOADING_MS - FRESH_MS, loaded = -Infinity, staleFrom = null;
+  const check = () => {
+    const now = performance.now(), old = now - heard > FRESH_MS;
+    if (old !== (staleFrom !== null)) {
+      staleFrom = old ? now : null;
+      onChange(old ? heard : null);
+    }
+    if (!reachable()) loaded = -Infinity;
+    else if (old && now - staleFrom > SETTLED_MS && now - loaded > LOADING_MS) {
+      loaded = now;
+      byId("viewer").src = byId("viewer").src;
+    }
+  };
+  window.addEventListener("message", ({ origin, data }) => {
+    if (origin !== location.origin) return;
+    if (data?.type === "beat") heard = performance.now();
+    else if (data?.type === "closed") heard = Math.min(heard, performance.now() - FRESH_MS - 1);
+    else return;
+    check();
+  });
+  setInterval(check, 250);
+}

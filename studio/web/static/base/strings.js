@@ -1,0 +1,86 @@
+// Every word of the interface, in English and French: `t("key", {values})`, and `data-t` attributes in templates.
+//
+// The words stand in `strings/*.js`, a file per part of the page, as `"key": ["English", "French"]`. `{name}` is a
+// value; `{n} take|{n} takes` has a singular and a plural, chosen by the value `n`. An English text that is null
+// comes from the server, which `serverText` falls back to.
+import access from "./strings/access.js";
+import blind from "./strings/blind.js";
+import calibration from "./strings/calibration.js";
+import cameras from "./strings/cameras.js";
+import curves from "./strings/curves.js";
+import compare from "./strings/compare.js";
+import exporting from "./strings/export.js";
+import help from "./strings/help.js";
+import importing from "./strings/import.js";
+import page from "./strings/page.js";
+import record from "./strings/record.js";
+import replay from "./strings/replay.js";
+import share from "./strings/share.js";
+import switches from "./strings/switches.js";
+import takes from "./strings/takes.js";
+import view from "./strings/view.js";
+import wizard from "./strings/wizard.js";
+import work from "./strings/work.js";
+
+const TEXTS = { ...access, ...blind, ...calibration, ...cameras, ...compare, ...curves, ...exporting, ...help, ...importing, ...page, ...record, ...replay, ...share, ...switches, ...takes, ...view, ...wizard, ...work };
+const KEPT = "language";
+const ATTRIBUTES = { t: null, tTitle: "title", tAria: "aria-label", tPlaceholder: "placeholder", tAlt: "alt" };
+
+export const LANGUAGES = { en: "English", fr: "Français" };
+
+function chosen() {
+  const kept = localStorage.getItem(KEPT);
+  if (kept in LANGUAGES) return kept;
+  return navigator.language.toLowerCase().startsWith("fr") ? "fr" : "en";
+}
+
+/** The language of the interface: "en" or "fr". */
+export const language = chosen();
+const column = Object.keys(LANGUAGES).indexOf(language);
+const rules = new Intl.PluralRules(language);
+
+/** Keep another language and show the page in it. */
+export function chooseLanguage(wanted) {
+  localStorage.setItem(KEPT, wanted);
+  location.reload();
+}
+
+/** Return a text whose spaces before two-part marks do not break a line, as French has them. */
+export const unbroken = (text) => (language === "fr" ? text.replace(/ ([?!:;»%])/g, "\u00a0$1").replace(/« /g, "«\u00a0") : text);
+
+/** Return the words of a key with its values filled in. */
+export function t(key, values = {}) {
+  const text = TEXTS[key]?.[column];
+  if (typeof text !== "string") {
+    console.error(`no words for ${key}`);
+    return key;
+  }
+  const forms = text.split("|");
+  const form = forms.length > 1 && rules.select(Number(values.n)) !== "one" ? forms[1] : forms[0];
+  return unbroken(form).replace(/\{(\w+)\}/g, (all, name) => (name in values ? String(values[name]) : all));
+}
+
+/** Whether there are words for a key. */
+export const hasText = (key) => typeof TEXTS[key]?.[column] === "string";
+
+/** Return the words of a key, or where there are none in this language what the server said. */
+export const serverText = (key, said) => (hasText(key) ? t(key) : said);
+
+/** Return a number as the language writes it, with so many digits after the point. */
+export const number = (value, digits = 0) => value.toLocaleString(language, { minimumFractionDigits: digits, maximumFractionDigits: digits });
+
+/** Fill in the words of elements with `data-t` (text), `data-t-title`, `data-t-aria`, `data-t-placeholder`, `data-t-alt`. */
+export function translate(root) {
+  for (const [name, attribute] of Object.entries(ATTRIBUTES)) {
+    const selector = `data-${name.replace(/[A-Z]/g, (letter) => `-${letter.toLowerCase()}`)}`;
+    for (const element of root.querySelectorAll(`[${selector}]`)) {
+      const text = t(element.dataset[name]);
+      if (attribute) element.setAttribute(attribute, text);
+      else element.textContent = text;
+    }
+  }
+}
+
+document.documentElement.lang = language;
+translate(document);
+delete document.documentElement.dataset.words;

@@ -1,5 +1,0 @@
-// The page behind the QR code: the command for the machine of a camera. Its token is in the address after `#`.
-import { commandFor } from "./camera_command.js";
-import { byId } from "./dom.js";
-
-byId("command").replaceChildren(...commandFor({ server: location.origin, token: location.hash.slice(1) }));

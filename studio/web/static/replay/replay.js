@@ -1,0 +1,302 @@
+// Replay of a take: the bar under the view, its keys, and where the playhead is between two messages of the server.
+import { byId, clock, h, redraw, setText } from "../base/dom.js";
+import { changeReplay, closeReplay, getCleanup, getCurves, getView, openReplay } from "../base/api.js";
+import { JOINTS, editSpans } from "./curves.js";
+import { FRESH_MS } from "../base/events.js";
+import { attempt, showNote } from "../base/messages.js";
+import { t } from "../base/strings.js";
+import { holdsWords } from "./holds.js";
+import { addMarker, markerList, placesToSnap, showMarkers, startMarkers, timecodeOf, useMarkers } from "./markers.js";
+import { frameWords, nextUnit, unit } from "./ruler.js";
+import { drawTimeline, frameAt, wordsAt } from "./timeline.js";
+import { hold, pan, wheel } from "./pointer.js";
+import { trial } from "./trial.js";
+import { turns } from "../base/turns.js";
+import { keepInSight, showAll, zoomAbout } from "./zoom.js";
+
+const SPEEDS = [0.1, 0.25, 0.5, 1, 2];
+const STALE_MS = 600; // a message of the server may have been on its way for so long
+
+const state = {
+  replay: { open: false }, receivedAt: 0, solves: [], curves: null, wanted: "", joint: "LeftHand",
+  more: { colours: {}, edits: null, serial: 0 }, // beside the curves: the cameras' colours, the places to mend
+  sending: false, sentAt: -Infinity, next: null, listening: () => {}, comparing: () => {},
+};
+
+const inTurn = turns();
+const asked = (request) => inTurn(() => attempt(request));
+
+/** Whether a take is replayed, and which: the status as the server last said. */
+export const replayed = () => state.replay;
+
+/** The frame that is shown now. */
+export function frameNow() {
+  const { frame, playing, speed, rate_hz: rate, first, last, loop } = state.replay;
+  if (!playing) return frame;
+  const ahead = frame + (Math.min(performance.now() - state.receivedAt, FRESH_MS) / 1000) * speed * rate; // no further than is known
+  if (ahead <= last) return Math.round(ahead);
+  return loop ? first + Math.round(ahead - first) % (last - first + 1) : last;
+}
+
+function take(status) {
+  state.replay = status;
+  state.receivedAt = performance.now();
+  show();
+}
+
+/** Send a change; while one is on its way only the newest next one is kept. */
+async function send(change) {
+  if (state.sending) {
+    state.next = { ...state.next, ...change };
+    return;
+  }
+  state.sending = true;
+  state.sentAt = performance.now();
+  const status = await asked(() => changeReplay(change));
+  state.sending = false;
+  state.sentAt = performance.now();
+  if (status && !state.next) take(status);
+  const next = state.next;
+  state.next = null;
+  if (next) send(next);
+}
+
+/** Show a take's solve instead of the live stage; `ghost`: a second `{take, solve, alignment?}` or `{take, reference}` beside it. */
+export async function open(takeId, solve, ghost = null) {
+  const { lined_up: _, ...beside } = ghost ?? {};
+  state.sentAt = performance.now();
+  const status = await asked(() => openReplay({ take: takeId, solve, ghost: ghost && beside }));
+  state.sentAt = performance.now();
+  if (status) take(status);
+}
+
+async function close() {
+  const status = await asked(closeReplay);
+  if (status) take(status);
+}
+
+/** Change something here at once, and on the server. */
+export function change(values) {
+  Object.assign(state.replay, { frame: frameNow() }, values);
+  state.receivedAt = performance.now();
+  send(values);
+}
+
+const toggle = () => send({ playing: !state.replay.playing });
+
+/** Pause, and show a frame. */
+export function goTo(frame) {
+  const last = state.replay.frames - 1;
+  state.replay.frame = Math.min(Math.max(frame, 0), last);
+  state.replay.playing = false;
+  state.receivedAt = performance.now();
+  keepInSight(state.replay.frame, state.replay);
+  paint();
+  send({ frame: state.replay.frame, playing: false });
+}
+
+function zoom(notches) {
+  zoomAbout(frameNow(), notches, state.replay);
+  paint();
+}
+
+const KEYS = {
+  " ": toggle,
+  ArrowLeft: (event) => goTo(frameNow() - (event.shiftKey ? 10 : 1)),
+  ArrowRight: (event) => goTo(frameNow() + (event.shiftKey ? 10 : 1)),
+  Home: () => goTo(state.replay.first),
+  End: () => goTo(state.replay.last),
+  l: () => change({ loop: !state.replay.loop }),
+  i: () => change({ first: Math.min(frameNow(), state.replay.last) }),
+  o: () => change({ last: Math.max(frameNow(), state.replay.first) }),
+  "[": () => KEYS.i(),
+  "]": () => KEYS.o(),
+  m: () => addMarker(state.replay, frameNow()),
+  "+": () => zoom(3),
+  "-": () => zoom(-3),
+  0: () => { showAll(state.replay); paint(); },
+  Escape: close,
+};
+
+/** Handle a key; return whether it was one of the replay's. */
+export function replayKey(event) {
+  const handle = KEYS[event.key.length === 1 ? event.key.toLowerCase() : event.key];
+  if (!handle || !state.replay.open) return false;
+  handle(event);
+  return true;
+}
+
+async function loadCurves() {
+  const wanted = JSON.stringify([state.replay.take, state.replay.solve, state.joint]);
+  if (state.wanted === wanted) return;
+  state.wanted = wanted;
+  const shown = `${state.replay.take}|${state.replay.solve}`;
+  if (state.more.of !== shown) state.curves = null;
+  const found = await attempt(() => Promise.all([getCurves(state.joint), getView()]));
+  if (!found || state.wanted !== wanted) return;
+  const [curves, { colours }] = found;
+  state.curves = curves;
+  state.more = { of: shown, colours, edits: state.more.of === shown ? state.more.edits : null, serial: state.more.serial + 1 };
+  paint();
+}
+
+/** Show the places that an animator would have to mend, or hide them. */
+async function toggleEdits() {
+  const { take: takeId, solve, rate_hz: rate } = state.replay;
+  if (!state.curves) return;
+  if (state.more.edits) {
+    state.more = { ...state.more, edits: null, serial: state.more.serial + 1 };
+  } else {
+    const [session, name] = takeId.split("/");
+    setText(byId("replay-edits"), t("edits.looking"));
+    const found = await attempt(() => getCleanup({ session, name }, solve));
+    if (found && state.replay.take === takeId && state.replay.solve === solve) {
+      state.more = { ...state.more, edits: editSpans(found.cleanup_events ?? [], state.curves.start_s, rate), serial: state.more.serial + 1 };
+    }
+  }
+  paint();
+}
+
+function choice(id, label, options, value, onchange) {
+  return h("select", { id, aria: { label }, title: label, onchange: (event) => onchange(event.currentTarget.value) },
+    options.map(([key, text]) => h("option", { value: key, selected: String(key) === String(value) }, text)));
+}
+
+function solveChoice() {
+  const { take: takeId, solve, ghost } = state.replay;
+  const options = state.solves.filter((one) => one.take === takeId).map((one) => [one.solve, one.solve]);
+  if (!solve) options.unshift(["", t("replay.raw")]);
+  return choice("replay-solve", t("replay.solve"), options, solve, (value) => open(takeId, value, ghost));
+}
+
+function build() {
+  const { take: takeId, solve, ghost, playing, loop, speed } = state.replay;
+  const button = (id, text, label, keys, onclick, pressed) => h("button", {
+    id, type: "button", class: "small", onclick, title: keys ? `${label} (${keys})` : label,
+    aria: { label, ...(pressed === undefined ? {} : { pressed: String(pressed) }) },
+  }, text);
+  return [
+    h("div", { class: "replay-row" },
+      button("replay-start", "|◀", t("replay.first"), "Home", () => goTo(state.replay.first)),
+      button("replay-back", "◂", t("replay.back"), "←", () => goTo(frameNow() - 1)),
+      button("replay-play", playing ? "❚❚" : "▶", t(playing ? "replay.pause" : "replay.play"), "Space", toggle),
+      button("replay-on", "▸", t("replay.on"), "→", () => goTo(frameNow() + 1)),
+      button("replay-end", "▶|", t("replay.last"), "End", () => goTo(state.replay.last)),
+      button("replay-loop", t("replay.loop"), t("replay.loop"), "L", () => send({ loop: !loop }), loop),
+      button("replay-in", t("replay.in"), t("replay.in_hint"), "I", KEYS.i),
+      button("replay-out", t("replay.out"), t("replay.out_hint"), "O", KEYS.o),
+      choice("replay-speed", t("replay.speed"), SPEEDS.map((value) => [value, `${value}×`]), speed, (value) => send({ speed: Number(value) })),
+      h("output", { id: "replay-time", class: "timer small-timer", title: t("replay.clock") }),
+      h("span", { class: "spacer" }),
+      solveChoice(),
+      solve && button("replay-compare", t("compare.title"), t("compare.hint"), "", () => state.comparing(), false),
+      button("replay-close", t("replay.live"), t("replay.live_hint"), "Esc", close)),
+    h("div", { class: "replay-row" },
+      h("strong", { class: "replay-take", title: state.replay.take }, state.replay.take.split("/").pop()),
+      choice("replay-joint", t("replay.joint"), JOINTS.map((name) => [name, name]), state.joint, (value) => { state.joint = value; loadCurves(); }),
+      h("span", { id: "replay-value", class: "count" }),
+      trial,
+      button("replay-unit", t(`replay.unit.${unit()}`), t("replay.unit"), "", () => { nextUnit(timecodeOf(state.replay.take)); paint(); }),
+      button("replay-out-zoom", "−", t("replay.zoom_out"), "-", () => zoom(-3)),
+      button("replay-in-zoom", "+", t("replay.zoom_in"), "+", () => zoom(3)),
+      button("replay-fit", "↔", t("replay.zoom_all"), "0", KEYS[0]),
+      button("replay-mark", "◆+", t("markers.add"), "M", KEYS.m),
+      button("replay-markers", t("markers.title"), t("markers.hint"), "", () => { markerList.hidden = !markerList.hidden; showMarkers(state.replay, goTo); }),
+      solve && button("replay-edits", t("edits.button"), t("edits.hint"), "", toggleEdits, Boolean(state.more.edits))),
+    h("div", { class: "timeline" },
+      h("canvas", { id: "timeline", tabIndex: 0, role: "slider", aria: { label: t("replay.timeline") }, onpointerdown: press, onpointermove: hover, onpointerleave: hover,
+        onwheel: (event) => { wheel(event, state.replay); paint(); } }),
+      h("div", { id: "timeline-tip", class: "timeline-tip", aria: { hidden: "true" }, hidden: true })),
+    markerList,
+  ];
+}
+
+const places = () => placesToSnap(state.replay, [...(state.curves?.pops ?? []), ...(state.more.edits ?? [])]);
+
+function press(event) {
+  if (event.button === 1 || event.ctrlKey) pan(event, state.replay, paint);
+  else hold(event, { replay: state.replay, places, goTo, change: (values) => { change(values); paint(); } });
+}
+
+/** Say what the curves are under the pointer. */
+function hover(event) {
+  const tip = byId("timeline-tip"), canvas = byId("timeline");
+  tip.hidden = event.type === "pointerleave" || event.buttons > 0 || !state.curves;
+  if (tip.hidden) return;
+  const frame = frameAt(canvas, event, state.replay, true);
+  const { values, spans } = wordsAt(state.curves, state.more, frame);
+  tip.replaceChildren(h("strong", {}, `${frameWords(frame, state.replay, timecodeOf(state.replay.take))}  ${frame}`), h("span", {}, values), ...spans.map((words) => h("span", {}, words)));
+  const box = canvas.getBoundingClientRect();
+  tip.style.left = `${Math.min(Math.max(event.clientX - box.left - tip.offsetWidth / 2, 0), Math.max(box.width - tip.offsetWidth, 0))}px`;
+}
+
+/** Draw what changes with every frame. */
+function paint() {
+  const canvas = byId("timeline");
+  if (!canvas || !state.replay.open) return;
+  const frame = frameNow();
+  const { rate_hz: rate, frames } = state.replay;
+  if (state.replay.playing) keepInSight(frame, state.replay);
+  setText(byId("replay-time"), `${clock(frame / rate)}  ${frame} / ${frames - 1}`);
+  setText(byId("replay-unit"), t(`replay.unit.${unit()}`));
+  showMarkers(state.replay, goTo);
+  canvas.setAttribute("aria-valuenow", String(frame));
+  canvas.setAttribute("aria-valuemax", String(frames - 1));
+  canvas.setAttribute("aria-valuemin", "0");
+  drawTimeline(canvas, state.replay, state.curves, state.more, frame);
+  setText(byId("replay-value"), state.replay.holds ? holdsWords(state.replay.holds) : wordsAt(state.curves, state.more, frame).values);
+  const { edits } = state.more;
+  if (!byId("replay-edits")) return;
+  setText(byId("replay-edits"), edits ? t("edits.count", { n: edits.length }) : t("edits.button"));
+  byId("replay-edits").setAttribute("aria-pressed", String(Boolean(edits)));
+}
+
+function run() {
+  if (state.replay.open && state.replay.playing) paint();
+  requestAnimationFrame(run);
+}
+
+function show() {
+  const { open: isOpen, take: takeId, solve, ghost, playing, loop, speed } = state.replay;
+  document.body.classList.toggle("replaying", isOpen);
+  byId("replay").hidden = !isOpen;
+  if (isOpen) {
+    setText(byId("replay-title"), solve ? t("replay.title", { take: takeId, solve }) : t("replay.raw_title", { take: takeId }));
+    redraw(byId("replay-bar"), [takeId, solve, ghost, playing, loop, speed, state.solves], build);
+    loadCurves();
+    useMarkers(takeId);
+    paint();
+  } else {
+    state.wanted = "";
+  }
+  state.listening(state.replay);
+}
+
+/** Take in the server's message about the replay. */
+export function updateReplay(status) {
+  if (state.sending || performance.now() - state.sentAt < STALE_MS) return; // said before our own change was heard
+  take(status);
+}
+
+/** Take in the list of takes: what can be shown. */
+export function updateReplayTakes(takes) {
+  state.solves = takes.flatMap((one) => one.solves.map((solve) => ({ take: one.id, solve })));
+  if (state.replay.open) show();
+}
+
+/** A solve has ended: where its take is replayed, show it. */
+export function solved(takeId, solve) {
+  if (!state.replay.open || state.replay.take !== takeId) return;
+  state.wanted = ""; // the solve may be a new one of an old name
+  open(takeId, solve, state.replay.ghost);
+  showNote(t("replay.showing", { solve }));
+}
+
+/** Begin; `listen` hears the replay's status whenever it changes, `compare` opens the compare view. */
+export function startReplay(listen, compare) {
+  state.listening = listen;
+  state.comparing = compare;
+  startMarkers(paint);
+  new ResizeObserver(paint).observe(byId("replay"));
+  requestAnimationFrame(run);
+}

@@ -1,0 +1,91 @@
+// The live output panel: programs that get the character while the stage runs, switched on and off one by one.
+import { byId, h, redraw, setText } from "../base/dom.js";
+import { addOutput, changeOutput, getOutputs, removeOutput } from "../base/api.js";
+import { attempt, showUndo, undoing } from "../base/messages.js";
+import { said } from "../base/said.js";
+import { t } from "../base/strings.js";
+
+const KINDS = { vmc: { label: "VMC (OSC)", port: 39539 }, rokoko: { label: "Rokoko JSON v3", port: 14043 } };
+const RATES = [30, 60, 120];
+const PERIOD_MS = 2000;
+const panel = { kind: "vmc", host: "127.0.0.1", port: "", rate: 60 };
+
+async function add(event) {
+  event.preventDefault();
+  const made = await attempt(() => addOutput({
+    kind: panel.kind, host: panel.host.trim(), port: Number(panel.port) || 0, rate_hz: panel.rate,
+  }));
+  if (made) await attempt(updateOutputs);
+}
+
+const alter = (name, change) => attempt(async () => { await changeOutput(name, change); await updateOutputs(); });
+
+const REMOVE = undoing("output", (output) => attempt(async () => { await addOutput(output); await updateOutputs(); }));
+
+function remove({ id, kind, host, port, rate_hz }, label) {
+  return attempt(async () => {
+    await removeOutput(id);
+    showUndo(t("outputs.removed", { label }), REMOVE, { kind, host, port, rate_hz });
+    await updateOutputs();
+  });
+}
+
+function row(output) {
+  const label = t("outputs.to", { kind: KINDS[output.kind].label, place: `${output.host}:${output.port}` });
+  return h("li", { class: "output" },
+    h("label", { class: "check" },
+      h("input", {
+        id: `output-${output.id}`, type: "checkbox", checked: output.enabled, aria: { label: t("outputs.send", { label }) },
+        onchange: (event) => alter(output.id, { enabled: event.currentTarget.checked }),
+      }),
+      h("span", { class: "name", title: t("outputs.at_most", { kind: KINDS[output.kind].label, rate: output.rate_hz }) },
+        `${output.host}:${output.port}`)),
+    h("span", { class: "count" }, `${KINDS[output.kind].label}, ${output.rate_hz} Hz`),
+    h("button", {
+      class: "small", type: "button", aria: { label: t("outputs.remove", { label }) },
+      onclick: () => remove(output, label),
+    }, t("message.remove")),
+    output.problem && h("p", { class: "bad" }, said(output.problem)));
+}
+
+function field(id, label) {
+  return h("label", { class: `field ${id}` }, h("span", {}, label),
+    h("input", {
+      id: `output-${id}`, type: "text", value: panel[id], spellcheck: false, inputMode: id === "port" ? "numeric" : "text",
+      placeholder: id === "port" ? String(KINDS[panel.kind].port) : "",
+      oninput: (event) => { panel[id] = event.currentTarget.value; },
+    }));
+}
+
+function form() {
+  const kind = h("select", {
+    id: "output-kind", aria: { label: t("outputs.what") },
+    onchange: (event) => { panel.kind = event.currentTarget.value; byId("output-port").placeholder = KINDS[panel.kind].port; },
+  }, Object.entries(KINDS).map(([value, { label }]) => h("option", { value, selected: value === panel.kind }, label)));
+  const rate = h("select", {
+    id: "output-rate", aria: { label: t("outputs.rate") },
+    onchange: (event) => { panel.rate = Number(event.currentTarget.value); },
+  }, RATES.map((value) => h("option", { value, selected: value === panel.rate }, `${value} Hz`)));
+  return h("form", { class: "output-form", onsubmit: add },
+    kind, rate, field("host", t("outputs.host")), field("port", t("outputs.port")),
+    h("button", { type: "submit" }, t("message.add")));
+}
+
+/** Show the targets and how they go. */
+export async function updateOutputs() {
+  const { outputs, problem } = await getOutputs();
+  const on = outputs.filter((output) => output.enabled);
+  setText(byId("outputs-count"), on.length ? t("outputs.on", { n: on.length }) : t("outputs.targets", { n: outputs.length }));
+  const shown = outputs.map(({ sent, dropped, bytes, ...rest }) => rest);
+  redraw(byId("outputs"), [shown, problem], () => [
+    problem && h("p", { class: "bad" }, problem),
+    outputs.length > 0 && h("ul", {}, outputs.map(row)),
+    form(),
+  ].filter(Boolean));
+}
+
+/** Begin to show the targets; problems of a network come up later. */
+export function startOutputs() {
+  attempt(updateOutputs);
+  setInterval(() => { if (document.body.dataset.connection === "open" && byId("outputs").querySelector("li")) attempt(updateOutputs); }, PERIOD_MS);
+}

@@ -1,0 +1,48 @@
+// Which takes the list shows: those that a search finds, the newest first, a page at a time; and others that are in use.
+import { findTakes, getTakesOf } from "../base/api.js";
+
+const PAGE = 60;
+const KEPT = "takes-search";
+
+const found = { search: sessionStorage.getItem(KEPT) ?? "", takes: [], others: [], count: 0, total: 0, problem: "", asked: 0 };
+
+/** What was found: `takes` so far, how many there are in all (`count`), takes without a search (`total`), the `problem` of a search. */
+export const foundTakes = () => found;
+
+/** The take of an id, where it is known. */
+export const takeOf = (id) => [...found.takes, ...found.others].find((take) => take.id === id);
+
+/** Search for other takes from the next `loadFound` on. */
+export function setSearch(text) {
+  found.search = text;
+  sessionStorage.setItem(KEPT, text);
+  found.takes = found.takes.slice(0, PAGE);
+}
+
+/** Load so many takes as are shown anew, and those of `ids` that are not among them; a newer call wins. Returns all that are known. */
+export async function loadFound(ids) {
+  const asked = found.asked += 1;
+  let answer;
+  try {
+    answer = await findTakes({ search: found.search, limit: Math.max(PAGE, found.takes.length), offset: 0 });
+  } catch (error) {
+    if (!found.search || asked !== found.asked) throw error;
+    found.problem = error.message; // what was found before stays until the search is understood
+    return [...found.takes, ...found.others];
+  }
+  const total = found.search ? (await findTakes({ search: "", limit: 0, offset: 0 })).count : answer.count;
+  const known = new Set(answer.takes.map((take) => take.id));
+  const missing = [...new Set(ids)].filter((id) => !known.has(id));
+  const others = missing.length ? await getTakesOf(missing) : [];
+  if (asked === found.asked) Object.assign(found, { takes: answer.takes, count: answer.count, total, others, problem: "" });
+  return [...found.takes, ...found.others];
+}
+
+/** Load the next page. */
+export async function loadMore() {
+  const asked = found.asked;
+  const { takes, count } = await findTakes({ search: found.search, limit: PAGE, offset: found.takes.length });
+  if (asked !== found.asked) return;
+  const known = new Set(found.takes.map((take) => take.id));
+  Object.assign(found, { takes: [...found.takes, ...takes.filter((take) => !known.has(take.id))], count });
+}

@@ -1,0 +1,182 @@
+// The list of takes: rows of what was found, built as they come into sight; every change of a take can be taken back.
+import { byId, h, redraw, setText } from "../base/dom.js";
+import { calibrateTake, changeTake, findTakes, restoreTake, solveTake, throwSolve, throwTake } from "../base/api.js";
+import { askChoice } from "../base/ask.js";
+import { ended } from "../base/jobs.js";
+import { attempt, showNote, showUndo, undoing } from "../base/messages.js";
+import { replayed } from "../replay/replay.js";
+import { t } from "../base/strings.js";
+import { foundTakes, loadMore, setSearch, takeOf } from "./found.js";
+import { startSearch } from "./search.js";
+import { isSelected, refreshSelection, select, selectAll, showSelection, startSelection } from "./selection.js";
+import { bestSolve, freeName, openTake, takeRow } from "./take_row.js";
+
+const ALIKE = 100; // takes of which one may be borrowed from, the newest first
+
+const list = { loaded: false, jobs: {}, failed: {}, pictures: 0, settings: () => ({}), editing: "", changed: () => {}, loading: false };
+const rows = new Map(); // id -> {element, key}
+const texts = new WeakMap(); // a take as text
+
+/** Do something to a take, then show the list anew. */
+const alter = (action) => attempt(async () => { await action(); await list.changed(); });
+
+const RESTORE = undoing("trash", (id) => alter(() => restoreTake(id)));
+const CHANGE = undoing("slate", (take, before) => alter(() => changeTake(take, before)));
+
+function throwAway(take) {
+  return alter(async () => {
+    const thrown = await throwTake(take);
+    select(take, false);
+    showUndo(t("take.in_trash", { name: take.name }), RESTORE, thrown.id);
+  });
+}
+
+function removeSolve(take, solve) {
+  return alter(async () => {
+    const thrown = await throwSolve(take, solve);
+    showUndo(t("solve.in_trash", { name: take.name, solve }), RESTORE, thrown.id);
+  });
+}
+
+/** Change a take's slate; what it was before can be put back. */
+function change(take, values) {
+  const before = Object.fromEntries(Object.keys(values).map((key) => [key, take[key] ?? (key === "rating" ? 0 : "")]));
+  if (Object.keys(values).every((key) => JSON.stringify(values[key]) === JSON.stringify(before[key]))) return show();
+  return alter(async () => {
+    const changed = await changeTake(take, values);
+    showUndo(t("take.changed", { name: changed.name }), CHANGE, { session: changed.session, name: changed.name }, before);
+  });
+}
+
+function solve(take) {
+  return attempt(async () => {
+    const chosen = list.settings();
+    const { name } = await solveTake(take, freeName(take, chosen), chosen);
+    showNote(t("take.solving_as", { name: take.name, solve: name }));
+  });
+}
+
+/** Calibrate a take that has no calibration: from its own frames, or as another take of the same cameras. */
+async function calibrate(take) {
+  const cameras = take.cameras.map((name) => `camera:"${name}"`).join(" ");
+  const { takes: alike = [] } = await attempt(() => findTakes({ search: `is:calibrated ${cameras}`, limit: ALIKE, offset: 0 })) ?? {};
+  const ways = [["", t("take.calibrate_own")], ...alike.map((one) => [one.id, t("take.calibrate_as", { name: one.id })])];
+  const from = await askChoice(t("take.calibrate_label", { name: take.name }), t("take.calibrate_words"), t("take.calibrate_from"), ways, t("calibration.start"));
+  if (from === null) return;
+  await alter(async () => {
+    const begun = await calibrateTake(take, from);
+    if (from === "") await ended(begun);
+    showNote(t("take.calibrated", { name: take.name }));
+  });
+}
+
+function edit(take) {
+  list.editing = list.editing === take?.id ? "" : take?.id ?? "";
+  show();
+  byId("slate-name")?.focus();
+}
+
+function search(text) {
+  if (byId("takes-search").value !== text) byId("takes-search").value = text;
+  setSearch(text);
+  attempt(list.changed);
+}
+
+const acts = { calibrate, change, edit, removeSolve, search, select, solve, throwAway };
+
+async function more() {
+  if (list.loading) return;
+  list.loading = true;
+  await attempt(loadMore);
+  list.loading = false;
+  show();
+  moreSeen.unobserve(byId("takes-more")); // which may be in sight still
+  moreSeen.observe(byId("takes-more"));
+}
+
+const moreSeen = new IntersectionObserver((entries) => { if (entries.some((entry) => entry.isIntersecting)) more(); }, { rootMargin: "600px" });
+
+/** The row of a take; built anew only where it shows something else than before. */
+function rowOf(take, shown) {
+  if (!texts.has(take)) texts.set(take, JSON.stringify(take));
+  const own = shown.startsWith(`${take.id}|`) ? shown : "";
+  const [job, failed] = [list.jobs[take.id], list.failed[take.id]];
+  const editing = list.editing === take.id;
+  const key = JSON.stringify([texts.get(take), own, job?.id, failed?.id, editing, isSelected(take), list.pictures]);
+  const before = rows.get(take.id);
+  const typing = editing && before?.element.querySelector(".slate"); // what was typed stays
+  if (before?.key === key || typing) return before.element;
+  const element = takeRow(take, { acts, best: bestSolve(take), editing, failed, job, picture: list.pictures, selected: isSelected(take), shown });
+  rows.set(take.id, { element, key });
+  return element;
+}
+
+function showRows(takes) {
+  const replay = replayed();
+  const shown = replay.open ? `${replay.take}|${replay.solve}` : "";
+  const place = byId("takes-list"), focused = place.contains(document.activeElement) ? document.activeElement.id : "";
+  const wanted = takes.map((take) => rowOf(take, shown));
+  wanted.forEach((element, i) => {
+    if (place.children[i] !== element) place.insertBefore(element, place.children[i] ?? null);
+  });
+  while (place.children.length > wanted.length) place.lastElementChild.remove();
+  const known = new Set(takes.map((take) => take.id));
+  for (const id of rows.keys()) if (!known.has(id)) rows.delete(id);
+  if (focused && document.activeElement?.id !== focused) byId(focused)?.focus();
+}
+
+/** What is done with the take that is replayed, over all others. */
+function showOpenTake() {
+  const { open, take: id, solve: name } = replayed();
+  const take = open ? takeOf(id) : null;
+  const job = take && list.jobs[id];
+  redraw(byId("open-take"), take && [take, name, job?.id], () => (take ? openTake(take, name, { acts, job }) : []));
+  if (job && byId("open-progress")) byId("open-progress").value = job.progress;
+}
+
+function show() {
+  if (!list.loaded) return;
+  showOpenTake();
+  const { takes, count, total, search: words, problem } = foundTakes();
+  setText(byId("takes-count"), words && !problem ? t("takes.found", { n: count, total }) : total ? t("takes.count", { n: total }) : "");
+  byId("takes-find").hidden = total < 2 && !words;
+  byId("takes-problem").hidden = !problem;
+  setText(byId("takes-problem"), problem);
+  showRows(takes);
+  byId("takes-empty").hidden = takes.length > 0;
+  setText(byId("takes-empty"), t(words ? "takes.none_found" : "takes.none"));
+  byId("takes-more").hidden = takes.length >= count;
+  setText(byId("takes-more"), t("takes.more", { shown: takes.length, n: count }));
+  for (const [id, job] of Object.entries(list.jobs)) {
+    const bar = byId(`progress-${id}`);
+    if (bar) bar.value = job.progress;
+  }
+  showSelection();
+}
+
+/** Show the takes that were found; `running`: solves under way by take id, `failed`: those that ended without a result;
+ * `settings`: returns preset and switches as set. */
+export function updateTakes({ running, failed }, settings) {
+  Object.assign(list, { loaded: true, jobs: running, failed, settings });
+  refreshSelection(takeOf);
+  show();
+}
+
+/** Take in how many pictures the server has made: where there are new ones, the list is loaded anew. */
+export function updatePictures(made) {
+  if (made === list.pictures) return;
+  list.pictures = made;
+  attempt(list.changed);
+}
+
+/** Begin; `changed` loads the takes anew. */
+export function startTakes(changed) {
+  list.changed = changed;
+  byId("takes").replaceChildren(
+    h("ul", { id: "takes-list" }),
+    h("p", { id: "takes-empty", class: "empty" }, t("app.loading")),
+    h("button", { id: "takes-more", class: "small", type: "button", hidden: true, onclick: more }, t("takes.more", { shown: 0, n: 0 })));
+  moreSeen.observe(byId("takes-more"));
+  startSelection({ changed, settings: () => list.settings(), show });
+  startSearch({ search, all: () => selectAll(foundTakes().takes) });
+}

@@ -1,0 +1,52 @@
+// Inside the 3D view, before its own program: tells the page when a pose came by the WebSocket and when it was shown, that
+// its picture is of now, and that its link has ended.
+(() => {
+  const CLOCK = "/clock"; // the node whose position is [captured, drawn, 0], s on the server's clock
+  const BEAT = "/beat"; // the node that moves twice a second, whatever is shown
+  const now = () => (performance.timeOrigin + performance.now()) / 1000;
+  const tell = (message) => parent.postMessage(message, location.origin);
+
+  // Runs in the view's worker, which has its WebSocket: notes when a message came, and says it with what it became.
+  function noteArrivals() {
+    const arrivals = [];
+    self.WebSocket = class extends WebSocket {
+      constructor(...how) {
+        super(...how);
+        arrivals.length = 0;
+        this.addEventListener("message", () => arrivals.push((performance.timeOrigin + performance.now()) / 1000));
+      }
+    };
+    const post = self.postMessage.bind(self);
+    self.postMessage = (data, ...rest) => {
+      if (data.type === "message_batch") data.came = arrivals.shift();
+      post(data, ...rest);
+    };
+  }
+
+  const script = (text) => URL.createObjectURL(new Blob([text], { type: "text/javascript" }));
+  const before = script(`(${noteArrivals})();`);
+
+  // viser connects again only while the focus lies within its frame, which on this page it seldom does, and then fails on
+  // what is left of its scene: it never shall, the page loads it anew once the server answers.
+  document.hasFocus = () => false;
+
+  function hear({ data }) {
+    if (data.type === "closed") tell({ type: "closed" });
+    if (data.type !== "message_batch") return;
+    if (data.messages.some((message) => message.name === BEAT)) tell({ type: "beat" });
+    const times = data.messages.findLast((message) => message.type === "SetPositionMessage" && message.name === CLOCK);
+    if (!times) return;
+    const [captured, drawn] = times.position;
+    const came = data.came ?? now();
+    tell({ type: "pose", captured, drawn, came });
+    // The scene is drawn in the next animation frame; when the one after it begins, that picture was handed over.
+    requestAnimationFrame(() => requestAnimationFrame(() => tell({ type: "shown", came, shown: now() })));
+  }
+
+  window.Worker = class extends Worker {
+    constructor(address, how) {
+      super(how?.type === "module" ? script(`import "${before}"; import "${address}";`) : address, how);
+      this.addEventListener("message", hear);
+    }
+  };
+})();

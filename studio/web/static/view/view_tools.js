@@ -1,0 +1,71 @@
+// Over the 3D view: where it looks from, which layers it shows, which joints draw trails.
+import { changeView } from "../base/api.js";
+import { byId, h, redraw } from "../base/dom.js";
+import { attempt } from "../base/messages.js";
+import { serverText, t } from "../base/strings.js";
+
+const PLACES = ["stage", "motion", "front", "side", "top", "orbit", "follow"];
+const KEYS = { stage: "5", motion: "6", front: "1", side: "2", top: "3", orbit: "4", follow: "F" };
+const GOING = ["orbit", "follow"]; // places that go on until another one is chosen
+const TRAILS = [
+  "Head", "Hips", "LeftHand", "RightHand", "LeftForeArm", "RightForeArm", "LeftLeg", "RightLeg", "LeftFoot", "RightFoot",
+];
+
+const state = { view: null };
+
+async function change(wanted) {
+  const view = await attempt(() => changeView(wanted));
+  if (view) updateView(view);
+}
+
+/** Look from a place; `orbit` and `follow` end where they are chosen again. */
+export function lookFrom(place) {
+  const again = GOING.includes(place) && state.view?.viewpoint === place;
+  return change({ camera: again ? "free" : place });
+}
+
+function place(name, viewpoint) {
+  const words = t(`view.${name}`);
+  return h("button", {
+    type: "button", id: `view-${name}`, title: `${t(`view.${name}_hint`)} (${KEYS[name]})`, onclick: () => lookFrom(name),
+    aria: { ...(GOING.includes(name) && { pressed: String(viewpoint === name) }), keyshortcuts: KEYS[name].toLowerCase() },
+  }, words);
+}
+
+function layer(name, { label, shown }) {
+  const words = serverText(`layer.${name}`, label);
+  return h("label", { class: "layer", title: t(`layer_help.${name}`) },
+    h("input", { id: `layer-${name}`, type: "checkbox", name, checked: shown, onchange: (event) => change({ layers: { [name]: event.target.checked } }) }),
+    words);
+}
+
+function trail(name, chosen) {
+  const toggle = () => change({ trails: chosen.includes(name) ? chosen.filter((one) => one !== name) : [...chosen, name], layers: { trails: true } });
+  return h("button", { type: "button", id: `trail-${name}`, class: "chip-button", onclick: toggle, aria: { pressed: String(chosen.includes(name)) } },
+    t(`joint.${name}`));
+}
+
+const trails = (chosen) => h("div", { class: "trails", role: "group", aria: { label: t("view.trails") } }, TRAILS.map((name) => trail(name, chosen)));
+
+/** Show what the server says of the view: layers, trails, and where it looks from. */
+export function updateView(view) {
+  state.view = view;
+  redraw(byId("view-places"), [view.viewpoint], () => PLACES.map((name) => place(name, view.viewpoint)));
+  redraw(byId("layers"), [view.layers, view.trails], () => [
+    h("legend", {}, t("stage.layers")),
+    ...Object.entries(view.layers).flatMap(([name, one]) => [layer(name, one), name === "trails" && one.shown && trails(view.trails)]),
+  ].filter(Boolean));
+}
+
+/** Have the menu of layers close when something else is clicked, or Escape is pressed. */
+export function startViewTools() {
+  const menu = byId("view-layers");
+  document.addEventListener("pointerdown", (event) => { if (!menu.contains(event.target)) menu.open = false; });
+  window.addEventListener("blur", () => { menu.open = false; }); // a click into the 3D view
+  menu.addEventListener("keydown", (event) => {
+    if (event.key !== "Escape" || !menu.open) return;
+    event.stopPropagation();
+    menu.open = false;
+    menu.querySelector("summary").focus();
+  });
+}

@@ -1,0 +1,28 @@
+// The 3D view: the notice over it, and keys pressed inside it.
+import { byId, setText } from "../base/dom.js";
+
+/** Show a sentence over the view, or nothing. */
+export function setNotice(text) {
+  const notice = byId("notice");
+  notice.hidden = !text;
+  if (text) setText(notice, text);
+}
+
+/** Say over the picture that it is not of now, and grey it; nothing where it is. */
+export function setStale(text) {
+  byId("viewer").closest(".viewport").classList.toggle("stale", Boolean(text));
+  byId("view-tools").inert = Boolean(text);
+  setText(byId("curtain"), text);
+}
+
+/** Whether a key belongs to a field that is being filled in. */
+export const inTextField = (event) => Boolean(event.target.closest?.("input[type=text], input[type=number], input[type=password], input[type=search], textarea, select, [contenteditable]"));
+
+/** Call `handle` with keys pressed on the page or inside the 3D view. */
+export function onKey(handle) {
+  document.addEventListener("keydown", handle);
+  const frame = byId("viewer");
+  const listen = () => frame.contentWindow.addEventListener("keydown", handle);
+  frame.addEventListener("load", listen);
+  if (frame.contentDocument?.readyState === "complete") listen();
+}

@@ -1,0 +1,219 @@
+"""Work in separate processes, so that neither the live stage nor the server waits for it.
+
+A process takes seconds to load the code of a solve. `warm_up` keeps a process ready. The next work runs in it, and
+afterwards it waits for more, unless it has grown large or failed; then another process replaces it. New work waits
+for the process while that runs short work, because loading a second process costs more.
+
+The server names the function as a text, `studio.package.module:function`; only the process imports the module.
+"""
+
+import logging
+import multiprocessing
+import re
+import threading
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from multiprocessing.connection import Connection
+from multiprocessing.process import BaseProcess
+from typing import Any
+
+from studio.engine.base.errors import StudioError
+from studio.worker.process import interrupt, work
+
+_log = logging.getLogger(__name__)
+
+_PRELOADED = ("studio.offline.replay", "studio.engine.animation.export", "studio.offline.warming")
+"""Modules that a process imports in advance; it calls `prepare` of those that have one."""
+
+_LOOK_S = 0.05
+"""Interval of checks whether running work should stop."""
+
+_PATIENCE_S = (1.0, 30.0)
+"""Times after a request to stop at which the work is interrupted, and its process is killed."""
+
+_TEXT = re.compile(r"studio(\.[a-z]\w*)+:[a-z]\w*")
+
+
+class Stopped(StudioError):
+    """The work was stopped before it was done."""
+
+
+@dataclass(eq=False)
+class _Worker:
+    process: BaseProcess
+    connection: Connection
+
+
+_changed = threading.Condition()
+"""Guards the variables below, and signals their changes."""
+_spare: _Worker | None = None
+_warm = False
+_soon_back: set[_Worker] = set()
+"""Processes with work that has been short so far, which will soon be ready again."""
+
+
+def warm_up() -> None:
+    """Keep a process ready from now on; returns at once."""
+    global _warm
+    with _changed:
+        _warm = True
+    _replace_spare()
+
+
+def cool_down() -> None:
+    """Stop keeping a process ready."""
+    global _warm, _spare
+    with _changed:
+        _warm, spare, _spare = False, _spare, None
+        _changed.notify_all()
+    if spare is not None:
+        spare.process.terminate()
+        spare.process.join()
+        spare.connection.close()
+
+
+def _replace_spare() -> None:
+    global _spare
+    with _changed:
+        if _warm and _spare is None:
+            _spare = _start(_PRELOADED)
+            _changed.notify_all()
+
+
+def _start(preloaded: tuple[str, ...] = (), *, gives_way: bool = False) -> _Worker:
+    context = multiprocessing.get_context("spawn")
+    here, there = context.Pipe()
+    process = context.Process(target=work, args=(there, preloaded, gives_way), daemon=True)
+    process.start()
+    there.close()
+    return _Worker(process, here)
+
+
+def _take(short: bool) -> _Worker:
+    """Return the ready process, waiting for one that is soon ready; otherwise a new one.
+
+    Args:
+        short: the work may be short.
+    """
+    global _spare
+    with _changed:
+        _changed.wait_for(lambda: _spare is not None or not (_warm and _soon_back))
+        worker, _spare = _spare, None
+        if worker is None or not worker.process.is_alive():
+            worker = _start()
+        if short:
+            _soon_back.add(worker)
+    return worker
+
+
+def _stays_away(worker: _Worker) -> None:
+    """Mark a process as not soon ready."""
+    with _changed:
+        _soon_back.discard(worker)
+        _changed.notify_all()
+
+
+def _put_back(worker: _Worker, stays: bool) -> None:
+    """Keep a healthy process for the next work if there is none; end any other."""
+    global _spare
+    with _changed:
+        kept = stays and _warm and _spare is None
+        if kept:
+            _spare = worker
+            _stays_away(worker)
+    if not kept:
+        worker.connection.close()  # this ends it
+        worker.process.join()
+        _replace_spare()
+        _stays_away(worker)
+
+
+class _Stopping:
+    """Stops work: first by a request, which it sees at its next progress, then by an interruption, at last by
+    force."""
+
+    def __init__(self, worker: _Worker) -> None:
+        self._worker = worker
+        self.told_s = 0.0
+        self.pressed = 0
+
+    def tell(self) -> None:
+        """Send the request."""
+        self._worker.connection.send(None)
+        self.told_s = time.monotonic()
+
+    def press(self) -> None:
+        """Go to the next step if the time of the last one is over."""
+        if not self.told_s or self.pressed == len(_PATIENCE_S):
+            return
+        if time.monotonic() - self.told_s < _PATIENCE_S[self.pressed]:
+            return
+        self.pressed += 1
+        if self.pressed == len(_PATIENCE_S) or not interrupt(self._worker.process):
+            self._worker.process.kill()
+
+
+def run_in_process(
+    function: str,
+    /,
+    *args: Any,
+    on_progress: Callable[[float], None] | None = None,
+    should_stop: Callable[[], bool] | None = None,
+    spare: bool = True,
+    **kwargs: Any,
+) -> Any:
+    """Return the result of a function for `args` and `kwargs` in another process; blocks the calling thread
+    meanwhile.
+
+    Args:
+        function: a public one of the studio, as `studio.package.module:function`; with `on_progress` it gets a
+            keyword `progress`, a function that takes the share done, 0..1.
+        args, kwargs: anything that pickles; a `Take` is sent as its path and opened in the other process.
+        should_stop: called from time to time; once it is true, the work ends at its next progress, or is
+            interrupted after a second, and deletes its incomplete files.
+        spare: use the process that is kept ready. Background work should leave it to others, and has low
+            priority from its start.
+
+    Raises:
+        Stopped: the work was stopped.
+        StudioError: the function's error, or the process ended early.
+        ValueError: `function` is no such text.
+    """
+    if _TEXT.fullmatch(function) is None:
+        raise ValueError(f"{function!r} names no work; allowed: studio.package.module:function")
+    name = function.rpartition(":")[2]
+    worker = _take(short=on_progress is None) if spare else _start(gives_way=True)
+    kind, value, stays = "broken", None, False
+    stopping = _Stopping(worker)
+    try:
+        worker.connection.send((function, on_progress is not None))
+        worker.connection.send((args, kwargs))
+        while True:
+            if should_stop is not None and not stopping.told_s and should_stop():
+                stopping.tell()
+            if should_stop is not None and not worker.connection.poll(_LOOK_S):
+                stopping.press()
+                continue
+            kind, value, stays = worker.connection.recv()
+            if kind == "long":
+                _stays_away(worker)
+            elif kind != "progress":
+                break
+            elif on_progress is not None:
+                on_progress(value)
+    except (EOFError, BrokenPipeError, ConnectionResetError):
+        kind = "broken"
+    finally:
+        _put_back(worker, spare and stays and kind not in ("progress", "long"))
+    if kind == "done":
+        return value
+    if kind == "stopped" or (kind == "broken" and stopping.pressed):
+        raise Stopped(f"{name} was stopped before it was done")
+    if kind == "error":
+        assert isinstance(value, BaseException)
+        raise value
+    if kind == "crash":
+        _log.error("%s failed in its process:\n%s", function, value)
+        raise StudioError(f"{name} failed: {str(value).strip().splitlines()[-1]}; see the server's log")
+    raise StudioError(f"{name} broke off (exit code {worker.process.exitcode}); try again")

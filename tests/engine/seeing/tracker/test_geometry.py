@@ -1,0 +1,227 @@
+"""The chain, the surface and free space against independent computations."""
+
+import mujoco
+import numpy as np
+import pytest
+
+from studio.engine.model.depth import DepthCamera
+from studio.engine.model.human.humanoid import BODY_JOINTS
+from studio.engine.seeing.fitting.chain import Pose, chain_of, place_bodies, rotation_of, rows_of, vector_of
+from studio.engine.seeing.fitting.cones import (
+    CANONICAL_BODIES,
+    SHAPE,
+    humanoid_of,
+    offsets_of,
+    performer_of,
+    surface_of,
+)
+from studio.engine.seeing.fitting.confidence import LIMB_JOINTS, confidence_of, expected_errors
+from studio.engine.seeing.fitting.confidence import BodyEvidence as SeenOnBody
+from studio.engine.seeing.fitting.fit import BodyShape, Fitter
+from studio.engine.seeing.fitting.placing import place_cones
+from studio.engine.seeing.fitting.surface import match_points
+from studio.engine.seeing.images.floor import find_floor, stand_on
+from studio.engine.seeing.images.grid import lens_of
+from studio.engine.seeing.images.silhouette import Silhouette, behind_seen, free_space, nearest_cells
+
+USUAL = np.zeros(len(SHAPE))
+
+
+@pytest.fixture(scope="module")
+def body():
+    humanoid = humanoid_of(USUAL)
+    return humanoid, *chain_of(humanoid)
+
+
+def pose_of(limits, seed):
+    rng = np.random.default_rng(seed)
+    return Pose(rng.normal(size=3), rotation_of(rng.normal(size=3)), rng.uniform(limits.low, limits.high))
+
+
+def test_the_chain_moves_as_the_humanoid(body):
+    humanoid, chain, limits = body
+    pose = pose_of(limits, 0)
+    data = mujoco.MjData(humanoid.model)
+    data.qpos[:3] = pose.root
+    mujoco.mju_mat2Quat(data.qpos[3:7], pose.rotation.ravel())
+    data.qpos[7:] = pose.angles[chain.dofs]
+    mujoco.mj_kinematics(humanoid.model, data)
+    places, rotations, _ = place_bodies(chain, offsets_of(USUAL), pose.root, pose.rotation, pose.angles)
+    assert np.abs(places - data.xpos[humanoid.body_ids]).max() < 1e-9
+    assert np.abs(rotations.reshape(-1, 9) - data.xmat[humanoid.body_ids]).max() < 1e-9
+
+
+def test_rows_are_the_derivative(body):
+    _, chain, limits = body
+    pose, offsets = pose_of(limits, 1), offsets_of(USUAL)
+    places, rotations, axes = place_bodies(chain, offsets, pose.root, pose.rotation, pose.angles)
+    bodies = np.arange(len(places))
+    local = np.random.default_rng(2).normal(scale=0.1, size=(len(bodies), 3))
+    points = places + np.einsum("bij,bj->bi", rotations, local)
+    normals = np.tile([0.0, 0.6, 0.8], (len(bodies), 1))
+    rows = np.zeros((len(bodies), 6 + len(limits.names)))
+    rows_of(chain, places, axes, bodies, points, normals, rows)
+    for k in range(rows.shape[1]):
+        step = np.zeros(rows.shape[1])
+        step[k] = 1e-6
+        root, rotation = pose.root + step[:3], rotation_of(step[3:6]) @ pose.rotation
+        there, turned, _ = place_bodies(chain, offsets, root, rotation, pose.angles + step[6:])
+        moved = there + np.einsum("bij,bj->bi", turned, local)
+        assert np.abs(((moved - points) * normals).sum(axis=1) / 1e-6 - rows[:, k]).max() < 1e-4
+
+
+@pytest.mark.parametrize("angle", [0.0, 1e-5, 1.0, 3.0])
+def test_rotation_vectors_come_back(angle):
+    vector = angle * np.array([0.6, 0.0, 0.8])
+    assert np.abs(vector_of(rotation_of(vector)) - vector).max() < 1e-9
+
+
+def test_shape_numbers_change_what_they_name():
+    usual = performer_of(USUAL)
+    for name, joint in (
+        ("leg", "left_knee"),
+        ("arm", "left_wrist"),
+        ("shoulder", "left_shoulder"),
+        ("hip", "left_hip"),
+    ):
+        shape = USUAL.copy()
+        shape[SHAPE.index(name)] = 0.1
+        assert performer_of(shape).bones_m()[joint] > usual.bones_m()[joint] * 1.04
+    bent = USUAL.copy()
+    bent[SHAPE.index("elbow")] = 0.1
+    bones, straight = performer_of(bent).bones_m(), usual.bones_m()
+    assert bones["left_elbow"] > straight["left_elbow"]
+    assert bones["left_elbow"] + bones["left_wrist"] == pytest.approx(
+        straight["left_elbow"] + straight["left_wrist"]
+    )
+
+
+def test_clothes_stand_off_trunk_and_limbs_alone():
+    dressed = USUAL.copy()
+    dressed[SHAPE.index("cloth")] = np.log(2.0)
+    added = surface_of(dressed).start_radius - surface_of(USUAL).start_radius
+    bodies = [BODY_JOINTS[body] for body in surface_of(USUAL).body]
+    assert all(added[k] == 0.0 for k, name in enumerate(bodies) if name in ("Head", "LeftHand", "RightFoot"))
+    assert all(
+        0.005 < added[k] < 0.015 for k, name in enumerate(bodies) if name in ("Spine1", "LeftArm", "RightLeg")
+    )
+
+
+def cones(limits, chain):
+    surface = surface_of(USUAL)
+    places, rotations, _ = place_bodies(
+        chain, offsets_of(USUAL), np.array([0.0, 0.0, 0.95]), np.eye(3), np.zeros(len(limits.names))
+    )
+    return surface, *place_cones(surface, places, rotations)
+
+
+def test_a_point_behind_the_body_is_matched_with_the_side_that_the_camera_sees(body):
+    _, chain, limits = body
+    surface, origins, frames = cones(limits, chain)
+    view = np.array([[0.0, -1.0, 0.0]])  # the camera stands before the body, which faces -y
+    for depth in (0.0, 0.05, 0.15):
+        point = np.array([[0.05, depth, 1.15]])
+        _, place, normal, _, _ = match_points(point, view, np.zeros((1, 3)), surface, origins, frames, True)
+        assert normal[0] @ view[0] > -1e-9
+        assert place[0, 1] < 0.02
+
+
+def test_points_on_a_cone_lie_on_the_surface(body):
+    _, chain, limits = body
+    surface, origins, frames = cones(limits, chain)
+    arm = int(np.flatnonzero(surface.length == surface.length.max())[0])
+    middle = origins[arm] + 0.5 * surface.length[arm] * frames[arm][:, 2]
+    radius = 0.5 * (surface.start_radius[arm] + surface.end_radius[arm])
+    point = (middle + radius * frames[arm][:, 0])[None]
+    *_, offset, distance = match_points(
+        point, frames[arm][:, :1].T.copy(), np.zeros((1, 3)), surface, origins, frames, True
+    )
+    assert abs(offset[0]) < 0.003 and distance.min() < 0.003
+
+
+def test_nearest_cells():
+    person = np.zeros((20, 30), dtype=bool)
+    person[5, 7] = person[15, 22] = True
+    nearest = np.empty(person.shape, np.int32)
+    nearest_cells(person, 40, nearest)
+    assert nearest[4, 3] == 5 * 30 + 7 and nearest[19, 29] == 15 * 30 + 22 and nearest[5, 7] == 5 * 30 + 7
+    nearest_cells(np.zeros_like(person), 40, nearest)
+    assert (nearest == -1).all()
+
+
+def test_a_limb_beside_the_silhouette_is_drawn_to_it(body):
+    _, chain, limits = body
+    surface, origins, frames = cones(limits, chain)
+    camera = DepthCamera(250.0, 250.0, 160.0, 144.0, 320, 288)
+    person = np.zeros((288, 320), dtype=bool)
+    person[80:240, 150:170] = True  # a column; the arms are stretched out beside it
+    nearest = np.empty(person.shape, np.int32)
+    nearest_cells(person, 40, nearest)
+    rotation = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]])
+    depth = np.where(person, 3.0, 0.0)
+    seen = Silhouette(lens_of(camera), rotation, np.array([0.0, 1.0, 3.0]), depth, nearest)
+    hands = np.flatnonzero(surface.body == surface.body[surface.part == 1].max())
+    _, points, normals, offsets, _ = free_space(
+        seen, surface, origins, frames, np.stack([hands, 0.5 + 0 * hands], axis=1)
+    )
+    assert len(points) == len(hands) and (offsets > 0.2).all()
+    assert (normals[:, 0] * np.sign(points[:, 0]) < -0.9).all()
+
+
+@pytest.mark.parametrize("tilt", [-0.4, 0.0, 0.5])
+def test_the_floor_is_found_from_any_tilt(tilt):
+    rng = np.random.default_rng(3)
+    up = rotation_of(np.array([tilt, 0.0, 0.1])) @ np.array([0.0, -1.0, 0.0])
+    across = np.linalg.svd(up[None])[2][1:]
+    floor = -1.4 * up + rng.uniform(-2, 2, size=(1500, 2)) @ across + rng.normal(scale=0.005, size=(1500, 3))
+    above = -1.4 * up + rng.uniform(0.1, 2, size=(600, 1)) * up + rng.uniform(-2, 2, size=(600, 2)) @ across
+    plane = find_floor(np.concatenate([floor, above]), np.array([0.0, -1.0, 0.0]))
+    assert plane is not None
+    assert np.degrees(np.arccos(plane[:3] @ up)) < 0.5 and abs(plane[3] + 1.4) < 0.01
+    T = stand_on(plane)
+    assert np.abs((floor @ T[:3, :3].T + T[:3, 3])[:, 2]).mean() < 0.01
+
+
+def test_no_floor_where_there_is_none():
+    assert find_floor(np.random.default_rng(4).normal(size=(1000, 3)), np.array([0.0, -1.0, 0.0])) is None
+    assert find_floor(np.zeros((5, 3)), np.array([0.0, -1.0, 0.0])) is None
+
+
+def test_confidence_falls_with_the_expected_error():
+    confidence = confidence_of(np.array([0.0, 0.03, 0.1, 1.0]))
+    assert confidence[0] == 1.0 and (np.diff(confidence) < 0).all() and confidence[1] > 0.75 > confidence[2]
+
+
+def test_a_joint_that_nothing_supports_may_be_further_off():
+    fitter = Fitter(*chain_of(humanoid_of(USUAL)))
+    figure = BodyShape.of(USUAL)
+    pose = Pose(figure.offsets[0], np.eye(3), fitter.limits.rest)
+    places, *_ = fitter.place(figure, pose)
+    joints = places[CANONICAL_BODIES]
+    bodies = np.repeat(np.arange(len(places)), 40)
+    well = SeenOnBody(
+        np.repeat(places, 40, axis=0),
+        bodies,
+        np.full(len(bodies), 0.01),
+        np.full(21, 0.07),
+        np.zeros(5),
+        np.zeros(5),
+    )
+    variance = np.full(21, 1e-4)
+    errors = expected_errors(fitter.chain, joints, variance, well)
+    assert (confidence_of(errors[LIMB_JOINTS]) > 0.75).all()
+    hidden = well._replace(behind_m=np.full(21, 0.6))
+    lost = well._replace(costs_m2=np.full(5, 1.0), lately_m2=np.full(5, 1.0))
+    for other in (hidden, lost):
+        worse = expected_errors(fitter.chain, joints, variance, other)[LIMB_JOINTS]
+        assert (worse >= errors[LIMB_JOINTS]).all() and worse.mean() > 1.3 * errors[LIMB_JOINTS].mean()
+
+
+def test_how_far_points_lie_behind_what_is_seen():
+    camera = DepthCamera(250.0, 250.0, 31.5, 23.5, 64, 48)
+    depth = np.full((48, 64), 2.0)
+    depth[:, :20] = 0.0
+    seen = Silhouette(lens_of(camera), np.eye(3), np.zeros(3), depth, np.full((48, 64), -1, np.int32))
+    points = np.array([[0.0, 0.0, 2.07], [0.0, 0.0, 1.5], [-0.2, 0.0, 2.0], [0.0, 5.0, 2.0]])
+    np.testing.assert_allclose(behind_seen((seen,), points), [0.07, -0.5, 0.5, 1.0], atol=1e-9)
+    assert behind_seen((), points).tolist() == [1.0] * 4

@@ -1,0 +1,61 @@
+"""Statistics of votes against other libraries, and the thesis's own counts."""
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.stats import binomtest
+from statsmodels.stats.multitest import multipletests
+from statsmodels.stats.proportion import proportion_confint
+
+from studio.review.blind.statistics import bradley_terry, holm, share
+
+
+@given(st.integers(0, 300), st.integers(0, 300))
+def test_shares_are_those_of_statsmodels_and_scipy(a: int, b: int) -> None:
+    if a + b == 0:
+        return
+    found = share(a, a + b)
+    low, high = proportion_confint(a, a + b, method="wilson")
+    assert (found.low, found.high) == (pytest.approx(low, abs=1e-9), pytest.approx(high, abs=1e-9))
+    assert found.p_value == pytest.approx(binomtest(a, a + b).pvalue, rel=1e-9)
+
+
+@settings(max_examples=20)  # statsmodels takes a fifth of a second each time
+@given(st.lists(st.floats(0, 1), min_size=1, max_size=20))
+def test_holm_is_that_of_statsmodels(p_values: list[float]) -> None:
+    np.testing.assert_allclose(holm(p_values), multipletests(p_values, method="holm")[1], atol=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("votes", "of"), [(50, 66), (52, 100), (38, 66), (48, 66), (51, 66), (64, 66), (66, 66)]
+)
+def test_the_thesis_s_counts(votes: int, of: int) -> None:
+    """Wilson's formula and the sum of binomial terms, written out."""
+    found = share(votes, of)
+    z, p = 1.959963984540054, votes / of
+    middle, half = p + z**2 / (2 * of), z * math.sqrt(p * (1 - p) / of + z**2 / (4 * of**2))
+    assert found.low == pytest.approx((middle - half) / (1 + z**2 / of), abs=1e-9)
+    assert found.high == pytest.approx((middle + half) / (1 + z**2 / of), abs=1e-9)
+    tail = sum(math.comb(of, k) for k in range(max(votes, of - votes), of + 1))
+    assert found.p_value == pytest.approx(min(1.0, 2 * tail / 2**of), rel=1e-9)
+
+
+def test_nobody_chose() -> None:
+    assert share(0, 0).p_value == 1.0 and (share(0, 0).low, share(0, 0).high) == (0.0, 1.0)
+
+
+def test_bradley_terry_finds_strengths_that_made_the_votes() -> None:
+    true = np.array([0.5, 0.3, 0.15, 0.05])
+    games = 20_000
+    wins = games * true[:, None] / (true[:, None] + true[None, :])
+    np.fill_diagonal(wins, 0.0)
+    np.testing.assert_allclose(bradley_terry(wins), true, atol=2e-3)
+
+
+def test_bradley_terry_stays_finite_where_one_never_lost() -> None:
+    strengths = bradley_terry(np.array([[0.0, 10, 10], [0, 0, 5], [0, 5, 0.0]]))
+    assert np.isfinite(strengths).all() and strengths[0] > 0.7
+    assert strengths[1] == pytest.approx(strengths[2], rel=1e-6)

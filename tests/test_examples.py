@@ -1,0 +1,91 @@
+"""The programs in `examples/` run as they stand, on a take that the first of them makes."""
+
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+import studio
+from tests import patient
+from tests.web.stages import serving, until
+from tests.web.test_page import studio as serve
+
+EXAMPLES = Path(__file__).parents[1] / "examples"
+NAMES = {path.name for path in EXAMPLES.glob("*.py")}
+
+
+def run(name: str, *arguments: object) -> str:
+    """Return what an example prints."""
+    command = [sys.executable, str(EXAMPLES / name), *map(str, arguments)]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=600, check=False)
+    assert done.returncode == 0, done.stderr
+    assert done.stderr == ""
+    return done.stdout
+
+
+@pytest.fixture(scope="module")
+def out(tmp_path_factory) -> Path:
+    folder = tmp_path_factory.mktemp("examples")
+    told = run("first_solve.py", folder)
+    assert "camera_1: good" in told
+    assert (folder / "performer.fbx").stat().st_size > 1e6
+    return folder
+
+
+def test_a_first_solve(out):
+    poses = studio.load_poses(studio.open_take(out / "take"), "studio")
+    wrist = poses.positions_m[:, poses.joint_names.index("LeftHand")]
+    assert poses.frames_per_second == pytest.approx(60)
+    assert 1.8 < wrist[:, 2].max() < 2.3
+
+
+def test_a_batch_over_a_folder(out):
+    told = run("batch.py", out, out / "bvh")
+    assert told.startswith("take: 3384 frames")
+    assert (out / "bvh" / "take.bvh").read_text(encoding="ascii").startswith("HIERARCHY")
+
+
+def test_an_own_filter_changes_the_solve(out):
+    told = run("own_filter.py", out / "take").splitlines()
+    jerks = [float(line.split()[-2]) for line in told]
+    assert [line.partition(":")[0] for line in told] == ["smoothing=none", "smoothing=median_of_three"]
+    assert jerks[0] != jerks[1]
+    kept = (out / "take" / "solves" / "median_of_three_after" / "settings.json").read_text(encoding="utf-8")
+    assert "median_of_three:after" in kept
+
+
+def test_frames_from_a_socket_are_solved_as_a_take_is(out):
+    told = run("live_from_socket.py", out / "take").splitlines()
+    frames, poses = (int(word) for word in told[-1].split() if word.isdigit())
+    assert frames > 5000
+    assert poses >= frames - 10
+    assert "head at" in told[0]
+
+
+def test_a_camera_of_ones_own(tmp_path):
+    with serve(tmp_path) as (app, _), serving(app) as url:
+        assert "the camera has ended" in run("own_camera.py", url, 60)
+
+        def camera() -> dict[str, object]:
+            return patient.get(f"{url}/api/v1/status").json()["cameras"]["waving"]
+
+        assert camera()["device"] == "an example"
+        until(lambda: camera()["frames"] == 60)  # the status is a fifth of a second old at most
+
+
+def test_a_comparison_as_a_plot(out):
+    picture = out / "comparison.png"
+    told = run("compare.py", out / "take", out / "take.truth.csv", picture)
+    errors = [float(part.split()[-2]) for part in told.partition(": ")[2].split(", ")]
+    assert picture.read_bytes().startswith(b"\x89PNG")
+    assert max(errors[1:]) < errors[0]
+
+
+def test_every_example_is_in_the_index_and_documented():
+    index = (EXAMPLES / "README.md").read_text(encoding="utf-8")
+    for name in NAMES:
+        assert f"`{name}" in index
+        text = (EXAMPLES / name).read_text(encoding="utf-8")
+        assert text.startswith('"""') and f"python examples/{name}" in text
+        assert "import studio\n" in text and "from studio" not in text

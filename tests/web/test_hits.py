@@ -1,0 +1,148 @@
+"""What lets an operator act is never covered: every control is hit in every state, at three sizes, dark and light."""
+
+import re
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import psutil
+import pytest
+from playwright.sync_api import Browser, Page, expect
+
+from tests.acceptance.processes import ServerProcess, server_process
+from tests.live.performer import calibration, save_stage_calibration
+from tests.web.hits import covered
+from tests.web.playback.takes import take_with_solves
+from tests.web.test_fresh_page import performing
+from tests.web.test_page import NAMES
+
+pytestmark = [pytest.mark.browser, pytest.mark.timeout(900)]
+
+
+@pytest.fixture
+def server(tmp_path: Path) -> Iterator[ServerProcess]:
+    """A server with two calibrated cameras to come, and a take."""
+    sessions = tmp_path / "sessions"
+    save_stage_calibration(sessions, NAMES)
+    take_with_solves(sessions / "monday" / "one").add_calibration(calibration(["camera_0"]), use=True)
+    with server_process(sessions) as process:
+        yield process
+
+
+@pytest.fixture(params=[("en", "dark"), ("fr", "light")], ids=["en", "fr"])
+def page(request: pytest.FixtureRequest, chromium: Browser, server: ServerProcess) -> Iterator[Page]:
+    tab = chromium.new_page(viewport={"width": 1280, "height": 720})
+    language, theme = request.param
+    tab.add_init_script(
+        f"localStorage.setItem('language', '{language}'); localStorage.setItem('theme', '{theme}')"
+    )
+    tab.goto(server.url)
+    expect(tab.locator("body")).to_have_attribute("data-connection", "open")
+    expect(tab.locator("#preset")).to_be_visible()
+    yield tab
+    tab.close()
+
+
+def assert_reached(page: Page, *shown: str) -> None:
+    """Every control is hit; `shown` is what makes the state, seen before and after."""
+    for which in shown:
+        expect(page.locator(which).first).to_be_visible()
+    assert covered(page) == {}, shown
+    for which in shown:
+        assert page.locator(which).first.is_visible(), f"{which} has gone while it was looked at"
+    page.set_viewport_size({"width": 1280, "height": 720})
+
+
+def refuse_a_value(page: Page) -> None:
+    """Have an error be shown, of a value that the server refuses."""
+    page.evaluate("document.querySelector('#switches').open = true")
+    page.fill("#switch-look_at_point_m", "over there")
+    page.keyboard.press("Enter")
+    expect(page.locator("#messages .error")).to_be_visible()
+
+
+def open_replay(page: Page) -> None:
+    page.locator(".take-picture").first.click()
+    expect(page.locator("#replay-bar button").first).to_be_visible()
+
+
+def test_without_a_camera(page: Page) -> None:
+    assert_reached(page, "#guide")
+    refuse_a_value(page)
+    assert_reached(page, "#guide", "#messages .error")
+
+
+def test_with_cameras(page: Page, server: ServerProcess) -> None:
+    with performing(server.url):
+        expect(page.locator("#record")).to_be_enabled()
+        assert_reached(page, "#record")
+        page.locator("#record").click()
+        assert_reached(page, ".recording #timer")
+        refuse_a_value(page)
+        assert_reached(page, ".recording #timer", "#messages .error")
+        page.locator("#record").click()
+        expect(page.locator("#record")).to_have_attribute("aria-pressed", "false")
+        page.locator("#countdown-seconds").select_option("10")
+        page.locator("#record").click()
+        assert_reached(page, "#countdown")
+        page.locator("#record").click()
+        page.locator("#calibrate").click()
+        assert_reached(page, "#wizard")
+        page.keyboard.press("Escape")
+        server.http.post("/tpose/start", json={"performer": ""}).raise_for_status()
+        assert_reached(page, "#wizard[data-step=pose]")
+
+
+def test_while_a_take_is_replayed_compared_solved_and_exported(page: Page, server: ServerProcess) -> None:
+    open_replay(page)
+    assert_reached(page, "#replay")
+    page.locator("#replay-compare").click()
+    assert_reached(page, "#compare")
+    page.locator("#compare-close").click()
+    page.locator("[aria-label*='one']").locator("visible=true").filter(
+        has_text=re.compile("^Exp")
+    ).first.click()
+    assert_reached(page, "#export-dialog")
+
+
+@contextmanager
+def works_held(server: ServerProcess) -> Iterator[None]:
+    """The server's work in other processes stands still."""
+    assert server.process is not None
+    children = psutil.Process(server.process.pid).children(recursive=True)
+    workers = [child for child in children if "multiprocessing.spawn" in " ".join(child.cmdline())]
+    for worker in workers:
+        worker.suspend()
+    try:
+        yield
+    finally:
+        for worker in workers:
+            worker.resume()
+
+
+def test_while_the_replayed_take_is_solved(page: Page, server: ServerProcess) -> None:
+    with performing(server.url):
+        server.record("solved")
+        page.wait_for_timeout(2000)  # so long the take is
+        server.stop()
+    solves = "/takes/tests/solved/solves"
+    for number in range(12):  # the trial waits for its turn behind them
+        server.http.post(solves, json={"preset": "finish", "name": f"before_{number}"}).raise_for_status()
+    server.http.post(solves, json={"preset": "finish", "name": "trial"}).raise_for_status()
+    solved = page.locator(".take").filter(has_text="solved")
+    with works_held(server):
+        expect(solved.locator(".solve-row").first).to_be_visible()
+        solved.locator(".take-picture").click()
+        assert_reached(page, "#replay", "#trial progress")
+        page.locator("#replay-compare").click()
+        assert_reached(page, "#compare", "#trial progress")
+
+
+def test_when_the_server_is_lost_while_it_records_and_comes_back(page: Page, server: ServerProcess) -> None:
+    with performing(server.url):
+        server.record("resumed")
+        expect(page.locator(".recording #timer")).to_be_visible()
+        server.kill()
+    assert_reached(page, "#curtain")
+    server.start()
+    assert_reached(page, "#banner", ".recording #timer")  # no camera is connected, and the take goes on

@@ -1,0 +1,210 @@
+"""Import from the page: dropped or chosen, many at once, told and cancelled; what another program imports appears."""
+
+import re
+import shutil
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+from playwright.sync_api import Browser, Page, expect
+
+from studio.take.importers import import_recording
+from studio.take.library.incoming import PREFIX
+from tests.acceptance.processes import ServerProcess, server_process
+from tests.web.browser import quiet_page
+from tests.web.hits import covered
+from tests.web.playback.takes import take_with_solves
+
+pytestmark = [pytest.mark.browser, pytest.mark.timeout(900)]
+
+
+@pytest.fixture
+def server(tmp_path: Path) -> Iterator[ServerProcess]:
+    """A server with a take that has solves."""
+    sessions = tmp_path / "sessions"
+    take_with_solves(sessions / "monday" / "one")
+    with server_process(sessions) as process:
+        yield process
+
+
+@pytest.fixture
+def page(chromium: Browser, server: ServerProcess) -> Iterator[Page]:
+    with quiet_page(chromium) as tab:
+        tab.goto(server.url)
+        expect(tab.locator("#preset")).to_be_visible()
+        expect(tab.locator(".take")).to_have_count(1)
+        yield tab
+
+
+def drop(page: Page, selector: str, *files: Path) -> None:
+    """Drop files or folders of this machine at the middle of an element, as a hand does."""
+    box = page.locator(selector).first.bounding_box()
+    assert box is not None
+    session = page.context.new_cdp_session(page)
+    where = {"x": box["x"] + box["width"] / 2, "y": box["y"] + box["height"] / 2}
+    data = {"items": [], "files": [str(file) for file in files], "dragOperationsMask": 1}
+    for kind in ("dragEnter", "dragOver", "drop"):
+        session.send("Input.dispatchDragEvent", {"type": kind, **where, "data": data})
+        if kind == "dragOver":
+            expect(page.locator("#drop-veil")).to_be_visible()
+    expect(page.locator("#drop-veil")).to_be_hidden()
+
+
+def take(page: Page, name: str) -> str:
+    return f".take:has(.name:text-is('{name}'))"
+
+
+def left(server: ServerProcess) -> list[Path]:
+    return [*server.sessions.glob(f"{PREFIX}*"), *server.sessions.rglob("*.partial-*")]
+
+
+def test_folders_files_and_a_take_are_dropped_over_the_view(
+    page: Page, server: ServerProcess, test_data: Path
+) -> None:
+    bundle = server.sessions.parent / "sent.take.zip"
+    bundle.write_bytes(server.http.get("/takes/monday/one/file").content)
+    pair = next((test_data / "kinect2_pairs").glob("Study_16_Kinect_0*.csv"))
+    drop(
+        page,
+        "#viewer",
+        test_data / "noisy_joints" / "punches_2_cameras",
+        test_data / "mocap" / "02_01.bvh",
+        bundle,
+        pair,
+    )
+    for name in ("punches_2_cameras", "02_01", "sent", pair.stem):
+        expect(page.locator(take(page, name))).to_be_visible()
+    page.locator("#work-button").click()
+    expect(page.locator(".work-row.done")).to_have_count(4)
+    page.locator(".work-row", has_text="02_01.bvh").get_by_role("button", name=re.compile("^Show")).click()
+    expect(page.locator("#replay")).to_be_visible()
+    page.locator("#work-close").click()
+    page.locator(f"{take(page, 'punches_2_cameras')} .take-picture").click()
+    expect(page.locator("#replay-value")).to_contain_text("raw skeletons of 2 cameras · not calibrated")
+    assert server.http.get("/replay").json()["holds"]["skeletons"].keys() == {"camera_0", "camera_1"}
+    assert covered(page) == {}
+    assert left(server) == []
+
+
+def test_from_the_page_to_an_exported_take_in_eight_clicks(
+    page: Page, test_data: Path, tmp_path: Path
+) -> None:
+    recording = tmp_path / "mine"
+    shutil.copytree(test_data / "noisy_joints" / "punches_2_cameras", recording)
+    clicks = 0
+
+    def click(selector: str) -> None:
+        nonlocal clicks
+        clicks += 1
+        page.locator(selector).click()
+
+    click("#import-open")
+    clicks += 1  # the button below, and what the system asks then is answered by Playwright
+    with page.expect_file_chooser() as chooser:
+        page.locator("#import-choose-folder").click()
+    chooser.value.set_files(recording)
+    mine = take(page, "mine")
+    click(f"{mine} button:text-is('Calibrate')")
+    click("dialog[open] button[type=submit]")
+    click(f"{mine} button:text-is('Solve')")
+    click(f"{mine} .solve-row button:text-is('Export')")
+    with page.expect_download() as download:
+        click("#export-run")
+    assert Path(download.value.path()).stat().st_size > 10_000
+    assert clicks <= 8
+
+
+def test_what_goes_wrong_is_told_and_leaves_nothing(
+    chromium: Browser, server: ServerProcess, test_data: Path, tmp_path: Path
+) -> None:
+    page = chromium.new_page(viewport={"width": 1280, "height": 720})
+    page.goto(server.url)
+    expect(page.locator("#preset")).to_be_visible()
+    page.locator("#import-open").click()
+    mkv = next((test_data / "sensor_files").glob("*.mkv"))
+    files = [
+        {"name": "cut.mkv", "mimeType": "", "buffer": mkv.read_bytes()[:3000]},
+        {"name": "<img src=x>.bvh", "mimeType": "", "buffer": b"HIERARCHY"},
+        {"name": "notes.txt", "mimeType": "", "buffer": b"hello"},
+        {"name": "fine.bvh", "mimeType": "", "buffer": (test_data / "mocap" / "02_01.bvh").read_bytes()},
+    ]
+    page.locator("#import-files").set_input_files(files)
+    errors = page.locator("#messages .error")
+    expect(
+        errors.filter(has_text="notes.txt is no recording that can be imported; allowed: a folder")
+    ).to_have_count(1)
+    expect(errors.filter(has_text="<img src=x>.bvh")).to_have_count(1)
+    expect(errors.filter(has_text="cut.mkv")).to_have_count(1)
+    expect(page.locator(take(page, "fine"))).to_be_visible()
+    expect(page.locator(".take")).to_have_count(2)
+    assert left(server) == []
+    page.close()
+
+
+def test_an_upload_is_cancelled_or_its_browser_goes(chromium: Browser, server: ServerProcess) -> None:
+    page = chromium.new_page(viewport={"width": 1280, "height": 720})
+    page.goto(server.url)
+    expect(page.locator("#preset")).to_be_visible()
+    session = page.context.new_cdp_session(page)
+    session.send("Network.enable")
+    slow = {"offline": False, "latency": 0, "downloadThroughput": -1, "uploadThroughput": 400_000}
+    session.send("Network.emulateNetworkConditions", slow)
+
+    def send(name: str) -> None:
+        page.evaluate(
+            """(name) => {
+              const transfer = new DataTransfer();
+              transfer.items.add(new File([new Uint8Array(60e6)], name));
+              for (const kind of ["dragenter", "dragover", "drop"]) {
+                const options = { dataTransfer: transfer, bubbles: true, cancelable: true };
+                document.body.dispatchEvent(new DragEvent(kind, options));
+              }
+            }""",
+            name,
+        )
+
+    send("long.bvh")
+    page.keyboard.press("w")
+    expect(page.locator(".work-row.running .state")).to_contain_text("sending the files")
+    page.locator(".work-row.running button").click()
+    expect(page.locator(".work-row.cancelled")).to_have_count(1)
+    expect(page.locator("#messages .error")).to_have_count(0)
+    assert left(server) == []
+    send("again.bvh")
+    expect(page.locator(".work-row.running")).to_have_count(1)
+    page.close(run_before_unload=False)
+    with quiet_page(chromium) as other:
+        other.goto(server.url)
+        expect(other.locator("#preset")).to_be_visible()
+        other.keyboard.press("w")
+        expect(other.locator(".work-row.failed")).to_contain_text("send them again")
+        expect(other.locator(".take")).to_have_count(1)
+    assert left(server) == []
+
+
+def test_an_animation_dropped_on_a_take_is_its_reference(
+    page: Page, server: ServerProcess, test_data: Path
+) -> None:
+    drop(page, take(page, "one"), test_data / "mocap" / "02_01.bvh")
+    expect(page.locator("#messages")).to_contain_text("02_01.bvh is a reference of monday/one")
+    assert server.http.get("/takes/monday/one/references").json() == ["02_01.bvh"]
+    expect(page.locator(".take")).to_have_count(1)
+
+
+def test_what_the_command_line_imports_appears(page: Page, server: ServerProcess, test_data: Path) -> None:
+    import_recording(test_data / "mocap" / "02_01.bvh", server.sessions / "tuesday" / "walk")
+    expect(page.locator(take(page, "walk"))).to_be_visible()
+
+
+def test_the_dialog_is_reached_and_a_viewer_cannot_import(
+    page: Page, chromium: Browser, server: ServerProcess
+) -> None:
+    page.locator("#import-open").focus()
+    page.keyboard.press("Enter")
+    expect(page.locator("#import-choose-files")).to_be_focused()
+    assert covered(page) == {}
+    page.keyboard.press("Escape")
+    with quiet_page(chromium) as viewer:
+        viewer.goto(f"{server.url}/?view")
+        expect(viewer.locator(".take")).to_have_count(1)
+        expect(viewer.locator("#import-open")).to_be_hidden()

@@ -1,0 +1,116 @@
+"""The list of takes on the page: search, pages, and what is done with several at once."""
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+from playwright.sync_api import Page, expect
+
+from studio.take.folder.take import Take
+from tests.web.browser import wait_for_undos
+from tests.web.playback.takes import take_with_solves
+from tests.web.stages import serving
+from tests.web.test_page import SIZES, open_page, studio
+
+pytestmark = pytest.mark.browser
+MANY = 200
+
+
+@pytest.fixture
+def address(tmp_path: Path) -> Iterator[str]:
+    """A studio with two solved takes and many that have nothing but a name."""
+    for seed, name in enumerate(("one", "two")):
+        take = take_with_solves(tmp_path / "monday" / name, seed=seed)
+        take.meta["created"] = f"2026-03-0{seed + 1}T12:00:00+00:00"
+        take.save_meta()
+    for k in range(MANY):
+        made = f"2026-02-01T{k // 60:02d}:{k % 60:02d}:00+00:00"
+        told = {"performer": ("Anna", "Ben")[k % 2], "notes": f"scene {k}", "created": made}
+        path = tmp_path / "tuesday" / f"take_{k:03d}"
+        take = Take.create(path, session="tuesday", name=path.name, source="import", **told)
+        take.meta["recording"] = "done"
+        take.save_meta()
+    with studio(tmp_path) as (app, _), serving(app) as url:
+        yield url
+
+
+def search(page: Page, text: str) -> None:
+    page.get_by_label("Search takes").fill(text)
+
+
+def names(page: Page) -> list[str]:
+    return page.locator("#takes-list .take-head .name").all_text_contents()
+
+
+def test_a_long_list_comes_by_pages(address: str, page: Page) -> None:
+    open_page(page, address)
+    expect(page.locator("#takes-count")).to_have_text(f"{MANY + 2} takes")
+    assert names(page)[:3] == ["two", "one", "take_199"]
+    assert page.locator("#takes-list .take").count() < MANY
+    expect(page.locator("#takes-more")).to_contain_text(f"of {MANY + 2})")
+    page.wait_for_function(  # whoever scrolls down sees them all
+        "count => { document.querySelector('#takes-more').scrollIntoView();"
+        " return document.querySelectorAll('#takes-list .take').length === count; }",
+        arg=MANY + 2,
+    )
+    expect(page.locator("#takes-more")).to_be_hidden()
+    assert len(set(names(page))) == MANY + 2
+
+
+def test_takes_are_found_by_fields(address: str, page: Page) -> None:
+    open_page(page, address)
+    search(page, "performer:anna scene -note:199 date:2026-02")
+    expect(page.locator("#takes-count")).to_have_text(f"100 of {MANY + 2}")
+    search(page, "colour:red")
+    expect(page.locator("#takes-problem")).to_contain_text("'colour' is not known; allowed: name")
+    expect(page.locator("#takes-count")).to_have_text(f"{MANY + 2} takes")
+    search(page, "nobody")
+    expect(page.locator("#takes")).to_contain_text("No take has these words")
+    page.locator("#takes-help summary").click()
+    page.get_by_role("button", name="is:starred").click()
+    expect(page.get_by_label("Search takes")).to_have_value("is:starred")
+    search(page, "is:solved")
+    expect(page.locator("#takes-list .take")).to_have_count(2)
+    page.reload()
+    expect(page.get_by_label("Search takes")).to_have_value("is:solved")
+    expect(page.locator("#takes-list .take")).to_have_count(2)
+
+
+def test_several_takes_are_tagged_compared_and_thrown_away(address: str, page: Page) -> None:
+    open_page(page, address)
+    page.get_by_label("Select one").check()
+    expect(page.locator("#selected-compare")).to_be_disabled()
+    page.get_by_label("Select two").check()
+    expect(page.locator(".selected-count")).to_contain_text("2 takes selected")
+    page.locator("#selected-tag").click()
+    page.get_by_label("Tags").fill("best, Kick")
+    page.get_by_role("button", name="Save", exact=True).click()
+    expect(page.locator(".tags .chip-button")).to_have_count(4)
+    page.locator(".tags .chip-button", has_text="Kick").first.click()
+    expect(page.locator("#takes-list .take")).to_have_count(2)
+    page.locator("#selected-compare").click()
+    expect(page.locator("#compare")).to_be_visible()
+    expect(page.locator("#compare-b")).to_have_value("monday/two|studio")
+    page.locator("#compare-close").click()
+    page.locator("#selected-trash").click()
+    expect(page.locator("#takes-empty")).to_be_visible()
+    expect(page.locator("#takes-selected button")).to_have_count(0)
+    wait_for_undos(page, 2)
+    page.locator("h1").click()
+    page.keyboard.press("Control+z")
+    expect(page.locator("#takes-list .take")).to_have_count(2)
+    page.keyboard.press("Control+z")
+    expect(page.locator("#takes-empty")).to_be_visible()  # nothing has the tag any longer
+
+
+@pytest.mark.parametrize(("width", "height"), SIZES)
+def test_the_tools_of_the_list_fit(address: str, page: Page, width: int, height: int) -> None:
+    page.set_viewport_size({"width": width, "height": height})
+    open_page(page, address)
+    page.get_by_label("Select one").check()
+    page.locator("#takes-help summary").click()
+    too_wide = page.evaluate(
+        "() => [...document.querySelectorAll('#takes-find *, #takes-selected *, #takes-list *')]"
+        ".filter((e) => e.getBoundingClientRect().right > innerWidth + 1).map((e) => e.outerHTML)"
+    )
+    assert too_wide == []

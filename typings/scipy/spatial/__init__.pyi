@@ -1,0 +1,10 @@
+"""What the studio uses of `scipy.spatial`, whose trees are compiled; `scipy.spatial.transform` has its own types."""
+
+from collections.abc import Sequence
+
+from numpy import float64, int64
+from numpy.typing import NDArray
+
+class cKDTree:
+    def __init__(self, data: NDArray[float64]) -> None: ...
+    def query(self, x: NDArray[float64], k: Sequence[int]) -> tuple[NDArray[float64], NDArray[int64]]: ...
