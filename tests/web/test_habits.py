@@ -67,7 +67,7 @@ def test_the_browser_never_sends_the_sign_in_by_itself(empty: str, page: Page) -
     held: list[Route] = []
     page.route("**/static/access/signin.js*", lambda route: held.append(route))
     page.goto(f"{empty}/signin", wait_until="commit")
-    until(lambda: len(held) > 0)
+    until(lambda: page.evaluate("document.querySelector('#sign-in') !== null") and len(held) > 0)
     button = page.locator("#sign-in button")
     expect(button).to_be_disabled()
     held[0].continue_()
