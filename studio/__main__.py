@@ -24,6 +24,7 @@ COMMANDS = (
     "export",
     "rig",
     "bench",
+    "prepare",
     "doctor",
     "config",
     "batch",

@@ -1,12 +1,17 @@
 """What a server does not need at its start is not loaded then: its start stays short."""
 
 import json
+import os
+import shutil
 import subprocess
 import sys
 import time
 import urllib.request
+from pathlib import Path
 
 import pytest
+
+ROOT = Path(__file__).parent.parent
 
 NOT_BEFORE_THE_FIRST_ANSWER = (
     "numba",
@@ -75,3 +80,47 @@ def test_ready_within_three_seconds(tmp_path):
             program.terminate()
             program.wait(timeout=60)
     assert min(times) <= READY_S, times
+
+
+@pytest.fixture
+def installed(tmp_path):
+    """A folder with `./start`, whose environment is there already; its program notes what it is asked."""
+    shutil.copy(ROOT / "start", tmp_path / "start")
+    (tmp_path / ".ci").mkdir()
+    (tmp_path / ".ci" / "environment.sh").write_text("environment() { :; }\n")
+    program = tmp_path / ".venv" / "bin" / "studio"
+    program.parent.mkdir(parents=True)
+    program.write_text('#!/bin/sh\necho "$@" >> "$(dirname "$0")/../asked"\n')
+    program.chmod(0o755)
+    (tmp_path / "studio").mkdir()
+    for name in ("studio/a.py", "uv.lock"):
+        (tmp_path / name).touch()
+    return tmp_path
+
+
+def asked(folder, *arguments):
+    """What `./start` asks of its program, in order."""
+    log = folder / ".venv" / "asked"
+    log.unlink(missing_ok=True)
+    subprocess.run([folder / "start", *arguments], check=True, timeout=60)
+    return log.read_text().splitlines()
+
+
+def test_the_solver_is_compiled_once_and_after_each_change(installed):
+    assert asked(installed, "--help") == ["--help"]
+    assert asked(installed, "camera", "--list") == ["camera --list"]
+    assert asked(installed) == ["prepare", ""]
+    assert asked(installed, "--port", "9000") == ["--port 9000"]
+    prepared = (installed / ".venv" / "prepared").stat().st_mtime
+    for changed in ("studio/a.py", "uv.lock"):
+        os.utime(installed / changed, (prepared + 5, prepared + 5))
+        assert asked(installed, "serve") == ["prepare", "serve"]
+        os.utime(installed / changed, (prepared - 5, prepared - 5))
+    assert asked(installed) == [""]
+
+
+def test_a_studio_that_cannot_be_prepared_starts_all_the_same(installed):
+    program = installed / ".venv" / "bin" / "studio"
+    program.write_text(program.read_text() + '[ "$1" != prepare ]\n')
+    assert asked(installed) == ["prepare", ""]
+    assert asked(installed) == ["prepare", ""]

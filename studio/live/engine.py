@@ -31,8 +31,10 @@ from studio.live.cameras.roster import Roster
 from studio.live.figures import PipelineFigures
 from studio.live.inbox import Arrived, Call, ClockExchange, Inbox, Item, Left, Reported
 from studio.live.latest import Latest
+from studio.live.raw_steps import RawSteps
 from studio.live.recording.takes import RecordedTakes
 from studio.live.states import StageStatus
+from studio.live.subscribers import Subscribers
 from studio.take.raw import live_log as log
 from studio.wire import ClockSample, Hello
 
@@ -65,7 +67,7 @@ class Engine(RecordedTakes):
         settings: SolveSettings,
         folder: Path,
         calibration: KeptCalibration | None,
-        notify: Callable[[StepResult], None],
+        subscribers: Subscribers,
         on_broken: Callable[[], None],
         previews: Previews,
         describe: Callable[["Engine", int], StageStatus],
@@ -87,7 +89,8 @@ class Engine(RecordedTakes):
         self.watch = CameraWatch()
         self.status: StageStatus
         self._clock_ns = clock_ns
-        self._notify = notify
+        self._subscribers = subscribers
+        self._raw_steps = RawSteps()
         self._on_broken = on_broken
         self._describe = describe
         self._inbox = Inbox()
@@ -292,7 +295,12 @@ class Engine(RecordedTakes):
         return replace(self.stage_calibration, cameras=cameras)
 
     def _tick(self) -> None:
-        if self._pipeline.pipeline is None or self.stage_calibration is None:
+        if self.stage_calibration is None:
+            return
+        if self._pipeline.pipeline is None:
+            raw = self._raw_steps.step(self.stage_calibration, self.roster, self._clock_ns())
+            if raw is not None:
+                self._subscribers.tell_raw(raw)
             return
         used = self.settings.camera_names(tuple(self.stage_calibration.cameras))
         now = self.roster.clock.server_to_stage_ns(self._clock_ns())
@@ -306,7 +314,7 @@ class Engine(RecordedTakes):
                 self.watch.add(result.frame_set)
                 self.tpose.add_result(result, self._clock_ns())
                 self.results.publish(result)
-                self._notify(result)
+                self._subscribers.tell(result)
 
     def set_settings(self, settings: SolveSettings) -> None:
         """Use other settings from now on.

@@ -30,6 +30,7 @@ from studio.live.recording.recorder import Recorder
 from studio.live.recording.recording import LiveRecording, recording_message
 from studio.live.states import RecordStarted, RecordStopped, RefusedLinks, StageStatus
 from studio.live.status import stage_status
+from studio.live.subscribers import Callback, Subscribers
 from studio.take.folder.marker import STOPPING, read_marker, remove_marker, write_marker
 from studio.take.folder.names import check_name
 from studio.take.library.sessions import new_take_path, session_of_today, take_path
@@ -79,14 +80,14 @@ class LiveStage:
         self._late = LateTakes(sessions)
         self._recording_lock = threading.Lock()
         self._told_lock = threading.Lock()
-        self._subscribers: tuple[Callable[[StepResult], object], ...] = ()
+        self._subscribers = Subscribers()
         self._refused = RefusedLinks()
         self._engine = Engine(
             clock_ns=self.clock_ns,
             settings=preset("studio") if settings is None else settings,
             folder=sessions,
             calibration=load_last_calibration(sessions / "calibrations"),
-            notify=self._notify,
+            subscribers=self._subscribers,
             on_broken=self._end_broken,
             previews=self.previews,
             describe=stage_status,
@@ -121,21 +122,12 @@ class LiveStage:
         """The newest step of the pipeline."""
         return self._engine.results
 
-    def subscribe(self, callback: Callable[[StepResult], object]) -> Callable[[], None]:
-        """Call `callback` with every step, on the engine thread, so it must return at once.
+    def subscribe(self, callback: Callback, *, raw: bool = False) -> Callable[[], None]:
+        """Call `callback` with every step, on the engine thread; return a function that ends this.
 
-        Returns a function that ends the subscription.
+        See `Subscribers`.
         """
-        self._subscribers = (*self._subscribers, callback)
-
-        def unsubscribe() -> None:
-            self._subscribers = tuple(other for other in self._subscribers if other is not callback)
-
-        return unsubscribe
-
-    def _notify(self, result: StepResult) -> None:
-        for callback in self._subscribers:
-            callback(result)
+        return self._subscribers.add(callback, raw=raw)
 
     def status(self) -> StageStatus:
         """Return the status, at most a fifth of a second old while the stage runs."""

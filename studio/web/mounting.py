@@ -28,8 +28,9 @@ class ViewedStage(Protocol):
     clock_ns: Callable[[], int]
     previews: Previews
 
-    def subscribe(self, callback: Callable[[StepResult], None]) -> Callable[[], None]:
-        """Call `callback` with every step, on the engine thread; the returned function ends the subscription."""
+    def subscribe(self, callback: Callable[[StepResult], object], *, raw: bool = False) -> Callable[[], None]:
+        """Call `callback` with every step, with `raw` also with those without a body, on the engine thread; the
+        returned function ends the subscription."""
         ...
 
     def calibration(self) -> Calibration | None:
@@ -80,7 +81,7 @@ def mount(app: FastAPI, stage: ViewedStage, *, sessions: Path, takes: TakeFinder
 
     view = LiveView(look=look, clock=lambda: stage.clock_ns() * 1e-9)
     player = Player(view)
-    unsubscribe = stage.subscribe(view.show)
+    unsubscribe = stage.subscribe(view.show, raw=True)
     add_routes(app, viewer_routes(view.port))
     add_routes(app, view_routes(view))
     add_routes(app, playback_routes(player, takes))

@@ -53,6 +53,7 @@ OPTIONS = {
     ),
     "rig": ("--mapping", "--save", "--out", "--json"),
     "bench": ("--json",),
+    "prepare": (),
     "doctor": ("--json",),
     "batch": ("--preset", "--set", "--solve", "--out", "--processes", "--scheduler", "--json"),
     "config": ("--host", "--port", "--sessions", "--log-format", "--json"),

@@ -3,13 +3,16 @@
 import threading
 import time
 
+import numpy as np
 import pytest
 
 from studio import wire
+from studio.engine.model.frames import StepResult
 from studio.live import LiveStage, warmup
 from studio.take.folder.take import Take
 from studio.take.raw.frames import RawEvent, inspect_raw, read_raw
 from studio.take.raw.live_log import StartEvent
+from studio.take.raw.records import camera_frame
 from tests.api.camera import wait_until
 from tests.live.performer import frame, hello, save_stage_calibration
 
@@ -28,6 +31,10 @@ def test_frames_are_recorded_before_the_process_is_ready(tmp_path, readiness):
     stage = LiveStage(tmp_path)
     stage.start()
     try:
+        shown: list[StepResult] = []
+        solved: list[StepResult] = []
+        stage.subscribe(shown.append, raw=True)
+        stage.subscribe(solved.append)
         link = stage.join(hello("camera_0"))
         stage.start_recording("day", "take")
         path = tmp_path / "day" / "take"
@@ -44,12 +51,17 @@ def test_frames_are_recorded_before_the_process_is_ready(tmp_path, readiness):
         wait_until(lambda: stage.status().recording.frames >= 30, "they are recorded")
         assert stage.results.get()[0] == 0
         assert stage.status().pipeline.preparing
+        wait_until(lambda: len(shown) > 0, "what the camera sees is shown meanwhile")
+        assert not solved
+        check_is_what_the_camera_sees(shown[-1], stage)
         readiness.set()
         sequence = 30
         while stage.results.get()[0] < 4:
             sequence += 1
             send(sequence)
         wait_until(lambda: not stage.status().pipeline.preparing, "it says that it is ready")
+        assert solved and np.isfinite(solved[-1].positions_m).all()
+        assert shown[-1] is solved[-1]
         stage.stop_recording()
     finally:
         stage.close()
@@ -59,6 +71,25 @@ def test_frames_are_recorded_before_the_process_is_ready(tmp_path, readiness):
     assert starts[0].calibration is None and starts[-1].calibration is not None
     assert inspect_raw(raw).frames["camera_0"] == sequence
     assert "live" in Take.open(path).solve_names()
+
+
+def check_is_what_the_camera_sees(step: StepResult, stage: LiveStage) -> None:
+    """A step has one camera's joints, on the stage, and no body."""
+    assert step.frame_set.cameras == ("camera_0",)
+    assert np.isnan(step.positions_m).all()
+    calibration = stage.calibration()
+    assert calibration is not None
+    T_stage_camera = calibration.cameras["camera_0"].T_stage_camera
+    sent = [decoded_positions(sequence) for sequence in range(1, 31)]
+    placed = [one @ T_stage_camera[:3, :3].T + T_stage_camera[:3, 3] for one in sent]
+    assert min(np.nanmax(np.abs(one - step.frame_set.positions[0])) for one in placed) < 1e-6
+
+
+def decoded_positions(sequence: int) -> np.ndarray:
+    """The canonical joints of the frame of that sequence, in the camera's frame."""
+    message = wire.decode(wire.encode(frame(0, sequence, 0, sequence / 30)))
+    assert isinstance(message, wire.SkeletonFrame)
+    return camera_frame("camera_0", "canonical", message).positions
 
 
 def test_what_cannot_be_made_ready_is_told_and_begins_anyway(monkeypatch, caplog):

@@ -67,7 +67,7 @@ class FakeStage:
         self.previews = Previews(Links(), self.clock_ns)
         self._calibration = calibration()
 
-    def subscribe(self, callback: Callable[[StepResult], None]) -> Callable[[], None]:
+    def subscribe(self, callback: Callable[[StepResult], None], *, raw: bool = False) -> Callable[[], None]:
         self.callbacks.append(callback)
         return lambda: self.callbacks.remove(callback)
 

@@ -148,15 +148,20 @@ class Drawing:
             return wanted.replay if wanted.replay_is_new else None
         if wanted.live is None or not visible:
             return None
-        self._trail.append(wanted.live.positions_m)
-        return DrawnStep(wanted.live, None, np.array(self._trail), around.calibration)
+        if _has_body(wanted.live):
+            self._trail.append(wanted.live.positions_m)
+        trail = np.array(self._trail).reshape(-1, *wanted.live.positions_m.shape)
+        return DrawnStep(wanted.live, None, trail, around.calibration)
 
     def _draw_stage(self, wanted: Wanted, around: Surroundings) -> None:
         replay = wanted.replay
+        shown = wanted.live if replay is None else replay.result
+        if shown is None and self._last is not None:
+            shown = self._last.result
         self.scene.use_cameras(_cameras(around, replay))
         self.scene.use_calibration(around.calibration if replay is None else replay.calibration)
         self.scene.show_pictures(around.pictures if replay is None else {})
-        raw_only = replay is not None and not _has_body(replay.result)
+        raw_only = shown is not None and not _has_body(shown)
         for layer, on in wanted.layers.items():
             self.scene.show_layer(layer, on or (raw_only and layer == "raw"))
 

@@ -33,7 +33,7 @@ export default {
   "stage.controls": ["Controls", "Commandes"],
   "stage.layers": ["Show", "Afficher"],
   "notice.no_camera": ["No camera is connected", "Aucune caméra n'est connectée"],
-  "notice.preparing": ["Preparing the solver: poses come in a moment", "Préparation du calcul : les poses arrivent dans un instant"],
+  "notice.preparing": ["Preparing the solver: you see what the cameras see; the body follows in some seconds", "Préparation du calcul : voici ce que voient les caméras ; le corps arrive dans quelques secondes"],
   "notice.waiting": ["Waiting for a performer", "En attente d'un interprète"],
   "notice.nobody": ["No performer in view", "Aucun interprète dans le champ"],
   "notice.not_followed": ["The pose is not where the cameras see somebody", "La pose n'est pas là où les caméras voient quelqu'un"],

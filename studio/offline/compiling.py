@@ -1,0 +1,57 @@
+"""Compiles ahead, once after installation, what the first takes call. The result is kept on disk."""
+
+import tempfile
+from collections.abc import Callable
+from pathlib import Path
+
+from studio.engine.animation.export import export
+from studio.engine.animation.motion.authored import stage_motion
+from studio.engine.model.calibration import Calibration, CameraCalibration
+from studio.engine.model.depth import DepthFrame
+from studio.engine.model.settings import preset
+from studio.engine.seeing.tracker.skeletons import from_points, per_camera
+from studio.offline.warming import SECONDS, prepare, solve_stage
+from studio.simulator.body.performers import DEFAULT
+from studio.simulator.demo import make_stage
+from studio.simulator.performer.motion import perform
+from studio.simulator.rig import standard_rig
+from studio.simulator.sensor.sensors import find_sensor
+from studio.simulator.sensor.stage import DepthStage
+
+_IMAGES = 12
+_HZ = 30.0
+
+
+def compile_ahead(progress: Callable[[float], None] | None = None) -> None:
+    """Run the live solve, finishing, tracking in depth and an export on a moment of the embedded performer.
+
+    What they compile is kept beside the source or in the user's cache folder, where a later process finds it.
+
+    Args:
+        progress: receives the share done.
+    """
+    steps = (prepare, _finish_and_export, _see_depth)
+    for done, step in enumerate(steps):
+        step()
+        if progress is not None:
+            progress((done + 1) / len(steps))
+
+
+def _finish_and_export() -> None:
+    poses = solve_stage(make_stage(SECONDS), preset("finish"))
+    with tempfile.TemporaryDirectory() as folder:
+        export(poses, Path(folder) / "moment.fbx", "fbx", key_error_cm=0.1)
+
+
+def _see_depth() -> None:
+    """Follow the performer in simulated depth images, one camera for itself and in the points of all."""
+    sensor, rig = find_sensor("azure-kinect"), standard_rig(1)
+    camera = DepthStage.of(sensor, rig, perform(stage_motion(), DEFAULT), DEFAULT).camera(0)
+    name, T_stage_camera = rig[0].name, rig[0].T_stage_camera
+    frames = [DepthFrame(name, k, round(k * 1e9 / _HZ), camera.image(k / _HZ)) for k in range(_IMAGES)]
+    cameras = {name: sensor.camera}
+    calibration = Calibration(name, {name: CameraCalibration(T_stage_camera)}, None)
+    for _ in per_camera(frames, cameras):
+        pass
+    for _ in from_points(frames, cameras, calibration):
+        pass
