@@ -31,6 +31,7 @@ from studio.engine.base.errors import (
     StudioError,
     TakeError,
 )
+from studio.engine.base.sentences import codes_of
 from studio.review.blind.desk import NoSuchTest, TooMany, VotingClosed
 from studio.review.share.store import NoSuchShare
 
@@ -42,10 +43,14 @@ class NotFoundError(StudioError):
 
 
 class ErrorDetail(BaseModel):
-    """A failure: `code` for programs, `message` for people."""
+    """A failure: `code` and `said` for programs, `message` for people.
+
+    `said` has the message as a sentence with a code of its own, and with the values that it was made of.
+    """
 
     code: str
     message: str
+    said: list[dict[str, Any]] = []
 
 
 class ErrorBody(BaseModel):
@@ -82,12 +87,16 @@ RESPONSES: dict[int | str, dict[str, Any]] = {
 
 def error_response(status: int, code: str, message: str) -> JSONResponse:
     """Return an answer in the one error shape."""
-    return JSONResponse({"error": {"code": code, "message": message}}, status)
+    error: dict[str, Any] = {"code": code, "message": message}
+    if said := codes_of([message]):
+        error["said"] = said
+    return JSONResponse({"error": error}, status)
 
 
 async def _studio_error(_: Request, error: Exception) -> JSONResponse:
+    assert isinstance(error, StudioError)
     status, code = next((s, c) for kind, s, c in KINDS if isinstance(error, kind))
-    return error_response(status, code, str(error))
+    return error_response(status, code, error.sentence)
 
 
 async def _invalid(_: Request, error: Exception) -> JSONResponse:

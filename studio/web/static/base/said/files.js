@@ -1,7 +1,7 @@
 export default {
-  "no reference '{name}' of take {take} was removed": "aucune référence « {name} » de la prise {take} n'a été retirée",
-  "'{name}' is none of the files beside the takes; choose one that is offered": "« {name} » n'est pas un fichier à côté des prises ; choisissez-en un proposé",
-  "cannot move reference '{name}' of {take}: {error}": "impossible de déplacer la référence « {name} » de {take} : {error}",
+  "reference.not_removed": "aucune référence « {name} » de la prise {take} n'a été retirée",
+  "reference.not_offered": "« {name} » n'est pas un fichier à côté des prises ; choisissez-en un proposé",
+  "reference.not_moved": "impossible de déplacer la référence « {name} » de {take} : {error}",
   "reference '{name}' has {n} characters; allowed: {most} at most": "le nom de référence « {name} » a {n} caractères ; {most} au plus sont permis",
   "{path}: a reference is one of {kinds}; this one ends in {kind}": "{path} : une référence finit par {kinds} ; celle-ci finit par {kind}",
   "no reference at {path}; give a CSV with time_s,<joint>_x,<joint>_y,<joint>_z,...": "pas de référence à {path} ; donnez un CSV avec time_s,<articulation>_x,_y,_z,...",
