@@ -31,7 +31,7 @@ from studio.engine.base.errors import (
     StudioError,
     TakeError,
 )
-from studio.engine.base.sentences import codes_of
+from studio.engine.base.sentences import codes_of, say
 from studio.review.blind.desk import NoSuchTest, TooMany, VotingClosed
 from studio.review.share.store import NoSuchShare
 
@@ -114,7 +114,11 @@ async def _http(request: Request, error: Exception) -> JSONResponse:
 
 async def _internal(request: Request, error: Exception) -> JSONResponse:
     _log.error("%s %s failed", request.method, request.url.path, exc_info=error)
-    return error_response(500, "internal", f"the server failed: {error!r}; the server's log has the details")
+    return error_response(
+        500,
+        "internal",
+        say("server.failed", "the server failed: {error!r}; the server's log has the details", error=error),
+    )
 
 
 def add_error_handlers(app: FastAPI) -> None:

@@ -15,6 +15,7 @@ from msgspec import Struct
 
 from studio.api.cameras.demo import CalibratesOnce
 from studio.engine.base.errors import StudioError
+from studio.engine.base.sentences import say
 from studio.engine.model.calibration import Calibration
 from studio.live import LiveStage
 
@@ -91,7 +92,11 @@ class LocalCameras:
             taken = sorted(connected & sources.keys() - self._clients.keys())
             if taken:
                 raise StudioError(
-                    f"a camera {taken[0]!r} is connected already; stop that one first: names are used once"
+                    say(
+                        "camera.name_in_use",
+                        "a camera {name!r} is connected already; stop that one first: names are used once",
+                        name=taken[0],
+                    )
                 )
             self._end_clients()
             self._stage.borrow_calibration(calibration)

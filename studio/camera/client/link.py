@@ -43,11 +43,11 @@ log = logging.getLogger(__name__)
 
 
 class RefusedError(StudioError):
-    """The server refuses this camera; the message is the server's reason, `code` is for programs."""
+    """The server refuses this camera; the message is the server's reason, `refusal` is for programs."""
 
     def __init__(self, message: str, code: str) -> None:
         super().__init__(message)
-        self.code = code
+        self.refusal = code
 
 
 def link_url(server: str) -> str:
@@ -181,7 +181,7 @@ class Link:
                     await self._session(socket)
                 return
             except RefusedError as error:
-                taken = error.code == "name_taken" and time.monotonic() < refused_until
+                taken = error.refusal == "name_taken" and time.monotonic() < refused_until
                 if self.connections == 0 and not taken:
                     raise
                 reason = str(error)  # the server has not yet noticed the end of the last link

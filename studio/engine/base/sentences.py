@@ -8,7 +8,7 @@ import errno
 import math
 from collections.abc import Iterable, Mapping
 from string import Formatter
-from typing import Any, TypeAlias
+from typing import Any, SupportsIndex, TypeAlias
 
 Value: TypeAlias = "str | int | float | Said | list[Value]"
 """What a sentence is made of; a list stands joined in it."""
@@ -38,6 +38,11 @@ class Said(str):
     def __str__(self) -> str:
         """The bare text."""
         return str.__str__(self)
+
+    def replace(self, old: str, new: str, /, count: SupportsIndex = -1) -> "Said":
+        """Return the sentence with a part of its text and of its values replaced, such as a path by a name."""
+        values = {name: _replaced(value, old, new, count) for name, value in self.values.items()}
+        return Said(str.replace(self, old, new, count), self.code, values)
 
     def to_json(self) -> dict[str, Any]:
         """Return `text`, `code` and `values` as JSON; sentences among the values in the same form."""
@@ -73,10 +78,15 @@ def say(code: str, english: str, /, **values: object) -> Said:
     return Said("".join(texts), code, kept)
 
 
+def about(name: str, text: str) -> Said:
+    """Return what is said of something: `name: text`."""
+    return say("text.about", "{name}: {text}", name=name, text=text)
+
+
 def system_says(error: OSError) -> Said:
     """Return why the system refused, as its own words; the code is that of the error, such as `os.enospc`."""
     name = errno.errorcode.get(error.errno or 0, "unknown")
-    return Said(str(error.strerror), f"os.{name.lower()}")
+    return Said(error.strerror or str(error), f"os.{name.lower()}")
 
 
 def codes_of(texts: Iterable[str]) -> list[dict[str, Any]]:
@@ -121,6 +131,12 @@ def _number(value: int | str) -> Value:
     except ValueError:
         number = float(value)
         return number if math.isfinite(number) else str(value)
+
+
+def _replaced(value: Value, old: str, new: str, count: SupportsIndex) -> Value:
+    if isinstance(value, list):
+        return [_replaced(part, old, new, count) for part in value]
+    return value.replace(old, new, count) if isinstance(value, str) else value
 
 
 def _value_to_json(value: Value) -> Any:

@@ -44,47 +44,8 @@ function worded(value, format) {
 const translated = ({ text, code, values }) =>
   FRENCH[code]?.replace(/\{(\w+)(?::([^}]*))?\}/g, (all, name, format) => worded(values[name], format)) ?? text;
 
-const known = new Map();
-let patterns = null;
-
-/** The sentences as expressions, those with the most words of their own first. */
-function allPatterns() {
-  const sentences = Object.entries(FRENCH).filter(([key]) => !/^\w+\.\w+$/.test(key));
-  return sentences.map(([english, french]) => {
-    const names = [...english.matchAll(/\{(\w+)\}/g)].map(([, name]) => name);
-    const parts = english.split(/\{\w+\}/);
-    const source = parts.map((part) => part.replace(/[.*+?^${}()|[\]\\]/g, "\\$&")).join("(.+?)");
-    return { expression: new RegExp(`^${source}$`, "s"), names, french, own: parts.join("").length };
-  }).sort((a, b) => b.own - a.own);
-}
-
-function valueOf(text) {
-  return /^[+-]?\d+\.\d+$/.test(text) ? number(Number(text), text.split(".")[1].length) : matched(text);
-}
-
-function matched(text) {
-  for (const { expression, names, french } of patterns) {
-    const match = expression.exec(text);
-    if (!match) continue;
-    const values = Object.fromEntries(names.map((name, i) => [name, match[i + 1]]));
-    return french.replace(/\{(\w+)\}/g, (all, name) => valueOf(values[name]));
-  }
-  const parts = text.split("; ");
-  if (parts.length > 1) return joined(text, parts, parts.map(matched), " ; ");
-  const at = text.indexOf(": ");
-  if (at < 0) return text;
-  const rest = text.slice(at + 2);
-  return joined(text, [rest], [matched(rest)], "", `${text.slice(0, at)} : `);
-}
-
-const joined = (text, before, after, between, head = "") => (after.some((part, i) => part !== before[i]) ? head + after.join(between) : text);
-
 /** Return in the language of the page what the server says. */
 export function said(text) {
-  if (language === "en" || !text) return text;
-  if (sentences.has(text) && sentences.get(text).code in FRENCH) return unbroken(translated(sentences.get(text)));
-  patterns ??= allPatterns();
-  if (known.size > 300) known.clear();
-  if (!known.has(text)) known.set(text, unbroken(matched(text)));
-  return known.get(text);
+  const sentence = language === "en" ? undefined : sentences.get(text);
+  return sentence ? unbroken(translated(sentence)) : text;
 }
