@@ -108,7 +108,7 @@ async def _invalid(_: Request, error: Exception) -> JSONResponse:
 async def _http(request: Request, error: Exception) -> JSONResponse:
     assert isinstance(error, HTTPException)
     codes = {404: "not_found", 405: "method_not_allowed", 413: "too_large"}
-    message = {404: f"there is nothing at {request.url.path}"}.get(error.status_code, str(error.detail))
+    message = {404: f"there is nothing at {request.url.path}"}.get(error.status_code, error.detail)
     return error_response(error.status_code, codes.get(error.status_code, "http"), message)
 
 

@@ -7,7 +7,7 @@ from typing import Literal, NamedTuple
 import numpy as np
 
 from studio.engine.base.errors import StudioError
-from studio.engine.base.sentences import say
+from studio.engine.base.sentences import Said, say
 from studio.engine.model.frames import CameraFrame, ClockModel
 from studio.engine.solve.timing.clock import ClockEstimator
 from studio.live.states import CameraStatus, ClockStatus
@@ -180,7 +180,7 @@ class LiveCamera:
             kept_by_client=None if client is None else client.frames_kept,
             not_kept_by_client=None if client is None else client.frames_not_kept,
             unknown_by_client=None if client is None else client.frames_unknown,
-            message="" if client is None else client.message,
+            message="" if client is None else client_says(client),
         )
 
     def slow(self, now_ns: int) -> bool:
@@ -259,7 +259,7 @@ class LiveCamera:
                 ),
             )
         if self.client is not None and self.client.message:
-            return "trouble", "", self.client.message
+            return "trouble", "", client_says(self.client)
         if self.slow(now_ns):
             return (
                 "live",
@@ -295,3 +295,9 @@ def _loss(sequences: list[int]) -> float | None:
         return None
     expected = max(sequences) - min(sequences) + 1
     return max(0.0, 1.0 - len(set(sequences)) / expected)
+
+
+def client_says(client: Status) -> str:
+    """Return a client's message to the operator, with its code if it has one."""
+    text, code = client.message, client.message_code
+    return Said(text, code, dict(client.message_values)) if text and code else text

@@ -261,5 +261,5 @@ def _json(hello: wire.Hello) -> str:
 
 
 def _plain(value: Any) -> Any:
-    """Return a number of NumPy as Python's."""
-    return value.item()
+    """Return a number of NumPy as Python's, a sentence as its text."""
+    return str(value) if isinstance(value, str) else value.item()
