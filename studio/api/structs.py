@@ -48,6 +48,20 @@ def encode(value: Any) -> bytes:
     return data[:-1] + b',"said":' + said + b"}" if data.endswith(b"}") else data
 
 
+class Sentence(msgspec.Struct):
+    """An English text of an answer as a program can read it, in the list `said`.
+
+    Attributes:
+        text: the text as it stands in the answer.
+        code: which sentence it is.
+        values: what it was made of: texts, numbers, sentences, or lists of these.
+    """
+
+    text: str
+    code: str
+    values: dict[str, Any]
+
+
 class StructRoute(APIRoute):
     """A route whose function may return a struct, or a list or object of structs or plain values.
 
