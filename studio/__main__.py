@@ -5,12 +5,17 @@ Exit codes: 0 done, 1 failed (one line on standard error), 2 wrong use (an unkno
 
 import argparse
 import importlib
+import json
 import os
 import sys
 from importlib import metadata
 
 from studio.commands.common import spread_settings
 from studio.engine.base.errors import SettingsError, StudioError
+from studio.engine.base.sentences import Said
+
+ERRORS = "STUDIO_ERRORS"
+"""Environment variable; `json` makes an error that has a code a line of JSON, for the server's own clients."""
 
 COMMANDS = (
     "serve",
@@ -86,8 +91,11 @@ def main(argv: list[str] | None = None) -> int:
 
 
 def _fail(command: str, error: Exception, code: int) -> int:
-    """Write the error on one line of standard error."""
+    """Write the error on one line of standard error, where `STUDIO_ERRORS` is `json` with its code."""
     text = " ".join(str(error).split()) or type(error).__name__
+    said = error.sentence if isinstance(error, StudioError) else text
+    if isinstance(said, Said) and os.environ.get(ERRORS) == "json":
+        text = json.dumps(said.to_json())
     print(f"studio {command}: {text}", file=sys.stderr)
     return code
 

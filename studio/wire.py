@@ -163,6 +163,7 @@ class Preview(msgspec.Struct, tag="preview", forbid_unknown_fields=True):
 class Status(msgspec.Struct, tag="status", forbid_unknown_fields=True):
     """Health of the client, about once a second.
 
+    `message_code`, `message_values`: which message it is and what it was made of, if it has a code.
     `processor_percent`, `sending_percent`: load of its tracker or process, and share of time in which messages waited
     for the network, over the last three seconds.
     """
@@ -175,6 +176,8 @@ class Status(msgspec.Struct, tag="status", forbid_unknown_fields=True):
     frames_unknown: int = 0
     processor_percent: Percent = 0
     sending_percent: Percent = 0
+    message_code: Id = ""
+    message_values: Annotated[dict[Id, Text | int | float], Meta(max_length=8)] = {}
 
 
 class Recording(msgspec.Struct, tag="recording", forbid_unknown_fields=True):

@@ -28,7 +28,7 @@ from studio.api.stage.outputs import outputs_router
 from studio.api.stage.performers import performers_router
 from studio.api.stage.presets import presets_router
 from studio.api.stage.stage import stage_router
-from studio.api.structs import StructApi
+from studio.api.structs import Sentence, StructApi
 from studio.api.takes.changes import Changes
 from studio.api.takes.compare import compare_router
 from studio.api.takes.exports import exports_router
@@ -51,7 +51,8 @@ _DESCRIPTION = """
 Operate the studio: cameras, recording, settings, calibration, takes. The page does all it does through these
 routes. Failures have one shape, `{"error": {"code", "message"}}`. Three WebSockets are not listed below:
 `/api/v1/link` for camera clients (docs/protocol.md), `/api/v1/events`, which sends the schema `StatusEvent`, and
-`/api/v1/stream`, which sends the solved character (docs/streaming.md).
+`/api/v1/stream`, which sends the solved character (docs/streaming.md). An object with texts for people has
+their codes in `said`, a list of the schema `Sentence` (docs/api.md).
 """
 
 
@@ -81,7 +82,7 @@ def create_app(
         redoc_url=None,
         openapi_url="/api/v1/openapi.json",
     )
-    app.events = (StatusEvent,)
+    app.events = (StatusEvent, Sentence)
     jobs = Jobs()
     access = access or Access(sessions, required=False, now_s=time.monotonic)
     add_error_handlers(app)

@@ -31,6 +31,7 @@ from studio.engine.base.errors import (
     StudioError,
     TakeError,
 )
+from studio.engine.base.sentences import codes_of, say
 from studio.review.blind.desk import NoSuchTest, TooMany, VotingClosed
 from studio.review.share.store import NoSuchShare
 
@@ -42,10 +43,14 @@ class NotFoundError(StudioError):
 
 
 class ErrorDetail(BaseModel):
-    """A failure: `code` for programs, `message` for people."""
+    """A failure: `code` and `said` for programs, `message` for people.
+
+    `said` has the message as a sentence with a code of its own, and with the values that it was made of.
+    """
 
     code: str
     message: str
+    said: list[dict[str, Any]] = []
 
 
 class ErrorBody(BaseModel):
@@ -82,12 +87,16 @@ RESPONSES: dict[int | str, dict[str, Any]] = {
 
 def error_response(status: int, code: str, message: str) -> JSONResponse:
     """Return an answer in the one error shape."""
-    return JSONResponse({"error": {"code": code, "message": message}}, status)
+    error: dict[str, Any] = {"code": code, "message": message}
+    if said := codes_of([message]):
+        error["said"] = said
+    return JSONResponse({"error": error}, status)
 
 
 async def _studio_error(_: Request, error: Exception) -> JSONResponse:
+    assert isinstance(error, StudioError)
     status, code = next((s, c) for kind, s, c in KINDS if isinstance(error, kind))
-    return error_response(status, code, str(error))
+    return error_response(status, code, error.sentence)
 
 
 async def _invalid(_: Request, error: Exception) -> JSONResponse:
@@ -99,13 +108,17 @@ async def _invalid(_: Request, error: Exception) -> JSONResponse:
 async def _http(request: Request, error: Exception) -> JSONResponse:
     assert isinstance(error, HTTPException)
     codes = {404: "not_found", 405: "method_not_allowed", 413: "too_large"}
-    message = {404: f"there is nothing at {request.url.path}"}.get(error.status_code, str(error.detail))
+    message = {404: f"there is nothing at {request.url.path}"}.get(error.status_code, error.detail)
     return error_response(error.status_code, codes.get(error.status_code, "http"), message)
 
 
 async def _internal(request: Request, error: Exception) -> JSONResponse:
     _log.error("%s %s failed", request.method, request.url.path, exc_info=error)
-    return error_response(500, "internal", f"the server failed: {error!r}; the server's log has the details")
+    return error_response(
+        500,
+        "internal",
+        say("server.failed", "the server failed: {error!r}; the server's log has the details", error=error),
+    )
 
 
 def add_error_handlers(app: FastAPI) -> None:

@@ -13,6 +13,7 @@ from msgspec import Struct
 
 from studio.api.errors import NotFoundError
 from studio.engine.base.errors import StudioError, TakeError
+from studio.engine.base.sentences import say
 from studio.worker import Stopped, run_in_process
 
 _log = logging.getLogger(__name__)
@@ -196,7 +197,12 @@ class Jobs:
                 job.state = CANCELLING
             elif job.state == "running" and not job.can_cancel:
                 raise TakeError(
-                    f"{job.kind} {job.name} is at its last step and cannot be cancelled; wait for it"
+                    say(
+                        "job.last_step",
+                        "{kind} {name} is at its last step and cannot be cancelled; wait for it",
+                        kind=job.kind,
+                        name=job.name,
+                    )
                 )
             elif job.state == "running":
                 job.state = CANCELLING
@@ -257,10 +263,13 @@ class Jobs:
         except Stopped:
             state = CANCELLED
         except StudioError as error:
-            state, message = "failed", str(error)
+            state, message = "failed", error.sentence
         except Exception as error:  # boundary of the thread
             _log.exception("job %s failed", job.id)
-            state, message = "failed", f"{error!r}; the server's log has the details"
+            state, message = (
+                "failed",
+                say("server.details", "{error!r}; the server's log has the details", error=error),
+            )
         self._clear_up(job)
         with self._lock:
             if job.state != REPLACED:
@@ -276,7 +285,9 @@ class Jobs:
     def _find(self, job_id: str) -> Job:
         job = self._jobs.get(job_id)
         if job is None:
-            raise NotFoundError(f"there is no job {job_id!r}; GET /api/v1/jobs lists them")
+            raise NotFoundError(
+                say("job.none", "there is no job {id!r}; GET /api/v1/jobs lists them", id=job_id)
+            )
         return job
 
     def get(self, job_id: str) -> JobStatus:

@@ -10,12 +10,13 @@ from starlette.datastructures import Headers, MutableHeaders
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from studio.api.errors import error_response
+from studio.engine.base.sentences import say
 
 MAX_BODY_BYTES = 4 << 20
 """Largest body; a blind test of a hundred pairs with all its texts has 0.1 MB."""
 
 _TAKES_FILES = re.compile(r"/api/v1/(rigs/[^/]+|imports/[^/]+|takes/[^/]+/[^/]+/(file|references/[^/]+))")
-_TOO_LARGE = f"a request may have {MAX_BODY_BYTES >> 20} MB at most"
+_TOO_LARGE = say("request.too_large", "a request may have {mb} MB at most", mb=MAX_BODY_BYTES >> 20)
 
 
 class BodyGuard:

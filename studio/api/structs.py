@@ -1,6 +1,7 @@
 """Structs as answers: routes return them, msgspec encodes them, and the API's description has their schemas."""
 
 import inspect
+import threading
 from collections.abc import Callable, Iterator
 from functools import wraps
 from typing import Any, get_args
@@ -10,28 +11,67 @@ from fastapi import FastAPI
 from fastapi.responses import Response
 from fastapi.routing import APIRoute
 
+from studio.engine.base.sentences import Said
+
+_OBJECTS = (dict[str, Any], list[dict[str, Any]])
 _REFERENCE = "#/components/schemas/{name}"
 
 
+_told = threading.local()
+"""`sentences`: those met by the encoding under way on this thread, by their texts."""
+
+
 def _plain(value: Any) -> Any:
-    """Return a JSON value for a text with a code or a number of NumPy."""
+    """Return a JSON value for a sentence or a number of NumPy."""
+    if isinstance(value, Said):
+        _told.sentences[str(value)] = value
+        return str(value)
     return str(value) if isinstance(value, str) else value.item()
 
 
-encode = msgspec.json.Encoder(enc_hook=_plain).encode
-"""Return structs, also nested ones, as JSON in UTF-8."""
+_encoder = msgspec.json.Encoder(enc_hook=_plain)
+
+
+def encode(value: Any) -> bytes:
+    """Return structs, dicts and lists, also nested ones, as JSON in UTF-8.
+
+    An object with sentences that have a code gets one more field, `said`: these sentences, each with its `text`,
+    `code` and `values`. Of a list, each object that has such sentences gets it.
+    """
+    _told.sentences = sentences = {}
+    data = _encoder.encode(value)
+    if not sentences:
+        return data
+    if isinstance(value, list | tuple):
+        return b"[" + b",".join(encode(one) for one in value) + b"]"
+    said = _encoder.encode([one.to_json() for one in sentences.values()])
+    return data[:-1] + b',"said":' + said + b"}" if data.endswith(b"}") else data
+
+
+class Sentence(msgspec.Struct):
+    """An English text of an answer as a program can read it, in the list `said`.
+
+    Attributes:
+        text: the text as it stands in the answer.
+        code: which sentence it is.
+        values: what it was made of: texts, numbers, sentences, or lists of these.
+    """
+
+    text: str
+    code: str
+    values: dict[str, Any]
 
 
 class StructRoute(APIRoute):
-    """A route whose function may return a struct, or a list or object of structs.
+    """A route whose function may return a struct, or a list or object of structs or plain values.
 
     Attributes:
-        answers: its return type, if that is of structs; else None.
+        answers: its return type, if that is of structs or plain objects; else None.
     """
 
     def __init__(self, path: str, endpoint: Callable[..., Any], **options: Any) -> None:
         returned = inspect.signature(endpoint).return_annotation
-        self.answers = returned if any(_structs(returned)) else None
+        self.answers = returned if any(_structs(returned)) or returned in _OBJECTS else None
         if self.answers is not None:
             status = options.get("status_code") or 200
             (schema,), _ = msgspec.json.schema_components((returned,), ref_template=_REFERENCE)

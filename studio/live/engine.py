@@ -15,6 +15,7 @@ from pathlib import Path
 from typing import Any
 
 from studio.engine.base.errors import CalibrationError, SettingsError, StudioError, TakeError
+from studio.engine.base.sentences import say
 from studio.engine.calibration.quality.watch import CameraWatch
 from studio.engine.model.calibration import Calibration, Performer
 from studio.engine.model.frames import StepResult
@@ -130,7 +131,7 @@ class Engine(RecordedTakes):
             StudioError: the thread has ended.
         """
         if not self._thread.is_alive():
-            raise StudioError("the live stage has ended; start the studio again")
+            raise StudioError(say("stage.ended", "the live stage has ended; start the studio again"))
         future: Future[Any] = Future()
         self.put(Call(function, future))
         return future.result()
@@ -161,7 +162,9 @@ class Engine(RecordedTakes):
                 self._housekeeping()
             except Exception as error:  # boundary of the thread: the stage continues with a fresh pipeline
                 _log.exception("the live pipeline failed and starts afresh")
-                self.problem = f"the pipeline failed and was started afresh: {error!r}"
+                self.problem = say(
+                    "stage.restarted", "the pipeline failed and was started afresh: {error!r}", error=error
+                )
                 self.figures.failures += 1
                 self._restart()
 
@@ -219,7 +222,12 @@ class Engine(RecordedTakes):
             TakeError: a take is being recorded.
         """
         if self.recording is not None:
-            raise TakeError("a take is being recorded; stop it, then choose another reference camera")
+            raise TakeError(
+                say(
+                    "recording.reference_fixed",
+                    "a take is being recorded; stop it, then choose another reference camera",
+                )
+            )
         if self.roster.choose(name):
             self._restart()
 
@@ -338,7 +346,12 @@ class Engine(RecordedTakes):
             CalibrationError: no camera is connected, or one is under way.
         """
         if not self.roster.connected():
-            raise CalibrationError("no camera is connected; connect the cameras, then calibrate")
+            raise CalibrationError(
+                say(
+                    "calibration.no_camera_to_calibrate",
+                    "no camera is connected; connect the cameras, then calibrate",
+                )
+            )
         serials = {camera.name: camera.hello.serial for camera in self.roster.connected()}
         self.calibrator.start(seconds, self._clock_ns(), serials, height_m)
 
@@ -349,7 +362,12 @@ class Engine(RecordedTakes):
             CalibrationError: the stage is not calibrated, or one is under way.
         """
         if self.stage_calibration is None or not self.covered():
-            raise CalibrationError("no camera is calibrated; calibrate the stage, then measure a performer")
+            raise CalibrationError(
+                say(
+                    "calibration.no_camera_calibrated",
+                    "no camera is calibrated; calibrate the stage, then measure a performer",
+                )
+            )
         self.tpose.start(name, countdown_s, self._clock_ns())
 
     def _measured_performer(self, performer: Performer | None, problem: str) -> None:
@@ -367,7 +385,12 @@ class Engine(RecordedTakes):
             StudioError: the disk refuses.
         """
         if self.stage_calibration is None:
-            raise CalibrationError("the stage is not calibrated; calibrate it, then choose a performer")
+            raise CalibrationError(
+                say(
+                    "calibration.stage_not_calibrated",
+                    "the stage is not calibrated; calibrate it, then choose a performer",
+                )
+            )
         calibration = replace(self.stage_calibration, performer=performer)
         kept = self.kept
         if kept is not None and kept.number != BORROWED:

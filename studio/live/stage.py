@@ -10,6 +10,7 @@ from pathlib import Path
 from msgspec import structs
 
 from studio.engine.base.errors import FormatError, SettingsError, StudioError, TakeError
+from studio.engine.base.sentences import say, system_says
 from studio.engine.model.calibration import Calibration
 from studio.engine.model.frames import StepResult
 from studio.engine.model.settings import SolveSettings, preset
@@ -70,7 +71,14 @@ class LiveStage:
         try:
             sessions.mkdir(parents=True, exist_ok=True)
         except OSError as error:
-            raise TakeError(f"cannot make folder {sessions}: {error.strerror}; choose another") from error
+            raise TakeError(
+                say(
+                    "file.no_folder",
+                    "cannot make folder {path}: {error}; choose another",
+                    path=sessions,
+                    error=system_says(error),
+                )
+            ) from error
         self.sessions = sessions
         self._marker = read_marker(sessions)
         offset_ns = 0 if self._marker is None else self._marker.clock_offset_ns(clock_ns)
@@ -204,7 +212,9 @@ class LiveStage:
         if recording is None:
             return
         if link.hello.intrinsics is None:
-            raise FormatError("a camera that sends depth must tell its intrinsics in hello")
+            raise FormatError(
+                say("camera.no_intrinsics", "a camera that sends depth must tell its intrinsics in hello")
+            )
         depth_array(image, link.hello.intrinsics)
         recording.recorder.depth(link.hello, image, data, arrival_ns)
 
@@ -258,8 +268,13 @@ class LiveStage:
         """
         if not 1.0 <= seconds <= MAX_CALIBRATION_S:
             raise SettingsError(
-                f"seconds={seconds:g} is not allowed; allowed: 1 to {MAX_CALIBRATION_S:g}, "
-                f"such as {CALIBRATION_S:g}"
+                say(
+                    "settings.seconds",
+                    "seconds={seconds:g} is not allowed; allowed: 1 to {most:g}, such as {usual:g}",
+                    seconds=seconds,
+                    most=MAX_CALIBRATION_S,
+                    usual=CALIBRATION_S,
+                )
             )
         height_m = load_profile(self.sessions, performer).performer.height_m if performer else None
         self._engine.call(lambda: self._engine.start_calibration(seconds, height_m))
@@ -287,7 +302,12 @@ class LiveStage:
         """
         if not 0.0 <= countdown_s <= MAX_COUNTDOWN_S:
             raise SettingsError(
-                f"countdown_s={countdown_s:g} is not allowed; allowed: 0 to {MAX_COUNTDOWN_S:g}"
+                say(
+                    "settings.countdown",
+                    "countdown_s={seconds:g} is not allowed; allowed: 0 to {most:g}",
+                    seconds=countdown_s,
+                    most=MAX_COUNTDOWN_S,
+                )
             )
         if name:
             check_name("performer", name)
@@ -324,10 +344,20 @@ class LiveStage:
         session = session if session is not None else session_of_today()
         with self._recording_lock:
             if self._engine.recording is not None:
-                raise TakeError(f"take {self.recording_name()} is being recorded already; stop it first")
+                raise TakeError(
+                    say(
+                        "recording.take_under_way",
+                        "take {name} is being recorded already; stop it first",
+                        name=self.recording_name(),
+                    )
+                )
             if session in RESERVED_SESSIONS:
                 raise TakeError(
-                    f"session name {session!r} is not allowed: the stage keeps files of its own there"
+                    say(
+                        "recording.session_reserved",
+                        "session name {name!r} is not allowed: the stage keeps files of its own there",
+                        name=session,
+                    )
                 )
             path = (
                 new_take_path(self.sessions, session)
@@ -369,7 +399,9 @@ class LiveStage:
         with self._recording_lock:
             recording = self._engine.recording
             if recording is None:
-                raise TakeError("nothing is being recorded; start a recording first")
+                raise TakeError(
+                    say("recording.nothing", "nothing is being recorded; start a recording first")
+                )
             recording.stopping = True
             try:
                 write_marker(self.sessions, marker_of(recording, self.clock_ns(), state=STOPPING))
@@ -394,7 +426,9 @@ class LiveStage:
         try:
             self.stop_recording()
         except StudioError as error:
-            self._engine.ended_problem = f"{recording.recorder.problem}; {error}"
+            self._engine.ended_problem = say(
+                "text.both", "{one}; {other}", one=recording.recorder.problem, other=error
+            )
             _log.error("the recording ended: %s", error)
 
     def _tell_active(self, recording: LiveRecording, links: list[CameraLink]) -> None:

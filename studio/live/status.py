@@ -3,6 +3,7 @@
 import shutil
 from datetime import datetime
 
+from studio.engine.base.sentences import about, say
 from studio.engine.model.settings import PRESETS
 from studio.engine.whole_take.residuals import not_followed_mm
 from studio.live import warmup
@@ -32,7 +33,7 @@ def stage_status(engine: Engine, now_ns: int) -> StageStatus:
     }
     for name, words in shared_usb(engine.roster.connected(), now_ns).items():
         if cameras[name].state == "live":
-            cameras[name].limited_by, cameras[name].reason = "usb", f"{cameras[name].reason}: {words}"
+            cameras[name].limited_by, cameras[name].reason = "usb", about(cameras[name].reason, words)
     for name, camera in cameras.items():
         camera.previews = engine.previews.count(name)
         camera.shift_mm = round(shifts[name] * 1e3, 1) if name in shifts else None
@@ -87,12 +88,21 @@ def _notice(recording: LiveRecording, missing: dict[str, int]) -> str:
     gap_ms = sum(restart.gap_ms for restart in recording.restarts)
     brought, waits = _counts(recording.recorder.owed.brought()), _counts(missing)
     if missing:
-        state = f"frames still missing: {waits}"
+        state = say("recording.still_missing", "frames still missing: {waits}", waits=waits)
     else:
         state = (
-            f"filled by the cameras, frames: {brought}" if brought else "no camera has brought frames of it"
+            say("recording.brought", "filled by the cameras, frames: {brought}", brought=brought)
+            if brought
+            else say("recording.none_brought", "no camera has brought frames of it")
         )
-    return f"The server was started again within take {recording.name} at {times}; gap {gap_ms} ms, {state}"
+    return say(
+        "recording.restarted",
+        "The server was started again within take {take} at {times}; gap {ms} ms, {state}",
+        take=recording.name,
+        times=times,
+        ms=gap_ms,
+        state=state,
+    )
 
 
 def _counts(frames: dict[str, int]) -> str:
@@ -124,16 +134,24 @@ def _calibration(engine: Engine, now_ns: int) -> CalibrationStatus:
     calibration = engine.stage_calibration
     state = "none" if calibration is None else "provisional" if engine.kept is None else "good"
     if not engine.roster.connected():
-        message = "no camera is connected"
+        message = say("calibration.no_camera", "no camera is connected")
     elif state == "good" and engine.covered():
         missing = [
             c.name for c in engine.roster.connected() if calibration and c.name not in calibration.cameras
         ]
-        message = f"not calibrated: {', '.join(missing)}; calibrate the stage" if missing else "calibrated"
+        message = (
+            say("calibration.not_calibrated", "not calibrated: {names}; calibrate the stage", names=missing)
+            if missing
+            else say("calibration.calibrated", "calibrated")
+        )
     elif state == "provisional" and calibration is not None:
-        message = f"not calibrated: only {calibration.reference} is shown, for now; calibrate the stage"
+        message = say(
+            "calibration.provisional",
+            "not calibrated: only {name} is shown, for now; calibrate the stage",
+            name=calibration.reference,
+        )
     else:
-        message = "not calibrated: waiting for a performer in view"
+        message = say("calibration.waiting", "not calibrated: waiting for a performer in view")
     return CalibrationStatus(
         state=state,
         message=message,

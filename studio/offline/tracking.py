@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from studio.engine.base.errors import CalibrationError, SettingsError, TakeError
+from studio.engine.base.sentences import say
 from studio.engine.calibration.calibrate import calibrate
 from studio.engine.calibration.cameras.drift import follow_clocks
 from studio.engine.calibration.performer.depth_floor import seen_floors
@@ -218,9 +219,21 @@ def keep_calibration(take: Take, calibration: Calibration) -> int:
     number = take.add_calibration(calibration, use=not calibration.refused)
     if calibration.refused:
         in_use = take.meta["calibration"]
-        kept = "none is in use" if in_use is None else f"number {in_use} stays in use"
+        none = say("calibration.none_in_use", "none is in use")
+        kept = (
+            none
+            if in_use is None
+            else say("calibration.stays", "number {number} stays in use", number=in_use)
+        )
         raise CalibrationError(
-            f"calibration {number} of {take.path} is refused ({kept}): {'; '.join(calibration.reasons())}"
+            say(
+                "calibration.refused_take",
+                "calibration {number} of {take} is refused ({kept}): {reasons}",
+                number=number,
+                take=take.path,
+                kept=kept,
+                reasons=calibration.reasons(),
+            )
         )
     return number
 

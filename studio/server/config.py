@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from studio.engine.base.errors import SettingsError
+from studio.engine.base.sentences import say
 
 FILE = "studio.toml"
 PREFIX = "STUDIO_"
@@ -78,7 +79,15 @@ def read_token(file: Path | None, name: str) -> str:
 
 def _one_of(name: str, value: str, allowed: tuple[str, ...]) -> None:
     if value not in allowed:
-        raise SettingsError(f"{name}={value!r} is not allowed; allowed: {', '.join(allowed)}")
+        raise SettingsError(
+            say(
+                "settings.value",
+                "{key}={value!r} is not allowed; allowed: {allowed}",
+                key=name,
+                value=value,
+                allowed=[*allowed],
+            )
+        )
 
 
 @dataclass(frozen=True)

@@ -31,7 +31,7 @@ class Outputs:
         try:
             self._targets = {target.id: target for target in load_targets(sessions)}
         except SettingsError as error:
-            self.problem = str(error)
+            self.problem = error.sentence
             _log.warning("%s", error)
         for target in self._targets.values():
             self._start(target)

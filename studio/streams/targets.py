@@ -6,6 +6,7 @@ from pathlib import Path
 
 from studio.engine.base.errors import FormatError, SettingsError
 from studio.engine.base.files import write_json
+from studio.engine.base.sentences import say
 from studio.engine.base.versions import OUTPUTS
 from studio.streams import rokoko, vmc
 
@@ -44,7 +45,15 @@ class Target:
 
     def __post_init__(self) -> None:
         if self.kind not in KINDS:
-            raise SettingsError(f"kind={self.kind!r} is not allowed; allowed: {', '.join(KINDS)}")
+            raise SettingsError(
+                say(
+                    "settings.value",
+                    "{key}={value!r} is not allowed; allowed: {allowed}",
+                    key="kind",
+                    value=self.kind,
+                    allowed=[*KINDS],
+                )
+            )
         if self.port == 0:
             object.__setattr__(self, "port", KINDS[self.kind])
         if not 1 <= self.port <= 65535:
@@ -58,7 +67,15 @@ class Target:
         _within("rate_hz", self.rate_hz, RATES_HZ)
         _within("scale", self.scale, SCALES)
         if not 1 <= len(self.actor) <= 60:
-            raise SettingsError(f"actor has {len(self.actor)} characters; allowed: 1 to 60")
+            raise SettingsError(
+                say(
+                    "blind.text_length",
+                    "{name} has {n} characters; allowed: 1 to {most}",
+                    name="actor",
+                    n=len(self.actor),
+                    most=60,
+                )
+            )
 
 
 def _within(name: str, value: float, limits: tuple[float, float]) -> None:

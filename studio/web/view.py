@@ -13,6 +13,7 @@ import viser
 from numpy.typing import NDArray
 
 from studio.engine.base.errors import SettingsError
+from studio.engine.base.sentences import say
 from studio.engine.model.calibration import Calibration
 from studio.engine.model.frames import StepResult
 from studio.engine.model.joints import OUTPUT_INDEX
@@ -163,7 +164,15 @@ class LiveView:
             SettingsError: no such place.
         """
         if place not in VIEWPOINTS:
-            raise SettingsError(f"camera={place!r} is not allowed; allowed: {', '.join(VIEWPOINTS)}")
+            raise SettingsError(
+                say(
+                    "settings.value",
+                    "{key}={value!r} is not allowed; allowed: {allowed}",
+                    key="camera",
+                    value=place,
+                    allowed=[*VIEWPOINTS],
+                )
+            )
         with self._changed:
             if place == "motion" and self._motion_m is None:
                 raise SettingsError("camera='motion' shows a take that is replayed; open one first")

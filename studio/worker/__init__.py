@@ -19,6 +19,7 @@ from multiprocessing.process import BaseProcess
 from typing import Any
 
 from studio.engine.base.errors import StudioError
+from studio.engine.base.sentences import say
 from studio.worker.process import interrupt, work
 
 _log = logging.getLogger(__name__)
@@ -215,5 +216,19 @@ def run_in_process(
         raise value
     if kind == "crash":
         _log.error("%s failed in its process:\n%s", function, value)
-        raise StudioError(f"{name} failed: {str(value).strip().splitlines()[-1]}; see the server's log")
-    raise StudioError(f"{name} broke off (exit code {worker.process.exitcode}); try again")
+        raise StudioError(
+            say(
+                "work.failed",
+                "{work} failed: {error}; see the server's log",
+                work=name,
+                error=str(value).strip().splitlines()[-1],
+            )
+        )
+    raise StudioError(
+        say(
+            "work.broke_off",
+            "{work} broke off (exit code {code}); try again",
+            work=name,
+            code=worker.process.exitcode,
+        )
+    )

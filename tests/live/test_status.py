@@ -57,7 +57,7 @@ def run(stage: LiveStage, seconds: float, *, cameras: int = 2) -> None:
 
 def told(stage: LiveStage) -> Any:
     stage._engine._refresh()
-    return shape(json.loads(msgspec.json.encode(stage.status())))
+    return shape(json.loads(msgspec.json.encode(stage.status(), enc_hook=str)))
 
 
 def told_in_time(folder: Path) -> dict[str, Any]:

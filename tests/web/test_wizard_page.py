@@ -7,6 +7,8 @@ from pathlib import Path
 import pytest
 from playwright.sync_api import Page, WebSocketRoute, expect
 
+from studio.engine.base.sentences import codes_of, say
+from studio.engine.calibration.quality.verdict import Facts, verdict
 from tests.patient import connect
 from tests.web.test_page import FAINT, NAMELESS, SIZES, performing, serving, studio
 
@@ -195,9 +197,9 @@ def test_the_way_for_a_phone_is_shown(address: str, page: Page) -> None:
 
 def test_what_the_server_says_is_told_in_french(address: str, page: Page, told: Told) -> None:
     page.add_init_script("localStorage.setItem('language', 'fr')")
-    told.message["status"]["cameras"]["left"].update(
-        state="trouble", limited_by="network", reason="frames come 300 ms late: the network is slow"
-    )
+    late = say("camera.late", "frames come {ms:.0f} ms late: the network is slow", ms=300.0)
+    told.message["status"]["cameras"]["left"].update(state="trouble", limited_by="network", reason=late)
+    told.message["said"] = codes_of([late])
     page.goto(address)
     expect(page.locator("#connection")).to_have_text("Connecté")
     expect(page.locator("#preset")).to_be_visible()
@@ -205,7 +207,9 @@ def test_what_the_server_says_is_told_in_french(address: str, page: Page, told: 
     expect(page.locator(".camera .words").first).to_have_text(
         "les images arrivent avec 300 ms de retard\u00a0: le réseau est lent"
     )
-    why = "the performer comes out 2.41 m tall: let one performer alone walk, and check the camera's unit (metres)"
+    (why,) = verdict(Facts(performer_height_m=2.41))[1]
+    low = say("tpose.low", "{side} arm too low: hold it level", side=say("tpose.left", "left"))
+    told.message["said"] += codes_of([why, low])
     told.calibration(
         {
             "state": "failed",
@@ -217,6 +221,6 @@ def test_what_the_server_says_is_told_in_french(address: str, page: Page, told: 
     expect(page.locator("#wizard-cards p")).to_have_text(
         "l'interprète mesurerait 2,41 mqu'un seul interprète marche, et vérifiez l'unité de la caméra (mètres)"
     )
-    poor = {"state": "countdown", "seconds_left": 4.8, "problems": ["left arm too low: hold it level"]}
+    poor = {"state": "countdown", "seconds_left": 4.8, "problems": [low]}
     told.calibration({"state": "idle"}, tpose=poor)
     expect(page.locator("#wizard-small")).to_have_text("bras gauche trop bas\u00a0: tenez-le à l'horizontale")

@@ -9,6 +9,7 @@ from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from studio.api.access.tokens import Access, Role
 from studio.api.errors import error_response
+from studio.engine.base.sentences import say
 from studio.wire import LINK_PATH
 
 COOKIE = "studio_operator"
@@ -46,7 +47,7 @@ _NOT_FOR_VIEWERS_AT_ALL = ("/export", "/file", "/report")
 tests.
 """
 
-_CLOSE = {"type": "websocket.close", "code": 4401, "reason": "sign in first"}
+_CLOSE = {"type": "websocket.close", "code": 4401, "reason": say("access.sign_in", "sign in first")}
 
 
 def is_open(path: str) -> bool:
@@ -88,7 +89,10 @@ class AccessGuard:
         elif scope["type"] == "websocket":
             await send(_CLOSE)
         elif role == "viewer":
-            message = "you are a viewer, who may look but not change or download; sign in as the operator"
+            message = say(
+                "access.viewer",
+                "you are a viewer, who may look but not change or download; sign in as the operator",
+            )
             await error_response(403, "viewer", message)(scope, receive, send)
         elif _is_page(scope):
             await RedirectResponse(f"{SIGN_IN_PATH}?next={quote(scope['path'])}", 303)(scope, receive, send)

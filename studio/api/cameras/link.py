@@ -10,6 +10,7 @@ from studio import wire
 from studio.api.access import Access
 from studio.api.cameras.outbox import Outbox, Throttle
 from studio.engine.base.errors import FormatError, StudioError
+from studio.engine.base.sentences import say
 from studio.live import CameraRefused, LiveStage
 from studio.live.cameras.links import CameraLink
 
@@ -30,7 +31,7 @@ def link_router(stage: LiveStage, access: Access, *, hello_timeout_s: float = HE
     async def camera_link(websocket: WebSocket) -> None:
         await websocket.accept()
         link: CameraLink | None = None
-        reason, error = "the client has left", False
+        reason, error = say("camera.left", "the client has left"), False
         outbox = Outbox(websocket)
         try:
             link = await _greet(websocket, stage, access, hello_timeout_s, outbox)
@@ -39,7 +40,14 @@ def link_router(stage: LiveStage, access: Access, *, hello_timeout_s: float = HE
             await _follow(websocket, stage, access, link, outbox)
         except WebSocketDisconnect as gone:
             if gone.code == _TOO_BIG:
-                reason, error = f"it sent a message above {wire.MAX_MESSAGE_BYTES} bytes", True
+                reason, error = (
+                    say(
+                        "camera.message_too_large",
+                        "it sent a message above {bytes} bytes",
+                        bytes=wire.MAX_MESSAGE_BYTES,
+                    ),
+                    True,
+                )
         except StudioError as refusal:
             stage.refuse(str(refusal))
             if link is not None:
@@ -102,10 +110,10 @@ async def _greet(
     try:
         await websocket.send_bytes(wire.encode(wire.Welcome(hello.name, link.reference)))
     except RuntimeError as error:  # it closed the link meanwhile
-        stage.leave(link, "the client left before it was welcomed")
+        stage.leave(link, say("camera.left_early", "the client left before it was welcomed"))
         raise WebSocketDisconnect(_LEFT) from error
     except BaseException:
-        stage.leave(link, "the client left before it was welcomed")
+        stage.leave(link, say("camera.left_early", "the client left before it was welcomed"))
         raise
     return link
 
@@ -146,7 +154,7 @@ async def _follow(
 
 async def _refuse(websocket: WebSocket, error: StudioError) -> None:
     """Send the reason, and close."""
-    code = error.code if isinstance(error, CameraRefused) else "format"
+    code = error.refusal if isinstance(error, CameraRefused) else "format"
     try:
         await websocket.send_bytes(wire.encode(wire.Refused(code, str(error))))
         await websocket.close(_POLICY_VIOLATION)

@@ -3,6 +3,7 @@
 Each is a separate process, like a client on another machine; one that ends is started again.
 """
 
+import json
 import logging
 import os
 import subprocess
@@ -15,6 +16,7 @@ from msgspec import Struct
 
 from studio.api.cameras.demo import CalibratesOnce
 from studio.engine.base.errors import StudioError
+from studio.engine.base.sentences import Said, about, say
 from studio.engine.model.calibration import Calibration
 from studio.live import LiveStage
 
@@ -91,7 +93,11 @@ class LocalCameras:
             taken = sorted(connected & sources.keys() - self._clients.keys())
             if taken:
                 raise StudioError(
-                    f"a camera {taken[0]!r} is connected already; stop that one first: names are used once"
+                    say(
+                        "camera.name_in_use",
+                        "a camera {name!r} is connected already; stop that one first: names are used once",
+                        name=taken[0],
+                    )
                 )
             self._end_clients()
             self._stage.borrow_calibration(calibration)
@@ -176,7 +182,7 @@ class LocalCameras:
                 stdin=subprocess.DEVNULL,
                 stdout=subprocess.DEVNULL,
                 stderr=words,
-                env={**os.environ, "STUDIO_CAMERA_TOKEN": self._token},
+                env={**os.environ, "STUDIO_CAMERA_TOKEN": self._token, "STUDIO_ERRORS": "json"},
                 start_new_session=True,  # Ctrl-C is for the server, which stops them
             )
         return ended
@@ -191,4 +197,13 @@ class LocalCameras:
         except OSError:
             return ""
         lines = [line for line in text.splitlines() if line.strip()]
-        return lines[-1].strip() if lines else ""
+        return words_of(lines[-1].strip()) if lines else ""
+
+
+def words_of(line: str) -> str:
+    """Return what a client wrote at last, with its code if it has one."""
+    name, _, text = line.partition(": ")
+    try:
+        return about(name, Said.from_json(json.loads(text)))
+    except (ValueError, KeyError, TypeError, AttributeError):
+        return line

@@ -9,6 +9,8 @@ from pydantic import Field
 from studio.api.errors import RESPONSES, NotFoundError
 from studio.api.stage.events import wait_until_gone
 from studio.api.stage.stage import Request
+from studio.api.structs import StructRoute
+from studio.engine.base.sentences import say
 from studio.live import LiveStage
 from studio.streams import Outputs
 from studio.streams.frames import frame_message, head_message
@@ -49,7 +51,7 @@ class OutputChange(Request):
 
 def outputs_router(stage: LiveStage, outputs: Outputs) -> APIRouter:
     """Return the routes of live output; docs/streaming.md describes WebSocket `/api/v1/stream?rate_hz=60`."""
-    router = APIRouter(prefix="/api/v1", tags=["live output"], responses=RESPONSES)
+    router = APIRouter(prefix="/api/v1", tags=["live output"], responses=RESPONSES, route_class=StructRoute)
 
     @router.get("/outputs")
     def get_outputs() -> dict[str, Any]:
@@ -121,4 +123,4 @@ def _one(outputs: Outputs, output: str) -> dict[str, Any]:
     for value in outputs.list():
         if value["id"] == output:
             return value
-    raise NotFoundError(f"there is no live output {output!r}")
+    raise NotFoundError(say("output.none", "there is no live output {id!r}", id=output))

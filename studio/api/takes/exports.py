@@ -20,6 +20,7 @@ from studio.api.takes.rigs import find_rig
 from studio.api.takes.takes import ExportRequest
 from studio.engine.animation.export import EXPORTERS
 from studio.engine.base.errors import SettingsError
+from studio.engine.base.sentences import say
 from studio.take.folder.names import inside
 from studio.take.library.depth_export import choose_camera
 from studio.take.library.sessions import take_info
@@ -98,7 +99,11 @@ class Exports:
         path = self._files.get(job_id)
         if path is None or not path.is_file():
             raise NotFoundError(
-                f"there is no file of export {job_id!r}; GET /api/v1/jobs/{job_id} says how it goes"
+                say(
+                    "export.no_file",
+                    "there is no file of export {id!r}; GET /api/v1/jobs/{id} says how it goes",
+                    id=job_id,
+                )
             )
         return path
 
@@ -126,7 +131,14 @@ def exports_router(sessions: Path, finder: Finder, jobs: Jobs) -> APIRouter:
         rig = None if request.rig is None else find_rig(sessions, request.rig)
         if request.together and not EXPORTERS[request.format].several:
             allowed = ", ".join(name for name, one in EXPORTERS.items() if one.several)
-            raise SettingsError(f"together: a {request.format} holds one take; allowed: {allowed}")
+            raise SettingsError(
+                say(
+                    "export.one_take_together",
+                    "together: a {format} holds one take; allowed: {allowed}",
+                    format=request.format,
+                    allowed=allowed,
+                )
+            )
         items = [item_of(one, request, rig) for one in request.solves]
         if len(items) == 1:
             out = items[0].out
@@ -163,7 +175,11 @@ def exports_router(sessions: Path, finder: Finder, jobs: Jobs) -> APIRouter:
         """The file of an export that is done."""
         if jobs.get(job_id).state != "done":
             raise NotFoundError(
-                f"export {job_id!r} is not done yet; GET /api/v1/jobs/{job_id} says how it goes"
+                say(
+                    "export.not_done",
+                    "export {id!r} is not done yet; GET /api/v1/jobs/{id} says how it goes",
+                    id=job_id,
+                )
             )
         path = exports.file(job_id)
         return FileResponse(path, filename=path.name, media_type="application/octet-stream")

@@ -5,6 +5,7 @@ from typing import Any
 
 from studio.api.errors import NotFoundError
 from studio.engine.base.errors import SettingsError, TakeError
+from studio.engine.base.sentences import say
 from studio.live import LiveStage
 from studio.take.folder.take import Take
 from studio.take.library.sessions import TakeInfo, take_path
@@ -26,7 +27,13 @@ class Finder:
         """
         path = take_path(self.sessions, session, name)
         if not (path / "take.json").is_file():
-            raise NotFoundError(f"there is no take {session}/{name}; GET /api/v1/takes lists them")
+            raise NotFoundError(
+                say(
+                    "take.none",
+                    "there is no take {take}; GET /api/v1/takes lists them",
+                    take=f"{session}/{name}",
+                )
+            )
         return path
 
     def take(self, session: str, name: str) -> Take:
@@ -38,7 +45,11 @@ class Finder:
         """
         path = self.path(session, name)
         if self._stage.recording_name() == f"{session}/{name}":
-            raise TakeError(f"take {session}/{name} is being recorded; stop it first")
+            raise TakeError(
+                say(
+                    "take.recording", "take {take} is being recorded; stop it first", take=f"{session}/{name}"
+                )
+            )
         return Take.open(path)
 
     def by_id(self, take_id: str) -> Take:
@@ -61,7 +72,13 @@ class Finder:
         """
         if name not in take.solve_names():
             raise NotFoundError(
-                f"take {take.meta['id']} has no solve {name!r}; it has: {', '.join(take.solve_names())}"
+                say(
+                    "take.no_solve",
+                    "take {take} has no solve {name!r}; it has: {others}",
+                    take=take.meta["id"],
+                    name=name,
+                    others=[*take.solve_names()],
+                )
             )
         return take.solve_folder(name) / "poses.npz"
 

@@ -20,6 +20,7 @@ from studio.api.jobs import CANCELLED, FILES, Job, Jobs, JobStatus, is_stopped
 from studio.api.stage.stage import Request as Body
 from studio.api.structs import StructRoute
 from studio.engine.base.errors import FormatError, StudioError
+from studio.engine.base.sentences import say
 from studio.take.library.dropped import Group, group_files
 from studio.take.library.incoming import Incoming, check_room, clear_left, free_path
 from studio.worker import Stopped, run_in_process
@@ -28,7 +29,7 @@ MAX_FILES = 50_000
 SILENT_S = 60.0
 """A browser that sends nothing for so long is taken to be gone."""
 
-GONE = "the browser went before all files were sent; send them again"
+GONE = say("import.browser_gone", "the browser went before all files were sent; send them again")
 
 _LOOK_S = 0.25
 _PIECE_BYTES = 1 << 20
@@ -95,7 +96,7 @@ class Imports:
                 with self._lock:
                     self._awaited[job.id] = _Awaited(job, group, mine, batch)
             except StudioError as error:
-                job.end("failed", str(error))
+                job.end("failed", error.sentence)
             answer.append(AnnouncedImport(job.status(), list(group.files)))
         self._jobs.tell_listeners()
         if not self._watching:
@@ -107,7 +108,13 @@ class Imports:
         with self._lock:
             awaited = self._awaited.pop(job_id, None)
         if awaited is None or awaited.job.state != "waiting":
-            raise NotFoundError(f"no import {job_id!r} waits for files; POST /api/v1/imports announces one")
+            raise NotFoundError(
+                say(
+                    "import.none_waits",
+                    "no import {id!r} waits for files; POST /api/v1/imports announces one",
+                    id=job_id,
+                )
+            )
         job, incoming = awaited.job, None
         job.begin("upload")
         state, problem = CANCELLED, None

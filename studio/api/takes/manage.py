@@ -13,6 +13,7 @@ from starlette.concurrency import run_in_threadpool
 from studio.api.errors import RESPONSES
 from studio.api.jobs import Jobs
 from studio.api.stage.stage import Request as Body
+from studio.api.structs import StructRoute
 from studio.api.takes.find import Finder
 from studio.engine.base.errors import FormatError
 from studio.take.folder.names import inside
@@ -58,7 +59,7 @@ class CalibrateRequest(Body):
 
 def manage_router(sessions: Path, finder: Finder, jobs: Jobs) -> APIRouter:
     """Return the routes that manage the takes in `sessions`."""
-    router = APIRouter(prefix="/api/v1", tags=["takes"], responses=RESPONSES)
+    router = APIRouter(prefix="/api/v1", tags=["takes"], responses=RESPONSES, route_class=StructRoute)
 
     @router.patch("/takes/{session}/{take}")
     def change(session: str, take: str, request: SlateRequest) -> dict[str, Any]:

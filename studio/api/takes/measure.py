@@ -14,6 +14,7 @@ from studio.api.stage.stage import Request as Body
 from studio.api.structs import StructRoute
 from studio.api.takes.find import Finder
 from studio.api.takes.references import find_reference
+from studio.engine.base.sentences import say
 from studio.review.report.words import Language
 from studio.take.folder.measured import keep_measured
 from studio.take.folder.names import check_name, inside
@@ -61,7 +62,9 @@ def measure_router(finder: Finder, jobs: Jobs) -> APIRouter:
         for name in names:
             finder.solve(opened, name)
         if not names:
-            raise NotFoundError(f"take {opened.meta['id']} has no solve; solve it first")
+            raise NotFoundError(
+                say("take.unsolved", "take {take} has no solve; solve it first", take=opened.meta["id"])
+            )
         return names
 
     def against(opened: Take, reference: str | None) -> tuple[()] | tuple[Path, HowAligned]:
@@ -126,7 +129,15 @@ def measure_router(finder: Finder, jobs: Jobs) -> APIRouter:
         check_name("report", name)
         path = inside(finder.take(session, take).path / "exports", name)
         if not (name.startswith("report_") and name.endswith(".html") and path.is_file()):
-            raise NotFoundError(f"take {session}/{take} has no report {name!r}; POST .../reports makes one")
+            raise NotFoundError(
+                say(
+                    "report.none",
+                    "take {session}/{take} has no report {name!r}; POST .../reports makes one",
+                    session=session,
+                    take=take,
+                    name=name,
+                )
+            )
         return FileResponse(path, media_type="text/html", headers=REPORT_HEADERS)
 
     @router.get("/solves/{name}/figures")

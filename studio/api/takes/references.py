@@ -13,9 +13,11 @@ from starlette.concurrency import run_in_threadpool
 
 from studio.api.errors import RESPONSES, NotFoundError
 from studio.api.stage.stage import Request as Body
+from studio.api.structs import StructRoute
 from studio.api.takes.find import Finder
 from studio.api.takes.manage import receive
 from studio.engine.base.errors import FormatError, StudioError
+from studio.engine.base.sentences import say, system_says
 from studio.take.folder.placing import placed_facts
 from studio.take.folder.references import (
     HowAligned,
@@ -59,7 +61,7 @@ Removing = Callable[[str, str], None]
 
 def references_router(sessions: Path, finder: Finder, removing: Removing) -> APIRouter:
     """Return the routes of the references of the takes in `sessions`; `removing` is called before one is removed."""
-    router = APIRouter(prefix="/api/v1", tags=["references"], responses=RESPONSES)
+    router = APIRouter(prefix="/api/v1", tags=["references"], responses=RESPONSES, route_class=StructRoute)
     prefix = "/takes/{session}/{take}/references"
 
     @router.get("/reference-files")
@@ -83,7 +85,9 @@ def references_router(sessions: Path, finder: Finder, removing: Removing) -> API
 
         with _waiting_room(opened) as folder:
             file = Path(folder) / name
-            too_large = f"a reference may have {MAX_REFERENCE_BYTES >> 20} MB at most"
+            too_large = say(
+                "reference.too_large", "a reference may have {mb} MB at most", mb=MAX_REFERENCE_BYTES >> 20
+            )
             await receive(request, file, MAX_REFERENCE_BYTES, too_large)
             return await run_in_threadpool(_keep, opened, file, target)
 
@@ -93,7 +97,13 @@ def references_router(sessions: Path, finder: Finder, removing: Removing) -> API
         opened = finder.take(session, take)
         source = offered_file(sessions, request.file)
         if source.stat().st_size > MAX_REFERENCE_BYTES:
-            raise FormatError(f"a reference may have {MAX_REFERENCE_BYTES >> 20} MB at most")
+            raise FormatError(
+                say(
+                    "reference.too_large",
+                    "a reference may have {mb} MB at most",
+                    mb=MAX_REFERENCE_BYTES >> 20,
+                )
+            )
         target = _new_path(opened, source.name)
         with _waiting_room(opened) as folder:
             return _keep(opened, Path(shutil.copy(source, folder)), target)
@@ -158,7 +168,15 @@ def find_reference(take: Take, name: str) -> Path:
 def _new_path(take: Take, name: str) -> Path:
     path = reference_path(take, name)
     if len(name) > MAX_NAME:
-        raise FormatError(f"reference {name!r} has {len(name)} characters; allowed: {MAX_NAME} at most")
+        raise FormatError(
+            say(
+                "reference.name_length",
+                "reference {name!r} has {n} characters; allowed: {most} at most",
+                name=name,
+                n=len(name),
+                most=MAX_NAME,
+            )
+        )
     return path
 
 
@@ -167,7 +185,9 @@ def _waiting_room(take: Take) -> tempfile.TemporaryDirectory[str]:
     try:
         return tempfile.TemporaryDirectory(prefix=".reference-", dir=take.path)
     except OSError as error:
-        raise StudioError(f"cannot write {take.path}: {error.strerror}") from error
+        raise StudioError(
+            say("file.unwritable", "cannot write {path}: {error}", path=take.path, error=system_says(error))
+        ) from error
 
 
 def _keep(take: Take, file: Path, target: Path) -> dict[str, Any]:

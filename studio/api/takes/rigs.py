@@ -9,7 +9,9 @@ from starlette.concurrency import run_in_threadpool
 
 from studio.api.errors import RESPONSES, NotFoundError
 from studio.api.stage.stage import Request as Body
+from studio.api.structs import StructRoute
 from studio.engine.base.errors import FormatError
+from studio.engine.base.sentences import say
 from studio.take.folder.names import check_name, inside
 from studio.worker import run_in_process
 
@@ -29,7 +31,7 @@ class MappingRequest(Body):
 
 def rigs_router(sessions: Path) -> APIRouter:
     """Return the routes of the rigs in `sessions/rigs/`."""
-    router = APIRouter(prefix="/api/v1/rigs", tags=["rigs"], responses=RESPONSES)
+    router = APIRouter(prefix="/api/v1/rigs", tags=["rigs"], responses=RESPONSES, route_class=StructRoute)
 
     @router.get("")
     def get_rigs() -> list[str]:
@@ -48,7 +50,9 @@ def rigs_router(sessions: Path) -> APIRouter:
         async for piece in request.stream():
             data += piece
             if len(data) > MAX_RIG_BYTES:
-                raise FormatError(f"a rig may have {MAX_RIG_BYTES >> 20} MB at most")
+                raise FormatError(
+                    say("rig.too_large", "a rig may have {mb} MB at most", mb=MAX_RIG_BYTES >> 20)
+                )
         return await run_in_threadpool(
             run_in_process, "studio.engine.animation.retarget.facts:keep_rig", bytes(data), path
         )
@@ -79,7 +83,11 @@ def find_rig(sessions: Path, name: str) -> Path:
     path = _path(sessions, name)
     if not path.is_file():
         raise NotFoundError(
-            f"there is no rig {name!r}; GET /api/v1/rigs lists them, PUT /api/v1/rigs/NAME sends one"
+            say(
+                "rig.none",
+                "there is no rig {name!r}; GET /api/v1/rigs lists them, PUT /api/v1/rigs/NAME sends one",
+                name=name,
+            )
         )
     return path
 
@@ -87,5 +95,12 @@ def find_rig(sessions: Path, name: str) -> Path:
 def _path(sessions: Path, name: str) -> Path:
     check_name("rig", name)
     if Path(name).suffix.lower() not in RIG_KINDS:
-        raise FormatError(f"rig {name!r}: allowed are names that end in {', '.join(RIG_KINDS)}")
+        raise FormatError(
+            say(
+                "rig.name",
+                "rig {name!r}: allowed are names that end in {kinds}",
+                name=name,
+                kinds=[*RIG_KINDS],
+            )
+        )
     return inside(sessions / FOLDER, name)

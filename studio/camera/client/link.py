@@ -8,6 +8,7 @@ import asyncio
 import logging
 import time
 import uuid
+from collections.abc import Mapping
 from urllib.parse import urlsplit
 
 from websockets.asyncio.client import ClientConnection, connect
@@ -21,6 +22,7 @@ from studio.camera.client.spool import Spool
 from studio.camera.client.workload import Workload
 from studio.camera.sources.source import Source, SourceFrame
 from studio.engine.base.errors import FormatError, SettingsError, StudioError
+from studio.engine.base.sentences import Said, Value
 
 QUEUE_FRAMES = 60
 DEPTH_FRAMES = 10
@@ -42,12 +44,17 @@ _ACK_WAIT_S = 5.0
 log = logging.getLogger(__name__)
 
 
+def _plain(values: Mapping[str, Value]) -> dict[str, str | int | float]:
+    """Return the values of a sentence as the protocol has them."""
+    return {name: one if isinstance(one, int | float) else str(one)[:500] for name, one in values.items()}
+
+
 class RefusedError(StudioError):
-    """The server refuses this camera; the message is the server's reason, `code` is for programs."""
+    """The server refuses this camera; the message is the server's reason, `refusal` is for programs."""
 
     def __init__(self, message: str, code: str) -> None:
         super().__init__(message)
-        self.code = code
+        self.refusal = code
 
 
 def link_url(server: str) -> str:
@@ -181,7 +188,7 @@ class Link:
                     await self._session(socket)
                 return
             except RefusedError as error:
-                taken = error.code == "name_taken" and time.monotonic() < refused_until
+                taken = error.refusal == "name_taken" and time.monotonic() < refused_until
                 if self.connections == 0 and not taken:
                     raise
                 reason = str(error)  # the server has not yet noticed the end of the last link
@@ -298,15 +305,19 @@ class Link:
 
     def _status(self) -> wire.Status:
         processor, sending = self._workload.shares()
+        problem = self._keeper.problem
+        said = problem if isinstance(problem, Said) else None
         return wire.Status(
             frames_sent=self.frames_sent,
             frames_dropped=self._queue.dropped,
-            message=self._keeper.problem[:500],
+            message=problem[:500],
             frames_kept=self._keeper.owed,
             frames_not_kept=self._keeper.refused,
             frames_unknown=self._keeper.unknown,
             processor_percent=processor,
             sending_percent=sending,
+            message_code="" if said is None else said.code,
+            message_values={} if said is None else _plain(said.values),
         )
 
 

@@ -25,6 +25,7 @@ import msgspec
 
 from studio import wire
 from studio.engine.base.errors import SettingsError
+from studio.engine.base.sentences import say, system_says
 from studio.take.folder.lock import hold, release
 from studio.take.raw.ranges import Ranges
 
@@ -133,14 +134,22 @@ class Spool:
         while self.size_bytes + len(record) > self._max_bytes and self._drop_unknown():
             pass
         if self.size_bytes + len(record) > self._max_bytes:
-            return self._refuse(f"the spool is full ({self._max_bytes >> 20} MB)")
+            return self._refuse(
+                say("camera.spool_full", "the spool is full ({mb} MB)", mb=self._max_bytes >> 20)
+            )
         try:
             segment, handle = self._segment(origin)
             _write(handle, record)
         except OSError as error:
             if self._writing is not None:  # remove a record half written
                 os.ftruncate(self._writing[1], self._writing[0].size)
-            return self._refuse(f"the spool cannot be written ({error.strerror})")
+            return self._refuse(
+                say(
+                    "camera.spool_unwritable",
+                    "the spool cannot be written ({error})",
+                    error=system_says(error),
+                )
+            )
         segment.sequences.append(sequence)
         segment.offsets.append(segment.size)
         segment.size += len(record)

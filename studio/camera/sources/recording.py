@@ -14,6 +14,7 @@ from studio.camera.sources.depth_recording import DepthRecordingSource
 from studio.camera.sources.pacing import WallClock
 from studio.camera.sources.source import Source, SourceFrame
 from studio.engine.base.errors import FormatError, SettingsError
+from studio.engine.base.sentences import say
 from studio.take.folder.take import Take
 from studio.take.importers import IMPORTERS
 from studio.take.importers.raw_file import raw_depth
@@ -96,7 +97,13 @@ def read_cameras(path: Path) -> dict[str, RecordedCamera]:
     cameras = _from_take(path) if (path / "take.json").is_file() else _from_import(path)
     cameras = {name: camera for name, camera in cameras.items() if camera.frames or camera.depth}
     if not cameras:
-        raise FormatError(f"{path} has no frame of any camera; choose another recording")
+        raise FormatError(
+            say(
+                "import.no_frame_choose_other",
+                "{path} has no frame of any camera; choose another recording",
+                path=path,
+            )
+        )
     for camera in cameras.values():
         camera.frames.sort(key=lambda frame: frame.device_time_ns)
     return cameras
@@ -124,11 +131,20 @@ def _from_take(path: Path) -> dict[str, RecordedCamera]:
 
 def _from_import(path: Path) -> dict[str, RecordedCamera]:
     if not path.exists():
-        raise FormatError(f"no recording at {path}: there is no such file or folder")
+        raise FormatError(
+            say("import.none", "no recording at {path}: there is no such file or folder", path=path)
+        )
     importer = next((one for one in IMPORTERS.values() if one.matches(path)), None)
     if importer is None:
-        kinds = "; ".join(one.description for one in IMPORTERS.values())
-        raise FormatError(f"{path} is no recording that can be played; allowed: a take; {kinds}")
+        kinds = [one.description for one in IMPORTERS.values()]
+        raise FormatError(
+            say(
+                "import.unplayable_kind",
+                "{path} is no recording that can be played; allowed: a take; {kinds}",
+                path=path,
+                kinds=kinds,
+            )
+        )
     recording = importer.read(path, lambda _share: None)
     return {
         camera.name: RecordedCamera(

@@ -8,9 +8,29 @@ StudioError
 └── NotAvailableError  a feature that this version lacks
 """
 
+from studio.engine.base.sentences import Said, Value
+
 
 class StudioError(Exception):
-    """An error shown to the user in one line instead of a traceback."""
+    """An error shown to the user in one line instead of a traceback.
+
+    Raised with `say(...)`, it has the code and the values of that sentence.
+    """
+
+    @property
+    def sentence(self) -> str:
+        """What it says, a `Said` if it was raised with one."""
+        return self.args[0] if self.args and isinstance(self.args[0], Said) else str(self)
+
+    @property
+    def code(self) -> str:
+        """Which sentence it says, such as `take.in_use`; the name of its class if it was raised with a bare text."""
+        return getattr(self.sentence, "code", type(self).__name__)
+
+    @property
+    def values(self) -> dict[str, Value]:
+        """What the sentence was made of, by name."""
+        return getattr(self.sentence, "values", {})
 
 
 class SettingsError(StudioError):

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import IO, Any
 
 from studio.engine.base.errors import StudioError
+from studio.engine.base.sentences import say, system_says
 
 
 @contextmanager
@@ -36,9 +37,13 @@ def write_atomically(path: str | os.PathLike[str], *, to_disk: bool = True) -> I
         os.replace(temporary, path)
         temporary = None
     except OSError as error:
-        reason = error.strerror or str(error)
         raise StudioError(
-            f"cannot write {path}: {reason}; free some space or choose another place"
+            say(
+                "file.unwritable_place",
+                "cannot write {path}: {error}; free some space or choose another place",
+                path=path,
+                error=system_says(error),
+            )
         ) from error
     finally:
         if temporary is not None and os.path.exists(temporary):

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from studio.engine.base.errors import CalibrationError
 from studio.engine.base.geometry import is_rigid
+from studio.engine.base.sentences import about, codes_of, say, with_codes
 from studio.engine.base.versions import CALIBRATION
 from studio.engine.model.frames import ClockModel
 from studio.engine.model.joints import CANONICAL, INDEX
@@ -78,8 +79,11 @@ class CameraCalibration:
     def __post_init__(self) -> None:
         if not is_rigid(self.T_stage_camera):
             raise CalibrationError(
-                "T_stage_camera must be a 4x4 rigid transform (orthonormal rotation with determinant +1, last row "
-                "0 0 0 1); calibrate again or mend the file"
+                say(
+                    "calibration.not_rigid",
+                    "T_stage_camera must be a 4x4 rigid transform (orthonormal rotation with determinant +1, "
+                    "last row 0 0 0 1); calibrate again or mend the file",
+                )
             )
 
 
@@ -108,7 +112,7 @@ class Calibration:
 
     def reasons(self) -> list[str]:
         """All cameras' reasons, each with the camera's name."""
-        return [f"{name}: {reason}" for name, camera in self.cameras.items() for reason in camera.reasons]
+        return [about(name, reason) for name, camera in self.cameras.items() for reason in camera.reasons]
 
     def to_json(self) -> dict[str, Any]:
         """Return the calibration as the JSON of `calibrate --json` and of `calibrations/<n>.json`."""
@@ -133,7 +137,10 @@ class Calibration:
         cameras = value.get("cameras") if isinstance(value, dict) else None
         if not isinstance(cameras, dict) or not cameras:
             raise CalibrationError(
-                "a calibration needs `cameras`, an object of cameras by name; none was given"
+                say(
+                    "calibration.needs_cameras",
+                    "a calibration needs `cameras`, an object of cameras by name; none was given",
+                )
             )
         try:
             parsed = {str(name): _camera_from_json(camera) for name, camera in cameras.items()}
@@ -145,7 +152,9 @@ class Calibration:
                 floor_given=bool(value.get("floor_given", False)),
             )
         except (KeyError, TypeError, ValueError) as error:
-            raise CalibrationError(f"a calibration that cannot be read: {error!r}") from error
+            raise CalibrationError(
+                say("calibration.unreadable", "a calibration that cannot be read: {error!r}", error=error)
+            ) from error
 
 
 def _camera_to_json(camera: CameraCalibration) -> dict[str, Any]:
@@ -167,6 +176,7 @@ def _camera_to_json(camera: CameraCalibration) -> dict[str, Any]:
         "identity_error": camera.identity_error,
         "verdict": camera.verdict,
         "reasons": list(camera.reasons),
+        "said": codes_of(camera.reasons),
         "disagrees": [span.to_json() for span in camera.disagrees],
     }
 
@@ -189,7 +199,7 @@ def _camera_from_json(value: dict[str, Any]) -> CameraCalibration:
         coverage=value.get("coverage"),
         identity_error=value.get("identity_error"),
         verdict=str(value.get("verdict", "good")),
-        reasons=tuple(value.get("reasons", ())),
+        reasons=tuple(with_codes(value.get("reasons", ()), value.get("said", ()))),
         disagrees=tuple(Span.from_json(span) for span in value.get("disagrees", ())),
     )
 
@@ -214,5 +224,7 @@ def performer_from_json(value: dict[str, Any]) -> Performer:
     offsets = np.array([value["offsets_m"][name] for name in CANONICAL], dtype=np.float64)
     height = float(value["height_m"])
     if offsets.shape != (len(CANONICAL), 3) or not np.isfinite(offsets).all() or not math.isfinite(height):
-        raise ValueError("performer.offsets_m needs three finite numbers per canonical joint")
+        raise ValueError(
+            say("calibration.offsets", "performer.offsets_m needs three finite numbers per canonical joint")
+        )
     return Performer(height, offsets, soles_measured=bool(value.get("soles_measured", True)))

@@ -4,6 +4,7 @@ from dataclasses import dataclass, field, replace
 from typing import Any
 
 from studio.engine.base.errors import SettingsError
+from studio.engine.base.sentences import say
 from studio.engine.model.joints import CANONICAL
 from studio.engine.model.switches import (
     Choice,
@@ -215,8 +216,13 @@ class SolveSettings:
         unknown = [name for name in wanted if name not in available]
         if unknown or not wanted:
             raise SettingsError(
-                f"cameras={self.cameras!r}: no camera {', '.join(unknown) or 'named'}; "
-                f"allowed: all, or some of {', '.join(available)}"
+                say(
+                    "settings.unknown_cameras",
+                    "cameras={cameras!r}: no camera {names}; allowed: all, or some of {allowed}",
+                    cameras=self.cameras,
+                    names=", ".join(unknown) or "named",
+                    allowed=[*available],
+                )
             )
         return tuple(name for name in available if name in wanted)
 
@@ -283,8 +289,13 @@ def _find(name: str) -> Switch:
     if name not in SWITCHES:
         plain = [switch.name for switch in SWITCHES.values() if not isinstance(switch, PerJoint)]
         raise SettingsError(
-            f"unknown setting {name!r}; allowed: {', '.join(plain)}, effectors.<joint>.reach/.pull/.resist, "
-            "displacement_limits_m_s.<joint>"
+            say(
+                "settings.unknown",
+                "unknown setting {key!r}; allowed: {allowed}, effectors.<joint>.reach/.pull/.resist, "
+                "displacement_limits_m_s.<joint>",
+                key=name,
+                allowed=plain,
+            )
         )
     return SWITCHES[name]
 
@@ -319,7 +330,14 @@ def preset(name: str) -> SolveSettings:
         SettingsError: no such preset.
     """
     if name not in PRESETS:
-        raise SettingsError(f"unknown preset {name!r}; allowed: {', '.join(PRESETS)}")
+        raise SettingsError(
+            say(
+                "settings.unknown_preset",
+                "unknown preset {name!r}; allowed: {allowed}",
+                name=name,
+                allowed=[*PRESETS],
+            )
+        )
     return PRESETS[name]
 
 
@@ -341,6 +359,12 @@ def changed(settings: SolveSettings, assignments: list[str] | tuple[str, ...]) -
     for assignment in assignments:
         key, separator, value = assignment.partition("=")
         if not separator:
-            raise SettingsError(f"--set {assignment!r} is not KEY=VALUE, such as smoothing=one_euro:before")
+            raise SettingsError(
+                say(
+                    "settings.not_key_value",
+                    "--set {text!r} is not KEY=VALUE, such as smoothing=one_euro:before",
+                    text=assignment,
+                )
+            )
         settings = set_switch(settings, key.strip(), value.strip())
     return settings

@@ -7,6 +7,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from studio.engine.base.sentences import say
+
 
 @dataclass(frozen=True)
 class Span:
@@ -33,13 +35,22 @@ class Span:
         """Return the meaning of the span and what to do, in words, with its own times."""
         mm = f"{self.metres * 1e3:.0f}"
         if self.to_s is None:
-            return (
-                f"no longer agrees with the other cameras from {self.from_s:.1f} s on ({mm} mm off): was it moved, "
-                "or the performer at the edge of its view? Solve that part without it, or calibrate again"
+            return say(
+                "verdict.stopped_agreeing",
+                "no longer agrees with the other cameras from {seconds:.1f} s on ({mm} mm off): was it "
+                "moved, or the performer at the edge of its view? Solve that part without it, or "
+                "calibrate again",
+                seconds=self.from_s,
+                mm=mm,
             )
-        return (
-            f"does not agree with the other cameras from {self.from_s:.1f} to {self.to_s:.1f} s ({mm} mm off): was "
-            "it moved, or the performer at the edge of its view? Solve that part without it, or calibrate again"
+        return say(
+            "verdict.span_disagrees",
+            "does not agree with the other cameras from {seconds:.1f} to {until:.1f} s ({mm} mm "
+            "off): was it moved, or the performer at the edge of its view? Solve that part without "
+            "it, or calibrate again",
+            seconds=self.from_s,
+            until=self.to_s,
+            mm=mm,
         )
 
     def to_json(self) -> dict[str, Any]:

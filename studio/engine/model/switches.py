@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 from studio.engine.base.errors import SettingsError
+from studio.engine.base.sentences import say
 from studio.engine.model.joints import CANONICAL
 
 
@@ -78,7 +79,15 @@ class Switch(ABC):
 
     def refused(self, value: object) -> SettingsError:
         """Return the error for a value that is not allowed."""
-        return SettingsError(f"{self.name}={value!r} is not allowed; allowed: {self.allowed}")
+        return SettingsError(
+            say(
+                "settings.value",
+                "{key}={value!r} is not allowed; allowed: {allowed}",
+                key=self.name,
+                value=value,
+                allowed=self.allowed,
+            )
+        )
 
 
 @dataclass(frozen=True)
@@ -128,7 +137,7 @@ class Percent(Switch):
 
     @property
     def allowed(self) -> str:
-        return f"off, or {between(0.0, 100.0)}"
+        return say("settings.off_or", "off, or {allowed}", allowed=between(0.0, 100.0))
 
     def parse(self, text: str) -> str:
         if text != "off":
@@ -145,7 +154,7 @@ class Names(Switch):
 
     @property
     def allowed(self) -> str:
-        return "all, or camera names separated by commas"
+        return say("settings.camera_names", "all, or camera names separated by commas")
 
     def parse(self, text: str) -> str:
         if not text.strip():
@@ -164,7 +173,7 @@ class Point(Switch):
 
     @property
     def allowed(self) -> str:
-        return "x,y,z in metres"
+        return say("settings.point", "x,y,z in metres")
 
     def parse(self, text: str) -> tuple[float, float, float]:
         return self.from_json(text.split(","))
@@ -273,8 +282,12 @@ class Effectors(PerJoint):
 def unknown_part(key: str) -> SettingsError:
     """Return the error for a key below a switch that has no such part."""
     return SettingsError(
-        f"unknown setting {key!r}; allowed: effectors.<joint>.reach, .pull or .resist, "
-        "displacement_limits_m_s.<joint>"
+        say(
+            "settings.unknown_part",
+            "unknown setting {key!r}; allowed: effectors.<joint>.reach, .pull or .resist, "
+            "displacement_limits_m_s.<joint>",
+            key=key,
+        )
     )
 
 
@@ -285,7 +298,15 @@ def joint(key: str, name: str) -> str:
         SettingsError: there is no such joint.
     """
     if name not in CANONICAL:
-        raise SettingsError(f"{key}: unknown joint {name!r}; allowed: {', '.join(CANONICAL)}")
+        raise SettingsError(
+            say(
+                "settings.unknown_joint",
+                "{key}: unknown joint {joint!r}; allowed: {allowed}",
+                key=key,
+                joint=name,
+                allowed=[*CANONICAL],
+            )
+        )
     return name
 
 
@@ -300,13 +321,21 @@ def number(key: str, value: Any, low: float, high: float) -> float:
     except (TypeError, ValueError):
         read = float("nan")
     if not low <= read <= high:
-        raise SettingsError(f"{key}={value!r} is not allowed; allowed: {between(low, high)}")
+        raise SettingsError(
+            say(
+                "settings.value",
+                "{key}={value!r} is not allowed; allowed: {allowed}",
+                key=key,
+                value=value,
+                allowed=between(low, high),
+            )
+        )
     return read
 
 
 def between(low: float, high: float) -> str:
     """Return a range as errors and help write it."""
-    return f"a number from {low:g} to {high:g}"
+    return say("settings.between", "a number from {low:g} to {high:g}", low=low, high=high)
 
 
 def shortest(value: float) -> str:

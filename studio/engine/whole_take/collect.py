@@ -6,6 +6,7 @@ import numpy as np
 
 from studio.engine.base.errors import TakeError
 from studio.engine.base.records import Records
+from studio.engine.base.sentences import say
 from studio.engine.model.frames import StepResult
 from studio.engine.model.joints import OUTPUT_JOINTS, OUTPUT_PARENTS
 from studio.engine.model.poses import Poses
@@ -45,7 +46,10 @@ class PoseCollector:
         """
         if not self._times_ns:
             raise TakeError(
-                "no camera shows the performer in this take; check the cameras and `--set cameras=...`"
+                say(
+                    "take.nobody_seen",
+                    "no camera shows the performer in this take; check the cameras and `--set cameras=...`",
+                )
             )
         return Poses(
             time_s=np.array(self._times_ns) * 1e-9,

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from studio.engine.base.errors import CalibrationError, StudioError
+from studio.engine.base.sentences import say
 from studio.engine.calibration.calibrate import calibrate, with_performer
 from studio.engine.calibration.estimate import estimate_residuals
 from studio.engine.calibration.performer.depth_floor import seen_floors
@@ -102,9 +103,16 @@ class Calibrator:
             CalibrationError: one is under way.
         """
         if self.attempt.state in ("gathering", "computing"):
-            raise CalibrationError("a calibration is under way; wait until it is done")
+            raise CalibrationError(
+                say("calibration.under_way", "a calibration is under way; wait until it is done")
+            )
         self._frames, self._serials, self._height_m = {}, serials, height_m
-        self.attempt = Attempt("gathering", "hold the T-pose for 3 s, then walk about", seconds, now_ns)
+        self.attempt = Attempt(
+            "gathering",
+            say("calibration.hold_tpose", "hold the T-pose for 3 s, then walk about"),
+            seconds,
+            now_ns,
+        )
 
     def finish_gathering(self) -> None:
         """Compute with the frames gathered so far.
@@ -113,7 +121,9 @@ class Calibrator:
             CalibrationError: nothing is being gathered.
         """
         if self.attempt.state != "gathering":
-            raise CalibrationError("no calibration is being gathered; start one first")
+            raise CalibrationError(
+                say("calibration.none_gathered", "no calibration is being gathered; start one first")
+            )
         self.attempt.seconds = 0.0
 
     def add(self, frame: CameraFrame) -> None:
@@ -135,8 +145,10 @@ class Calibrator:
             return
         if reference is None or reference not in self._frames:
             attempt.state = "failed"
-            attempt.message = (
-                f"the reference camera {reference or ''} sent no frames; connect it and calibrate again"
+            attempt.message = say(
+                "calibration.reference_silent",
+                "the reference camera {name} sent no frames; connect it and calibrate again",
+                name=reference or "",
             )
             return
         frames = {
@@ -144,7 +156,10 @@ class Calibrator:
             for name, frames in self._frames.items()
         }
         self._frames = {}
-        attempt.state, attempt.message = "computing", "computing the calibration"
+        attempt.state, attempt.message = (
+            "computing",
+            say("calibration.computing", "computing the calibration"),
+        )
         self._begin(frames, reference, provisional=False)
 
     def _estimate(
@@ -197,10 +212,12 @@ class Calibrator:
                     serials = {name: self._serials.get(name, "") for name in calibration.cameras}
                     kept = save_calibration(self._folder, calibration, serials)
         except StudioError as error:
-            problem = str(error)
+            problem = error.sentence
         except Exception as error:  # the boundary of the thread
             _log.exception("calibration failed")
-            problem = f"calibration failed: {error!r}; see the server's log"
+            problem = say(
+                "calibration.failed", "calibration failed: {error!r}; see the server's log", error=error
+            )
         self._report(Outcome(calibration, kept, problem, provisional))
 
     def finish(self, outcome: Outcome) -> bool:
@@ -210,10 +227,12 @@ class Calibrator:
         if outcome.provisional:
             return calibration is not None and calibration.performer is not None
         good = outcome.kept is not None
-        message = "calibrated"
+        message = say("calibration.calibrated", "calibrated")
         if not good:
-            reasons = outcome.problem or "; ".join(calibration.reasons() if calibration is not None else [])
-            message = f"refused, what was in use before stays: {reasons}"
+            reasons = outcome.problem or ([] if calibration is None else calibration.reasons())
+            message = say(
+                "calibration.refused", "refused, what was in use before stays: {reasons}", reasons=reasons
+            )
         self.attempt = replace(
             self.attempt,
             state="done" if good else "failed",

@@ -3,6 +3,7 @@
 from collections.abc import Iterable
 from datetime import UTC, datetime
 
+from studio.engine.base.sentences import about, say
 from studio.live.calibration.kept import KeptCalibration
 from studio.live.cameras.camera import LiveCamera
 
@@ -39,30 +40,49 @@ def calibration_warnings(
         return []
     known = kept.calibration.cameras
     connected = {camera.name: camera for camera in cameras if camera.connected}
-    warnings = [
-        f"{name} was added after the calibration and is not used: calibrate again"
+    warnings: list[str] = [
+        say(
+            "calibration.camera_added",
+            "{name} was added after the calibration and is not used: calibrate again",
+            name=name,
+        )
         for name in sorted(set(connected) - set(known))
     ]
     warnings += [
-        f"{name} is in the calibration and not connected: connect it, or go on without it"
+        say(
+            "calibration.camera_missing",
+            "{name} is in the calibration and not connected: connect it, or go on without it",
+            name=name,
+        )
         for name in sorted(set(known) - set(connected))
         if connected  # without any camera, the page shows one message
     ]
+    unknown = say("calibration.unknown", "unknown")
     for name, was in sorted((kept.devices or {}).items()):
         serial = connected[name].hello.serial if name in connected else was
         if serial != was:
             warnings.append(
-                f"{name} is another device now (serial {serial or 'unknown'}, calibrated with {was or 'unknown'}): "
-                "give the cameras their old names, or calibrate again"
+                say(
+                    "calibration.camera_exchanged",
+                    "{name} is another device now (serial {serial}, calibrated with {was}): give the cameras "
+                    "their old names, or calibrate again",
+                    name=name,
+                    serial=serial or unknown,
+                    was=was or unknown,
+                )
             )
     warnings += [
-        f"{name}: {moved_words(metres)}" for name, metres in sorted(moved_m.items()) if name in connected
+        about(name, moved_words(metres)) for name, metres in sorted(moved_m.items()) if name in connected
     ]
     age = age_s(kept, now)
     if age is not None and age > OLD_S:
         warnings.append(
-            f"the calibration is {age_words(age)} old: walk through the stage and look whether the cameras agree, or "
-            "calibrate again"
+            say(
+                "calibration.old",
+                "the calibration is {age} old: walk through the stage and look whether the cameras "
+                "agree, or calibrate again",
+                age=age_words(age),
+            )
         )
     return warnings
 
@@ -92,20 +112,22 @@ def shared_usb(cameras: Iterable[LiveCamera], now_ns: int) -> dict[str, str]:
             continue
         names = " and ".join(other.name for other in others)
         known = all(mine and other.hello.usb_controller == mine for other in others)
-        place = (
-            f"shares USB controller {mine} with {names}" if known else f"as is {names} on the same machine"
-        )
-        out[camera.name] = (
-            f"{place}; plug them into ports of different USB controllers or machines, or lower their frame rates"
+        shared = say("camera.usb_shared", "shares USB controller {mine} with {names}", mine=mine, names=names)
+        near = say("camera.usb_same_machine", "as is {names} on the same machine", names=names)
+        out[camera.name] = say(
+            "camera.usb",
+            "{place}; plug them into ports of different USB controllers or machines, or lower their frame rates",
+            place=shared if known else near,
         )
     return out
 
 
 def moved_words(metres: float) -> str:
     """Return the warning that a camera was moved."""
-    return (
-        f"its joints are {metres * 100:.0f} cm off the other cameras': was it moved? "
-        "Put it back, or calibrate again"
+    return say(
+        "camera.moved",
+        "its joints are {cm:.0f} cm off the other cameras': was it moved? Put it back, or calibrate again",
+        cm=metres * 100,
     )
 
 
@@ -114,4 +136,4 @@ def age_words(age_s: float) -> str:
     hours = age_s / 3600.0
     if hours < 1.5:
         return f"{max(round(age_s / 60), 1)} min"
-    return f"{hours:.0f} h" if hours < 48 else f"{hours / 24:.0f} days"
+    return f"{hours:.0f} h" if hours < 48 else say("calibration.days", "{n:.0f} days", n=hours / 24)

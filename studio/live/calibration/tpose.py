@@ -14,6 +14,7 @@ import numpy as np
 from msgspec.structs import replace as changed
 
 from studio.engine.base.errors import CalibrationError, StudioError
+from studio.engine.base.sentences import say
 from studio.engine.calibration.calibrate import with_performer
 from studio.engine.calibration.performer.tpose import tpose_problems
 from studio.engine.model.calibration import Calibration, Performer
@@ -63,7 +64,9 @@ class TPoseCapture:
             CalibrationError: one is under way.
         """
         if self.busy:
-            raise CalibrationError("a T-pose is being measured; wait until it is done")
+            raise CalibrationError(
+                say("tpose.under_way", "a T-pose is being measured; wait until it is done")
+            )
         self.pose = TPose("countdown", name, countdown_s)
         self._began_ns = now_ns + round(countdown_s * 1e9)
         self._held_since_ns = None
@@ -73,7 +76,7 @@ class TPoseCapture:
     def cancel(self) -> None:
         """Cancel the measurement."""
         if self.pose.state in ("countdown", "holding"):
-            self.pose = TPose(message="cancelled")
+            self.pose = TPose(message=say("tpose.cancelled", "cancelled"))
 
     def add_frame(self, frame: CameraFrame) -> None:
         """Add a camera's frame, kept while the pose is held."""
@@ -110,23 +113,35 @@ class TPoseCapture:
         pose.seconds_left = HOLD_S - held_s
         placed = clocked() if held_s >= HOLD_S else None
         if placed is not None and self._frames:
-            pose.state, pose.message = "computing", "measuring"
+            pose.state, pose.message = "computing", say("tpose.measuring", "measuring")
             frames, self._frames = self._frames, {}
             threading.Thread(target=self._compute, args=(placed, frames), name="t-pose", daemon=True).start()
         elif (now_ns - self._began_ns) * 1e-9 > PATIENCE_S:
-            why = "; ".join(pose.problems) or "no performer was seen"
-            pose.state, pose.message = "failed", f"no T-pose was held for {HOLD_S:.0f} s: {why}"
+            why = pose.problems or say("tpose.nobody", "no performer was seen")
+            pose.state, pose.message = (
+                "failed",
+                say(
+                    "tpose.not_held", "no T-pose was held for {seconds:.0f} s: {why}", seconds=HOLD_S, why=why
+                ),
+            )
 
     def _compute(self, calibration: Calibration, frames: dict[str, list[CameraFrame]]) -> None:
         try:
             measured = run_in_process("studio.live.calibration.tpose:measure_performer", calibration, frames)
         except StudioError as error:
-            self._report(None, str(error))
+            self._report(None, error.sentence)
         except Exception as error:  # the boundary of the thread
             _log.exception("measuring a performer failed")
-            self._report(None, f"measuring failed: {error!r}; see the server's log")
+            self._report(
+                None, say("tpose.failed", "measuring failed: {error!r}; see the server's log", error=error)
+            )
         else:
-            self._report(measured, "" if measured is not None else "too little of the body was seen")
+            self._report(
+                measured,
+                ""
+                if measured is not None
+                else say("tpose.too_little_seen", "too little of the body was seen"),
+            )
 
     def finish(self, performer: Performer | None, problem: str) -> None:
         """Handle the result."""
@@ -134,7 +149,10 @@ class TPoseCapture:
         if performer is None:
             pose.state, pose.message = "failed", problem
         else:
-            pose.state, pose.message = "done", f"measured: {performer.height_m:.2f} m"
+            pose.state, pose.message = (
+                "done",
+                say("tpose.measured", "measured: {m:.2f} m", m=performer.height_m),
+            )
             pose.height_m = performer.height_m
 
 

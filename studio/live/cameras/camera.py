@@ -7,6 +7,7 @@ from typing import Literal, NamedTuple
 import numpy as np
 
 from studio.engine.base.errors import StudioError
+from studio.engine.base.sentences import Said, say
 from studio.engine.model.frames import CameraFrame, ClockModel
 from studio.engine.solve.timing.clock import ClockEstimator
 from studio.live.states import CameraStatus, ClockStatus
@@ -32,11 +33,11 @@ RECENT = 90
 
 
 class CameraRefused(StudioError):
-    """The server refuses a camera client; `code` is the reason, for programs."""
+    """The server refuses a camera client; `refusal` is the reason, for programs."""
 
     def __init__(self, code: str, reason: str) -> None:
         super().__init__(reason)
-        self.code = code
+        self.refusal = code
 
 
 class _Arrival(NamedTuple):
@@ -179,7 +180,7 @@ class LiveCamera:
             kept_by_client=None if client is None else client.frames_kept,
             not_kept_by_client=None if client is None else client.frames_not_kept,
             unknown_by_client=None if client is None else client.frames_unknown,
-            message="" if client is None else client.message,
+            message="" if client is None else client_says(client),
         )
 
     def slow(self, now_ns: int) -> bool:
@@ -205,19 +206,26 @@ class LiveCamera:
     ) -> tuple[Literal["live", "trouble", "silent", "gone"], str, str]:
         """Return the state, the limit of the camera's rate ("" = none), and both in words."""
         if not self.connected:
-            return "gone", "network", self.reason or "the client has left"
+            return "gone", "network", self.reason or say("camera.left", "the client has left")
         if not self._arrivals:
-            return "silent", "no_frames", "connected, no frame yet"
+            return "silent", "no_frames", say("camera.no_frame_yet", "connected, no frame yet")
         silent_ns = now_ns - self._arrivals[-1].arrival_ns
         if silent_ns > SILENT_NS:
             heard = self.heard_ns is not None and now_ns - self.heard_ns < SILENT_NS
             words = (
-                "the client is there, its camera gives none" if heard else "nothing is heard of the client"
+                say("camera.no_frames", "the client is there, its camera gives none")
+                if heard
+                else say("camera.not_heard", "nothing is heard of the client")
             )
             return (
                 "silent",
                 "no_frames" if heard else "network",
-                f"no frame for {silent_ns * 1e-9:.0f} s: {words}",
+                say(
+                    "camera.silent",
+                    "no frame for {seconds:.0f} s: {words}",
+                    seconds=silent_ns * 1e-09,
+                    words=words,
+                ),
             )
         if self.reason:
             return "trouble", "clock", self.reason
@@ -225,23 +233,51 @@ class LiveCamera:
         late, lossy = (latency_ms or 0.0) > LATE_MS, (loss or 0.0) > LOSS_SHARE
         busy = 0 if self.client is None else self.client.processor_percent
         if busy >= BUSY_PERCENT and (late or lossy or self.slow(now_ns)):
-            words = (
-                f"its machine's processor is {busy} % busy, {rate:.0f} of {nominal:.0f} frames a second: close "
-                "other programs there, lower the camera's frame rate, or use a faster machine"
+            words = say(
+                "camera.processor",
+                "its machine's processor is {busy} % busy, {rate:.0f} of {nominal:.0f} frames a second: "
+                "close other programs there, lower the camera's frame rate, or use a faster machine",
+                busy=busy,
+                rate=rate,
+                nominal=nominal,
             )
             return "trouble", "processor", words
         if latency_ms is not None and late:
-            return "trouble", "network", f"frames come {latency_ms:.0f} ms late: the network is slow"
+            return (
+                "trouble",
+                "network",
+                say("camera.late", "frames come {ms:.0f} ms late: the network is slow", ms=latency_ms),
+            )
         if loss is not None and lossy:
-            return "trouble", "network", f"{100 * loss:.0f} % of the frames do not come: the network is slow"
+            return (
+                "trouble",
+                "network",
+                say(
+                    "camera.lossy",
+                    "{percent:.0f} % of the frames do not come: the network is slow",
+                    percent=100 * loss,
+                ),
+            )
         if self.client is not None and self.client.message:
-            return "trouble", "", self.client.message
+            return "trouble", "", client_says(self.client)
         if self.slow(now_ns):
-            return "live", "no_frames", f"{rate:.0f} instead of {nominal:.0f} frames a second"
+            return (
+                "live",
+                "no_frames",
+                say(
+                    "camera.slow",
+                    "{rate:.0f} instead of {nominal:.0f} frames a second",
+                    rate=rate,
+                    nominal=nominal,
+                ),
+            )
         if self._seen_ns is None or now_ns - self._seen_ns > NOBODY_NS:
-            return "live", "no_performer", "it sees no performer"
+            return "live", "no_performer", say("camera.nobody", "it sees no performer")
         if not calibrated:
-            text = "not in the calibration: its frames are recorded but not used; calibrate the stage"
+            text = say(
+                "camera.not_calibrated",
+                "not in the calibration: its frames are recorded but not used; calibrate the stage",
+            )
             return "live", "", text
         return "live", "", ""
 
@@ -259,3 +295,9 @@ def _loss(sequences: list[int]) -> float | None:
         return None
     expected = max(sequences) - min(sequences) + 1
     return max(0.0, 1.0 - len(set(sequences)) / expected)
+
+
+def client_says(client: Status) -> str:
+    """Return a client's message to the operator, with its code if it has one."""
+    text, code = client.message, client.message_code
+    return Said(text, code, dict(client.message_values)) if text and code else text

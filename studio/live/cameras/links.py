@@ -5,6 +5,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 
 from studio import wire
+from studio.engine.base.sentences import say
 from studio.live.cameras.camera import CameraRefused
 
 LINK_TIMEOUT_NS = 5_000_000_000
@@ -61,7 +62,11 @@ class Links:
                 if now_ns - other.heard_ns < LINK_TIMEOUT_NS:
                     raise CameraRefused(
                         "name_taken",
-                        f"a camera named {link.name!r} is connected already; give this one another --name",
+                        say(
+                            "camera.name_taken",
+                            "a camera named {name!r} is connected already; give this one another --name",
+                            name=link.name,
+                        ),
                     )
             self._links[link.name] = link
 
@@ -80,7 +85,10 @@ class Links:
             CameraRefused: another connection has its name.
         """
         if self._links.get(link.name) is not link:
-            raise CameraRefused("replaced", f"another client took over the name {link.name!r}")
+            raise CameraRefused(
+                "replaced",
+                say("camera.taken_over", "another client took over the name {name!r}", name=link.name),
+            )
         link.heard_ns = now_ns
 
     def all(self) -> list[CameraLink]:

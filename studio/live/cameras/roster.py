@@ -3,6 +3,7 @@
 from dataclasses import replace
 
 from studio.engine.base.errors import SettingsError
+from studio.engine.base.sentences import say
 from studio.engine.model.frames import CameraFrame, ClockModel
 from studio.live.cameras.camera import LiveCamera
 from studio.live.cameras.clocks import Anchor, StageClock
@@ -80,7 +81,14 @@ class Roster:
         """
         if name not in [camera.name for camera in self.connected()]:
             names = ", ".join(camera.name for camera in self.connected()) or "none"
-            raise SettingsError(f"no camera {name!r} is connected; connected: {names}")
+            raise SettingsError(
+                say(
+                    "camera.none",
+                    "no camera {name!r} is connected; connected: {names}",
+                    name=name,
+                    names=names,
+                )
+            )
         self.chosen = name
         return self._anchor(self.cameras[name])
 
@@ -174,7 +182,13 @@ class Roster:
         ahead_ns = camera.clock.stage_ns(frame.device_time_ns) - now
         present = -PAST_NS <= ahead_ns <= FUTURE_NS
         camera.reason = (
-            "" if present else f"its frames are {ahead_ns * 1e-9:+.1f} s off the present: check its clock"
+            ""
+            if present
+            else say(
+                "camera.off_time",
+                "its frames are {seconds:+.1f} s off the present: check its clock",
+                seconds=ahead_ns * 1e-09,
+            )
         )
         return present
 

@@ -6,6 +6,7 @@ from pathlib import Path
 from time import time_ns
 
 from studio.engine.base.errors import StudioError, TakeError
+from studio.engine.base.sentences import say
 from studio.engine.model.settings import SolveSettings
 from studio.live import warmup
 from studio.live.engine import Engine
@@ -69,9 +70,11 @@ def take_up(
         recorder = Recorder(take, state=state)
     except StudioError as error:
         _log.error("take %s/%s cannot be gone on with: %s", marker.session, marker.take, error)
-        engine.ended_problem = (
-            f"the server was started again within take {marker.session}/{marker.take}, which cannot be gone on "
-            f"with: {error}"
+        engine.ended_problem = say(
+            "recording.not_resumed",
+            "the server was started again within take {take}, which cannot be gone on with: {error}",
+            take=f"{marker.session}/{marker.take}",
+            error=error,
         )
         remove_marker(sessions)
         return

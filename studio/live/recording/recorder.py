@@ -17,6 +17,7 @@ from pathlib import Path
 from typing import Any
 
 from studio.engine.base.errors import StudioError, TakeError
+from studio.engine.base.sentences import say, system_says
 from studio.engine.model.frames import CameraFrame, StepResult
 from studio.live.recording.owed import Owed
 from studio.take.folder.take import Take, timecode
@@ -71,7 +72,14 @@ class Recorder:
             self._poses = PoseLog(take.path, ticks=None if state is None else state.ticks)
         except OSError as error:
             self._writer.close()
-            raise TakeError(f"cannot write {take.path}: {error.strerror}; free some space") from error
+            raise TakeError(
+                say(
+                    "file.unwritable_free_space",
+                    "cannot write {path}: {error}; free some space",
+                    path=take.path,
+                    error=system_says(error),
+                )
+            ) from error
         self.problem = ""
         self.on_synced: Callable[[set[Key]], None] = lambda keys: None
         self.ticks = 0 if state is None else state.ticks
@@ -104,8 +112,13 @@ class Recorder:
             free = shutil.disk_usage(path).free
             if free < 2 * RESERVE_BYTES:
                 raise TakeError(
-                    f"only {free >> 20} MB are left on the disk; free some space before recording (at least "
-                    f"{2 * RESERVE_BYTES >> 20} MB)"
+                    say(
+                        "recording.disk_low",
+                        "only {mb} MB are left on the disk; free some space before recording (at least {least} "
+                        "MB)",
+                        mb=free >> 20,
+                        least=2 * RESERVE_BYTES >> 20,
+                    )
                 )
             take.meta["timecode"] = timecode(datetime.now().astimezone())
             take.meta["number"] = sum(1 for _ in path.parent.glob("*/take.json"))
@@ -243,16 +256,22 @@ class Recorder:
     def _fail(self, error: Exception) -> None:
         if self.problem:
             return
-        reason = getattr(error, "strerror", None) or str(error)
-        self.problem = f"the take cannot be written on ({reason}); free some space, then record again"
+        reason = system_says(error) if isinstance(error, OSError) else error
+        self.problem = say(
+            "recording.unwritable",
+            "the take cannot be written on ({reason}); free some space, then record again",
+            reason=reason,
+        )
         _log.error("%s: %s", self.take.path, self.problem)
 
     def _look_at_disk(self) -> None:
         free = shutil.disk_usage(self.take.path).free
         if free < RESERVE_BYTES:
-            self.problem = (
-                f"the disk is nearly full ({free >> 20} MB left): the recording was ended and is kept; free some "
-                "space, then record again"
+            self.problem = say(
+                "recording.disk_full",
+                "the disk is nearly full ({mb} MB left): the recording was ended and is kept; free some "
+                "space, then record again",
+                mb=free >> 20,
             )
             _log.error("%s: %s", self.take.path, self.problem)
 

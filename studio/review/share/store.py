@@ -14,6 +14,7 @@ import msgspec
 
 from studio.engine.base.errors import StudioError
 from studio.engine.base.files import write_atomically, write_json
+from studio.engine.base.sentences import say
 from studio.take.folder.names import check_name, inside
 
 FOLDER = "shares"
@@ -117,7 +118,9 @@ class Shares:
         for share in self.list():
             if share.id == share_id:
                 return share
-        raise NoSuchShare(f"there is no share {share_id[:80]!r}; GET /api/v1/shares lists them")
+        raise NoSuchShare(
+            say("share.none", "there is no share {id!r}; GET /api/v1/shares lists them", id=share_id[:80])
+        )
 
     def by_token(self, token: str) -> ShareLink:
         """Return the link with this secret.
@@ -163,7 +166,9 @@ class Shares:
         for share in self._all():
             if share.id == share_id and share.revoked:
                 return self._save(msgspec.structs.replace(share, revoked=""))
-        raise NoSuchShare(f"there is no share {share_id[:80]!r} to put back")
+        raise NoSuchShare(
+            say("share.not_restorable", "there is no share {share!r} to put back", share=share_id[:80])
+        )
 
     def _all(self) -> "list[ShareLink]":
         found = []

@@ -4,8 +4,16 @@ import re
 from pathlib import Path
 
 from studio.engine.base.errors import TakeError
+from studio.engine.base.sentences import say
 
 _NAME = re.compile(r"[^\x00-\x1f\x7f/\\:*?\"<>|]+")
+_KINDS = {
+    "session": say("name.session", "session"),
+    "take": say("name.take", "take"),
+    "performer": say("name.performer", "performer"),
+    "solve": say("name.solve", "solve"),
+    "reference": say("name.reference", "reference"),
+}
 _REFUSED = re.compile(r"[^\w .()+=@,&!#~-]+")
 
 MAX_NAME = 63
@@ -33,8 +41,13 @@ def check_name(kind: str, name: str) -> str:
     """
     if not is_safe_name(name):
         raise TakeError(
-            f"{kind} name {name[:80]!r} is not allowed; allowed: 1 to 63 characters without "
-            '/ \\ : * ? " < > |, not beginning with a dot; choose another name'
+            say(
+                "name.not_allowed",
+                "{kind} name {name!r} is not allowed; allowed: 1 to 63 characters without "
+                '/ \\ : * ? " < > |, not beginning with a dot; choose another name',
+                kind=_KINDS.get(kind, kind),
+                name=name[:80],
+            )
         )
     return name
 

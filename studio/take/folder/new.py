@@ -8,6 +8,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from studio.engine.base.errors import TakeError
+from studio.engine.base.sentences import say, system_says
 from studio.take.folder.lock import hold, release
 from studio.take.folder.names import is_safe_name
 from studio.take.folder.take import Take, check_free
@@ -54,7 +55,14 @@ def new_take(
             os.chmod(temporary, 0o755)
             in_use = hold(temporary)
         except OSError as error:
-            raise TakeError(f"cannot make a take at {path}: {error.strerror}; choose another") from error
+            raise TakeError(
+                say(
+                    "take.not_made_choose",
+                    "cannot make a take at {path}: {error}; choose another",
+                    path=path,
+                    error=system_says(error),
+                )
+            ) from error
         take = Take.create(
             temporary,
             session=session,
@@ -85,7 +93,14 @@ def _make_parents(folder: Path) -> list[Path]:
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
-        raise TakeError(f"cannot make folder {folder}: {error.strerror}; choose another") from error
+        raise TakeError(
+            say(
+                "file.no_folder",
+                "cannot make folder {path}: {error}; choose another",
+                path=folder,
+                error=system_says(error),
+            )
+        ) from error
     return missing
 
 
@@ -100,4 +115,11 @@ def _move(temporary: Path, final: Path) -> None:
             final.rmdir()  # fails, as it should, if the folder was filled meanwhile
         temporary.rename(final)
     except OSError as error:
-        raise TakeError(f"cannot finish the take at {final}: {error.strerror}; choose another") from error
+        raise TakeError(
+            say(
+                "take.not_finished",
+                "cannot finish the take at {path}: {error}; choose another",
+                path=final,
+                error=system_says(error),
+            )
+        ) from error

@@ -12,6 +12,7 @@ from pathlib import Path
 
 from studio.engine.base.errors import FormatError, TakeError
 from studio.engine.base.files import write_json
+from studio.engine.base.sentences import say, system_says
 from studio.engine.metrics.reference.kinds import REFERENCE_KINDS
 from studio.take.folder.measured import forget_measured
 from studio.take.folder.names import check_name, inside
@@ -52,7 +53,12 @@ def reference_path(take: Take, name: str) -> Path:
     check_name("reference", name)
     if Path(name).suffix.lower() not in REFERENCE_KINDS:
         raise FormatError(
-            f"reference {name!r} is of no kind that is read; allowed: {', '.join(REFERENCE_KINDS)}"
+            say(
+                "reference.unread_kind",
+                "reference {name!r} is of no kind that is read; allowed: {kinds}",
+                name=name,
+                kinds=[*REFERENCE_KINDS],
+            )
         )
     return inside(take.path / FOLDER, name)
 
@@ -95,7 +101,14 @@ def remove_reference(take: Take, name: str) -> None:
     """
     path = reference_path(take, name)
     if not path.is_file():
-        raise TakeError(f"take {take.meta['id']} has no reference {name!r}")
+        raise TakeError(
+            say(
+                "reference.none_of_take",
+                "take {take} has no reference {name!r}",
+                take=take.meta["id"],
+                name=name,
+            )
+        )
     _move(take, name, path.parent, path.parent / _REMOVED)
     forget_placed(take, name)
 
@@ -108,9 +121,23 @@ def restore_reference(take: Take, name: str) -> None:
     """
     path = reference_path(take, name)
     if path.exists():
-        raise TakeError(f"take {take.meta['id']} has another reference {name!r} by now; remove it first")
+        raise TakeError(
+            say(
+                "reference.another",
+                "take {take} has another reference {name!r} by now; remove it first",
+                take=take.meta["id"],
+                name=name,
+            )
+        )
     if not (path.parent / _REMOVED / name).is_file():
-        raise TakeError(f"no reference {name!r} of take {take.meta['id']} was removed")
+        raise TakeError(
+            say(
+                "reference.not_removed",
+                "no reference {name!r} of take {take} was removed",
+                name=name,
+                take=take.meta["id"],
+            )
+        )
     _move(take, name, path.parent / _REMOVED, path.parent)
 
 
@@ -135,7 +162,13 @@ def offered_file(sessions: Path, name: str) -> Path:
         TakeError: it is none of them.
     """
     if name not in offered_files(sessions):
-        raise TakeError(f"{name[:120]!r} is none of the files beside the takes; choose one that is offered")
+        raise TakeError(
+            say(
+                "reference.not_offered",
+                "{name!r} is none of the files beside the takes; choose one that is offered",
+                name=name[:120],
+            )
+        )
     return sessions / name
 
 
@@ -161,4 +194,12 @@ def _move(take: Take, name: str, source: Path, target: Path) -> None:
         if how.is_file():
             os.replace(how, target / how.name)
     except OSError as error:
-        raise TakeError(f"cannot move reference {name!r} of {take.path}: {error.strerror}") from error
+        raise TakeError(
+            say(
+                "reference.not_moved",
+                "cannot move reference {name!r} of {take}: {error}",
+                name=name,
+                take=take.path,
+                error=system_says(error),
+            )
+        ) from error

@@ -9,6 +9,7 @@ from typing import Any
 
 from studio.engine.base.errors import FormatError, TakeError
 from studio.engine.base.files import sync_files, write_json
+from studio.engine.base.sentences import say, system_says
 from studio.engine.base.versions import METRICS, SETTINGS, FileFormat
 from studio.engine.model.poses import Poses
 from studio.engine.model.settings import SolveSettings
@@ -54,8 +55,15 @@ def write_solve(
             sync_files(temporary)
         _replace(folder, temporary)
     except OSError as error:
-        reason = error.strerror or str(error)
-        raise TakeError(f"cannot write solve {name!r} of {take.path}: {reason}; free some space") from error
+        raise TakeError(
+            say(
+                "take.solve_unwritable",
+                "cannot write solve {name!r} of {take}: {reason}; free some space",
+                name=name,
+                take=take.path,
+                reason=system_says(error),
+            )
+        ) from error
     finally:
         if temporary is not None:
             shutil.rmtree(temporary, ignore_errors=True)

@@ -14,6 +14,7 @@ import msgspec
 
 from studio.engine.base.errors import CalibrationError, StudioError, TakeError
 from studio.engine.base.files import write_json
+from studio.engine.base.sentences import about, say, system_says
 from studio.engine.model.calibration import Calibration
 from studio.take.folder.names import check_name, inside, is_safe_name
 from studio.wire import Hello
@@ -70,7 +71,14 @@ def new_meta(
         TakeError: an unknown source.
     """
     if source not in SOURCES:
-        raise TakeError(f"take source {source!r} is not known; allowed: {', '.join(SOURCES)}")
+        raise TakeError(
+            say(
+                "take.source",
+                "take source {source!r} is not known; allowed: {allowed}",
+                source=source,
+                allowed=[*SOURCES],
+            )
+        )
     return {
         "format_version": FORMAT_VERSION,
         "id": f"{session}/{name}",
@@ -150,7 +158,12 @@ class Take:
                 (path / folder).mkdir(parents=True, exist_ok=True)
         except OSError as error:
             raise TakeError(
-                f"cannot make a take at {path}: {error.strerror}; choose another folder"
+                say(
+                    "take.not_made",
+                    "cannot make a take at {path}: {error}; choose another folder",
+                    path=path,
+                    error=system_says(error),
+                )
             ) from error
         try:
             take.save_meta()
@@ -170,15 +183,32 @@ class Take:
         path = Path(path)
         file = path / "take.json"
         if not path.is_dir():
-            raise TakeError(f"no take at {path}: there is no such folder; give the folder of a take")
+            raise TakeError(
+                say(
+                    "take.no_folder",
+                    "no take at {path}: there is no such folder; give the folder of a take",
+                    path=path,
+                )
+            )
         if not file.is_file():
             raise TakeError(
-                f"no take at {path}: the folder has no take.json; give a take, or run `studio doctor`"
+                say(
+                    "take.no_take_json",
+                    "no take at {path}: the folder has no take.json; give a take, or run `studio doctor`",
+                    path=path,
+                )
             )
         try:
             meta = json.loads(file.read_text(encoding="utf-8"))
         except (OSError, ValueError, RecursionError) as error:
-            raise TakeError(f"{file} cannot be read ({error}); run `studio doctor` to rebuild it") from error
+            raise TakeError(
+                say(
+                    "take.json_unreadable",
+                    "{file} cannot be read ({error}); run `studio doctor` to rebuild it",
+                    file=file,
+                    error=error,
+                )
+            ) from error
         check_meta(file, meta)
         return cls(path, meta)
 
@@ -213,10 +243,19 @@ class Take:
         if number is None:
             refused = self.calibration_numbers()
             raise CalibrationError(
-                f"take {self.path} has no calibration in use: calibration {refused[-1]} was refused; "
-                f"`studio calibrate {self.path}` says why, and record a walk that it can use"
+                say(
+                    "take.calibration_refused",
+                    "take {take} has no calibration in use: calibration {number} was refused; `studio "
+                    "calibrate {take}` says why, and record a walk that it can use",
+                    take=self.path,
+                    number=refused[-1],
+                )
                 if refused
-                else f"take {self.path} has no calibration in use; run `studio calibrate {self.path}` first"
+                else say(
+                    "take.not_calibrated",
+                    "take {take} has no calibration in use; run `studio calibrate {take}` first",
+                    take=self.path,
+                )
             )
         return read_calibration(self.calibration_path(number))
 
@@ -263,11 +302,18 @@ def read_calibration(file: Path) -> Calibration:
     try:
         value = json.loads(file.read_text(encoding="utf-8"))
     except (OSError, ValueError, RecursionError) as error:
-        raise CalibrationError(f"calibration {file} cannot be read ({error}); calibrate again") from error
+        raise CalibrationError(
+            say(
+                "take.calibration_unreadable",
+                "calibration {path} cannot be read ({error}); calibrate again",
+                path=file,
+                error=error,
+            )
+        ) from error
     try:
         return Calibration.from_json(value)
     except CalibrationError as error:
-        raise CalibrationError(f"{file}: {error}") from error
+        raise CalibrationError(about(str(file), error.sentence)) from error
 
 
 def check_free(path: Path) -> None:
@@ -275,20 +321,45 @@ def check_free(path: Path) -> None:
     try:
         taken = path.exists() and (not path.is_dir() or any(path.iterdir()))
     except OSError as error:
-        raise TakeError(f"cannot make a take at {path}: {error.strerror}; choose another folder") from error
+        raise TakeError(
+            say(
+                "take.not_made",
+                "cannot make a take at {path}: {error}; choose another folder",
+                path=path,
+                error=system_says(error),
+            )
+        ) from error
     if taken:
-        raise TakeError(f"{path} exists and is not empty; choose another folder or delete it")
+        raise TakeError(
+            say(
+                "take.not_empty",
+                "{path} exists and is not empty; choose another folder or delete it",
+                path=path,
+            )
+        )
 
 
 def check_meta(file: Path, meta: Any) -> None:
     """Raise TakeError if the content of a `take.json` is not that of a take of this version."""
     if not isinstance(meta, dict) or "format_version" not in meta:
-        raise TakeError(f"{file} is not the take.json of a take; run `studio doctor` to rebuild it")
+        raise TakeError(
+            say(
+                "take.json_other",
+                "{file} is not the take.json of a take; run `studio doctor` to rebuild it",
+                file=file,
+            )
+        )
     version = meta["format_version"]
     if version != FORMAT_VERSION:
         raise TakeVersionError(
-            f"{file} has format version {version!r}, this program reads version {FORMAT_VERSION}; "
-            "open the take with the version that made it"
+            say(
+                "take.version",
+                "{path} has format version {version!r}, this program reads version {own}; open the take "
+                "with the version that made it",
+                path=file,
+                version=version,
+                own=FORMAT_VERSION,
+            )
         )
     kinds: dict[str, type | tuple[type, ...]] = {
         "session": str,
@@ -309,5 +380,10 @@ def check_meta(file: Path, meta: Any) -> None:
         wrong.append("cameras")
     if wrong:
         raise TakeError(
-            f"{file} lacks or misuses {', '.join(wrong)}; run `studio doctor` to rebuild it from raw.mcap"
+            say(
+                "take.fields",
+                "{path} lacks or misuses {names}; run `studio doctor` to rebuild it from raw.mcap",
+                path=file,
+                names=[*wrong],
+            )
         )

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from studio.engine.base.errors import FormatError, SettingsError, TakeError
+from studio.engine.base.sentences import say
 from studio.take.folder.take import Take, check_free
 from studio.take.importers import (
     camera_folders,
@@ -36,24 +37,40 @@ class Importer:
 
 IMPORTERS: dict[str, Importer] = {
     "camera-folders": Importer(
-        "a folder with camera_K/joints.csv or camera_K/depth.txt", camera_folders.matches, camera_folders.read
+        say("import.kind_camera_folders", "a folder with camera_K/joints.csv or camera_K/depth.txt"),
+        camera_folders.matches,
+        camera_folders.read,
     ),
     "kinect-pair": Importer(
-        "a CSV of several Kinect v2 with the columns Kinect_Id and Skeleton_Time",
+        say(
+            "import.kind_kinect_pair",
+            "a CSV of several Kinect v2 with the columns Kinect_Id and Skeleton_Time",
+        ),
         kinect_pair.matches,
         kinect_pair.read,
     ),
     "kinect-states": Importer(
-        "a CSV of one Kinect v2 without a header: time in 100 ns, then x, y, z, state of 25 joints",
+        say(
+            "import.kind_kinect",
+            "a CSV of one Kinect v2 without a header: time in 100 ns, then x, y, z, state of 25 joints",
+        ),
         kinect_states.matches,
         kinect_states.read,
     ),
-    "k4a-mkv": Importer("an Azure Kinect recording (.mkv)", k4a_mkv.matches, k4a_mkv.read),
-    "ros-bag": Importer("a RealSense or ROS recording (.bag, .db3)", ros_bag.matches, ros_bag.read),
-    "recording-files": Importer(
-        "a folder of such recordings, one per camera", recording_files.matches, recording_files.read
+    "k4a-mkv": Importer(
+        say("import.kind_k4a", "an Azure Kinect recording (.mkv)"), k4a_mkv.matches, k4a_mkv.read
     ),
-    "raw-file": Importer("a raw recording of the studio (.mcap)", raw_file.matches, raw_file.read),
+    "ros-bag": Importer(
+        say("import.kind_ros", "a RealSense or ROS recording (.bag, .db3)"), ros_bag.matches, ros_bag.read
+    ),
+    "recording-files": Importer(
+        say("import.kind_several", "a folder of such recordings, one per camera"),
+        recording_files.matches,
+        recording_files.read,
+    ),
+    "raw-file": Importer(
+        say("import.kind_raw", "a raw recording of the studio (.mcap)"), raw_file.matches, raw_file.read
+    ),
 }
 """Kinds of recordings by name, in the order of their tests."""
 
@@ -97,9 +114,11 @@ def _silent(_share: float) -> None:
 
 def _importer(path: Path) -> Importer:
     if not path.exists():
-        raise FormatError(f"no recording at {path}: there is no such file or folder")
+        raise FormatError(
+            say("import.none", "no recording at {path}: there is no such file or folder", path=path)
+        )
     if (path / "take.json").is_file():
-        raise TakeError(f"{path} is a take already; use it as it is")
+        raise TakeError(say("import.is_take", "{path} is a take already; use it as it is", path=path))
     for importer in IMPORTERS.values():
         if importer.matches(path):
             return importer
@@ -108,5 +127,12 @@ def _importer(path: Path) -> Importer:
 
 def not_importable(path: str | Path) -> FormatError:
     """Return the error that says that something is of no known kind, and which kinds there are."""
-    kinds = "; ".join([*(importer.description for importer in IMPORTERS.values()), ANIMATIONS])
-    return FormatError(f"{path} is no recording that can be imported; allowed: {kinds}")
+    kinds = [*(importer.description for importer in IMPORTERS.values()), ANIMATIONS]
+    return FormatError(
+        say(
+            "import.unknown_kind",
+            "{path} is no recording that can be imported; allowed: {kinds}",
+            path=path,
+            kinds=kinds,
+        )
+    )

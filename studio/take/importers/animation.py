@@ -5,6 +5,7 @@ from pathlib import Path
 
 from studio.engine.animation.read.files import ENDINGS
 from studio.engine.animation.read.imported import imported_poses
+from studio.engine.base.sentences import say
 from studio.engine.model.settings import preset
 from studio.take.folder.new import new_take
 from studio.take.folder.solves import write_solve
@@ -13,7 +14,7 @@ from studio.take.folder.take import Take, check_free
 IMPORTED = "imported"
 """Name of the solve."""
 
-ANIMATIONS = f"an animation ({', '.join(ENDINGS)})"
+ANIMATIONS = say("import.kind_animation", "an animation ({endings})", endings=[*ENDINGS])
 """Files for which `is_animation` is true, in words."""
 
 

@@ -15,6 +15,7 @@ from pathlib import Path
 from typing import IO, Any, Protocol
 
 from studio.engine.base.errors import FormatError
+from studio.engine.base.sentences import say, system_says
 
 _MAGIC = b"#ROSBAG V2.0\n"
 _CHUNK, _CONNECTION, _MESSAGE, _BAG = 5, 7, 2, 3
@@ -81,10 +82,22 @@ class Ros1Bag:
                 definitions.update(get_types_from_msg(connection.definition, connection.message_type))
             self._types.register(definitions)
         except TypesysError as error:
-            raise FormatError(f"{self.path}: message definitions cannot be read ({error})") from error
+            raise FormatError(
+                say(
+                    "import.definitions",
+                    "{path}: message definitions cannot be read ({error})",
+                    path=self.path,
+                    error=error,
+                )
+            ) from error
         if not self.topics:
             raise FormatError(
-                f"{self.path} holds no message that can be read: {self.problem or 'it is empty'}"
+                say(
+                    "import.no_message",
+                    "{path} holds no message that can be read: {error}",
+                    path=self.path,
+                    error=self.problem or "it is empty",
+                )
             )
 
     def messages(self, topics: Collection[str]) -> Iterator[tuple[str, int, Any]]:
@@ -106,10 +119,16 @@ class Ros1Bag:
         try:
             with open(self.path, "rb") as file:
                 if file.read(len(_MAGIC)) != _MAGIC:
-                    raise FormatError(f"{self.path} is no ROS bag of version 2.0")
+                    raise FormatError(
+                        say("import.not_ros_bag", "{path} is no ROS bag of version 2.0", path=self.path)
+                    )
                 yield from self._file_records(file)
         except OSError as error:
-            raise FormatError(f"cannot read {self.path}: {error.strerror}") from error
+            raise FormatError(
+                say(
+                    "file.unreadable", "cannot read {path}: {error}", path=self.path, error=system_says(error)
+                )
+            ) from error
 
     def _file_records(self, file: IO[bytes]) -> Iterator[tuple[int, int, int, bytes]]:
         try:
@@ -151,17 +170,17 @@ def _read_record(file: IO[bytes]) -> tuple[dict[str, bytes], bytes] | None:
 
 def _whole(length: bytes) -> bytes:
     if len(length) != 4:
-        raise EOFError("the file ends in a record")
+        raise EOFError(say("import.record_at_end", "the file ends in a record"))
     return length
 
 
 def _exactly(file: IO[bytes], length: bytes) -> bytes:
     (size,) = struct.unpack("<I", _whole(length))
     if size > _RECORD_BYTES_LIMIT:
-        raise ValueError(f"a record of {size} bytes")
+        raise ValueError(say("import.record_size", "a record of {n} bytes", n=size))
     data = file.read(size)
     if len(data) != size:
-        raise EOFError("the file ends in a record")
+        raise EOFError(say("import.record_at_end", "the file ends in a record"))
     return data
 
 
@@ -200,7 +219,13 @@ def _bounded(unpacker: Any, data: bytes) -> bytes:
     """Return the unpacked data, unless it exceeds the size limit of a record."""
     unpacked = unpacker.decompress(data, _RECORD_BYTES_LIMIT)
     if not unpacker.eof:
-        raise ValueError(f"a chunk that ends early, or has over {_RECORD_BYTES_LIMIT} bytes once unpacked")
+        raise ValueError(
+            say(
+                "import.chunk_ends",
+                "a chunk that ends early, or has over {n} bytes once unpacked",
+                n=_RECORD_BYTES_LIMIT,
+            )
+        )
     return unpacked
 
 
@@ -222,7 +247,12 @@ class Ros2Bag:
                 self.topics.setdefault(name, Topic(kind)).count += 1
         if not self.topics:
             raise FormatError(
-                f"{self.path} holds no message that can be read: {self.problem or 'it is empty'}"
+                say(
+                    "import.no_message",
+                    "{path} holds no message that can be read: {error}",
+                    path=self.path,
+                    error=self.problem or "it is empty",
+                )
             )
 
     def messages(self, topics: Collection[str]) -> Iterator[tuple[str, int, Any]]:

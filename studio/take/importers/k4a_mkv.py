@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from studio.engine.base.errors import FormatError
+from studio.engine.base.sentences import about, say
 from studio.take.importers.k4a import intrinsics
 from studio.take.importers.recording import DepthStream, Progress, ReadCamera, ReadDepth, ReadRecording
 
@@ -52,15 +53,28 @@ def read_cameras(path: Path, notes: list[str]) -> tuple[tuple[ReadCamera, ...], 
             s for s in container.streams.attachments if s.metadata.get("filename", "") == "calibration.json"
         ]
         if not calibration:
-            raise FormatError(f"{path} has no calibration.json inside; is it a recording of an Azure Kinect?")
+            raise FormatError(
+                say(
+                    "import.k4a_no_calibration",
+                    "{path} has no calibration.json inside; is it a recording of an Azure Kinect?",
+                    path=path,
+                )
+            )
         try:
             camera = intrinsics(calibration[0].data, mode)
         except FormatError as error:
-            raise FormatError(f"{path}: {error}") from error
+            raise FormatError(about(str(path), error.sentence)) from error
         size = (track.codec_context.width, track.codec_context.height)
         if size != (camera.width, camera.height):
             raise FormatError(
-                f"{path}: images of {size[0]} x {size[1]} in depth mode {mode}; the file is damaged"
+                say(
+                    "import.k4a_damaged",
+                    "{path}: images of {width} x {height} in depth mode {mode}; the file is damaged",
+                    path=path,
+                    width=size[0],
+                    height=size[1],
+                    mode=mode,
+                )
             )
         rate = float(track.average_rate or 30)
         seconds = (container.duration or 0) * 1e-6
@@ -86,14 +100,23 @@ def _open(path: Path) -> "InputContainer":
     try:
         return av.open(str(path), "r", format="matroska", **lenient)
     except (FFmpegError, OSError) as error:
-        raise FormatError(f"{path} cannot be read as a Matroska file ({error.strerror})") from error
+        raise FormatError(
+            say(
+                "import.not_matroska",
+                "{path} cannot be read as a Matroska file ({error})",
+                path=path,
+                error=error.strerror,
+            )
+        ) from error
 
 
 def _depth_track(path: Path, container: "InputContainer") -> "VideoStream":
     for track in container.streams.video:
         if "K4A_DEPTH_MODE" in track.metadata or track.metadata.get("title") == "DEPTH":
             return track
-    raise FormatError(f"{path} has no depth track; record with the depth camera on")
+    raise FormatError(
+        say("import.no_depth_track", "{path} has no depth track; record with the depth camera on", path=path)
+    )
 
 
 def _stream(path: Path, notes: list[str]) -> DepthStream:

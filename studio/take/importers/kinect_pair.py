@@ -16,6 +16,7 @@ from pathlib import Path
 import numpy as np
 
 from studio.engine.base.errors import FormatError
+from studio.engine.base.sentences import say
 from studio.engine.model.joints import JOINT_SETS
 from studio.take.importers import kinect
 from studio.take.importers.recording import Progress, ReadCamera, ReadRecording, put_in_order
@@ -67,7 +68,14 @@ def _read_rows(path: Path, progress: Progress) -> dict[int, dict[str, list[_Row]
     columns = header_index(path, header)
     missing = [name for name in _COLUMNS if name not in columns]
     if missing:
-        raise FormatError(f"{path}: missing columns {', '.join(missing)}; give the file as it was recorded")
+        raise FormatError(
+            say(
+                "import.columns_missing",
+                "{path}: missing columns {names}; give the file as it was recorded",
+                path=path,
+                names=[*missing],
+            )
+        )
     coordinates = [columns[name] for name in _COLUMNS[len(_KEYS) :]]
     size, read_bytes = path.stat().st_size, 0
     out: dict[int, dict[str, list[_Row]]] = {}
@@ -84,7 +92,7 @@ def _read_rows(path: Path, progress: Progress) -> dict[int, dict[str, list[_Row]
         if line % 500 == 0:
             progress(min(1.0, read_bytes / size))
     if not out:
-        raise FormatError(f"{path} has no rows; a recording needs frames")
+        raise FormatError(say("import.no_rows", "{path} has no rows; a recording needs frames", path=path))
     return out
 
 

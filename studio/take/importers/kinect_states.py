@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from studio.engine.base.errors import FormatError
+from studio.engine.base.sentences import say
 from studio.engine.model.joints import JOINT_SETS
 from studio.take.importers import kinect
 from studio.take.importers.recording import Progress, ReadCamera, ReadRecording, put_in_order
@@ -64,7 +65,16 @@ def _without_last_comma(row: list[str]) -> list[str]:
 def _time(path: Path, line: int, text: str) -> int:
     ticks = whole_number(path, line, "time", text)
     if not 0 <= ticks <= _LATEST_TICKS:
-        raise FormatError(f"{path}:{line}: time is {text}; allowed: 0 to {_LATEST_TICKS} ticks of 100 ns")
+        raise FormatError(
+            say(
+                "import.kinect_time",
+                "{path}:{line}: time is {time}; allowed: 0 to {most} ticks of 100 ns",
+                path=path,
+                line=line,
+                time=text,
+                most=_LATEST_TICKS,
+            )
+        )
     return ticks
 
 
@@ -75,6 +85,15 @@ def _joints(path: Path, line: int, cells: list[str]) -> list[float]:
         out += [number(path, line, f"{name} {axis}", cells[4 * k + i]) for i, axis in enumerate("xyz")]
         state = whole_number(path, line, f"{name} state", cells[4 * k + 3])
         if state not in CONFIDENCE_OF_STATE:
-            raise FormatError(f"{path}:{line}: {name} has tracking state {state}; allowed: 0, 1, 2")
+            raise FormatError(
+                say(
+                    "import.kinect_state",
+                    "{path}:{line}: {name} has tracking state {state}; allowed: 0, 1, 2",
+                    path=path,
+                    line=line,
+                    name=name,
+                    state=state,
+                )
+            )
         out.append(CONFIDENCE_OF_STATE[state])
     return out

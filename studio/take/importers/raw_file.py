@@ -6,6 +6,7 @@ import numpy as np
 
 from studio import wire
 from studio.engine.base.errors import FormatError
+from studio.engine.base.sentences import about, say
 from studio.take.importers.recording import DepthStream, Progress, ReadCamera, ReadDepth, ReadRecording
 from studio.take.raw.depth import DepthRecording
 from studio.take.raw.frames import RawCamera, RawFrame, RawReader
@@ -33,7 +34,14 @@ def read(path: Path, progress: Progress) -> ReadRecording:
             of_camera = skeletons.setdefault(record.camera, {})
             of_camera.setdefault(record.message.device_time_ns, record.message)
     if not hellos:
-        raise FormatError(f"{path} is no recording of the studio: {reader.problem or 'it has no camera'}")
+        raise FormatError(
+            say(
+                "import.not_raw",
+                "{path} is no recording of the studio: {error}",
+                path=path,
+                error=reader.problem or say("import.no_camera", "it has no camera"),
+            )
+        )
     progress(0.5)
     depth = DepthRecording(path)
     notes = [f"{path.name}: {depth.problem}; what can be read was kept"] if depth.problem else []
@@ -45,9 +53,8 @@ def read(path: Path, progress: Progress) -> ReadRecording:
         if name in skeletons or name in depth.cameras
     )
     if not cameras:
-        raise FormatError(
-            f"{path} has no frame of any camera" + (f": {depth.problem}" if depth.problem else "")
-        )
+        empty = say("import.no_frame", "{path} has no frame of any camera", path=path)
+        raise FormatError(about(empty, depth.problem) if depth.problem else empty)
     progress(1.0)
     return ReadRecording(cameras=cameras, notes=notes)
 

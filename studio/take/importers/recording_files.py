@@ -4,6 +4,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from studio.engine.base.errors import FormatError
+from studio.engine.base.sentences import say
 from studio.take.importers import k4a_mkv, ros_bag
 from studio.take.importers.camera_folders import read_beside
 from studio.take.importers.recording import Progress, ReadCamera, ReadRecording
@@ -41,7 +42,14 @@ def read(path: Path, progress: Progress) -> ReadRecording:
         progress((k + 1) / len(files))
     names = [camera.name for camera in cameras]
     if len(set(names)) < len(names):
-        raise FormatError(f"{path}: two cameras would have one name of {', '.join(names)}; rename the files")
+        raise FormatError(
+            say(
+                "import.one_name",
+                "{path}: two cameras would have one name of {names}; rename the files",
+                path=path,
+                names=[*names],
+            )
+        )
     return read_beside(path, tuple(cameras), notes, created=min(created, default=None))
 
 

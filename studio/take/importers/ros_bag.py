@@ -18,6 +18,7 @@ from PIL import Image
 
 from studio import wire
 from studio.engine.base.errors import FormatError
+from studio.engine.base.sentences import say
 from studio.take.importers.bag_files import Bag, open_bag
 from studio.take.importers.recording import DepthStream, Progress, ReadCamera, ReadDepth, ReadRecording
 
@@ -55,9 +56,14 @@ def read_cameras(path: Path, notes: list[str]) -> tuple[ReadCamera, ...]:
     bag = open_bag(path)
     topics = _depth_topics(bag)
     if not topics:
+        none = say(
+            "import.no_depth_topic",
+            "{path} has no depth images; its topics: {names}",
+            path=path,
+            names=", ".join(sorted(bag.topics)) or "none",
+        )
         raise FormatError(
-            f"{path} has no depth images; its topics: {', '.join(sorted(bag.topics)) or 'none'}"
-            + (f" ({bag.problem})" if bag.problem else "")
+            say("text.detail", "{text} ({detail})", text=none, detail=bag.problem) if bag.problem else none
         )
     if len(topics) > 1:
         notes += [f"{path.name}: camera_{k} is topic {topic}" for k, topic in enumerate(topics)]
@@ -132,17 +138,32 @@ def _image(message: Any, intrinsics: wire.Intrinsics, step_mm: float) -> NDArray
                 Image.open(io.BytesIO(data[max(data.find(_PNG_HEADER, 0, 64), 0) :]), formats=("PNG",))
             )
         except (OSError, SyntaxError, ValueError, Image.DecompressionBombError) as error:
-            raise FormatError(f"a compressed image cannot be read ({error})") from error
+            raise FormatError(
+                say("import.ros_compressed", "a compressed image cannot be read ({error})", error=error)
+            ) from error
     else:
         order = ">u2" if message.is_bigendian else "<u2"
         rows = np.asarray(message.data, dtype=np.uint8)
         if message.step < 2 * message.width or len(rows) != message.height * message.step:
             raise FormatError(
-                f"an image has {len(rows)} bytes where {message.height} x {message.step} belong"
+                say(
+                    "import.ros_bytes",
+                    "an image has {n} bytes where {rows} x {step} belong",
+                    n=len(rows),
+                    rows=message.height,
+                    step=message.step,
+                )
             )
         values = rows.reshape(message.height, message.step)[:, : 2 * message.width].copy().view(order)
     if values.shape != shape:
-        raise FormatError(f"an image has shape {values.shape}, the intrinsics {shape}")
+        raise FormatError(
+            say(
+                "import.ros_shape",
+                "an image has shape {shape}, the intrinsics {other}",
+                shape=values.shape,
+                other=shape,
+            )
+        )
     if step_mm == 1.0:
         return values.astype(np.uint16)
     return np.clip(np.rint(values * step_mm), 0, 65535).astype(np.uint16)
@@ -152,16 +173,43 @@ def _intrinsics(path: Path, bag: Bag, topic: str) -> wire.Intrinsics:
     about = _nearest(bag, topic, lambda name, kind: kind == "sensor_msgs/msg/CameraInfo")
     message = None if about is None else _first(bag, about)
     if message is None:
-        raise FormatError(f"{path}: topic {topic} has no camera_info; record it with the images")
+        raise FormatError(
+            say(
+                "import.ros_no_info",
+                "{path}: topic {topic} has no camera_info; record it with the images",
+                path=path,
+                topic=topic,
+            )
+        )
     k = np.asarray(getattr(message, "K", getattr(message, "k", None)), dtype=float)
     d = np.asarray(getattr(message, "D", getattr(message, "d", None)), dtype=float)
     model = message.distortion_model.lower()
     if d.any() and (model not in _MODELS or len(d) > 8):
-        raise FormatError(f"{path}: {about} has distortion {message.distortion_model!r}; allowed: {_MODELS}")
+        raise FormatError(
+            say(
+                "import.ros_distortion",
+                "{path}: {about} has distortion {model!r}; allowed: {allowed}",
+                path=path,
+                about=about,
+                model=message.distortion_model,
+                allowed=_MODELS,
+            )
+        )
     if k.shape != (9,) or not np.isfinite([*k, *d]).all() or min(k[0], k[4]) <= 0:
-        raise FormatError(f"{path}: {about} holds no intrinsics")
+        raise FormatError(
+            say("import.ros_no_intrinsics", "{path}: {about} holds no intrinsics", path=path, about=about)
+        )
     if not (0 < message.width <= 4096 and 0 < message.height <= 4096):
-        raise FormatError(f"{path}: {about} has an image of {message.width} x {message.height}")
+        raise FormatError(
+            say(
+                "import.ros_image_size",
+                "{path}: {about} has an image of {width} x {height}",
+                path=path,
+                about=about,
+                width=message.width,
+                height=message.height,
+            )
+        )
     distortion = tuple(d.tolist()) if d.any() else ()
     return wire.Intrinsics(
         float(k[0]),

@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from studio.engine.base.errors import FormatError
+from studio.engine.base.sentences import say, system_says
 
 
 def csv_rows(file: Path) -> Iterator[tuple[int, list[str]]]:
@@ -23,10 +24,17 @@ def csv_rows(file: Path) -> Iterator[tuple[int, list[str]]]:
                     yield reader.line_num, cells
     except (UnicodeDecodeError, csv.Error) as error:
         raise FormatError(
-            f"{file} is not a CSV text file ({error}); give the recording as exported"
+            say(
+                "import.not_csv",
+                "{path} is not a CSV text file ({error}); give the recording as exported",
+                path=file,
+                error=error,
+            )
         ) from error
     except OSError as error:
-        raise FormatError(f"cannot read {file}: {error.strerror}") from error
+        raise FormatError(
+            say("file.unreadable", "cannot read {path}: {error}", path=file, error=system_says(error))
+        ) from error
 
 
 def first_row(file: Path) -> list[str]:
@@ -45,7 +53,14 @@ def header_index(file: Path, header: list[str]) -> dict[str, int]:
     """
     twice = sorted({name for name in header if name and header.count(name) > 1})
     if twice:
-        raise FormatError(f"{file}: columns {', '.join(twice)} come twice; each column needs its own name")
+        raise FormatError(
+            say(
+                "import.columns_twice",
+                "{path}: columns {names} come twice; each column needs its own name",
+                path=file,
+                names=[*twice],
+            )
+        )
     return {name: i for i, name in enumerate(header)}
 
 
@@ -60,7 +75,16 @@ def number(file: Path, line: int, column: str, text: str) -> float:
     except ValueError:
         value = math.inf
     if not math.isfinite(value):
-        raise FormatError(f"{file}:{line}: {column} is {text[:40]!r}; a finite number is needed")
+        raise FormatError(
+            say(
+                "import.not_finite_number",
+                "{path}:{line}: {column} is {text!r}; a finite number is needed",
+                path=file,
+                line=line,
+                column=column,
+                text=text[:40],
+            )
+        )
     return value
 
 
@@ -75,11 +99,29 @@ def whole_number(file: Path, line: int, column: str, text: str) -> int:
     except ValueError:
         value = 10**18
     if abs(value) >= 10**18:
-        raise FormatError(f"{file}:{line}: {column} is {text[:40]!r}; a whole number is needed")
+        raise FormatError(
+            say(
+                "import.not_whole_number",
+                "{path}:{line}: {column} is {text!r}; a whole number is needed",
+                path=file,
+                line=line,
+                column=column,
+                text=text[:40],
+            )
+        )
     return value
 
 
 def check_length(file: Path, line: int, cells: list[str], count: int) -> None:
     """Raise FormatError if a row has another number of cells than the header."""
     if len(cells) != count:
-        raise FormatError(f"{file}:{line}: {len(cells)} values where {count} are needed; the row is cut")
+        raise FormatError(
+            say(
+                "import.row_cut",
+                "{path}:{line}: {n} values where {count} are needed; the row is cut",
+                path=file,
+                line=line,
+                n=len(cells),
+                count=count,
+            )
+        )

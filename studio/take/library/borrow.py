@@ -3,6 +3,7 @@
 from dataclasses import replace
 
 from studio.engine.base.errors import CalibrationError
+from studio.engine.base.sentences import say
 from studio.engine.model.calibration import Calibration
 from studio.take.folder.take import Take
 
@@ -20,16 +21,29 @@ def borrow_calibration(take: Take, other: Take) -> int:
     missing = sorted(set(take.camera_names) - set(borrowed.cameras))
     if missing:
         raise CalibrationError(
-            f"the calibration of {other.path} has no {', '.join(missing)}; it has: {', '.join(borrowed.cameras)}. "
-            "Borrow from a take with the same cameras"
+            say(
+                "calibration.borrow_lacks",
+                "the calibration of {take} has no {names}; it has: {others}. Borrow from a take with the "
+                "same cameras",
+                take=other.path,
+                names=[*missing],
+                others=[*borrowed.cameras],
+            )
         )
     serials = {camera["name"]: camera.get("serial", "") for camera in other.meta["cameras"]}
     for camera in take.meta["cameras"]:
         mine, its = camera.get("serial", ""), serials.get(camera["name"], "")
         if mine and its and mine != its:
             raise CalibrationError(
-                f"{camera['name']} is another device in {other.path} (serial {its}, here {mine}); "
-                "borrow from a take with the same cameras"
+                say(
+                    "take.other_device",
+                    "{name} is another device in {take} (serial {its}, here {mine}); borrow from a take with "
+                    "the same cameras",
+                    name=camera["name"],
+                    take=other.path,
+                    its=its,
+                    mine=mine,
+                )
             )
     own = take.calibration().cameras if take.meta["calibration"] is not None else {}
     cameras = {

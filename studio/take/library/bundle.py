@@ -13,6 +13,7 @@ from typing import IO
 
 from studio.engine.base.errors import FormatError, StudioError
 from studio.engine.base.files import write_atomically
+from studio.engine.base.sentences import say
 from studio.take.folder.names import is_safe_name
 from studio.take.folder.new import new_take
 from studio.take.folder.take import Take, check_meta
@@ -76,7 +77,9 @@ def read_bundle(file: str | Path | IO[bytes], out: str | Path) -> Take:
             take.save_meta()
             return take
     except (zipfile.BadZipFile, EOFError, NotImplementedError, RuntimeError) as error:
-        raise FormatError(f"not a take as one file (ZIP), or a damaged one: {error}") from error
+        raise FormatError(
+            say("bundle.not_a_zip", "not a take as one file (ZIP), or a damaged one: {error}", error=error)
+        ) from error
 
 
 def _belongs(path: Path) -> bool:
@@ -94,20 +97,37 @@ def _members(bundle: zipfile.ZipFile) -> list[zipfile.ZipInfo]:
     strange = [m.filename for m in members if not _belongs(Path(m.filename)) or m.filename.startswith("/")]
     if strange:
         raise FormatError(
-            f"the file holds {strange[0][:80]!r}, which no take has; give a {ENDING} of this program"
+            say(
+                "bundle.strange_name",
+                "the file holds {name!r}, which no take has; give a {kind} of this program",
+                name=strange[0][:80],
+                kind=ENDING,
+            )
         )
     if len(members) > MAX_FILES or sum(member.file_size for member in members) > MAX_BYTES:
         raise FormatError(
-            f"the file holds over {MAX_FILES} files or {MAX_BYTES >> 30} GB; no take is so large"
+            say(
+                "bundle.too_much",
+                "the file holds over {n} files or {size} GB; no take is so large",
+                n=MAX_FILES,
+                size=MAX_BYTES >> 30,
+            )
         )
     unpacked, packed = (sum(getattr(m, size) for m in members) for size in ("file_size", "compress_size"))
     if unpacked > max(SMALL_BYTES, MAX_RATIO * packed):
         raise FormatError(
-            f"the file would grow from {packed >> 10} kB to {unpacked >> 20} MB, as no take does; "
-            "give one that this program made"
+            say(
+                "bundle.grows",
+                "the file would grow from {small} kB to {large} MB, as no take does; give one that this "
+                "program made",
+                small=packed >> 10,
+                large=unpacked >> 20,
+            )
         )
     if len({member.filename for member in members}) != len(members):
-        raise FormatError("the file holds a name twice; give one that this program made")
+        raise FormatError(
+            say("bundle.name_twice", "the file holds a name twice; give one that this program made")
+        )
     return members
 
 
@@ -116,7 +136,13 @@ def _check_disk(out: Path, size: int) -> None:
     free = shutil.disk_usage(folder).free
     if size > free - KEPT_FREE_BYTES:
         raise StudioError(
-            f"the take needs {size >> 20} MB and {folder} has {free >> 20} MB left; free some space"
+            say(
+                "bundle.no_space",
+                "the take needs {size} MB and {folder} has {free} MB left; free some space",
+                size=size >> 20,
+                folder=folder,
+                free=free >> 20,
+            )
         )
 
 
@@ -125,11 +151,13 @@ def _meta(bundle: zipfile.ZipFile) -> dict:
         with bundle.open("take.json") as file:
             meta = json.loads(_Bounded(file, MAX_META_BYTES).read(MAX_META_BYTES + 1))
     except (KeyError, ValueError, RecursionError) as error:
-        raise FormatError(f"the file has no take.json that can be read: {error}") from error
+        raise FormatError(
+            say("bundle.no_take_json", "the file has no take.json that can be read: {error}", error=error)
+        ) from error
     try:
         check_meta(Path("take.json"), meta)
     except StudioError as error:
-        raise FormatError(str(error)) from error
+        raise FormatError(error.sentence) from error
     return meta
 
 
@@ -150,5 +178,10 @@ class _Bounded:
         data = self._file.read(size)
         self._left -= len(data)
         if self._left < 0:
-            raise FormatError("a file in the ZIP is larger than it says; give one that this program made")
+            raise FormatError(
+                say(
+                    "bundle.larger_than_said",
+                    "a file in the ZIP is larger than it says; give one that this program made",
+                )
+            )
         return data

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from pathlib import PurePosixPath
 
 from studio.engine.animation.read.files import ENDINGS
+from studio.engine.base.sentences import say
 from studio.take.folder.names import is_safe_name
 from studio.take.importers import not_importable
 from studio.take.library.bundle import ENDING
@@ -62,9 +63,13 @@ def _problem(text: str) -> str:
     parts = text.split("/")
     if len(parts) <= MAX_DEPTH and all(is_safe_name(part, MAX_FILE_NAME) for part in parts):
         return ""
-    return (
-        f"the name {text[:80]!r} is not allowed; allowed: at most {MAX_DEPTH} folders deep, each name of 1 to "
-        f'{MAX_FILE_NAME} characters without \\ : * ? " < > |, not beginning with a dot; rename it'
+    return say(
+        "import.name",
+        "the name {name!r} is not allowed; allowed: at most {deep} folders deep, each name of 1 "
+        'to {most} characters without \\ : * ? " < > |, not beginning with a dot; rename it',
+        name=text[:80],
+        deep=MAX_DEPTH,
+        most=MAX_FILE_NAME,
     )
 
 

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import IO
 
 from studio.engine.base.errors import FormatError, StudioError
+from studio.engine.base.sentences import say, system_says
 from studio.take.folder.lock import hold, is_held, release
 from studio.take.folder.names import inside, safe_name
 from studio.take.folder.take import Take
@@ -45,7 +46,14 @@ class Incoming:
             sessions.mkdir(parents=True, exist_ok=True)
             self.folder = Path(tempfile.mkdtemp(prefix=PREFIX, dir=sessions))
         except OSError as error:
-            raise StudioError(f"cannot write {sessions}: {error.strerror}; free some space") from error
+            raise StudioError(
+                say(
+                    "file.unwritable_free_space",
+                    "cannot write {path}: {error}; free some space",
+                    path=sessions,
+                    error=system_says(error),
+                )
+            ) from error
         self._mark = hold(self.folder)
 
     def write(self, data: bytes) -> None:
@@ -58,7 +66,11 @@ class Incoming:
         self.received += len(view)
         if self.received > self.total:
             raise FormatError(
-                f"more came than the {self.total} bytes that were announced; send the files again"
+                say(
+                    "import.more_than_announced",
+                    "more came than the {total} bytes that were announced; send the files again",
+                    total=self.total,
+                )
             )
         if self.received - self._looked > _LOOK_BYTES:
             self._looked = self.received
@@ -81,7 +93,12 @@ class Incoming:
             self._next()
         if self.received < self.total:
             raise FormatError(
-                f"only {self.received} of {self.total} bytes came: the upload broke off; send the files again"
+                say(
+                    "import.broke_off",
+                    "only {received} of {total} bytes came: the upload broke off; send the files again",
+                    received=self.received,
+                    total=self.total,
+                )
             )
 
     def discard(self) -> None:
@@ -114,7 +131,13 @@ def _told() -> Iterator[None]:
     try:
         yield
     except OSError as error:
-        raise StudioError(f"cannot write the files that came: {error.strerror}; free some space") from error
+        raise StudioError(
+            say(
+                "import.unwritable",
+                "cannot write the files that came: {error}; free some space",
+                error=system_says(error),
+            )
+        ) from error
 
 
 def check_room(sessions: Path, size: int) -> None:
@@ -124,7 +147,14 @@ def check_room(sessions: Path, size: int) -> None:
         FormatError: more than `MAX_BYTES`. StudioError: the disk has no room for them and the take made of them.
     """
     if size > MAX_BYTES:
-        raise FormatError(f"the files have {size >> 30} GB; allowed: {MAX_BYTES >> 30} GB at most")
+        raise FormatError(
+            say(
+                "import.too_large",
+                "the files have {size} GB; allowed: {most} GB at most",
+                size=size >> 30,
+                most=MAX_BYTES >> 30,
+            )
+        )
     _check_free(next(f for f in (sessions, *sessions.absolute().parents) if f.is_dir()), _COPIES * size)
 
 
@@ -132,8 +162,14 @@ def _check_free(folder: Path, needed: int) -> None:
     free = shutil.disk_usage(folder).free
     if needed > free - KEPT_FREE_BYTES:
         raise StudioError(
-            f"the import needs {needed >> 20} MB and the disk has {free >> 20} MB left, of which "
-            f"{KEPT_FREE_BYTES >> 20} MB are kept for recordings; free some space"
+            say(
+                "import.no_space",
+                "the import needs {needed} MB and the disk has {free} MB left, of which {kept} MB are "
+                "kept for recordings; free some space",
+                needed=needed >> 20,
+                free=free >> 20,
+                kept=KEPT_FREE_BYTES >> 20,
+            )
         )
 
 
@@ -174,5 +210,5 @@ def import_incoming(
         else:
             import_recording(path, out, progress=progress)
     except StudioError as error:
-        text = str(error).replace(f"{folder}{os.sep}", "").replace(str(folder), label)
+        text = error.sentence.replace(f"{folder}{os.sep}", "").replace(str(folder), label)
         raise type(error)(text) from error

@@ -18,13 +18,14 @@ from dataclasses import fields
 from pathlib import Path
 from typing import Any, TypeVar
 
+from studio.engine.base.sentences import codes_of, with_codes
 from studio.take.folder.measured import measured_figures
 from studio.take.library.query import Term
 from studio.take.library.search import COLUMNS, row_of, where
 from studio.take.library.sessions import TakeInfo, take_ids, take_info
 
 FILE = ".index.sqlite"
-VERSION = 1
+VERSION = 2
 """Raised where what is read of a take changes."""
 
 SETTLED_NS = 2_000_000_000
@@ -34,6 +35,7 @@ file systems are: it is read again the next time."""
 _BATCH = 500
 _WAIT_S = 60.0
 _FIELDS = [field.name for field in fields(TakeInfo) if field.name != "path"]
+_SAID = "said"
 _LAYOUT = f"{VERSION}: {' '.join(_FIELDS)}: {' '.join(COLUMNS)}"
 _SCHEMA = f"""
 CREATE TABLE takes (id TEXT PRIMARY KEY, names TEXT, stamp TEXT, settled INTEGER, info TEXT, {", ".join(COLUMNS)});
@@ -92,6 +94,7 @@ class TakeIndex:
 
     def _info(self, id_: str, info: str) -> TakeInfo:
         values = json.loads(info)
+        (values["problem"],) = with_codes([values["problem"]], values.pop(_SAID))
         tuples: dict[str, Any] = {
             key: tuple(value) if isinstance(value, list) else value for key, value in values.items()
         }
@@ -187,7 +190,9 @@ def _keep(db: sqlite3.Connection, takes: Iterable[tuple[str, str, str, int, Path
     rows, figures = [], []
     for id_, names, stamp, settled, path in takes:
         info = take_info(path)
-        told = json.dumps({name: getattr(info, name) for name in _FIELDS})
+        told = json.dumps(
+            {name: getattr(info, name) for name in _FIELDS} | {_SAID: codes_of([info.problem or ""])}
+        )
         rows.append((id_, names, stamp, settled, told, *row_of(info)))
         for solve in info.solves:
             found = measured_figures(path / "solves" / solve)

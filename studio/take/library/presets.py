@@ -10,6 +10,7 @@ from typing import Any
 
 from studio.engine.base.errors import FormatError, SettingsError, StudioError
 from studio.engine.base.files import write_json
+from studio.engine.base.sentences import say
 from studio.engine.base.versions import SAVED_PRESETS
 from studio.engine.model.settings import PRESETS, SolveSettings, changed
 from studio.take.folder.names import is_safe_name
@@ -37,9 +38,18 @@ class Presets:
         except FileNotFoundError:
             return {}
         except FormatError as error:
-            raise SettingsError(f"{error}, or move the file away") from error
+            raise SettingsError(
+                say("settings.presets_file", "{problem}, or move the file away", problem=error)
+            ) from error
         except (OSError, ValueError, AttributeError) as error:
-            raise SettingsError(f"cannot read {self._file}: {error}; move it away to go on") from error
+            raise SettingsError(
+                say(
+                    "settings.presets_unreadable",
+                    "cannot read {path}: {error}; move it away to go on",
+                    path=self._file,
+                    error=error,
+                )
+            ) from error
         return {name: settings for name, settings in found.items() if settings is not None}
 
     def all(self) -> dict[str, SolveSettings]:
@@ -65,7 +75,9 @@ class Presets:
         with self._lock:
             saved = self.saved()
             if name not in saved and len(saved) >= MAX_PRESETS:
-                raise SettingsError(f"there are {MAX_PRESETS} presets already; remove one first")
+                raise SettingsError(
+                    say("preset.too_many", "there are {n} presets already; remove one first", n=MAX_PRESETS)
+                )
             self._write({**saved, name: settings})
 
     def rename(self, name: str, to: str) -> None:
@@ -79,7 +91,9 @@ class Presets:
             saved = self.saved()
             self._find(name, saved)
             if to != name and to in saved:
-                raise SettingsError(f"there is a preset {to!r} already; choose another name")
+                raise SettingsError(
+                    say("preset.taken", "there is a preset {name!r} already; choose another name", name=to)
+                )
             self._write({to if key == name else key: settings for key, settings in saved.items()})
 
     def remove(self, name: str) -> None:
@@ -96,9 +110,22 @@ class Presets:
     @staticmethod
     def _find(name: str, saved: dict[str, SolveSettings]) -> SolveSettings:
         if name in PRESETS:
-            raise SettingsError(f"preset {name!r} is the program's own and stays as it is; save another one")
+            raise SettingsError(
+                say(
+                    "preset.own",
+                    "preset {name!r} is the program's own and stays as it is; save another one",
+                    name=name,
+                )
+            )
         if name not in saved:
-            raise SettingsError(f"unknown preset {name[:80]!r}; allowed: {', '.join([*PRESETS, *saved])}")
+            raise SettingsError(
+                say(
+                    "settings.unknown_preset",
+                    "unknown preset {name!r}; allowed: {allowed}",
+                    name=name[:80],
+                    allowed=[*PRESETS, *saved],
+                )
+            )
         return saved[name]
 
     def _write(self, presets: dict[str, SolveSettings]) -> None:
@@ -108,11 +135,17 @@ class Presets:
 
 def _check_name(name: str) -> None:
     if name in PRESETS:
-        raise SettingsError(f"preset {name!r} is the program's own; choose another name")
+        raise SettingsError(
+            say("preset.own_name", "preset {name!r} is the program's own; choose another name", name=name)
+        )
     if not is_safe_name(name):
         raise SettingsError(
-            f"preset name {name[:80]!r} is not allowed; allowed: 1 to 63 characters without "
-            '/ \\ : * ? " < > |, not beginning with a dot'
+            say(
+                "settings.preset_name",
+                'preset name {name!r} is not allowed; allowed: 1 to 63 characters without / \\ : * ? " < '
+                "> |, not beginning with a dot",
+                name=name[:80],
+            )
         )
 
 

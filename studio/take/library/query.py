@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from datetime import datetime, timedelta
 
 from studio.engine.base.errors import SettingsError
+from studio.engine.base.sentences import say
 
 TEXTS = ("name", "session", "performer", "note", "tag", "solve", "camera", "source")
 """Fields that hold text: a tag, solve, camera or source is meant whole, of the others a part will do."""
@@ -80,7 +81,14 @@ def parse_query(text: str) -> list[Term]:
         SettingsError: an unknown field, a value that is none, or a search that is too long.
     """
     if len(text) > MAX_CHARACTERS:
-        raise SettingsError(f"a search of {len(text)} characters; at most {MAX_CHARACTERS} are allowed")
+        raise SettingsError(
+            say(
+                "search.too_long",
+                "a search of {n} characters; at most {most} are allowed",
+                n=len(text),
+                most=MAX_CHARACTERS,
+            )
+        )
     terms = []
     for minus, field, value in _TERM.findall(text):
         if not field:
@@ -102,8 +110,12 @@ def _wanted(field: str, value: str) -> tuple[str | Interval, ...]:
     """
     if field not in FIELDS:
         raise SettingsError(
-            f"search: the field {field[:40]!r} is not known; allowed: {', '.join(FIELDS)}, "
-            'or put "..." round the words'
+            say(
+                "search.field",
+                'search: the field {field!r} is not known; allowed: {fields}, or put "..." round the words',
+                field=field[:40],
+                fields=[*FIELDS],
+            )
         )
     if field in TEXTS:
         return tuple(folded(part.strip()) for part in value.replace('"', "").split(",") if part.strip())
@@ -117,7 +129,14 @@ def _wanted(field: str, value: str) -> tuple[str | Interval, ...]:
         return tuple(span for span in spans if span is not None)
     wrong = [part for part in parts if not any(flag.startswith(part) for flag in FLAGS)]
     if wrong:
-        raise SettingsError(f"search: is:{wrong[0][:40]} is not known; allowed: {', '.join(FLAGS)}")
+        raise SettingsError(
+            say(
+                "search.flag",
+                "search: is:{flag} is not known; allowed: {flags}",
+                flag=wrong[0][:40],
+                flags=[*FLAGS],
+            )
+        )
     return tuple(part for part in parts if part in FLAGS)
 
 
@@ -181,7 +200,14 @@ def _wrong(field: str, text: str) -> SettingsError:
         if field == "date"
         else f">10{_unit(field)}, <=10{_unit(field)}, 5..10"
     )
-    return SettingsError(f"search: {field}:{text[:40]} is not understood; allowed: {example}")
+    return SettingsError(
+        say(
+            "search.term",
+            "search: {term} is not understood; allowed: {example}",
+            term=f"{field}:{text[:40]}",
+            example=example,
+        )
+    )
 
 
 def _unit(field: str) -> str:

@@ -104,7 +104,7 @@ def take_info(path: Path) -> TakeInfo:
     try:
         take = Take.open(path)
     except TakeError as error:
-        return TakeInfo(path, session, name, problem=str(error))
+        return TakeInfo(path, session, name, problem=error.sentence)
     length_s, topics = _read_index(take.raw_path)
     return TakeInfo(
         path=path,

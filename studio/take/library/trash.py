@@ -12,6 +12,7 @@ from pathlib import Path
 
 from studio.engine.base.errors import TakeError
 from studio.engine.base.files import write_json
+from studio.engine.base.sentences import say, system_says
 from studio.take.folder.lock import is_held
 from studio.take.folder.names import check_name, inside, is_safe_name
 from studio.take.folder.take import Take, check_free, utc_now
@@ -42,9 +43,13 @@ def throw_away(sessions_dir: Path, session: str, name: str) -> Thrown:
     """
     path = take_path(sessions_dir, session, name)
     if not (path / "take.json").is_file():
-        raise TakeError(f"there is no take {session}/{name} to throw away")
+        raise TakeError(
+            say("trash.no_take", "there is no take {take} to throw away", take=f"{session}/{name}")
+        )
     if is_held(path):
-        raise TakeError(f"take {session}/{name} is in use; wait until that is done")
+        raise TakeError(
+            say("take.in_use", "take {take} is in use; wait until that is done", take=f"{session}/{name}")
+        )
     return _move_to_trash(sessions_dir, Thrown(secrets.token_hex(6), session, name, utc_now()), path)
 
 
@@ -56,7 +61,14 @@ def throw_solve_away(sessions_dir: Path, session: str, name: str, solve: str) ->
     """
     take = Take.open(take_path(sessions_dir, session, name))
     if solve not in take.solve_names():
-        raise TakeError(f"take {session}/{name} has no solve {solve[:80]!r} to throw away")
+        raise TakeError(
+            say(
+                "trash.no_solve",
+                "take {take} has no solve {solve!r} to throw away",
+                take=f"{session}/{name}",
+                solve=solve[:80],
+            )
+        )
     thrown = Thrown(secrets.token_hex(6), session, name, utc_now(), check_name("solve", solve))
     return _move_to_trash(sessions_dir, thrown, take.solve_folder(solve))
 
@@ -70,7 +82,14 @@ def _move_to_trash(sessions_dir: Path, thrown: Thrown, path: Path) -> Thrown:
         path.rename(place / _what(thrown))
     except OSError as error:
         shutil.rmtree(place, ignore_errors=True)
-        raise TakeError(f"cannot move {path.name} to the trash: {error.strerror}") from error
+        raise TakeError(
+            say(
+                "trash.not_moved",
+                "cannot move {name} to the trash: {error}",
+                name=path.name,
+                error=system_says(error),
+            )
+        ) from error
     return thrown
 
 
@@ -110,7 +129,14 @@ def restore(sessions_dir: Path, trash_id: str) -> tuple[str, str]:
         path.parent.mkdir(parents=True, exist_ok=True)
         (place / "take").rename(path)
     except OSError as error:
-        raise TakeError(f"cannot restore {thrown.session}/{name}: {error.strerror}") from error
+        raise TakeError(
+            say(
+                "trash.take_not_restored",
+                "cannot restore {name}: {error}",
+                name=f"{thrown.session}/{name}",
+                error=system_says(error),
+            )
+        ) from error
     shutil.rmtree(place, ignore_errors=True)
     return thrown.session, name
 
@@ -119,7 +145,12 @@ def _restore_solve(sessions_dir: Path, thrown: Thrown) -> tuple[str, str]:
     path = take_path(sessions_dir, thrown.session, thrown.name)
     if not (path / "take.json").is_file():
         raise TakeError(
-            f"the take {thrown.session}/{thrown.name} of solve {thrown.solve!r} is not there; restore it first"
+            say(
+                "trash.take_gone",
+                "the take {take} of solve {solve!r} is not there; restore it first",
+                take=f"{thrown.session}/{thrown.name}",
+                solve=thrown.solve,
+            )
         )
     take, name, number = Take.open(path), thrown.solve, 2
     while take.solve_folder(name).exists():
@@ -129,7 +160,14 @@ def _restore_solve(sessions_dir: Path, thrown: Thrown) -> tuple[str, str]:
         take.solve_folder(name).parent.mkdir(exist_ok=True)
         (place / "solve").rename(take.solve_folder(name))
     except OSError as error:
-        raise TakeError(f"cannot restore solve {name!r}: {error.strerror}") from error
+        raise TakeError(
+            say(
+                "trash.solve_not_restored",
+                "cannot restore solve {name!r}: {error}",
+                name=name,
+                error=system_says(error),
+            )
+        ) from error
     shutil.rmtree(place, ignore_errors=True)
     return thrown.session, thrown.name
 
@@ -152,4 +190,4 @@ def _find(sessions_dir: Path, trash_id: str) -> Thrown:
         for thrown in list_trash(sessions_dir):
             if thrown.id == trash_id:
                 return thrown
-    raise TakeError(f"there is nothing with the id {trash_id[:40]!r} in the trash")
+    raise TakeError(say("trash.none", "there is nothing with the id {id!r} in the trash", id=trash_id[:40]))

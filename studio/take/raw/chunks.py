@@ -4,6 +4,8 @@ import zstandard
 from mcap.records import Chunk, McapRecord
 from mcap.stream_reader import breakup_chunk
 
+from studio.engine.base.sentences import say
+
 MAX_CHUNK_BYTES = 256 << 20
 """Largest chunk; the writer closes a chunk at 0.25 MB."""
 
@@ -16,10 +18,23 @@ def open_chunk(chunk: Chunk) -> list[McapRecord]:
         Others: see `reader.DAMAGE`.
     """
     if chunk.compression not in ("", "zstd"):
-        raise ValueError(f"a chunk packed by {chunk.compression[:20]!r}; this program packs by zstd")
+        raise ValueError(
+            say(
+                "raw.packed_by",
+                "a chunk packed by {by!r}; this program packs by zstd",
+                by=chunk.compression[:20],
+            )
+        )
     size = chunk.uncompressed_size
     if chunk.compression == "zstd":  # a frame that tells its size is unpacked whatever bound is given
         size = max(size, zstandard.frame_content_size(chunk.data))
     if size > MAX_CHUNK_BYTES:
-        raise ValueError(f"a chunk of {size} bytes once unpacked; {MAX_CHUNK_BYTES} are allowed")
+        raise ValueError(
+            say(
+                "raw.chunk_size",
+                "a chunk of {n} bytes once unpacked; {most} are allowed",
+                n=size,
+                most=MAX_CHUNK_BYTES,
+            )
+        )
     return breakup_chunk(chunk, validate_crc=True)

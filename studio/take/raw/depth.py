@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from studio import wire
 from studio.engine.base.errors import FormatError, TakeError
+from studio.engine.base.sentences import say, system_says
 from studio.engine.model.depth import DepthCamera, DepthFrame
 from studio.engine.model.frames import ClockModel
 from studio.take.raw.chunks import open_chunk
@@ -123,7 +124,11 @@ class DepthRecording:
         try:
             file = open(self.path, "rb")
         except OSError as error:
-            raise TakeError(f"cannot read {self.path}: {error.strerror}") from error
+            raise TakeError(
+                say(
+                    "file.unreadable", "cannot read {path}: {error}", path=self.path, error=system_says(error)
+                )
+            ) from error
         with file:
             for _, name, place in order:
                 frame = self._frame(file, chunks, name, place)
@@ -145,7 +150,14 @@ class DepthRecording:
             data = chunks[place.chunk_offset][place.channel, place.publish_time, place.log_time]
             message = wire.decode(data)
             if not isinstance(message, wire.DepthImage):
-                raise FormatError(f"a {type(message).__name__} where a DepthImage belongs")
+                raise FormatError(
+                    say(
+                        "raw.wrong_kind",
+                        "a {kind} where a {wanted} belongs",
+                        kind=type(message).__name__,
+                        wanted="DepthImage",
+                    )
+                )
             depth_mm = wire.depth_array(message, self._intrinsics[name])
         except (*DAMAGE, KeyError, FormatError) as error:
             self.problem = self.problem or f"a depth image of {name} cannot be read ({error})"
@@ -181,4 +193,4 @@ def _read_chunk(file: IO[bytes], offset: int) -> dict[tuple[int, int, int], byte
                 for message in open_chunk(record)
                 if isinstance(message, Message)
             }
-    raise EOFError(f"no chunk at {offset}")
+    raise EOFError(say("raw.no_chunk", "no chunk at {offset}", offset=offset))

@@ -14,6 +14,7 @@ from mcap.stream_reader import MAGIC_SIZE, StreamReader
 
 from studio import wire
 from studio.engine.base.errors import FormatError, TakeError
+from studio.engine.base.sentences import say, system_says
 from studio.take.raw.chunks import open_chunk
 from studio.take.raw.live_log import read_event
 from studio.take.raw.records import (
@@ -73,7 +74,12 @@ class RawReader:
         self._late: set[int] = set()
         if not self.path.is_file():
             raise TakeError(
-                f"{self.path.parent} has no raw recording ({self.path.name}); record or import a take"
+                say(
+                    "take.no_raw",
+                    "{path} has no raw recording ({file}); record or import a take",
+                    path=self.path.parent,
+                    file=self.path.name,
+                )
             )
 
     def __iter__(self) -> Iterator[RawRecord]:
@@ -85,7 +91,11 @@ class RawReader:
         try:
             file = open(self.path, "rb")
         except OSError as error:
-            raise TakeError(f"cannot read {self.path}: {error.strerror}") from error
+            raise TakeError(
+                say(
+                    "file.unreadable", "cannot read {path}: {error}", path=self.path, error=system_says(error)
+                )
+            ) from error
         with file:
             for record in self._mcap_records(file):
                 read = self._read(record)
@@ -144,7 +154,14 @@ class RawReader:
             if record.channel_id in self._depth:
                 return _depth(hello, record, message)
             if not isinstance(message, wire.SkeletonFrame):
-                raise FormatError(f"a {type(message).__name__} where a SkeletonFrame belongs")
+                raise FormatError(
+                    say(
+                        "raw.wrong_kind",
+                        "a {kind} where a {wanted} belongs",
+                        kind=type(message).__name__,
+                        wanted="SkeletonFrame",
+                    )
+                )
             frame = camera_frame(hello.name, hello.joint_set, message)
         except FormatError as error:
             self._note(f"a frame of {hello.name} cannot be read", error)
@@ -184,9 +201,16 @@ class RawReader:
 
 def _depth(hello: wire.Hello, record: Message, message: wire.Message) -> RawDepth:
     if not isinstance(message, wire.DepthImage):
-        raise FormatError(f"a {type(message).__name__} where a DepthImage belongs")
+        raise FormatError(
+            say(
+                "raw.wrong_kind",
+                "a {kind} where a {wanted} belongs",
+                kind=type(message).__name__,
+                wanted="DepthImage",
+            )
+        )
     if hello.intrinsics is None:
-        raise FormatError("a depth image of a camera without intrinsics")
+        raise FormatError(say("raw.depth_no_intrinsics", "a depth image of a camera without intrinsics"))
     return RawDepth(hello.name, record.log_time, message, hello.intrinsics, hello.boot_id)
 
 

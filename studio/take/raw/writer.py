@@ -12,6 +12,7 @@ from mcap.writer import CompressionType, Writer
 
 from studio import wire
 from studio.engine.base.errors import TakeError
+from studio.engine.base.sentences import say, system_says
 from studio.engine.model.frames import CameraFrame
 from studio.take.folder.lock import hold, release
 from studio.take.raw.append import RawState, data_end, hello_of, index_bytes, save_torn_end
@@ -57,13 +58,24 @@ class RawWriter:
         try:
             self._file = WholeFile(self.path, "xb" if state is None else "r+b")
         except FileExistsError as error:
-            raise TakeError(f"{self.path} exists; raw recordings are never overwritten") from error
+            raise TakeError(
+                say("raw.exists", "{path} exists; raw recordings are never overwritten", path=self.path)
+            ) from error
         except OSError as error:
-            raise TakeError(f"cannot write {self.path}: {error.strerror}; choose another folder") from error
+            raise TakeError(
+                say(
+                    "raw.unwritable",
+                    "cannot write {path}: {error}; choose another folder",
+                    path=self.path,
+                    error=system_says(error),
+                )
+            ) from error
         self._lock = hold(self.path)
         if state is not None and self._lock is None:
             self._file.raw.close()
-            raise TakeError(f"{self.path} is being written by another program; stop it first")
+            raise TakeError(
+                say("raw.in_use", "{path} is being written by another program; stop it first", path=self.path)
+            )
         self._writer = Writer(
             cast("IO[bytes]", self._file), chunk_size=CHUNK_BYTES, compression=CompressionType.ZSTD
         )
@@ -212,7 +224,11 @@ class RawWriter:
             self._file.raw.close()
         if failed:
             raise TakeError(
-                f"cannot write all of {self.path}; what was written before the disk failed is kept"
+                say(
+                    "raw.not_all_written",
+                    "cannot write all of {path}; what was written before the disk failed is kept",
+                    path=self.path,
+                )
             )
 
     def _finish(self) -> None:
@@ -230,7 +246,14 @@ class RawWriter:
             yield
         except OSError as error:
             self._failed = True
-            raise TakeError(f"cannot write {self.path}: {error.strerror}; free some space") from error
+            raise TakeError(
+                say(
+                    "file.unwritable_free_space",
+                    "cannot write {path}: {error}; free some space",
+                    path=self.path,
+                    error=system_says(error),
+                )
+            ) from error
 
 
 def _json(hello: wire.Hello) -> str:
@@ -238,5 +261,5 @@ def _json(hello: wire.Hello) -> str:
 
 
 def _plain(value: Any) -> Any:
-    """Return a number of NumPy as Python's."""
-    return value.item()
+    """Return a number of NumPy as Python's, a sentence as its text."""
+    return str(value) if isinstance(value, str) else value.item()

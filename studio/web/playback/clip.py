@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from studio.engine.base.errors import FormatError, StudioError
+from studio.engine.base.sentences import say
 from studio.engine.model.calibration import Calibration
 from studio.engine.model.frames import FrameSet, FusedSkeleton, StepResult
 from studio.engine.model.joints import JOINT_COUNT
@@ -56,7 +57,9 @@ class Clip:
         folder = take.solve_folder(solve)
         poses = on_output_joints(Poses.load(folder / "poses.npz"))
         if poses.frame_count == 0:
-            raise FormatError(f"solve {solve!r} has no frames; solve the take again")
+            raise FormatError(
+                say("replay.no_frames", "solve {name!r} has no frames; solve the take again", name=solve)
+            )
         return cls(
             f"{take.path.parent.name}/{take.path.name}",
             solve,

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from studio.api.stage.shown import ReplayStatus, SecondFigure
 from studio.engine.base.errors import SettingsError
+from studio.engine.base.sentences import say
 from studio.engine.model.calibration import Calibration
 from studio.engine.model.frames import StepResult
 from studio.engine.model.poses import Poses, on_output_joints
@@ -102,7 +103,13 @@ class Player:
         """
         with self._changed:
             if self._clip is None or self._clip.take != take:
-                raise SettingsError(f"take {take} is not replayed; open it first, or leave draft out")
+                raise SettingsError(
+                    say(
+                        "replay.not_replayed",
+                        "take {take} is not replayed; open it first, or leave draft out",
+                        take=take,
+                    )
+                )
             now_s = float(self._clip.poses.time_s[self._frame()])
             return now_s - PART_S[0], now_s + PART_S[1]
 
@@ -152,13 +159,25 @@ class Player:
             end = clip.poses.frame_count - 1
             if speed is not None and not SPEEDS[0] <= speed <= SPEEDS[1]:
                 raise SettingsError(
-                    f"speed={speed:g} is not allowed; allowed: {SPEEDS[0]:g} to {SPEEDS[1]:g}"
+                    say(
+                        "replay.speed",
+                        "speed={speed:g} is not allowed; allowed: {low:g} to {high:g}",
+                        speed=speed,
+                        low=SPEEDS[0],
+                        high=SPEEDS[1],
+                    )
                 )
             low = self._range[0] if first is None else first
             high = self._range[1] if last is None else last
             if not 0 <= low <= high <= end:
                 raise SettingsError(
-                    f"first={low}, last={high} is no range; allowed: 0 to {end}, first up to last"
+                    say(
+                        "replay.range",
+                        "first={first}, last={last} is no range; allowed: 0 to {most}, first up to last",
+                        first=low,
+                        last=high,
+                        most=end,
+                    )
                 )
             _check_ghost(ghost_offset_ms, ghost_apart_m)
             place = self._now()
@@ -216,7 +235,7 @@ class Player:
 
     def _open(self) -> Clip:
         if self._clip is None:
-            raise SettingsError("nothing is replayed; open a take first")
+            raise SettingsError(say("replay.nothing", "nothing is replayed; open a take first"))
         return self._clip
 
     def _go(self, place: float) -> None:
@@ -288,6 +307,19 @@ def _places(clip: Clip, ghost: Second | None) -> NDArray[np.float64]:
 def _check_ghost(offset_ms: float | None, apart_m: float | None) -> None:
     """Raise SettingsError if the second figure may not be shifted so far."""
     if offset_ms is not None and not abs(offset_ms) <= GHOST_OFFSET_MS:
-        raise SettingsError(f"ghost_offset_ms={offset_ms:g} is not allowed; allowed: an hour at most")
+        raise SettingsError(
+            say(
+                "replay.ghost_offset",
+                "ghost_offset_ms={ms:g} is not allowed; allowed: an hour at most",
+                ms=offset_ms,
+            )
+        )
     if apart_m is not None and not abs(apart_m) <= GHOST_APART_M:
-        raise SettingsError(f"ghost_apart_m={apart_m:g} is not allowed; allowed: {GHOST_APART_M:g} at most")
+        raise SettingsError(
+            say(
+                "replay.ghost_apart",
+                "ghost_apart_m={m:g} is not allowed; allowed: {most:g} at most",
+                m=apart_m,
+                most=GHOST_APART_M,
+            )
+        )

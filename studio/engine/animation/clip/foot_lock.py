@@ -13,6 +13,7 @@ from scipy.spatial.transform import Rotation
 from studio.engine.animation.clip.kinematics import Array, local_keys, world_poses
 from studio.engine.animation.clip.leg_ik import between, reach
 from studio.engine.base.errors import SettingsError
+from studio.engine.base.sentences import say
 from studio.engine.model.poses import Poses
 from studio.engine.model.soles import rest_lift_m
 from studio.engine.whole_take.finish.contacts import find_contacts
@@ -37,7 +38,13 @@ def foot_locked(poses: Poses) -> Poses:
     index = {name: joint for joint, name in enumerate(poses.joint_names)}
     lacking = [name for name in (*_JOINTS, *_LEGS) if name not in index]
     if lacking:
-        raise SettingsError(f"foot-lock: the skeleton lacks {', '.join(lacking)}; leave the option out")
+        raise SettingsError(
+            say(
+                "export.foot_lock_lacks",
+                "foot-lock: the skeleton lacks {names}; leave the option out",
+                names=[*lacking],
+            )
+        )
     if poses.frame_count < 3:
         return poses
     feet = poses.positions_m[:, [index[name] for name in _JOINTS]]

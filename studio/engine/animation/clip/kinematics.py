@@ -5,6 +5,7 @@ from numpy.typing import NDArray
 
 from studio.engine.base.errors import FormatError
 from studio.engine.base.quaternions import continuous_signs, inverse, multiply, normalized, rotate
+from studio.engine.base.sentences import say
 from studio.engine.model.poses import Poses
 
 Array = NDArray[np.float64]
@@ -48,11 +49,13 @@ def check_poses(poses: Poses) -> None:
             times that do not increase.
     """
     if poses.frame_count == 0:
-        raise FormatError("poses: no frame to export; solve a take that has frames")
+        raise FormatError(say("export.no_frame", "poses: no frame to export; solve a take that has frames"))
     if (poses.parents < 0).sum() != 1 or poses.parents[0] >= 0:
         raise FormatError(f"poses: {(poses.parents < 0).sum()} joints have no parent; export needs one root")
     if not (np.isfinite(poses.positions_m).all() and np.isfinite(poses.rotations_wxyz).all()):
-        raise FormatError("poses: positions and rotations must be finite; solve the take again")
+        raise FormatError(
+            say("export.not_finite", "poses: positions and rotations must be finite; solve the take again")
+        )
     if np.linalg.norm(poses.rotations_wxyz, axis=-1).min() < 1e-6:
         raise FormatError("poses: a rotation is a quaternion of no length; solve the take again")
     if not np.isfinite(poses.time_s).all() or (poses.frame_count > 1 and np.diff(poses.time_s).min() <= 0):

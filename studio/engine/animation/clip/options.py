@@ -6,6 +6,7 @@ from typing import Any
 
 from studio.engine.animation.clip.timecode import timecode_seconds
 from studio.engine.base.errors import SettingsError
+from studio.engine.base.sentences import say
 
 INTERPOLATIONS = ("cubic", "linear", "constant")
 TARGETS = ("humanik", "mixamo", "unreal", "vrm")
@@ -70,11 +71,11 @@ POSE_OPTIONS = frozenset({"fps", "start_s", "end_s", "take_name", "smooth_hz", "
 
 _BEFORE_CHECKED: dict[str, str] = {
     "interpolation": "each program chooses its own between keys",
-    "mesh": "the format holds no body",
-    "key_error_cm": "the format has a value for every frame",
-    "timecode": "the format has no time of day",
-    "target": "the format holds points, not bones",
-    "root_motion": "the format holds points, not bones",
+    "mesh": say("export.format_no_body", "the format holds no body"),
+    "key_error_cm": say("export.format_every_frame", "the format has a value for every frame"),
+    "timecode": say("export.format_no_time", "the format has no time of day"),
+    "target": say("export.format_points", "the format holds points, not bones"),
+    "root_motion": say("export.format_points", "the format holds points, not bones"),
 }
 
 
@@ -92,16 +93,39 @@ def check_options(options: ExportOptions, format: str, understood: frozenset[str
     for name, allowed in _CHOICES.items():
         value = getattr(options, name)
         if value not in allowed:
-            raise SettingsError(f"{_shown(name)}={value}: allowed are {', '.join(allowed)}")
+            raise SettingsError(
+                say(
+                    "export.value",
+                    "{name}={value}: allowed are {allowed}",
+                    name=_shown(name),
+                    value=value,
+                    allowed=[*allowed],
+                )
+            )
     defaults = ExportOptions()
     for field in fields(options):
         name, value = field.name, getattr(options, field.name)
         if value != getattr(defaults, name) and name not in understood | POSE_OPTIONS:
             why = _BEFORE_CHECKED.get(name, "the format has nothing of the kind")
-            raise SettingsError(f"{_shown(name)}={value}: not for {format} ({why}); leave it out")
+            raise SettingsError(
+                say(
+                    "export.not_for_format",
+                    "{name}={value}: not for {format} ({why}); leave it out",
+                    name=_shown(name),
+                    value=value,
+                    format=format,
+                    why=why,
+                )
+            )
     _check_numbers(options)
     if not options.take_name or not options.take_name.isprintable():
-        raise SettingsError(f"take-name={options.take_name!r}: allowed is a name of printable characters")
+        raise SettingsError(
+            say(
+                "export.take_name",
+                "take-name={name!r}: allowed is a name of printable characters",
+                name=options.take_name,
+            )
+        )
     if options.timecode is not None:
         timecode_seconds(options.timecode, options.fps or 60.0)
     _check_together(options)
@@ -115,19 +139,45 @@ def _check_numbers(options: ExportOptions) -> None:
     }
     for name, (value, low, high) in ranges.items():
         if value is not None and not low < value <= high:  # NaN fails too
-            raise SettingsError(f"{name}={value}: allowed is a number above {low:g} and up to {high:g}")
+            raise SettingsError(
+                say(
+                    "export.between",
+                    "{name}={value}: allowed is a number above {low:g} and up to {high:g}",
+                    name=name,
+                    value=value,
+                    low=low,
+                    high=high,
+                )
+            )
     for name, value in (("start", options.start_s), ("end", options.end_s)):
         if value is not None and not (math.isfinite(value) and value >= 0.0):
-            raise SettingsError(f"{name}={value}: allowed is a number of seconds from 0")
+            raise SettingsError(
+                say(
+                    "export.seconds",
+                    "{name}={value}: allowed is a number of seconds from 0",
+                    name=name,
+                    value=value,
+                )
+            )
 
 
 def _check_together(options: ExportOptions) -> None:
     start = 0.0 if options.start_s is None else options.start_s
     if options.end_s is not None and options.end_s <= start:
-        raise SettingsError(f"end={options.end_s:g}: allowed is a number above start={start:g}")
+        raise SettingsError(
+            say(
+                "export.end",
+                "end={end:g}: allowed is a number above start={start:g}",
+                end=options.end_s,
+                start=start,
+            )
+        )
     if options.key_error_cm is not None and options.interpolation == "constant":
         raise SettingsError(
-            "key-error-cm goes with interpolation cubic or linear, not constant; leave one out"
+            say(
+                "export.key_error_constant",
+                "key-error-cm goes with interpolation cubic or linear, not constant; leave one out",
+            )
         )
 
 

@@ -6,6 +6,7 @@ from studio.engine.animation.clip.kinematics import Array, local_keys, world_pos
 from studio.engine.animation.clip.resample import standard_rate
 from studio.engine.base.errors import SettingsError
 from studio.engine.base.quaternions import normalized
+from studio.engine.base.sentences import say
 from studio.engine.model.poses import Poses
 
 _ORDER = 2
@@ -30,7 +31,12 @@ def smoothed(poses: Poses, cutoff_hz: float) -> Poses:
     rate = standard_rate(poses.frames_per_second)
     if cutoff_hz >= rate / 2:
         raise SettingsError(
-            f"smooth-hz={cutoff_hz:g}: allowed is a number below half of the take's {rate:g} frames a second"
+            say(
+                "export.smooth_hz",
+                "smooth-hz={hz:g}: allowed is a number below half of the take's {rate:g} frames a second",
+                hz=cutoff_hz,
+                rate=rate,
+            )
         )
     if poses.frame_count < _FEWEST_FRAMES:
         return poses

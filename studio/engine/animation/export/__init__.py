@@ -15,6 +15,7 @@ from studio.engine.animation.clip.clip import clip, prepared_poses
 from studio.engine.animation.clip.options import POSE_OPTIONS, ExportOptions, check_options
 from studio.engine.animation.clip.skeleton import LocalMotion
 from studio.engine.base.errors import SettingsError
+from studio.engine.base.sentences import say
 from studio.engine.model.poses import Poses
 
 _PREPARING = 0.4
@@ -49,7 +50,7 @@ class Exporter:
         """Why this format cannot be written here, with the command that installs its module; "" if it can."""
         if not self.needs or find_spec(self.needs):
             return ""
-        return f"not installed here: {self.install}"
+        return say("export.not_installed", "not installed here: {command}", command=self.install)
 
 
 def _writer(module: str, name: str) -> Callable[..., None]:
@@ -139,7 +140,14 @@ def export_takes(
     exporter = exporter_of(format)
     if len(takes) > 1 and not exporter.several:
         allowed = ", ".join(name for name, one in EXPORTERS.items() if one.several)
-        raise SettingsError(f"format={format}: a file holds one take; several go into {allowed}")
+        raise SettingsError(
+            say(
+                "export.one_take_format",
+                "format={format}: a file holds one take; several go into {allowed}",
+                format=format,
+                allowed=allowed,
+            )
+        )
     told = progress or (lambda share: None)
     for _, options in takes:
         check_options(options, format, exporter.options)
@@ -165,7 +173,15 @@ def exporter_of(format: str) -> Exporter:
         SettingsError: an unknown format.
     """
     if format not in EXPORTERS:
-        raise SettingsError(f"format={format}: allowed are {', '.join(EXPORTERS)}")
+        raise SettingsError(
+            say(
+                "export.value",
+                "{name}={value}: allowed are {allowed}",
+                name="format",
+                value=format,
+                allowed=[*EXPORTERS],
+            )
+        )
     return EXPORTERS[format]
 
 

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from studio.engine.animation.motion.motion import END, Motion
 from studio.engine.base.errors import FormatError
+from studio.engine.base.sentences import say, system_says
 
 _AXES = {"X": 0, "Y": 1, "Z": 2}
 _CHANNELS = tuple(f"{axis}{kind}" for kind in ("position", "rotation") for axis in _AXES)
@@ -40,14 +41,28 @@ class _Lines:
         if self.next == len(self.lines):
             last = self.lines[-1][0] if self.lines else 0
             raise FormatError(
-                f"{self.path} is cut off after line {last}: expected {expected}; export or copy it again"
+                say(
+                    "bvh.cut_off_expecting",
+                    "{path} is cut off after line {line}: expected {expected}; export or copy it again",
+                    path=self.path,
+                    line=last,
+                    expected=expected,
+                )
             )
         self.next += 1
         return self.lines[self.next - 1][1]
 
     def fail(self, what: str) -> FormatError:
         number = self.lines[max(self.next - 1, 0)][0] if self.lines else 0
-        return FormatError(f"{self.path}, line {number}: {what}; export or copy the file again")
+        return FormatError(
+            say(
+                "bvh.line",
+                "{path}, line {line}: {error}; export or copy the file again",
+                path=self.path,
+                line=number,
+                error=what,
+            )
+        )
 
     def numbers(self, words: list[str], count: int, what: str) -> list[float]:
         try:
@@ -55,7 +70,15 @@ class _Lines:
         except ValueError:
             values = []
         if len(values) != count or not all(abs(value) < _LARGEST for value in values):
-            raise self.fail(f"{what} needs {count} finite numbers, got {' '.join(words)[:60]!r}")
+            raise self.fail(
+                say(
+                    "bvh.numbers",
+                    "{what} needs {n} finite numbers, got {text!r}",
+                    what=what,
+                    n=count,
+                    text=" ".join(words)[:60],
+                )
+            )
         return values
 
 
@@ -73,16 +96,41 @@ def read_bvh(path: str | os.PathLike[str], *, unit_m: float | None = None) -> Mo
     path = Path(path)
     if unit_m is not None and not (np.isfinite(unit_m) and unit_m > 0):
         raise FormatError(
-            f"unit of {unit_m} m; a BVH's unit must be a positive number of metres, such as 0.01"
+            say(
+                "bvh.unit",
+                "unit of {m} m; a BVH's unit must be a positive number of metres, such as 0.01",
+                m=unit_m,
+            )
         )
     try:
         if path.stat().st_size > _MAX_BYTES:
-            raise FormatError(f"{path} has {path.stat().st_size} bytes; at most {_MAX_BYTES} can be read")
+            raise FormatError(
+                say(
+                    "file.too_large",
+                    "{path} has {n} bytes; at most {most} can be read",
+                    path=path,
+                    n=path.stat().st_size,
+                    most=_MAX_BYTES,
+                )
+            )
         text = path.read_bytes().decode("utf-8", errors="replace").lstrip("\ufeff")
     except OSError as error:
-        raise FormatError(f"cannot read {path}: {error.strerror}; give a BVH file") from error
+        raise FormatError(
+            say(
+                "bvh.unreadable",
+                "cannot read {path}: {error}; give a BVH file",
+                path=path,
+                error=system_says(error),
+            )
+        ) from error
     if not text.lstrip().upper().startswith("HIERARCHY"):
-        raise FormatError(f"{path} is not a BVH file: it does not begin with HIERARCHY; give a BVH file")
+        raise FormatError(
+            say(
+                "bvh.not_bvh",
+                "{path} is not a BVH file: it does not begin with HIERARCHY; give a BVH file",
+                path=path,
+            )
+        )
     lines = _Lines(path, text)
     joints = _read_hierarchy(lines)
     frame_s, values = _read_frames(lines, sum(len(joint.channels) for joint in joints))
@@ -110,7 +158,9 @@ def _read_hierarchy(lines: _Lines) -> list[_Joint]:
             _open_joint(lines, joints, stack, words)
         elif key == "}" and stack:
             if not joints[stack[-1]].has_offset:
-                raise lines.fail(f"joint {joints[stack[-1]].name} has no OFFSET")
+                raise lines.fail(
+                    say("bvh.no_offset", "joint {name} has no OFFSET", name=joints[stack[-1]].name)
+                )
             stack.pop()
         elif key == "OFFSET" and stack:
             joints[stack[-1]].offset = lines.numbers(words[1:], 3, "OFFSET")
@@ -118,25 +168,25 @@ def _read_hierarchy(lines: _Lines) -> list[_Joint]:
         elif key == "CHANNELS" and stack and not joints[stack[-1]].name.endswith(END):
             joints[stack[-1]].channels = _read_channels(lines, words)
         else:
-            raise lines.fail(f"{' '.join(words)[:60]!r} is not allowed here")
+            raise lines.fail(say("bvh.not_here", "{text!r} is not allowed here", text=" ".join(words)[:60]))
     return joints
 
 
 def _open_joint(lines: _Lines, joints: list[_Joint], stack: list[int], words: list[str]) -> None:
     root = words[0].upper() == "ROOT"
     if root == bool(stack) or (root and joints):
-        raise lines.fail("a BVH needs exactly one ROOT, and every JOINT inside it")
+        raise lines.fail(say("bvh.one_root", "a BVH needs exactly one ROOT, and every JOINT inside it"))
     if words[-1] == "{" and len(words) > 1:
         words = words[:-1]
     elif lines.take("{") != ["{"]:
-        raise lines.fail("expected { after the name of a joint")
+        raise lines.fail(say("bvh.brace", "expected {{ after the name of a joint"))
     parent = stack[-1] if stack else -1
     if words[0].upper() == "END":
         name = joints[parent].name + END
     else:
         name = " ".join(words[1:])
         if not name or name in {joint.name for joint in joints}:
-            raise lines.fail(f"joint name {name!r} is empty or used twice")
+            raise lines.fail(say("bvh.joint_name", "joint name {name!r} is empty or used twice", name=name))
     joints.append(_Joint(name, parent))
     stack.append(len(joints) - 1)
 
@@ -144,37 +194,52 @@ def _open_joint(lines: _Lines, joints: list[_Joint], stack: list[int], words: li
 def _read_channels(lines: _Lines, words: list[str]) -> list[str]:
     names = [word[:1].upper() + word[1:].lower() for word in words[2:]]
     if len(words) < 2 or words[1] != str(len(names)) or len(set(names)) != len(names):
-        raise lines.fail("CHANNELS needs a count and as many different channel names")
+        raise lines.fail(say("bvh.channels", "CHANNELS needs a count and as many different channel names"))
     for name in names:
         if name not in _CHANNELS:
-            raise lines.fail(f"unknown channel {name!r}; known: {', '.join(_CHANNELS)}")
+            raise lines.fail(
+                say("bvh.channel", "unknown channel {name!r}; known: {known}", name=name, known=[*_CHANNELS])
+            )
     return names
 
 
 def _read_frames(lines: _Lines, channel_count: int) -> tuple[float, NDArray[np.float64]]:
     """Frame time [s], and channel values, shape (frame_count, channel_count)."""
     if lines.take("MOTION")[0].upper() != "MOTION":
-        raise lines.fail("expected MOTION after the hierarchy")
+        raise lines.fail(say("bvh.motion", "expected MOTION after the hierarchy"))
     words = lines.take("Frames: N")
     if words[0].lower() != "frames:" or len(words) != 2 or not words[1].isdecimal() or int(words[1]) < 1:
-        raise lines.fail("expected `Frames:` and a positive whole number")
+        raise lines.fail(say("bvh.frames_line", "expected `Frames:` and a positive whole number"))
     frames = int(words[1])
     words = lines.take("Frame Time: S")
     if [word.lower() for word in words[:2]] != ["frame", "time:"]:
-        raise lines.fail("expected `Frame Time:` and the seconds between frames")
+        raise lines.fail(say("bvh.frame_time_line", "expected `Frame Time:` and the seconds between frames"))
     (frame_s,) = lines.numbers(words[2:], 1, "Frame Time")
     if not 1e-4 <= frame_s <= 10:
-        raise lines.fail(f"a frame time of {frame_s:g} s; allowed: 0.0001 to 10")
+        raise lines.fail(
+            say("bvh.frame_time", "a frame time of {seconds:g} s; allowed: 0.0001 to 10", seconds=frame_s)
+        )
     rows = lines.lines[lines.next :]
     if len(rows) > frames:
         raise FormatError(
-            f"{lines.path}, line {rows[frames][0]}: more rows than the {frames} frames announced; "
-            "export the file again"
+            say(
+                "bvh.more_rows",
+                "{path}, line {line}: more rows than the {n} frames announced; export the file again",
+                path=lines.path,
+                line=rows[frames][0],
+                n=frames,
+            )
         )
     if len(rows) < frames:
         raise FormatError(
-            f"{lines.path} is cut off: {len(rows)} of {frames} frames, up to line {lines.lines[-1][0]}; "
-            "export or copy the file again"
+            say(
+                "bvh.cut_off",
+                "{path} is cut off: {n} of {all} frames, up to line {line}; export or copy the file again",
+                path=lines.path,
+                n=len(rows),
+                all=frames,
+                line=lines.lines[-1][0],
+            )
         )
     values = np.empty((len(rows), channel_count))
     for row in range(len(rows)):
@@ -199,8 +264,12 @@ def _height(lines: _Lines, joints: list[_Joint], rest: NDArray[np.float64]) -> f
     height = float(top - rest[:, 1].min())
     if height <= 0:
         raise FormatError(
-            f"{lines.path}: the rest pose has no height along y, so the file's unit cannot be guessed; "
-            "export it with y up, or give the unit"
+            say(
+                "bvh.unit_unknown",
+                "{path}: the rest pose has no height along y, so the file's unit cannot be guessed; "
+                "export it with y up, or give the unit",
+                path=lines.path,
+            )
         )
     return height
 

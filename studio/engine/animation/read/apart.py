@@ -4,6 +4,7 @@ A worker is a module of this package, run as `python -m MODULE FILE OUT.npz`. Fo
 `FormatError: ...` and exits with 1. Its time, its memory and the size of its result are limited.
 """
 
+import json
 import os
 import subprocess
 import sys
@@ -16,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from studio.engine.base.errors import FormatError, NotAvailableError
+from studio.engine.base.sentences import Said, say, system_says
 from studio.engine.base.system import limit_memory
 
 MAX_BYTES = 1 << 30
@@ -43,11 +45,26 @@ def read_apart(worker: str, path: Path) -> dict[str, NDArray[Any]]:
     """
     try:
         if path.stat().st_size > MAX_BYTES:
-            raise FormatError(f"{path} has {path.stat().st_size} bytes; at most {MAX_BYTES} can be read")
+            raise FormatError(
+                say(
+                    "file.too_large",
+                    "{path} has {n} bytes; at most {most} can be read",
+                    path=path,
+                    n=path.stat().st_size,
+                    most=MAX_BYTES,
+                )
+            )
         with path.open("rb"):
             pass
     except OSError as error:
-        raise FormatError(f"cannot read {path}: {error.strerror}; give another file") from error
+        raise FormatError(
+            say(
+                "file.unreadable_give_other",
+                "cannot read {path}: {error}; give another file",
+                path=path,
+                error=system_says(error),
+            )
+        ) from error
     with tempfile.TemporaryDirectory() as folder:
         out = Path(folder) / "read.npz"
         command = [sys.executable, "-m", f"{__package__}.{worker}", str(path), str(out)]
@@ -68,7 +85,8 @@ def _error(path: Path, said: str) -> FormatError | NotAvailableError:
     last = said.strip().splitlines()[-1:] or [""]
     kind, _, message = last[0].partition(": ")
     if kind in _ERRORS and message:
-        return _ERRORS[kind](message)
+        said = json.loads(message)
+        return _ERRORS[kind](said if isinstance(said, str) else Said.from_json(said))
     return FormatError(f"{path} is damaged or not of its kind: its reader broke over it; export it again")
 
 
@@ -79,6 +97,8 @@ def work(read: Callable[[Path], dict[str, Any]]) -> None:
     try:
         arrays = read(path)
     except (FormatError, NotAvailableError) as error:
-        print(f"{type(error).__name__}: {' '.join(str(error).split())}", file=sys.stderr)
+        said = error.sentence
+        text = said.to_json() if isinstance(said, Said) else " ".join(said.split())
+        print(f"{type(error).__name__}: {json.dumps(text)}", file=sys.stderr)
         sys.exit(1)
     np.savez(out, **arrays)

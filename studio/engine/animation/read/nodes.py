@@ -8,6 +8,7 @@ from scipy.spatial.transform import Rotation
 
 from studio.engine.animation.motion.motion import Motion
 from studio.engine.base.errors import FormatError
+from studio.engine.base.sentences import say
 from studio.engine.model.roles import roles_of
 
 Array = NDArray[np.float64]
@@ -56,7 +57,13 @@ def motion_of(nodes: Nodes, T_stage_file: Array, what: str) -> Motion:
     if known.any():
         rest[known] = nodes.rest[chosen][known]
     if not (np.isfinite(world).all() and np.isfinite(rest).all()):
-        raise FormatError(f"{what}: a transform is not a finite number; export the file again")
+        raise FormatError(
+            say(
+                "rig.not_finite",
+                "{path}: a transform is not a finite number; export the file again",
+                path=what,
+            )
+        )
     turn = T_stage_file / np.cbrt(np.abs(np.linalg.det(T_stage_file)))
     place = {int(node): k for k, node in enumerate(chosen)}
     with np.errstate(invalid="ignore", divide="ignore"):

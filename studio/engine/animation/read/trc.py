@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from studio.engine.animation.read.points import NamedPoints, without_subject
 from studio.engine.base.errors import FormatError
+from studio.engine.base.sentences import say, system_says
 
 _MAX_BYTES = 1 << 30
 _MAX_POINTS = 4096
@@ -72,10 +73,25 @@ def _on_grid(time_s: NDArray[np.float64], rate: str) -> NDArray[np.float64]:
 def _lines(path: Path) -> list[str]:
     try:
         if path.stat().st_size > _MAX_BYTES:
-            raise FormatError(f"{path} has {path.stat().st_size} bytes; at most {_MAX_BYTES} can be read")
+            raise FormatError(
+                say(
+                    "file.too_large",
+                    "{path} has {n} bytes; at most {most} can be read",
+                    path=path,
+                    n=path.stat().st_size,
+                    most=_MAX_BYTES,
+                )
+            )
         return path.read_text(encoding="utf-8", errors="replace").lstrip("\ufeff").splitlines()
     except OSError as error:
-        raise FormatError(f"cannot read {path}: {error.strerror}; give a TRC file") from error
+        raise FormatError(
+            say(
+                "file.unreadable_trc",
+                "cannot read {path}: {error}; give a TRC file",
+                path=path,
+                error=system_says(error),
+            )
+        ) from error
 
 
 def _row(path: Path, number: int, line: str, count: int) -> list[float]:
@@ -85,4 +101,12 @@ def _row(path: Path, number: int, line: str, count: int) -> list[float]:
     try:
         return [float(cell) if cell.strip() else np.nan for cell in cells]
     except ValueError as error:
-        raise FormatError(f"{path}, line {number}: {error}; every value must be a number") from error
+        raise FormatError(
+            say(
+                "table.not_a_number",
+                "{path}, line {line}: {error}; every value must be a number",
+                path=path,
+                line=number,
+                error=error,
+            )
+        ) from error

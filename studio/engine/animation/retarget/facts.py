@@ -45,7 +45,7 @@ def rig_facts(path: str | os.PathLike[str], mapping: str | os.PathLike[str] | No
         bones = guessed_bones(rig) if saved is None else saved[0]
         checked, problem = mapping_of(rig, bones), None
     except FormatError as error:
-        checked, problem = None, str(error)
+        checked, problem = None, error.sentence
     names = rig.joint_names if checked is None else checked.rig.joint_names
     return {
         "rig": rig.identity,

@@ -17,6 +17,7 @@ from studio.engine.animation.read.nodes import parent_among, unique_names, witho
 from studio.engine.animation.retarget.rig import Array, Rig, check_scales, check_size
 from studio.engine.base.errors import FormatError
 from studio.engine.base.geometry import quaternions
+from studio.engine.base.sentences import say
 from studio.engine.model.roles import roles_of
 
 RIG_ENDINGS = (".glb", ".gltf", ".fbx", ".bvh")
@@ -38,7 +39,14 @@ def read_rig(path: str | os.PathLike[str]) -> Rig:
     path = Path(path)
     kind = path.suffix.lower()
     if kind not in RIG_ENDINGS:
-        raise FormatError(f"{path}: a rig ends in {', '.join(RIG_ENDINGS)}; convert it to one of them")
+        raise FormatError(
+            say(
+                "rig.ending",
+                "{path}: a rig ends in {kinds}; convert it to one of them",
+                path=path,
+                kinds=[*RIG_ENDINGS],
+            )
+        )
     if kind == ".bvh":
         return _of_bvh(path)
     if kind == ".fbx":
@@ -74,7 +82,13 @@ def _of_nodes(
     """Return the rig of a scene's nodes; `turn` rotates the nodes' world to file axes."""
     if len(names) > MAX_NODES:
         raise FormatError(
-            f"{path} has {len(names)} nodes; allowed are {MAX_NODES}; export the skeleton alone"
+            say(
+                "rig.nodes",
+                "{path} has {n} nodes; allowed are {most}; export the skeleton alone",
+                path=path,
+                n=len(names),
+                most=MAX_NODES,
+            )
         )
     chosen = np.flatnonzero(joints) if joints.any() else np.arange(len(names))
     chosen = _in_file_order(chosen, parents, numbers)
@@ -82,7 +96,13 @@ def _of_nodes(
     above = np.array([parent_among(parents, place, int(node)) for node in chosen], dtype=np.int64)
     check_size(path, above)
     if not all(np.isfinite(part).all() for part in own) or (np.linalg.norm(own[1], axis=-1) < 1e-6).any():
-        raise FormatError(f"{path}: a transform is not a finite number; export the file again")
+        raise FormatError(
+            say(
+                "rig.not_finite",
+                "{path}: a transform is not a finite number; export the file again",
+                path=path,
+            )
+        )
     chosen_names = [names[k] for k in chosen]
     matrices = world_matrices(parents, *own, chosen)[0]
     check_scales(path, chosen_names, matrices)
@@ -152,7 +172,11 @@ def _of_bvh(path: Path) -> Rig:
     rest = to_file_axes(motion.rest_m)
     height = float(np.ptp(rest[:, 1]))
     if height <= 0:
-        raise FormatError(f"{path}: the rest pose has no height along y; export it with y up")
+        raise FormatError(
+            say(
+                "rig.no_height", "{path}: the rest pose has no height along y; export it with y up", path=path
+            )
+        )
     unit = min(UNITS_M.values(), key=lambda unit_m: abs(np.log(unit_m * height / _HEIGHT_M)))
     return Rig(
         path=path,

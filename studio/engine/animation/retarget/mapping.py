@@ -9,6 +9,7 @@ import numpy as np
 from studio.engine.animation.retarget.rig import Rig
 from studio.engine.base.errors import FormatError
 from studio.engine.base.files import write_json
+from studio.engine.base.sentences import say, system_says
 from studio.engine.base.versions import RIG_MAPPING
 from studio.engine.model.joints import OUTPUT_JOINTS, OUTPUT_PARENTS
 from studio.engine.model.roles import roles_of
@@ -65,8 +66,14 @@ def _check_one_hips(rig: Rig, hips: int) -> None:
             continue
         if not rig.below(joint, hips) and not rig.below(hips, joint):
             raise FormatError(
-                f"{rig.path} has two hips, {rig.joint_names[hips]!r} and {name!r}; name one of them as Hips in a "
-                "mapping, or export one character alone"
+                say(
+                    "rig.two_hips",
+                    "{path} has two hips, {one!r} and {other!r}; name one of them as Hips in a mapping, or "
+                    "export one character alone",
+                    path=rig.path,
+                    one=rig.joint_names[hips],
+                    other=name,
+                )
             )
 
 
@@ -86,25 +93,54 @@ def mapping_of(rig: Rig, bones: dict[str, str] | None = None) -> Mapping:
     owner: dict[str, str] = {}
     for role, name in bones.items():
         if role not in OUTPUT_JOINTS:
-            raise FormatError(f"mapping: {role!r} is no role; allowed are {', '.join(OUTPUT_JOINTS)}")
+            raise FormatError(
+                say(
+                    "rig.no_role",
+                    "mapping: {role!r} is no role; allowed are {allowed}",
+                    role=role,
+                    allowed=[*OUTPUT_JOINTS],
+                )
+            )
         if name not in index:
             raise FormatError(
-                f"mapping: {role} is {name!r}, but {rig.path} has no such bone; see `studio rig`"
+                say(
+                    "rig.no_such_bone",
+                    "mapping: {role} is {bone!r}, but {path} has no such bone; see `studio rig`",
+                    role=role,
+                    bone=name,
+                    path=rig.path,
+                )
             )
         if name in owner:
             raise FormatError(
-                f"mapping: bone {name!r} is both {owner[name]} and {role}; give it to one of them"
+                say(
+                    "rig.bone_used_twice",
+                    "mapping: bone {bone!r} is both {one} and {other}; give it to one of them",
+                    bone=name,
+                    one=owner[name],
+                    other=role,
+                )
             )
         owner[name] = role
     if "Hips" not in bones:
         raise FormatError(
-            f"{rig.path}: no bone for the hips under any known name; it has {', '.join(rig.joint_names)[:300]}; "
-            "name it as Hips in a mapping"
+            say(
+                "rig.no_hips_bone",
+                "{path}: no bone for the hips under any known name; it has {others}; name it as Hips in "
+                "a mapping",
+                path=rig.path,
+                others=", ".join(rig.joint_names)[:300],
+            )
         )
     lacking = [role for role in _LEGS if role not in bones]
     if lacking:
         raise FormatError(
-            f"{rig.path}: no bone for {', '.join(lacking)}; name them in a mapping: legs are needed"
+            say(
+                "rig.bones_missing",
+                "{path}: no bone for {names}; name them in a mapping: legs are needed",
+                path=rig.path,
+                names=[*lacking],
+            )
         )
     tree = rig.tree_of(index[bones["Hips"]])
     places = {name: joint for joint, name in enumerate(tree.joint_names)}
@@ -123,14 +159,28 @@ def _check_tree(rig: Rig, bones: dict[str, str], places: dict[str, int]) -> None
             continue
         if name not in places or not rig.below(places[name], places[bones[above]]):
             raise FormatError(
-                f"mapping: {role} ({name!r}) does not hang on {above} ({bones[above]!r}); correct one of them"
+                say(
+                    "rig.not_on_chain",
+                    "mapping: {role} ({bone!r}) does not hang on {other} ({carrier!r}); correct one of them",
+                    role=role,
+                    bone=name,
+                    other=above,
+                    carrier=bones[above],
+                )
             )
         if role.removeprefix("Left").removeprefix("Right") in ("ForeArm", "Hand", "Leg", "Foot"):
             bone = rig.positions_m[places[name]] - rig.positions_m[places[bones[above]]]
             if np.linalg.norm(bone) < _SHORTEST_M:
                 raise FormatError(
-                    f"{rig.path}: from {above} ({bones[above]!r}) to {role} ({name!r}) is no length; "
-                    "a limb's bones need one"
+                    say(
+                        "rig.no_length",
+                        "{path}: from {one} ({bone!r}) to {other} ({end!r}) is no length; a limb's bones need one",
+                        path=rig.path,
+                        one=above,
+                        bone=bones[above],
+                        other=role,
+                        end=name,
+                    )
                 )
 
 
@@ -165,16 +215,41 @@ def load_mapping(path: Path) -> tuple[str, dict[str, str]]:
     """
     try:
         if path.stat().st_size > MAX_BYTES:
-            raise FormatError(f"{path} has more than {MAX_BYTES} bytes, which no mapping has")
+            raise FormatError(
+                say(
+                    "rig.mapping_too_large",
+                    "{path} has more than {n} bytes, which no mapping has",
+                    path=path,
+                    n=MAX_BYTES,
+                )
+            )
         value = json.loads(path.read_text(encoding="utf-8"), object_pairs_hook=_without_repeats)
     except OSError as error:
-        raise FormatError(f"cannot read {path}: {error.strerror}; give another file") from error
+        raise FormatError(
+            say(
+                "file.unreadable_give_other",
+                "cannot read {path}: {error}; give another file",
+                path=path,
+                error=system_says(error),
+            )
+        ) from error
     except (ValueError, RecursionError) as error:
         raise FormatError(
-            f"{path} is no mapping: {str(error)[:120]}; `studio rig FILE --out` writes one"
+            say(
+                "rig.mapping_unreadable",
+                "{path} is no mapping: {error}; `studio rig FILE --out` writes one",
+                path=path,
+                error=str(error)[:120],
+            )
         ) from error
     if not isinstance(value, dict) or not isinstance(value.get("bones"), dict):
-        raise FormatError(f"{path} is no mapping: it has no bones; `studio rig FILE --out` writes one")
+        raise FormatError(
+            say(
+                "rig.mapping_empty",
+                "{path} is no mapping: it has no bones; `studio rig FILE --out` writes one",
+                path=path,
+            )
+        )
     value = RIG_MAPPING.current(value, path)
     return str(value.get("rig", "")), checked_bones(value["bones"], str(path))
 
@@ -187,7 +262,15 @@ def checked_bones(bones: dict[str, object], what: str) -> dict[str, str]:
     """
     for role, name in bones.items():
         if name is not None and not isinstance(name, str):
-            raise FormatError(f"{what}: {role} is {name!r}; allowed is the name of a bone, or null")
+            raise FormatError(
+                say(
+                    "rig.bone_name",
+                    "{path}: {role} is {bone!r}; allowed is the name of a bone, or null",
+                    path=what,
+                    role=role,
+                    bone=name,
+                )
+            )
     return {role: name for role, name in bones.items() if isinstance(name, str) and name}
 
 
@@ -195,7 +278,7 @@ def _without_repeats(pairs: list[tuple[str, object]]) -> dict[str, object]:
     out = dict(pairs)
     if len(out) != len(pairs):
         twice = next(key for key, _ in pairs if sum(other == key for other, _ in pairs) > 1)
-        raise ValueError(f"{twice!r} stands there twice")
+        raise ValueError(say("rig.name_twice", "{name!r} stands there twice", name=twice))
     return out
 
 
@@ -210,8 +293,14 @@ def saved_bones(rig: Rig) -> tuple[dict[str, str], Path] | None:
         identity, bones = load_mapping(beside)
         if identity and identity != rig.identity:
             raise FormatError(
-                f"{beside} was saved for other bones than those of {rig.path.name}; write it again with "
-                f"`studio rig {rig.path} --out {beside}`"
+                say(
+                    "rig.other_bones",
+                    "{path} was saved for other bones than those of {file}; write it again with `studio rig "
+                    "{same} --out {path}`",
+                    path=beside,
+                    file=rig.path.name,
+                    same=rig.path,
+                )
             )
         return bones, beside
     for other in sorted(rig.path.parent.glob(f"*{SUFFIX}")):

@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from studio.engine.base.errors import CalibrationError
+from studio.engine.base.sentences import say
 from studio.engine.calibration.cameras.noise import unbiased
 from studio.engine.calibration.cameras.pairs import LocalClock, Track, grid, make_track, sample
 from studio.engine.calibration.cameras.refine import BIAS_PRIOR_M, PlacedCamera
@@ -55,10 +56,22 @@ def first_placements(
         CalibrationError: no frames at all, or a reference camera without frames.
     """
     if not any(frames.values()):
-        raise CalibrationError("no frames to calibrate from; record a T-pose and a walk with every camera")
+        raise CalibrationError(
+            say(
+                "calibration.no_frames",
+                "no frames to calibrate from; record a T-pose and a walk with every camera",
+            )
+        )
     first = reference if reference is not None else next(name for name, mine in frames.items() if mine)
     if not frames.get(first):
-        raise CalibrationError(f"reference camera {first!r} has no frames; cameras: {', '.join(frames)}")
+        raise CalibrationError(
+            say(
+                "calibration.reference_no_frames",
+                "reference camera {name!r} has no frames; cameras: {names}",
+                name=first,
+                names=[*frames],
+            )
+        )
     main = make_track(frames[first])
     if until_s is not None:
         main = main.until(until_s - main.epoch_ns * 1e-9)
@@ -76,7 +89,10 @@ def _same_clock(track: Track, reference: Track) -> bool:
 def _place(name: str, track: Track, reference: Track, until_s: float | None) -> Candidate:
     """Return a camera with its first clock and transform, or its problem."""
     if len(track.times_s) < 2 or len(reference.times_s) < 2:
-        problem = "no frames in the calibration part: check that the camera was running"
+        problem = say(
+            "verdict.no_frames_in_part",
+            "no frames in the calibration part: check that the camera was running",
+        )
         return Candidate(name, track, problem=problem)
     near_s = (track.epoch_ns - reference.epoch_ns) * 1e-9 if _same_clock(track, reference) else None
     if until_s is not None:
@@ -89,7 +105,11 @@ def _place(name: str, track: Track, reference: Track, until_s: float | None) -> 
     source, target = (middle_points(unbiased(points, BIAS_PRIOR_M)) for points in (here, there))
     seen = np.all(np.isfinite(source), axis=2) & np.all(np.isfinite(target), axis=2)
     if seen.sum() < _MIN_POINTS or seen.any(axis=1).sum() < _MIN_INSTANTS:
-        problem = f"only {pairs} joint pairs with the reference camera: walk where both cameras see you"
+        problem = say(
+            "verdict.few_pairs_seen",
+            "only {pairs} joint pairs with the reference camera: walk where both cameras see you",
+            pairs=pairs,
+        )
         return Candidate(name, track, pairs=pairs, problem=problem)
     fit = fit_robust(source[seen], target[seen])
     fit_clock = shift.found or (shift.lively and near_s is not None)  # near enough for `refine`

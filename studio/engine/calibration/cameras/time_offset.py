@@ -13,6 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from studio.engine.base.sentences import say
 from studio.engine.calibration.cameras.pairs import GRID_HZ, Track, sample
 from studio.engine.model.joints import MIRROR
 
@@ -62,7 +63,9 @@ def find_shift(track: Track, reference: Track, *, near_s: float | None) -> Clock
             of the shorter track.
     """
     if min(_seconds(track), _seconds(reference)) < _SHORTEST_S:
-        return ClockShift(near_s or 0.0, 0.0, False, "too short to compare the motion")
+        return ClockShift(
+            near_s or 0.0, 0.0, False, say("clock.too_short", "too short to compare the motion")
+        )
     a, b = speeds(reference.until(_LONGEST_S)), speeds(track.until(_LONGEST_S))
     variation = float(
         np.nanmedian([np.nanstd(x[np.isfinite(x)]) for x in b.T if np.isfinite(x).sum() > 30] or [0])
@@ -74,15 +77,23 @@ def find_shift(track: Track, reference: Track, *, near_s: float | None) -> Clock
         allowed = np.abs(lags / GRID_HZ - near_s) <= WINDOW_S
     allowed &= np.isfinite(values)
     if not allowed.any():
-        return ClockShift(near_s or 0.0, 0.0, False, "the cameras saw nothing at the same time")
+        return ClockShift(
+            near_s or 0.0,
+            0.0,
+            False,
+            say("clock.nothing_at_once", "the cameras saw nothing at the same time"),
+        )
     best = int(np.flatnonzero(allowed)[np.argmax(values[allowed])])
     offset = (lags[best] + _peak(values, best)) / GRID_HZ
     if variation < MIN_SPEED_M_S:
         return ClockShift(
-            near_s or 0.0, float(values[best]), False, "the motion is too slow to compare clocks"
+            near_s or 0.0,
+            float(values[best]),
+            False,
+            say("clock.too_slow", "the motion is too slow to compare clocks"),
         )
     if values[best] < MIN_CORRELATION:
-        reason = "the motion does not match the reference's"
+        reason = say("clock.motion_differs", "the motion does not match the reference's")
         return ClockShift(near_s or 0.0, float(values[best]), False, reason, lively=True)
     return ClockShift(float(offset), float(values[best]), True, lively=True)
 

@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from studio.engine.base.geometry import unit
+from studio.engine.base.sentences import say
 from studio.engine.calibration.cameras.merge import Walk
 from studio.engine.model.joints import INDEX
 
@@ -96,21 +97,37 @@ def tpose_problems(joints: NDArray[np.float64], up: NDArray[np.float64], rate_hz
         rate_hz: instants per second.
     """
     problems = []
-    for side, arm in _arms(joints, up, rate_hz).items():
+    for name, arm in _arms(joints, up, rate_hz).items():
+        side = say("tpose.left", "left") if name == "left" else say("tpose.right", "right")
         slope, straight, outward = (_percentile(v, 50) for v in (arm.slope, arm.straight, arm.outward))
         speed = _percentile(arm.speed_m_s, 80)
         if np.isnan([slope, straight, outward]).any():
-            problems.append(f"{side} arm not seen")
+            problems.append(say("tpose.unseen", "{side} arm not seen", side=side))
         elif straight <= _MIN_STRAIGHT:
             problems.append(
-                f"{side} arm bent by {np.degrees(np.arccos(max(straight, -1.0))):.0f} degrees: straighten it"
+                say(
+                    "tpose.bent",
+                    "{side} arm bent by {degrees:.0f} degrees: straighten it",
+                    side=side,
+                    degrees=np.degrees(np.arccos(max(straight, -1.0))),
+                )
             )
         elif abs(slope) >= _MAX_SLOPE:
-            problems.append(f"{side} arm too {'high' if slope > 0 else 'low'}: hold it level")
+            high = say("tpose.high", "{side} arm too high: hold it level", side=side)
+            low = say("tpose.low", "{side} arm too low: hold it level", side=side)
+            problems.append(high if slope > 0 else low)
         elif outward <= _MIN_OUTWARD:
-            problems.append(f"{side} arm not out sideways, or the shoulders are turned: arms in one line")
+            problems.append(
+                say(
+                    "tpose.turned",
+                    "{side} arm not out sideways, or the shoulders are turned: arms in one line",
+                    side=side,
+                )
+            )
         if speed >= _MAX_SPEED_M_S:
-            problems.append(f"{side} arm moves at {speed:.1f} m/s: hold still")
+            problems.append(
+                say("tpose.moves", "{side} arm moves at {speed:.1f} m/s: hold still", side=side, speed=speed)
+            )
     return problems
 
 

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from studio.engine.base.sentences import say
 from studio.engine.calibration.quality.halves import Halves
 from studio.engine.calibration.quality.steadiness import MOVED_M, CameraShift
 from studio.engine.model.spans import Span
@@ -68,28 +69,55 @@ def verdict(facts: Facts) -> tuple[str, tuple[str, ...]]:
     doubts = []
     if facts.agreement_m is not None and facts.agreement_m > GOOD_AGREEMENT_M:
         (refused if facts.agreement_m > REFUSED_AGREEMENT_M else doubts).append(
-            f"joints disagree with the reference camera by {facts.agreement_m * 100:.0f} cm (median): "
-            "let one performer alone walk, in view of both cameras"
+            say(
+                "verdict.disagrees",
+                "joints disagree with the reference camera by {cm:.0f} cm (median): let one performer "
+                "alone walk, in view of both cameras",
+                cm=facts.agreement_m * 100,
+            )
         )
     if facts.halves is not None:
         metres, degrees = facts.halves.metres, facts.halves.degrees
         if metres > MAX_HALVES_M or degrees > MAX_HALVES_DEG:
             refused.append(
-                f"fits on even and odd 5 s blocks differ by {metres * 100:.1f} cm and {degrees:.1f} degrees "
-                f"(allowed: {MAX_HALVES_M * 100:.0f} cm and {MAX_HALVES_DEG} degrees): walk for longer"
+                say(
+                    "verdict.halves_differ",
+                    "fits on even and odd 5 s blocks differ by {cm:.1f} cm and {degrees:.1f} degrees "
+                    "(allowed: {most:.0f} cm and {least} degrees): walk for longer",
+                    cm=metres * 100,
+                    degrees=degrees,
+                    most=MAX_HALVES_M * 100,
+                    least=MAX_HALVES_DEG,
+                )
             )
     if facts.shift is not None and facts.shift.metres > GOOD_SHIFT_M:
         (refused if facts.shift.metres > MOVED_M else doubts).append(
-            f"its joints shifted by {facts.shift.metres * 100:.1f} cm against the other cameras' for a while from "
-            f"{facts.shift.at_s:.0f} s on: was it moved, or somebody else in view? Fix it in place and walk again"
+            say(
+                "verdict.shifted",
+                "its joints shifted by {cm:.1f} cm against the other cameras' for a while from "
+                "{seconds:.0f} s on: was it moved, or somebody else in view? Fix it in place and walk "
+                "again",
+                cm=facts.shift.metres * 100,
+                seconds=facts.shift.at_s,
+            )
         )
     doubts += [span.words() for span in facts.left_out]
     if facts.clock_reason:
         doubts.append(
-            f"clock offset not found from the motion ({facts.clock_reason}): move livelier, or sync the clocks"
+            say(
+                "verdict.clock_not_found",
+                "clock offset not found from the motion ({why}): move livelier, or sync the clocks",
+                why=facts.clock_reason,
+            )
         )
     elif facts.offset_sd_s > GOOD_OFFSET_SD_S:
-        doubts.append(f"clock offset known to {facts.offset_sd_s * 1e3:.0f} ms only: move livelier")
+        doubts.append(
+            say(
+                "verdict.clock_uncertain",
+                "clock offset known to {ms:.0f} ms only: move livelier",
+                ms=facts.offset_sd_s * 1000.0,
+            )
+        )
     if refused:
         return "refused", tuple(refused + doubts)
     return ("usable", tuple(doubts)) if doubts else ("good", ())
@@ -99,45 +127,85 @@ def _place_refusals(facts: Facts) -> list[str]:
     """Return why the camera's place cannot be right."""
     reasons = []
     if facts.mirrored:
-        reasons.append("the stream is mirrored: switch the camera's mirror mode off and record again")
+        reasons.append(
+            say(
+                "verdict.mirrored",
+                "the stream is mirrored: switch the camera's mirror mode off and record again",
+            )
+        )
     if facts.same_stream:
-        reasons.append("the stream is the reference camera's own: give each camera client its own device")
+        reasons.append(
+            say(
+                "verdict.same_stream",
+                "the stream is the reference camera's own: give each camera client its own device",
+            )
+        )
     if facts.pairs is not None and facts.pairs < MIN_PAIRS:
         reasons.append(
-            f"only {facts.pairs} joint pairs with the reference camera, at least {MIN_PAIRS} are needed: "
-            "walk for longer where both cameras see you"
+            say(
+                "verdict.few_pairs",
+                "only {pairs} joint pairs with the reference camera, at least {least} are needed: walk "
+                "for longer where both cameras see you",
+                pairs=facts.pairs,
+                least=MIN_PAIRS,
+            )
         )
     if facts.spread_m is not None and facts.spread_m[1] < MIN_SPREAD_M:
         reasons.append(
-            "too little spread: walk through the whole stage, forwards and sideways, not on one spot or line"
+            say(
+                "verdict.little_spread",
+                "too little spread: walk through the whole stage, forwards and sideways, not on one spot "
+                "or line",
+            )
         )
     if facts.camera_height_m is not None and facts.camera_height_m < 0.0:
         reasons.append(
-            f"the camera comes out {-facts.camera_height_m * 100:.0f} cm under the floor: "
-            "walk with both feet in view and calibrate again"
+            say(
+                "verdict.under_floor",
+                "the camera comes out {cm:.0f} cm under the floor: walk with both feet in view and "
+                "calibrate again",
+                cm=-facts.camera_height_m * 100,
+            )
         )
     if facts.feet_m is not None and facts.feet_m < -MAX_SUNK_M:
         reasons.append(
-            f"the camera puts feet {-facts.feet_m * 100:.0f} cm under the floor: "
-            "walk with both feet in view, and check that it was not moved"
+            say(
+                "verdict.feet_under_floor",
+                "the camera puts feet {cm:.0f} cm under the floor: walk with both feet in view, and "
+                "check that it was not moved",
+                cm=-facts.feet_m * 100,
+            )
         )
     if facts.tilt_deg is not None and facts.tilt_deg > MAX_TILT_DEG:
         reasons.append(
-            f"the camera comes out tilted by {facts.tilt_deg:.0f} degrees: mount it upright, or check its stream"
+            say(
+                "verdict.tilted",
+                "the camera comes out tilted by {degrees:.0f} degrees: mount it upright, or check its stream",
+                degrees=facts.tilt_deg,
+            )
         )
     if facts.performer_height_m is None:
-        reasons.append("no whole body was seen: walk with head and both feet in view")
+        reasons.append(say("verdict.no_body", "no whole body was seen: walk with head and both feet in view"))
     elif not HEIGHTS_M[0] < facts.performer_height_m < HEIGHTS_M[1]:
         reasons.append(
-            f"the performer comes out {facts.performer_height_m:.2f} m tall: "
-            "let one performer alone walk, and check the camera's unit (metres)"
+            say(
+                "verdict.performer_height",
+                "the performer comes out {m:.2f} m tall: let one performer alone walk, and check the "
+                "camera's unit (metres)",
+                m=facts.performer_height_m,
+            )
         )
     elif (
         facts.known_height_m is not None
         and abs(facts.performer_height_m - facts.known_height_m) > MAX_HEIGHT_CHANGE_M
     ):
         reasons.append(
-            f"the performer comes out {facts.performer_height_m:.2f} m tall, and was measured as "
-            f"{facts.known_height_m:.2f} m before: let the same performer walk, or name another"
+            say(
+                "verdict.performer_height_changed",
+                "the performer comes out {m:.2f} m tall, and was measured as {before:.2f} m before: let "
+                "the same performer walk, or name another",
+                m=facts.performer_height_m,
+                before=facts.known_height_m,
+            )
         )
     return reasons

@@ -1,5 +1,5 @@
 // The page to sign in: sends the operator's token, then goes to where the operator wanted to go.
-import { said } from "../base/said.js";
+import { hear, said } from "../base/said.js";
 import { t } from "../base/strings.js";
 
 const form = document.getElementById("sign-in");
@@ -26,7 +26,7 @@ async function signIn(token) {
       location.assign(wanted());
       return;
     }
-    problem.textContent = said((await response.json()).error.message);
+    problem.textContent = said(hear((await response.json()).error).message);
   } catch {
     problem.textContent = t("signin.silent");
   }

@@ -1,5 +1,5 @@
 // Every call to the server: routes under /api/v1, errors as the server words them, in the language of the page.
-import { said } from "./said.js";
+import { hear, said } from "./said.js";
 import { t } from "./strings.js";
 
 const ROOT = new URL("api/v1/", document.baseURI);
@@ -19,7 +19,7 @@ async function send(method, path, body, headers = {}, signal = undefined) {
   if (response.ok) return response;
   if (response.status === 401) signInAgain();
   const value = await response.json().catch(() => null);
-  throw new Error(said(value?.error?.message) ?? t("server.status", { status: response.status }));
+  throw new Error(said(hear(value?.error)?.message) ?? t("server.status", { status: response.status }));
 }
 
 const signInAgain = () => location.assign(`signin?again&next=${encodeURIComponent(location.pathname)}`);
@@ -31,7 +31,8 @@ export async function answers(within_ms) {
   return Boolean(response) && response.status !== 401;
 }
 
-const call = async (method, path, body) => (await request(method, path, body)).json();
+const heard = async (response) => hear(await response.json());
+const call = async (method, path, body) => heard(await request(method, path, body));
 
 export const getView = () => call("GET", "view");
 export const changeView = (change) => call("PUT", "view", change);
@@ -69,7 +70,7 @@ export const getNextTake = () => call("GET", "takes/next");
 /** Return a page of the takes that a search finds, and how many it finds: `{takes, count}`. */
 export async function findTakes({ search, limit, offset }) {
   const response = await request("GET", `takes?${new URLSearchParams({ search, limit, offset })}`);
-  return { takes: await response.json(), count: Number(response.headers.get("X-Total-Count")) };
+  return { takes: await heard(response), count: Number(response.headers.get("X-Total-Count")) };
 }
 export const getPresets = () => call("GET", "presets");
 export const savePreset = (name, settings) => call("PUT", `presets/${encodeURIComponent(name)}`, settings);
@@ -142,7 +143,7 @@ export const getReferenceFiles = () => call("GET", "reference-files");
 export const getReferences = (take) => call("GET", `${byId(take)}/references`);
 export const getReference = (take, name) => call("GET", referencePath(take, name));
 export const addReference = (take, file) => call("POST", `${byId(take)}/references`, { file });
-export const sendReference = async (take, name, file) => (await send("PUT", referencePath(take, name), file)).json();
+export const sendReference = async (take, name, file) => heard(await send("PUT", referencePath(take, name), file));
 export const alignReference = (take, name, how) => call("POST", `${referencePath(take, name)}/align`, how);
 export const removeReference = (take, name) => call("DELETE", referencePath(take, name));
 export const restoreReference = (take, name) => call("POST", `${referencePath(take, name)}/restore`);
@@ -163,6 +164,6 @@ export const exportAddress = (jobId) => new URL(`exports/${jobId}`, ROOT).href;
 export const downloadExport = async (jobId) => (await request("GET", `exports/${jobId}`)).blob();
 
 export const getRigs = () => call("GET", "rigs");
-export const sendRig = async (name, file) => (await send("PUT", `rigs/${encodeURIComponent(name)}`, file)).json();
+export const sendRig = async (name, file) => heard(await send("PUT", `rigs/${encodeURIComponent(name)}`, file));
 export const getRigMapping = (name) => call("GET", `rigs/${encodeURIComponent(name)}/mapping`);
 export const putRigMapping = (name, bones) => call("PUT", `rigs/${encodeURIComponent(name)}/mapping`, { bones });

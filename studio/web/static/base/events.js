@@ -1,5 +1,6 @@
 // The events WebSocket: hands over messages, says how old the last one is, and connects again.
 import { answers } from "./api.js";
+import { hear } from "./said.js";
 
 /** A status that is older says nothing of now [ms]. */
 export const FRESH_MS = 2000;
@@ -47,7 +48,7 @@ export function follow(url, { onMessage, onState }) {
       retry = FIRST_RETRY_MS;
       listen(own);
       become("open");
-      onMessage(JSON.parse(event.data));
+      onMessage(hear(JSON.parse(event.data)));
     });
   }
 

@@ -1,7 +1,8 @@
 // What the server says in English, in the language of the page: its reasons, verdicts, warnings and errors.
 //
-// `said/*.js` holds the French of each of the server's sentences, `{name}` for a value. A value may be a sentence of
-// the server itself. What stands in no table is shown as it came.
+// An answer or event has beside its texts a list `said`: each sentence in it with its code and its values. `said/*.js`
+// holds the French by code, `{name}` for a value, `{name:.1f}` for a number with so many digits after the point.
+// A value may be a sentence itself, or a list. What has no French is shown as it came.
 import blind from "./said/blind.js";
 import calibration from "./said/calibration.js";
 import exporting from "./said/export.js";
@@ -12,47 +13,39 @@ import stage from "./said/stage.js";
 import takes from "./said/takes.js";
 import { language, number, unbroken } from "./strings.js";
 
-const KEPT = 300;
-const known = new Map();
-let patterns = null;
+const FRENCH = { ...stage, ...calibration, ...takes, ...exporting, ...settings, ...files, ...recordings, ...blind };
+const KEPT = 1000;
+const sentences = new Map(); // the last sentences heard, by their English text
 
-/** The sentences as expressions, those with the most words of their own first. */
-function allPatterns() {
-  const sentences = Object.entries({ ...stage, ...calibration, ...takes, ...exporting, ...settings, ...files, ...recordings, ...blind });
-  return sentences.map(([english, french]) => {
-    const names = [...english.matchAll(/\{(\w+)\}/g)].map(([, name]) => name);
-    const parts = english.split(/\{\w+\}/);
-    const source = parts.map((part) => part.replace(/[.*+?^${}()|[\]\\]/g, "\\$&")).join("(.+?)");
-    return { expression: new RegExp(`^${source}$`, "s"), names, french, own: parts.join("").length };
-  }).sort((a, b) => b.own - a.own);
-}
-
-function valueOf(text) {
-  return /^[+-]?\d+\.\d+$/.test(text) ? number(Number(text), text.split(".")[1].length) : translated(text);
-}
-
-function translated(text) {
-  for (const { expression, names, french } of patterns) {
-    const match = expression.exec(text);
-    if (!match) continue;
-    const values = Object.fromEntries(names.map((name, i) => [name, match[i + 1]]));
-    return french.replace(/\{(\w+)\}/g, (all, name) => valueOf(values[name]));
+/** Keep the sentences of an answer, of each object in a list, or of an event; returns it. */
+export function hear(answer) {
+  for (const one of Array.isArray(answer) ? answer : [answer]) {
+    for (const sentence of one?.said ?? []) {
+      sentences.delete(sentence.text);
+      sentences.set(sentence.text, sentence);
+    }
   }
-  const parts = text.split("; ");
-  if (parts.length > 1) return joined(text, parts, parts.map(translated), " ; ");
-  const at = text.indexOf(": ");
-  if (at < 0) return text;
-  const rest = text.slice(at + 2);
-  return joined(text, [rest], [translated(rest)], "", `${text.slice(0, at)} : `);
+  for (const text of sentences.keys()) {
+    if (sentences.size <= KEPT) break;
+    sentences.delete(text);
+  }
+  return answer;
 }
 
-const joined = (text, before, after, between, head = "") => (after.some((part, i) => part !== before[i]) ? head + after.join(between) : text);
+function worded(value, format) {
+  if (Array.isArray(value)) return value.map((one) => worded(one)).join(value.some((one) => one?.code) ? " ; " : ", ");
+  if (typeof value === "object") return translated(value);
+  if (typeof value !== "number") return value;
+  const [, sign, digits] = /^(\+?)\.(\d)f$/.exec(format) ?? [];
+  const shown = digits ? number(value, Number(digits)) : value.toLocaleString(language, { maximumFractionDigits: 9, useGrouping: false });
+  return sign && value >= 0 ? `+${shown}` : shown;
+}
+
+const translated = ({ text, code, values }) =>
+  FRENCH[code]?.replace(/\{(\w+)(?::([^}]*))?\}/g, (all, name, format) => worded(values[name], format)) ?? text;
 
 /** Return in the language of the page what the server says. */
 export function said(text) {
-  if (language === "en" || !text) return text;
-  patterns ??= allPatterns();
-  if (known.size > KEPT) known.clear();
-  if (!known.has(text)) known.set(text, unbroken(translated(text)));
-  return known.get(text);
+  const sentence = language === "en" ? undefined : sentences.get(text);
+  return sentence ? unbroken(translated(sentence)) : text;
 }

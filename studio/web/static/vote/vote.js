@@ -1,7 +1,7 @@
 // The voters' page: join, see the pairs in one's own order, choose, change, go on after a reload. No name of what is
 // compared ever comes here.
 import { h } from "../base/dom.js";
-import { said } from "../base/said.js";
+import { hear, said } from "../base/said.js";
 import { t } from "../base/strings.js";
 import { Players } from "./players.js";
 import { turns } from "../base/turns.js";
@@ -44,7 +44,7 @@ async function ask(method, path, body, read = "json") {
       continue;
     }
     const value = await response.json().catch(() => null);
-    throw new Refused(response.status, said(value?.error?.message) ?? t("server.status", { status: response.status }));
+    throw new Refused(response.status, said(hear(value?.error)?.message) ?? t("server.status", { status: response.status }));
   }
 }
 
