@@ -8,7 +8,11 @@ from tests.web.stages import FakeStage, step
 
 pytestmark = pytest.mark.browser
 
-COUNT = "() => { const count = () => { window.drawn = (window.drawn ?? 0) + 1; requestAnimationFrame(count); }; count(); }"
+COUNT = """() => {
+  window.drawn = 0;
+  const count = () => { window.drawn += 1; requestAnimationFrame(count); };
+  count();
+}"""
 AT_REST = """() => {
   const before = window.drawn;
   return new Promise((tell) => setTimeout(() => tell(before === window.drawn), 1000));
