@@ -141,8 +141,9 @@ def test_the_view_comes_back_with_a_server_that_was_killed(server: ServerProcess
     page.locator("#theme").focus()  # the focus is on the page, not in the 3D view
     with performing(server.url):
         expect(page.locator("#cameras .health")).to_have_text(["Good"] * 2)
+        eventually(page, lambda: "/cameras/camera_1" in nodes(page), "the cameras are drawn")
         eventually(page, lambda: moves(page), "somebody moves")
-        assert "/cameras/camera_1" in nodes(page) and "/cameras/camera_4" not in nodes(page)
+        assert "/cameras/camera_4" not in nodes(page)
         assert page.evaluate(GREEN) != []
         began = time.monotonic()
         server.kill()
@@ -160,7 +161,7 @@ def test_the_view_comes_back_with_a_server_that_was_killed(server: ServerProcess
         show_times("started again: the view is of now after", time.monotonic() - began)
         eventually(page, lambda: moves(page), "somebody moves again")
         show_times("and moves after", time.monotonic() - began)
-        assert "/cameras/camera_4" in nodes(page)
+        eventually(page, lambda: "/cameras/camera_4" in nodes(page), "the new cameras are drawn")
         expect(page.locator("#cameras .health")).to_have_text(["Good"] * 2)
 
 
