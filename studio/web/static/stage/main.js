@@ -33,6 +33,7 @@ import { startWarnings, updateWarnings } from "./warnings.js";
 import { TRIAL, solveTrial, updateTrial } from "../replay/trial.js";
 import { startWorkList, updateWorkList } from "./work_list.js";
 import { startViewTools, updateView } from "../view/view_tools.js";
+import { announce, seeReplay } from "../view/viewpoint.js";
 import { setNotice, setStale } from "../view/viewer.js";
 import { updateWizard } from "../calibration/wizard.js";
 
@@ -82,7 +83,7 @@ async function load() {
   else state.switches = new Switches(switches, () => (replayed().open ? replayed().take : ""), applySettings, loadPresets);
   state.switches.show(settings);
   state.replayed = "";
-  await Promise.all([loadTakes(), updateAccess().then(setRole)]);
+  await Promise.all([loadTakes(), updateAccess().then(setRole).then(announce)]);
 }
 
 /** Have the switches be those of what is shown: of the take that is replayed as they were last set, else of the stage. */
@@ -217,6 +218,7 @@ function showMessage(message) {
   updateWorkList(message.jobs, state.takes);
   if (state.switches) showJobs(message.jobs);
   updateReplay(message.replay);
+  seeReplay(message.replay);
   updatePictures(message.thumbnails);
   if (state.stamp !== undefined && state.stamp !== message.takes) attempt(loadTakes); // takes came or went, whoever did it
   state.stamp = message.takes;
