@@ -62,7 +62,7 @@ def drag(page: Page) -> None:
     """Turn the view by hand."""
     box = page.locator("#viewer").bounding_box()
     assert box is not None
-    x, y = box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
+    x, y = box["x"] + 0.8 * box["width"], box["y"] + 0.3 * box["height"]  # beside the guide
     page.mouse.move(x, y)
     page.mouse.down()
     page.mouse.move(x + 120, y + 10, steps=6)

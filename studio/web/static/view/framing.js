@@ -2,6 +2,7 @@
 
 const HALF = Math.tan((37 * Math.PI) / 180 / 2); // of the picture's height, at a distance of 1: as scene.py sets the angle
 const MARGIN = 1.08;
+const SAME_ASPECT = 1.02; // pictures are of whole pixels
 const FROM = [0.34, -1.0, 0.3];
 const MOTION_FROM = [0.3, -1.0, 0.16];
 
@@ -57,7 +58,10 @@ export function wholePerformer([x, y], direction, aspect) {
 }
 
 /** Another browser's look, from further away where this one's picture is narrower, so that it contains the other's. */
-export const widened = ({ position, target, aspect }, own) => ({ position: add(target, scaled(sub(position, target), Math.max(1, aspect / own))), target });
+export function widened({ position, target, aspect }, own) {
+  const by = aspect / own > SAME_ASPECT ? aspect / own : 1;
+  return { position: add(target, scaled(sub(position, target), by)), target };
+}
 
 /** A look turned about the vertical through its target. */
 export function turned({ position, target }, angle) {

@@ -94,8 +94,12 @@ function turn(time) {
   move(turned({ position, target: at }, (2 * Math.PI * Math.min(passed, LONGEST_MS)) / TURN_MS));
 }
 
+const apart = (a, b) => Math.max(length(sub(a.position, b.position)), length(sub(a.target, b.target)));
+
 function copyOperator() {
-  if (state.following && seen.operator && link.ready) move(widened(seen.operator, seen.aspect));
+  if (!state.following || !seen.operator || !link.ready) return;
+  const wanted = widened(seen.operator, seen.aspect);
+  if (apart(wanted, state.look) > 0) move(wanted);
 }
 
 /** Look from a place; one of `GOING` ends where it is chosen again. */
@@ -127,15 +131,15 @@ const isWanted = (order) => (state.place === "follow" ? order === link.order : o
 function hearCamera({ position, target, aspect, byHand, order, first }) {
   seen.aspect = aspect || seen.aspect;
   const now = { position, target };
-  const apart = state.look ? Math.max(length(sub(position, state.look.position)), length(sub(target, state.look.target))) : 0;
+  const off = state.look ? apart(now, state.look) : 0;
   if (!link.ready) {
     link.ready = true;
     move(state.look ?? first);
-  } else if (byHand && isWanted(order) && apart > SAME_M / 2) {
+  } else if (byHand && isWanted(order) && off > SAME_M / 2) {
     Object.assign(state, { look: now, following: false, place: state.place === "follow" ? "follow" : "free" });
     keep();
     publish(true);
-  } else if (!byHand && order === link.order && apart > FAR_M && !GOING.includes(state.place) && link.tries < TRIES) {
+  } else if (!byHand && order === link.order && off > FAR_M && !GOING.includes(state.place) && link.tries < TRIES) {
     link.tries += 1;
     send();
   }
