@@ -1,7 +1,6 @@
 """Each browser's own viewpoint, in several real browsers at once: nobody moves another's, following is a choice."""
 
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -11,14 +10,16 @@ from numpy.typing import NDArray
 from playwright.sync_api import Browser, BrowserContext, Page, expect
 
 from tests import patient
-from tests.acceptance.processes import ServerProcess, server_process
+from tests.acceptance.processes import server_process
 from tests.live.performer import save_stage_calibration
+from tests.web.stages import serving
 from tests.web.test_page import NAMES, performing, studio
-from tests.web.stages import serving, until
 
 pytestmark = [pytest.mark.browser, pytest.mark.timeout(600)]
 
-CAMERA = """addEventListener("message", ({ data }) => { if (data.type === "camera") window.camera = data; });"""
+CAMERA = (
+    """addEventListener("message", ({ data }) => { if (data.type === "camera") window.camera = data; });"""
+)
 """Keeps where the 3D view says that its camera is."""
 
 FRONT, SIDE, STAGE, OWN = "Front", "Side", "Stage", "Own view"
@@ -181,13 +182,6 @@ def test_follow_and_orbit_are_this_browsers(stage: str, browsers: Callable) -> N
         press(one, "Orbit")
         at_rest(one)
         assert np.allclose(camera(other), still, atol=0.005)
-
-
-@contextmanager
-def signed_in(server: ServerProcess, context: BrowserContext, link: str) -> Iterator[Page]:
-    page = context.new_page()
-    page.goto(link)
-    yield page
 
 
 def test_a_viewer_chooses_too_and_moves_nobody(tmp_path: Path, browsers: Callable) -> None:
