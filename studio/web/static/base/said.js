@@ -10,6 +10,7 @@ import recordings from "./said/recordings.js";
 import settings from "./said/settings.js";
 import stage from "./said/stage.js";
 import takes from "./said/takes.js";
+import { remember } from "./retell.js";
 import { language, number, unbroken } from "./strings.js";
 
 const KEPT = 300;
@@ -50,7 +51,11 @@ const joined = (text, before, after, between, head = "") => (after.some((part, i
 
 /** Return in the language of the page what the server says. */
 export function said(text) {
-  if (language === "en" || !text) return text;
+  if (!text) return text;
+  return remember(language === "en" ? text : inFrench(text), () => said(text), true);
+}
+
+function inFrench(text) {
   patterns ??= allPatterns();
   if (known.size > KEPT) known.clear();
   if (!known.has(text)) known.set(text, unbroken(translated(text)));

@@ -210,7 +210,7 @@ function showPanels() {
 }
 
 function showMessage(message) {
-  Object.assign(state, { status: message.status, heardAt: performance.now() });
+  Object.assign(state, { status: message.status, message, heardAt: performance.now() });
   state.local = message.local_cameras;
   state.colours = message.view.colours;
   showStatus(message.status);
@@ -224,6 +224,18 @@ function showMessage(message) {
   state.stamp = message.takes;
   updateView(message.view);
   showPanels();
+}
+
+/** Say what the server said last again, in another language. */
+function sayAgain() {
+  const { connection } = document.body.dataset;
+  setText(byId("connection").querySelector(".text"), t(`connection.${connection}`));
+  showAge();
+  if (!state.message || connection !== "open") return;
+  showStatus(state.message.status);
+  updateView(state.message.view);
+  updateWorkList(state.jobs, state.takes);
+  drawTakes();
 }
 
 startTransport((summary) => {
@@ -249,6 +261,7 @@ startKeys();
 startViewTools();
 startLatency();
 startFrame();
+window.addEventListener("language", sayAgain);
 watchPicture((from) => {
   state.pictureFrom = from;
   showAge();
