@@ -84,8 +84,10 @@ def test_the_language_changes_in_place(takes: str, page: Page) -> None:
     page.fill("#take-name", "next one")
     page.locator("#view-layers summary").click()
     for language in ("fr", "en", "fr"):
+        drawn = page.locator("#timeline").evaluate("canvas => canvas.toDataURL()")
         page.get_by_label("Language" if language == "fr" else "Langue").select_option(language)
         assert_in(page, language)
+        assert page.locator("#timeline").evaluate("canvas => canvas.toDataURL()") != drawn, "its labels"
         expect(page.locator("#replay-time")).to_contain_text("  7 / ")
         expect(page.locator("#slate-notes")).to_have_value("half a sentence, Cameras")
         expect(page.locator("#take-name")).to_have_value("next one")
