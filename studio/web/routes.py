@@ -1,4 +1,6 @@
-"""Routes of the 3D view under `/api/v1/view`: layers, trails, viewpoint, colours, and the clock of its poses."""
+"""Routes of the 3D view under `/api/v1/view`: layers, trails, colours, the operator's view, the poses' clock."""
+
+from typing import Annotated
 
 from fastapi import APIRouter
 from pydantic import BaseModel, ConfigDict, Field
@@ -6,10 +8,14 @@ from pydantic import BaseModel, ConfigDict, Field
 from studio.api.stage.shown import Layer, ViewState
 from studio.api.structs import StructRoute
 from studio.engine.base.errors import SettingsError
+from studio.web.scene.operator import OperatorView
 from studio.web.scene.palette import as_hex
 from studio.web.scene.scene import LAYERS
-from studio.web.scene.viewpoint import VIEWPOINTS
 from studio.web.view import LiveView
+
+_MAX_M = 10_000.0
+_Metres = Annotated[float, Field(ge=-_MAX_M, le=_MAX_M)]
+_Point = tuple[_Metres, _Metres, _Metres]
 
 
 class Clock(BaseModel):
@@ -19,13 +25,30 @@ class Clock(BaseModel):
 
 
 class ViewChange(BaseModel):
-    """Changes of the view: layers to show or hide, by name; joints with trails; the viewpoint."""
+    """Changes of the view: layers to show or hide, by name; joints with trails."""
 
     model_config = ConfigDict(extra="forbid")
 
     layers: dict[str, bool] = Field(default_factory=dict)
     trails: list[str] | None = Field(None, description="output joints", examples=[["LeftHand", "RightHand"]])
-    camera: str | None = Field(None, description=f"one of {', '.join(VIEWPOINTS)}")
+
+
+class OperatorViewChange(BaseModel):
+    """Where a page of the operator looks from, in the stage frame."""
+
+    model_config = ConfigDict(extra="forbid")
+
+    page: int = Field(ge=1, lt=2**53, description="a random number, one per page")
+    position_m: _Point
+    target_m: _Point = Field(description="the point in the middle of the picture")
+    aspect: float = Field(gt=0.0, lt=100.0, description="of the picture, width over height")
+    moved: bool = Field(description="the operator moved it; else it moved by itself")
+
+
+class OperatorPage(BaseModel):
+    """The page whose viewpoint is the operator's view."""
+
+    page: int
 
 
 def view_routes(view: LiveView) -> APIRouter:
@@ -51,9 +74,14 @@ def view_routes(view: LiveView) -> APIRouter:
         view.set_layers(change.layers)
         if change.trails is not None:
             view.set_trail_joints(change.trails)
-        if change.camera is not None:
-            view.look_from(change.camera)
         return view_state(view)
+
+    @router.put("/operator")
+    def put_operator_view(change: OperatorViewChange) -> OperatorPage:
+        """Tell where a page of the operator looks from. That of the page that was moved last is the operator's view,
+        which other browsers can follow."""
+        shown = OperatorView(change.page, change.position_m, change.target_m, change.aspect)
+        return OperatorPage(page=view.show_operator(shown, moved=change.moved))
 
     return router
 
@@ -65,6 +93,4 @@ def view_state(view: LiveView) -> ViewState:
         layers={name: Layer(label=label, shown=shown[name]) for name, (label, _) in LAYERS.items()},
         colours={name: as_hex(rgb) for name, rgb in view.colours.items()},
         trails=list(view.trail_joints),
-        viewpoints=list(VIEWPOINTS),
-        viewpoint=view.viewpoint,
     )

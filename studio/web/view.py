@@ -18,8 +18,8 @@ from studio.engine.model.calibration import Calibration
 from studio.engine.model.frames import StepResult
 from studio.engine.model.joints import OUTPUT_INDEX
 from studio.web.scene.drawing import Drawing, DrawnStep, Look, Wanted
+from studio.web.scene.operator import OperatorView
 from studio.web.scene.scene import LAYERS
-from studio.web.scene.viewpoint import VIEWPOINTS
 
 _log = logging.getLogger(__name__)
 
@@ -61,9 +61,8 @@ class LiveView:
         self._steps = 0
         self._layers = {name: shown for name, (_, shown) in LAYERS.items()}
         self._trail_joints = TRAIL_JOINTS
-        self._viewpoint = "stage"
-        self._motion_m: NDArray[np.float64] | None = None
-        self._look_anew = False
+        self._operator: OperatorView | None = None
+        self._operator_moved = False
         self._stopping = False
         self._drawing = Drawing(self._server, look)
         self._thread = threading.Thread(target=self._run, name="view", daemon=True)
@@ -91,12 +90,6 @@ class LiveView:
         with self._changed:
             return self._trail_joints
 
-    @property
-    def viewpoint(self) -> str:
-        """The last chosen viewpoint of `VIEWPOINTS`."""
-        with self._changed:
-            return self._viewpoint
-
     def show(self, result: StepResult) -> None:
         """Draw a live step after the last one; a newer one replaces it. Safe from any thread."""
         with self._changed:
@@ -120,21 +113,9 @@ class LiveView:
             self._fresh = True
             self._changed.notify()
 
-    def frame_motion(self, joints_m: NDArray[np.float64]) -> None:
-        """Look at a replayed motion from its first to its last frame, or where the view follows the performer, at the
-        performer; joints of the shape (N, 3)."""
-        with self._changed:
-            self._motion_m = joints_m
-            self._viewpoint = self._viewpoint if self._viewpoint == "follow" else "motion"
-            self._look_anew = True
-            self._changed.notify()
-
     def show_live(self) -> None:
-        """Go back to the live stage, and from a look at the motion to one at the whole stage."""
+        """Go back to the live stage."""
         with self._changed:
-            self._motion_m = None
-            if self._viewpoint == "motion":
-                self._viewpoint, self._look_anew = "stage", True
             self._replay = self._result = None
             self._changed.notify()
 
@@ -157,27 +138,14 @@ class LiveView:
         with self._changed:
             self._trail_joints = tuple(joints)
 
-    def look_from(self, place: str) -> None:
-        """Use a viewpoint of `VIEWPOINTS`, in every browser.
-
-        Raises:
-            SettingsError: no such place.
-        """
-        if place not in VIEWPOINTS:
-            raise SettingsError(
-                say(
-                    "settings.value",
-                    "{key}={value!r} is not allowed; allowed: {allowed}",
-                    key="camera",
-                    value=place,
-                    allowed=[*VIEWPOINTS],
-                )
-            )
+    def show_operator(self, operator: OperatorView, *, moved: bool) -> int:
+        """Take a page's viewpoint as the operator's view where the operator `moved` it, where it was that page's
+        before, or where there was none; return the page whose viewpoint it is now."""
         with self._changed:
-            if place == "motion" and self._motion_m is None:
-                raise SettingsError("camera='motion' shows a take that is replayed; open one first")
-            self._viewpoint, self._look_anew = place, True
-            self._changed.notify()
+            if moved or self._operator is None or self._operator.page == operator.page:
+                self._operator, self._operator_moved = operator, True
+                self._changed.notify()
+            return self._operator.page
 
     def close(self) -> None:
         """Stop drawing and close the viser server."""
@@ -208,13 +176,10 @@ class LiveView:
             if self._fresh and self._replay is None:  # it came during the pause: a newer one follows soon
                 steps = self._steps
                 self._changed.wait_for(lambda: self._stopping or self._steps > steps, timeout=NEXT_STEP_S)
-            self._changed.wait_for(lambda: self._stopping or self._fresh, timeout=0.2)
+            self._changed.wait_for(lambda: self._stopping or self._fresh or self._operator_moved, timeout=0.2)
             if self._stopping:
                 return None
             fresh, self._fresh = self._fresh, False
-            place = self._viewpoint if self._look_anew else None
-            self._look_anew = False
+            self._operator_moved = False
             live = self._result if fresh and self._replay is None else None
-            return Wanted(
-                live, self._replay, fresh, dict(self._layers), self._trail_joints, place, self._motion_m
-            )
+            return Wanted(live, self._replay, fresh, dict(self._layers), self._trail_joints, self._operator)

@@ -13,14 +13,11 @@ class Layer(Struct):
 
 
 class ViewState(Struct):
-    """What the 3D view shows: layers by name, a colour (`#rrggbb`) per camera, joints with trails, viewpoints and the
-    one in use."""
+    """What the 3D view shows in all browsers: layers by name, a colour (`#rrggbb`) per camera, joints with trails."""
 
     layers: dict[str, Layer]
     colours: dict[str, str]
     trails: list[str]
-    viewpoints: list[str]
-    viewpoint: str
 
 
 class SecondFigure(Struct, frozen=True):

@@ -16,6 +16,7 @@ from studio.engine.model.frames import StepResult
 from studio.engine.model.poses import Poses, on_output_joints
 from studio.web.playback.clip import Clip
 from studio.web.playback.second import Second
+from studio.web.playback.space import space_of
 
 SPEEDS = (0.05, 4.0)
 TICK_S = 1.0 / 60.0
@@ -44,9 +45,6 @@ class Screen(Protocol):
 
     def show_live(self) -> None:
         """Go back to the live stage."""
-
-    def frame_motion(self, joints_m: NDArray[np.float64]) -> None:
-        """Look at a motion from its first to its last frame; joints of the shape (N, 3)."""
 
 
 class Player:
@@ -92,8 +90,17 @@ class Player:
                 self._range = (0, clip.poses.frame_count - 1)
             if not same:
                 self._playing = False
-                self._screen.frame_motion(_places(clip, ghost))
             self._go(0 if time_s is None else clip.nearest(time_s))
+
+    def space_m(self) -> NDArray[np.float64]:
+        """Return outermost points of the replayed motion, and of the second one beside it, shape (N, 3) [m].
+
+        Raises:
+            SettingsError: nothing is replayed.
+        """
+        with self._changed:
+            clip, ghost = self._open(), self._ghost
+        return space_of(_places(clip, ghost))
 
     def part(self, take: str) -> tuple[float, float]:
         """Return the stage times around the playhead [s], for a preview there.

@@ -60,6 +60,12 @@ class OpenRequest(ReplayedSolve):
     ghost: GhostRequest | None = None
 
 
+class Space(BaseModel):
+    """Outermost points of a motion from its first to its last frame, stage frame [m]."""
+
+    points_m: list[tuple[float, float, float]]
+
+
 class ChangeRequest(_ReplayBody):
     """Changes; missing fields stay. Frames count from 0."""
 
@@ -129,6 +135,11 @@ def playback_routes(player: Player, takes: TakeFinder) -> APIRouter:
         """Show the live stage again."""
         player.close_clip()
         return player.status()
+
+    @router.get("/space")
+    def get_space() -> Space:
+        """Outermost points of the replayed motion, for a page that looks at all of it."""
+        return Space(points_m=player.space_m().tolist())
 
     @router.get("/curves")
     def get_curves(

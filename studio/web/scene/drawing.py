@@ -13,14 +13,16 @@ from studio.engine.model.calibration import Calibration
 from studio.engine.model.frames import StepResult
 from studio.engine.model.joints import OUTPUT_INDEX
 from studio.web.scene.frusta import Picture
+from studio.web.scene.operator import OperatorNodes, OperatorView
 from studio.web.scene.scene import Scene
-from studio.web.scene.viewpoint import Viewpoint
 
 LOST_AFTER_S = 0.6
 """A performer not seen by any camera for this long is hidden."""
 
 TRAIL_FRAMES = 45
 """Length of the live stage's trails, in drawn frames."""
+
+_STEP_M = 0.002
 
 LOOK_S = 0.1
 """Interval of updates of the surroundings."""
@@ -29,6 +31,9 @@ CLOCK_NODE = "/clock"
 """An invisible node. Its position tells browsers, with every pose of the live stage, the times of the pose's
 capture and drawing, on the server's clock [s]; replayed poses do not change it.
 """
+
+PLACE_NODE = "/place"
+"""Another one, whose position is the performer's place on the floor x, y [m], and 1 where there is a performer."""
 
 BEAT_NODE = "/beat"
 BEAT_S = 0.5
@@ -74,8 +79,7 @@ class Wanted:
         replay: a frame of a take, shown instead of the live stage; replay_is_new: it was not drawn before.
         layers: layer -> whether it is shown.
         trail_joints: output joints that draw a trail.
-        viewpoint: where to look from, where that was chosen just now.
-        motion_m: where joints are in the replayed motion, shape (N, 3); None where nothing is replayed.
+        operator: the operator's view, once there is one.
     """
 
     live: StepResult | None
@@ -83,8 +87,7 @@ class Wanted:
     replay_is_new: bool
     layers: dict[str, bool]
     trail_joints: tuple[str, ...]
-    viewpoint: str | None
-    motion_m: NDArray[np.float64] | None = None
+    operator: OperatorView | None = None
 
 
 class Drawing:
@@ -95,14 +98,15 @@ class Drawing:
         self.scene = Scene(server)
         self._server = server
         self._look = look
-        self._viewpoint = Viewpoint(server)
+        self._operator = OperatorNodes(server)
+        self._place = (0.0, 0.0, 0.0)
         self._trail: deque[NDArray[np.float64]] = deque(maxlen=TRAIL_FRAMES)
         self._around: Surroundings | None = None
         self._looked_s = self._seen_s = -np.inf
         self._last: DrawnStep | None = None
         self._drawn_for: tuple[frozenset[int], dict[str, bool], tuple[str, ...]] | None = None
         self._beat_s = -np.inf
-        for node in (CLOCK_NODE, BEAT_NODE):
+        for node in (CLOCK_NODE, BEAT_NODE, PLACE_NODE):
             server.scene.add_frame(node, show_axes=False, visible=False)
 
     def draw(self, wanted: Wanted, now_s: float) -> None:
@@ -112,8 +116,6 @@ class Drawing:
         visible = wanted.replay is not None or now_s - self._seen_s < LOST_AFTER_S
         around = self._surroundings(now_s)
         step = self._next(wanted, around, visible=visible)
-        if wanted.viewpoint is not None:
-            self._viewpoint.choose(wanted.viewpoint, wanted.motion_m)
         browsers = frozenset(self._server.get_clients())
         drawn_for = (browsers, wanted.layers, wanted.trail_joints)
         changed, self._drawn_for = drawn_for != self._drawn_for, drawn_for
@@ -128,9 +130,8 @@ class Drawing:
                 self._draw_performer(self._last, wanted)
                 if wanted.replay is None and wanted.live is not None:
                     self._tell_time(wanted.live, around, now_s)
-        cameras_m = self.scene.camera_places_m()
-        self._viewpoint.place_new_browsers(cameras_m, now_s)
-        self._viewpoint.update(None if self._last is None else _place_m(self._last.result), now_s, cameras_m)
+        self._tell_place()
+        self._operator.show(wanted.operator)
         if browsers and now_s - self._beat_s >= BEAT_S:
             self._beat_s = now_s
             self._send_times(BEAT_NODE, now_s, now_s)
@@ -174,6 +175,13 @@ class Drawing:
         if around.clock_offset_ns is not None:
             captured_s = (step.frame_set.stage_time_ns + around.clock_offset_ns) * 1e-9
             self._send_times(CLOCK_NODE, captured_s, now_s)
+
+    def _tell_place(self) -> None:
+        place_m = None if self._last is None else _place_m(self._last.result)
+        place = (0.0, 0.0, 0.0) if place_m is None else (float(place_m[0]), float(place_m[1]), 1.0)
+        if place[2] != self._place[2] or np.hypot(*np.subtract(place, self._place)[:2]) > _STEP_M:
+            self._place = place
+            self._server.scene._queue_scene_message(SetPositionMessage(PLACE_NODE, place))
 
     def _send_times(self, node: str, captured_s: float, now_s: float) -> None:
         """Move a node to two times directly, because viser's handle ignores small changes."""

@@ -14,7 +14,6 @@ from studio.web.scene.ghost import Ghost
 from studio.web.scene.palette import CAMERA_COLOURS, camera_colours
 from studio.web.scene.skeletons import FusedFigure, RawSkeleton, Trail
 from studio.web.scene.skin import send_frames_whole
-from studio.web.scene.viewpoint import FIRST_LOOK, FOV_RAD, look_from_everywhere
 
 LAYERS: dict[str, tuple[str, bool]] = {
     "character": ("Character", True),
@@ -34,6 +33,10 @@ INSIDE = ("fused", "raw", "effectors")
 BODY = ("character", "fused", "effectors", "trails")
 """Layers that show nothing where there is no solve."""
 
+_FOV_RAD = float(np.radians(37.0))
+_FIRST_POSITION_M, _FIRST_TARGET_M = (1.5, -5.4, 2.1), (0.0, 0.0, 0.88)
+"""Each browser's first viewpoint. Its page then chooses its own: `static/view/viewpoint.js`."""
+
 _SEEN_THROUGH = 0.42
 _FIGURES = ("character", "fused", "raw", "effectors", "ghost", "trails")
 
@@ -47,8 +50,9 @@ class Scene:
         scene.set_up_direction("+z")
         scene.configure_default_lights(enabled=True, cast_shadow=True)
         send_frames_whole(server)
-        server.initial_camera.fov = FOV_RAD
-        look_from_everywhere(server, FIRST_LOOK)
+        server.initial_camera.fov = _FOV_RAD
+        server.initial_camera.position = _FIRST_POSITION_M
+        server.initial_camera.look_at = _FIRST_TARGET_M
         self._layers = {
             name: scene.add_frame(f"/{name}", show_axes=False, visible=shown)
             for name, (_, shown) in LAYERS.items()
@@ -113,11 +117,6 @@ class Scene:
         """Show each camera's picture in its frustum, if there is one by its name."""
         for name, frustum in self._frusta.items():
             frustum.show(pictures.get(name))
-
-    def camera_places_m(self) -> NDArray[np.float64]:
-        """Return the positions of the calibrated cameras, shape (camera_count, 3)."""
-        cameras = {} if self._calibration is None else self._calibration.cameras
-        return np.array([camera.T_stage_camera[:3, 3] for camera in cameras.values()]).reshape(-1, 3)
 
     def _draw_frusta(self) -> None:
         for frustum in self._frusta.values():

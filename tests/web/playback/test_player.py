@@ -29,16 +29,12 @@ class Screen:
     def __init__(self) -> None:
         self.shown: list[tuple] = []
         self.live = threading.Event()
-        self.framed: list = []
 
     def show_replay(self, result, ghost, trail, calibration) -> None:
         self.shown.append((result, ghost, trail))
 
     def show_live(self) -> None:
         self.live.set()
-
-    def frame_motion(self, joints_m) -> None:
-        self.framed.append(joints_m)
 
 
 class Clock:

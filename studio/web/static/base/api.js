@@ -36,11 +36,13 @@ const call = async (method, path, body) => heard(await request(method, path, bod
 
 export const getView = () => call("GET", "view");
 export const changeView = (change) => call("PUT", "view", change);
+export const putOperatorView = (view) => call("PUT", "view/operator", view);
 export const getClock = () => call("GET", "view/clock");
 export const openReplay = (wanted) => call("PUT", "replay", wanted);
 export const changeReplay = (change) => call("PATCH", "replay", change);
 export const closeReplay = () => call("DELETE", "replay");
 export const getCleanup = (take, solve) => call("GET", `${takePath(take)}/solves/${encodeURIComponent(solve)}/cleanup`);
+export const getSpace = () => call("GET", "replay/space");
 export const getCurves = (joint) => call("GET", `replay/curves?joint=${joint}`);
 export const getSwitches = () => call("GET", "switches");
 export const getSettings = () => call("GET", "settings");

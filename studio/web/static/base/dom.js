@@ -1,4 +1,8 @@
 // Small helpers for building and updating the page.
+import { own } from "./retell.js";
+
+const WORDS = ["title", "placeholder", "alt", "label"]; // properties that are words
+const TYPED = "input[id]:not([type=checkbox], [type=radio], [type=file]), textarea[id]";
 
 /** Return the element with this id. */
 export const byId = (id) => document.getElementById(id);
@@ -8,14 +12,27 @@ export function h(tag, props = {}, ...children) {
   const element = document.createElement(tag);
   for (const [key, value] of Object.entries(props)) {
     if (value === undefined || value === null) continue;
+    if (WORDS.includes(key)) own(element, key, value);
     if (key === "class") element.className = value;
-    else if (key === "aria") for (const [name, text] of Object.entries(value)) element.setAttribute(`aria-${name}`, text);
+    else if (key === "aria") for (const [name, text] of Object.entries(value)) setWords(element, `aria-${name}`, text);
     else if (key.startsWith("on")) element.addEventListener(key.slice(2), value);
     else if (key in element) element[key] = value;
     else element.setAttribute(key, value);
   }
-  element.append(...children.flat().filter((child) => child !== null && child !== undefined && child !== false));
+  element.append(...children.flat().filter((child) => child !== null && child !== undefined && child !== false).map(nodeOf));
   return element;
+}
+
+function setWords(element, name, text) {
+  element.setAttribute(name, text);
+  own(element, name, text);
+}
+
+function nodeOf(child) {
+  if (child instanceof Node) return child;
+  const node = document.createTextNode(child);
+  own(node, "", node.data);
+  return node;
 }
 
 /** Return a new element of a drawing. */
@@ -28,17 +45,21 @@ export function svg(tag, attributes, ...children) {
 
 /** Set an element's text only where it differs, so that screen readers and selections are left in peace. */
 export function setText(element, text) {
-  if (element.textContent !== text) element.textContent = text;
+  const words = text ?? "";
+  if (element.textContent !== words) element.replaceChildren(nodeOf(words));
 }
 
-/** Replace an element's children only where `key` (what they show, as JSON) differs from the last time. */
+/** Replace an element's children only where `key` (what they show, as JSON) or the language differs from the last time; what is
+ * typed stays where only the language does. */
 export function redraw(element, key, build) {
-  const shown = JSON.stringify(key);
-  if (element.dataset.shown === shown) return;
-  const focused = element.contains(document.activeElement) ? document.activeElement.id : "";
-  element.dataset.shown = shown;
+  const shown = JSON.stringify(key), { lang } = document.documentElement, before = element.dataset;
+  if (before.shown === shown && before.lang === lang) return;
+  const focused = element.contains(document.activeElement) ? document.activeElement : null;
+  const typed = before.shown === shown ? [...element.querySelectorAll(TYPED)].map(({ id, value }) => [id, value]) : [];
+  Object.assign(element.dataset, { shown, lang });
   element.replaceChildren(...[build()].flat());
-  if (focused) byId(focused)?.focus();
+  for (const [id, value] of typed) if (byId(id)) byId(id).value = value;
+  if (focused?.id) byId(focused.id)?.focus();
 }
 
 /** Return a duration [s] as m:ss.d, or mm:ss.d where `wide`. */

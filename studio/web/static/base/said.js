@@ -11,6 +11,7 @@ import recordings from "./said/recordings.js";
 import settings from "./said/settings.js";
 import stage from "./said/stage.js";
 import takes from "./said/takes.js";
+import { remember } from "./retell.js";
 import { language, number, unbroken } from "./strings.js";
 
 const FRENCH = { ...stage, ...calibration, ...takes, ...exporting, ...settings, ...files, ...recordings, ...blind };
@@ -46,6 +47,7 @@ const translated = ({ text, code, values }) =>
 
 /** Return in the language of the page what the server says. */
 export function said(text) {
+  if (!text) return text;
   const sentence = language === "en" ? undefined : sentences.get(text);
-  return sentence ? unbroken(translated(sentence)) : text;
+  return remember(sentence ? unbroken(translated(sentence)) : text, () => said(text), true);
 }

@@ -2,7 +2,9 @@
 //
 // The words stand in `strings/*.js`, a file per part of the page, as `"key": ["English", "French"]`. `{name}` is a
 // value; `{n} take|{n} takes` has a singular and a plural, chosen by the value `n`. An English text that is null
-// comes from the server, which `serverText` falls back to.
+// comes from the server, which `serverText` falls back to. `retell.js` notes what each text was made of, so that another language
+// is shown in place; what is drawn, or written as a language has dates, hears the window's `language`.
+import { own, remember, retellAll, retold } from "./retell.js";
 import access from "./strings/access.js";
 import blind from "./strings/blind.js";
 import calibration from "./strings/calibration.js";
@@ -35,14 +37,23 @@ function chosen() {
 }
 
 /** The language of the interface: "en" or "fr". */
-export const language = chosen();
-const column = Object.keys(LANGUAGES).indexOf(language);
-const rules = new Intl.PluralRules(language);
+export let language = "en";
+let column = 0;
+let rules = null;
 
-/** Keep another language and show the page in it. */
+function use(code) {
+  language = code;
+  column = Object.keys(LANGUAGES).indexOf(code);
+  rules = new Intl.PluralRules(code);
+  document.documentElement.lang = code;
+}
+
+/** Keep another language and show the page in it, as it stands; the window hears `language`. */
 export function chooseLanguage(wanted) {
   localStorage.setItem(KEPT, wanted);
-  location.reload();
+  use(wanted);
+  retellAll(document.documentElement);
+  window.dispatchEvent(new Event("language"));
 }
 
 /** Return a text whose spaces before two-part marks do not break a line, as French has them. */
@@ -57,17 +68,20 @@ export function t(key, values = {}) {
   }
   const forms = text.split("|");
   const form = forms.length > 1 && rules.select(Number(values.n)) !== "one" ? forms[1] : forms[0];
-  return unbroken(form).replace(/\{(\w+)\}/g, (all, name) => (name in values ? String(values[name]) : all));
+  const words = unbroken(form).replace(/\{(\w+)\}/g, (all, name) => (name in values ? String(values[name]) : all));
+  const again = () => (hasText(key) ? t(key, Object.fromEntries(Object.entries(values).map(([name, value]) => [name, retold(value)]))) : words);
+  return remember(words, again, Object.keys(values).length > 0);
 }
 
 /** Whether there are words for a key. */
 export const hasText = (key) => typeof TEXTS[key]?.[column] === "string";
 
 /** Return the words of a key, or where there are none in this language what the server said. */
-export const serverText = (key, said) => (hasText(key) ? t(key) : said);
+export const serverText = (key, said) => remember(hasText(key) ? t(key) : said, () => serverText(key, said), true);
 
 /** Return a number as the language writes it, with so many digits after the point. */
-export const number = (value, digits = 0) => value.toLocaleString(language, { minimumFractionDigits: digits, maximumFractionDigits: digits });
+export const number = (value, digits = 0) => remember(
+  value.toLocaleString(language, { minimumFractionDigits: digits, maximumFractionDigits: digits }), () => number(value, digits), true);
 
 /** Fill in the words of elements with `data-t` (text), `data-t-title`, `data-t-aria`, `data-t-placeholder`, `data-t-alt`. */
 export function translate(root) {
@@ -77,10 +91,11 @@ export function translate(root) {
       const text = t(element.dataset[name]);
       if (attribute) element.setAttribute(attribute, text);
       else element.textContent = text;
+      own(attribute ? element : element.firstChild, attribute ?? "", text);
     }
   }
 }
 
-document.documentElement.lang = language;
+use(chosen());
 translate(document);
 delete document.documentElement.dataset.words;

@@ -298,5 +298,6 @@ export function startReplay(listen, compare) {
   state.comparing = compare;
   startMarkers(paint);
   new ResizeObserver(paint).observe(byId("replay"));
+  window.addEventListener("language", show);
   requestAnimationFrame(run);
 }

@@ -149,7 +149,7 @@ export function drawTimeline(canvas, replay, curves, more, frame) {
   const { context, width, height } = prepare(canvas);
   if (!width) return;
   const { take, solve, frames, first, last } = replay;
-  const key = JSON.stringify([width, height, devicePixelRatio, take, solve, frames, first, last, more.serial, document.documentElement.dataset.theme,
+  const key = JSON.stringify([width, height, devicePixelRatio, take, solve, frames, first, last, more.serial, document.documentElement.dataset.theme, document.documentElement.lang,
     shownPart(replay), unit(), markedFrames(replay), timecodeOf(take)]);
   if (kept.key !== key) {
     kept.key = key;

@@ -4,7 +4,7 @@ import { undo } from "../base/messages.js";
 import { replayKey } from "../replay/replay.js";
 import { canOperate } from "../base/role.js";
 import { toggleWorkList } from "./work_list.js";
-import { lookFrom } from "../view/view_tools.js";
+import { lookFrom } from "../view/viewpoint.js";
 import { inTextField, onKey } from "../view/viewer.js";
 import { toggleHelp } from "./help.js";
 
@@ -18,8 +18,8 @@ const SHORTCUTS = {
 const VIEWPOINTS = { 1: "front", 2: "side", 3: "top", 4: "orbit", 5: "stage", 6: "motion", f: "follow" };
 
 function handle(event) {
-  if (inTextField(event) || (!canOperate() && event.key !== "?")) return;
   const key = event.key.toLowerCase();
+  if (inTextField(event) || !(canOperate() || key === "?" || VIEWPOINTS[key])) return;
   if (key === "z" && (event.ctrlKey || event.metaKey) && undo()) event.preventDefault();
   if (event.ctrlKey || event.metaKey || event.altKey || document.querySelector("dialog[open]:not(#help)")) return;
   if (event.key === "?") toggleHelp(SHORTCUTS);

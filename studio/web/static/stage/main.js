@@ -33,6 +33,7 @@ import { startWarnings, updateWarnings } from "./warnings.js";
 import { TRIAL, solveTrial, updateTrial } from "../replay/trial.js";
 import { startWorkList, updateWorkList } from "./work_list.js";
 import { startViewTools, updateView } from "../view/view_tools.js";
+import { announce, seeReplay } from "../view/viewpoint.js";
 import { setNotice, setStale } from "../view/viewer.js";
 import { updateWizard } from "../calibration/wizard.js";
 
@@ -82,7 +83,7 @@ async function load() {
   else state.switches = new Switches(switches, () => (replayed().open ? replayed().take : ""), applySettings, loadPresets);
   state.switches.show(settings);
   state.replayed = "";
-  await Promise.all([loadTakes(), updateAccess().then(setRole)]);
+  await Promise.all([loadTakes(), updateAccess().then(setRole).then(announce)]);
 }
 
 /** Have the switches be those of what is shown: of the take that is replayed as they were last set, else of the stage. */
@@ -209,7 +210,7 @@ function showPanels() {
 }
 
 function showMessage(message) {
-  Object.assign(state, { status: message.status, heardAt: performance.now() });
+  Object.assign(state, { status: message.status, message, heardAt: performance.now() });
   state.local = message.local_cameras;
   state.colours = message.view.colours;
   showStatus(message.status);
@@ -217,11 +218,24 @@ function showMessage(message) {
   updateWorkList(message.jobs, state.takes);
   if (state.switches) showJobs(message.jobs);
   updateReplay(message.replay);
+  seeReplay(message.replay);
   updatePictures(message.thumbnails);
   if (state.stamp !== undefined && state.stamp !== message.takes) attempt(loadTakes); // takes came or went, whoever did it
   state.stamp = message.takes;
   updateView(message.view);
   showPanels();
+}
+
+/** Say what the server said last again, in another language. */
+function sayAgain() {
+  const { connection } = document.body.dataset;
+  setText(byId("connection").querySelector(".text"), t(`connection.${connection}`));
+  showAge();
+  if (!state.message || connection !== "open") return;
+  showStatus(state.message.status);
+  updateView(state.message.view);
+  updateWorkList(state.jobs, state.takes);
+  drawTakes();
 }
 
 startTransport((summary) => {
@@ -247,6 +261,7 @@ startKeys();
 startViewTools();
 startLatency();
 startFrame();
+window.addEventListener("language", sayAgain);
 watchPicture((from) => {
   state.pictureFrom = from;
   showAge();

@@ -5,7 +5,7 @@ import { askChoice } from "../base/ask.js";
 import { ended } from "../base/jobs.js";
 import { attempt, showNote, showUndo, undoing } from "../base/messages.js";
 import { replayed } from "../replay/replay.js";
-import { t } from "../base/strings.js";
+import { language, t } from "../base/strings.js";
 import { foundTakes, loadMore, setSearch, takeOf } from "./found.js";
 import { startSearch } from "./search.js";
 import { isSelected, refreshSelection, select, selectAll, showSelection, startSelection } from "./selection.js";
@@ -102,7 +102,7 @@ function rowOf(take, shown) {
   const own = shown.startsWith(`${take.id}|`) ? shown : "";
   const [job, failed] = [list.jobs[take.id], list.failed[take.id]];
   const editing = list.editing === take.id;
-  const key = JSON.stringify([texts.get(take), own, job?.id, failed?.id, editing, isSelected(take), list.pictures]);
+  const key = JSON.stringify([texts.get(take), own, job?.id, failed?.id, editing, isSelected(take), list.pictures, language]);
   const before = rows.get(take.id);
   const typing = editing && before?.element.querySelector(".slate"); // what was typed stays
   if (before?.key === key || typing) return before.element;

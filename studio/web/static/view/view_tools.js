@@ -1,34 +1,26 @@
-// Over the 3D view: where it looks from, which layers it shows, which joints draw trails.
+// Over the 3D view: where this browser looks from, which layers are shown, which joints draw trails.
 import { changeView } from "../base/api.js";
-import { byId, h, redraw } from "../base/dom.js";
+import { byId, h, redraw, setText } from "../base/dom.js";
 import { attempt } from "../base/messages.js";
 import { serverText, t } from "../base/strings.js";
+import { GOING, followOperator, lookFrom, startViewpoint, viewpoint } from "./viewpoint.js";
 
 const PLACES = ["stage", "motion", "front", "side", "top", "orbit", "follow"];
 const KEYS = { stage: "5", motion: "6", front: "1", side: "2", top: "3", orbit: "4", follow: "F" };
-const GOING = ["orbit", "follow"]; // places that go on until another one is chosen
 const TRAILS = [
   "Head", "Hips", "LeftHand", "RightHand", "LeftForeArm", "RightForeArm", "LeftLeg", "RightLeg", "LeftFoot", "RightFoot",
 ];
-
-const state = { view: null };
 
 async function change(wanted) {
   const view = await attempt(() => changeView(wanted));
   if (view) updateView(view);
 }
 
-/** Look from a place; `orbit` and `follow` end where they are chosen again. */
-export function lookFrom(place) {
-  const again = GOING.includes(place) && state.view?.viewpoint === place;
-  return change({ camera: again ? "free" : place });
-}
-
-function place(name, viewpoint) {
+function place(name, chosen) {
   const words = t(`view.${name}`);
   return h("button", {
     type: "button", id: `view-${name}`, title: `${t(`view.${name}_hint`)} (${KEYS[name]})`, onclick: () => lookFrom(name),
-    aria: { ...(GOING.includes(name) && { pressed: String(viewpoint === name) }), keyshortcuts: KEYS[name].toLowerCase() },
+    aria: { ...(GOING.includes(name) && { pressed: String(chosen === name) }), keyshortcuts: KEYS[name].toLowerCase() },
   }, words);
 }
 
@@ -47,18 +39,29 @@ function trail(name, chosen) {
 
 const trails = (chosen) => h("div", { class: "trails", role: "group", aria: { label: t("view.trails") } }, TRAILS.map((name) => trail(name, chosen)));
 
-/** Show what the server says of the view: layers, trails, and where it looks from. */
+/** Show where this browser looks from, and whether it follows the operator's view; what is the operator's view follows no other. */
+function updateViewpoint() {
+  const { place: chosen, following, source, known, operator } = viewpoint();
+  redraw(byId("view-places"), [chosen], () => PLACES.map((name) => place(name, chosen)));
+  const button = byId("view-operator"), key = following ? "view.own" : "view.operator";
+  button.hidden = source || !known;
+  button.disabled = !operator && !following;
+  setText(button, t(key));
+  button.title = t(operator || following ? `${key}_hint` : "view.no_operator");
+}
+
+/** Show what the server says of all browsers' views: layers and trails. */
 export function updateView(view) {
-  state.view = view;
-  redraw(byId("view-places"), [view.viewpoint], () => PLACES.map((name) => place(name, view.viewpoint)));
   redraw(byId("layers"), [view.layers, view.trails], () => [
     h("legend", {}, t("stage.layers")),
     ...Object.entries(view.layers).flatMap(([name, one]) => [layer(name, one), name === "trails" && one.shown && trails(view.trails)]),
   ].filter(Boolean));
 }
 
-/** Have the menu of layers close when something else is clicked, or Escape is pressed. */
+/** Begin to look; have the menu of layers close when something else is clicked, or Escape is pressed. */
 export function startViewTools() {
+  startViewpoint(updateViewpoint);
+  byId("view-operator").addEventListener("click", () => followOperator(!viewpoint().following));
   const menu = byId("view-layers");
   document.addEventListener("pointerdown", (event) => { if (!menu.contains(event.target)) menu.open = false; });
   window.addEventListener("blur", () => { menu.open = false; }); // a click into the 3D view

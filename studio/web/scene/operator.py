@@ -1,0 +1,52 @@
+"""The operator's view, told to every browser, so that others can follow it."""
+
+from dataclasses import dataclass
+
+import viser
+from viser._messages import SetPositionMessage
+
+_Point = tuple[float, float, float]
+
+FROM_NODE, AT_NODE, PAGE_NODE = "/operator/from", "/operator/at", "/operator/page"
+"""Invisible nodes. Their positions are where the operator's camera stands, the point in the middle of its picture
+(stage frame [m]), and the page's number with its picture's width over height.
+"""
+
+
+@dataclass(frozen=True)
+class OperatorView:
+    """Where a page looks from.
+
+    Attributes:
+        page: the page's number.
+        position_m, target_m: the camera, and the point in the middle of its picture, stage frame [m].
+        aspect: the picture's width over height.
+    """
+
+    page: int
+    position_m: _Point
+    target_m: _Point
+    aspect: float
+
+
+class OperatorNodes:
+    """The nodes of one viser server; call it from the drawing thread."""
+
+    def __init__(self, server: viser.ViserServer) -> None:
+        self._scene = server.scene
+        self._shown: OperatorView | None = None
+
+    def show(self, view: OperatorView | None) -> None:
+        """Tell the browsers a view, if it is another one."""
+        if view is None or view == self._shown:
+            return
+        if self._shown is None:
+            for node in (FROM_NODE, AT_NODE, PAGE_NODE):
+                self._scene.add_frame(node, show_axes=False, visible=False)
+        self._shown = view
+        for node, position in (
+            (FROM_NODE, view.position_m),
+            (AT_NODE, view.target_m),
+            (PAGE_NODE, (float(view.page), view.aspect, 0.0)),
+        ):
+            self._scene._queue_scene_message(SetPositionMessage(node, position))

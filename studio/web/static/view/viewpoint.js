@@ -1,0 +1,220 @@
+// Where this browser's 3D view looks from: a place, by hand, or where the operator's view looks from. It is this tab's own, over
+// a reload and another start of the server. The view's own part is `view_camera.js`.
+import { getSpace } from "../base/api.js";
+import { byId } from "../base/dom.js";
+import { add, length, sub, turned, wholeMotion, wholePerformer, wholeStage, widened } from "./framing.js";
+import { isOperatorView, tellOperatorView } from "./operator_view.js";
+
+/** Places that go on until another one is chosen. */
+export const GOING = ["orbit", "follow"];
+
+const KEPT = "viewpoint";
+const OFFSETS = { front: [0, -4.6, 0.45], side: [4.6, 0, 0.45], top: [0, -0.02, 5.6], orbit: [0, -4.6, 0.55] };
+const LOOK_HEIGHT = 0.9;
+const TURN_MS = 24_000;
+const PICTURE_MS = 1000 / 30;
+const LONGEST_MS = 200; // a tab that was hidden does not catch up
+const SAME_M = 0.002, FAR_M = 0.01, SAME_ASPECT = 0.02;
+const TRIES = 5; // the view sets its own first look a moment after it has begun
+
+// Kept: `place`; `look`; `following` the operator's view; whether this is the operator's view itself (`source`); the replayed
+// `take`; `at`, where the performer was when the camera last went along; `fitted`, what the whole stage or motion was when it was
+// last fitted into the picture, and the picture's shape.
+const state = { place: "stage", look: null, following: false, source: false, take: "", at: null, fitted: null, ...JSON.parse(sessionStorage.getItem(KEPT) ?? "{}") };
+const seen = { aspect: 1, cameras: new Map(), performer: null, operator: null, points: null }; // as the view and the server say
+const link = { ready: false, known: false, order: 0, chosen: 0, tries: 0, holding: false }; // with the view; `known`: the server said who asks
+let asked = null; // the take whose motion was asked for
+let turnedAt = 0;
+let changed = () => {};
+
+/** What the page shows of it: the place, whether the operator's view is followed, is this one, or is there at all. */
+export const viewpoint = () => ({ place: state.place, following: state.following, source: state.source, known: link.known, operator: Boolean(seen.operator) });
+
+function keep() {
+  sessionStorage.setItem(KEPT, JSON.stringify(state));
+  changed();
+}
+
+function send() {
+  if (link.ready) byId("viewer").contentWindow.postMessage({ type: "look", ...state.look, order: link.order }, location.origin);
+}
+
+function move({ position, target }, moved = false) {
+  state.look = { position, target };
+  link.order += 1;
+  link.tries = 0;
+  send();
+  keep();
+  publish(moved);
+}
+
+/** Tell the server where this page looks from, where that may be the operator's view. */
+function publish(moved) {
+  if (!link.known || !state.look || state.following || !(moved || state.source || !seen.operator)) return;
+  tellOperatorView({ ...state.look, aspect: seen.aspect }, moved, setSource);
+}
+
+function setSource(source) {
+  if (state.source === source) return;
+  state.source = source;
+  keep();
+}
+
+const centre = () => [...(seen.performer ?? [0, 0]), LOOK_HEIGHT];
+const sameShape = (a, b) => Math.max(a / b, b / a) - 1 < SAME_ASPECT;
+
+/** Have all that is looked at be in the picture, anew where that or the picture's shape is another by now. */
+function frame(moved = false, anyway = moved) {
+  const motion = state.place === "motion";
+  if (!link.ready || state.following || !(motion || state.place === "stage")) return;
+  if (motion ? !seen.points : !seen.cameras.size && !anyway) return;
+  const what = JSON.stringify(motion ? state.take : [...seen.cameras].sort());
+  if (state.fitted?.what === what && sameShape(state.fitted.aspect, seen.aspect)) return;
+  state.fitted = { what, aspect: seen.aspect };
+  move(motion ? wholeMotion(seen.points, seen.aspect) : wholeStage([...seen.cameras.values()], seen.performer, seen.aspect), moved);
+}
+
+function goAlong(moved = false) {
+  if (!link.ready || !state.look || !seen.performer || state.following || state.place !== "follow") return;
+  const at = centre(), before = state.at, { position, target } = state.look;
+  if (before && (link.holding || length(sub(at, before)) < SAME_M)) return;
+  state.at = at;
+  if (before) move({ position: add(position, sub(at, before)), target: add(target, sub(at, before)) });
+  else move(wholePerformer(seen.performer, sub(position, target), seen.aspect), moved);
+}
+
+function turn(time) {
+  if (state.place !== "orbit") return;
+  requestAnimationFrame(turn);
+  const passed = time - turnedAt;
+  if (passed < PICTURE_MS) return;
+  turnedAt = time;
+  if (!state.look || !link.ready) return;
+  const at = centre(), position = add(state.look.position, sub(at, state.look.target));
+  move(turned({ position, target: at }, (2 * Math.PI * Math.min(passed, LONGEST_MS)) / TURN_MS));
+}
+
+const apart = (a, b) => Math.max(length(sub(a.position, b.position)), length(sub(a.target, b.target)));
+
+function copyOperator() {
+  if (!state.following || !seen.operator || !link.ready) return;
+  const wanted = widened(seen.operator, seen.aspect);
+  if (apart(wanted, state.look) > 0) move(wanted);
+}
+
+/** Look from a place; one of `GOING` ends where it is chosen again. */
+export function lookFrom(name) {
+  if (name === "motion" && !seen.points) return;
+  const place = GOING.includes(name) && state.place === name ? "free" : name;
+  const begins = place === "orbit" && state.place !== "orbit";
+  Object.assign(state, { place, following: false, at: null, fitted: null });
+  if (OFFSETS[place]) move({ position: add(centre(), OFFSETS[place]), target: centre() }, true);
+  if (begins) requestAnimationFrame(turn);
+  keep();
+  frame(true);
+  goAlong(true);
+  link.chosen = link.order;
+}
+
+/** Look from where the operator's view does, or no longer; until the user looks elsewhere. */
+export function followOperator(following) {
+  Object.assign(state, { following, place: "free", at: null });
+  keep();
+  copyOperator();
+  link.chosen = link.order;
+}
+
+/** Whether a camera that the user moved is what is wanted: not one of before a choice, or that the performer was followed from. */
+const isWanted = (order) => (state.place === "follow" ? order === link.order : order >= link.chosen);
+
+/** The view said where its camera is; `first` is the look that it begins with. */
+function hearCamera({ position, target, aspect, byHand, order, first }) {
+  seen.aspect = aspect || seen.aspect;
+  const now = { position, target };
+  const off = state.look ? apart(now, state.look) : 0;
+  if (!link.ready) {
+    link.ready = true;
+    move(state.look ?? first);
+  } else if (byHand && isWanted(order) && off > SAME_M / 2) {
+    Object.assign(state, { look: now, following: false, place: state.place === "follow" ? "follow" : "free" });
+    keep();
+    publish(true);
+  } else if (!byHand && order === link.order && off > FAR_M && !GOING.includes(state.place) && link.tries < TRIES) {
+    link.tries += 1;
+    send();
+  }
+  frame();
+  goAlong();
+  copyOperator();
+}
+
+function hearScene(told) {
+  for (const [name, value] of Object.entries(told)) {
+    if (!name.endsWith("/frustum")) continue;
+    if (value) seen.cameras.set(name, value);
+    else seen.cameras.delete(name);
+  }
+  if (told["/place"]) {
+    const [x, y, there] = told["/place"];
+    seen.performer = there ? [x, y] : null;
+  }
+  if (told["/operator/page"]?.[0]) {
+    const [page, aspect] = told["/operator/page"];
+    seen.operator = { position: told["/operator/from"], target: told["/operator/at"], aspect };
+    setSource(isOperatorView(page));
+    changed();
+    copyOperator();
+  }
+  frame();
+  goAlong();
+}
+
+function hear({ origin, source, data }) {
+  if (origin !== location.origin || source !== byId("viewer").contentWindow) return;
+  if (data.type === "camera") hearCamera(data);
+  else if (data.type === "scene") hearScene(data.told);
+  else if (data.type === "holding") {
+    link.holding = data.holding;
+    goAlong();
+  } else if (data.type === "begun") {
+    link.ready = false;
+    Object.assign(seen, { cameras: new Map(), performer: null, operator: null });
+    changed();
+  }
+}
+
+/** Look at the whole motion of a take that is opened, and again at the stage once it is closed. */
+export async function seeReplay(replay) {
+  const take = replay.open ? replay.take : "";
+  if (take === asked) return;
+  asked = take;
+  seen.points = null;
+  const points = take ? (await getSpace().catch(() => null))?.points_m : null;
+  if (take !== asked) return; // another one by now
+  seen.points = points;
+  if (take !== state.take) {
+    Object.assign(state, { take, fitted: null });
+    if (state.place === "follow") state.at = null;
+    else if (take && !state.following) state.place = "motion";
+    if (!take && state.place === "motion") state.place = "stage";
+    keep();
+  }
+  frame(false, true);
+  goAlong();
+}
+
+/** The server is there (again), and has said who asks. */
+export function announce() {
+  link.known = true;
+  publish(state.source);
+  changed();
+}
+
+/** Begin; `onChange` hears that `viewpoint()` may be another. */
+export function startViewpoint(onChange) {
+  changed = onChange;
+  window.addEventListener("message", hear);
+  byId("viewer").contentWindow.postMessage({ type: "hello" }, location.origin);
+  if (state.place === "orbit") requestAnimationFrame(turn);
+  changed();
+}
