@@ -1,7 +1,7 @@
 """Drawing of the 3D view, on the drawing thread, into viser's scene."""
 
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -12,6 +12,7 @@ from viser._messages import SetPositionMessage
 from studio.engine.model.calibration import Calibration
 from studio.engine.model.frames import StepResult
 from studio.engine.model.joints import OUTPUT_INDEX
+from studio.web.scene.clouds import Cloud
 from studio.web.scene.frusta import Picture
 from studio.web.scene.scene import Scene
 from studio.web.scene.viewpoint import Viewpoint
@@ -76,6 +77,7 @@ class Wanted:
         trail_joints: output joints that draw a trail.
         viewpoint: where to look from, where that was chosen just now.
         motion_m: where joints are in the replayed motion, shape (N, 3); None where nothing is replayed.
+        clouds: what cameras see, as points, by camera.
     """
 
     live: StepResult | None
@@ -85,6 +87,7 @@ class Wanted:
     trail_joints: tuple[str, ...]
     viewpoint: str | None
     motion_m: NDArray[np.float64] | None = None
+    clouds: Mapping[str, Cloud] = field(default_factory=dict)
 
 
 class Drawing:
@@ -159,6 +162,7 @@ class Drawing:
         raw_only = replay is not None and not _has_body(replay.result)
         for layer, on in wanted.layers.items():
             self.scene.show_layer(layer, on or (raw_only and layer == "raw"))
+        self.scene.draw_clouds(wanted.clouds)
 
     def _draw_performer(self, step: DrawnStep, wanted: Wanted) -> None:
         self.scene.draw(step.result, step.ghost)

@@ -31,7 +31,7 @@ class Screen:
         self.live = threading.Event()
         self.framed: list = []
 
-    def show_replay(self, result, ghost, trail, calibration) -> None:
+    def show_replay(self, result, ghost, trail, calibration, depth) -> None:
         self.shown.append((result, ghost, trail))
 
     def show_live(self) -> None:

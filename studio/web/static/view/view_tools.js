@@ -3,6 +3,7 @@ import { changeView } from "../base/api.js";
 import { byId, h, redraw } from "../base/dom.js";
 import { attempt } from "../base/messages.js";
 import { serverText, t } from "../base/strings.js";
+import { pointsChoice, startPoints, updatePoints } from "./points.js";
 
 const PLACES = ["stage", "motion", "front", "side", "top", "orbit", "follow"];
 const KEYS = { stage: "5", motion: "6", front: "1", side: "2", top: "3", orbit: "4", follow: "F" };
@@ -51,14 +52,18 @@ const trails = (chosen) => h("div", { class: "trails", role: "group", aria: { la
 export function updateView(view) {
   state.view = view;
   redraw(byId("view-places"), [view.viewpoint], () => PLACES.map((name) => place(name, view.viewpoint)));
-  redraw(byId("layers"), [view.layers, view.trails], () => [
+  updatePoints(view);
+  redraw(byId("layers"), [view.layers, view.trails, view.points, view.colours], () => [
     h("legend", {}, t("stage.layers")),
-    ...Object.entries(view.layers).flatMap(([name, one]) => [layer(name, one), name === "trails" && one.shown && trails(view.trails)]),
+    ...Object.entries(view.layers).flatMap(([name, one]) => [
+      layer(name, one), name === "trails" && one.shown && trails(view.trails), name === "points" && one.shown && pointsChoice(view, change),
+    ]),
   ].filter(Boolean));
 }
 
 /** Have the menu of layers close when something else is clicked, or Escape is pressed. */
 export function startViewTools() {
+  startPoints();
   const menu = byId("view-layers");
   document.addEventListener("pointerdown", (event) => { if (!menu.contains(event.target)) menu.open = false; });
   window.addEventListener("blur", () => { menu.open = false; }); // a click into the 3D view
