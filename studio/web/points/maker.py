@@ -3,6 +3,7 @@
 import logging
 from collections.abc import Callable
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
@@ -33,6 +34,8 @@ COLOURS: dict[str, int] = {"camera": 6, "confidence": 9}
 
 MARGIN_M = 0.3
 
+_INDEXING = "studio.take.raw.depth:index_depth"
+
 
 @dataclass(frozen=True, eq=False)
 class Step:
@@ -51,7 +54,7 @@ class Maker:
     """Opens takes, and makes clouds of images; of the thread alone."""
 
     def __init__(self) -> None:
-        self._index: tuple[object, DepthRecording] | None = None
+        self._index: tuple[object, DepthRecording | None] | None = None
         self._opened: tuple[ReplayedDepth, TakeDepth] | None = None
         self._thinners: dict[DepthCamera, Thinner] = {}
         self._made: dict[str, tuple[tuple[object, ...], Cloud]] = {}
@@ -71,21 +74,29 @@ class Maker:
             return NoDepth()
         if self._opened is None or self._opened[0] is not depth:
             self.close()
+            index = self._indexed(depth.raw_path, should_stop)
+            if index is None:
+                return None
+            self._opened = depth, TakeDepth(index, depth.placed)
+        return self._opened[1]
+
+    def _indexed(self, path: Path, should_stop: Callable[[], bool]) -> DepthRecording | None:
+        """Return the index of a file, None if it cannot be read; the last one is kept, also that there is none."""
+        found = path.stat()
+        key = path, found.st_mtime_ns, found.st_size
+        if self._index is None or self._index[0] != key:
+            self._index = key, None
             try:
-                found = depth.raw_path.stat()
-                key = depth.raw_path, found.st_mtime_ns, found.st_size
-                if self._index is None or self._index[0] != key:
-                    index = run_in_process(
-                        "studio.take.raw.depth:index_depth", depth.raw_path, should_stop=should_stop
-                    )
-                    self._index = key, index
-                self._opened = depth, TakeDepth(self._index[1], depth.placed)
+                index = run_in_process(_INDEXING, path, should_stop=should_stop)
             except Stopped:
+                self._index = None
                 raise
-            except (OSError, StudioError) as error:
+            except StudioError as error:
                 _log.warning("no point clouds: %s", error)
                 return None
-        return self._opened[1]
+            if index.cameras or index.problem is None:
+                self._index = key, index
+        return self._index[1]
 
     def make(
         self, images: DepthImages, shown: list[str], step: Step, colour: str

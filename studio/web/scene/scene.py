@@ -32,8 +32,8 @@ LAYERS: dict[str, tuple[str, bool]] = {
 }
 """Layer -> its label on the page, and whether it is shown at first."""
 
-INSIDE = ("fused", "raw", "effectors")
-"""Layers inside the body, which becomes transparent for them."""
+INSIDE = ("fused", "raw", "effectors", "points")
+"""Layers in the body or on its skin; it becomes transparent for them."""
 
 BODY = ("character", "fused", "effectors", "trails")
 """Layers that show nothing where there is no solve."""
