@@ -16,8 +16,8 @@ from studio.live.cameras.newest_depth import ArrivedDepth, NewestDepth
 from studio.take.raw.records import depth_camera
 from studio.wire import Intrinsics, Preview, preview_array
 
-KEPT = 100
-"""Previews kept of each camera: 20 s at 5 Hz, some 3 kB each."""
+KEPT = 400
+"""Previews kept of each camera: 20 s at 20 Hz, some 3 kB each."""
 
 MAX_CAMERAS = 64
 FLOOR_IMAGES = 12
