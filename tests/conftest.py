@@ -36,7 +36,7 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 
 
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
-    """Begin with the longest, so that no process is left alone with it; keep what is fast, where only that is wanted."""
+    """Begin with the longest, so that no process is left alone with it; keep only what is fast, if wanted."""
     items.sort(key=lambda item: _place(item.nodeid))
     if config.getoption("--fast"):
         kept = [one for one in items if one.nodeid.startswith(FAST) and not one.get_closest_marker("browser")]

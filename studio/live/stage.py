@@ -20,6 +20,7 @@ from studio.live.calibration.performers import FOLDER as PERFORMERS
 from studio.live.calibration.performers import load_profile
 from studio.live.calibration.tpose import COUNTDOWN_S
 from studio.live.cameras.links import CameraLink, Links, Send
+from studio.live.cameras.newest_depth import ArrivedDepth
 from studio.live.cameras.previews import Previews
 from studio.live.engine import Engine
 from studio.live.inbox import Arrived, ClockExchange, Left, Reported
@@ -36,6 +37,7 @@ from studio.take.folder.marker import STOPPING, read_marker, remove_marker, writ
 from studio.take.folder.names import check_name
 from studio.take.library.sessions import new_take_path, session_of_today, take_path
 from studio.take.raw.frames import camera_frame
+from studio.take.raw.records import depth_camera
 from studio.wire import ClockSample, DepthImage, Hello, SkeletonFrame, Status, depth_array
 
 CALIBRATION_S = 34.0
@@ -201,7 +203,7 @@ class LiveStage:
         self._engine.put(Arrived(frame, data, arrival_ns, link.hello))
 
     def depth(self, link: CameraLink, image: DepthImage, data: bytes, arrival_ns: int) -> None:
-        """Handle a depth image, `data` as received. Only a take that is being recorded uses it.
+        """Handle a depth image, `data` as received. It is used while a take is recorded only.
 
         Raises:
             FormatError: damaged, or not of the size in the camera's hello.
@@ -215,7 +217,13 @@ class LiveStage:
             raise FormatError(
                 say("camera.no_intrinsics", "a camera that sends depth must tell its intrinsics in hello")
             )
-        depth_array(image, link.hello.intrinsics)
+        whole = ArrivedDepth(
+            depth_camera(link.hello.intrinsics),
+            depth_array(image, link.hello.intrinsics),
+            arrival_ns,
+            whole=True,
+        )
+        self.previews.depth.put(link.name, whole)
         recording.recorder.depth(link.hello, image, data, arrival_ns)
 
     def pending(self) -> int:

@@ -15,6 +15,7 @@ from studio.live.states import StageStatus
 from studio.web.page import add_page
 from studio.web.playback import Player, playback_routes
 from studio.web.playback.routes import TakeFinder
+from studio.web.points.live import LiveDepth
 from studio.web.proxy import viewer_routes
 from studio.web.routes import view_routes, view_state
 from studio.web.scene.drawing import Surroundings
@@ -79,7 +80,10 @@ def mount(app: FastAPI, stage: ViewedStage, *, sessions: Path, takes: TakeFinder
             status.pipeline.clock_offset_ns,
         )
 
-    view = LiveView(look=look, clock=lambda: stage.clock_ns() * 1e-9)
+    def clock() -> float:
+        return stage.clock_ns() * 1e-9
+
+    view = LiveView(look=look, depth=LiveDepth(stage.previews.depth, stage.calibration, clock), clock=clock)
     player = Player(view)
     unsubscribe = stage.subscribe(view.show, raw=True)
     add_routes(app, viewer_routes(view.port))

@@ -5,9 +5,10 @@ from typing import Annotated
 from fastapi import APIRouter
 from pydantic import BaseModel, ConfigDict, Field
 
-from studio.api.stage.shown import Layer, ViewState
+from studio.api.stage.shown import Layer, PointCamera, Points, ViewState
 from studio.api.structs import StructRoute
 from studio.engine.base.errors import SettingsError
+from studio.web.points.maker import COLOURS
 from studio.web.scene.operator import OperatorView
 from studio.web.scene.palette import as_hex
 from studio.web.scene.scene import LAYERS
@@ -24,13 +25,23 @@ class Clock(BaseModel):
     server_s: float
 
 
+class PointsChange(BaseModel):
+    """Changes of the points: their colour, cameras to show or hide."""
+
+    model_config = ConfigDict(extra="forbid")
+
+    colour: str | None = Field(None, description=f"one of {', '.join(COLOURS)}")
+    cameras: dict[str, bool] = Field(default_factory=dict)
+
+
 class ViewChange(BaseModel):
-    """Changes of the view: layers to show or hide, by name; joints with trails."""
+    """Changes of the view: layers to show or hide, by name; joints with trails; the points."""
 
     model_config = ConfigDict(extra="forbid")
 
     layers: dict[str, bool] = Field(default_factory=dict)
     trails: list[str] | None = Field(None, description="output joints", examples=[["LeftHand", "RightHand"]])
+    points: PointsChange | None = None
 
 
 class OperatorViewChange(BaseModel):
@@ -74,6 +85,8 @@ def view_routes(view: LiveView) -> APIRouter:
         view.set_layers(change.layers)
         if change.trails is not None:
             view.set_trail_joints(change.trails)
+        if change.points is not None:
+            view.choose_points(change.points.colour, change.points.cameras)
         return view_state(view)
 
     @router.put("/operator")
@@ -88,9 +101,18 @@ def view_routes(view: LiveView) -> APIRouter:
 
 def view_state(view: LiveView) -> ViewState:
     """Return the content of a view."""
-    shown = view.layers
+    shown, points = view.layers, view.points.status()
     return ViewState(
         layers={name: Layer(label=label, shown=shown[name]) for name, (label, _) in LAYERS.items()},
         colours={name: as_hex(rgb) for name, rgb in view.colours.items()},
         trails=list(view.trail_joints),
+        points=Points(
+            colour=points.colour,
+            colours=list(COLOURS),
+            cameras={
+                name: PointCamera(shown=on, says=points.says.get(name, "") if on else "")
+                for name, on in points.cameras.items()
+            },
+            problem=points.problem,
+        ),
     )

@@ -13,10 +13,13 @@ import viser
 from numpy.typing import NDArray
 
 from studio.engine.base.errors import SettingsError
-from studio.engine.base.sentences import say
 from studio.engine.model.calibration import Calibration
 from studio.engine.model.frames import StepResult
 from studio.engine.model.joints import OUTPUT_INDEX
+from studio.web.points.clouds import PointClouds
+from studio.web.points.maker import COLOURS
+from studio.web.points.replayed import NO_DEPTH, ReplayedDepth
+from studio.web.points.seen import DepthImages
 from studio.web.scene.drawing import Drawing, DrawnStep, Look, Wanted
 from studio.web.scene.operator import OperatorView
 from studio.web.scene.scene import LAYERS
@@ -43,11 +46,16 @@ def _free_port() -> int:
 class LiveView:
     """Draws results of the engine or the player, latest wins: `show` never waits for the browser.
 
-    `look` returns the surroundings of the performer; it is called from the drawing thread. `clock` is the server's
-    [s].
+    `look` returns the surroundings of the performer; it is called from the drawing thread. `depth` has the live
+    stage's depth images. `clock` is the server's [s].
+
+    Attributes:
+        points: the clouds of the layer `points`.
     """
 
-    def __init__(self, *, look: Look, clock: Callable[[], float] = time.monotonic) -> None:
+    def __init__(
+        self, *, look: Look, depth: DepthImages, clock: Callable[[], float] = time.monotonic
+    ) -> None:
         self.clock = clock
         with redirect_stdout(io.StringIO()):  # viser prints a banner with its loopback address
             self._server = viser.ViserServer(
@@ -57,7 +65,7 @@ class LiveView:
         self._changed = threading.Condition()
         self._result: StepResult | None = None
         self._replay: DrawnStep | None = None
-        self._fresh = False
+        self._fresh = self._clouds_fresh = False
         self._steps = 0
         self._layers = {name: shown for name, (_, shown) in LAYERS.items()}
         self._trail_joints = TRAIL_JOINTS
@@ -65,6 +73,9 @@ class LiveView:
         self._operator_moved = False
         self._stopping = False
         self._drawing = Drawing(self._server, look)
+        self.points = PointClouds(
+            depth, watched=lambda: bool(self._server.get_clients()), changed=self._wake, clock=clock
+        )
         self._thread = threading.Thread(target=self._run, name="view", daemon=True)
         self._thread.start()
 
@@ -96,6 +107,7 @@ class LiveView:
             self._result = result
             self._steps += 1
             if self._replay is None:
+                self.points.show(None, result)
                 self._fresh = True
                 self._changed.notify()
 
@@ -105,11 +117,13 @@ class LiveView:
         ghost: StepResult | None,
         trail: NDArray[np.float64],
         calibration: Calibration | None,
+        depth: ReplayedDepth = NO_DEPTH,
     ) -> None:
-        """Show a frame of a take instead of the live stage, until `show_live`; see `DrawnStep`. Safe from any
-        thread."""
+        """Show a frame of a take instead of the live stage, until `show_live`; see `DrawnStep`. `depth`: where the
+        take's depth images are. Safe from any thread."""
         with self._changed:
             self._replay = DrawnStep(result, ghost, trail, calibration)
+            self.points.show(depth, result)
             self._fresh = True
             self._changed.notify()
 
@@ -117,13 +131,31 @@ class LiveView:
         """Go back to the live stage."""
         with self._changed:
             self._replay = self._result = None
+            self.points.show(None, None)
             self._changed.notify()
 
     def set_layers(self, layers: dict[str, bool]) -> None:
         """Show or hide layers (keys of `LAYERS`)."""
         with self._changed:
             self._layers.update(layers)
+            self.points.choose(shown=self._layers["points"])
             self._changed.notify()
+
+    def choose_points(self, colour: str | None, cameras: dict[str, bool]) -> None:
+        """Colour the points otherwise (None: as before), show or hide some cameras'.
+
+        Raises:
+            SettingsError: no such colour or camera.
+        """
+        if colour is not None and colour not in COLOURS:
+            raise SettingsError(f"colour={colour!r} is not allowed; allowed: {', '.join(COLOURS)}")
+        known = {*self.points.status().cameras, *self.colours}
+        unknown = [name for name in cameras if name not in known]
+        if unknown:
+            raise SettingsError(
+                f"camera {unknown[0]!r} is not shown; allowed: {', '.join(sorted(known)) or 'none yet'}"
+            )
+        self.points.choose(colour=colour, cameras=cameras)
 
     def set_trail_joints(self, joints: list[str]) -> None:
         """Choose the output joints with a trail.
@@ -147,8 +179,15 @@ class LiveView:
                 self._changed.notify()
             return self._operator.page
 
+    def _wake(self) -> None:
+        """Draw again: there are new clouds."""
+        with self._changed:
+            self._clouds_fresh = True
+            self._changed.notify()
+
     def close(self) -> None:
         """Stop drawing and close the viser server."""
+        self.points.close()
         with self._changed:
             self._stopping = True
             self._changed.notify()
@@ -176,10 +215,16 @@ class LiveView:
             if self._fresh and self._replay is None:  # it came during the pause: a newer one follows soon
                 steps = self._steps
                 self._changed.wait_for(lambda: self._stopping or self._steps > steps, timeout=NEXT_STEP_S)
-            self._changed.wait_for(lambda: self._stopping or self._fresh or self._operator_moved, timeout=0.2)
+            self._changed.wait_for(
+                lambda: self._stopping or self._fresh or self._clouds_fresh or self._operator_moved,
+                timeout=0.2,
+            )
             if self._stopping:
                 return None
-            fresh, self._fresh = self._fresh, False
+            fresh, self._fresh, self._clouds_fresh = self._fresh, False, False
             self._operator_moved = False
             live = self._result if fresh and self._replay is None else None
-            return Wanted(live, self._replay, fresh, dict(self._layers), self._trail_joints, self._operator)
+            return Wanted(
+                live, self._replay, fresh, dict(self._layers), self._trail_joints, self._operator,
+                self.points.newest,
+            )  # fmt: skip

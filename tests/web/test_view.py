@@ -89,12 +89,22 @@ def test_routes_tell_layers_and_colours_and_refuse_others(address: str) -> None:
         "ghost",
         "trails",
         "effectors",
+        "points",
         "cameras",
         "floor",
     }
     assert list(state["colours"]) == list(CAMERAS)
     answer = patient.put(f"{address}/api/v1/view", json={"layers": {"nobody": True}})
     assert answer.status_code == 400 and "allowed: character, fused" in answer.text
+    assert state["points"] == {
+        "colour": "camera", "colours": ["camera", "confidence"], "cameras": {}, "problem": "",
+    }  # fmt: skip
+    for wrong, allowed in (
+        ({"colour": "red"}, "camera, confidence"),
+        ({"cameras": {"x": True}}, "left, right"),
+    ):
+        answer = patient.put(f"{address}/api/v1/view", json={"points": wrong})
+        assert answer.status_code == 400 and f"allowed: {allowed}" in answer.text
 
 
 def test_showing_never_waits(

@@ -12,12 +12,32 @@ class Layer(Struct):
     shown: bool
 
 
+class PointCamera(Struct):
+    """A camera with depth: whether its points are shown, and if they should be and are not, why: `no_place` (the
+    calibration does not know the camera), `no_image` (none of this instant), `damaged`."""
+
+    shown: bool
+    says: str
+
+
+class Points(Struct):
+    """What is shown of points: the colour and those to choose from, the cameras with depth; `problem`: `reading` or
+    `unreadable`, of the whole take. Nothing is known of cameras while points are not shown."""
+
+    colour: str
+    colours: list[str]
+    cameras: dict[str, PointCamera]
+    problem: str
+
+
 class ViewState(Struct):
-    """What the 3D view shows in all browsers: layers by name, a colour (`#rrggbb`) per camera, joints with trails."""
+    """What the 3D view shows in all browsers: layers by name, a colour (`#rrggbb`) per camera, joints with trails,
+    points."""
 
     layers: dict[str, Layer]
     colours: dict[str, str]
     trails: list[str]
+    points: Points
 
 
 class SecondFigure(Struct, frozen=True):

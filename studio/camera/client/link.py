@@ -31,7 +31,7 @@ _FIRST_DELAY_S, _LONGEST_DELAY_S = 0.25, 5.0
 _OPEN_TIMEOUT_S = 5.0
 _CLOCK_BURST, _BURST_GAP_S, _CLOCK_GAP_S = 8, 0.02, 1.0
 _STATUS_GAP_S = 1.0
-_PREVIEW_GAP_S = 0.2
+_PREVIEW_GAP_S = 0.05
 _PREVIEW_WAITING = 2
 """No preview is sent while more frames than this wait, or kept ones are to be sent."""
 _LATE_BATCH, _LATE_PAUSE_S = 10, 0.02
@@ -293,7 +293,7 @@ class Link:
             await asyncio.sleep(_STATUS_GAP_S)
 
     async def _send_previews(self, socket: ClientConnection) -> None:
-        """Send the newest depth image in small five times a second, while the link is free."""
+        """Send the newest depth image in small twenty times a second, while the link is free."""
         shown_ns = -1
         while True:
             await asyncio.sleep(_PREVIEW_GAP_S)

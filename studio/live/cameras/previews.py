@@ -12,11 +12,12 @@ from PIL import Image
 from studio.engine.base.errors import FormatError
 from studio.engine.model.depth import DepthCamera, shade
 from studio.live.cameras.links import CameraLink, Links
+from studio.live.cameras.newest_depth import ArrivedDepth, NewestDepth
 from studio.take.raw.records import depth_camera
 from studio.wire import Intrinsics, Preview, preview_array
 
-KEPT = 100
-"""Previews kept of each camera: 20 s at 5 Hz, some 3 kB each."""
+KEPT = 400
+"""Previews kept of each camera: 20 s at 20 Hz, some 3 kB each."""
 
 MAX_CAMERAS = 64
 FLOOR_IMAGES = 12
@@ -27,11 +28,12 @@ FloorViews = dict[str, tuple[DepthCamera, list[NDArray[np.uint16]]]]
 
 
 class Previews:
-    """The last previews of every camera; methods may be called from any thread."""
+    """The last previews of every camera, and in `depth` the newest images; methods may be called from any thread."""
 
     def __init__(self, links: Links, clock_ns: Callable[[], int]) -> None:
         self._links = links
         self._clock_ns = clock_ns
+        self.depth = NewestDepth()
         self._lock = threading.Lock()
         self._last: dict[str, deque[tuple[int, Preview, Intrinsics]]] = {}
         self._counts: dict[str, int] = {}
@@ -55,7 +57,8 @@ class Previews:
                 f"a preview of {preview.width} x {preview.height} pixels is not every {preview.step}th of "
                 f"{whole.width} x {whole.height}"
             )
-        preview_array(preview)
+        depth_mm = preview_array(preview)
+        self.depth.put(link.name, ArrivedDepth(_camera(whole, preview), depth_mm, now_ns, whole=False))
         with self._lock:
             if link.name not in self._last and len(self._last) >= MAX_CAMERAS:
                 del self._last[next(iter(self._last))]

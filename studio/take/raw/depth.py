@@ -47,6 +47,7 @@ class DepthRecording:
 
     Attributes:
         cameras: intrinsics by camera, of the cameras with depth, in order of their first image.
+        intrinsics: the same as they were sent.
         complete, problem: as `RawReader`; `problem` also reports images that were left out.
 
     Raises:
@@ -56,7 +57,7 @@ class DepthRecording:
     def __init__(self, path: str | Path) -> None:
         self.path = Path(path)
         self.cameras: dict[str, DepthCamera] = {}
-        self._intrinsics: dict[str, wire.Intrinsics] = {}
+        self.intrinsics: dict[str, wire.Intrinsics] = {}
         found: list[tuple[str, str, _Place]] = []
         clocks = TakeClocks()
         reader, other = RawReader(path), 0
@@ -65,7 +66,7 @@ class DepthRecording:
                 clocks.event(raw.event)
             if not (isinstance(raw, RawDepth) and isinstance(record, Message)):
                 continue
-            if self._intrinsics.setdefault(raw.camera, raw.intrinsics) != raw.intrinsics:
+            if self.intrinsics.setdefault(raw.camera, raw.intrinsics) != raw.intrinsics:
                 other += 1
                 continue
             place = _Place(
@@ -86,7 +87,7 @@ class DepthRecording:
         self.complete, self.problem = reader.complete, reader.problem
         if other and self.problem is None:
             self.problem = f"{other} depth images have other intrinsics than the camera's first; left out"
-        self.cameras = {name: depth_camera(self._intrinsics[name]) for name in places}
+        self.cameras = {name: depth_camera(self.intrinsics[name]) for name in places}
         self._places = {name: [of[time] for time in sorted(of)] for name, of in places.items()}
 
     def times_ns(self, camera: str) -> NDArray[np.int64]:
@@ -120,34 +121,59 @@ class DepthRecording:
                 if spans_ns is None or any(begin <= time_ns <= end for begin, end in spans_ns):
                     order.append((time_ns, name, place))
         order.sort(key=lambda item: item[:2])
-        chunks: OrderedDict[int, dict[tuple[int, int, int], bytes]] = OrderedDict()
-        try:
-            file = open(self.path, "rb")
-        except OSError as error:
-            raise TakeError(
-                say(
-                    "file.unreadable", "cannot read {path}: {error}", path=self.path, error=system_says(error)
-                )
-            ) from error
-        with file:
+        with DepthReader(self) as reader:
             for _, name, place in order:
-                frame = self._frame(file, chunks, name, place)
+                frame = reader.frame(name, place)
                 if frame is not None:
                     yield frame
 
-    def _frame(
-        self,
-        file: IO[bytes],
-        chunks: OrderedDict[int, dict[tuple[int, int, int], bytes]],
-        name: str,
-        place: _Place,
-    ) -> DepthFrame | None:
+    def place(self, camera: str, number: int) -> "_Place":
+        """Return where a camera's image is, by its number in `times_ns`."""
+        return self._places[camera][number]
+
+
+class DepthReader:
+    """Reads images of a recording in any order; the chunks read last are kept. Close it, or use it with `with`.
+
+    Raises:
+        TakeError: the file cannot be opened.
+    """
+
+    def __init__(self, recording: DepthRecording) -> None:
+        self.recording = recording
+        self._chunks: OrderedDict[int, dict[tuple[int, int, int], bytes]] = OrderedDict()
         try:
-            if place.chunk_offset not in chunks:
-                chunks[place.chunk_offset] = _read_chunk(file, place.chunk_offset)
-                if len(chunks) > _CHUNKS_KEPT:
-                    chunks.popitem(last=False)
-            data = chunks[place.chunk_offset][place.channel, place.publish_time, place.log_time]
+            self._file = open(recording.path, "rb")
+        except OSError as error:
+            raise TakeError(
+                say(
+                    "file.unreadable",
+                    "cannot read {path}: {error}",
+                    path=recording.path,
+                    error=system_says(error),
+                )
+            ) from error
+
+    def __enter__(self) -> "DepthReader":
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def close(self) -> None:
+        """Close the file."""
+        self._file.close()
+
+    def image(self, camera: str, number: int) -> DepthFrame | None:
+        """Return a camera's image by its number in `times_ns`; None if it cannot be unpacked, as the recording's
+        `problem` says then."""
+        return self.frame(camera, self.recording.place(camera, number))
+
+    def frame(self, name: str, place: _Place) -> DepthFrame | None:
+        """Return the image at a place; None as for `image`."""
+        recording = self.recording
+        try:
+            data = self._chunk(place.chunk_offset)[place.channel, place.publish_time, place.log_time]
             message = wire.decode(data)
             if not isinstance(message, wire.DepthImage):
                 raise FormatError(
@@ -158,11 +184,27 @@ class DepthRecording:
                         wanted="DepthImage",
                     )
                 )
-            depth_mm = wire.depth_array(message, self._intrinsics[name])
+            depth_mm = wire.depth_array(message, recording.intrinsics[name])
         except (*DAMAGE, KeyError, FormatError) as error:
-            self.problem = self.problem or f"a depth image of {name} cannot be read ({error})"
+            recording.problem = recording.problem or f"a depth image of {name} cannot be read ({error})"
             return None
         return DepthFrame(name, place.sequence, place.device_time_ns, depth_mm)
+
+    def _chunk(self, offset: int) -> dict[tuple[int, int, int], bytes]:
+        if offset not in self._chunks:
+            self._chunks[offset] = _read_chunk(self._file, offset)
+            if len(self._chunks) > _CHUNKS_KEPT:
+                self._chunks.popitem(last=False)
+        return self._chunks[offset]
+
+
+def index_depth(path: str | Path) -> DepthRecording:
+    """Return the index of the depth images of a `raw.mcap`, for a process that reads the file for another.
+
+    Raises:
+        TakeError: no such file.
+    """
+    return DepthRecording(path)
 
 
 def depth_frames(path: str | Path) -> Iterator[DepthFrame]:

@@ -16,6 +16,7 @@ from studio.engine.model.spans import Span
 from studio.engine.whole_take.trace import Trace
 from studio.take.folder.solves import TRACE, solve_disagreements
 from studio.take.folder.take import Take
+from studio.web.points.replayed import NO_DEPTH, ReplayedDepth
 
 _NOBODY = FusedSkeleton(
     np.full((JOINT_COUNT, 3), np.nan),
@@ -37,6 +38,7 @@ class Clip:
         calibration: in use in the take, if it has one.
         disagrees: by camera, the spans in which it did not agree with the others; may be empty.
         holds: what the take holds, where there is no solve.
+        depth: where the take's depth images are.
     """
 
     take: str
@@ -46,6 +48,7 @@ class Clip:
     calibration: Calibration | None
     disagrees: dict[str, list[Span]] = field(default_factory=dict)
     holds: dict[str, Any] | None = None
+    depth: ReplayedDepth = NO_DEPTH
 
     @classmethod
     def load(cls, take: Take, solve: str) -> "Clip":
@@ -60,13 +63,15 @@ class Clip:
             raise FormatError(
                 say("replay.no_frames", "solve {name!r} has no frames; solve the take again", name=solve)
             )
+        calibration = _calibration(take)
         return cls(
             f"{take.path.parent.name}/{take.path.name}",
             solve,
             poses,
             _trace(folder / TRACE, poses),
-            _calibration(take),
+            calibration,
             solve_disagreements(folder),
+            depth=ReplayedDepth.of(take.raw_path, calibration),
         )
 
     def step(self, frame: int) -> StepResult:

@@ -17,6 +17,7 @@ from studio.engine.model.poses import Poses, on_output_joints
 from studio.web.playback.clip import Clip
 from studio.web.playback.second import Second
 from studio.web.playback.space import space_of
+from studio.web.points.replayed import ReplayedDepth
 
 SPEEDS = (0.05, 4.0)
 TICK_S = 1.0 / 60.0
@@ -40,8 +41,10 @@ class Screen(Protocol):
         ghost: StepResult | None,
         trail: NDArray[np.float64],
         calibration: Calibration | None,
+        depth: ReplayedDepth,
     ) -> None:
-        """Show a frame, another solve's beside it, and the joints' earlier places, shape (N, 52, 3)."""
+        """Show a frame, another solve's beside it, and the joints' earlier places, shape (N, 52, 3); `depth`: where
+        the take's depth images are."""
 
     def show_live(self) -> None:
         """Go back to the live stage."""
@@ -300,7 +303,7 @@ class Player:
                 beside = ghost.step(float(clip.poses.time_s[frame]) + offset_ms * 1e-3, apart_m=apart_m)
             trail = clip.poses.positions_m[max(0, frame - TRAIL_FRAMES) : frame + 1]
             trail = trail if clip.solve else trail[:0]
-            self._screen.show_replay(clip.step(frame), beside, trail, clip.calibration)
+            self._screen.show_replay(clip.step(frame), beside, trail, clip.calibration, clip.depth)
 
 
 def _places(clip: Clip, ghost: Second | None) -> NDArray[np.float64]:

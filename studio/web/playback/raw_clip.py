@@ -17,6 +17,7 @@ from studio.take.folder.take import Take
 from studio.take.raw.depth import DepthRecording
 from studio.take.raw.frames import camera_frames, inspect_raw
 from studio.web.playback.clip import Clip
+from studio.web.points.replayed import ReplayedDepth
 
 RATE_HZ = 30.0
 _NEAR_S = 0.1
@@ -99,7 +100,15 @@ def load_raw(take: Take) -> RawClip:
         "calibrated": calibration is not None,
     }
     take_id = f"{take.path.parent.name}/{take.path.name}"
-    return RawClip(take_id, "", poses, trace.trace(), calibration, holds=holds)
+    return RawClip(
+        take_id,
+        "",
+        poses,
+        trace.trace(),
+        calibration,
+        holds=holds,
+        depth=ReplayedDepth(take.raw_path, placed),
+    )
 
 
 def _calibration(take: Take) -> Calibration | None:

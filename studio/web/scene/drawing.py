@@ -1,7 +1,7 @@
 """Drawing of the 3D view, on the drawing thread, into viser's scene."""
 
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -12,6 +12,7 @@ from viser._messages import SetPositionMessage
 from studio.engine.model.calibration import Calibration
 from studio.engine.model.frames import StepResult
 from studio.engine.model.joints import OUTPUT_INDEX
+from studio.web.scene.clouds import Cloud
 from studio.web.scene.frusta import Picture
 from studio.web.scene.operator import OperatorNodes, OperatorView
 from studio.web.scene.scene import Scene
@@ -80,6 +81,7 @@ class Wanted:
         layers: layer -> whether it is shown.
         trail_joints: output joints that draw a trail.
         operator: the operator's view, once there is one.
+        clouds: what cameras see, as points, by camera.
     """
 
     live: StepResult | None
@@ -88,6 +90,7 @@ class Wanted:
     layers: dict[str, bool]
     trail_joints: tuple[str, ...]
     operator: OperatorView | None = None
+    clouds: Mapping[str, Cloud] = field(default_factory=dict)
 
 
 class Drawing:
@@ -165,6 +168,7 @@ class Drawing:
         raw_only = shown is not None and not _has_body(shown)
         for layer, on in wanted.layers.items():
             self.scene.show_layer(layer, on or (raw_only and layer == "raw"))
+        self.scene.draw_clouds(wanted.clouds)
 
     def _draw_performer(self, step: DrawnStep, wanted: Wanted) -> None:
         self.scene.draw(step.result, step.ghost)

@@ -1,4 +1,6 @@
-"""The layers of the browser view: floor, cameras, skeletons, effectors, character, ghost, trails."""
+"""The layers of the browser view: floor, cameras, points, skeletons, effectors, character, ghost, trails."""
+
+from collections.abc import Mapping
 
 import numpy as np
 import viser
@@ -8,6 +10,7 @@ from studio.engine.base.errors import SettingsError
 from studio.engine.model.calibration import Calibration
 from studio.engine.model.frames import StepResult
 from studio.web.scene.character import Character
+from studio.web.scene.clouds import Cloud, CloudNodes
 from studio.web.scene.effectors import EffectorMarks
 from studio.web.scene.frusta import Frustum, Picture
 from studio.web.scene.ghost import Ghost
@@ -22,13 +25,14 @@ LAYERS: dict[str, tuple[str, bool]] = {
     "effectors": ("Effectors and look", False),
     "ghost": ("Ghost", True),
     "trails": ("Trails", False),
+    "points": ("Points", False),
     "cameras": ("Cameras", True),
     "floor": ("Floor", True),
 }
 """Layer -> its label on the page, and whether it is shown at first."""
 
-INSIDE = ("fused", "raw", "effectors")
-"""Layers inside the body, which becomes transparent for them."""
+INSIDE = ("fused", "raw", "effectors", "points")
+"""Layers in the body or on its skin; it becomes transparent for them."""
 
 BODY = ("character", "fused", "effectors", "trails")
 """Layers that show nothing where there is no solve."""
@@ -72,6 +76,7 @@ class Scene:
         self._effectors = EffectorMarks(server, "/effectors/performer/effectors")
         self._raw: dict[str, RawSkeleton] = {}
         self._frusta: dict[str, Frustum] = {}
+        self._clouds = CloudNodes(server)
         self._calibration: Calibration | None = None
         self.colours: dict[str, tuple[int, int, int]] = {}
 
@@ -117,6 +122,12 @@ class Scene:
         """Show each camera's picture in its frustum, if there is one by its name."""
         for name, frustum in self._frusta.items():
             frustum.show(pictures.get(name))
+
+    def draw_clouds(self, clouds: Mapping[str, Cloud]) -> None:
+        """Show what cameras see, as points, by camera; those of no other camera."""
+        self._clouds.draw(
+            {name: cloud for name, cloud in clouds.items() if name in self.colours}, self.colours
+        )
 
     def _draw_frusta(self) -> None:
         for frustum in self._frusta.values():

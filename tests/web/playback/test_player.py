@@ -30,7 +30,7 @@ class Screen:
         self.shown: list[tuple] = []
         self.live = threading.Event()
 
-    def show_replay(self, result, ghost, trail, calibration) -> None:
+    def show_replay(self, result, ghost, trail, calibration, depth) -> None:
         self.shown.append((result, ghost, trail))
 
     def show_live(self) -> None:

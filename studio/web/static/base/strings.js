@@ -15,6 +15,7 @@ import exporting from "./strings/export.js";
 import help from "./strings/help.js";
 import importing from "./strings/import.js";
 import page from "./strings/page.js";
+import points from "./strings/points.js";
 import record from "./strings/record.js";
 import replay from "./strings/replay.js";
 import share from "./strings/share.js";
@@ -24,7 +25,7 @@ import view from "./strings/view.js";
 import wizard from "./strings/wizard.js";
 import work from "./strings/work.js";
 
-const TEXTS = { ...access, ...blind, ...calibration, ...cameras, ...compare, ...curves, ...exporting, ...help, ...importing, ...page, ...record, ...replay, ...share, ...switches, ...takes, ...view, ...wizard, ...work };
+const TEXTS = { ...access, ...blind, ...calibration, ...cameras, ...compare, ...curves, ...exporting, ...help, ...importing, ...page, ...points, ...record, ...replay, ...share, ...switches, ...takes, ...view, ...wizard, ...work };
 const KEPT = "language";
 const ATTRIBUTES = { t: null, tTitle: "title", tAria: "aria-label", tPlaceholder: "placeholder", tAlt: "alt" };
 

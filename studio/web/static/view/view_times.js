@@ -3,6 +3,7 @@
 (() => {
   const CLOCK = "/clock"; // the node whose position is [captured, drawn, 0], s on the server's clock
   const BEAT = "/beat"; // the node that moves twice a second, whatever is shown
+  const POINTS = "/points/"; // nodes of the depth cameras' points, by camera
   const now = () => (performance.timeOrigin + performance.now()) / 1000;
   const tell = (message) => parent.postMessage(message, location.origin);
 
@@ -30,10 +31,26 @@
   // what is left of its scene: it never shall, the page loads it anew once the server answers.
   document.hasFocus = () => false;
 
+  // Tell what a message brought of points: by camera how many it has now (0: none any more), and how many bytes came.
+  function tellPoints({ messages, came }) {
+    const counts = {};
+    let bytes = 0;
+    for (const { type, name, props, updates } of messages) {
+      if (!name?.startsWith(POINTS)) continue;
+      const { points, colors } = props ?? updates ?? {};
+      if (type === "RemoveSceneNodeMessage") counts[name.slice(POINTS.length)] = 0;
+      if (!points) continue;
+      counts[name.slice(POINTS.length)] = points.length / 3;
+      bytes += points.byteLength + (colors?.byteLength ?? 0);
+    }
+    if (Object.keys(counts).length) tell({ type: "points", counts, bytes, came: came ?? now() });
+  }
+
   function hear({ data }) {
     if (data.type === "closed") tell({ type: "closed" });
     if (data.type !== "message_batch") return;
     if (data.messages.some((message) => message.name === BEAT)) tell({ type: "beat" });
+    tellPoints(data);
     const times = data.messages.findLast((message) => message.type === "SetPositionMessage" && message.name === CLOCK);
     if (!times) return;
     const [captured, drawn] = times.position;

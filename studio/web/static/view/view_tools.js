@@ -3,6 +3,7 @@ import { changeView } from "../base/api.js";
 import { byId, h, redraw, setText } from "../base/dom.js";
 import { attempt } from "../base/messages.js";
 import { serverText, t } from "../base/strings.js";
+import { pointsChoice, startPoints, updatePoints } from "./points.js";
 import { GOING, followOperator, lookFrom, startViewpoint, viewpoint } from "./viewpoint.js";
 
 const PLACES = ["stage", "motion", "front", "side", "top", "orbit", "follow"];
@@ -52,9 +53,12 @@ function updateViewpoint() {
 
 /** Show what the server says of all browsers' views: layers and trails. */
 export function updateView(view) {
-  redraw(byId("layers"), [view.layers, view.trails], () => [
+  updatePoints(view);
+  redraw(byId("layers"), [view.layers, view.trails, view.points, view.colours], () => [
     h("legend", {}, t("stage.layers")),
-    ...Object.entries(view.layers).flatMap(([name, one]) => [layer(name, one), name === "trails" && one.shown && trails(view.trails)]),
+    ...Object.entries(view.layers).flatMap(([name, one]) => [
+      layer(name, one), name === "trails" && one.shown && trails(view.trails), name === "points" && one.shown && pointsChoice(view, change),
+    ]),
   ].filter(Boolean));
 }
 
@@ -62,6 +66,7 @@ export function updateView(view) {
 export function startViewTools() {
   startViewpoint(updateViewpoint);
   byId("view-operator").addEventListener("click", () => followOperator(!viewpoint().following));
+  startPoints();
   const menu = byId("view-layers");
   document.addEventListener("pointerdown", (event) => { if (!menu.contains(event.target)) menu.open = false; });
   window.addEventListener("blur", () => { menu.open = false; }); // a click into the 3D view
