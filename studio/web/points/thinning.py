@@ -42,10 +42,10 @@ class Thinner:
         self.camera = camera
         rays = camera.rays.reshape(-1, 2)
         self._order = _order(camera.width, camera.height)
-        self._rays = rays[self._order]
+        self._rays = np.ascontiguousarray(rays[self._order].T)
         count = len(self._order)
         self._mm = np.empty(count, dtype=np.uint16)
-        self._seen, self._stage = (np.empty((count, 3), dtype=np.float32) for _ in range(2))
+        self._seen, self._stage = (np.empty((3, count), dtype=np.float32) for _ in range(2))
 
     def points(
         self,
@@ -69,22 +69,23 @@ class Thinner:
                 f"an image of shape {depth_mm.shape}; the camera has {self.camera.height, self.camera.width}"
             )
         np.take(depth_mm.reshape(-1), self._order, out=self._mm, mode="clip")
-        z = self._seen[:, 2]
+        z = self._seen[2]
         np.multiply(self._mm, np.float32(0.001), out=z)
-        np.multiply(self._rays, z[:, None], out=self._seen[:, :2])
-        np.matmul(self._seen, T_stage_camera[:3, :3].T.astype(np.float32), out=self._stage)
-        self._stage += T_stage_camera[:3, 3].astype(np.float32)
+        np.multiply(self._rays, z, out=self._seen[:2])
+        np.matmul(np.ascontiguousarray(T_stage_camera[:3, :3], dtype=np.float32), self._seen, out=self._stage)
+        self._stage += T_stage_camera[:3, 3:].astype(np.float32)
         valid = self._mm > 0
         if near is None:
-            return self._stage[np.flatnonzero(valid)[:count]]
+            return self._at(np.flatnonzero(valid)[:count])
         inside = valid.copy()
-        for axis in range(3):
-            along = self._stage[:, axis]
-            inside &= (along > near.low_m[axis]) & (along < near.high_m[axis])
+        for along, low_m, high_m in zip(self._stage, near.low_m, near.high_m, strict=True):
+            inside &= (along > low_m) & (along < high_m)
         about, beyond = np.flatnonzero(inside), np.flatnonzero(valid & ~inside)
-        first = max(round(NEAR_SHARE * count), count - len(beyond))
-        about = about[:first]
-        return self._stage[np.concatenate([about, beyond[: count - len(about)]])]
+        about = about[: max(round(NEAR_SHARE * count), count - len(beyond))]
+        return self._at(np.concatenate([about, beyond[: count - len(about)]]))
+
+    def _at(self, chosen: NDArray[np.int64]) -> NDArray[np.float32]:
+        return np.ascontiguousarray(self._stage[:, chosen].T)
 
 
 def _order(width: int, height: int) -> NDArray[np.int64]:

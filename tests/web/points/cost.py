@@ -1,4 +1,4 @@
-"""`python -m tests.web.points.cost TAKE SOLVE [SECONDS]`: what points cost: pictures a second in Chromium, and the server.
+"""`python -m tests.web.points.cost TAKE SOLVE [SECONDS]`: what points cost server and Chromium.
 
 Prints the CPU time of a camera's cloud, part by part. Then replays the take and counts the browser's pictures without
 points, with points by camera and by confidence.
