@@ -70,11 +70,13 @@ def test_a_new_take_opens_again_as_it_was(tmp_path: Path) -> None:
 def test_a_take_never_overwrites(tmp_path: Path) -> None:
     (tmp_path / "empty").mkdir()
     Take.create(tmp_path / "empty", session="s", name="t", source="live")
-    with pytest.raises(TakeError, match="not empty"):
+    with pytest.raises(TakeError) as refused:
         Take.create(tmp_path / "empty", session="s", name="t", source="live")
+    assert refused.value.code == "take.not_empty"
     (tmp_path / "file").write_text("x")
-    with pytest.raises(TakeError, match="not empty"):
+    with pytest.raises(TakeError) as refused:
         Take.create(tmp_path / "file", session="s", name="t", source="live")
+    assert refused.value.code == "take.not_empty"
     with pytest.raises(TakeError, match="allowed: live, import, simulate"):
         Take.create(tmp_path / "other", session="s", name="t", source="film")
     with pytest.raises(TakeError, match="cannot make a take"):
@@ -82,8 +84,9 @@ def test_a_take_never_overwrites(tmp_path: Path) -> None:
 
 
 def test_what_is_no_take_is_told(tmp_path: Path) -> None:
-    with pytest.raises(TakeError, match="no such folder"):
+    with pytest.raises(TakeError) as refused:
         Take.open(tmp_path / "missing")
+    assert refused.value.code == "take.no_folder"
     with pytest.raises(TakeError, match="has no take"):
         Take.open(tmp_path)
 
