@@ -91,20 +91,24 @@ def _structs(kind: Any) -> Iterator[type]:
 
 
 def _encoded(endpoint: Callable[..., Any], status: int) -> Callable[..., Any]:
-    def answer(value: Any) -> Response:
-        return Response(encode(value), status, media_type="application/json")
+    def answer(value: Any, given: dict[str, Any]) -> Response:
+        made = Response(encode(value), status, media_type="application/json")
+        for one in given.values():
+            if isinstance(one, Response):  # on which the function has put headers
+                made.headers.update(one.headers)
+        return made
 
     if inspect.iscoroutinefunction(endpoint):
 
         @wraps(endpoint)
         async def waits(*args: Any, **kwargs: Any) -> Response:
-            return answer(await endpoint(*args, **kwargs))
+            return answer(await endpoint(*args, **kwargs), kwargs)
 
         return waits
 
     @wraps(endpoint)
     def works(*args: Any, **kwargs: Any) -> Response:
-        return answer(endpoint(*args, **kwargs))
+        return answer(endpoint(*args, **kwargs), kwargs)
 
     return works
 

@@ -45,3 +45,7 @@ def test_a_failure_tells_its_sentence(studio: Studio) -> None:
     assert (error["code"], said["text"], said["code"]) == ("take", error["message"], "name.not_allowed")
     assert said["values"]["name"] == ".hidden"
     assert said["values"]["kind"] == {"text": "take", "code": "name.take", "values": {}}
+
+
+def test_headers_stay_on_answers_with_sentences(studio: Studio) -> None:
+    assert studio.http.get("/takes").headers["X-Total-Count"] == "0"
