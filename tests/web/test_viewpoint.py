@@ -92,7 +92,7 @@ def open_in(context: Browser | BrowserContext, url: str) -> Page:
 def reload(page: Page) -> None:
     """Load the page anew and wait until its view has begun."""
     page.reload(wait_until="commit")
-    page.wait_for_function("window.camera")
+    wait(page, lambda: bool(np.isfinite(camera(page)).all()), "the view has begun")
 
 
 @pytest.fixture
@@ -139,7 +139,7 @@ def test_each_browser_and_each_tab_has_its_own_viewpoint(stage: str, browsers: C
     tab.close()
     for page, look in ((other, turned), (one, at_rest(one))):
         reload(page)
-        assert np.allclose(at_rest(page), look, atol=0.005), "a reload keeps the viewpoint"
+        is_at(page, look)
 
 
 def test_following_the_operator_is_a_choice(stage: str, browsers: Callable) -> None:
