@@ -39,6 +39,7 @@ NAVIGATION = {
         "docs/guide/calibrate",
         "docs/guide/record",
         "docs/guide/import",
+        "docs/guide/points",
         "docs/guide/compare",
         "docs/guide/export",
         "docs/guide/stream",

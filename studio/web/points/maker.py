@@ -16,7 +16,7 @@ from studio.take.raw.depth import DepthRecording
 from studio.web.points.colours import by_confidence
 from studio.web.points.replayed import ReplayedDepth, TakeDepth
 from studio.web.points.seen import DepthImages, DepthSeen, NoDepth
-from studio.web.points.thinning import Space, Thinner
+from studio.web.points.thinning import StageSpace, Thinner
 from studio.web.scene.clouds import ORIGIN_M, Cloud
 from studio.worker import Stopped, run_in_process
 
@@ -108,7 +108,7 @@ class Maker:
         found = {name: one for name, one in seen.items() if isinstance(one, DepthSeen)}
         count = points_each(colour, len(found))
         joints, confidence = _body(step.result)
-        near = None if step.result is None else Space.about(_anybody(step.result), MARGIN_M)
+        near = None if step.result is None else StageSpace.about(_anybody(step.result), MARGIN_M)
         made = {}
         for name, one in found.items():
             solved = step if colour == "confidence" and step.depth is not None else None

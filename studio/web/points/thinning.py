@@ -21,14 +21,14 @@ _STEPS = (0.7548776662466927, 0.5698402909980532)
 
 
 @dataclass(frozen=True)
-class Space:
+class StageSpace:
     """A space of the stage, along its axes: corners `low_m` and `high_m`, shape (3,) [m]."""
 
     low_m: NDArray[np.float64]
     high_m: NDArray[np.float64]
 
     @classmethod
-    def about(cls, joints_m: NDArray[np.float64], margin_m: float) -> "Space | None":
+    def about(cls, joints_m: NDArray[np.float64], margin_m: float) -> "StageSpace | None":
         """Return the space that known joints take, with a margin; joints (N, 3) [m], NaN = unknown. None: no joint is
         known."""
         known = joints_m[np.isfinite(joints_m).all(axis=1)]
@@ -52,7 +52,7 @@ class Thinner:
         depth_mm: NDArray[np.uint16],
         T_stage_camera: NDArray[np.float64],
         count: int,
-        near: Space | None,
+        near: StageSpace | None,
     ) -> NDArray[np.float32]:
         """Return points of an image in the stage frame [m], shape (N, 3), N at most `count`.
 

@@ -17,7 +17,7 @@ from studio.take.raw.depth import DepthReader, index_depth
 from studio.web.playback.clip import Clip
 from studio.web.points.colours import by_confidence
 from studio.web.points.maker import COLOURS, points_each
-from studio.web.points.thinning import Space, Thinner
+from studio.web.points.thinning import StageSpace, Thinner
 from tests import patient
 from tests.web.browser import chromium_browser
 from tests.web.stages import serving
@@ -59,7 +59,7 @@ def parts(take: Take, solve: str) -> None:
         image = reader.image(name, 0)
     assert image is not None
     thinner, (T, _) = Thinner(recording.cameras[name]), clip.depth.placed[name]
-    near, each = Space.about(joints, 0.3), points_each("confidence", len(recording.cameras))
+    near, each = StageSpace.about(joints, 0.3), points_each("confidence", len(recording.cameras))
     thin = cpu_ms(lambda: thinner.points(image.depth_mm, T, each, near))
     points = thinner.points(image.depth_mm, T, each, near)
     colour = cpu_ms(lambda: by_confidence(points, joints, np.ones(21)))

@@ -7,12 +7,12 @@ from scipy.spatial import cKDTree
 from studio.engine.base.geometry import transform_points
 from studio.engine.model.depth import points as all_points
 from studio.web.points.maker import BUDGET_BYTES_S, COLOURS, RATE_HZ, points_each
-from studio.web.points.thinning import NEAR_SHARE, Space, Thinner
+from studio.web.points.thinning import NEAR_SHARE, StageSpace, Thinner
 from studio.web.scene.clouds import ORIGIN_M
 from tests.web.points.depth_takes import calibration, images, joints, skin, stage
 
 COUNT = 6000
-AROUND = Space.about(joints(), 0.3)
+AROUND = StageSpace.about(joints(), 0.3)
 
 
 def thinned(index: int, sensor: str = "ideal") -> np.ndarray:
@@ -99,7 +99,7 @@ def test_nothing_is_made_of_nothing():
     camera = stage().sensor.camera
     empty = np.zeros((camera.height, camera.width), dtype=np.uint16)
     assert len(Thinner(camera).points(empty, np.eye(4), COUNT, AROUND)) == 0
-    assert Space.about(np.full((21, 3), np.nan), 0.3) is None
+    assert StageSpace.about(np.full((21, 3), np.nan), 0.3) is None
     with pytest.raises(ValueError, match="camera has"):
         Thinner(camera).points(empty[1:], np.eye(4), COUNT, None)
 
