@@ -12,14 +12,12 @@ if TYPE_CHECKING:
     from playwright.sync_api import Browser
 
 
-BROWSER = (
-    "tests/acceptance/test_first_light_browser.py",
+REAL_TIME = (
+    *(f"tests/{name}/" for name in ("acceptance", "web", "live")),
     "tests/engine/animation/export/test_glb.py",
     "tests/security/test_page.py",
-    "tests/web/",
 )
-REAL_TIME = ("tests/acceptance/", "tests/live/")
-"""Tests with browsers, and with programs that run in real time: they wait more than they compute."""
+"""Tests with browsers and with programs that run in real time: they wait more than they compute."""
 
 FAST = (
     *(f"tests/engine/{name}/" for name in ("base", "model", "metrics")),
@@ -36,27 +34,11 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 
 
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
-    """Begin with the longest, so that no process is left alone with it; keep only what is fast, if wanted."""
-    items.sort(key=lambda item: _place(item.nodeid))
+    """Keep what is fast, where only that is wanted."""
     if config.getoption("--fast"):
         kept = [one for one in items if one.nodeid.startswith(FAST) and not one.get_closest_marker("browser")]
         config.hook.pytest_deselected(items=[one for one in items if one not in kept])
         items[:] = kept
-
-
-def _place(nodeid: str) -> int:
-    """Where a test stands: browsers, programs in real time, whole programs and guards, all others."""
-    if nodeid.startswith(BROWSER):
-        return 0
-    if nodeid.startswith(REAL_TIME):
-        return 1
-    return 2 if nodeid.startswith("tests/test_") else 3
-
-
-@pytest.hookimpl(optionalhook=True)
-def pytest_xdist_auto_num_workers() -> int:
-    """One process more than processors (`-n auto`): tests in real time wait more than they compute."""
-    return (os.cpu_count() or 1) + 1
 
 
 def pytest_configure() -> None:
@@ -67,12 +49,12 @@ def pytest_configure() -> None:
 
 @pytest.hookimpl(optionalhook=True)
 def pytest_xdist_make_scheduler(config: pytest.Config, log: object) -> object:
-    """Keep the tests of a file in one process; all with browsers in one, all others in real time in another."""
+    """Keep the tests of a file in one process, and all that run in real time in one, beside those that compute."""
     from xdist.scheduler import LoadScopeScheduling
 
     class Scheduling(LoadScopeScheduling):
         def _split_scope(self, nodeid: str) -> str:
-            return ("browser", "real time", *2 * (nodeid.split("::")[0],))[_place(nodeid)]
+            return "real time" if nodeid.startswith(REAL_TIME) else nodeid.split("::")[0]
 
     return Scheduling(config, log)
 
