@@ -1,5 +1,6 @@
 """Real servers and camera clients as processes that can be killed, and a link between them that can be cut."""
 
+import contextlib
 import random
 import re
 import socket
@@ -179,9 +180,11 @@ class Proxy:
         self._cut = threading.Event()
         self._sockets: list[socket.socket] = []
         self._lock = threading.Lock()
+        self._closed = False
         self._listener = socket.create_server(("127.0.0.1", 0))
         self.port = self._listener.getsockname()[1]
-        threading.Thread(target=self._accept, daemon=True).start()
+        self._accepting = threading.Thread(target=self._accept, daemon=True)
+        self._accepting.start()
 
     def cut(self, *, silently: bool) -> None:
         """Break all connections, noticed by both ends or (`silently`) by none, and let no new one through."""
@@ -195,7 +198,11 @@ class Proxy:
         self._cut.clear()
 
     def close(self) -> None:
+        self._closed = True
+        with contextlib.suppress(OSError):  # systems where a socket that listens has no end to shut
+            self._listener.shutdown(socket.SHUT_RDWR)  # wakes the thread that accepts
         self._listener.close()
+        self._accepting.join(timeout=10)
         self._close_all()
 
     def _close_all(self) -> None:
@@ -214,7 +221,7 @@ class Proxy:
                 client, _ = self._listener.accept()
             except OSError:
                 return
-            if self._cut.is_set():
+            if self._closed or self._cut.is_set():
                 client.close()
                 continue
             try:

@@ -34,8 +34,6 @@ COLOURS: dict[str, int] = {"camera": 6, "confidence": 9}
 
 MARGIN_M = 0.3
 
-_INDEXING = "studio.take.raw.depth:index_depth"
-
 
 @dataclass(frozen=True, eq=False)
 class Step:
@@ -87,7 +85,7 @@ class Maker:
         if self._index is None or self._index[0] != key:
             self._index = key, None
             try:
-                index = run_in_process(_INDEXING, path, should_stop=should_stop)
+                index = run_in_process("studio.take.raw.depth:index_depth", path, should_stop=should_stop)
             except Stopped:
                 self._index = None
                 raise

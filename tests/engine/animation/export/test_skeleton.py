@@ -117,8 +117,7 @@ def test_poses_that_cannot_be_exported_are_refused() -> None:
         local_motion(t_pose(0))
     with pytest.raises(FormatError, match="one root"):
         local_motion(replace(poses, parents=np.where(poses.parents == 3, -1, poses.parents)))
-    with pytest.raises(FormatError) as refused:
+    with pytest.raises(FormatError, match="no length"):
         local_motion(replace(poses, rotations_wxyz=np.zeros_like(poses.rotations_wxyz)))
-    assert refused.value.code == "rig.no_length"
     with pytest.raises(FormatError, match="increase"):
         local_motion(replace(poses, time_s=np.zeros(3)))

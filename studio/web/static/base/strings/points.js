@@ -1,5 +1,5 @@
 export default {
-  "layer.points": [null, "Points"],
+  "layer.points": [null, "Nuages de points"],
   "layer_help.points": ["What the depth cameras see, as points", "Ce que voient les caméras de profondeur, en points"],
   "points.group": ["Colour and cameras of the points", "Couleur et caméras des points"],
   "points.by.camera": ["Colour by camera", "Couleur par caméra"],
