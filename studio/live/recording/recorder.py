@@ -17,6 +17,7 @@ from pathlib import Path
 from typing import Any
 
 from studio.engine.base.errors import StudioError, TakeError
+from studio.engine.base.file_sentences import unwritable
 from studio.engine.base.sentences import say, system_says
 from studio.engine.model.frames import CameraFrame, StepResult
 from studio.live.recording.owed import Owed
@@ -72,14 +73,7 @@ class Recorder:
             self._poses = PoseLog(take.path, ticks=None if state is None else state.ticks)
         except OSError as error:
             self._writer.close()
-            raise TakeError(
-                say(
-                    "file.unwritable_free_space",
-                    "cannot write {path}: {error}; free some space",
-                    path=take.path,
-                    error=system_says(error),
-                )
-            ) from error
+            raise TakeError(unwritable(take.path, error)) from error
         self.problem = ""
         self.on_synced: Callable[[set[Key]], None] = lambda keys: None
         self.ticks = 0 if state is None else state.ticks

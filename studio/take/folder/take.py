@@ -157,14 +157,7 @@ class Take:
             for folder in ("calibrations", "solves", "exports"):
                 (path / folder).mkdir(parents=True, exist_ok=True)
         except OSError as error:
-            raise TakeError(
-                say(
-                    "take.not_made",
-                    "cannot make a take at {path}: {error}; choose another folder",
-                    path=path,
-                    error=system_says(error),
-                )
-            ) from error
+            raise _not_made(path, error) from error
         try:
             take.save_meta()
         except StudioError:
@@ -316,19 +309,24 @@ def read_calibration(file: Path) -> Calibration:
         raise CalibrationError(about(str(file), error.sentence)) from error
 
 
+def _not_made(path: Path, error: OSError) -> TakeError:
+    """Return the error for a folder in which the system lets no take be made."""
+    return TakeError(
+        say(
+            "take.not_made",
+            "cannot make a take at {path}: {error}; choose another folder",
+            path=path,
+            error=system_says(error),
+        )
+    )
+
+
 def check_free(path: Path) -> None:
     """Raise TakeError if `path` is a file or a folder that is not empty."""
     try:
         taken = path.exists() and (not path.is_dir() or any(path.iterdir()))
     except OSError as error:
-        raise TakeError(
-            say(
-                "take.not_made",
-                "cannot make a take at {path}: {error}; choose another folder",
-                path=path,
-                error=system_says(error),
-            )
-        ) from error
+        raise _not_made(path, error) from error
     if taken:
         raise TakeError(
             say(

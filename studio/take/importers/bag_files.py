@@ -15,7 +15,8 @@ from pathlib import Path
 from typing import IO, Any, Protocol
 
 from studio.engine.base.errors import FormatError
-from studio.engine.base.sentences import say, system_says
+from studio.engine.base.file_sentences import unreadable
+from studio.engine.base.sentences import say
 
 _MAGIC = b"#ROSBAG V2.0\n"
 _CHUNK, _CONNECTION, _MESSAGE, _BAG = 5, 7, 2, 3
@@ -124,11 +125,7 @@ class Ros1Bag:
                     )
                 yield from self._file_records(file)
         except OSError as error:
-            raise FormatError(
-                say(
-                    "file.unreadable", "cannot read {path}: {error}", path=self.path, error=system_says(error)
-                )
-            ) from error
+            raise FormatError(unreadable(self.path, error)) from error
 
     def _file_records(self, file: IO[bytes]) -> Iterator[tuple[int, int, int, bytes]]:
         try:

@@ -6,7 +6,8 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from studio.engine.base.errors import FormatError
-from studio.engine.base.sentences import say, system_says
+from studio.engine.base.file_sentences import unreadable
+from studio.engine.base.sentences import say
 
 
 def csv_rows(file: Path) -> Iterator[tuple[int, list[str]]]:
@@ -32,9 +33,7 @@ def csv_rows(file: Path) -> Iterator[tuple[int, list[str]]]:
             )
         ) from error
     except OSError as error:
-        raise FormatError(
-            say("file.unreadable", "cannot read {path}: {error}", path=file, error=system_says(error))
-        ) from error
+        raise FormatError(unreadable(file, error)) from error
 
 
 def first_row(file: Path) -> list[str]:

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import IO
 
 from studio.engine.base.errors import FormatError, StudioError
+from studio.engine.base.file_sentences import unwritable
 from studio.engine.base.sentences import say, system_says
 from studio.take.folder.lock import hold, is_held, release
 from studio.take.folder.names import inside, safe_name
@@ -46,14 +47,7 @@ class Incoming:
             sessions.mkdir(parents=True, exist_ok=True)
             self.folder = Path(tempfile.mkdtemp(prefix=PREFIX, dir=sessions))
         except OSError as error:
-            raise StudioError(
-                say(
-                    "file.unwritable_free_space",
-                    "cannot write {path}: {error}; free some space",
-                    path=sessions,
-                    error=system_says(error),
-                )
-            ) from error
+            raise StudioError(unwritable(sessions, error)) from error
         self._mark = hold(self.folder)
 
     def write(self, data: bytes) -> None:

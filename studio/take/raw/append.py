@@ -21,7 +21,7 @@ from mcap.writer import MCAP0_MAGIC
 
 from studio import wire
 from studio.engine.base.errors import FormatError, TakeError
-from studio.engine.base.sentences import say, system_says
+from studio.engine.base.file_sentences import unreadable
 from studio.take.raw.chunks import open_chunk
 from studio.take.raw.live_log import LiveEvent, SettingsEvent, StartEvent, read_event
 from studio.take.raw.ranges import Ranges
@@ -105,9 +105,7 @@ def scan_raw(path: Path) -> RawState:
             if file.read(MAGIC_SIZE) == MCAP0_MAGIC:
                 _scan(file, size, state)
     except OSError as error:
-        raise TakeError(
-            say("file.unreadable", "cannot read {path}: {error}", path=path, error=system_says(error))
-        ) from error
+        raise TakeError(unreadable(path, error)) from error
     return state
 
 

@@ -16,7 +16,8 @@ from numpy.typing import NDArray
 
 from studio import wire
 from studio.engine.base.errors import FormatError, TakeError
-from studio.engine.base.sentences import say, system_says
+from studio.engine.base.file_sentences import unreadable
+from studio.engine.base.sentences import say
 from studio.engine.model.depth import DepthCamera, DepthFrame
 from studio.engine.model.frames import ClockModel
 from studio.take.raw.chunks import open_chunk
@@ -145,14 +146,7 @@ class DepthReader:
         try:
             self._file = open(recording.path, "rb")
         except OSError as error:
-            raise TakeError(
-                say(
-                    "file.unreadable",
-                    "cannot read {path}: {error}",
-                    path=recording.path,
-                    error=system_says(error),
-                )
-            ) from error
+            raise TakeError(unreadable(recording.path, error)) from error
 
     def __enter__(self) -> "DepthReader":
         return self

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from studio.engine.base.errors import TakeError
-from studio.engine.base.sentences import say, system_says
+from studio.engine.base.file_sentences import unreadable
 from studio.engine.model.frames import StepResult
 from studio.engine.model.joints import OUTPUT_JOINTS, OUTPUT_PARENTS
 from studio.engine.model.poses import Poses
@@ -85,9 +85,7 @@ def read_poses(path: Path) -> Poses | None:
     try:
         records = read_records(path)
     except OSError as error:
-        raise TakeError(
-            say("file.unreadable", "cannot read {path}: {error}", path=path, error=system_says(error))
-        ) from error
+        raise TakeError(unreadable(path, error)) from error
     if len(records) == 0:
         return None
     return Poses(

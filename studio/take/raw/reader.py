@@ -14,7 +14,8 @@ from mcap.stream_reader import MAGIC_SIZE, StreamReader
 
 from studio import wire
 from studio.engine.base.errors import FormatError, TakeError
-from studio.engine.base.sentences import say, system_says
+from studio.engine.base.file_sentences import unreadable
+from studio.engine.base.sentences import say
 from studio.take.raw.chunks import open_chunk
 from studio.take.raw.live_log import read_event
 from studio.take.raw.records import (
@@ -91,11 +92,7 @@ class RawReader:
         try:
             file = open(self.path, "rb")
         except OSError as error:
-            raise TakeError(
-                say(
-                    "file.unreadable", "cannot read {path}: {error}", path=self.path, error=system_says(error)
-                )
-            ) from error
+            raise TakeError(unreadable(self.path, error)) from error
         with file:
             for record in self._mcap_records(file):
                 read = self._read(record)

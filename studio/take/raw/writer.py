@@ -12,6 +12,7 @@ from mcap.writer import CompressionType, Writer
 
 from studio import wire
 from studio.engine.base.errors import TakeError
+from studio.engine.base.file_sentences import unwritable
 from studio.engine.base.sentences import say, system_says
 from studio.engine.model.frames import CameraFrame
 from studio.take.folder.lock import hold, release
@@ -246,14 +247,7 @@ class RawWriter:
             yield
         except OSError as error:
             self._failed = True
-            raise TakeError(
-                say(
-                    "file.unwritable_free_space",
-                    "cannot write {path}: {error}; free some space",
-                    path=self.path,
-                    error=system_says(error),
-                )
-            ) from error
+            raise TakeError(unwritable(self.path, error)) from error
 
 
 def _json(hello: wire.Hello) -> str:

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from studio.engine.animation.motion.motion import END, Motion
 from studio.engine.base.errors import FormatError
+from studio.engine.base.file_sentences import too_large
 from studio.engine.base.sentences import say, system_says
 
 _AXES = {"X": 0, "Y": 1, "Z": 2}
@@ -104,15 +105,7 @@ def read_bvh(path: str | os.PathLike[str], *, unit_m: float | None = None) -> Mo
         )
     try:
         if path.stat().st_size > _MAX_BYTES:
-            raise FormatError(
-                say(
-                    "file.too_large",
-                    "{path} has {n} bytes; at most {most} can be read",
-                    path=path,
-                    n=path.stat().st_size,
-                    most=_MAX_BYTES,
-                )
-            )
+            raise FormatError(too_large(path, _MAX_BYTES))
         text = path.read_bytes().decode("utf-8", errors="replace").lstrip("\ufeff")
     except OSError as error:
         raise FormatError(

@@ -17,7 +17,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from studio.engine.base.errors import FormatError, NotAvailableError
-from studio.engine.base.sentences import Said, say, system_says
+from studio.engine.base.file_sentences import too_large, unreadable_give_other
+from studio.engine.base.sentences import Said
 from studio.engine.base.system import limit_memory
 
 MAX_BYTES = 1 << 30
@@ -45,26 +46,11 @@ def read_apart(worker: str, path: Path) -> dict[str, NDArray[Any]]:
     """
     try:
         if path.stat().st_size > MAX_BYTES:
-            raise FormatError(
-                say(
-                    "file.too_large",
-                    "{path} has {n} bytes; at most {most} can be read",
-                    path=path,
-                    n=path.stat().st_size,
-                    most=MAX_BYTES,
-                )
-            )
+            raise FormatError(too_large(path, MAX_BYTES))
         with path.open("rb"):
             pass
     except OSError as error:
-        raise FormatError(
-            say(
-                "file.unreadable_give_other",
-                "cannot read {path}: {error}; give another file",
-                path=path,
-                error=system_says(error),
-            )
-        ) from error
+        raise FormatError(unreadable_give_other(path, error)) from error
     with tempfile.TemporaryDirectory() as folder:
         out = Path(folder) / "read.npz"
         command = [sys.executable, "-m", f"{__package__}.{worker}", str(path), str(out)]

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from studio.engine.animation.read.apart import MAX_BYTES
 from studio.engine.base.errors import FormatError
-from studio.engine.base.sentences import say, system_says
+from studio.engine.base.file_sentences import too_large, unreadable_give_other
 
 _MAGIC, _JSON, _BIN = b"glTF", 0x4E4F534A, 0x004E4942
 _TYPES: dict[Any, str] = {5120: "<i1", 5121: "<u1", 5122: "<i2", 5123: "<u2", 5125: "<u4", 5126: "<f4"}
@@ -31,25 +31,10 @@ class GltfFile:
         self.path = path
         try:
             if path.stat().st_size > MAX_BYTES:
-                raise FormatError(
-                    say(
-                        "file.too_large",
-                        "{path} has {n} bytes; at most {most} can be read",
-                        path=path,
-                        n=path.stat().st_size,
-                        most=MAX_BYTES,
-                    )
-                )
+                raise FormatError(too_large(path, MAX_BYTES))
             content = path.read_bytes()
         except OSError as error:
-            raise FormatError(
-                say(
-                    "file.unreadable_give_other",
-                    "cannot read {path}: {error}; give another file",
-                    path=path,
-                    error=system_says(error),
-                )
-            ) from error
+            raise FormatError(unreadable_give_other(path, error)) from error
         text, binary = self._chunks(content) if content[:4] == _MAGIC else (content, None)
         try:
             self.tree: dict[str, Any] = json.loads(text)

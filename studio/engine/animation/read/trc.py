@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from studio.engine.animation.read.points import NamedPoints, without_subject
 from studio.engine.base.errors import FormatError
+from studio.engine.base.file_sentences import too_large
 from studio.engine.base.sentences import say, system_says
 
 _MAX_BYTES = 1 << 30
@@ -73,15 +74,7 @@ def _on_grid(time_s: NDArray[np.float64], rate: str) -> NDArray[np.float64]:
 def _lines(path: Path) -> list[str]:
     try:
         if path.stat().st_size > _MAX_BYTES:
-            raise FormatError(
-                say(
-                    "file.too_large",
-                    "{path} has {n} bytes; at most {most} can be read",
-                    path=path,
-                    n=path.stat().st_size,
-                    most=_MAX_BYTES,
-                )
-            )
+            raise FormatError(too_large(path, _MAX_BYTES))
         return path.read_text(encoding="utf-8", errors="replace").lstrip("\ufeff").splitlines()
     except OSError as error:
         raise FormatError(

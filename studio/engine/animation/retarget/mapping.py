@@ -8,8 +8,9 @@ import numpy as np
 
 from studio.engine.animation.retarget.rig import Rig
 from studio.engine.base.errors import FormatError
+from studio.engine.base.file_sentences import unreadable_give_other
 from studio.engine.base.files import write_json
-from studio.engine.base.sentences import say, system_says
+from studio.engine.base.sentences import say
 from studio.engine.base.versions import RIG_MAPPING
 from studio.engine.model.joints import OUTPUT_JOINTS, OUTPUT_PARENTS
 from studio.engine.model.roles import roles_of
@@ -225,14 +226,7 @@ def load_mapping(path: Path) -> tuple[str, dict[str, str]]:
             )
         value = json.loads(path.read_text(encoding="utf-8"), object_pairs_hook=_without_repeats)
     except OSError as error:
-        raise FormatError(
-            say(
-                "file.unreadable_give_other",
-                "cannot read {path}: {error}; give another file",
-                path=path,
-                error=system_says(error),
-            )
-        ) from error
+        raise FormatError(unreadable_give_other(path, error)) from error
     except (ValueError, RecursionError) as error:
         raise FormatError(
             say(
