@@ -44,5 +44,7 @@ export default {
   "settings.camera_names": "all, ou des noms de caméras séparés par des virgules",
   "settings.point": "x,y,z en mètres",
   "settings.unknown_part": "réglage inconnu « {key} » ; permis : effectors.<joint>.reach, .pull ou .resist, displacement_limits_m_s.<joint>",
-  "settings.unknown": "réglage inconnu « {key} » ; permis : {allowed}, effectors.<joint>.reach/.pull/.resist, displacement_limits_m_s.<joint>"
+  "settings.unknown": "réglage inconnu « {key} » ; permis : {allowed}, effectors.<joint>.reach/.pull/.resist, displacement_limits_m_s.<joint>",
+  "value.bad": "{name} {value} n'est pas permis ; permis : {allowed}",
+  "value.unknown": "« {name} » est inconnu ({kind}) ; permis : {allowed}"
 };
