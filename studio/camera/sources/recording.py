@@ -15,6 +15,7 @@ from studio.camera.sources.pacing import WallClock
 from studio.camera.sources.source import Source, SourceFrame
 from studio.engine.base.errors import FormatError, SettingsError
 from studio.engine.base.sentences import say
+from studio.engine.base.value_sentences import bad_value
 from studio.take.folder.take import Take
 from studio.take.importers import IMPORTERS
 from studio.take.importers.raw_file import raw_depth
@@ -56,7 +57,7 @@ class RecordingConfig(SourceConfig):
 
     def __post_init__(self) -> None:
         if self.speed not in _SPEEDS:
-            raise SettingsError(f"speed {self.speed!r} is not allowed; allowed: {', '.join(_SPEEDS)}")
+            raise SettingsError(bad_value("speed", repr(self.speed), _SPEEDS))
 
     @classmethod
     def parse(cls, text: str) -> Self:
@@ -76,8 +77,11 @@ class RecordingConfig(SourceConfig):
         if name not in cameras:
             argument = f"{self.path}#{self.camera}" if self.camera else self.path
             raise SettingsError(
-                f"source 'recording:{argument}' needs a camera of the recording, as recording:<path>#<camera>; "
-                f"it has {', '.join(cameras)}"
+                "source.recording_camera",
+                "source 'recording:{argument}' needs a camera of the recording, as "
+                "recording:<path>#<camera>; it has {names}",
+                argument=argument,
+                names=[*cameras],
             )
         if not cameras[name].frames:
             depth = {n: c.depth for n, c in cameras.items() if c.depth is not None}

@@ -66,5 +66,6 @@ export default {
   "tpose.turned": "bras {side} pas sur le côté, ou épaules tournées : les bras sur une ligne",
   "tpose.moves": "bras {side} en mouvement à {speed:.1f} m/s : ne bougez plus",
   "calibration.none_in_use": "aucune n'est en usage",
-  "calibration.stays": "la {number} reste en usage"
+  "calibration.stays": "la {number} reste en usage",
+  "depth.none_readable": "aucune image de profondeur de {name} ne peut être lue"
 };

@@ -130,5 +130,6 @@ export default {
   "import.no_frame": "{path} n'a d'image d'aucune caméra",
   "import.not_raw": "{path} n'est pas un enregistrement du studio : {error}",
   "file.unwritable_place": "impossible d'écrire {path} : {error} ; libérez de la place ou choisissez un autre endroit",
-  "file.unreadable_trc": "impossible de lire {path} : {error} ; donnez un fichier TRC"
+  "file.unreadable_trc": "impossible de lire {path} : {error} ; donnez un fichier TRC",
+  "joints.unknown_set": "jeu d'articulations inconnu « {name} » ; connus : {known}"
 };

@@ -32,5 +32,10 @@ export default {
   "work.failed": "{work} a échoué : {error} ; voyez le journal du serveur",
   "camera.usb": "{place} ; branchez-les à des contrôleurs USB ou machines différents, ou baissez leurs cadences",
   "camera.usb_shared": "partage le contrôleur USB {mine} avec {names}",
-  "camera.usb_same_machine": "comme {names} sur la même machine"
+  "camera.usb_same_machine": "comme {names} sur la même machine",
+  "device.no_image": "pas d'image pendant {seconds} s",
+  "link.refused": "le serveur refuse la caméra {name} : {reason}",
+  "source.recording_camera": "la source « recording:{argument} » demande une caméra de l'enregistrement : recording:<chemin>#<caméra> ; il a {names}",
+  "tracker.ended": "le processus du suivi s'est arrêté ; relancez la caméra",
+  "tracker.failed": "le suivi a échoué : {error}"
 };
