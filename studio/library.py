@@ -243,4 +243,4 @@ def choose_solve(available: list[str], wanted: str | None, take: str) -> str:
 
 def no_solve(take: str) -> TakeError:
     """Return the error for a take that has no solve."""
-    return TakeError(f"take {take} has no solve yet; run `studio solve {take}`")
+    return TakeError("take.not_solved", "take {take} has no solve yet; run `studio solve {take}`", take=take)
