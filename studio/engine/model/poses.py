@@ -68,9 +68,9 @@ class Poses:
                 )
         numbers = (piece for array in (self.positions_m, self.rotations_wxyz) for piece in pieces(array))
         if not all(np.isfinite(piece).all() for piece in numbers):
-            raise FormatError("poses: positions and rotations must be finite")
+            raise FormatError("poses.not_finite", "poses: positions and rotations must be finite")
         if not (self.parents < np.arange(joints)).all():
-            raise FormatError("poses: every parent must come before its child")
+            raise FormatError("poses.parents", "poses: every parent must come before its child")
 
     @property
     def frame_count(self) -> int:

@@ -219,7 +219,12 @@ class PerJoint(Switch):
         return between(self.low, self.high)
 
     def parse(self, text: str) -> Any:
-        raise SettingsError(f"{self.name} is set joint by joint; allowed: {', '.join(self.written)}")
+        raise SettingsError(
+            "settings.by_joint",
+            "{key} is set joint by joint; allowed: {allowed}",
+            key=self.name,
+            allowed=[*self.written],
+        )
 
     def parse_part(self, value: Mapping[str, Any], key: str, rest: list[str], given: Any) -> dict[str, Any]:
         """Return the value with one number changed; `rest` is what follows the switch's name in `key`.

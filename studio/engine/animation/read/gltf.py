@@ -37,7 +37,7 @@ def read_gltf(path: str | os.PathLike[str]) -> Motion:
     own = {name: np.array([own_transform(file, node, name) for node in order]) for name in _DEFAULTS}
     animations = file.items("animations")
     if not animations or not isinstance(animations[0], dict):
-        raise FormatError(f"{path} has no animation; export it with one")
+        raise FormatError("gltf.no_animation", "{path} has no animation; export it with one", path=path)
     tracks = _tracks(file, animations[0], place)
     times = _times(file, tracks, len(order))
     moving = {name: np.repeat(values[None], len(times), axis=0) for name, values in own.items()}
@@ -171,18 +171,31 @@ def _sampler(times: Array, values: Array, kind: str, turns: bool) -> Callable[[A
 def _times(file: GltfFile, tracks: dict[tuple[int, str], _Track], node_count: int) -> Array:
     """Return even times over all keys at the common rate nearest to theirs."""
     if not tracks:
-        raise FormatError(f"{file.path}: its animation moves no node; export it with the skeleton's motion")
+        raise FormatError(
+            "gltf.no_moved_node",
+            "{path}: its animation moves no node; export it with the skeleton's motion",
+            path=file.path,
+        )
     every = np.concatenate([times for times, _ in tracks.values()])
     begin, end = float(every.min()), float(every.max())
     if not 0.0 < end - begin <= _MAX_SECONDS:
         raise FormatError(
-            f"{file.path}: an animation of {end - begin:g} s; allowed is up to 4 h, and above 0"
+            "gltf.length",
+            "{path}: an animation of {seconds:g} s; allowed is up to 4 h, and above 0",
+            path=file.path,
+            seconds=end - begin,
         )
     finest = min(float(np.median(np.diff(times))) for times, _ in tracks.values() if len(times) > 1)
     rate = min(_RATES, key=lambda usual: abs(np.log(usual * finest)))
     frames = int((end - begin) * rate + 1e-3) + 1
     if frames * node_count > MAX_VALUES:
-        raise FormatError(f"{file.path}: {node_count} nodes over {frames} frames are too many")
+        raise FormatError(
+            "gltf.too_many_nodes",
+            "{path}: {n} nodes over {frames} frames are too many",
+            path=file.path,
+            n=node_count,
+            frames=frames,
+        )
     return begin + np.arange(max(frames, 2)) / rate
 
 

@@ -39,12 +39,24 @@ class GltfFile:
         try:
             self.tree: dict[str, Any] = json.loads(text)
         except (ValueError, RecursionError) as error:
-            raise FormatError(f"{path} is not a glTF file: {str(error)[:100]}; give a .glb file") from error
+            raise FormatError(
+                "gltf.not_gltf",
+                "{path} is not a glTF file: {error}; give a .glb file",
+                path=path,
+                error=str(error)[:100],
+            ) from error
         if not isinstance(self.tree, dict) or not str(self.item("asset").get("version", "")).startswith("2"):
-            raise FormatError(f"{path} is not a glTF 2.0 file; export it as glTF 2.0 (.glb)")
+            raise FormatError(
+                "gltf.not_version_2", "{path} is not a glTF 2.0 file; export it as glTF 2.0 (.glb)", path=path
+            )
         needed = [name for name in self.items("extensionsRequired") if name not in ("KHR_mesh_quantization",)]
         if needed:
-            raise FormatError(f"{path} needs extensions that are not known: {needed}; export it without")
+            raise FormatError(
+                "gltf.extensions",
+                "{path} needs extensions that are not known: {names}; export it without",
+                path=path,
+                names=needed,
+            )
         self.buffers = [self._buffer(k, buffer, binary) for k, buffer in enumerate(self.items("buffers"))]
 
     def items(self, name: str) -> list[Any]:
@@ -60,14 +72,20 @@ class GltfFile:
 
     def wrong(self, what: str) -> FormatError:
         """Return the error for an impossible value in the tree."""
-        return FormatError(f"{self.path} is damaged: {what}; export it again")
+        return FormatError(
+            "animation.damaged", "{path} is damaged: {error}; export it again", path=self.path, error=what
+        )
 
     def _chunks(self, content: bytes) -> tuple[bytes, bytes | None]:
         """Return the JSON and the binary chunk of a GLB."""
         length = int.from_bytes(content[8:12], "little")
         if len(content) < 20 or length > len(content):
             raise FormatError(
-                f"{self.path} is cut off: {len(content)} of {length} bytes; copy or export it again"
+                "gltf.cut_off",
+                "{path} is cut off: {n} of {all} bytes; copy or export it again",
+                path=self.path,
+                n=len(content),
+                all=length,
             )
         chunks: dict[int, bytes] = {}
         at = 12
@@ -91,8 +109,11 @@ class GltfFile:
             except (ValueError, binascii.Error) as error:
                 raise self.wrong(f"buffer {number} is not base64") from error
         raise FormatError(
-            f"{self.path} keeps its data in another file ({str(uri)[:60]!r}), which is not followed; "
-            "export it as one .glb file"
+            "gltf.other_file",
+            "{path} keeps its data in another file ({file!r}), which is not followed; export it "
+            "as one .glb file",
+            path=self.path,
+            file=str(uri)[:60],
         )
 
     def array(self, number: Any) -> NDArray[np.float64]:

@@ -67,5 +67,9 @@ export default {
   "tpose.moves": "bras {side} en mouvement à {speed:.1f} m/s : ne bougez plus",
   "calibration.none_in_use": "aucune n'est en usage",
   "calibration.stays": "la {number} reste en usage",
-  "depth.none_readable": "aucune image de profondeur de {name} ne peut être lue"
+  "calibration.no_proportions": "la calibration n'a pas les proportions de l'interprète ; calibrez avec une pose en T, ou calculez depuis un enregistrement",
+  "depth.image_size": "une image de profondeur de {width} x {height} pixels vient d'une caméra de {own_width} x {own_height} ; donnez les paramètres intrinsèques de ces images",
+  "depth.none_readable": "aucune image de profondeur de {name} ne peut être lue",
+  "tracker.no_transform": "pas de transformation pour la caméra {names} ; calibrez à nouveau",
+  "tracker.no_transforms": "plusieurs caméras ne font un squelette qu'avec leurs transformations ; calibrez d'abord"
 };

@@ -46,5 +46,8 @@ export default {
   "settings.unknown_part": "réglage inconnu « {key} » ; permis : effectors.<joint>.reach, .pull ou .resist, displacement_limits_m_s.<joint>",
   "settings.unknown": "réglage inconnu « {key} » ; permis : {allowed}, effectors.<joint>.reach/.pull/.resist, displacement_limits_m_s.<joint>",
   "value.bad": "{name} {value} n'est pas permis ; permis : {allowed}",
-  "value.unknown": "« {name} » est inconnu ({kind}) ; permis : {allowed}"
+  "value.unknown": "« {name} » est inconnu ({kind}) ; permis : {allowed}",
+  "settings.by_joint": "{key} se règle articulation par articulation ; permis : {allowed}",
+  "settings.finish_needs_pose": "finish=on demande une pose calculée ; permis avec lui : ik=previous_pose, combined_skeleton, kalman_filter",
+  "settings.physics_needs_finish": "physics=on corrige une prise finie ; mettez aussi finish=on, ou prenez le préréglage finish"
 };

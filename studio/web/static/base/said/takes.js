@@ -76,5 +76,6 @@ export default {
   "os.eacces": "accès refusé",
   "text.both": "{one} ; {other}",
   "text.detail": "{text} ({detail})",
-  "text.about": "{name} : {text}"
+  "text.about": "{name} : {text}",
+  "take.no_working_space": "une longue prise est gardée dans {folder} pendant le travail, où elle ne tient pas : {error} ; libérez de la place ou définissez TMPDIR"
 };
