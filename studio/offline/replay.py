@@ -126,8 +126,10 @@ def _as_live(
     summary = inspect_raw(take.raw_path)
     if summary.events == 0:
         raise TakeError(
-            f"{take.path} has no live log: it was not recorded live, so there is nothing to repeat; "
-            "solve it without --as-live"
+            "take.no_live_log",
+            "{path} has no live log: it was not recorded live, so there is nothing to repeat; "
+            "solve it without --as-live",
+            path=take.path,
         )
     total = max(sum(summary.frames.values()), 1)
     pipeline = LoggedPipeline()
@@ -149,5 +151,9 @@ def _as_live(
     if progress is not None:
         progress(1.0)
     if pipeline.settings is None:
-        raise TakeError(f"the live log of {take.path} has no beginning; run `studio doctor`")
+        raise TakeError(
+            "take.log_no_beginning",
+            "the live log of {path} has no beginning; run `studio doctor`",
+            path=take.path,
+        )
     return collect_poses(results), pipeline.settings, done

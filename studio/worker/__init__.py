@@ -210,7 +210,7 @@ def run_in_process(
     if kind == "done":
         return value
     if kind == "stopped" or (kind == "broken" and stopping.pressed):
-        raise Stopped(f"{name} was stopped before it was done")
+        raise Stopped("work.stopped", "{work} was stopped before it was done", work=name)
     if kind == "error":
         assert isinstance(value, BaseException)
         raise value

@@ -17,6 +17,7 @@ from studio.api.structs import StructRoute
 from studio.api.takes.find import Finder
 from studio.engine.base.errors import SettingsError
 from studio.engine.base.sentences import say
+from studio.engine.base.value_sentences import bad_setting
 from studio.engine.model.settings import parse_settings
 from studio.review.blind import thesis
 from studio.review.blind.desk import Desk
@@ -116,7 +117,7 @@ def blind_router(finder: Finder, jobs: Jobs, desk: Desk) -> APIRouter:
         for pair in request.pairs:
             for side in (pair.a, pair.b):
                 if side.take.count("/") != 1:
-                    raise SettingsError(f"take={side.take!r} is not allowed; allowed: session/name")
+                    raise SettingsError(bad_setting("take", side.take, "session/name"))
         pairs = tuple(_pair(pair) for pair in request.pairs)
         return create(request.title, request.question, pairs, request.rules)
 
@@ -124,7 +125,7 @@ def blind_router(finder: Finder, jobs: Jobs, desk: Desk) -> APIRouter:
     def add_thesis_test(request: ThesisRequest) -> dict[str, list[JobStatus]]:
         """Solve a take in the ways that the thesis compared, then make a test of its pairs; answers the jobs."""
         if request.take.count("/") != 1:
-            raise SettingsError(f"take={request.take!r} is not allowed; allowed: session/name")
+            raise SettingsError(bad_setting("take", request.take, "session/name"))
         take = finder.take(*request.take.split("/", 1))
         pairs = thesis.pairs(request.take, start_s=request.start_s, end_s=request.end_s)
         check(request.title, thesis.QUESTION, pairs, Rules(**request.rules.model_dump()))

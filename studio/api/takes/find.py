@@ -6,6 +6,7 @@ from typing import Any
 from studio.api.errors import NotFoundError
 from studio.engine.base.errors import SettingsError, TakeError
 from studio.engine.base.sentences import say
+from studio.engine.base.value_sentences import bad_setting
 from studio.live import LiveStage
 from studio.take.folder.take import Take
 from studio.take.library.sessions import TakeInfo, take_path
@@ -61,7 +62,7 @@ class Finder:
         """
         session, slash, name = take_id.partition("/")
         if not slash:
-            raise SettingsError(f"take={take_id!r} is not allowed; allowed: session/name")
+            raise SettingsError(bad_setting("take", take_id, "session/name"))
         return self.take(session, name)
 
     def solve(self, take: Take, name: str) -> Path:

@@ -198,10 +198,10 @@ async def _pieces(request: Request, job: Job) -> AsyncIterator[bytes]:
             silent_s += _LOOK_S
             if is_stopped(job) or silent_s >= SILENT_S:
                 coming.cancel()
-                raise Stopped("cancelled") if is_stopped(job) else ClientDisconnect
+                raise Stopped("import.cancelled", "cancelled") if is_stopped(job) else ClientDisconnect
         piece = coming.result()
         if is_stopped(job):
-            raise Stopped("cancelled")
+            raise Stopped("import.cancelled", "cancelled")
         kept += piece or b""
         if kept and (piece is None or len(kept) >= _PIECE_BYTES):
             yield bytes(kept)

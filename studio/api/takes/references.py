@@ -161,7 +161,12 @@ def find_reference(take: Take, name: str) -> Path:
     """
     path = reference_path(take, name)
     if not path.is_file():
-        raise NotFoundError(f"take {take.meta['id']} has no reference {name!r}; send it first")
+        raise NotFoundError(
+            "reference.send_first",
+            "take {take} has no reference {name!r}; send it first",
+            take=take.meta["id"],
+            name=name,
+        )
     return path
 
 

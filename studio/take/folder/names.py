@@ -68,5 +68,10 @@ def inside(folder: Path, *parts: str) -> Path:
     root = folder.resolve()
     resolved = path.resolve()
     if resolved == root or not resolved.is_relative_to(root):
-        raise TakeError(f"{'/'.join(parts)!r} leads out of {folder}; choose a plain name")
+        raise TakeError(
+            "name.leads_out",
+            "{name!r} leads out of {folder}; choose a plain name",
+            name="/".join(parts),
+            folder=folder,
+        )
     return path

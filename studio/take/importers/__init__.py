@@ -98,7 +98,7 @@ def import_recording(
     if path.is_file() and is_animation(path):
         return import_animation(path, out, unit_m=unit_m, progress=progress or _silent)
     if unit_m is not None:
-        raise SettingsError(f"a unit of {unit_m:g} m: only a BVH takes one; leave it out")
+        raise SettingsError("import.unit", "a unit of {m:g} m: only a BVH takes one; leave it out", m=unit_m)
     importer = _importer(path)
     check_free(out)
     report = progress or _silent

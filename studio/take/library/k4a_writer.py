@@ -48,7 +48,12 @@ def write_k4a(
                 start_ns = time_ns
                 file.write(_head(camera, frames_per_second, serial, start_ns))
             if depth_mm.shape != (camera.height, camera.width):
-                raise FormatError(f"image {count} has shape {depth_mm.shape}; the camera's is needed")
+                raise FormatError(
+                    "depth.image_shape",
+                    "image {n} has shape {shape}; the camera's is needed",
+                    n=count,
+                    shape=depth_mm.shape,
+                )
             file.write(_cluster((time_ns - start_ns) // 1000, depth_mm))
         if not count:
             raise FormatError(say("depth.no_image", "there is no depth image to write"))

@@ -95,13 +95,16 @@ def playback_routes(player: Player, takes: TakeFinder) -> APIRouter:
     def second(wanted: GhostRequest, clip: Clip) -> Second:
         id_ = wanted.take or clip.take
         if (wanted.solve is None) == (wanted.reference is None):
-            raise SettingsError("a ghost is a solve or a reference: give one of the two")
+            raise SettingsError("replay.one_ghost", "a ghost is a solve or a reference: give one of the two")
         if wanted.solve is not None:
             how = None if wanted.alignment is None else alignment_of(wanted.alignment)
             return Second.solve(load(ReplayedSolve(take=id_, solve=wanted.solve)), clip, how)
         if id_ != clip.take or wanted.reference is None:
             raise SettingsError(
-                f"a reference of take {id_} lies on another stage; allowed: one of {clip.take}"
+                "replay.ghost_elsewhere",
+                "a reference of take {take} lies on another stage; allowed: one of {own}",
+                take=id_,
+                own=clip.take,
             )
         session, _, name = clip.take.partition("/")
         take = takes.take(session, name)

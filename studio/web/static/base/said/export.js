@@ -39,5 +39,8 @@ export default {
   "export.no_rotation": "poses : une rotation est un quaternion de longueur nulle ; recalculez la prise",
   "export.no_skin": "les proportions du squelette sont si inhabituelles qu'aucun marqueur ne trouve la peau ; exportez en fbx ou csv",
   "export.roots": "poses : {n} articulations n'ont pas de parent ; l'export demande une seule racine",
-  "export.times": "poses : les temps des images ne croissent pas ; recalculez la prise"
+  "export.times": "poses : les temps des images ne croissent pas ; recalculez la prise",
+  "depth.image_shape": "l'image {n} est de forme {shape}, pas de celle de la caméra",
+  "report.language": "il n'y a pas de rapport en « {language} » ; permis : {allowed}",
+  "report.unwritable": "impossible d'écrire {path} : {error} ; choisissez un autre --report"
 };

@@ -179,7 +179,11 @@ export default {
   "poses.parents": "poses : chaque parent doit précéder son enfant",
   "joints.shape": "le jeu d'articulations « {name} » a {n} articulations de 3 nombres, pas la forme {shape}",
   "joints.unknown_set": "jeu d'articulations inconnu « {name} » ; connus : {known}",
+  "import.cancelled": "annulé",
+  "import.unit": "unité de {m} m : seul un BVH en prend une ; retirez-la",
+  "file.unreadable_rights": "impossible de lire {path} : {error} ; vérifiez les droits",
   "file.version": "{path} est au format de version {version} ; ce programme lit les versions {oldest} à {newest} ({kind}) : prenez le programme qui l'a écrit, ou un plus récent",
+  "reference.send_first": "la prise {take} n'a pas de référence « {name} » ; envoyez-la d'abord",
   "trace.damaged": "{path} n'est pas la trace d'un calcul ({error}) ; recalculez la prise",
   "trace.no_frames": "un calcul sans images n'a pas de trace"
 };
