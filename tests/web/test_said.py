@@ -120,6 +120,18 @@ def french_values(text: str) -> dict[str, str]:
     return {name: form for name, form in re.findall(r"\{(\w+)(?::([^}]*))?\}", text)}
 
 
+def test_errors_have_codes() -> None:
+    bare = [at(path, call) for path, call in calls(errors()) if is_bare(call)]
+    assert bare == [], "give a code before the text, and the values after it"
+
+
+@pytest.mark.parametrize("given", ["'no'", "f'no {x}'", "'no ' + x", "str(x)", "', '.join(x)", "x or 'no'"])
+def test_an_error_without_a_code_is_found(given: str) -> None:
+    call = ast.parse(f"TakeError({given})", mode="eval").body
+    assert isinstance(call, ast.Call) and is_bare(call)
+    assert {"TakeError", "NoSuchShare", "DeviceLostError"} <= errors()
+
+
 def test_every_sentence_that_the_page_can_show_has_french() -> None:
     shown = {
         ast.literal_eval(call.args[0])
