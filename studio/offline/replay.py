@@ -6,7 +6,6 @@ from pathlib import Path
 from typing import Any
 
 from studio.engine.base.errors import CalibrationError, TakeError
-from studio.engine.base.sentences import say
 from studio.engine.calibration.calibrate import with_performer
 from studio.engine.calibration.quality.agreement import agreement_figures, disagreements, without_named
 from studio.engine.model.frames import StepResult
@@ -93,12 +92,10 @@ def _plain(
     calibration = with_performer(calibration, frames)
     if calibration.performer is None:
         raise CalibrationError(
-            say(
-                "calibration.no_performer",
-                "the calibration of {take} has no performer and the frames show none; run `studio "
-                "calibrate {take}`",
-                take=take.path,
-            )
+            "calibration.no_performer",
+            "the calibration of {take} has no performer and the frames show none; run `studio "
+            "calibrate {take}`",
+            take=take.path,
         )
     used = {
         name: frames[name] for name in settings.camera_names(tuple(calibration.cameras)) if name in frames

@@ -236,14 +236,12 @@ def keep_calibration(take: Take, calibration: Calibration) -> int:
             else say("calibration.stays", "number {number} stays in use", number=in_use)
         )
         raise CalibrationError(
-            say(
-                "calibration.refused_take",
-                "calibration {number} of {take} is refused ({kept}): {reasons}",
-                number=number,
-                take=take.path,
-                kept=kept,
-                reasons=calibration.reasons(),
-            )
+            "calibration.refused_take",
+            "calibration {number} of {take} is refused ({kept}): {reasons}",
+            number=number,
+            take=take.path,
+            kept=kept,
+            reasons=calibration.reasons(),
         )
     return number
 

@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from studio.engine.base.errors import SettingsError
-from studio.engine.base.sentences import say
+from studio.engine.base.value_sentences import bad_setting
 
 FILE = "studio.toml"
 PREFIX = "STUDIO_"
@@ -90,15 +90,7 @@ def read_token(file: Path | None, name: str) -> str:
 
 def _one_of(name: str, value: str, allowed: tuple[str, ...]) -> None:
     if value not in allowed:
-        raise SettingsError(
-            say(
-                "settings.value",
-                "{key}={value!r} is not allowed; allowed: {allowed}",
-                key=name,
-                value=value,
-                allowed=[*allowed],
-            )
-        )
+        raise SettingsError(bad_setting(name, value, allowed))
 
 
 @dataclass(frozen=True)

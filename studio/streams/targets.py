@@ -6,7 +6,7 @@ from pathlib import Path
 
 from studio.engine.base.errors import FormatError, SettingsError
 from studio.engine.base.files import write_json
-from studio.engine.base.sentences import say
+from studio.engine.base.value_sentences import bad_setting
 from studio.engine.base.versions import OUTPUTS
 from studio.streams import rokoko, vmc
 
@@ -45,15 +45,7 @@ class Target:
 
     def __post_init__(self) -> None:
         if self.kind not in KINDS:
-            raise SettingsError(
-                say(
-                    "settings.value",
-                    "{key}={value!r} is not allowed; allowed: {allowed}",
-                    key="kind",
-                    value=self.kind,
-                    allowed=[*KINDS],
-                )
-            )
+            raise SettingsError(bad_setting("kind", self.kind, KINDS))
         if self.port == 0:
             object.__setattr__(self, "port", KINDS[self.kind])
         if not 1 <= self.port <= 65535:
@@ -73,13 +65,11 @@ class Target:
         _within("scale", self.scale, SCALES)
         if not 1 <= len(self.actor) <= 60:
             raise SettingsError(
-                say(
-                    "blind.text_length",
-                    "{name} has {n} characters; allowed: 1 to {most}",
-                    name="actor",
-                    n=len(self.actor),
-                    most=60,
-                )
+                "blind.text_length",
+                "{name} has {n} characters; allowed: 1 to {most}",
+                name="actor",
+                n=len(self.actor),
+                most=60,
             )
 
 

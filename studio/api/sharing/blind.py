@@ -16,7 +16,6 @@ from studio.api.stage.switches import assignments
 from studio.api.structs import StructRoute
 from studio.api.takes.find import Finder
 from studio.engine.base.errors import SettingsError
-from studio.engine.base.sentences import say
 from studio.engine.base.value_sentences import bad_setting
 from studio.engine.model.settings import parse_settings
 from studio.review.blind import thesis
@@ -176,7 +175,7 @@ def blind_router(finder: Finder, jobs: Jobs, desk: Desk) -> APIRouter:
         """The voters' link as a QR code, an SVG picture; the host is that of this request."""
         found = desk.test(test)
         if not found.token:
-            raise SettingsError(say("blind.no_link", "this test has no link; make a new one first"))
+            raise SettingsError("blind.no_link", "this test has no link; make a new one first")
         return qr_picture(str(http.base_url).rstrip("/") + f"{VOTE_PATH}/{found.token}")
 
     @router.post("/{test}/close")

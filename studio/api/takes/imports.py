@@ -109,11 +109,9 @@ class Imports:
             awaited = self._awaited.pop(job_id, None)
         if awaited is None or awaited.job.state != "waiting":
             raise NotFoundError(
-                say(
-                    "import.none_waits",
-                    "no import {id!r} waits for files; POST /api/v1/imports announces one",
-                    id=job_id,
-                )
+                "import.none_waits",
+                "no import {id!r} waits for files; POST /api/v1/imports announces one",
+                id=job_id,
             )
         job, incoming = awaited.job, None
         job.begin("upload")

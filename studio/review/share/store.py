@@ -14,7 +14,7 @@ import msgspec
 
 from studio.engine.base.errors import StudioError
 from studio.engine.base.files import write_atomically, write_json
-from studio.engine.base.sentences import say, system_says
+from studio.engine.base.sentences import system_says
 from studio.take.folder.names import check_name, inside
 
 FOLDER = "shares"
@@ -119,7 +119,7 @@ class Shares:
             if share.id == share_id:
                 return share
         raise NoSuchShare(
-            say("share.none", "there is no share {id!r}; GET /api/v1/shares lists them", id=share_id[:80])
+            "share.none", "there is no share {id!r}; GET /api/v1/shares lists them", id=share_id[:80]
         )
 
     def by_token(self, token: str) -> ShareLink:
@@ -169,7 +169,7 @@ class Shares:
             if share.id == share_id and share.revoked:
                 return self._save(msgspec.structs.replace(share, revoked=""))
         raise NoSuchShare(
-            say("share.not_restorable", "there is no share {share!r} to put back", share=share_id[:80])
+            "share.not_restorable", "there is no share {share!r} to put back", share=share_id[:80]
         )
 
     def _all(self) -> "list[ShareLink]":

@@ -14,7 +14,6 @@ from numpy.typing import NDArray
 
 from studio.engine.base.errors import FormatError
 from studio.engine.base.files import write_atomically
-from studio.engine.base.sentences import say
 from studio.engine.model.depth import DepthCamera
 from studio.take.importers.k4a import calibration_json, mode_of
 
@@ -56,7 +55,7 @@ def write_k4a(
                 )
             file.write(_cluster((time_ns - start_ns) // 1000, depth_mm))
         if not count:
-            raise FormatError(say("depth.no_image", "there is no depth image to write"))
+            raise FormatError("depth.no_image", "there is no depth image to write")
         size = file.tell() - _SEGMENT_DATA
         file.seek(_SEGMENT_DATA - 8)
         file.write((1 << 56 | size).to_bytes(8, "big"))  # marks the file as finished

@@ -8,7 +8,6 @@ from pydantic import BaseModel, ConfigDict, Field
 from studio.api.stage.shown import ReplayStatus
 from studio.api.structs import StructRoute
 from studio.engine.base.errors import SettingsError
-from studio.engine.base.sentences import say
 from studio.engine.metrics.reference.placing import PlacedMotion
 from studio.take.folder.references import how_aligned, placed_path, reference_path
 from studio.take.folder.take import Take
@@ -152,7 +151,7 @@ def playback_routes(player: Player, takes: TakeFinder) -> APIRouter:
         """Curves of one joint of the replayed solve, for the timeline."""
         clip = player.clip
         if clip is None:
-            raise SettingsError(say("replay.nothing", "nothing is replayed; open a take first"))
+            raise SettingsError("replay.nothing", "nothing is replayed; open a take first")
         return curves(clip, joint, points)
 
     return router

@@ -8,7 +8,6 @@ from scipy.spatial.transform import Rotation
 
 from studio.engine.animation.motion.motion import Motion
 from studio.engine.base.errors import FormatError
-from studio.engine.base.sentences import say
 from studio.engine.model.roles import roles_of
 
 Array = NDArray[np.float64]
@@ -58,11 +57,7 @@ def motion_of(nodes: Nodes, T_stage_file: Array, what: str) -> Motion:
         rest[known] = nodes.rest[chosen][known]
     if not (np.isfinite(world).all() and np.isfinite(rest).all()):
         raise FormatError(
-            say(
-                "rig.not_finite",
-                "{path}: a transform is not a finite number; export the file again",
-                path=what,
-            )
+            "rig.not_finite", "{path}: a transform is not a finite number; export the file again", path=what
         )
     turn = T_stage_file / np.cbrt(np.abs(np.linalg.det(T_stage_file)))
     place = {int(node): k for k, node in enumerate(chosen)}

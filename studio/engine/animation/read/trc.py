@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from studio.engine.animation.read.points import NamedPoints, without_subject
 from studio.engine.base.errors import FormatError
 from studio.engine.base.file_sentences import too_large
-from studio.engine.base.sentences import say, system_says
+from studio.engine.base.sentences import system_says
 
 _MAX_BYTES = 1 << 30
 _MAX_POINTS = 4096
@@ -106,12 +106,10 @@ def _lines(path: Path) -> list[str]:
         return path.read_text(encoding="utf-8", errors="replace").lstrip("\ufeff").splitlines()
     except OSError as error:
         raise FormatError(
-            say(
-                "file.unreadable_trc",
-                "cannot read {path}: {error}; give a TRC file",
-                path=path,
-                error=system_says(error),
-            )
+            "file.unreadable_trc",
+            "cannot read {path}: {error}; give a TRC file",
+            path=path,
+            error=system_says(error),
         ) from error
 
 
@@ -123,11 +121,9 @@ def _row(path: Path, number: int, line: str, count: int) -> list[float]:
         return [float(cell) if cell.strip() else np.nan for cell in cells]
     except ValueError as error:
         raise FormatError(
-            say(
-                "table.not_a_number",
-                "{path}, line {line}: {error}; every value must be a number",
-                path=path,
-                line=number,
-                error=error,
-            )
+            "table.not_a_number",
+            "{path}, line {line}: {error}; every value must be a number",
+            path=path,
+            line=number,
+            error=error,
         ) from error
