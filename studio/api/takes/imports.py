@@ -130,7 +130,7 @@ class Imports:
             if state and incoming is not None:
                 incoming.discard()
             if state:
-                job.end(state, "" if problem is None else str(problem))
+                job.end(state, "" if problem is None else problem.sentence)
                 self._jobs.tell_listeners()
         if problem is not None:
             raise problem
