@@ -11,7 +11,7 @@ from studio.engine.base.sentences import Said
 
 @contextmanager
 def refused(
-    error: type[StudioError], *codes: str, **values: object
+    error: type[StudioError], /, *codes: str, **values: object
 ) -> Iterator[pytest.ExceptionInfo[StudioError]]:
     """Expect an error with one of these codes, its own or that of a sentence in it, and these among its values.
 

@@ -105,5 +105,5 @@ def test_a_full_disk_is_said(monkeypatch):
 
     kept.add((1,))
     kept._file = Full()
-    with refused(TakeError, "take.no_working_space", error="No space left on device"):
+    with refused(TakeError, "take.no_working_space", error="os.enospc"):
         kept.read(0, 1)

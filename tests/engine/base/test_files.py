@@ -39,7 +39,7 @@ def test_a_full_disk_is_told_and_leaves_the_old_file(tmp_path):
     path = tmp_path / "a.bin"
     path.write_bytes(b"old")
     with (
-        refused(StudioError, "file.unwritable_place", error="No space left on device"),
+        refused(StudioError, "file.unwritable_place", error="os.enospc"),
         write_atomically(path),
     ):
         raise OSError(28, "No space left on device")
