@@ -9,7 +9,6 @@ from pathlib import Path
 from typing import Any
 
 from studio.engine.base.errors import TakeError
-from studio.engine.base.sentences import say
 from studio.engine.model.calibration import Calibration
 from studio.engine.model.poses import Poses
 from studio.engine.model.settings import SolveSettings
@@ -230,17 +229,15 @@ def choose_solve(available: list[str], wanted: str | None, take: str) -> str:
         raise no_solve(take)
     if wanted is not None:
         raise TakeError(
-            say(
-                "take.no_solve",
-                "take {take} has no solve {name!r}; it has: {others}",
-                take=take,
-                name=wanted,
-                others=[*available],
-            )
+            "take.no_solve",
+            "take {take} has no solve {name!r}; it has: {others}",
+            take=take,
+            name=wanted,
+            others=[*available],
         )
     return next((name for name in PREFERRED if name in available), available[0])
 
 
 def no_solve(take: str) -> TakeError:
     """Return the error for a take that has no solve."""
-    return TakeError(f"take {take} has no solve yet; run `studio solve {take}`")
+    return TakeError("take.not_solved", "take {take} has no solve yet; run `studio solve {take}`", take=take)

@@ -260,22 +260,37 @@ def decode(data: bytes) -> Message:
         FormatError: not a message of this protocol, or a field that its schema does not allow.
     """
     if len(data) > MAX_MESSAGE_BYTES:
-        raise FormatError(f"message of {len(data)} bytes; at most {MAX_MESSAGE_BYTES} are allowed")
+        raise FormatError(
+            "protocol.message_size",
+            "message of {n} bytes; at most {most} are allowed",
+            n=len(data),
+            most=MAX_MESSAGE_BYTES,
+        )
     try:
         return _decoder.decode(data)
     except (msgspec.DecodeError, UnicodeDecodeError, RecursionError) as error:
-        raise FormatError(f"not a message of the camera protocol: {error}") from error
+        raise FormatError(
+            "protocol.not_a_message", "not a message of the camera protocol: {error}", error=error
+        ) from error
 
 
 def check_hello(hello: Hello) -> None:
     """Raise FormatError for a `Hello` with another protocol version or an unknown joint set."""
     if hello.protocol_version != PROTOCOL_VERSION:
         raise FormatError(
-            f"camera speaks protocol version {hello.protocol_version}, the server version {PROTOCOL_VERSION}; "
-            "install the same version on both"
+            "protocol.version",
+            "camera speaks protocol version {version}, the server version {own}; install the "
+            "same version on both",
+            version=hello.protocol_version,
+            own=PROTOCOL_VERSION,
         )
     if hello.joint_set not in JOINT_SETS:
-        raise FormatError(f"unknown joint set {hello.joint_set!r}; known: {', '.join(JOINT_SETS)}")
+        raise FormatError(
+            "joints.unknown_set",
+            "unknown joint set {name!r}; known: {known}",
+            name=hello.joint_set,
+            known=[*JOINT_SETS],
+        )
 
 
 def is_camera_name(name: str) -> bool:
@@ -342,9 +357,19 @@ def _unpacked(data: bytes, width: int, height: int, what: str) -> NDArray[np.uin
         packed = zstandard.frame_content_size(data)
         rows = b"" if packed > size else zstandard.ZstdDecompressor().decompress(data, size)
     except zstandard.ZstdError as error:
-        raise FormatError(f"{what} cannot be unpacked: {error}") from error
+        raise FormatError(
+            "protocol.not_unpacked", "{what} cannot be unpacked: {error}", what=what, error=error
+        ) from error
     if len(rows) != size:
-        raise FormatError(f"{what} has {max(packed, len(rows))} bytes; {width} x {height} pixels need {size}")
+        raise FormatError(
+            "protocol.image_size",
+            "{what} has {n} bytes; {width} x {height} pixels need {size}",
+            what=what,
+            n=max(packed, len(rows)),
+            width=width,
+            height=height,
+            size=size,
+        )
     return np.frombuffer(rows, dtype="<u2").reshape(height, width)
 
 
@@ -357,12 +382,21 @@ def joint_arrays(frame: SkeletonFrame, joint_set: str) -> tuple[NDArray[np.float
     count = len(JOINT_SETS[joint_set])
     if len(frame.positions) != 12 * count or len(frame.confidence) != 4 * count:
         raise FormatError(
-            f"frame {frame.sequence} has {len(frame.positions)} bytes of positions and {len(frame.confidence)} of "
-            f"confidence; joint set {joint_set!r} needs {12 * count} and {4 * count}"
+            "protocol.frame_size",
+            "frame {number} has {n} bytes of positions and {confidence} of confidence; joint set "
+            "{joint_set!r} needs {needed} and {least}",
+            number=frame.sequence,
+            n=len(frame.positions),
+            confidence=len(frame.confidence),
+            joint_set=joint_set,
+            needed=12 * count,
+            least=4 * count,
         )
     with np.errstate(invalid="ignore"):  # for any kind of NaN
         positions = np.frombuffer(frame.positions, dtype="<f4").reshape(count, 3).astype(np.float64)
         confidence = np.frombuffer(frame.confidence, dtype="<f4").astype(np.float64)
     if not ((confidence >= 0) & (confidence <= 1)).all():
-        raise FormatError(f"frame {frame.sequence}: confidence must be within 0..1")
+        raise FormatError(
+            "protocol.confidence", "frame {number}: confidence must be within 0..1", number=frame.sequence
+        )
     return positions, confidence

@@ -9,6 +9,7 @@ from pathlib import Path
 import pytest
 
 import studio
+from tests.refused import refused
 
 STUB = Path(studio.__file__).with_suffix(".pyi")
 
@@ -65,10 +66,10 @@ def test_settings_are_made_of_switches():
     assert settings.smoothing == "one_euro:before"
     assert settings.effectors["head"].reach == 0.5
     assert settings.fusion == "mean"
-    with pytest.raises(studio.SettingsError, match="allowed: mean, robust"):
+    with refused(studio.SettingsError, "settings.value", allowed="mean, robust"):
         studio.settings("raw", {"fusion": "magic"})
 
 
 def test_a_folder_without_a_take_is_told(tmp_path):
-    with pytest.raises(studio.TakeError, match=str(tmp_path.name)):
+    with refused(studio.TakeError, "take.no_take_json", path=str(tmp_path)):
         studio.open_take(tmp_path)

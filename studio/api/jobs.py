@@ -197,12 +197,10 @@ class Jobs:
                 job.state = CANCELLING
             elif job.state == "running" and not job.can_cancel:
                 raise TakeError(
-                    say(
-                        "job.last_step",
-                        "{kind} {name} is at its last step and cannot be cancelled; wait for it",
-                        kind=job.kind,
-                        name=job.name,
-                    )
+                    "job.last_step",
+                    "{kind} {name} is at its last step and cannot be cancelled; wait for it",
+                    kind=job.kind,
+                    name=job.name,
                 )
             elif job.state == "running":
                 job.state = CANCELLING
@@ -285,9 +283,7 @@ class Jobs:
     def _find(self, job_id: str) -> Job:
         job = self._jobs.get(job_id)
         if job is None:
-            raise NotFoundError(
-                say("job.none", "there is no job {id!r}; GET /api/v1/jobs lists them", id=job_id)
-            )
+            raise NotFoundError("job.none", "there is no job {id!r}; GET /api/v1/jobs lists them", id=job_id)
         return job
 
     def get(self, job_id: str) -> JobStatus:

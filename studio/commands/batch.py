@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from studio.commands.common import add_command, add_json, progress_bar, write_result
+from studio.engine.base.value_sentences import bad_value
 
 _TEXT = """\
 Solve, export or evaluate many takes, on all cores or on a Dask cluster.
@@ -65,7 +66,7 @@ def run(args: argparse.Namespace) -> int:
     from studio.offline.batch.run import run_jobs
 
     if args.processes < 1:
-        raise SettingsError(f"--processes {args.processes} is not allowed; allowed: 1 or more")
+        raise SettingsError(bad_value("--processes", args.processes, "1 or more"))
     jobs = _jobs(args)
     with progress_bar(f"{args.work} {len(jobs)} takes") as progress:
 
@@ -89,13 +90,15 @@ def _jobs(args: argparse.Namespace) -> list[Any]:
 
     takes = find_takes(args.folders)
     if not takes:
-        raise TakeError(f"there is no take in {', '.join(map(str, args.folders))}")
+        raise TakeError("batch.no_take", "there is no take in {folders}", folders=[*args.folders])
     if args.work == "solve":
         settings = parse_settings(args.preset, args.set).to_json()
         options = {"settings": settings, "name": args.name or args.preset}
         return [BatchJob("solve", str(take), options) for take in takes]
     if args.out is None:
-        raise SettingsError(f"batch {args.work} needs --out DIR, the folder of its files")
+        raise SettingsError(
+            "batch.no_out", "batch {work} needs --out DIR, the folder of its files", work=args.work
+        )
     jobs = []
     for take in takes:
         stem = f"{take.parent.name}_{take.name}_{args.solve}"

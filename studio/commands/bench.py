@@ -34,7 +34,7 @@ def run(args: argparse.Namespace) -> int:
     from studio.lab.bench.run import run_bench
 
     if args.frames < 30:
-        raise SettingsError(f"--frames {args.frames} is too few; allowed: 30 or more")
+        raise SettingsError("bench.few_frames", "--frames {n} is too few; allowed: 30 or more", n=args.frames)
     with progress_bar("bench") as progress:
         stages = run_bench(args.frames, progress=progress)
     result: dict[str, Any] = {"stages": stages, "peak_memory_mb": peak_memory_bytes() / 2**20}

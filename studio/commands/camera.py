@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from studio.commands.common import add_command
+from studio.engine.base.value_sentences import bad_value
 from studio.server.config import read_token
 
 _TEXT = """\
@@ -103,9 +104,9 @@ def run(args: argparse.Namespace) -> int:
     from studio.engine.base.errors import SettingsError
 
     if args.spool_mb < 1:
-        raise SettingsError(f"--spool-mb {args.spool_mb} is not allowed; allowed: 1 or more")
+        raise SettingsError(bad_value("--spool-mb", args.spool_mb, "1 or more"))
     if args.preview_port is not None and not 0 <= args.preview_port <= 65535:
-        raise SettingsError(f"--preview-port {args.preview_port} is not allowed; allowed: 0 to 65535")
+        raise SettingsError(bad_value("--preview-port", args.preview_port, "0 to 65535"))
     return run_camera(
         source=args.source,
         server=args.server,

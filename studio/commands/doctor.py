@@ -52,5 +52,5 @@ def run(args: argparse.Namespace) -> int:
         print(f"      {finding.action}")
     wrong = sum(not check.ok for check in checks) + sum(not finding.repaired for finding in findings)
     if wrong:
-        raise StudioError(f"{wrong} of the things above need attention")
+        raise StudioError("doctor.wrong", "{n} of the things above need attention", n=wrong)
     return 0

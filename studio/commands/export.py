@@ -113,11 +113,21 @@ def _export_depth(args: argparse.Namespace) -> int:
     from studio.take.library.depth_export import export_depth
 
     if args.format != "mkv":
-        raise SettingsError(f"camera={args.camera}: goes with --format mkv; leave it out for {args.format}")
+        raise SettingsError(
+            "export.camera_only_mkv",
+            "camera={camera}: goes with --format mkv; leave it out for {format}",
+            camera=args.camera,
+            format=args.format,
+        )
     for option in _OF_SOLVES:
         value = getattr(args, option)
         if value not in (args.usual[option], None, False, []):
-            raise SettingsError(f"{option}={value}: mkv holds depth as it was recorded; leave it out")
+            raise SettingsError(
+                "export.not_for_mkv",
+                "{option}={value}: mkv holds depth as it was recorded; leave it out",
+                option=option,
+                value=value,
+            )
     with progress_bar("Exporting") as progress:
         camera, count = export_depth(Take.open(args.take), args.out, args.camera, progress=progress)
     print(f"{args.out}: {count} depth images of {camera}, {args.out.stat().st_size / 1e6:.1f} MB")
@@ -132,7 +142,11 @@ def _rig(args: argparse.Namespace) -> "Onto | None":
     if args.rig is not None:
         return open_rig(args.rig, args.mapping)
     if args.mapping is not None:
-        raise SettingsError(f"mapping={args.mapping}: goes with --rig; give the rig's file too")
+        raise SettingsError(
+            "export.mapping_without_rig",
+            "mapping={mapping}: goes with --rig; give the rig's file too",
+            mapping=args.mapping,
+        )
     return None
 
 
@@ -180,6 +194,10 @@ def _timecode(wanted: str | None, take: "Take", fps: float) -> str | None:
         return wanted
     known = take.meta.get("timecode")
     if known is None:
-        raise SettingsError(f"timecode=take: take {take.path} has none; give it as hh:mm:ss:ff")
+        raise SettingsError(
+            "export.take_no_timecode",
+            "timecode=take: take {take} has none; give it as hh:mm:ss:ff",
+            take=take.path,
+        )
     whole, _, frames = known.rpartition(":")
     return f"{whole}:{int(int(frames) * round(fps) / _TIMECODE_HZ):02d}"

@@ -60,7 +60,7 @@ def run(args: argparse.Namespace) -> int:
     from studio.lab.study.votes import read_votes
 
     if args.processes is not None and args.processes < 1:
-        raise SettingsError(f"--processes {args.processes}: give at least 1")
+        raise SettingsError("study.processes", "--processes {n}: give at least 1", n=args.processes)
     votes = {} if args.votes is None else read_votes(args.votes)
     study = make_plan(
         tuple(args.motions), cameras=args.cameras, seeds=args.seeds, unit_m=args.unit_m, short=args.short

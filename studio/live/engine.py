@@ -131,7 +131,7 @@ class Engine(RecordedTakes):
             StudioError: the thread has ended.
         """
         if not self._thread.is_alive():
-            raise StudioError(say("stage.ended", "the live stage has ended; start the studio again"))
+            raise StudioError("stage.ended", "the live stage has ended; start the studio again")
         future: Future[Any] = Future()
         self.put(Call(function, future))
         return future.result()
@@ -223,10 +223,8 @@ class Engine(RecordedTakes):
         """
         if self.recording is not None:
             raise TakeError(
-                say(
-                    "recording.reference_fixed",
-                    "a take is being recorded; stop it, then choose another reference camera",
-                )
+                "recording.reference_fixed",
+                "a take is being recorded; stop it, then choose another reference camera",
             )
         if self.roster.choose(name):
             self._restart()
@@ -347,10 +345,8 @@ class Engine(RecordedTakes):
         """
         if not self.roster.connected():
             raise CalibrationError(
-                say(
-                    "calibration.no_camera_to_calibrate",
-                    "no camera is connected; connect the cameras, then calibrate",
-                )
+                "calibration.no_camera_to_calibrate",
+                "no camera is connected; connect the cameras, then calibrate",
             )
         serials = {camera.name: camera.hello.serial for camera in self.roster.connected()}
         self.calibrator.start(seconds, self._clock_ns(), serials, height_m)
@@ -363,10 +359,8 @@ class Engine(RecordedTakes):
         """
         if self.stage_calibration is None or not self.covered():
             raise CalibrationError(
-                say(
-                    "calibration.no_camera_calibrated",
-                    "no camera is calibrated; calibrate the stage, then measure a performer",
-                )
+                "calibration.no_camera_calibrated",
+                "no camera is calibrated; calibrate the stage, then measure a performer",
             )
         self.tpose.start(name, countdown_s, self._clock_ns())
 
@@ -386,10 +380,8 @@ class Engine(RecordedTakes):
         """
         if self.stage_calibration is None:
             raise CalibrationError(
-                say(
-                    "calibration.stage_not_calibrated",
-                    "the stage is not calibrated; calibrate it, then choose a performer",
-                )
+                "calibration.stage_not_calibrated",
+                "the stage is not calibrated; calibrate it, then choose a performer",
             )
         calibration = replace(self.stage_calibration, performer=performer)
         kept = self.kept

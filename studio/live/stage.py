@@ -74,12 +74,10 @@ class LiveStage:
             sessions.mkdir(parents=True, exist_ok=True)
         except OSError as error:
             raise TakeError(
-                say(
-                    "file.no_folder",
-                    "cannot make folder {path}: {error}; choose another",
-                    path=sessions,
-                    error=system_says(error),
-                )
+                "file.no_folder",
+                "cannot make folder {path}: {error}; choose another",
+                path=sessions,
+                error=system_says(error),
             ) from error
         self.sessions = sessions
         self._marker = read_marker(sessions)
@@ -215,7 +213,7 @@ class LiveStage:
             return
         if link.hello.intrinsics is None:
             raise FormatError(
-                say("camera.no_intrinsics", "a camera that sends depth must tell its intrinsics in hello")
+                "camera.no_intrinsics", "a camera that sends depth must tell its intrinsics in hello"
             )
         whole = ArrivedDepth(
             depth_camera(link.hello.intrinsics),
@@ -276,13 +274,11 @@ class LiveStage:
         """
         if not 1.0 <= seconds <= MAX_CALIBRATION_S:
             raise SettingsError(
-                say(
-                    "settings.seconds",
-                    "seconds={seconds:g} is not allowed; allowed: 1 to {most:g}, such as {usual:g}",
-                    seconds=seconds,
-                    most=MAX_CALIBRATION_S,
-                    usual=CALIBRATION_S,
-                )
+                "settings.seconds",
+                "seconds={seconds:g} is not allowed; allowed: 1 to {most:g}, such as {usual:g}",
+                seconds=seconds,
+                most=MAX_CALIBRATION_S,
+                usual=CALIBRATION_S,
             )
         height_m = load_profile(self.sessions, performer).performer.height_m if performer else None
         self._engine.call(lambda: self._engine.start_calibration(seconds, height_m))
@@ -310,12 +306,10 @@ class LiveStage:
         """
         if not 0.0 <= countdown_s <= MAX_COUNTDOWN_S:
             raise SettingsError(
-                say(
-                    "settings.countdown",
-                    "countdown_s={seconds:g} is not allowed; allowed: 0 to {most:g}",
-                    seconds=countdown_s,
-                    most=MAX_COUNTDOWN_S,
-                )
+                "settings.countdown",
+                "countdown_s={seconds:g} is not allowed; allowed: 0 to {most:g}",
+                seconds=countdown_s,
+                most=MAX_COUNTDOWN_S,
             )
         if name:
             check_name("performer", name)
@@ -353,19 +347,15 @@ class LiveStage:
         with self._recording_lock:
             if self._engine.recording is not None:
                 raise TakeError(
-                    say(
-                        "recording.take_under_way",
-                        "take {name} is being recorded already; stop it first",
-                        name=self.recording_name(),
-                    )
+                    "recording.take_under_way",
+                    "take {name} is being recorded already; stop it first",
+                    name=self.recording_name(),
                 )
             if session in RESERVED_SESSIONS:
                 raise TakeError(
-                    say(
-                        "recording.session_reserved",
-                        "session name {name!r} is not allowed: the stage keeps files of its own there",
-                        name=session,
-                    )
+                    "recording.session_reserved",
+                    "session name {name!r} is not allowed: the stage keeps files of its own there",
+                    name=session,
                 )
             path = (
                 new_take_path(self.sessions, session)
@@ -407,9 +397,7 @@ class LiveStage:
         with self._recording_lock:
             recording = self._engine.recording
             if recording is None:
-                raise TakeError(
-                    say("recording.nothing", "nothing is being recorded; start a recording first")
-                )
+                raise TakeError("recording.nothing", "nothing is being recorded; start a recording first")
             recording.stopping = True
             try:
                 write_marker(self.sessions, marker_of(recording, self.clock_ns(), state=STOPPING))

@@ -10,7 +10,6 @@ import numpy as np
 
 from studio.engine.animation.clip.resample import frames_of
 from studio.engine.base.errors import TakeError
-from studio.engine.base.sentences import say
 from studio.engine.calibration.calibrate import with_performer
 from studio.engine.model.calibration import Calibration
 from studio.engine.model.frames import CameraFrame, ClockModel
@@ -65,13 +64,11 @@ def solve_part(
     shown = (poses.time_s >= start_s) & (poses.time_s <= end_s)
     if not shown.any():
         raise TakeError(
-            say(
-                "take.no_frames_between",
-                "{path} has no frames from {start:g} to {end:g} s",
-                path=take.path,
-                start=start_s,
-                end=end_s,
-            )
+            "take.no_frames_between",
+            "{path} has no frames from {start:g} to {end:g} s",
+            path=take.path,
+            start=start_s,
+            end=end_s,
         )
     first, last = np.flatnonzero(shown)[[0, -1]]
     return frames_of(poses, slice(int(first), int(last) + 1))

@@ -6,7 +6,6 @@ from pathlib import Path
 from typing import Any
 
 from studio.engine.base.errors import CalibrationError, TakeError
-from studio.engine.base.sentences import say
 from studio.engine.calibration.calibrate import with_performer
 from studio.engine.calibration.quality.agreement import agreement_figures, disagreements, without_named
 from studio.engine.model.frames import StepResult
@@ -93,12 +92,10 @@ def _plain(
     calibration = with_performer(calibration, frames)
     if calibration.performer is None:
         raise CalibrationError(
-            say(
-                "calibration.no_performer",
-                "the calibration of {take} has no performer and the frames show none; run `studio "
-                "calibrate {take}`",
-                take=take.path,
-            )
+            "calibration.no_performer",
+            "the calibration of {take} has no performer and the frames show none; run `studio "
+            "calibrate {take}`",
+            take=take.path,
         )
     used = {
         name: frames[name] for name in settings.camera_names(tuple(calibration.cameras)) if name in frames
@@ -126,8 +123,10 @@ def _as_live(
     summary = inspect_raw(take.raw_path)
     if summary.events == 0:
         raise TakeError(
-            f"{take.path} has no live log: it was not recorded live, so there is nothing to repeat; "
-            "solve it without --as-live"
+            "take.no_live_log",
+            "{path} has no live log: it was not recorded live, so there is nothing to repeat; "
+            "solve it without --as-live",
+            path=take.path,
         )
     total = max(sum(summary.frames.values()), 1)
     pipeline = LoggedPipeline()
@@ -149,5 +148,9 @@ def _as_live(
     if progress is not None:
         progress(1.0)
     if pipeline.settings is None:
-        raise TakeError(f"the live log of {take.path} has no beginning; run `studio doctor`")
+        raise TakeError(
+            "take.log_no_beginning",
+            "the live log of {path} has no beginning; run `studio doctor`",
+            path=take.path,
+        )
     return collect_poses(results), pipeline.settings, done

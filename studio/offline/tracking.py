@@ -82,8 +82,11 @@ def tracked_frames(
     placed = tuple(name for name in recording.cameras if name in calibration.cameras)
     if not placed:
         raise CalibrationError(
-            f"the calibration of {take.path} has none of the cameras with depth ({', '.join(recording.cameras)}); "
-            f"run `studio calibrate {take.path}`"
+            "depth.no_calibrated_camera",
+            "the calibration of {take} has none of the cameras with depth ({names}); run `studio "
+            "calibrate {take}`",
+            take=take.path,
+            names=[*recording.cameras],
         )
     names = settings.camera_names(placed)
     if settings.tracker != "points":
@@ -155,7 +158,9 @@ def _points(
 def _check_may_track(take: Take, only_kept: bool) -> None:
     if only_kept:
         raise TakeError(
-            f"the depth of {take.path} has not been tracked with these settings; solve the take once"
+            "depth.not_tracked",
+            "the depth of {take} has not been tracked with these settings; solve the take once",
+            take=take.path,
         )
 
 
@@ -183,7 +188,12 @@ def calibrate_take(
     else:
         frames = camera_frames(take.raw_path)
     if reference is not None and reference not in frames:
-        raise SettingsError(f"--reference {reference}: no such camera; allowed: {', '.join(frames)}")
+        raise SettingsError(
+            "calibration.no_such_reference",
+            "--reference {name}: no such camera; allowed: {names}",
+            name=reference,
+            names=[*frames],
+        )
     calibration = calibrate(
         frames,
         reference=reference,
@@ -226,14 +236,12 @@ def keep_calibration(take: Take, calibration: Calibration) -> int:
             else say("calibration.stays", "number {number} stays in use", number=in_use)
         )
         raise CalibrationError(
-            say(
-                "calibration.refused_take",
-                "calibration {number} of {take} is refused ({kept}): {reasons}",
-                number=number,
-                take=take.path,
-                kept=kept,
-                reasons=calibration.reasons(),
-            )
+            "calibration.refused_take",
+            "calibration {number} of {take} is refused ({kept}): {reasons}",
+            number=number,
+            take=take.path,
+            kept=kept,
+            reasons=calibration.reasons(),
         )
     return number
 

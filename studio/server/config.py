@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from studio.engine.base.errors import SettingsError
-from studio.engine.base.sentences import say
+from studio.engine.base.value_sentences import bad_setting
 
 FILE = "studio.toml"
 PREFIX = "STUDIO_"
@@ -48,12 +48,13 @@ class Config:
 
     def __post_init__(self) -> None:
         if not 0 <= self.port <= 65535:
-            raise SettingsError(f"port={self.port} is no port; allowed: 0 to 65535")
+            raise SettingsError("config.port", "port={port} is no port; allowed: 0 to 65535", port=self.port)
         _one_of("log_format", self.log_format, LOG_FORMATS)
         _one_of("log_level", self.log_level, LOG_LEVELS)
         if (self.tls_cert is None) != (self.tls_key is None):
             raise SettingsError(
-                "--tls-cert and --tls-key (tls_cert, tls_key) belong together; give both, or none"
+                "config.certificate_and_key",
+                "--tls-cert and --tls-key (tls_cert, tls_key) belong together; give both, or none",
             )
 
 
@@ -68,26 +69,28 @@ def read_token(file: Path | None, name: str) -> str:
     try:
         token = file.read_text(encoding="utf-8").strip()
     except (OSError, ValueError) as error:
-        raise SettingsError(f"{name}={file} cannot be read: {error}") from error
+        raise SettingsError(
+            "config.token_unreadable",
+            "{name}={path} cannot be read: {error}",
+            name=name,
+            path=file,
+            error=error,
+        ) from error
     if len(token) < MIN_TOKEN or not token.isascii() or not token.isprintable() or " " in token:
         raise SettingsError(
-            f"{name}={file} holds no token; allowed: {MIN_TOKEN} or more letters, digits or signs without spaces, "
-            "such as `openssl rand -hex 24` gives"
+            "config.no_token",
+            "{name}={path} holds no token; allowed: {least} or more letters, digits or signs "
+            "without spaces, such as `openssl rand -hex 24` gives",
+            name=name,
+            path=file,
+            least=MIN_TOKEN,
         )
     return token
 
 
 def _one_of(name: str, value: str, allowed: tuple[str, ...]) -> None:
     if value not in allowed:
-        raise SettingsError(
-            say(
-                "settings.value",
-                "{key}={value!r} is not allowed; allowed: {allowed}",
-                key=name,
-                value=value,
-                allowed=[*allowed],
-            )
-        )
+        raise SettingsError(bad_setting(name, value, allowed))
 
 
 @dataclass(frozen=True)
@@ -126,16 +129,29 @@ def _read(path: Path, *, named: bool) -> dict[str, Any]:
     """Return the values of a configuration file; none if there is no file and none was named."""
     if not path.is_file():
         if named:
-            raise SettingsError(f"there is no configuration file {path}, which {PREFIX}CONFIG names")
+            raise SettingsError(
+                "config.none",
+                "there is no configuration file {path}, which {prefix}CONFIG names",
+                path=path,
+                prefix=PREFIX,
+            )
         return {}
     try:
         values = tomllib.loads(path.read_text(encoding="utf-8"))
     except (OSError, ValueError) as error:
-        raise SettingsError(f"{path} is no TOML file: {error}") from error
+        raise SettingsError(
+            "config.not_toml", "{path} is no TOML file: {error}", path=path, error=error
+        ) from error
     known = [one.name for one in fields(Config)]
     unknown = [name for name in values if name not in known]
     if unknown:
-        raise SettingsError(f"{path}: unknown key {unknown[0]!r}; allowed: {', '.join(known)}")
+        raise SettingsError(
+            "config.unknown_key",
+            "{path}: unknown key {key!r}; allowed: {allowed}",
+            path=path,
+            key=unknown[0],
+            allowed=[*known],
+        )
     return values
 
 
@@ -143,10 +159,18 @@ def _converted(name: str, value: Any, source: str) -> Any:
     if name == "port":
         text = str(value)
         if isinstance(value, bool) or not (text.isascii() and text.isdigit()):
-            raise SettingsError(f"{name}={value!r} ({source}) is no number; allowed: 0 to 65535")
+            raise SettingsError(
+                "config.no_number",
+                "{name}={value!r} ({source}) is no number; allowed: 0 to 65535",
+                name=name,
+                value=value,
+                source=source,
+            )
         return int(text)
     if not isinstance(value, str | os.PathLike):
-        raise SettingsError(f"{name}={value!r} ({source}) is no text")
+        raise SettingsError(
+            "config.no_text", "{name}={value!r} ({source}) is no text", name=name, value=value, source=source
+        )
     if name in ("sessions", "recordings", "tls_cert", "tls_key", "operator_token_file", "camera_token_file"):
         return Path(value).expanduser()
     return str(value)

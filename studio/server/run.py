@@ -27,6 +27,7 @@ from studio.api.app import create_app
 from studio.api.cameras.local_cameras import LocalCameras
 from studio.api.takes.find import Finder
 from studio.engine.base.errors import StudioError
+from studio.engine.base.sentences import system_says
 from studio.live import LiveStage
 from studio.server.config import Config, read_token
 from studio.server.logs import set_up_logging
@@ -74,7 +75,12 @@ def open_socket(host: str, port: int) -> socket.socket:
         family, kind, protocol, _, address = socket.getaddrinfo(host, port, type=socket.SOCK_STREAM)[0]
         opened = socket.socket(family, kind, protocol)
     except OSError as error:
-        raise StudioError(f"cannot listen on {host}: {error.strerror}; choose another --host") from error
+        raise StudioError(
+            "server.not_listening_on",
+            "cannot listen on {host}: {error}; choose another --host",
+            host=host,
+            error=system_says(error),
+        ) from error
     if sys.platform != "win32":
         opened.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
     try:
@@ -83,7 +89,11 @@ def open_socket(host: str, port: int) -> socket.socket:
     except OSError as error:
         opened.close()
         raise StudioError(
-            f"cannot listen on {host} port {port}: {error.strerror}; stop what uses it or choose another --port"
+            "server.not_listening",
+            "cannot listen on {host} port {port}: {error}; stop what uses it or choose another --port",
+            host=host,
+            port=port,
+            error=system_says(error),
         ) from error
     return opened
 
@@ -106,8 +116,12 @@ class Tls:
             ssl.SSLContext(ssl.PROTOCOL_TLS_SERVER).load_cert_chain(self.certificate, self.key)
         except (OSError, ValueError) as error:  # ssl.SSLError is an OSError
             raise StudioError(
-                f"cannot use certificate {self.certificate} with key {self.key}: {error}; "
-                "give the PEM files of a certificate and its own key, without a password"
+                "server.certificate",
+                "cannot use certificate {certificate} with key {key}: {error}; give the PEM files of "
+                "a certificate and its own key, without a password",
+                certificate=self.certificate,
+                key=self.key,
+                error=error,
             ) from error
 
 

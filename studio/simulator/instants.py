@@ -20,6 +20,8 @@ def instants(rng: np.random.Generator, end_s: float, frames_per_second: float) -
     count = int((end_s - start) * frames_per_second)
     if count < 1:
         raise FormatError(
-            f"a motion of {end_s:.2f} s is too short to be recorded; give one of at least 0.3 s"
+            "simulator.short_motion",
+            "a motion of {seconds:.2f} s is too short to be recorded; give one of at least 0.3 s",
+            seconds=end_s,
         )
     return start + np.arange(count) / frames_per_second + np.array([jitter_s(rng) for _ in range(count)])

@@ -36,7 +36,10 @@ def stage_motion(
     positions = source.positions_m[1 if has_rest_frame(path) else 0 :]
     if len(positions) < 2:
         raise FormatError(
-            f"{path} has {source.frame_count} frames; two are needed, and a BVH's first one is dropped"
+            "simulator.few_frames",
+            "{path} has {n} frames; two are needed, and a BVH's first one is dropped",
+            path=path,
+            n=source.frame_count,
         )
     return staged(replace(source, positions_m=positions), calibration=calibration)
 

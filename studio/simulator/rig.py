@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from studio.engine.base.errors import FormatError
 from studio.engine.base.geometry import is_rigid, make_transform
+from studio.engine.base.sentences import system_says
 from studio.wire import is_camera_name
 
 _DISTANCE_M = 3.5
@@ -43,7 +44,10 @@ def look_at(position_m: NDArray[np.float64], target_m: NDArray[np.float64]) -> N
     right = np.cross(forward, [0.0, 0.0, 1.0])
     if np.linalg.norm(right) < 1e-6 * max(float(np.linalg.norm(forward)), 1e-6):
         raise FormatError(
-            f"a camera at {list(position_m)} cannot look straight up or down at {list(target_m)}; move it"
+            "simulator.rig_straight_down",
+            "a camera at {position} cannot look straight up or down at {target}; move it",
+            position=list(position_m),
+            target=list(target_m),
         )
     forward = forward / np.linalg.norm(forward)
     right = right / np.linalg.norm(right)
@@ -59,7 +63,10 @@ def standard_rig(cameras: int) -> tuple[RigCamera, ...]:
     """
     if cameras not in _ANGLES_DEG:
         raise FormatError(
-            f"{cameras} cameras: the standard rigs have 1 to {MAX_CAMERAS}; give a rig file for others"
+            "simulator.rig_standard",
+            "{n} cameras: the standard rigs have 1 to {most}; give a rig file for others",
+            n=cameras,
+            most=MAX_CAMERAS,
         )
     rig = []
     for k, angle in enumerate(np.radians(_ANGLES_DEG[cameras])):
@@ -79,33 +86,56 @@ def read_rig(path: str | Path) -> tuple[RigCamera, ...]:
     try:
         value = json.loads(Path(path).read_text(encoding="utf-8"))
     except OSError as error:
-        raise FormatError(f"cannot read rig {path}: {error.strerror}; give a JSON file") from error
+        raise FormatError(
+            "simulator.rig_unreadable",
+            "cannot read rig {path}: {error}; give a JSON file",
+            path=path,
+            error=system_says(error),
+        ) from error
     except (ValueError, RecursionError) as error:
         raise FormatError(
-            f"rig {path} is not JSON ({error}); see the documentation of `studio simulate`"
+            "simulator.rig_not_json",
+            "rig {path} is not JSON ({error}); see the documentation of `studio simulate`",
+            path=path,
+            error=error,
         ) from error
     cameras = value.get("cameras") if isinstance(value, dict) else None
     if not isinstance(cameras, dict) or not cameras:
-        raise FormatError(f"rig {path} needs `cameras`, an object of cameras by name, with at least one")
+        raise FormatError(
+            "simulator.rig_no_cameras",
+            "rig {path} needs `cameras`, an object of cameras by name, with at least one",
+            path=path,
+        )
     return tuple(_camera(path, name, camera) for name, camera in cameras.items())
 
 
 def _camera(path: str | Path, name: str, camera: object) -> RigCamera:
     if not is_camera_name(name):
         raise FormatError(
-            f"rig {path}: camera name {name!r}; allowed: 1 to 63 letters, digits, `_`, `.`, `-`"
+            "simulator.rig_camera_name",
+            "rig {path}: camera name {name!r}; allowed: 1 to 63 letters, digits, `_`, `.`, `-`",
+            path=path,
+            name=name,
         )
     if isinstance(camera, dict) and "T_stage_camera" in camera:
         T = _numbers(path, name, camera["T_stage_camera"], (4, 4))
         if not is_rigid(T):
             raise FormatError(
-                f"rig {path}: T_stage_camera of {name} is not a rigid 4x4 transform with det(R) = +1"
+                "simulator.rig_not_rigid",
+                "rig {path}: T_stage_camera of {name} is not a rigid 4x4 transform with det(R) = +1",
+                path=path,
+                name=name,
             )
         return RigCamera(name, T)
     if isinstance(camera, dict) and "position_m" in camera:
         position = _numbers(path, name, camera["position_m"], (3,))
         return RigCamera(name, look_at(position, _numbers(path, name, camera.get("look_at_m", _AIM_M), (3,))))
-    raise FormatError(f"rig {path}: camera {name} needs position_m (and look_at_m), or T_stage_camera")
+    raise FormatError(
+        "simulator.rig_no_position",
+        "rig {path}: camera {name} needs position_m (and look_at_m), or T_stage_camera",
+        path=path,
+        name=name,
+    )
 
 
 def _numbers(path: str | Path, name: str, value: object, shape: tuple[int, ...]) -> NDArray[np.float64]:
@@ -115,6 +145,11 @@ def _numbers(path: str | Path, name: str, value: object, shape: tuple[int, ...])
         array = np.array(np.nan)
     if array.shape != shape or not np.isfinite(array).all():
         raise FormatError(
-            f"rig {path}: camera {name} needs {' x '.join(map(str, shape))} finite numbers, got {value!r}"
+            "simulator.rig_numbers",
+            "rig {path}: camera {name} needs {shape} finite numbers, got {value!r}",
+            path=path,
+            name=name,
+            shape=" x ".join(map(str, shape)),
+            value=value,
         )
     return array

@@ -10,6 +10,7 @@ from studio import wire
 from studio.engine.animation.motion.motion import CanonicalMotion
 from studio.engine.base.errors import SettingsError, TakeError
 from studio.engine.base.files import write_atomically
+from studio.engine.base.value_sentences import bad_value, unknown
 from studio.engine.model.joints import CANONICAL
 from studio.simulator.joints.noisy_joints import FRAMES_PER_SECOND
 from studio.simulator.joints.seen import see
@@ -67,7 +68,9 @@ def simulate_take(
     out = Path(out)
     truth_path = out.resolve().parent / f"{out.resolve().name}.truth.csv"
     if truth_path.exists():
-        raise TakeError(f"{truth_path} exists; choose another take, or delete it")
+        raise TakeError(
+            "simulator.truth_exists", "{path} exists; choose another take, or delete it", path=truth_path
+        )
     stage_rig = standard_rig(cameras) if rig is None else read_rig(rig)
     write: Callable[[Take], None]
     if tracker == "depth":
@@ -92,11 +95,11 @@ def simulate_take(
 
 def _check(sensor: str, tracker: str, seed: int) -> None:
     if sensor not in SENSORS:
-        raise SettingsError(f"unknown sensor {sensor!r}; allowed: {', '.join(SENSORS)}")
+        raise SettingsError(unknown("sensor", sensor, SENSORS))
     if tracker not in TRACKERS:
-        raise SettingsError(f"unknown tracker {tracker!r}; allowed: {', '.join(TRACKERS)}")
+        raise SettingsError(unknown("tracker", tracker, TRACKERS))
     if seed < 0:
-        raise SettingsError(f"seed {seed} is not allowed; allowed: a whole number from 0")
+        raise SettingsError(bad_value("seed", seed, "a whole number from 0"))
 
 
 def _depth(

@@ -59,7 +59,11 @@ class Outputs:
         """
         with self._lock:
             if len(self._targets) >= MAX_TARGETS:
-                raise SettingsError(f"there are {MAX_TARGETS} live outputs already; remove one first")
+                raise SettingsError(
+                    "output.too_many",
+                    "there are {most} live outputs already; remove one first",
+                    most=MAX_TARGETS,
+                )
             return self._put(Target(id=secrets.token_hex(4), **values))
 
     def change(self, name: str, **values: Any) -> Target:
@@ -93,7 +97,10 @@ class Outputs:
     def _get(self, name: str) -> Target:
         if name not in self._targets:
             raise SettingsError(
-                f"there is no live output {name!r}; there are: {', '.join(self._targets) or 'none'}"
+                "output.no_such",
+                "there is no live output {name!r}; there are: {names}",
+                name=name,
+                names=", ".join(self._targets) or "none",
             )
         return self._targets[name]
 

@@ -6,7 +6,7 @@ from pathlib import Path
 
 from studio.engine.base.errors import FormatError, SettingsError
 from studio.engine.base.files import write_json
-from studio.engine.base.sentences import say
+from studio.engine.base.value_sentences import bad_setting
 from studio.engine.base.versions import OUTPUTS
 from studio.streams import rokoko, vmc
 
@@ -45,42 +45,44 @@ class Target:
 
     def __post_init__(self) -> None:
         if self.kind not in KINDS:
-            raise SettingsError(
-                say(
-                    "settings.value",
-                    "{key}={value!r} is not allowed; allowed: {allowed}",
-                    key="kind",
-                    value=self.kind,
-                    allowed=[*KINDS],
-                )
-            )
+            raise SettingsError(bad_setting("kind", self.kind, KINDS))
         if self.port == 0:
             object.__setattr__(self, "port", KINDS[self.kind])
         if not 1 <= self.port <= 65535:
             raise SettingsError(
-                f"port={self.port} is not allowed; allowed: 1 to 65535, usual {KINDS[self.kind]}"
+                "output.port",
+                "port={port} is not allowed; allowed: 1 to 65535, usual {usual}",
+                port=self.port,
+                usual=KINDS[self.kind],
             )
         if not self.host or len(self.host) > MAX_HOST or any(c.isspace() or c in "/?#@" for c in self.host):
             raise SettingsError(
-                f"host={self.host!r} is not a machine's name or address; such as 192.168.1.20"
+                "output.host",
+                "host={host!r} is not a machine's name or address; such as 192.168.1.20",
+                host=self.host,
             )
         _within("rate_hz", self.rate_hz, RATES_HZ)
         _within("scale", self.scale, SCALES)
         if not 1 <= len(self.actor) <= 60:
             raise SettingsError(
-                say(
-                    "blind.text_length",
-                    "{name} has {n} characters; allowed: 1 to {most}",
-                    name="actor",
-                    n=len(self.actor),
-                    most=60,
-                )
+                "blind.text_length",
+                "{name} has {n} characters; allowed: 1 to {most}",
+                name="actor",
+                n=len(self.actor),
+                most=60,
             )
 
 
 def _within(name: str, value: float, limits: tuple[float, float]) -> None:
     if not limits[0] <= value <= limits[1]:  # NaN fails too
-        raise SettingsError(f"{name}={value:g} is not allowed; allowed: {limits[0]:g} to {limits[1]:g}")
+        raise SettingsError(
+            "output.between",
+            "{name}={value:g} is not allowed; allowed: {low:g} to {high:g}",
+            name=name,
+            value=value,
+            low=limits[0],
+            high=limits[1],
+        )
 
 
 def load_targets(sessions: Path) -> list[Target]:
@@ -99,7 +101,10 @@ def load_targets(sessions: Path) -> list[Target]:
         OSError, ValueError, KeyError, TypeError, AttributeError, RecursionError, FormatError, SettingsError
     ) as error:  # fmt: skip
         raise SettingsError(
-            f"live outputs cannot be read from {path.name} ({error}); delete the file and add them again"
+            "output.unreadable",
+            "live outputs cannot be read from {file} ({error}); delete the file and add them again",
+            file=path.name,
+            error=error,
         ) from error
 
 

@@ -81,7 +81,12 @@ def view_routes(view: LiveView) -> APIRouter:
         """Change the view in every browser; missing fields stay."""
         unknown = [name for name in change.layers if name not in LAYERS]
         if unknown:
-            raise SettingsError(f"unknown layer {unknown[0]!r}; allowed: {', '.join(LAYERS)}")
+            raise SettingsError(
+                "view.layer",
+                "unknown layer {layer!r}; allowed: {allowed}",
+                layer=unknown[0],
+                allowed=[*LAYERS],
+            )
         view.set_layers(change.layers)
         if change.trails is not None:
             view.set_trail_joints(change.trails)

@@ -13,6 +13,7 @@ import viser
 from numpy.typing import NDArray
 
 from studio.engine.base.errors import SettingsError
+from studio.engine.base.value_sentences import bad_setting
 from studio.engine.model.calibration import Calibration
 from studio.engine.model.frames import StepResult
 from studio.engine.model.joints import OUTPUT_INDEX
@@ -148,12 +149,15 @@ class LiveView:
             SettingsError: no such colour or camera.
         """
         if colour is not None and colour not in COLOURS:
-            raise SettingsError(f"colour={colour!r} is not allowed; allowed: {', '.join(COLOURS)}")
+            raise SettingsError(bad_setting("colour", colour, COLOURS))
         known = {*self.points.status().cameras, *self.colours}
         unknown = [name for name in cameras if name not in known]
         if unknown:
             raise SettingsError(
-                f"camera {unknown[0]!r} is not shown; allowed: {', '.join(sorted(known)) or 'none yet'}"
+                "view.camera",
+                "camera {name!r} is not shown; allowed: {names}",
+                name=unknown[0],
+                names=", ".join(sorted(known)) or "none yet",
             )
         self.points.choose(colour=colour, cameras=cameras)
 
@@ -165,7 +169,11 @@ class LiveView:
         """
         if len(joints) > MAX_TRAILS or any(name not in OUTPUT_INDEX for name in joints):
             raise SettingsError(
-                f"trails={','.join(joints)} is not allowed; allowed: up to {MAX_TRAILS} of {', '.join(OUTPUT_INDEX)}"
+                "view.trails",
+                "trails={joints} is not allowed; allowed: up to {most} of {allowed}",
+                joints=",".join(joints),
+                most=MAX_TRAILS,
+                allowed=[*OUTPUT_INDEX],
             )
         with self._changed:
             self._trail_joints = tuple(joints)

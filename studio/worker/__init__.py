@@ -19,7 +19,6 @@ from multiprocessing.process import BaseProcess
 from typing import Any
 
 from studio.engine.base.errors import StudioError
-from studio.engine.base.sentences import say
 from studio.worker.process import interrupt, work
 
 _log = logging.getLogger(__name__)
@@ -210,25 +209,21 @@ def run_in_process(
     if kind == "done":
         return value
     if kind == "stopped" or (kind == "broken" and stopping.pressed):
-        raise Stopped(f"{name} was stopped before it was done")
+        raise Stopped("work.stopped", "{work} was stopped before it was done", work=name)
     if kind == "error":
         assert isinstance(value, BaseException)
         raise value
     if kind == "crash":
         _log.error("%s failed in its process:\n%s", function, value)
         raise StudioError(
-            say(
-                "work.failed",
-                "{work} failed: {error}; see the server's log",
-                work=name,
-                error=str(value).strip().splitlines()[-1],
-            )
+            "work.failed",
+            "{work} failed: {error}; see the server's log",
+            work=name,
+            error=str(value).strip().splitlines()[-1],
         )
     raise StudioError(
-        say(
-            "work.broke_off",
-            "{work} broke off (exit code {code}); try again",
-            work=name,
-            code=worker.process.exitcode,
-        )
+        "work.broke_off",
+        "{work} broke off (exit code {code}); try again",
+        work=name,
+        code=worker.process.exitcode,
     )

@@ -18,6 +18,7 @@ from studio.take.raw.frames import RawEvent, camera_frames, inspect_raw, read_ra
 from studio.take.raw.live_log import SegmentEvent
 from studio.take.upkeep.doctor import check_takes
 from tests.api.camera import Camera, send_frames, wait_until
+from tests.api.test_routes import codes
 from tests.live.performer import save_stage_calibration
 
 SECOND = 1_000_000_000
@@ -206,7 +207,7 @@ def test_a_full_disk_ends_the_recording_in_order(small_disk, start_studio, left_
         path = small_disk / "sessions" / "tests" / "full"
         assert inspect_raw(path / "raw.mcap").frames["camera_0"] >= 60
         refused = studio.http.post("/record/start", json={"session": "tests", "take": "next"})
-        assert refused.status_code >= 400 and "free some space" in refused.json()["error"]["message"]
+        assert refused.status_code >= 400 and codes(refused.json()["error"]) == ["recording.disk_low"]
         (small_disk / "ballast").unlink()
         studio.http.post("/record/start", json={"session": "tests", "take": "next"}).raise_for_status()
         send_frames([camera], 10)

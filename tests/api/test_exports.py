@@ -5,7 +5,7 @@ import zipfile
 
 from studio.take.importers import import_recording
 from tests.api.camera import wait_until
-from tests.api.test_routes import assert_error
+from tests.api.test_routes import assert_error, codes
 from tests.engine.animation.retarget.rigs import write_rig
 from tests.poses_factory import t_pose
 from tests.take.test_depth_files import k4a_file
@@ -63,13 +63,13 @@ def test_the_depth_of_a_camera(studio, tmp_path):
     assert job["state"] == "done" and job["name"] == "deep_camera_0_depth.mkv", job
     assert answer.content == file.read_bytes()
     job, _ = exported_by(http, "/exports/depth", {"take": "monday/small", "camera": "camera_1"})
-    assert job["state"] == "failed" and "40 x 30 do not fit" in job["message"]
-    for wrong, words in (
-        ({"take": "monday/flat"}, "has no depth"),
-        ({"take": "monday/small"}, "choose one"),
-        ({"take": "monday/deep", "camera": "x"}, "no depth of camera 'x'"),
+    assert job["state"] == "failed" and codes(job) == ["depth.k4a_size"]
+    for wrong, said in (
+        ({"take": "monday/flat"}, "depth.none"),
+        ({"take": "monday/small"}, "depth.choose_camera"),
+        ({"take": "monday/deep", "camera": "x"}, "depth.no_such_camera"),
     ):
-        assert_error(http.post("/exports/depth", json=wrong), 409, "take", words)
+        assert_error(http.post("/exports/depth", json=wrong), 409, "take", said)
 
 
 def test_what_does_not_go(studio):
@@ -78,12 +78,12 @@ def test_what_does_not_go(studio):
     http = studio.http
     assert_error(http.post("/exports", json={"solves": [], "format": "fbx"}), 422, "invalid_request")
     wrong = {"solves": one * 2, "format": "bvh", "together": True}
-    assert_error(http.post("/exports", json=wrong), 422, "settings", "allowed: fbx")
+    assert_error(http.post("/exports", json=wrong), 422, "settings", "export.one_take_format")
     missing = {"solves": [{"take": "monday/one", "solve": "x"}], "format": "fbx"}
     assert_error(http.post("/exports", json=missing), 404, "not_found")
     astray = {"solves": [{"take": "../../etc", "solve": "x"}], "format": "fbx"}
     assert http.post("/exports", json=astray).status_code in (404, 409)
     assert_error(http.get("/exports/99"), 404, "not_found")
     job, answer = exported(http, solves=one, format="fbx", timecode="25:99")
-    assert job["state"] == "failed" and "timecode" in job["message"]
-    assert_error(answer, 404, "not_found", "not done")
+    assert job["state"] == "failed" and codes(job) == ["export.timecode"]
+    assert_error(answer, 404, "not_found", "export.not_done")

@@ -14,7 +14,7 @@ from studio.take.importers import import_recording
 from studio.take.library import incoming
 from studio.take.library.incoming import PREFIX
 from tests.api.camera import wait_until
-from tests.api.test_routes import assert_error
+from tests.api.test_routes import assert_error, codes
 
 
 def files_of(path: Path) -> dict[str, bytes]:
@@ -92,9 +92,9 @@ def test_the_importers_own_words_of_a_truncated_and_of_an_unknown_file(studio, t
     jobs = {job["name"]: job for job in imported(studio, files)}
     cut = jobs["punches_2_cameras"]
     assert (cut["state"], cut["take"]) == ("failed", "") or cut["state"] == "done"
-    assert jobs["notes.txt"]["message"].startswith("notes.txt is no recording that can be imported; allowed:")
-    assert jobs["cut.mkv"]["state"] == "failed" and jobs["cut.mkv"]["message"].startswith("cut.mkv")
-    assert "is not allowed" in jobs["../../evil.bvh"]["message"]
+    assert codes(jobs["notes.txt"]) == ["import.unknown_kind"]
+    assert jobs["cut.mkv"]["state"] == "failed" and codes(jobs["cut.mkv"]) == ["import.not_matroska"]
+    assert codes(jobs["../../evil.bvh"]) == ["import.name"]
     assert not any(str(studio.sessions) in job["message"] for job in jobs.values())
     assert left(studio) == [] and not list(studio.sessions.parent.rglob("evil*"))
 
@@ -113,7 +113,7 @@ def test_a_browser_that_goes_leaves_nothing(studio):
     wait_until(lambda: left(studio), "it is written")
     link.close()
     job = ended(studio, one["job"]["id"])
-    assert job["state"] == "failed" and "send them again" in job["message"]
+    assert job["state"] == "failed" and codes(job) == ["import.browser_gone"]
     assert left(studio) == [] and studio.http.get("/takes").json() == []
 
 
@@ -138,11 +138,14 @@ def test_a_browser_that_never_sends_is_given_up(studio, monkeypatch):
 def test_other_sizes_than_announced(studio):
     (less,) = announced(studio, {"a.bvh": b"x" * 10})
     assert_error(
-        studio.http.put(f"/imports/{less['job']['id']}", content=b"x"), 422, "format", "1 of 10 bytes"
+        studio.http.put(f"/imports/{less['job']['id']}", content=b"x"), 422, "format", "import.broke_off"
     )
     (more,) = announced(studio, {"a.bvh": b"x" * 10})
     assert_error(
-        studio.http.put(f"/imports/{more['job']['id']}", content=b"x" * 11), 422, "format", "more came"
+        studio.http.put(f"/imports/{more['job']['id']}", content=b"x" * 11),
+        422,
+        "format",
+        "import.more_than_announced",
     )
     assert left(studio) == []
 
@@ -152,7 +155,7 @@ def test_a_disk_without_room(studio, monkeypatch):
     full = incoming.KEPT_FREE_BYTES + 30
     monkeypatch.setattr(incoming.shutil, "disk_usage", lambda folder: usage(full, 0, full))
     refused, taken = announced(studio, {"a.bvh": b"x" * 20, "b.bvh": b"y" * 10})
-    assert refused["job"]["state"] == "failed" and "free some space" in refused["job"]["message"]
+    assert refused["job"]["state"] == "failed" and codes(refused["job"]) == ["import.no_space"]
     real = Path.open
 
     def no_room(path: Path, *args: Any, **options: Any) -> Any:
@@ -162,7 +165,7 @@ def test_a_disk_without_room(studio, monkeypatch):
 
     monkeypatch.setattr(Path, "open", no_room)
     answer = studio.http.put(f"/imports/{taken['job']['id']}", content=b"y" * 10)
-    assert_error(answer, 500, "failed", "No space left on device; free some space")
+    assert_error(answer, 500, "failed", "import.unwritable")
     assert left(studio) == []
 
 

@@ -37,7 +37,7 @@ def test_the_edit_list_of_a_solve(recorded):
     assert against.status_code == 200, against.text
     assert_error(recorded.http.get("/takes/tests/one/solves/none/cleanup"), 404, "not_found")
     missing = recorded.http.get("/takes/tests/one/solves/live/cleanup", params={"reference": "x.csv"})
-    assert_error(missing, 404, "not_found", "send it first")
+    assert_error(missing, 404, "not_found", "reference.send_first")
 
 
 def test_the_edit_list_is_against_the_reference_as_it_is_kept(recorded):
@@ -89,4 +89,4 @@ def test_the_report_is_one_page(recorded):
     assert "default-src 'none'" in answer.headers["content-security-policy"]
     assert "<svg" in answer.text and "<script" not in answer.text
     missing = recorded.http.get("/takes/tests/one/report", params={"reference": "x.csv"})
-    assert_error(missing, 404, "not_found", "send it first")
+    assert_error(missing, 404, "not_found", "reference.send_first")

@@ -8,6 +8,7 @@ import pytest
 from studio.engine.base.errors import SettingsError
 from studio.take.library.presets import FILE, Presets
 from tests.api.conftest import Studio
+from tests.refused import refused
 
 
 def test_a_preset_is_saved_used_renamed_and_removed(
@@ -34,24 +35,26 @@ def test_a_preset_is_saved_used_renamed_and_removed(
 
 @pytest.mark.parametrize("name", ["studio", "..", "a/b", " "])
 def test_a_name_that_is_not_allowed_is_refused(tmp_path: Path, name: str) -> None:
-    with pytest.raises(SettingsError, match=r"choose another name|not allowed"):
+    with refused(SettingsError, "preset.own_name", "settings.preset_name"):
         Presets(tmp_path).save(name, Presets(tmp_path).settings("raw"))
 
 
 def test_unknown_presets_list_what_there_is(tmp_path: Path) -> None:
     presets = Presets(tmp_path)
     presets.save("mine", presets.settings("raw"))
-    with pytest.raises(SettingsError, match="allowed: raw, thesis, studio, finish, mine"):
+    with refused(
+        SettingsError, "settings.unknown_preset", allowed=["raw", "thesis", "studio", "finish", "mine"]
+    ):
         presets.settings("yours")
-    with pytest.raises(SettingsError, match="program's own"):
+    with refused(SettingsError, "preset.own"):
         presets.remove("studio")
-    with pytest.raises(SettingsError, match="already"):
+    with refused(SettingsError, "preset.taken"):
         presets.save("other", presets.settings("raw"))
         presets.rename("other", "mine")
 
 
 def test_a_damaged_file_is_said_and_not_overwritten(tmp_path: Path) -> None:
     (tmp_path / FILE).write_text("{")
-    with pytest.raises(SettingsError, match="cannot read"):
+    with refused(SettingsError, "settings.presets_unreadable"):
         Presets(tmp_path).save("mine", Presets(tmp_path).settings("raw"))
     assert (tmp_path / FILE).read_text() == "{"

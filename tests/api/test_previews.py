@@ -8,6 +8,7 @@ from PIL import Image
 
 from studio import wire
 from tests.api.camera import Camera, send_frames, wait_until
+from tests.api.test_routes import codes
 
 INTRINSICS = wire.Intrinsics(50.0, 50.0, 49.5, 44.5, 100, 90)
 
@@ -24,7 +25,7 @@ def test_the_newest_preview_is_served_as_a_picture(studio):
         camera.greet(intrinsics=INTRINSICS)
         send_frames([camera], 3)
         missing = studio.http.get(route)
-        assert missing.status_code == 404 and "depth" in missing.json()["error"]["message"]
+        assert missing.status_code == 404 and codes(missing.json()["error"]) == ["camera.no_preview"]
         for value in (4000, 1000):
             camera.send(wire.preview_image(camera.clock_ns(), depth(value)))
         wait_until(lambda: studio.stage.status().cameras["camera_0"].previews == 2, "both came")

@@ -12,15 +12,15 @@ TAKE = "/takes/tests/one"
 
 def test_one_that_cannot_be_read_is_refused_and_not_kept(recorded):
     http = recorded.http
-    for name, content, words in [
-        ("cut.csv", "time_s,hips_x\n0,1\n", "hips_y"),
-        ("noise.bvh", b"\x00\xff" * 500, "noise.bvh"),
-        ("empty.c3d", b"", "empty.c3d"),
-        ("motion.exe", b"MZ", "allowed"),
-        (f"{'long' * 14}.csv", reference_of(recorded), "allowed"),
+    for name, content, said in [
+        ("cut.csv", "time_s,hips_x\n0,1\n", "reference.missing_column"),
+        ("noise.bvh", b"\x00\xff" * 500, "bvh.not_bvh"),
+        ("empty.c3d", b"", "c3d.not_c3d"),
+        ("motion.exe", b"MZ", "reference.unread_kind"),
+        (f"{'long' * 14}.csv", reference_of(recorded), "reference.name_length"),
     ]:
         answer = http.put(f"{TAKE}/references/{name}", content=content)
-        assert_error(answer, 422, "format", words)
+        assert_error(answer, 422, "format", said)
         assert str(recorded.sessions) not in answer.text
     assert http.put(f"{TAKE}/references/..%2f..%2fx.csv", content="a").status_code in (404, 405, 409)
     assert http.get(f"{TAKE}/references").json() == []
@@ -37,7 +37,9 @@ def test_a_file_beside_the_takes(recorded):
     assert answer.status_code == 201, answer.text
     assert answer.json()["joints"] == ["hips", "head", "left_wrist"]
     for file in ("../outside.csv", "tests/link.csv", "/etc/passwd", "tests/one/take.json"):
-        assert_error(http.post(f"{TAKE}/references", json={"file": file}), 409, "take", "offered")
+        assert_error(
+            http.post(f"{TAKE}/references", json={"file": file}), 409, "take", "reference.not_offered"
+        )
 
 
 def test_aligned_compared_measured_removed_restored(recorded):
@@ -60,7 +62,7 @@ def test_aligned_compared_measured_removed_restored(recorded):
     assert http.delete(where).json() == {"removed": "truth.csv"}
     assert http.get(f"{TAKE}/references").json() == []
     assert not list(Take.open(recorded.sessions / "tests/one").solve_folder("live").glob("references/*"))
-    assert_error(http.post(f"{where}/align", json=wanted), 404, "not_found", "send it first")
+    assert_error(http.post(f"{where}/align", json=wanted), 404, "not_found", "reference.send_first")
     http.post(f"{where}/restore").raise_for_status()
     assert http.get(where).json()["align"] == "similarity"
     assert_error(http.post(f"{where}/restore"), 409, "take")
@@ -75,7 +77,9 @@ def test_a_solve_is_as_far_from_itself_as_it_is_moved(recorded):
     moved = http.post("/compare", json={"a": own, "b": {"solve": "live"}, "offset_ms": 50.0}).json()
     assert moved["frames"] < found["frames"] and np.isfinite(moved["mean_mm"])
     for wrong in ({}, {"solve": "live", "reference": "x.csv"}):
-        assert_error(http.post("/compare", json={"a": own, "b": wrong}), 422, "settings", "one of the two")
+        assert_error(
+            http.post("/compare", json={"a": own, "b": wrong}), 422, "settings", "compare.one_of_two"
+        )
     assert_error(http.post("/compare", json={"a": own, "b": {"reference": "x.csv"}}), 404, "not_found")
 
 

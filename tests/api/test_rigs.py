@@ -28,10 +28,10 @@ def test_a_rig_is_sent_mapped_and_exported_onto(recorded, tmp_path):
 
 def test_what_does_not_go(studio, tmp_path):
     rig = write_rig(tmp_path / "hero.glb", t_pose(2)).read_bytes()
-    assert_error(studio.http.put("/rigs/hero.obj", content=rig), 422, "format", ".glb")
-    assert_error(studio.http.put("/rigs/hero.glb", content=rig[:300]), 422, "format", "cut off")
+    assert_error(studio.http.put("/rigs/hero.obj", content=rig), 422, "format", "rig.name")
+    assert_error(studio.http.put("/rigs/hero.glb", content=rig[:300]), 422, "format", "gltf.cut_off")
     assert_error(studio.http.get("/rigs/hero.glb/mapping"), 404, "not_found")
     assert studio.http.put("/rigs/hero.glb", content=rig).status_code == 201
     wrong = studio.http.put("/rigs/hero.glb/mapping", json={"bones": {"Hips": "tail"}})
-    assert_error(wrong, 422, "format", "no such bone")
+    assert_error(wrong, 422, "format", "rig.no_such_bone")
     assert studio.http.get("/rigs/hero.glb/mapping").json()["mapping"] == "by name"

@@ -17,6 +17,7 @@ from studio.camera.sources.tracked import ObserverProcess, TrackedSource
 from studio.engine.base.errors import SettingsError, StudioError
 from tests.camera.depth_devices import CAMERA, BrokenObserver, Device, FixedObserver
 from tests.camera.link_server import LinkServer, link_server, running
+from tests.refused import refused
 
 
 async def take(source, count: int) -> list:
@@ -131,13 +132,15 @@ def test_depth_goes_over_the_link_while_a_take_is_recorded(monkeypatch: pytest.M
 def test_an_observer_that_fails_is_told() -> None:
     with ObserverProcess("a", CAMERA, FixedObserver) as process:
         process.wait_ready()
-        with pytest.raises(StudioError, match="number thirteen"):
+        with refused(StudioError, "tracker.failed", error="ValueError: number thirteen"):
             process.observe(0, np.full((48, 64), 13, np.uint16))
-        with pytest.raises(StudioError, match="process has ended"):
+        with refused(StudioError, "tracker.ended"):
             process.observe(0, np.full((48, 64), 1000, np.uint16))
     with (
         ObserverProcess("a", CAMERA, BrokenObserver) as process,
-        pytest.raises(StudioError, match="no weights"),
+        refused(
+            StudioError, "tracker.failed", error="studio.engine.base.errors.StudioError: no weights here"
+        ),
     ):
         process.wait_ready()
 
@@ -156,7 +159,7 @@ def test_the_preview_as_text_and_as_a_page() -> None:
         page = PreviewPage(source, 0)
         await page.start()
         other = PreviewPage(source, page.port)
-        with pytest.raises(SettingsError, match="choose another port"):
+        with refused(SettingsError, "camera.preview_port"):
             await other.start()
         async with httpx.AsyncClient(base_url=f"http://127.0.0.1:{page.port}", trust_env=False) as client:
             assert "<img" in (await client.get("/")).text

@@ -12,6 +12,7 @@ from studio.camera.sources.registry import open_source
 from studio.camera.sources.tracked import TrackedSource
 from studio.engine.base.errors import FormatError
 from studio.take.importers import import_recording
+from tests.refused import refused
 from tests.take.test_depth_files import k4a_file
 from tests.take.test_raw_depth import image, png_camera
 
@@ -72,5 +73,5 @@ def test_clients_of_one_recording_play_the_same_moment(folder: Path) -> None:
 def test_a_recording_without_an_image_is_an_error(folder: Path) -> None:
     for file in (folder / "camera_1" / "depth").iterdir():
         file.write_bytes(b"")
-    with pytest.raises(FormatError, match="no depth image of camera_1"):
+    with refused(FormatError, "depth.none_readable", name="camera_1"):
         RecordingConfig(folder, "camera_1").open()

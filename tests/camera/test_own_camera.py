@@ -18,6 +18,7 @@ from studio.engine.base.errors import SettingsError
 from tests.acceptance.processes import sequences, server_process, wait_until
 from tests.camera.depth_devices import Device, FixedObserver
 from tests.camera.link_server import LinkServer, link_server, running
+from tests.refused import refused
 
 
 class Own(studio.Source):
@@ -88,16 +89,16 @@ def test_an_own_depth_camera_gets_a_tracker(tmp_path, monkeypatch):
 
 
 @pytest.mark.parametrize(
-    ("source", "said"),
+    "source",
     [
-        (Own(), "source 'own' gives no depth"),
-        ("simulated:0/1", "source 'simulated:0/1' gives no depth"),
-        (studio.SimulatedConfig(0, 1), r"source SimulatedConfig\(index=0, count=1, seed=0\) gives no depth"),
+        Own(),
+        "simulated:0/1",
+        studio.SimulatedConfig(0, 1),
     ],
     ids=["camera", "text", "configuration"],
 )
-def test_a_camera_without_depth_has_nothing_to_preview(source, said, tmp_path):
-    with pytest.raises(SettingsError, match=said):
+def test_a_camera_without_depth_has_nothing_to_preview(source, tmp_path):
+    with refused(SettingsError, "source.no_depth"):
         studio.run_camera(source, preview=True, spool=tmp_path)
 
 

@@ -14,6 +14,7 @@ from studio.camera.client.keeper import RECENT, Keeper
 from studio.camera.client.spool import SEGMENT_BYTES, Origin, Spool
 from studio.engine.base.errors import SettingsError
 from tests.live.performer import hello
+from tests.refused import refused
 
 TAKE = Origin("day/take_001", "0a1b", hello("camera_0", token="hush"))
 OTHER = Origin("day/take_002", "0a1c", hello("camera_0"))
@@ -84,7 +85,7 @@ def test_a_torn_end_costs_only_the_frame_that_it_touched(tmp_path: Path) -> None
 
 def test_two_clients_do_not_share_a_spool(tmp_path: Path) -> None:
     spool = Spool(tmp_path / "spool")
-    with pytest.raises(SettingsError, match="another client"):
+    with refused(SettingsError, "spool.in_use"):
         Spool(tmp_path / "spool")
     spool.close()
 
@@ -94,6 +95,7 @@ import sys
 from pathlib import Path
 from studio.camera.client.spool import Spool
 from tests.camera.test_spool import TAKE, keep
+from tests.refused import refused
 spool = Spool(Path(sys.argv[1]))
 keep(spool, range(200))
 print("kept", flush=True)

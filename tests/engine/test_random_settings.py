@@ -18,6 +18,7 @@ from studio.engine.whole_take.take import solve_frames
 from tests.engine.combinations import available
 from tests.engine.switch_values import CHOICES
 from tests.engine.torture import FRAMES_PER_SECOND, PERFORMER, SECOND, known_calibration, seen
+from tests.refused import refused
 
 CALIBRATION = known_calibration(2)
 BEGIN_S, SECONDS = 5.5, 0.5
@@ -114,5 +115,5 @@ def test_more_random_settings(seed):
 
 
 def test_there_is_nothing_to_finish_without_inverse_kinematics():
-    with pytest.raises(SettingsError, match="ik="):
+    with refused(SettingsError, "settings.finish_needs_pose"):
         solve_frames(recording(), CALIBRATION, parse_settings("studio", ("ik=none", "finish=on")))

@@ -15,6 +15,7 @@ from studio.take.library.depth_export import export_depth
 from studio.take.library.k4a_writer import write_k4a
 from studio.take.raw.depth import depth_cameras, depth_frames
 from studio.take.raw.frames import camera_frames
+from tests.refused import refused
 from tests.take.test_raw_depth import depth_take, image
 
 CAMERA = DepthCamera(
@@ -48,12 +49,12 @@ def test_the_depth_of_a_take_becomes_an_azure_kinect_file(tmp_path: Path) -> Non
     take = import_recording(k4a_file(tmp_path / "a.mkv"), tmp_path / "take")
     assert export_depth(take, tmp_path / "b.mkv") == ("camera_0", 4)
     assert (tmp_path / "b.mkv").read_bytes() == (tmp_path / "a.mkv").read_bytes()
-    with pytest.raises(TakeError, match="no depth of camera 'x'; it has: camera_0"):
+    with refused(TakeError, "depth.no_such_camera", name="x", names=["camera_0"]):
         export_depth(take, tmp_path / "c.mkv", "x")
     two = depth_take(tmp_path / "two", 3)
-    with pytest.raises(TakeError, match="camera_0, camera_1; choose one"):
+    with refused(TakeError, "depth.choose_camera", names=["camera_0", "camera_1"]):
         export_depth(two, tmp_path / "c.mkv")
-    with pytest.raises(FormatError, match="40 x 30 do not fit"):
+    with refused(FormatError, "depth.k4a_size", height=30, width=40):
         export_depth(two, tmp_path / "c.mkv", "camera_1")
     assert not (tmp_path / "c.mkv").exists()
 
@@ -66,15 +67,17 @@ def test_a_cut_azure_kinect_file_gives_what_it_holds(tmp_path: Path) -> None:
     assert "cut.mkv was cut or not finished; the 2 images" in take.meta["notes"]
     for size in (0, 200, 1500):
         (tmp_path / "cut.mkv").write_bytes(data[:size])
-        with pytest.raises(FormatError, match=r"cut\.mkv"):
+        with refused(FormatError, "import.not_matroska"):
             import_recording(tmp_path / "cut.mkv", tmp_path / f"take{size}")
 
 
 def test_only_sizes_of_the_device_are_written(tmp_path: Path) -> None:
     kinect = DepthCamera(285.6, 285.6, 160, 120, 320, 240)
-    with pytest.raises(FormatError, match="320 x 288, 640 x 576"):
+    with refused(
+        FormatError, "depth.k4a_size", sizes="320 x 288, 640 x 576, 512 x 512, 1024 x 1024", width=320
+    ):
         write_k4a(tmp_path / "x.mkv", kinect, [(0, np.zeros((240, 320), np.uint16))])
-    with pytest.raises(FormatError, match="no depth image"):
+    with refused(FormatError, "depth.no_image"):
         write_k4a(tmp_path / "x.mkv", CAMERA, [])
     assert list(tmp_path.iterdir()) == []
 
@@ -123,7 +126,7 @@ def test_a_cut_realsense_bag_gives_what_it_holds(test_data: Path, tmp_path: Path
     take = import_recording(tmp_path / "cut.bag", tmp_path / "take")
     assert len(list(depth_frames(take.raw_path))) == 1 and "the 1 images" in take.meta["notes"]
     (tmp_path / "cut.bag").write_bytes(data[: int(0.3 * len(data))])
-    with pytest.raises(FormatError, match=r"cut\.bag"):
+    with refused(FormatError, "import.no_message"):
         import_recording(tmp_path / "cut.bag", tmp_path / "none")
 
 
@@ -179,5 +182,5 @@ def test_a_database_that_is_no_bag(tmp_path: Path) -> None:
     with sqlite3.connect(tmp_path / "x.db3") as connection:
         connection.execute("CREATE TABLE a(b)")
     connection.close()
-    with pytest.raises(FormatError, match=r"x\.db3 holds no message"):
+    with refused(FormatError, "import.no_message"):
         import_recording(tmp_path / "x.db3", tmp_path / "take")

@@ -8,6 +8,7 @@ from studio.engine.base.errors import TakeError
 from studio.engine.base.records import BLOCK, Records
 from studio.engine.model.frames import CameraFrame, HandSeen
 from studio.take.raw.kept_frames import Joined, KeptFrames
+from tests.refused import refused
 
 
 def frames(count=3 * BLOCK + 7):
@@ -104,5 +105,5 @@ def test_a_full_disk_is_said(monkeypatch):
 
     kept.add((1,))
     kept._file = Full()
-    with pytest.raises(TakeError, match="No space left on device; free some space or set TMPDIR"):
+    with refused(TakeError, "take.no_working_space", error="os.enospc"):
         kept.read(0, 1)

@@ -21,6 +21,7 @@ from studio.take.folder.take import Take
 from studio.take.library.bundle import read_bundle, write_bundle
 from studio.take.raw.frames import camera_frames, inspect_raw
 from studio.take.upkeep.doctor import check_takes
+from tests.refused import refused
 
 OLD = Path(__file__).parents[1] / "data" / "old_takes"
 TAKES = sorted(path.parent for path in OLD.glob("*/*/take.json"))
@@ -71,7 +72,7 @@ def test_it_goes_through_one_file(take, tmp_path):
 @pytest.mark.parametrize("kind", FORMATS, ids=lambda kind: kind.name)
 @pytest.mark.parametrize("version", [99, -1, "1", True, None])
 def test_versions_that_are_not_read(kind, version):
-    with pytest.raises(FormatError, match="use the program that wrote it"):
+    with refused(FormatError, "file.version"):
         kind.current({KEY: version}, "a file")
 
 
@@ -98,13 +99,13 @@ def test_files_of_a_later_version_are_said(tmp_path):
     with np.load(poses) as data:
         arrays = dict(data)
     np.savez(poses, **{**arrays, KEY: 99})
-    with pytest.raises(FormatError, match="version 99"):
+    with refused(FormatError, "file.version", version="99"):
         Poses.load(poses)
     file = take.calibration_path(1)
     file.write_text(json.dumps({**json.loads(file.read_text()), KEY: 99}))
-    with pytest.raises(StudioError, match="version 99"):
+    with refused(StudioError, "file.version", version="99"):
         take.calibration()
-    with pytest.raises(FormatError, match="version 99"):
+    with refused(FormatError, "file.version", version="99"):
         Calibration.from_json({KEY: 99})
     settings = take.solve_folder("studio") / "settings.json"
     settings.write_text(json.dumps({KEY: 99}))

@@ -4,6 +4,7 @@ import pytest
 
 from studio.engine.base.errors import SettingsError
 from studio.take.library.query import FIELDS, Interval, Term, folded, parse_query
+from tests.refused import refused
 
 
 def test_words_fields_and_quotes() -> None:
@@ -52,20 +53,19 @@ def test_what_is_not_finished_asks_for_nothing(text: str) -> None:
 
 
 @pytest.mark.parametrize(
-    ("text", "told"),
+    ("text", "code"),
     [
-        ("colour:red", "the field 'colour' is not known; allowed: name, session"),
-        ("length:long", "length:long is not understood; allowed: >10s"),
-        ("length:10kg", "is not understood"),
-        ("date:2026-13", "date:2026-13 is not understood; allowed: 2026, 2026-01"),
-        ("is:blue", "is:blue is not known; allowed: starred"),
-        ("x" * 501, "a search of 501 characters; at most 500"),
+        ("colour:red", "search.field"),
+        ("length:long", "search.term"),
+        ("length:10kg", "search.term"),
+        ("date:2026-13", "search.term"),
+        ("is:blue", "search.flag"),
+        ("x" * 501, "search.too_long"),
     ],
 )
-def test_what_is_wrong_is_told(text: str, told: str) -> None:
-    with pytest.raises(SettingsError, match="search") as error:
+def test_what_is_wrong_is_told(text: str, code: str) -> None:
+    with refused(SettingsError, code):
         parse_query(text)
-    assert told in str(error.value)
 
 
 def test_no_text_breaks_it() -> None:

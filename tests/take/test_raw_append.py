@@ -17,6 +17,7 @@ from studio.take.raw.pose_log import POSE_LOG, RECORD, PoseLog, read_records
 from studio.take.raw.ranges import Ranges
 from studio.take.raw.records import camera_frame
 from studio.take.upkeep.doctor import check_takes
+from tests.refused import refused
 from tests.take.helpers import hello, message, write_frames
 
 NAMES = ["camera_0", "camera_1"]
@@ -108,9 +109,8 @@ def test_late_frames_are_told_apart_and_come_once_in_order(tmp_path: Path) -> No
 
 def test_two_programs_do_not_write_one_file(tmp_path: Path) -> None:
     writer = RawWriter(tmp_path / "raw.mcap")
-    with pytest.raises(TakeError) as refused:
+    with refused(TakeError, "raw.in_use"):
         RawWriter(tmp_path / "raw.mcap", state=scan_raw(tmp_path / "raw.mcap"))
-    assert refused.value.code == "raw.in_use"
     writer.close()
 
 

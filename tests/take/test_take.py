@@ -15,6 +15,7 @@ from studio.take.folder.lock import is_held
 from studio.take.folder.names import check_name, inside, is_safe_name
 from studio.take.folder.new import new_take
 from studio.take.folder.take import Take, TakeVersionError
+from tests.refused import refused
 from tests.take.helpers import hello
 
 HOSTILE = [
@@ -70,41 +71,38 @@ def test_a_new_take_opens_again_as_it_was(tmp_path: Path) -> None:
 def test_a_take_never_overwrites(tmp_path: Path) -> None:
     (tmp_path / "empty").mkdir()
     Take.create(tmp_path / "empty", session="s", name="t", source="live")
-    with pytest.raises(TakeError) as refused:
+    with refused(TakeError, "take.not_empty"):
         Take.create(tmp_path / "empty", session="s", name="t", source="live")
-    assert refused.value.code == "take.not_empty"
     (tmp_path / "file").write_text("x")
-    with pytest.raises(TakeError) as refused:
+    with refused(TakeError, "take.not_empty"):
         Take.create(tmp_path / "file", session="s", name="t", source="live")
-    assert refused.value.code == "take.not_empty"
-    with pytest.raises(TakeError, match="allowed: live, import, simulate"):
+    with refused(TakeError, "take.source", allowed=["live", "import", "simulate"]):
         Take.create(tmp_path / "other", session="s", name="t", source="film")
-    with pytest.raises(TakeError, match="cannot make a take"):
+    with refused(TakeError, "take.not_made"):
         Take.create(tmp_path / "file" / "t", session="s", name="t", source="live")
 
 
 def test_what_is_no_take_is_told(tmp_path: Path) -> None:
-    with pytest.raises(TakeError) as refused:
+    with refused(TakeError, "take.no_folder"):
         Take.open(tmp_path / "missing")
-    assert refused.value.code == "take.no_folder"
-    with pytest.raises(TakeError, match="has no take"):
+    with refused(TakeError, "take.no_take_json"):
         Take.open(tmp_path)
 
 
 @pytest.mark.parametrize(
-    ("text", "message"),
+    ("text", "code"),
     [
-        ("", "cannot be read"),
-        ("\xff{", "doctor"),
-        ("[]", "not the take.json"),
-        ("{}", "not the take.json"),
-        ('{"format_version": 1}', "session, name"),
-        ("[" * 100_000, "doctor"),
+        ("", "take.json_unreadable"),
+        ("\xff{", "take.json_unreadable"),
+        ("[]", "take.json_other"),
+        ("{}", "take.json_other"),
+        ('{"format_version": 1}', "take.fields"),
+        ("[" * 100_000, "take.json_unreadable"),
     ],
 )
-def test_a_broken_take_json_is_told(tmp_path: Path, text: str, message: str) -> None:
+def test_a_broken_take_json_is_told(tmp_path: Path, text: str, code: str) -> None:
     (tmp_path / "take.json").write_text(text, encoding="latin-1")
-    with pytest.raises(TakeError, match=message):
+    with refused(TakeError, code):
         Take.open(tmp_path)
 
 
@@ -112,20 +110,20 @@ def test_another_version_has_its_own_error(tmp_path: Path) -> None:
     take = Take.create(tmp_path / "t", session="s", name="t", source="live")
     take.meta["format_version"] = 2
     take.save_meta()
-    with pytest.raises(TakeVersionError, match=r"format version 2.*version 1"):
+    with refused(TakeVersionError, "take.version", own=1):
         Take.open(tmp_path / "t")
 
 
 def test_a_take_whose_only_calibration_was_refused_says_so(tmp_path: Path) -> None:
     take = Take.create(tmp_path / "t", session="s", name="t", source="live")
     take.add_calibration(calibration("refused"), use=False)
-    with pytest.raises(CalibrationError, match="calibration 1 was refused"):
+    with refused(CalibrationError, "take.calibration_refused", number=1):
         take.calibration()
 
 
 def test_calibrations_are_numbered_and_kept(tmp_path: Path) -> None:
     take = Take.create(tmp_path / "t", session="s", name="t", source="live")
-    with pytest.raises(CalibrationError, match="studio calibrate"):
+    with refused(CalibrationError, "take.not_calibrated"):
         take.calibration()
     assert take.add_calibration(calibration(), use=True) == 1
     assert take.add_calibration(calibration("refused"), use=False) == 2
@@ -136,7 +134,7 @@ def test_calibrations_are_numbered_and_kept(tmp_path: Path) -> None:
     )
     assert again.meta["calibration"] == 1 and again.calibration_numbers() == [1, 2]
     again.calibration_path(1).write_text("{")
-    with pytest.raises(CalibrationError, match="calibrate again"):
+    with refused(CalibrationError, "take.calibration_unreadable"):
         again.calibration()
 
 
@@ -149,7 +147,7 @@ def test_hostile_names_are_refused(tmp_path: Path, name: str) -> None:
         lambda: Take.create(tmp_path / "u", session=name, name="t", source="live"),
         lambda: Take.create(tmp_path / "u", session="s", name=name, source="live"),
     ):
-        with pytest.raises(TakeError, match="not allowed"):
+        with refused(TakeError, "name.not_allowed"):
             attempt()
     assert not (tmp_path / "u").exists()
 
@@ -163,7 +161,7 @@ def test_a_safe_name_stays_inside(name: str) -> None:
 def test_a_link_does_not_lead_out(tmp_path: Path) -> None:
     take = Take.create(tmp_path / "t", session="s", name="t", source="live")
     (take.path / "solves" / "studio").symlink_to(tmp_path)
-    with pytest.raises(TakeError, match="leads out"):
+    with refused(TakeError, "name.leads_out"):
         take.solve_folder("studio")
 
 
@@ -196,9 +194,9 @@ def test_a_new_take_that_fails_leaves_nothing(tmp_path: Path, error: type[BaseEx
 
 
 def test_a_new_take_does_not_replace_what_appeared_meanwhile(tmp_path: Path) -> None:
-    with pytest.raises(TakeError, match="cannot finish"), new_take(tmp_path / "t", source="import"):
+    with refused(TakeError, "take.not_finished"), new_take(tmp_path / "t", source="import"):
         (tmp_path / "t").mkdir()
         (tmp_path / "t" / "mine").write_text("x")
     assert [f.name for f in tmp_path.iterdir()] == ["t"]
-    with pytest.raises(TakeError, match="not empty"), new_take(tmp_path / "t", source="import"):
+    with refused(TakeError, "take.not_empty"), new_take(tmp_path / "t", source="import"):
         pass

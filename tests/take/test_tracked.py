@@ -22,6 +22,7 @@ from studio.take.folder.tracked import FOLDER
 from studio.take.library.bundle import write_bundle
 from studio.take.upkeep.doctor import check_take
 from tests.engine.walkers import performer
+from tests.refused import refused
 from tests.simulator.depth.test_take import motion
 
 __all__ = ["motion"]
@@ -54,7 +55,7 @@ def counted(monkeypatch: pytest.MonkeyPatch) -> list[str]:
 
 
 def test_a_take_is_tracked_once_and_its_solves_stay_the_same(take: Take, counted: list[str]) -> None:
-    with pytest.raises(TakeError, match="solve the take once"):
+    with refused(TakeError, "depth.not_tracked"):
         solve_part(take, SolveSettings(), 0.3, 0.6)
     for switches in ({"tracker": "points"}, {"tracker": "client"}):
         fresh = solved(take, **switches)

@@ -4,12 +4,19 @@ import ast
 import json
 import re
 from collections.abc import Iterator
+from functools import cache
 from pathlib import Path
 from string import Formatter
+
+import pytest
 
 import studio
 
 HERE = Path(studio.__file__).parent
+ERRORS = HERE / "engine" / "base" / "errors.py"
+"""Its class hands to `say` what it is given."""
+REPORTS = HERE / "review" / "report"
+"""Its `say` is another: the words of reports, which have French of their own."""
 TABLES = sorted((HERE / "web" / "static" / "base" / "said").glob("*.js"))
 CODE = re.compile(r"[a-z0-9_]+\.[a-z0-9_]+")
 OF_THE_SYSTEM = "os."
@@ -18,20 +25,70 @@ ONLY_FOR_PROGRAMS = {"id", "file", "same", "path", "take"}
 """Values of the English that the French need not show."""
 
 
-def said() -> Iterator[tuple[str, ast.Call]]:
-    """Every call of `say` in the program, and where it stands."""
-    for path in sorted(HERE.rglob("*.py")):
-        source = path.read_text(encoding="utf-8")
-        if path.name == "sentences.py" or "sentences import" in source:
-            for node in ast.walk(ast.parse(source)):
-                if isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and node.func.id == "say":
-                    yield f"{path.relative_to(HERE)}, line {node.lineno}", node
+ON_TERMINALS = (
+    *(HERE / name for name in ("camera", "commands", "lab", "library.py", "server", "simulator", "wire.py")),
+    *(HERE / "live" / name for name in ("cameras/previews.py", "keeping/keeping.py")),
+    HERE / "api" / "cameras" / "link.py",
+    HERE / "offline" / "batch",
+)
+"""What is said only here is read at a terminal, as a camera client's; it needs no French."""
+
+
+@cache
+def sources() -> dict[Path, ast.Module]:
+    return {path: ast.parse(path.read_text(encoding="utf-8")) for path in sorted(HERE.rglob("*.py"))}
+
+
+@cache
+def errors() -> set[str]:
+    """Names of `StudioError` and of all that derive from it."""
+    classes = [
+        node for tree in sources().values() for node in ast.walk(tree) if isinstance(node, ast.ClassDef)
+    ]
+    found, before = {"StudioError"}, 0
+    while len(found) > before:
+        before = len(found)
+        found |= {one.name for one in classes if any(ast.unparse(base) in found for base in one.bases)}
+    return found
+
+
+def calls(names: set[str]) -> Iterator[tuple[Path, ast.Call]]:
+    """Every call of these functions or classes in the program."""
+    for path, tree in sources().items():
+        for node in ast.walk(tree):
+            if isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and node.func.id in names:
+                yield path, node
+
+
+def is_text(node: ast.expr) -> bool:
+    """Whether an argument is a text without a code: written down, put together, or made by `str`."""
+    if isinstance(node, ast.Call):
+        return ast.unparse(node.func).split(".")[-1] in ("str", "repr", "join", "format")
+    return isinstance(node, ast.JoinedStr | ast.BinOp | ast.BoolOp | ast.Constant)
+
+
+def is_bare(call: ast.Call) -> bool:
+    """Whether an error is made with a text that has no code."""
+    return len(call.args) == 1 and is_text(call.args[0])
+
+
+@cache
+def said() -> list[tuple[Path, ast.Call]]:
+    """Every sentence in the program, by `say` or by an error that makes one of a code and English."""
+    by_errors = [one for one in calls(errors()) if len(one[1].args) == 2 and all(map(is_text, one[1].args))]
+    by_say = [one for one in calls({"say"}) if one[0] != ERRORS and one[0].parent != REPORTS]
+    return by_errors + by_say
+
+
+def at(path: Path, call: ast.Call) -> str:
+    return f"{path.relative_to(HERE)}, line {call.lineno}"
 
 
 def sentences() -> dict[str, str]:
     """English by code, as it stands in the source."""
     found: dict[str, str] = {}
-    for where, call in said():
+    for path, call in said():
+        where = at(path, call)
         code, english = (getattr(argument, "value", None) for argument in call.args)
         assert isinstance(code, str) and isinstance(english, str), (
             f"{where}: code and text must be plain texts"
@@ -63,9 +120,25 @@ def french_values(text: str) -> dict[str, str]:
     return {name: form for name, form in re.findall(r"\{(\w+)(?::([^}]*))?\}", text)}
 
 
-def test_every_sentence_has_french() -> None:
-    missing = sorted(sentences().keys() - french().keys())
-    assert missing == [], "give them French in studio/web/static/base/said/"
+def test_errors_have_codes() -> None:
+    bare = [at(path, call) for path, call in calls(errors()) if is_bare(call)]
+    assert bare == [], "give a code before the text, and the values after it"
+
+
+@pytest.mark.parametrize("given", ["'no'", "f'no {x}'", "'no ' + x", "str(x)", "', '.join(x)", "x or 'no'"])
+def test_an_error_without_a_code_is_found(given: str) -> None:
+    call = ast.parse(f"TakeError({given})", mode="eval").body
+    assert isinstance(call, ast.Call) and is_bare(call)
+    assert {"TakeError", "NoSuchShare", "DeviceLostError"} <= errors()
+
+
+def test_every_sentence_that_the_page_can_show_has_french() -> None:
+    shown = {
+        ast.literal_eval(call.args[0])
+        for path, call in said()
+        if not any(path.is_relative_to(room) for room in ON_TERMINALS)
+    }
+    assert sorted(shown - french().keys()) == [], "give them French in studio/web/static/base/said/"
 
 
 def test_no_french_stands_without_its_sentence() -> None:
@@ -74,11 +147,9 @@ def test_no_french_stands_without_its_sentence() -> None:
 
 
 def test_calls_give_the_values_of_their_sentence() -> None:
-    for where, call in said():
-        english = call.args[1]
-        assert isinstance(english, ast.Constant), where
+    for path, call in said():
         given = {keyword.arg for keyword in call.keywords}
-        assert given == english_values(str(english.value)).keys(), where
+        assert given == english_values(ast.literal_eval(call.args[1])).keys(), at(path, call)
 
 
 def test_both_languages_have_the_same_values() -> None:

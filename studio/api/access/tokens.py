@@ -188,7 +188,11 @@ class Access:
         with self._lock:
             kept = [camera for camera in self._cameras if camera.id != token_id]
             if len(kept) == len(self._cameras):
-                raise NotFoundError(f"there is no camera token {token_id!r}; GET /api/v1/access lists them")
+                raise NotFoundError(
+                    "access.no_token",
+                    "there is no camera token {id!r}; GET /api/v1/access lists them",
+                    id=token_id,
+                )
             self._write(kept)
 
     def camera_tokens(self) -> list[dict[str, str]]:
@@ -225,7 +229,10 @@ def _read(file: Path) -> list[CameraToken]:
         ]
     except (OSError, ValueError, KeyError, TypeError, AttributeError, FormatError) as error:
         raise StudioError(
-            f"{file} cannot be read ({error!r}); mend it, or delete it and pair the cameras again"
+            "access.tokens_unreadable",
+            "{path} cannot be read ({error!r}); mend it, or delete it and pair the cameras again",
+            path=file,
+            error=error,
         ) from error
 
 

@@ -14,7 +14,6 @@ from studio.api.cameras.remote import root_address
 from studio.api.errors import RESPONSES
 from studio.api.structs import StructRoute
 from studio.engine.base.errors import SettingsError
-from studio.engine.base.sentences import say
 from studio.live.borrowed import brings_calibration, calibration_of_recording
 
 CAMERA_PAGE = "/camera"
@@ -70,9 +69,7 @@ def add_cameras_router(access: Access, local: LocalCameras, recordings: Recordin
     def open_cameras(request: StartRequest, http: Request) -> LocalCamerasStatus:
         """Start the simulated stage or a recording's cameras here, in place of those that run."""
         if request.simulated == (request.recording is not None):
-            raise SettingsError(
-                say("camera.simulated_or_recording", "give either simulated=true or a recording")
-            )
+            raise SettingsError("camera.simulated_or_recording", "give either simulated=true or a recording")
         if request.recording is None:
             local.start_simulated(_own_url(http))
         else:

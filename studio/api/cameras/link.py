@@ -78,7 +78,9 @@ async def _receive(websocket: WebSocket) -> bytes:
         raise WebSocketDisconnect(message.get("code", 1000), message.get("reason"))
     data = message.get("bytes")
     if data is None:
-        raise FormatError("a text message; the camera protocol has binary messages only")
+        raise FormatError(
+            "link.text_of_a_client", "a text message; the camera protocol has binary messages only"
+        )
     return data
 
 
@@ -87,8 +89,12 @@ def _check_token(access: Access, hello: wire.Hello) -> None:
     if access.required and access.camera_token_id(hello.token) is None:
         raise CameraRefused(
             "token",
-            f"camera {hello.name} has no valid token; make one under Access on the studio's page and start the "
-            "camera with --token",
+            say(
+                "link.no_token",
+                "camera {name} has no valid token; make one under Access on the studio's page and "
+                "start the camera with --token",
+                name=hello.name,
+            ),
         )
 
 
@@ -99,10 +105,14 @@ async def _greet(
     try:
         data = await asyncio.wait_for(_receive(websocket), timeout_s)
     except TimeoutError as error:
-        raise CameraRefused("hello_timeout", f"no hello within {timeout_s:g} s") from error
+        raise CameraRefused(
+            "hello_timeout", say("link.no_hello", "no hello within {seconds:g} s", seconds=timeout_s)
+        ) from error
     hello = wire.decode(data)
     if not isinstance(hello, wire.Hello):
-        raise FormatError(f"the first message must be hello; got {type(hello).__name__}")
+        raise FormatError(
+            "link.not_hello", "the first message must be hello; got {got}", got=type(hello).__name__
+        )
     wire.check_hello(hello)
     _check_token(access, hello)
     local = _is_local(websocket)
@@ -148,7 +158,9 @@ async def _follow(
             case wire.Late() as late:
                 stage.keeping.late(link, late, arrival_ns)
             case other:
-                raise FormatError(f"a client does not send {type(other).__name__} here")
+                raise FormatError(
+                    "link.not_here", "a client does not send {got} here", got=type(other).__name__
+                )
         await throttle.wait(stage.pending())
 
 

@@ -16,7 +16,7 @@ from msgspec import Struct
 
 from studio.api.cameras.demo import CalibratesOnce
 from studio.engine.base.errors import StudioError
-from studio.engine.base.sentences import Said, about, say
+from studio.engine.base.sentences import Said, about
 from studio.engine.model.calibration import Calibration
 from studio.live import LiveStage
 
@@ -93,11 +93,9 @@ class LocalCameras:
             taken = sorted(connected & sources.keys() - self._clients.keys())
             if taken:
                 raise StudioError(
-                    say(
-                        "camera.name_in_use",
-                        "a camera {name!r} is connected already; stop that one first: names are used once",
-                        name=taken[0],
-                    )
+                    "camera.name_in_use",
+                    "a camera {name!r} is connected already; stop that one first: names are used once",
+                    name=taken[0],
                 )
             self._end_clients()
             self._stage.borrow_calibration(calibration)

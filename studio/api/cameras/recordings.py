@@ -10,7 +10,6 @@ from pathlib import Path
 
 from studio.api.errors import NotFoundError
 from studio.engine.base.errors import SettingsError, StudioError
-from studio.engine.base.sentences import say
 from studio.take.importers import IMPORTERS
 from studio.take.library.index import TakeIndex
 from studio.take.library.sessions import take_info
@@ -75,20 +74,14 @@ class Recordings:
         path = None if root is None or "\0" in rest else (root / rest).resolve()
         if root is None or path is None or not path.is_relative_to(root) or path == root or not path.exists():
             raise NotFoundError(
-                say(
-                    "recording.none",
-                    "there is no recording {id!r}; GET /api/v1/recordings lists them",
-                    id=id_,
-                )
+                "recording.none", "there is no recording {id!r}; GET /api/v1/recordings lists them", id=id_
             )
         cameras = self._cameras(path)
         if cameras is None:
             raise SettingsError(
-                say(
-                    "recording.unplayable",
-                    "{id} is no recording that can be played; GET /api/v1/recordings lists them",
-                    id=id_,
-                )
+                "recording.unplayable",
+                "{id} is no recording that can be played; GET /api/v1/recordings lists them",
+                id=id_,
             )
         return FoundRecording(id_, path, cameras)
 

@@ -16,7 +16,7 @@ from studio.api.stage.switches import assignments
 from studio.api.structs import StructRoute
 from studio.api.takes.find import Finder
 from studio.engine.base.errors import SettingsError
-from studio.engine.base.sentences import say
+from studio.engine.base.value_sentences import bad_setting
 from studio.engine.model.settings import parse_settings
 from studio.review.blind import thesis
 from studio.review.blind.desk import Desk
@@ -116,7 +116,7 @@ def blind_router(finder: Finder, jobs: Jobs, desk: Desk) -> APIRouter:
         for pair in request.pairs:
             for side in (pair.a, pair.b):
                 if side.take.count("/") != 1:
-                    raise SettingsError(f"take={side.take!r} is not allowed; allowed: session/name")
+                    raise SettingsError(bad_setting("take", side.take, "session/name"))
         pairs = tuple(_pair(pair) for pair in request.pairs)
         return create(request.title, request.question, pairs, request.rules)
 
@@ -124,7 +124,7 @@ def blind_router(finder: Finder, jobs: Jobs, desk: Desk) -> APIRouter:
     def add_thesis_test(request: ThesisRequest) -> dict[str, list[JobStatus]]:
         """Solve a take in the ways that the thesis compared, then make a test of its pairs; answers the jobs."""
         if request.take.count("/") != 1:
-            raise SettingsError(f"take={request.take!r} is not allowed; allowed: session/name")
+            raise SettingsError(bad_setting("take", request.take, "session/name"))
         take = finder.take(*request.take.split("/", 1))
         pairs = thesis.pairs(request.take, start_s=request.start_s, end_s=request.end_s)
         check(request.title, thesis.QUESTION, pairs, Rules(**request.rules.model_dump()))
@@ -175,7 +175,7 @@ def blind_router(finder: Finder, jobs: Jobs, desk: Desk) -> APIRouter:
         """The voters' link as a QR code, an SVG picture; the host is that of this request."""
         found = desk.test(test)
         if not found.token:
-            raise SettingsError(say("blind.no_link", "this test has no link; make a new one first"))
+            raise SettingsError("blind.no_link", "this test has no link; make a new one first")
         return qr_picture(str(http.base_url).rstrip("/") + f"{VOTE_PATH}/{found.token}")
 
     @router.post("/{test}/close")

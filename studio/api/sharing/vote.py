@@ -13,7 +13,6 @@ from fastapi.responses import Response
 from pydantic import BaseModel, ConfigDict, Field
 
 from studio.api.errors import RESPONSES
-from studio.engine.base.sentences import say
 from studio.review.blind.desk import Desk, NoSuchTest, TooMany, Voter
 from studio.review.blind.draw import showings
 from studio.review.blind.model import BlindTest
@@ -62,7 +61,7 @@ class Limiter:
             }
         times = self._times.setdefault(who, deque(maxlen=self._most))
         if len(times) == self._most and now - times[0] < 10.0:
-            raise TooMany(say("blind.too_many_requests", "too many requests; wait a few seconds"))
+            raise TooMany("blind.too_many_requests", "too many requests; wait a few seconds")
         times.append(now)
 
 
@@ -92,7 +91,7 @@ def vote_router(desk: Desk) -> APIRouter:
         """The animation on the `left` or `right` at a place of the voter's order: a GLB file."""
         test, showing = desk.showing(token, voter, slot)
         if side not in ("left", "right"):
-            raise NoSuchTest(say("blind.side", "there is no such side; allowed: left, right"))
+            raise NoSuchTest("blind.side", "there is no such side; allowed: left, right")
         which = "a" if (side == "left") == showing.a_left else "b"
         data = desk.animation(test, showing.pair, which)
         return Response(data, media_type="model/gltf-binary", headers=_HEADERS)

@@ -10,7 +10,6 @@ from studio.api.errors import RESPONSES, NotFoundError
 from studio.api.stage.events import wait_until_gone
 from studio.api.stage.stage import Request
 from studio.api.structs import StructRoute
-from studio.engine.base.sentences import say
 from studio.live import LiveStage
 from studio.streams import Outputs
 from studio.streams.frames import frame_message, head_message
@@ -123,4 +122,4 @@ def _one(outputs: Outputs, output: str) -> dict[str, Any]:
     for value in outputs.list():
         if value["id"] == output:
             return value
-    raise NotFoundError(say("output.none", "there is no live output {id!r}", id=output))
+    raise NotFoundError("output.none", "there is no live output {id!r}", id=output)

@@ -8,7 +8,6 @@ from pydantic import Field
 from studio.api.errors import RESPONSES, NotFoundError
 from studio.api.stage import switches
 from studio.api.stage.stage import Request, SettingsRequest
-from studio.engine.base.sentences import say
 from studio.engine.model.settings import PRESETS
 from studio.take.library.presets import Presets
 
@@ -27,11 +26,9 @@ def presets_router(presets: Presets) -> APIRouter:
         saved = presets.saved()
         if name not in saved:
             raise NotFoundError(
-                say(
-                    "settings.no_preset",
-                    "there is no saved preset {name!r}; GET /api/v1/presets lists them",
-                    name=name[:80],
-                )
+                "settings.no_preset",
+                "there is no saved preset {name!r}; GET /api/v1/presets lists them",
+                name=name[:80],
             )
         described = switches.describe(saved[name], PRESETS)
         return {"name": name, "preset": described["preset"], "set": described["set"]}

@@ -86,8 +86,10 @@ def stage_router(stage: LiveStage, presets: Presets) -> APIRouter:
         png = stage.previews.png(name)
         if png is None:
             raise NotFoundError(
-                f"there is no preview of camera {name!r}: only clients of depth cameras send them, and `previews` in "
-                "the status counts them"
+                "camera.no_preview",
+                "there is no preview of camera {name!r}: only clients of depth cameras send them, "
+                "and `previews` in the status counts them",
+                name=name,
             )
         return Response(png, media_type="image/png", headers={"Cache-Control": "no-store"})
 

@@ -10,7 +10,6 @@ from studio.api.stage.stage import Request as Body
 from studio.api.takes.find import Finder
 from studio.api.takes.references import find_reference
 from studio.engine.base.errors import SettingsError
-from studio.engine.base.sentences import say
 from studio.take.folder.references import how_aligned, placed_path
 from studio.worker import run_in_process
 
@@ -55,15 +54,13 @@ def compare_router(finder: Finder) -> APIRouter:
         a = finder.solve(take, request.a.solve)
         other = request.b
         if (other.solve is None) == (other.reference is None):
-            raise SettingsError(say("compare.one_of_two", "b is a solve or a reference: give one of the two"))
+            raise SettingsError("compare.one_of_two", "b is a solve or a reference: give one of the two")
         if other.reference is not None:
             if other.take not in (None, request.a.take):
                 raise SettingsError(
-                    say(
-                        "compare.references_of",
-                        "b.reference: allowed are references of {take}",
-                        take=request.a.take,
-                    )
+                    "compare.references_of",
+                    "b.reference: allowed are references of {take}",
+                    take=request.a.take,
                 )
             file = find_reference(take, other.reference)
             kept = placed_path(take, other.reference, request.a.solve)

@@ -20,7 +20,6 @@ from studio.api.takes.rigs import find_rig
 from studio.api.takes.takes import ExportRequest
 from studio.engine.animation.export import EXPORTERS
 from studio.engine.base.errors import SettingsError
-from studio.engine.base.sentences import say
 from studio.take.folder.names import inside
 from studio.take.library.depth_export import choose_camera
 from studio.take.library.sessions import take_info
@@ -99,11 +98,9 @@ class Exports:
         path = self._files.get(job_id)
         if path is None or not path.is_file():
             raise NotFoundError(
-                say(
-                    "export.no_file",
-                    "there is no file of export {id!r}; GET /api/v1/jobs/{id} says how it goes",
-                    id=job_id,
-                )
+                "export.no_file",
+                "there is no file of export {id!r}; GET /api/v1/jobs/{id} says how it goes",
+                id=job_id,
             )
         return path
 
@@ -132,12 +129,10 @@ def exports_router(sessions: Path, finder: Finder, jobs: Jobs) -> APIRouter:
         if request.together and not EXPORTERS[request.format].several:
             allowed = ", ".join(name for name, one in EXPORTERS.items() if one.several)
             raise SettingsError(
-                say(
-                    "export.one_take_together",
-                    "together: a {format} holds one take; allowed: {allowed}",
-                    format=request.format,
-                    allowed=allowed,
-                )
+                "export.one_take_together",
+                "together: a {format} holds one take; allowed: {allowed}",
+                format=request.format,
+                allowed=allowed,
             )
         items = [item_of(one, request, rig) for one in request.solves]
         if len(items) == 1:
@@ -175,11 +170,9 @@ def exports_router(sessions: Path, finder: Finder, jobs: Jobs) -> APIRouter:
         """The file of an export that is done."""
         if jobs.get(job_id).state != "done":
             raise NotFoundError(
-                say(
-                    "export.not_done",
-                    "export {id!r} is not done yet; GET /api/v1/jobs/{id} says how it goes",
-                    id=job_id,
-                )
+                "export.not_done",
+                "export {id!r} is not done yet; GET /api/v1/jobs/{id} says how it goes",
+                id=job_id,
             )
         path = exports.file(job_id)
         return FileResponse(path, filename=path.name, media_type="application/octet-stream")

@@ -5,7 +5,7 @@ from typing import Any
 
 from studio.api.errors import NotFoundError
 from studio.engine.base.errors import SettingsError, TakeError
-from studio.engine.base.sentences import say
+from studio.engine.base.value_sentences import bad_setting
 from studio.live import LiveStage
 from studio.take.folder.take import Take
 from studio.take.library.sessions import TakeInfo, take_path
@@ -28,11 +28,7 @@ class Finder:
         path = take_path(self.sessions, session, name)
         if not (path / "take.json").is_file():
             raise NotFoundError(
-                say(
-                    "take.none",
-                    "there is no take {take}; GET /api/v1/takes lists them",
-                    take=f"{session}/{name}",
-                )
+                "take.none", "there is no take {take}; GET /api/v1/takes lists them", take=f"{session}/{name}"
             )
         return path
 
@@ -46,9 +42,7 @@ class Finder:
         path = self.path(session, name)
         if self._stage.recording_name() == f"{session}/{name}":
             raise TakeError(
-                say(
-                    "take.recording", "take {take} is being recorded; stop it first", take=f"{session}/{name}"
-                )
+                "take.recording", "take {take} is being recorded; stop it first", take=f"{session}/{name}"
             )
         return Take.open(path)
 
@@ -61,7 +55,7 @@ class Finder:
         """
         session, slash, name = take_id.partition("/")
         if not slash:
-            raise SettingsError(f"take={take_id!r} is not allowed; allowed: session/name")
+            raise SettingsError(bad_setting("take", take_id, "session/name"))
         return self.take(session, name)
 
     def solve(self, take: Take, name: str) -> Path:
@@ -72,13 +66,11 @@ class Finder:
         """
         if name not in take.solve_names():
             raise NotFoundError(
-                say(
-                    "take.no_solve",
-                    "take {take} has no solve {name!r}; it has: {others}",
-                    take=take.meta["id"],
-                    name=name,
-                    others=[*take.solve_names()],
-                )
+                "take.no_solve",
+                "take {take} has no solve {name!r}; it has: {others}",
+                take=take.meta["id"],
+                name=name,
+                others=[*take.solve_names()],
             )
         return take.solve_folder(name) / "poses.npz"
 

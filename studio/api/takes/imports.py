@@ -109,11 +109,9 @@ class Imports:
             awaited = self._awaited.pop(job_id, None)
         if awaited is None or awaited.job.state != "waiting":
             raise NotFoundError(
-                say(
-                    "import.none_waits",
-                    "no import {id!r} waits for files; POST /api/v1/imports announces one",
-                    id=job_id,
-                )
+                "import.none_waits",
+                "no import {id!r} waits for files; POST /api/v1/imports announces one",
+                id=job_id,
             )
         job, incoming = awaited.job, None
         job.begin("upload")
@@ -132,7 +130,7 @@ class Imports:
             if state and incoming is not None:
                 incoming.discard()
             if state:
-                job.end(state, "" if problem is None else str(problem))
+                job.end(state, "" if problem is None else problem.sentence)
                 self._jobs.tell_listeners()
         if problem is not None:
             raise problem
@@ -198,10 +196,10 @@ async def _pieces(request: Request, job: Job) -> AsyncIterator[bytes]:
             silent_s += _LOOK_S
             if is_stopped(job) or silent_s >= SILENT_S:
                 coming.cancel()
-                raise Stopped("cancelled") if is_stopped(job) else ClientDisconnect
+                raise Stopped("import.cancelled", "cancelled") if is_stopped(job) else ClientDisconnect
         piece = coming.result()
         if is_stopped(job):
-            raise Stopped("cancelled")
+            raise Stopped("import.cancelled", "cancelled")
         kept += piece or b""
         if kept and (piece is None or len(kept) >= _PIECE_BYTES):
             yield bytes(kept)

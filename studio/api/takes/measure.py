@@ -14,7 +14,6 @@ from studio.api.stage.stage import Request as Body
 from studio.api.structs import StructRoute
 from studio.api.takes.find import Finder
 from studio.api.takes.references import find_reference
-from studio.engine.base.sentences import say
 from studio.review.report.words import Language
 from studio.take.folder.measured import keep_measured
 from studio.take.folder.names import check_name, inside
@@ -63,7 +62,7 @@ def measure_router(finder: Finder, jobs: Jobs) -> APIRouter:
             finder.solve(opened, name)
         if not names:
             raise NotFoundError(
-                say("take.unsolved", "take {take} has no solve; solve it first", take=opened.meta["id"])
+                "take.unsolved", "take {take} has no solve; solve it first", take=opened.meta["id"]
             )
         return names
 
@@ -130,13 +129,11 @@ def measure_router(finder: Finder, jobs: Jobs) -> APIRouter:
         path = inside(finder.take(session, take).path / "exports", name)
         if not (name.startswith("report_") and name.endswith(".html") and path.is_file()):
             raise NotFoundError(
-                say(
-                    "report.none",
-                    "take {session}/{take} has no report {name!r}; POST .../reports makes one",
-                    session=session,
-                    take=take,
-                    name=name,
-                )
+                "report.none",
+                "take {session}/{take} has no report {name!r}; POST .../reports makes one",
+                session=session,
+                take=take,
+                name=name,
             )
         return FileResponse(path, media_type="text/html", headers=REPORT_HEADERS)
 

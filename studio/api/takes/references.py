@@ -98,11 +98,7 @@ def references_router(sessions: Path, finder: Finder, removing: Removing) -> API
         source = offered_file(sessions, request.file)
         if source.stat().st_size > MAX_REFERENCE_BYTES:
             raise FormatError(
-                say(
-                    "reference.too_large",
-                    "a reference may have {mb} MB at most",
-                    mb=MAX_REFERENCE_BYTES >> 20,
-                )
+                "reference.too_large", "a reference may have {mb} MB at most", mb=MAX_REFERENCE_BYTES >> 20
             )
         target = _new_path(opened, source.name)
         with _waiting_room(opened) as folder:
@@ -161,7 +157,12 @@ def find_reference(take: Take, name: str) -> Path:
     """
     path = reference_path(take, name)
     if not path.is_file():
-        raise NotFoundError(f"take {take.meta['id']} has no reference {name!r}; send it first")
+        raise NotFoundError(
+            "reference.send_first",
+            "take {take} has no reference {name!r}; send it first",
+            take=take.meta["id"],
+            name=name,
+        )
     return path
 
 
@@ -169,13 +170,11 @@ def _new_path(take: Take, name: str) -> Path:
     path = reference_path(take, name)
     if len(name) > MAX_NAME:
         raise FormatError(
-            say(
-                "reference.name_length",
-                "reference {name!r} has {n} characters; allowed: {most} at most",
-                name=name,
-                n=len(name),
-                most=MAX_NAME,
-            )
+            "reference.name_length",
+            "reference {name!r} has {n} characters; allowed: {most} at most",
+            name=name,
+            n=len(name),
+            most=MAX_NAME,
         )
     return path
 
@@ -186,7 +185,7 @@ def _waiting_room(take: Take) -> tempfile.TemporaryDirectory[str]:
         return tempfile.TemporaryDirectory(prefix=".reference-", dir=take.path)
     except OSError as error:
         raise StudioError(
-            say("file.unwritable", "cannot write {path}: {error}", path=take.path, error=system_says(error))
+            "file.unwritable", "cannot write {path}: {error}", path=take.path, error=system_says(error)
         ) from error
 
 

@@ -11,7 +11,6 @@ from studio.api.errors import RESPONSES, NotFoundError
 from studio.api.stage.stage import Request as Body
 from studio.api.structs import StructRoute
 from studio.engine.base.errors import FormatError
-from studio.engine.base.sentences import say
 from studio.take.folder.names import check_name, inside
 from studio.worker import run_in_process
 
@@ -50,9 +49,7 @@ def rigs_router(sessions: Path) -> APIRouter:
         async for piece in request.stream():
             data += piece
             if len(data) > MAX_RIG_BYTES:
-                raise FormatError(
-                    say("rig.too_large", "a rig may have {mb} MB at most", mb=MAX_RIG_BYTES >> 20)
-                )
+                raise FormatError("rig.too_large", "a rig may have {mb} MB at most", mb=MAX_RIG_BYTES >> 20)
         return await run_in_threadpool(
             run_in_process, "studio.engine.animation.retarget.facts:keep_rig", bytes(data), path
         )
@@ -83,11 +80,9 @@ def find_rig(sessions: Path, name: str) -> Path:
     path = _path(sessions, name)
     if not path.is_file():
         raise NotFoundError(
-            say(
-                "rig.none",
-                "there is no rig {name!r}; GET /api/v1/rigs lists them, PUT /api/v1/rigs/NAME sends one",
-                name=name,
-            )
+            "rig.none",
+            "there is no rig {name!r}; GET /api/v1/rigs lists them, PUT /api/v1/rigs/NAME sends one",
+            name=name,
         )
     return path
 
@@ -96,11 +91,6 @@ def _path(sessions: Path, name: str) -> Path:
     check_name("rig", name)
     if Path(name).suffix.lower() not in RIG_KINDS:
         raise FormatError(
-            say(
-                "rig.name",
-                "rig {name!r}: allowed are names that end in {kinds}",
-                name=name,
-                kinds=[*RIG_KINDS],
-            )
+            "rig.name", "rig {name!r}: allowed are names that end in {kinds}", name=name, kinds=[*RIG_KINDS]
         )
     return inside(sessions / FOLDER, name)

@@ -86,7 +86,10 @@ def thumbnails_router(finder: Finder) -> APIRouter:
         file = picture_of(finder.path(session, take))
         if not file.is_file():
             raise NotFoundError(
-                f"there is no picture of take {session}/{take} yet; a take with a solve gets one"
+                "take.no_picture",
+                "there is no picture of take {session}/{take} yet; a take with a solve gets one",
+                session=session,
+                take=take,
             )
         return FileResponse(file, media_type="image/png", headers={"Cache-Control": "no-cache"})
 

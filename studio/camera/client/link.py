@@ -22,7 +22,8 @@ from studio.camera.client.spool import Spool
 from studio.camera.client.workload import Workload
 from studio.camera.sources.source import Source, SourceFrame
 from studio.engine.base.errors import FormatError, SettingsError, StudioError
-from studio.engine.base.sentences import Said, Value
+from studio.engine.base.sentences import Said, Value, say
+from studio.engine.base.value_sentences import bad_value
 
 QUEUE_FRAMES = 60
 DEPTH_FRAMES = 10
@@ -70,7 +71,11 @@ def link_url(server: str) -> str:
     except ValueError:  # the port is no number
         usable = False
     if not usable:
-        raise SettingsError(f"server {server!r} is not an address; give one such as http://127.0.0.1:8000")
+        raise SettingsError(
+            "link.server",
+            "server {server!r} is not an address; give one such as http://127.0.0.1:8000",
+            server=server,
+        )
     path = parts.path.rstrip("/").removesuffix(wire.LINK_PATH)
     return f"{scheme}://{parts.netloc}{path}{wire.LINK_PATH}"
 
@@ -106,7 +111,7 @@ class Link:
         self.name = source.name if name is None else name
         if not wire.is_camera_name(self.name):
             raise SettingsError(
-                f"camera name {self.name!r} is not allowed; allowed: 1 to 63 letters, digits, `_`, `.`, `-`"
+                bad_value("camera name", repr(self.name), "1 to 63 letters, digits, `_`, `.`, `-`")
             )
         self._source = source
         self._hello = wire.Hello(
@@ -203,9 +208,22 @@ class Link:
         await socket.send(wire.encode(self._hello))
         answer = await asyncio.wait_for(_receive(socket), _OPEN_TIMEOUT_S)
         if isinstance(answer, wire.Refused):
-            raise RefusedError(f"the server refuses camera {self.name}: {answer.reason}", answer.code)
+            raise RefusedError(
+                say(
+                    "link.refused",
+                    "the server refuses camera {name}: {reason}",
+                    name=self.name,
+                    reason=answer.reason,
+                ),
+                answer.code,
+            )
         if not isinstance(answer, wire.Welcome):
-            raise FormatError(f"{self.url} answers hello with {type(answer).__name__}; is it a studio?")
+            raise FormatError(
+                "link.not_a_studio",
+                "{url} answers hello with {got}; is it a studio?",
+                url=self.url,
+                got=type(answer).__name__,
+            )
         self.connections += 1
         log.info("camera %s: linked to %s", self.name, self.url)
         await self._say(socket, self._keeper.connected())
@@ -273,7 +291,15 @@ class Link:
                 )
                 await socket.send(wire.encode(sample))
             elif isinstance(message, wire.Refused):
-                raise RefusedError(f"the server refuses camera {self.name}: {message.reason}", message.code)
+                raise RefusedError(
+                    say(
+                        "link.refused",
+                        "the server refuses camera {name}: {reason}",
+                        name=self.name,
+                        reason=message.reason,
+                    ),
+                    message.code,
+                )
             elif isinstance(message, wire.Recording):
                 self._recording = message.active
                 await self._say(socket, self._keeper.recording_changed(message))
@@ -337,7 +363,7 @@ def _encode(sequence: int, frame: SourceFrame) -> bytes:
 async def _receive(socket: ClientConnection) -> wire.Message:
     data = await socket.recv()
     if isinstance(data, str):
-        raise FormatError("the server sent text; the camera protocol is binary")
+        raise FormatError("link.text_of_the_server", "the server sent text; the camera protocol is binary")
     return wire.decode(data)
 
 

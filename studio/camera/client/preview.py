@@ -11,6 +11,7 @@ from PIL import Image, ImageDraw
 
 from studio.camera.sources.tracked import TrackedSource
 from studio.engine.base.errors import SettingsError
+from studio.engine.base.sentences import system_says
 from studio.engine.model.depth import DepthCamera, project, shade
 from studio.engine.model.joints import CANONICAL, INDEX
 
@@ -109,7 +110,10 @@ class PreviewPage:
             )
         except OSError as error:
             raise SettingsError(
-                f"--preview-port {self.port}: {error.strerror}; choose another port"
+                "camera.preview_port",
+                "--preview-port {port}: {error}; choose another port",
+                port=self.port,
+                error=system_says(error),
             ) from error
         self.port = self._server.sockets[0].getsockname()[1]
 

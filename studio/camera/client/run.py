@@ -73,7 +73,9 @@ def run_camera(
     if (record_depth or preview or preview_port is not None) and not isinstance(opened, TrackedSource):
         given = source.name if isinstance(source, Camera) else source
         raise SettingsError(
-            f"source {given!r} gives no depth: there is nothing to preview or to record of it"
+            "source.no_depth",
+            "source {source!r} gives no depth: there is nothing to preview or to record of it",
+            source=given,
         )
     shown = ClientDisplay(preview, preview_port)
     link = Link(opened, server, name=name)  # reports a wrong address or name before a folder is made

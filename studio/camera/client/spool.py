@@ -97,10 +97,17 @@ class Spool:
             files = sorted((f for f in folder.glob("*.spool") if f.stem.isdigit()), key=lambda f: int(f.stem))
         except OSError as error:
             raise SettingsError(
-                f"spool {folder} cannot be used: {error.strerror}; choose another --spool"
+                "spool.unusable",
+                "spool {folder} cannot be used: {error}; choose another --spool",
+                folder=folder,
+                error=system_says(error),
             ) from error
         if self._lock is None:
-            raise SettingsError(f"spool {folder} is used by another client; choose another --name or --spool")
+            raise SettingsError(
+                "spool.in_use",
+                "spool {folder} is used by another client; choose another --name or --spool",
+                folder=folder,
+            )
         self._number = int(files[-1].stem) if files else 0
         for file in files:
             self._load(file)

@@ -60,7 +60,10 @@ class AzureKinectConfig(DeviceConfig):
             SystemExit,
         ) as error:  # pykinect_azure raises, prints or exits, depending on its C library
             raise DeviceLostError(
-                f"Azure Kinect {self.number} cannot be started ({error}); is it plugged in?"
+                "device.azure_not_started",
+                "Azure Kinect {number} cannot be started ({error}); is it plugged in?",
+                number=self.number,
+                error=error,
             ) from error
         if self.bodies:
             return AzureKinectBodies(device, kinect.start_body_tracker())

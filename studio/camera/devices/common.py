@@ -26,11 +26,22 @@ def library(module: str, *, kind: str, install: str) -> ModuleType:
     try:
         return import_module(module)
     except ModuleNotFoundError as error:
-        raise NotAvailableError(f"source {kind} needs {module} ({error}); {install}") from error
+        raise NotAvailableError(
+            "source.needs_module",
+            "source {kind} needs {module} ({error}); {install}",
+            kind=kind,
+            module=module,
+            error=error,
+            install=install,
+        ) from error
     except (ImportError, OSError) as error:
         raise NotAvailableError(
-            f"source {kind} needs {module}, which is here but does not load ({error}); "
-            "install the system's library that is named"
+            "source.module_broken",
+            "source {kind} needs {module}, which is here but does not load ({error}); install "
+            "the system's library that is named",
+            kind=kind,
+            module=module,
+            error=error,
         ) from error
 
 
@@ -45,7 +56,11 @@ def split_argument(argument: str, kind: str, flags: tuple[str, ...] = ()) -> tup
     unknown = sorted(found - set(flags))
     if unknown:
         raise SettingsError(
-            f"source {kind}: {unknown[0]!r} is not allowed; allowed: {', '.join(flags) or 'nothing'}"
+            "source.flag",
+            "source {kind}: {flag!r} is not allowed; allowed: {allowed}",
+            kind=kind,
+            flag=unknown[0],
+            allowed=", ".join(flags) or "nothing",
         )
     return text, found
 
@@ -73,7 +88,17 @@ def checked_number(number: int, kind: str) -> int:
 
 
 def _not_a_number(text: str, kind: str) -> SettingsError:
-    return SettingsError(f"source {kind}:{text} is not allowed; give the device's number, such as {kind}:0")
+    return SettingsError(
+        "source.number",
+        "source {kind}:{text} is not allowed; give the device's number, such as {kind}:0",
+        kind=kind,
+        text=text,
+    )
+
+
+def device_failed(error: Exception) -> DeviceLostError:
+    """Return what a device's library said as it failed."""
+    return DeviceLostError("device.failed", "{error}", error=str(error) or type(error).__name__)
 
 
 async def polled(
@@ -96,7 +121,7 @@ async def polled(
             try:
                 item = await asyncio.to_thread(wait)
             except errors as error:
-                raise DeviceLostError(str(error) or type(error).__name__) from error
+                raise device_failed(error) from error
             if item is not None:
                 yield item
     finally:

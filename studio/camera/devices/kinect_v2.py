@@ -39,7 +39,10 @@ class KinectV2Config(DeviceConfig):
         text, flags = split_argument(text, _KIND, ("bodies",))
         if text not in ("", "0"):
             raise SettingsError(
-                f"source {_KIND}:{text} is not allowed: the SDK opens one Kinect v2 for each computer"
+                "source.one_kinect",
+                "source {kind}:{text} is not allowed: the SDK opens one Kinect v2 for each computer",
+                kind=_KIND,
+                text=text,
             )
         return cls("bodies" in flags)
 
@@ -52,7 +55,10 @@ class KinectV2Config(DeviceConfig):
             kinect = runtime.PyKinectRuntime(wanted)
         except OSError as error:
             raise NotAvailableError(
-                f"source {_KIND}: the Kinect SDK 2.0 does not answer ({error})"
+                "device.no_kinect_sdk",
+                "source {kind}: the Kinect SDK 2.0 does not answer ({error})",
+                kind=_KIND,
+                error=error,
             ) from error
         return KinectV2Bodies(kinect) if self.bodies else KinectV2Source(kinect)
 

@@ -48,11 +48,17 @@ class OpenNIConfig(DeviceConfig):
             uris = list(openni2.Device.enumerate_uris())
         except Exception as error:  # primesense raises any error of its C library or loader
             raise NotAvailableError(
-                f"source openni: OpenNI 2 cannot be started ({error}); {_SYSTEM}"
+                "device.openni_not_started",
+                "source openni: OpenNI 2 cannot be started ({error}); {install}",
+                error=error,
+                install=_SYSTEM,
             ) from error
         if self.number >= len(uris):
             raise DeviceLostError(
-                f"no OpenNI camera number {self.number} is plugged in; there are {len(uris)}"
+                "device.no_openni",
+                "no OpenNI camera number {number} is plugged in; there are {n}",
+                number=self.number,
+                n=len(uris),
             )
         return OpenNISource(openni2, openni2.Device(uris[self.number]))
 

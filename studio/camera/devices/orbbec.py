@@ -36,7 +36,12 @@ class OrbbecConfig(DeviceConfig):
         serials = [devices.get_device_serial_number_by_index(k) for k in range(devices.get_count())]
         if not serials or (self.serial and self.serial not in serials):
             wanted = f"no Orbbec camera {self.serial}".rstrip()
-            raise DeviceLostError(f"{wanted} is plugged in; there are: {', '.join(serials) or 'none'}")
+            raise DeviceLostError(
+                "device.none_of",
+                "{wanted} is plugged in; there are: {others}",
+                wanted=wanted,
+                others=", ".join(serials) or "none",
+            )
         return OrbbecSource(
             sdk, devices.get_device_by_index(serials.index(self.serial) if self.serial else 0)
         )
@@ -61,7 +66,12 @@ class OrbbecSource(DepthSource):
         profiles = self._pipeline.get_stream_profile_list(sdk.OBSensorType.DEPTH_SENSOR)
         self._profile = profiles.get_default_video_stream_profile()
         if self._profile.get_format() not in (sdk.OBFormat.Y16, sdk.OBFormat.Z16):
-            raise StudioError(f"{self.device} gives depth as {self._profile.get_format()}; Y16 is needed")
+            raise StudioError(
+                "device.depth_format",
+                "{device} gives depth as {format}; Y16 is needed",
+                device=self.device,
+                format=self._profile.get_format(),
+            )
         self.camera = _camera(self._profile)
         self.frames_per_second = float(self._profile.get_fps())
         self._wall = WallClock()

@@ -7,7 +7,7 @@ from typing import Any, Self
 
 import numpy as np
 
-from studio.camera.devices.common import library, polled
+from studio.camera.devices.common import device_failed, library, polled
 from studio.camera.sources.config import DeviceConfig
 from studio.camera.sources.depth_source import DepthShot, DepthSource, DeviceLostError
 from studio.camera.sources.pacing import WallClock
@@ -39,10 +39,13 @@ class RealSenseConfig(DeviceConfig):
         serials = [device.get_info(rs.camera_info.serial_number) for device in devices]
         if self.serial and self.serial not in serials:
             raise DeviceLostError(
-                f"no RealSense with serial {self.serial} is plugged in; there are: {', '.join(serials) or 'none'}"
+                "device.no_realsense_serial",
+                "no RealSense with serial {serial} is plugged in; there are: {others}",
+                serial=self.serial,
+                others=", ".join(serials) or "none",
             )
         if not devices:
-            raise DeviceLostError("no RealSense is plugged in")
+            raise DeviceLostError("device.no_realsense", "no RealSense is plugged in")
         return RealSenseSource(rs, devices[serials.index(self.serial) if self.serial else 0])
 
 
@@ -78,7 +81,7 @@ class RealSenseSource(DepthSource):
             self._sensor.open(self._profile)
             self._sensor.start(queue)
         except RuntimeError as error:
-            raise DeviceLostError(str(error)) from error
+            raise device_failed(error) from error
 
         def wait() -> DepthShot | None:
             found, frame = queue.try_wait_for_frame(_WAIT_MS)
@@ -111,7 +114,7 @@ def _depth_profile(rs: Any, device: Any) -> tuple[Any, Any]:
                 offered = (video.width(), video.height(), video.fps())
                 found.append((sum(abs(a - b) for a, b in zip(offered, _WANTED, strict=True)), sensor, video))
     if not found:
-        raise DeviceLostError("the RealSense gives no depth")
+        raise DeviceLostError("device.no_depth", "the RealSense gives no depth")
     _, sensor, profile = min(found, key=lambda item: item[0])
     return sensor, profile
 
@@ -119,7 +122,11 @@ def _depth_profile(rs: Any, device: Any) -> tuple[Any, Any]:
 def _camera(rs: Any, intrinsics: Any) -> DepthCamera:
     coefficients = tuple(float(c) for c in intrinsics.coeffs)
     if any(coefficients) and intrinsics.model not in (rs.distortion.brown_conrady, rs.distortion.none):
-        raise FormatError(f"the RealSense's lens model {intrinsics.model} is not known to the studio")
+        raise FormatError(
+            "device.lens_model",
+            "the RealSense's lens model {model} is not known to the studio",
+            model=intrinsics.model,
+        )
     return DepthCamera(
         intrinsics.fx,
         intrinsics.fy,

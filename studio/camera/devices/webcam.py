@@ -48,8 +48,12 @@ class WebcamConfig(DeviceConfig):
         if not self.model or not Path(self.model).is_file():
             argument = f"{self.model}#{self.number}" if self.number else self.model
             raise SettingsError(
-                f"source webcam:{argument}: no model file {str(self.model)!r}; get a pose landmarker "
-                "(pose_landmarker_full.task) from MediaPipe's documentation and give its path, as webcam:<model file>"
+                "source.no_model",
+                "source webcam:{argument}: no model file {model!r}; get a pose landmarker "
+                "(pose_landmarker_full.task) from MediaPipe's documentation and give its path, as "
+                "webcam:<model file>",
+                argument=argument,
+                model=str(self.model),
             )
 
     @classmethod
@@ -69,10 +73,17 @@ class WebcamConfig(DeviceConfig):
         try:
             landmarker = vision.PoseLandmarker.create_from_options(options)
         except (RuntimeError, ValueError) as error:
-            raise SettingsError(f"{self.model} is no pose landmarker model of MediaPipe ({error})") from error
+            raise SettingsError(
+                "source.not_a_model",
+                "{model} is no pose landmarker model of MediaPipe ({error})",
+                model=self.model,
+                error=error,
+            ) from error
         camera = cv2.VideoCapture(self.number)
         if not camera.isOpened():
-            raise DeviceLostError(f"no webcam number {self.number} is plugged in")
+            raise DeviceLostError(
+                "device.no_webcam", "no webcam number {number} is plugged in", number=self.number
+            )
         return WebcamSource(mediapipe, cv2, landmarker, camera)
 
 

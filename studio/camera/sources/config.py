@@ -20,7 +20,10 @@ class SourceConfig(ABC):
         """
         if text:
             raise SettingsError(
-                f"{cls.__name__}: {text!r} is not allowed; this kind of source has no argument"
+                "source.no_argument",
+                "{kind}: {text!r} is not allowed; this kind of source has no argument",
+                kind=cls.__name__,
+                text=text,
             )
         return cls()
 

@@ -42,7 +42,7 @@ class DepthRecordingSource(DepthSource):
         firsts = {other: next(of.stream(), None) for other, of in recording.items()}
         begins = {other: first[0] for other, first in firsts.items() if first is not None}
         if name not in begins:
-            raise FormatError(f"no depth image of {name} can be read")
+            raise FormatError("depth.none_readable", "no depth image of {name} can be read", name=name)
         self._newest_ns = begins[name]
         self._first_ns = min(begins.values())
         lengths = [

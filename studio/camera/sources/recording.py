@@ -14,7 +14,7 @@ from studio.camera.sources.depth_recording import DepthRecordingSource
 from studio.camera.sources.pacing import WallClock
 from studio.camera.sources.source import Source, SourceFrame
 from studio.engine.base.errors import FormatError, SettingsError
-from studio.engine.base.sentences import say
+from studio.engine.base.value_sentences import bad_value
 from studio.take.folder.take import Take
 from studio.take.importers import IMPORTERS
 from studio.take.importers.raw_file import raw_depth
@@ -56,7 +56,7 @@ class RecordingConfig(SourceConfig):
 
     def __post_init__(self) -> None:
         if self.speed not in _SPEEDS:
-            raise SettingsError(f"speed {self.speed!r} is not allowed; allowed: {', '.join(_SPEEDS)}")
+            raise SettingsError(bad_value("speed", repr(self.speed), _SPEEDS))
 
     @classmethod
     def parse(cls, text: str) -> Self:
@@ -76,8 +76,11 @@ class RecordingConfig(SourceConfig):
         if name not in cameras:
             argument = f"{self.path}#{self.camera}" if self.camera else self.path
             raise SettingsError(
-                f"source 'recording:{argument}' needs a camera of the recording, as recording:<path>#<camera>; "
-                f"it has {', '.join(cameras)}"
+                "source.recording_camera",
+                "source 'recording:{argument}' needs a camera of the recording, as "
+                "recording:<path>#<camera>; it has {names}",
+                argument=argument,
+                names=[*cameras],
             )
         if not cameras[name].frames:
             depth = {n: c.depth for n, c in cameras.items() if c.depth is not None}
@@ -98,11 +101,9 @@ def read_cameras(path: Path) -> dict[str, RecordedCamera]:
     cameras = {name: camera for name, camera in cameras.items() if camera.frames or camera.depth}
     if not cameras:
         raise FormatError(
-            say(
-                "import.no_frame_choose_other",
-                "{path} has no frame of any camera; choose another recording",
-                path=path,
-            )
+            "import.no_frame_choose_other",
+            "{path} has no frame of any camera; choose another recording",
+            path=path,
         )
     for camera in cameras.values():
         camera.frames.sort(key=lambda frame: frame.device_time_ns)
@@ -131,19 +132,15 @@ def _from_take(path: Path) -> dict[str, RecordedCamera]:
 
 def _from_import(path: Path) -> dict[str, RecordedCamera]:
     if not path.exists():
-        raise FormatError(
-            say("import.none", "no recording at {path}: there is no such file or folder", path=path)
-        )
+        raise FormatError("import.none", "no recording at {path}: there is no such file or folder", path=path)
     importer = next((one for one in IMPORTERS.values() if one.matches(path)), None)
     if importer is None:
         kinds = [one.description for one in IMPORTERS.values()]
         raise FormatError(
-            say(
-                "import.unplayable_kind",
-                "{path} is no recording that can be played; allowed: a take; {kinds}",
-                path=path,
-                kinds=kinds,
-            )
+            "import.unplayable_kind",
+            "{path} is no recording that can be played; allowed: a take; {kinds}",
+            path=path,
+            kinds=kinds,
         )
     recording = importer.read(path, lambda _share: None)
     return {

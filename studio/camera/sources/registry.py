@@ -14,6 +14,7 @@ from studio.camera.sources.source import Source
 from studio.camera.sources.steady import steady
 from studio.camera.sources.tracked import TrackedSource
 from studio.engine.base.errors import SettingsError
+from studio.engine.base.value_sentences import bad_value, unknown
 
 
 @dataclass(frozen=True)
@@ -65,8 +66,9 @@ def add_source(name: str, config: type[SourceConfig], argument: str = "") -> Non
     """
     if name in SOURCES or not re.fullmatch(r"[A-Za-z0-9_-]+", name):
         raise SettingsError(
-            f"source {name!r} is not allowed; allowed: a name of letters, digits, `_`, `-` "
-            f"other than {', '.join(SOURCES)}"
+            bad_value(
+                "source", repr(name), f"a name of letters, digits, `_`, `-` other than {', '.join(SOURCES)}"
+            )
         )
     SOURCES[name] = Kind(config, argument)
 
@@ -83,7 +85,7 @@ def parse_source(text: str) -> SourceConfig:
         argument = f"?{flags}"
     if name not in SOURCES:
         allowed = ", ".join(written(name) for name in SOURCES)
-        raise SettingsError(f"unknown source {text!r}; allowed: {allowed}, such as simulated:0/2")
+        raise SettingsError(unknown("source", text, f"{allowed}, such as simulated:0/2"))
     return SOURCES[name].config().parse(argument)
 
 
@@ -109,8 +111,10 @@ def open_source(source: str | SourceConfig | Source | DepthSource, *, keep_depth
         return TrackedSource(opened, keep_depth=keep_depth)
     if not isinstance(opened, Source):
         raise SettingsError(
-            f"source {source!r} is not allowed; give a text such as simulated:0/2, a configuration, or a camera "
-            "derived from Source or DepthSource"
+            "source.not_a_source",
+            "source {source!r} is not allowed; give a text such as simulated:0/2, a "
+            "configuration, or a camera derived from Source or DepthSource",
+            source=source,
         )
     if isinstance(opened, TrackedSource) and keep_depth:
         opened.keep_depth = True

@@ -42,6 +42,10 @@ class RigCameraConfig(SourceConfig):
     @classmethod
     def _refused(cls, text: str) -> SettingsError:
         return SettingsError(
-            f"source '{cls.kind}:{text}' is not allowed; allowed: {cls.kind}:<index>/<count>[:<seed>] with "
-            f"a count from 1 to {MAX_CAMERAS} and an index from 0 to count - 1, such as {cls.kind}:0/2"
+            "source.rig",
+            "source '{kind}:{text}' is not allowed; allowed: {kind}:<index>/<count>[:<seed>] "
+            "with a count from 1 to {most} and an index from 0 to count - 1, such as {kind}:0/2",
+            kind=cls.kind,
+            text=text,
+            most=MAX_CAMERAS,
         )

@@ -180,7 +180,9 @@ async def _until_silent(frames: AsyncIterator[Any], silent_s: float) -> AsyncIte
             except StopAsyncIteration:
                 return
             except TimeoutError as error:
-                raise DeviceLostError(f"no image for {silent_s:g} s") from error
+                raise DeviceLostError(
+                    "device.no_image", "no image for {seconds:g} s", seconds=silent_s
+                ) from error
     finally:
         if isinstance(iterator, AsyncGenerator):
             await iterator.aclose()

@@ -22,11 +22,13 @@ from studio import wire
 from studio.camera.sources.depth_source import DepthShot, DepthSource
 from studio.camera.sources.source import Source, SourceFrame
 from studio.engine.base.errors import StudioError
+from studio.engine.base.sentences import say
 from studio.engine.model.depth import DepthCamera
 from studio.engine.model.observation import Observation
 from studio.take.raw.records import intrinsics_of
 
 _RATE_FRAMES = 60
+_ENDED = say("tracker.ended", "the tracker's process has ended; start the camera again")
 
 log = logging.getLogger(__name__)
 
@@ -181,17 +183,19 @@ class ObserverProcess:
         try:
             self._here.send((time_ns, depth_mm))
         except OSError as error:
-            raise StudioError("the tracker's process has ended; start the camera again") from error
+            raise StudioError(_ENDED) from error
         return self._receive()
 
     def _receive(self) -> Observation:
         try:
             kind, value = self._here.recv()
         except (EOFError, OSError) as error:
-            raise StudioError("the tracker's process has ended; start the camera again") from error
+            raise StudioError(_ENDED) from error
         if kind == "crash":
             log.error("the tracker failed:\n%s", value)
-            raise StudioError(f"the tracker failed: {value.strip().splitlines()[-1]}")
+            raise StudioError(
+                "tracker.failed", "the tracker failed: {error}", error=value.strip().splitlines()[-1]
+            )
         return value
 
 

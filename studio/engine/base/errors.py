@@ -8,18 +8,21 @@ StudioError
 └── NotAvailableError  a feature that this version lacks
 """
 
-from studio.engine.base.sentences import Said, Value
+from studio.engine.base.sentences import Said, Value, say
 
 
 class StudioError(Exception):
     """An error shown to the user in one line instead of a traceback.
 
-    Raised with `say(...)`, it has the code and the values of that sentence.
+    It is raised with a sentence, or with what `say` makes one of: a code, English and the values in it.
     """
+
+    def __init__(self, sentence: str = "", english: str = "", /, **values: object) -> None:
+        super().__init__(say(sentence, english, **values) if english else sentence)
 
     @property
     def sentence(self) -> str:
-        """What it says, a `Said` if it was raised with one."""
+        """What it says; a `Said`, unless another program raised it with a bare text."""
         return self.args[0] if self.args and isinstance(self.args[0], Said) else str(self)
 
     @property

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import IO, Any
 
 from studio.engine.base.errors import StudioError
-from studio.engine.base.sentences import say, system_says
+from studio.engine.base.sentences import system_says
 
 
 @contextmanager
@@ -38,12 +38,10 @@ def write_atomically(path: str | os.PathLike[str], *, to_disk: bool = True) -> I
         temporary = None
     except OSError as error:
         raise StudioError(
-            say(
-                "file.unwritable_place",
-                "cannot write {path}: {error}; free some space or choose another place",
-                path=path,
-                error=system_says(error),
-            )
+            "file.unwritable_place",
+            "cannot write {path}: {error}; free some space or choose another place",
+            path=path,
+            error=system_says(error),
         ) from error
     finally:
         if temporary is not None and os.path.exists(temporary):

@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from studio.engine.base.errors import TakeError
+from studio.engine.base.sentences import system_says
 
 BLOCK = 256
 """Records written at a time."""
@@ -73,7 +74,10 @@ class Records:
             self._file.write(self._waiting[: self._count - self._written].tobytes())
         except OSError as error:
             raise TakeError(
-                f"a long take is kept in {tempfile.gettempdir()} while it is worked on, which does not take it: "
-                f"{error.strerror}; free some space or set TMPDIR"
+                "take.no_working_space",
+                "a long take is kept in {folder} while it is worked on, which does not take it: "
+                "{error}; free some space or set TMPDIR",
+                folder=tempfile.gettempdir(),
+                error=system_says(error),
             ) from error
         self._written = self._count

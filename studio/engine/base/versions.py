@@ -47,8 +47,14 @@ class FileFormat:
         found = value.get(KEY, 0)
         if isinstance(found, bool) or not isinstance(found, int) or not self.oldest <= found <= self.version:
             raise FormatError(
-                f"{where} has format version {found!r}; this program reads {self.name} of version "
-                f"{self.oldest} to {self.version}: use the program that wrote it, or a newer one"
+                "file.version",
+                "{path} has format version {version!r}; this program reads {kind} of version "
+                "{oldest} to {newest}: use the program that wrote it, or a newer one",
+                path=where,
+                version=found,
+                kind=self.name,
+                oldest=self.oldest,
+                newest=self.version,
             )
         content = {key: item for key, item in value.items() if key != KEY}
         for version in range(found, self.version):

@@ -7,7 +7,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from studio.engine.base.errors import FormatError
-from studio.engine.base.sentences import say
 from studio.engine.metrics.reference.canonical import canonical_positions
 from studio.engine.metrics.reference.reference import Reference
 from studio.engine.model.joints import CANONICAL
@@ -73,7 +72,7 @@ def differences(poses: Poses, other: Reference) -> Differences:
     inside = (poses.time_s >= other.time_s[0] - 1e-9) & (poses.time_s <= other.time_s[-1] + 1e-9)
     if not inside.any():
         raise FormatError(
-            say("compare.no_instant", "the two motions have no instant in common; move one of them in time")
+            "compare.no_instant", "the two motions have no instant in common; move one of them in time"
         )
     frames = np.flatnonzero(inside)
     time_s = poses.time_s[frames]
@@ -81,7 +80,7 @@ def differences(poses: Poses, other: Reference) -> Differences:
     mm = np.linalg.norm(canonical_positions(poses)[frames] - at, axis=2) * 1e3
     known, told = np.flatnonzero(np.isfinite(mm).any(axis=0)), np.isfinite(mm).any(axis=1)
     if len(known) == 0:
-        raise FormatError(say("compare.no_joint", "the two motions have no joint in common; choose others"))
+        raise FormatError("compare.no_joint", "the two motions have no joint in common; choose others")
     joints = tuple(CANONICAL[j] for j in known)
     return Differences(frames[told], time_s[told], joints, mm[np.ix_(told, known)])
 

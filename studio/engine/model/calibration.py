@@ -79,11 +79,9 @@ class CameraCalibration:
     def __post_init__(self) -> None:
         if not is_rigid(self.T_stage_camera):
             raise CalibrationError(
-                say(
-                    "calibration.not_rigid",
-                    "T_stage_camera must be a 4x4 rigid transform (orthonormal rotation with determinant +1, "
-                    "last row 0 0 0 1); calibrate again or mend the file",
-                )
+                "calibration.not_rigid",
+                "T_stage_camera must be a 4x4 rigid transform (orthonormal rotation with determinant "
+                "+1, last row 0 0 0 1); calibrate again or mend the file",
             )
 
 
@@ -137,10 +135,8 @@ class Calibration:
         cameras = value.get("cameras") if isinstance(value, dict) else None
         if not isinstance(cameras, dict) or not cameras:
             raise CalibrationError(
-                say(
-                    "calibration.needs_cameras",
-                    "a calibration needs `cameras`, an object of cameras by name; none was given",
-                )
+                "calibration.needs_cameras",
+                "a calibration needs `cameras`, an object of cameras by name; none was given",
             )
         try:
             parsed = {str(name): _camera_from_json(camera) for name, camera in cameras.items()}
@@ -153,7 +149,7 @@ class Calibration:
             )
         except (KeyError, TypeError, ValueError) as error:
             raise CalibrationError(
-                say("calibration.unreadable", "a calibration that cannot be read: {error!r}", error=error)
+                "calibration.unreadable", "a calibration that cannot be read: {error!r}", error=error
             ) from error
 
 

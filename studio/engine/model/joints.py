@@ -174,12 +174,21 @@ def to_canonical(
         FormatError: unknown joint set or a wrong number of joints.
     """
     if joint_set not in _MATRICES:
-        raise FormatError(f"unknown joint set {joint_set!r}; known: {', '.join(JOINT_SETS)}")
+        raise FormatError(
+            "joints.unknown_set",
+            "unknown joint set {name!r}; known: {known}",
+            name=joint_set,
+            known=[*JOINT_SETS],
+        )
     matrix = _MATRICES[joint_set]
     positions = np.asarray(positions, dtype=np.float64)
     if positions.shape != (matrix.shape[1], 3):
         raise FormatError(
-            f"joint set {joint_set!r} has {matrix.shape[1]} joints of 3 numbers; got shape {positions.shape}"
+            "joints.shape",
+            "joint set {name!r} has {n} joints of 3 numbers; got shape {shape}",
+            name=joint_set,
+            n=matrix.shape[1],
+            shape=positions.shape,
         )
     confidence = np.asarray(confidence, dtype=np.float64)
     seen = np.isfinite(positions).all(axis=1) & (confidence > 0.0)

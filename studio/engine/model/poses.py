@@ -11,7 +11,6 @@ from numpy.typing import ArrayLike, NDArray
 from studio.engine.base.arrays import pieces, read_arrays, save_arrays
 from studio.engine.base.errors import FormatError
 from studio.engine.base.files import write_atomically
-from studio.engine.base.sentences import say
 from studio.engine.base.versions import POSES
 from studio.engine.model.joints import OUTPUT_JOINTS, OUTPUT_PARENTS
 
@@ -58,19 +57,17 @@ class Poses:
         for name, shape in expected.items():
             if getattr(self, name).shape != shape:
                 raise FormatError(
-                    say(
-                        "poses.shape",
-                        "poses: {name} has shape {shape}, expected {wanted}",
-                        name=name,
-                        shape=getattr(self, name).shape,
-                        wanted=shape,
-                    )
+                    "poses.shape",
+                    "poses: {name} has shape {shape}, expected {wanted}",
+                    name=name,
+                    shape=getattr(self, name).shape,
+                    wanted=shape,
                 )
         numbers = (piece for array in (self.positions_m, self.rotations_wxyz) for piece in pieces(array))
         if not all(np.isfinite(piece).all() for piece in numbers):
-            raise FormatError("poses: positions and rotations must be finite")
+            raise FormatError("poses.not_finite", "poses: positions and rotations must be finite")
         if not (self.parents < np.arange(joints)).all():
-            raise FormatError("poses: every parent must come before its child")
+            raise FormatError("poses.parents", "poses: every parent must come before its child")
 
     @property
     def frame_count(self) -> int:
@@ -109,28 +106,21 @@ class Poses:
             FormatError: the file is missing, damaged, or lacks a key.
         """
         if not Path(path).is_file():
-            raise FormatError(say("poses.none", "no poses at {path}; run `studio solve` first", path=path))
+            raise FormatError("poses.none", "no poses at {path}; run `studio solve` first", path=path)
         try:
             values = read_arrays(path, _KEYS, POSES, optional=(_ROOT_HEIGHT,))
         except (KeyError, ValueError, OSError, EOFError) as error:
             raise FormatError(
-                say(
-                    "poses.not_npz",
-                    "{path} is not a poses.npz: {error}; solve the take again",
-                    path=path,
-                    error=error,
-                )
+                "poses.not_npz",
+                "{path} is not a poses.npz: {error}; solve the take again",
+                path=path,
+                error=error,
             ) from error
         except FormatError:
             raise
         except Exception as error:  # zipfile and zlib raise their own errors for a truncated file
             raise FormatError(
-                say(
-                    "poses.damaged",
-                    "{path} is damaged: {error}; solve the take again",
-                    path=path,
-                    error=error,
-                )
+                "poses.damaged", "{path} is damaged: {error}; solve the take again", path=path, error=error
             ) from error
         fields: dict[str, Any] = {**values, "joint_names": tuple(str(name) for name in values["joint_names"])}
         if _ROOT_HEIGHT in values:
@@ -148,7 +138,7 @@ def on_output_joints(poses: Poses) -> Poses:
         return poses
     own = {name: index for index, name in enumerate(poses.joint_names)}
     if "Hips" not in own:
-        raise FormatError(say("poses.no_hips", "an animation has no hips: it cannot be put on a character"))
+        raise FormatError("poses.no_hips", "an animation has no hips: it cannot be put on a character")
     nearest: list[int] = []
     for name, parent in zip(OUTPUT_JOINTS, OUTPUT_PARENTS, strict=True):
         nearest.append(own[name] if name in own else nearest[parent])

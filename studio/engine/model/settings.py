@@ -4,7 +4,6 @@ from dataclasses import dataclass, field, replace
 from typing import Any
 
 from studio.engine.base.errors import SettingsError
-from studio.engine.base.sentences import say
 from studio.engine.model.joints import CANONICAL
 from studio.engine.model.switches import (
     Choice,
@@ -216,13 +215,11 @@ class SolveSettings:
         unknown = [name for name in wanted if name not in available]
         if unknown or not wanted:
             raise SettingsError(
-                say(
-                    "settings.unknown_cameras",
-                    "cameras={cameras!r}: no camera {names}; allowed: all, or some of {allowed}",
-                    cameras=self.cameras,
-                    names=", ".join(unknown) or "named",
-                    allowed=[*available],
-                )
+                "settings.unknown_cameras",
+                "cameras={cameras!r}: no camera {names}; allowed: all, or some of {allowed}",
+                cameras=self.cameras,
+                names=", ".join(unknown) or "named",
+                allowed=[*available],
             )
         return tuple(name for name in available if name in wanted)
 
@@ -289,13 +286,11 @@ def _find(name: str) -> Switch:
     if name not in SWITCHES:
         plain = [switch.name for switch in SWITCHES.values() if not isinstance(switch, PerJoint)]
         raise SettingsError(
-            say(
-                "settings.unknown",
-                "unknown setting {key!r}; allowed: {allowed}, effectors.<joint>.reach/.pull/.resist, "
-                "displacement_limits_m_s.<joint>",
-                key=name,
-                allowed=plain,
-            )
+            "settings.unknown",
+            "unknown setting {key!r}; allowed: {allowed}, effectors.<joint>.reach/.pull/.resist, "
+            "displacement_limits_m_s.<joint>",
+            key=name,
+            allowed=plain,
         )
     return SWITCHES[name]
 
@@ -331,12 +326,10 @@ def preset(name: str) -> SolveSettings:
     """
     if name not in PRESETS:
         raise SettingsError(
-            say(
-                "settings.unknown_preset",
-                "unknown preset {name!r}; allowed: {allowed}",
-                name=name,
-                allowed=[*PRESETS],
-            )
+            "settings.unknown_preset",
+            "unknown preset {name!r}; allowed: {allowed}",
+            name=name,
+            allowed=[*PRESETS],
         )
     return PRESETS[name]
 
@@ -360,11 +353,9 @@ def changed(settings: SolveSettings, assignments: list[str] | tuple[str, ...]) -
         key, separator, value = assignment.partition("=")
         if not separator:
             raise SettingsError(
-                say(
-                    "settings.not_key_value",
-                    "--set {text!r} is not KEY=VALUE, such as smoothing=one_euro:before",
-                    text=assignment,
-                )
+                "settings.not_key_value",
+                "--set {text!r} is not KEY=VALUE, such as smoothing=one_euro:before",
+                text=assignment,
             )
         settings = set_switch(settings, key.strip(), value.strip())
     return settings

@@ -11,6 +11,7 @@ from typing import Any, NamedTuple
 
 from studio.engine.base.errors import SettingsError
 from studio.engine.base.sentences import say
+from studio.engine.base.value_sentences import bad_setting
 from studio.engine.model.joints import CANONICAL
 
 
@@ -79,15 +80,7 @@ class Switch(ABC):
 
     def refused(self, value: object) -> SettingsError:
         """Return the error for a value that is not allowed."""
-        return SettingsError(
-            say(
-                "settings.value",
-                "{key}={value!r} is not allowed; allowed: {allowed}",
-                key=self.name,
-                value=value,
-                allowed=self.allowed,
-            )
-        )
+        return SettingsError(bad_setting(self.name, value, self.allowed))
 
 
 @dataclass(frozen=True)
@@ -219,7 +212,12 @@ class PerJoint(Switch):
         return between(self.low, self.high)
 
     def parse(self, text: str) -> Any:
-        raise SettingsError(f"{self.name} is set joint by joint; allowed: {', '.join(self.written)}")
+        raise SettingsError(
+            "settings.by_joint",
+            "{key} is set joint by joint; allowed: {allowed}",
+            key=self.name,
+            allowed=[*self.written],
+        )
 
     def parse_part(self, value: Mapping[str, Any], key: str, rest: list[str], given: Any) -> dict[str, Any]:
         """Return the value with one number changed; `rest` is what follows the switch's name in `key`.
@@ -282,12 +280,10 @@ class Effectors(PerJoint):
 def unknown_part(key: str) -> SettingsError:
     """Return the error for a key below a switch that has no such part."""
     return SettingsError(
-        say(
-            "settings.unknown_part",
-            "unknown setting {key!r}; allowed: effectors.<joint>.reach, .pull or .resist, "
-            "displacement_limits_m_s.<joint>",
-            key=key,
-        )
+        "settings.unknown_part",
+        "unknown setting {key!r}; allowed: effectors.<joint>.reach, .pull or .resist, "
+        "displacement_limits_m_s.<joint>",
+        key=key,
     )
 
 
@@ -299,13 +295,11 @@ def joint(key: str, name: str) -> str:
     """
     if name not in CANONICAL:
         raise SettingsError(
-            say(
-                "settings.unknown_joint",
-                "{key}: unknown joint {joint!r}; allowed: {allowed}",
-                key=key,
-                joint=name,
-                allowed=[*CANONICAL],
-            )
+            "settings.unknown_joint",
+            "{key}: unknown joint {joint!r}; allowed: {allowed}",
+            key=key,
+            joint=name,
+            allowed=[*CANONICAL],
         )
     return name
 
@@ -321,15 +315,7 @@ def number(key: str, value: Any, low: float, high: float) -> float:
     except (TypeError, ValueError):
         read = float("nan")
     if not low <= read <= high:
-        raise SettingsError(
-            say(
-                "settings.value",
-                "{key}={value!r} is not allowed; allowed: {allowed}",
-                key=key,
-                value=value,
-                allowed=between(low, high),
-            )
-        )
+        raise SettingsError(bad_setting(key, value, between(low, high)))
     return read
 
 

@@ -37,7 +37,9 @@ class Pipeline:
     def _build(self, calibration: Calibration, settings: SolveSettings) -> None:
         if calibration.performer is None:
             raise CalibrationError(
-                "the calibration has no performer's proportions; calibrate with a T-pose, or solve from a recording"
+                "calibration.no_proportions",
+                "the calibration has no performer's proportions; calibrate with a T-pose, or solve "
+                "from a recording",
             )
         names = settings.camera_names(tuple(calibration.cameras))
         self._calibration, self._settings = calibration, settings

@@ -6,7 +6,6 @@ import numpy as np
 
 from studio.engine.base.errors import TakeError
 from studio.engine.base.records import Records
-from studio.engine.base.sentences import say
 from studio.engine.model.frames import StepResult
 from studio.engine.model.joints import OUTPUT_JOINTS, OUTPUT_PARENTS
 from studio.engine.model.poses import Poses
@@ -46,10 +45,8 @@ class PoseCollector:
         """
         if not self._times_ns:
             raise TakeError(
-                say(
-                    "take.nobody_seen",
-                    "no camera shows the performer in this take; check the cameras and `--set cameras=...`",
-                )
+                "take.nobody_seen",
+                "no camera shows the performer in this take; check the cameras and `--set cameras=...`",
             )
         return Poses(
             time_s=np.array(self._times_ns) * 1e-9,

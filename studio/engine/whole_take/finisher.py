@@ -73,7 +73,9 @@ class Finisher:
         """
         if settings.ik == "none":
             raise SettingsError(
-                "finish=on needs a solved pose; allowed with it: ik=previous_pose, combined_skeleton, kalman_filter"
+                "settings.finish_needs_pose",
+                "finish=on needs a solved pose; allowed with it: ik=previous_pose, "
+                "combined_skeleton, kalman_filter",
             )
         limited = settings.human_limits == "on"
         humanoid = build_humanoid(

@@ -136,7 +136,10 @@ def _order(
 def check_together(settings: SolveSettings) -> None:
     """Raise SettingsError for a combination of switches that does not work for a whole take."""
     if settings.physics == "on" and settings.finish == "off":
-        raise SettingsError("physics=on corrects a finished take; set finish=on too, or take preset finish")
+        raise SettingsError(
+            "settings.physics_needs_finish",
+            "physics=on corrects a finished take; set finish=on too, or take preset finish",
+        )
 
 
 def _finisher(calibration: Calibration, settings: SolveSettings) -> Finisher | None:

@@ -86,7 +86,12 @@ class Trace:
         try:
             values = read_arrays(path, _KEYS, TRACE)
         except (OSError, ValueError, KeyError, EOFError, MemoryError, BadZipFile) as error:
-            raise FormatError(f"{path} is no trace of a solve ({error}); solve the take again") from error
+            raise FormatError(
+                "trace.damaged",
+                "{path} is no trace of a solve ({error}); solve the take again",
+                path=path,
+                error=error,
+            ) from error
         texts = {key: tuple(str(text) for text in values[key]) for key in ("cameras", "reasons")}
         fields: dict[str, Any] = {**values, **texts}
         return cls(**fields)
@@ -148,7 +153,7 @@ class TraceCollector:
             FormatError: no result was added.
         """
         if self._records is None:
-            raise FormatError("a solve without frames has no trace")
+            raise FormatError("trace.no_frames", "a solve without frames has no trace")
         rows = self._records.all()
         columns = {name: rows[name] for name in rows.dtype.names or ()}
         return Trace(cameras=self._cameras, reasons=tuple(self._reasons), **columns)

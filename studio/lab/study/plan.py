@@ -170,9 +170,13 @@ def make_plan(
         SettingsError: no seed, or a number of cameras that no rig has.
     """
     if seeds < 1:
-        raise SettingsError(f"--seeds {seeds}: give at least 1")
+        raise SettingsError("study.seeds", "--seeds {n}: give at least 1", n=seeds)
     if not cameras or any(count not in (1, 2, 3, 4) for count in cameras):
-        raise SettingsError(f"--cameras {','.join(map(str, cameras))}: allowed are 1, 2, 3 and 4, by commas")
+        raise SettingsError(
+            "study.cameras",
+            "--cameras {cameras}: allowed are 1, 2, 3 and 4, by commas",
+            cameras=",".join(map(str, cameras)),
+        )
     sources = [(str(path), _content(path)) for path in motions] or [(name, "") for name in MOVEMENTS]
     cells = [
         Cell(StudyRecording(motion, content, count, interference, seed, unit_m), variant)
@@ -184,11 +188,15 @@ def make_plan(
     ]
     titles = tuple(dict.fromkeys(cell.recording.title for cell in cells))
     if len(titles) < len(sources):
-        raise FormatError("two motions have the same name; rename one")
+        raise FormatError("study.motion_twice", "two motions have the same name; rename one")
     return Study(titles, tuple(sorted(set(cameras))), seeds, tuple(cells))
 
 
 def _content(path: Path) -> str:
     if not path.is_file():
-        raise FormatError(f"no motion at {path}; give BVH files, or none for the thesis's four movements")
+        raise FormatError(
+            "study.no_motion",
+            "no motion at {path}; give BVH files, or none for the thesis's four movements",
+            path=path,
+        )
     return hashlib.sha256(path.read_bytes()).hexdigest()

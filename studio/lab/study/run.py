@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from studio.engine.base.errors import StudioError
+from studio.engine.base.sentences import system_says
 from studio.lab.study.plan import Cell, Study
 
 CELLS = "cells"
@@ -41,7 +42,12 @@ def run_study(
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
-        raise StudioError(f"cannot write {folder}: {error.strerror}; choose another --out") from error
+        raise StudioError(
+            "study.unwritable",
+            "cannot write {folder}: {error}; choose another --out",
+            folder=folder,
+            error=system_says(error),
+        ) from error
     missing = {
         recording: [cell for cell in cells if read_cell(out, cell) is None]
         for recording, cells in study.by_recording().items()
@@ -69,7 +75,9 @@ def run_study(
                 if progress is not None:
                     progress(sum(_path(out, cell).is_file() for cell in study.cells) / total)
         except BrokenProcessPool as error:
-            raise StudioError("a process of the study broke off; start it again, it goes on") from error
+            raise StudioError(
+                "study.broke_off", "a process of the study broke off; start it again, it goes on"
+            ) from error
         except BaseException:
             pool.shutdown(wait=False, cancel_futures=True)
             raise

@@ -21,11 +21,18 @@ def read_votes(folder: Path) -> Votes:
     one = (folder / "test.json").is_file()
     sessions = folder.parent.parent if one else folder.parent
     if (folder.parent if one else folder).name != FOLDER:
-        raise FormatError(f"{folder} holds no blind tests; give sessions/{FOLDER}, or the folder of one test")
+        raise FormatError(
+            "study.no_blind_tests",
+            "{path} holds no blind tests; give sessions/{file}, or the folder of one test",
+            path=folder,
+            file=FOLDER,
+        )
     desk = Desk(sessions)
     tests = [test for test in desk.tests() if not one or test.id == folder.name]
     if not tests:
-        raise FormatError(f"no blind test in {folder}; make one on the operator's page")
+        raise FormatError(
+            "study.no_blind_test", "no blind test in {path}; make one on the operator's page", path=folder
+        )
     votes: Votes = {}
     for test in tests:
         for pair in results(test, desk.voters(test.id))["pairs"]:

@@ -104,7 +104,7 @@ class Calibrator:
         """
         if self.attempt.state in ("gathering", "computing"):
             raise CalibrationError(
-                say("calibration.under_way", "a calibration is under way; wait until it is done")
+                "calibration.under_way", "a calibration is under way; wait until it is done"
             )
         self._frames, self._serials, self._height_m = {}, serials, height_m
         self.attempt = Attempt(
@@ -122,7 +122,7 @@ class Calibrator:
         """
         if self.attempt.state != "gathering":
             raise CalibrationError(
-                say("calibration.none_gathered", "no calibration is being gathered; start one first")
+                "calibration.none_gathered", "no calibration is being gathered; start one first"
             )
         self.attempt.seconds = 0.0
 

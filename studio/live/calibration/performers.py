@@ -7,7 +7,6 @@ from typing import Any
 
 from studio.engine.base.errors import FormatError, TakeError
 from studio.engine.base.files import write_json
-from studio.engine.base.sentences import say
 from studio.engine.base.versions import PERFORMER
 from studio.engine.model.calibration import Performer, performer_from_json, performer_to_json
 from studio.take.folder.names import check_name, inside, is_safe_name
@@ -51,24 +50,20 @@ def load_profile(sessions: Path, name: str) -> Profile:
     if not path.is_file():
         known = ", ".join(profile.name for profile in list_profiles(sessions)) or "none yet"
         raise TakeError(
-            say(
-                "performer.not_measured",
-                "there is no performer {name!r}; measured so far: {known}",
-                name=name,
-                known=known,
-            )
+            "performer.not_measured",
+            "there is no performer {name!r}; measured so far: {known}",
+            name=name,
+            known=known,
         )
     try:
         value = PERFORMER.current(json.loads(path.read_text(encoding="utf-8")), path)
         return Profile(name, str(value["measured"]), performer_from_json(value))
     except (OSError, ValueError, KeyError, TypeError, AttributeError, RecursionError, FormatError) as error:
         raise TakeError(
-            say(
-                "performer.unreadable",
-                "performer {name!r} cannot be read ({error!r}); measure again",
-                name=name,
-                error=error,
-            )
+            "performer.unreadable",
+            "performer {name!r} cannot be read ({error!r}); measure again",
+            name=name,
+            error=error,
         ) from error
 
 
@@ -92,7 +87,7 @@ def delete_profile(sessions: Path, name: str) -> None:
     """
     path = _path(sessions, check_name("performer", name))
     if not path.is_file():
-        raise TakeError(say("performer.none", "there is no performer {name!r}", name=name))
+        raise TakeError("performer.none", "there is no performer {name!r}", name=name)
     path.unlink()
 
 

@@ -64,9 +64,7 @@ class TPoseCapture:
             CalibrationError: one is under way.
         """
         if self.busy:
-            raise CalibrationError(
-                say("tpose.under_way", "a T-pose is being measured; wait until it is done")
-            )
+            raise CalibrationError("tpose.under_way", "a T-pose is being measured; wait until it is done")
         self.pose = TPose("countdown", name, countdown_s)
         self._began_ns = now_ns + round(countdown_s * 1e9)
         self._held_since_ns = None

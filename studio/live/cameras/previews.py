@@ -49,13 +49,21 @@ class Previews:
         self._links.check(link, now_ns)
         whole = link.hello.intrinsics
         if whole is None:
-            raise FormatError("a camera that sends previews must tell its intrinsics in hello")
+            raise FormatError(
+                "camera.preview_no_intrinsics",
+                "a camera that sends previews must tell its intrinsics in hello",
+            )
         if (preview.width, preview.height) != tuple(
             -(-n // preview.step) for n in (whole.width, whole.height)
         ):
             raise FormatError(
-                f"a preview of {preview.width} x {preview.height} pixels is not every {preview.step}th of "
-                f"{whole.width} x {whole.height}"
+                "camera.preview_size",
+                "a preview of {width} x {height} pixels is not every {step}th of {own_width} x {own_height}",
+                width=preview.width,
+                height=preview.height,
+                step=preview.step,
+                own_width=whole.width,
+                own_height=whole.height,
             )
         depth_mm = preview_array(preview)
         self.depth.put(link.name, ArrivedDepth(_camera(whole, preview), depth_mm, now_ns, whole=False))

@@ -82,12 +82,7 @@ class Roster:
         if name not in [camera.name for camera in self.connected()]:
             names = ", ".join(camera.name for camera in self.connected()) or "none"
             raise SettingsError(
-                say(
-                    "camera.none",
-                    "no camera {name!r} is connected; connected: {names}",
-                    name=name,
-                    names=names,
-                )
+                "camera.none", "no camera {name!r} is connected; connected: {names}", name=name, names=names
             )
         self.chosen = name
         return self._anchor(self.cameras[name])

@@ -37,13 +37,16 @@ class Keeping:
         if message.hello is not None:
             if message.hello.name != link.name or message.hello.boot_id != message.boot_id:
                 raise FormatError(
-                    "kept frames must be of the camera's own name and of the start that they name"
+                    "kept.of_another",
+                    "kept frames must be of the camera's own name and of the start that they name",
                 )
             check_hello(message.hello)
             link.hellos = {**dict(list(link.hellos.items())[-MAX_STARTS:]), message.boot_id: message.hello}
         hello = link.hello_of(message.boot_id)
         if hello is None:
-            raise FormatError("frames of an earlier start are kept, but its hello is not told")
+            raise FormatError(
+                "kept.no_hello", "frames of an earlier start are kept, but its hello is not told"
+            )
         recording = self._engine.recording
         if recording is not None and recording.recorder.take_id == message.take_id:
             key = (link.name, message.boot_id)
@@ -71,7 +74,8 @@ class Keeping:
         inner = decode(message.data)
         if hello is None or not isinstance(inner, SkeletonFrame):
             raise FormatError(
-                "a late message must hold a skeleton of a start of the client that it has told of"
+                "kept.not_a_skeleton",
+                "a late message must hold a skeleton of a start of the client that it has told of",
             )
         frame = camera_frame(link.name, hello.joint_set, inner)
         recording = self._engine.recording

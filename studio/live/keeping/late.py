@@ -175,13 +175,20 @@ class LateTakes:
             return None
         take = Take.open(path)
         if take.meta["recording"] == "recording":
-            raise TakeError(f"{path} is being recorded or saved; `studio doctor` ends what a crash left")
+            raise TakeError(
+                "take.being_recorded",
+                "{path} is being recorded or saved; `studio doctor` ends what a crash left",
+                path=path,
+            )
         state = scan_raw(take.raw_path)
         try:
             membership = Membership(state)
         except (KeyError, TypeError, ValueError) as error:
             raise TakeError(
-                f"the log of {path} cannot be read: {error!r}; run `studio doctor {path}`"
+                "take.log_unreadable",
+                "the log of {path} cannot be read: {error!r}; run `studio doctor {path}`",
+                path=path,
+                error=error,
             ) from error
         self._open[take_id] = _OpenTake(take, membership, state.frames, used_s=time.monotonic())
         return self._open[take_id]

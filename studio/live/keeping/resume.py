@@ -101,9 +101,11 @@ def _open(sessions: Path, marker: RecordingMarker) -> Take:
     except TakeError:
         take = rebuild_meta(path)
     if not take.raw_path.is_file():
-        raise TakeError(f"{path} has no raw recording")
+        raise TakeError("take.nothing_recorded", "{path} has no raw recording", path=path)
     if take.meta.setdefault("take_id", marker.take_id) != marker.take_id:
-        raise TakeError(f"{path} is another take than the one that was being recorded")
+        raise TakeError(
+            "take.another", "{path} is another take than the one that was being recorded", path=path
+        )
     take.meta["recording"] = "recording"
     take.save_meta()
     return take

@@ -106,13 +106,10 @@ class Recorder:
             free = shutil.disk_usage(path).free
             if free < 2 * RESERVE_BYTES:
                 raise TakeError(
-                    say(
-                        "recording.disk_low",
-                        "only {mb} MB are left on the disk; free some space before recording (at least {least} "
-                        "MB)",
-                        mb=free >> 20,
-                        least=2 * RESERVE_BYTES >> 20,
-                    )
+                    "recording.disk_low",
+                    "only {mb} MB are left on the disk; free some space before recording (at least {least} MB)",
+                    mb=free >> 20,
+                    least=2 * RESERVE_BYTES >> 20,
                 )
             take.meta["timecode"] = timecode(datetime.now().astimezone())
             take.meta["number"] = sum(1 for _ in path.parent.glob("*/take.json"))

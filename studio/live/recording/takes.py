@@ -4,7 +4,6 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable
 
 from studio.engine.base.errors import TakeError
-from studio.engine.base.sentences import say
 from studio.engine.model.calibration import Calibration
 from studio.engine.model.frames import ClockModel
 from studio.engine.model.settings import SolveSettings
@@ -53,7 +52,7 @@ class RecordedTakes(ABC):
             TakeError: a take is being recorded.
         """
         if self.recording is not None:
-            raise TakeError(say("recording.under_way", "a take is being recorded already; stop it first"))
+            raise TakeError("recording.under_way", "a take is being recorded already; stop it first")
         joined = [recording.recorder.camera(c.hello, c.newest_sequence) for c in self.roster.connected()]
         self.recording, self._noted_stage_clock, self.ended_problem = recording, None, ""
         self._restart()
@@ -82,7 +81,7 @@ class RecordedTakes(ABC):
             TakeError: nothing is being recorded.
         """
         if self.recording is None:
-            raise TakeError(say("recording.nothing", "nothing is being recorded; start a recording first"))
+            raise TakeError("recording.nothing", "nothing is being recorded; start a recording first")
         recording, self.recording = self.recording, None
         now = self._clock_ns()
         stage_ns = self.roster.clock.server_to_stage_ns(now)

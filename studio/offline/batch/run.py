@@ -64,13 +64,16 @@ def _on_dask(jobs: list[BatchJob], scheduler: str) -> Iterator[tuple[int, Done]]
         from distributed import Client, as_completed
     except ImportError as error:
         raise NotAvailableError(
-            "--scheduler needs Dask; install it: pip install 'capture-studio[dask]'"
+            "batch.no_dask", "--scheduler needs Dask; install it: pip install 'capture-studio[dask]'"
         ) from error
     try:
         client = Client(scheduler, timeout="10s", set_as_default=False)
     except (OSError, TimeoutError, ValueError) as error:
         raise StudioError(
-            f"the scheduler {scheduler} does not answer: {error}; start it, or check the address"
+            "batch.scheduler",
+            "the scheduler {scheduler} does not answer: {error}; start it, or check the address",
+            scheduler=scheduler,
+            error=error,
         ) from error
     with client:
         futures: dict[Any, int] = {

@@ -19,7 +19,6 @@ from studio.engine.animation.clip.skeleton import LocalMotion, local_motion, to_
 from studio.engine.animation.export.glb import write_glb
 from studio.engine.base.errors import FormatError, SettingsError
 from studio.engine.base.quaternions import continuous_signs, normalized
-from studio.engine.base.sentences import say
 from studio.engine.model.calibration import Performer
 from studio.engine.model.human.skeleton import Skeleton
 from studio.engine.model.joints import OUTPUT_INDEX, OUTPUT_JOINTS, OUTPUT_PARENTS
@@ -76,15 +75,13 @@ def bake_pair(
     end_s = end_s or min(length_s, start_s + MAX_SECONDS)
     if not 0.5 <= end_s - start_s <= MAX_SECONDS or end_s > length_s + 0.05:
         raise SettingsError(
-            say(
-                "blind.pair_too_long",
-                "a pair from {start:g} to {end:g} s is not possible: both animations last {length:.1f} "
-                "s, and 0.5 to {most:g} s are shown",
-                start=start_s,
-                end=end_s,
-                length=length_s,
-                most=MAX_SECONDS,
-            )
+            "blind.pair_too_long",
+            "a pair from {start:g} to {end:g} s is not possible: both animations last "
+            "{length:.1f} s, and 0.5 to {most:g} s are shown",
+            start=start_s,
+            end=end_s,
+            length=length_s,
+            most=MAX_SECONDS,
         )
     times = start_s + np.arange(int(np.floor((min(end_s, length_s) - start_s) * HZ)) + 1) / HZ
     skeleton = skeleton_of(poses[0]) if performer is None else Skeleton.of(performer)
@@ -95,7 +92,7 @@ def bake_pair(
     )
     if len(first) != len(second):
         raise FormatError(
-            say("blind.pair_sizes", "the two animations of a pair came out in different sizes; choose others")
+            "blind.pair_sizes", "the two animations of a pair came out in different sizes; choose others"
         )
     return first, second
 
@@ -108,10 +105,7 @@ def skeleton_of(poses: Poses) -> Skeleton:
     """
     if poses.joint_names != OUTPUT_JOINTS:
         raise FormatError(
-            say(
-                "blind.pair_no_performer",
-                "neither take of a pair knows a performer; calibrate one of them first",
-            )
+            "blind.pair_no_performer", "neither take of a pair knows a performer; calibrate one of them first"
         )
     offsets = np.empty((len(OUTPUT_JOINTS), 3))
     for joint, parent in enumerate(OUTPUT_PARENTS):

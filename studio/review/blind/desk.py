@@ -12,7 +12,7 @@ from pathlib import Path
 import msgspec
 
 from studio.engine.base.errors import SettingsError, StudioError, TakeError
-from studio.engine.base.sentences import say
+from studio.engine.base.value_sentences import bad_setting
 from studio.review.blind import store
 from studio.review.blind.draw import Showing, showings
 from studio.review.blind.model import BlindTest, Pair, Rules, check
@@ -162,19 +162,14 @@ class Desk:
         test = self.test(test_id)
         if not test.rules.supervised:
             raise SettingsError(
-                say(
-                    "blind.not_supervised",
-                    "this test is not supervised: every voter goes on at their own pace",
-                )
+                "blind.not_supervised", "this test is not supervised: every voter goes on at their own pace"
             )
         if not -1 <= slot < len(test.slots):
             raise SettingsError(
-                say(
-                    "blind.slot_or_none",
-                    "slot={n} is not allowed; allowed: 0 to {most}, -1 shows none",
-                    n=slot,
-                    most=len(test.slots) - 1,
-                )
+                "blind.slot_or_none",
+                "slot={n} is not allowed; allowed: 0 to {most}, -1 shows none",
+                n=slot,
+                most=len(test.slots) - 1,
             )
         return self._change(test_id, shown=slot)
 
@@ -190,12 +185,10 @@ class Desk:
         with self._lock:
             if test_id not in self._open:
                 raise TakeError(
-                    say(
-                        "blind.no_such_test",
-                        "there is no blind test {test!r}; there are: {others}",
-                        test=test_id,
-                        others=", ".join(self._open) or "none",
-                    )
+                    "blind.no_such_test",
+                    "there is no blind test {test!r}; there are: {others}",
+                    test=test_id,
+                    others=", ".join(self._open) or "none",
                 )
             return self._open[test_id]
 
@@ -212,7 +205,7 @@ class Desk:
                 if opened.test.token and secrets.compare_digest(opened.test.token.encode(), token.encode()):
                     return opened.test
         raise NoSuchTest(
-            say("blind.link_unknown", "this link leads to no test; ask who gave it to you for a new one")
+            "blind.link_unknown", "this link leads to no test; ask who gave it to you for a new one"
         )
 
     def is_open(self, test: BlindTest) -> bool:
@@ -232,7 +225,7 @@ class Desk:
             opened = self._open[test.id]
             self._check_open(test)
             if len(opened.voters) >= test.rules.max_voters:
-                raise VotingClosed(say("blind.full", "this test has all the voters it needs; thank you"))
+                raise VotingClosed("blind.full", "this test has all the voters it needs; thank you")
             key = secrets.token_urlsafe(18)
             given = name.strip()[:MAX_NAME] if test.rules.ask_name else ""
             event = VoteEvent(len(opened.voters), self._time(), key_hash=_hash(key), name=given)
@@ -250,7 +243,7 @@ class Desk:
             test = self.by_token(token)
             voter = self._open[test.id].by_key.get(_hash(key))
         if voter is None:
-            raise NoSuchTest(say("blind.not_joined", "you have not joined this test; open the link again"))
+            raise NoSuchTest("blind.not_joined", "you have not joined this test; open the link again")
         return test, voter
 
     def vote(
@@ -269,32 +262,20 @@ class Desk:
             self._check_open(test)
             allowed = CHOICES if test.rules.allow_none else CHOICES[:2]
             if choice not in allowed:
-                raise SettingsError(
-                    say(
-                        "settings.value",
-                        "{key}={value!r} is not allowed; allowed: {allowed}",
-                        key="choice",
-                        value=choice,
-                        allowed=[*allowed],
-                    )
-                )
+                raise SettingsError(bad_setting("choice", choice, allowed))
             if not 0 <= slot < len(test.slots):
                 raise SettingsError(
-                    say(
-                        "blind.slot",
-                        "slot={n} is not allowed; allowed: 0 to {most}",
-                        n=slot,
-                        most=len(test.slots) - 1,
-                    )
+                    "blind.slot",
+                    "slot={n} is not allowed; allowed: 0 to {most}",
+                    n=slot,
+                    most=len(test.slots) - 1,
                 )
             if len(comment) > MAX_COMMENT:
                 raise SettingsError(
-                    say(
-                        "blind.comment_too_long",
-                        "the comment has {n} characters; allowed: {most}",
-                        n=len(comment),
-                        most=MAX_COMMENT,
-                    )
+                    "blind.comment_too_long",
+                    "the comment has {n} characters; allowed: {most}",
+                    n=len(comment),
+                    most=MAX_COMMENT,
                 )
             watched = min(max(watched_s, 0.0), MAX_WATCHED_S) if watched_s == watched_s else 0.0
             event = VoteEvent(
@@ -317,7 +298,7 @@ class Desk:
         test, voter = self.voter(token, key)
         shown = showings(test, voter.number)
         if not 0 <= slot < len(shown):
-            raise NoSuchTest(say("blind.no_such_pair", "there is no such pair in this test"))
+            raise NoSuchTest("blind.no_such_pair", "there is no such pair in this test")
         return test, shown[slot]
 
     def animation(self, test: BlindTest, pair: int, side: str) -> bytes:
@@ -340,7 +321,7 @@ class Desk:
 
     def _check_open(self, test: BlindTest) -> None:
         if not self.is_open(test):
-            raise VotingClosed(say("blind.over", "this test is over; thank you"))
+            raise VotingClosed("blind.over", "this test is over; thank you")
 
     def _time(self) -> str:
         return self._now().isoformat(timespec="seconds")

@@ -6,7 +6,6 @@ from typing import Any, Literal
 import msgspec
 
 from studio.engine.base.errors import FormatError, SettingsError
-from studio.engine.base.sentences import say
 
 FORMAT_VERSION = 1
 MAX_PAIRS = 100
@@ -108,37 +107,28 @@ def check(title: str, question: str, pairs: tuple[Pair, ...], rules: Rules) -> N
     for name, text in (("title", title), ("question", question)):
         if not 1 <= len(text.strip()) <= MAX_TEXT:
             raise SettingsError(
-                say(
-                    "blind.text_length",
-                    "{name} has {n} characters; allowed: 1 to {most}",
-                    name=name,
-                    n=len(text),
-                    most=MAX_TEXT,
-                )
+                "blind.text_length",
+                "{name} has {n} characters; allowed: 1 to {most}",
+                name=name,
+                n=len(text),
+                most=MAX_TEXT,
             )
     if not 1 <= len(pairs) <= MAX_PAIRS:
         raise SettingsError(
-            say(
-                "blind.pairs_count",
-                "a test has {n} pairs; allowed: 1 to {most}",
-                n=len(pairs),
-                most=MAX_PAIRS,
-            )
+            "blind.pairs_count", "a test has {n} pairs; allowed: 1 to {most}", n=len(pairs), most=MAX_PAIRS
         )
     for number, pair in enumerate(pairs, start=1):
         _check_pair(number, pair)
     if not 0 <= rules.repeats <= len(pairs):
         raise SettingsError(
-            say(
-                "blind.repeats",
-                "repeats={n} is not allowed; allowed: 0 to {most}, the pairs",
-                n=rules.repeats,
-                most=len(pairs),
-            )
+            "blind.repeats",
+            "repeats={n} is not allowed; allowed: 0 to {most}, the pairs",
+            n=rules.repeats,
+            most=len(pairs),
         )
     if not 1 <= rules.max_voters <= 10_000:
         raise SettingsError(
-            say("blind.max_voters", "max_voters={n} is not allowed; allowed: 1 to 10000", n=rules.max_voters)
+            "blind.max_voters", "max_voters={n} is not allowed; allowed: 1 to 10000", n=rules.max_voters
         )
     if rules.closes:
         try:
@@ -147,56 +137,46 @@ def check(title: str, question: str, pairs: tuple[Pair, ...], rules: Rules) -> N
             closes = datetime.min
         if closes.tzinfo is None:
             raise SettingsError(
-                say(
-                    "blind.closes",
-                    "closes={time!r} is no time; such as {such}",
-                    time=rules.closes,
-                    such=datetime.now(UTC).isoformat(timespec="minutes"),
-                )
+                "blind.closes",
+                "closes={time!r} is no time; such as {such}",
+                time=rules.closes,
+                such=datetime.now(UTC).isoformat(timespec="minutes"),
             )
 
 
 def _check_pair(number: int, pair: Pair) -> None:
     if not 0 <= pair.start_s < MAX_SECONDS * 600 or not 0 <= pair.end_s < MAX_SECONDS * 600:
         raise SettingsError(
-            say(
-                "blind.pair_times",
-                "pair {n}: start_s={start:g}, end_s={end:g} are not allowed; from 0",
-                n=number,
-                start=pair.start_s,
-                end=pair.end_s,
-            )
+            "blind.pair_times",
+            "pair {n}: start_s={start:g}, end_s={end:g} are not allowed; from 0",
+            n=number,
+            start=pair.start_s,
+            end=pair.end_s,
         )
     if pair.end_s and pair.end_s - pair.start_s < 0.5:
         raise SettingsError(
-            say(
-                "blind.pair_too_short",
-                "pair {number} lasts {seconds:g} s; allowed: half a second or more",
-                number=number,
-                seconds=pair.end_s - pair.start_s,
-            )
+            "blind.pair_too_short",
+            "pair {number} lasts {seconds:g} s; allowed: half a second or more",
+            number=number,
+            seconds=pair.end_s - pair.start_s,
         )
     for side in (pair.a, pair.b):
         if not 1 <= len(side.condition.strip()) <= 100:
             raise SettingsError(
-                say(
-                    "blind.condition",
-                    "pair {n}: a condition has 1 to 100 characters, such as 'limits on'",
-                    n=number,
-                )
+                "blind.condition",
+                "pair {n}: a condition has 1 to 100 characters, such as 'limits on'",
+                n=number,
             )
         if side.key_hz and not 1 <= side.key_hz <= 120:
             raise SettingsError(
-                say(
-                    "blind.key_rate",
-                    "pair {n}: key_hz={rate:g} is not allowed; allowed: 0 or 1 to 120",
-                    n=number,
-                    rate=side.key_hz,
-                )
+                "blind.key_rate",
+                "pair {n}: key_hz={rate:g} is not allowed; allowed: 0 or 1 to 120",
+                n=number,
+                rate=side.key_hz,
             )
     if pair.a == pair.b:
         raise SettingsError(
-            say("blind.pair_same_twice", "pair {number} has the same animation on both sides", number=number)
+            "blind.pair_same_twice", "pair {number} has the same animation on both sides", number=number
         )
 
 
@@ -209,4 +189,4 @@ def from_json(value: Any) -> BlindTest:
     try:
         return msgspec.convert(value, BlindTest)
     except msgspec.ValidationError as error:
-        raise FormatError(say("blind.not_a_test", "not a blind test: {error}", error=error)) from error
+        raise FormatError("blind.not_a_test", "not a blind test: {error}", error=error) from error

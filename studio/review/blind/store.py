@@ -16,7 +16,7 @@ import msgspec
 
 from studio.engine.base.errors import FormatError, StudioError, TakeError
 from studio.engine.base.files import write_atomically, write_json
-from studio.engine.base.sentences import say, system_says
+from studio.engine.base.sentences import system_says
 from studio.review.blind.model import BlindTest, from_json
 from studio.take.folder.names import check_name, inside
 
@@ -124,22 +124,18 @@ def animation(sessions: Path, test: BlindTest, pair: int, side: str) -> bytes:
         data = path.read_bytes()
     except OSError as error:
         raise TakeError(
-            say(
-                "blind.animation_gone",
-                "animation {name} of test {test} is gone: {error}",
-                name=path.name,
-                test=test.id,
-                error=system_says(error),
-            )
+            "blind.animation_gone",
+            "animation {name} of test {test} is gone: {error}",
+            name=path.name,
+            test=test.id,
+            error=system_says(error),
         ) from error
     if _sha256(data) != test.animations[pair]["ab".index(side)]:
         raise TakeError(
-            say(
-                "blind.animation_changed",
-                "animation {name} of test {test} was changed after the test was made",
-                name=path.name,
-                test=test.id,
-            )
+            "blind.animation_changed",
+            "animation {name} of test {test} was changed after the test was made",
+            name=path.name,
+            test=test.id,
         )
     return data
 
@@ -174,11 +170,9 @@ def append_event(sessions: Path, test_id: str, event: VoteEvent) -> None:
             os.fsync(file.fileno())
     except OSError as error:
         raise StudioError(
-            say(
-                "blind.vote_not_kept",
-                "the vote could not be kept: {error}; free some space and vote again",
-                error=system_says(error),
-            )
+            "blind.vote_not_kept",
+            "the vote could not be kept: {error}; free some space and vote again",
+            error=system_says(error),
         ) from error
 
 
@@ -199,12 +193,10 @@ def read_key(sessions: Path, test: BlindTest) -> dict[str, Any]:
         return {**json.loads(data), "seal": test.seal, "seal_holds": _sha256(data) == test.seal}
     except (OSError, ValueError) as error:
         raise TakeError(
-            say(
-                "blind.key_unreadable",
-                "the key of test {test} cannot be read: {error}",
-                test=test.id,
-                error=error,
-            )
+            "blind.key_unreadable",
+            "the key of test {test} cannot be read: {error}",
+            test=test.id,
+            error=error,
         ) from error
 
 

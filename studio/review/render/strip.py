@@ -69,10 +69,12 @@ def render_strip(
     for name, row in rows.items():
         if row.joint_names != OUTPUT_JOINTS:
             raise FormatError(
-                f"solve {name!r} has other joints than the output skeleton; solve the take again"
+                "picture.other_joints",
+                "solve {name!r} has other joints than the output skeleton; solve the take again",
+                name=name,
             )
         if row.frame_count == 0:
-            raise FormatError(f"solve {name!r} has no frames; nothing to draw")
+            raise FormatError("picture.no_frames", "solve {name!r} has no frames; nothing to draw", name=name)
     first = next(iter(rows.values()))
     times = default_times(first, count) if times_s is None else times_s
     zero_s = first.begins_s if begins_s is None else begins_s

@@ -35,7 +35,9 @@ def render_thumbnail(poses: Poses, path: str | os.PathLike[str]) -> None:
         FormatError: no frames, another skeleton than the output skeleton, or bones that no body fits.
     """
     if poses.joint_names != OUTPUT_JOINTS or poses.frame_count == 0:
-        raise FormatError("a picture needs frames of the output skeleton; solve the take again")
+        raise FormatError(
+            "picture.other_skeleton", "a picture needs frames of the output skeleton; solve the take again"
+        )
     frame = telling_frame(poses)
     hips = poses.positions_m[frame, OUTPUT_INDEX["Hips"]]
     view = Projection(

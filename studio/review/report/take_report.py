@@ -6,6 +6,7 @@ from typing import Any
 
 from studio.engine.base.errors import FormatError
 from studio.engine.base.files import write_atomically
+from studio.engine.base.sentences import system_says
 from studio.engine.metrics.reference.reference import Markers, Reference, read_reference
 from studio.engine.model.poses import Poses
 from studio.review.report.evaluation import MeasuredSolve, evaluation_report
@@ -51,7 +52,12 @@ def write_report(
         with write_atomically(path) as file:
             file.write(page.encode())
     except OSError as error:
-        raise FormatError(f"cannot write {path}: {error.strerror}; choose another --report") from error
+        raise FormatError(
+            "report.unwritable",
+            "cannot write {path}: {error}; choose another --report",
+            path=path,
+            error=system_says(error),
+        ) from error
 
 
 def report_solves(

@@ -129,7 +129,10 @@ class Words:
     def __init__(self, language: Language = "en") -> None:
         if language not in get_args(Language):
             raise SettingsError(
-                f"a report in {language!r} is not there; allowed: {', '.join(get_args(Language))}"
+                "report.language",
+                "a report in {language!r} is not there; allowed: {allowed}",
+                language=language,
+                allowed=[*get_args(Language)],
             )
         self.language = language
 

@@ -14,7 +14,7 @@ import msgspec
 
 from studio.engine.base.errors import StudioError
 from studio.engine.base.files import write_atomically, write_json
-from studio.engine.base.sentences import say
+from studio.engine.base.sentences import system_says
 from studio.take.folder.names import check_name, inside
 
 FOLDER = "shares"
@@ -119,7 +119,7 @@ class Shares:
             if share.id == share_id:
                 return share
         raise NoSuchShare(
-            say("share.none", "there is no share {id!r}; GET /api/v1/shares lists them", id=share_id[:80])
+            "share.none", "there is no share {id!r}; GET /api/v1/shares lists them", id=share_id[:80]
         )
 
     def by_token(self, token: str) -> ShareLink:
@@ -133,7 +133,7 @@ class Shares:
             if secrets.compare_digest(share.token.encode(), token.encode()):
                 found = share
         if found is None:
-            raise NoSuchShare("this link leads to no replay; ask for a new one")
+            raise NoSuchShare("share.unknown_link", "this link leads to no replay; ask for a new one")
         return found
 
     def page(self, share: ShareLink) -> bytes:
@@ -145,7 +145,9 @@ class Shares:
         try:
             return self._file(share.id, ".html").read_bytes()
         except OSError as error:
-            raise NoSuchShare(f"the replay of this link is gone: {error.strerror}") from error
+            raise NoSuchShare(
+                "share.gone", "the replay of this link is gone: {error}", error=system_says(error)
+            ) from error
 
     def remove(self, share_id: str) -> ShareLink:
         """Revoke a link; return it.
@@ -167,7 +169,7 @@ class Shares:
             if share.id == share_id and share.revoked:
                 return self._save(msgspec.structs.replace(share, revoked=""))
         raise NoSuchShare(
-            say("share.not_restorable", "there is no share {share!r} to put back", share=share_id[:80])
+            "share.not_restorable", "there is no share {share!r} to put back", share=share_id[:80]
         )
 
     def _all(self) -> "list[ShareLink]":

@@ -7,6 +7,7 @@ or seed is in both.
 from dataclasses import dataclass
 
 from studio.engine.base.errors import SettingsError
+from studio.engine.base.value_sentences import unknown
 
 
 @dataclass(frozen=True)
@@ -93,5 +94,5 @@ def find_performer(name: str) -> Actor:
         SettingsError: there is none.
     """
     if name not in PERFORMERS:
-        raise SettingsError(f"unknown performer {name!r}; allowed: {', '.join(PERFORMERS)}")
+        raise SettingsError(unknown("performer", name, PERFORMERS))
     return PERFORMERS[name]

@@ -41,13 +41,11 @@ def check_name(kind: str, name: str) -> str:
     """
     if not is_safe_name(name):
         raise TakeError(
-            say(
-                "name.not_allowed",
-                "{kind} name {name!r} is not allowed; allowed: 1 to 63 characters without "
-                '/ \\ : * ? " < > |, not beginning with a dot; choose another name',
-                kind=_KINDS.get(kind, kind),
-                name=name[:80],
-            )
+            "name.not_allowed",
+            "{kind} name {name!r} is not allowed; allowed: 1 to 63 characters without / \\ : * ? "
+            '" < > |, not beginning with a dot; choose another name',
+            kind=_KINDS.get(kind, kind),
+            name=name[:80],
         )
     return name
 
@@ -68,5 +66,10 @@ def inside(folder: Path, *parts: str) -> Path:
     root = folder.resolve()
     resolved = path.resolve()
     if resolved == root or not resolved.is_relative_to(root):
-        raise TakeError(f"{'/'.join(parts)!r} leads out of {folder}; choose a plain name")
+        raise TakeError(
+            "name.leads_out",
+            "{name!r} leads out of {folder}; choose a plain name",
+            name="/".join(parts),
+            folder=folder,
+        )
     return path

@@ -8,7 +8,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from studio.engine.base.errors import TakeError
-from studio.engine.base.sentences import say, system_says
+from studio.engine.base.sentences import system_says
 from studio.take.folder.lock import hold, release
 from studio.take.folder.names import is_safe_name
 from studio.take.folder.take import Take, check_free
@@ -56,12 +56,10 @@ def new_take(
             in_use = hold(temporary)
         except OSError as error:
             raise TakeError(
-                say(
-                    "take.not_made_choose",
-                    "cannot make a take at {path}: {error}; choose another",
-                    path=path,
-                    error=system_says(error),
-                )
+                "take.not_made_choose",
+                "cannot make a take at {path}: {error}; choose another",
+                path=path,
+                error=system_says(error),
             ) from error
         take = Take.create(
             temporary,
@@ -94,12 +92,10 @@ def _make_parents(folder: Path) -> list[Path]:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise TakeError(
-            say(
-                "file.no_folder",
-                "cannot make folder {path}: {error}; choose another",
-                path=folder,
-                error=system_says(error),
-            )
+            "file.no_folder",
+            "cannot make folder {path}: {error}; choose another",
+            path=folder,
+            error=system_says(error),
         ) from error
     return missing
 
@@ -116,10 +112,8 @@ def _move(temporary: Path, final: Path) -> None:
         temporary.rename(final)
     except OSError as error:
         raise TakeError(
-            say(
-                "take.not_finished",
-                "cannot finish the take at {path}: {error}; choose another",
-                path=final,
-                error=system_says(error),
-            )
+            "take.not_finished",
+            "cannot finish the take at {path}: {error}; choose another",
+            path=final,
+            error=system_says(error),
         ) from error

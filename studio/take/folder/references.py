@@ -12,7 +12,7 @@ from pathlib import Path
 
 from studio.engine.base.errors import FormatError, TakeError
 from studio.engine.base.files import write_json
-from studio.engine.base.sentences import say, system_says
+from studio.engine.base.sentences import system_says
 from studio.engine.metrics.reference.kinds import REFERENCE_KINDS
 from studio.take.folder.measured import forget_measured
 from studio.take.folder.names import check_name, inside
@@ -53,12 +53,10 @@ def reference_path(take: Take, name: str) -> Path:
     check_name("reference", name)
     if Path(name).suffix.lower() not in REFERENCE_KINDS:
         raise FormatError(
-            say(
-                "reference.unread_kind",
-                "reference {name!r} is of no kind that is read; allowed: {kinds}",
-                name=name,
-                kinds=[*REFERENCE_KINDS],
-            )
+            "reference.unread_kind",
+            "reference {name!r} is of no kind that is read; allowed: {kinds}",
+            name=name,
+            kinds=[*REFERENCE_KINDS],
         )
     return inside(take.path / FOLDER, name)
 
@@ -102,12 +100,7 @@ def remove_reference(take: Take, name: str) -> None:
     path = reference_path(take, name)
     if not path.is_file():
         raise TakeError(
-            say(
-                "reference.none_of_take",
-                "take {take} has no reference {name!r}",
-                take=take.meta["id"],
-                name=name,
-            )
+            "reference.none_of_take", "take {take} has no reference {name!r}", take=take.meta["id"], name=name
         )
     _move(take, name, path.parent, path.parent / _REMOVED)
     forget_placed(take, name)
@@ -122,21 +115,17 @@ def restore_reference(take: Take, name: str) -> None:
     path = reference_path(take, name)
     if path.exists():
         raise TakeError(
-            say(
-                "reference.another",
-                "take {take} has another reference {name!r} by now; remove it first",
-                take=take.meta["id"],
-                name=name,
-            )
+            "reference.another",
+            "take {take} has another reference {name!r} by now; remove it first",
+            take=take.meta["id"],
+            name=name,
         )
     if not (path.parent / _REMOVED / name).is_file():
         raise TakeError(
-            say(
-                "reference.not_removed",
-                "no reference {name!r} of take {take} was removed",
-                name=name,
-                take=take.meta["id"],
-            )
+            "reference.not_removed",
+            "no reference {name!r} of take {take} was removed",
+            name=name,
+            take=take.meta["id"],
         )
     _move(take, name, path.parent / _REMOVED, path.parent)
 
@@ -163,11 +152,9 @@ def offered_file(sessions: Path, name: str) -> Path:
     """
     if name not in offered_files(sessions):
         raise TakeError(
-            say(
-                "reference.not_offered",
-                "{name!r} is none of the files beside the takes; choose one that is offered",
-                name=name[:120],
-            )
+            "reference.not_offered",
+            "{name!r} is none of the files beside the takes; choose one that is offered",
+            name=name[:120],
         )
     return sessions / name
 
@@ -195,11 +182,9 @@ def _move(take: Take, name: str, source: Path, target: Path) -> None:
             os.replace(how, target / how.name)
     except OSError as error:
         raise TakeError(
-            say(
-                "reference.not_moved",
-                "cannot move reference {name!r} of {take}: {error}",
-                name=name,
-                take=take.path,
-                error=system_says(error),
-            )
+            "reference.not_moved",
+            "cannot move reference {name!r} of {take}: {error}",
+            name=name,
+            take=take.path,
+            error=system_says(error),
         ) from error

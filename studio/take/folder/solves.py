@@ -9,7 +9,7 @@ from typing import Any
 
 from studio.engine.base.errors import FormatError, TakeError
 from studio.engine.base.files import sync_files, write_json
-from studio.engine.base.sentences import say, system_says
+from studio.engine.base.sentences import system_says
 from studio.engine.base.versions import METRICS, SETTINGS, FileFormat
 from studio.engine.model.poses import Poses
 from studio.engine.model.settings import SolveSettings
@@ -56,13 +56,11 @@ def write_solve(
         _replace(folder, temporary)
     except OSError as error:
         raise TakeError(
-            say(
-                "take.solve_unwritable",
-                "cannot write solve {name!r} of {take}: {reason}; free some space",
-                name=name,
-                take=take.path,
-                reason=system_says(error),
-            )
+            "take.solve_unwritable",
+            "cannot write solve {name!r} of {take}: {reason}; free some space",
+            name=name,
+            take=take.path,
+            reason=system_says(error),
         ) from error
     finally:
         if temporary is not None:

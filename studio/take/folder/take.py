@@ -72,12 +72,10 @@ def new_meta(
     """
     if source not in SOURCES:
         raise TakeError(
-            say(
-                "take.source",
-                "take source {source!r} is not known; allowed: {allowed}",
-                source=source,
-                allowed=[*SOURCES],
-            )
+            "take.source",
+            "take source {source!r} is not known; allowed: {allowed}",
+            source=source,
+            allowed=[*SOURCES],
         )
     return {
         "format_version": FORMAT_VERSION,
@@ -177,30 +175,24 @@ class Take:
         file = path / "take.json"
         if not path.is_dir():
             raise TakeError(
-                say(
-                    "take.no_folder",
-                    "no take at {path}: there is no such folder; give the folder of a take",
-                    path=path,
-                )
+                "take.no_folder",
+                "no take at {path}: there is no such folder; give the folder of a take",
+                path=path,
             )
         if not file.is_file():
             raise TakeError(
-                say(
-                    "take.no_take_json",
-                    "no take at {path}: the folder has no take.json; give a take, or run `studio doctor`",
-                    path=path,
-                )
+                "take.no_take_json",
+                "no take at {path}: the folder has no take.json; give a take, or run `studio doctor`",
+                path=path,
             )
         try:
             meta = json.loads(file.read_text(encoding="utf-8"))
         except (OSError, ValueError, RecursionError) as error:
             raise TakeError(
-                say(
-                    "take.json_unreadable",
-                    "{file} cannot be read ({error}); run `studio doctor` to rebuild it",
-                    file=file,
-                    error=error,
-                )
+                "take.json_unreadable",
+                "{file} cannot be read ({error}); run `studio doctor` to rebuild it",
+                file=file,
+                error=error,
             ) from error
         check_meta(file, meta)
         return cls(path, meta)
@@ -296,12 +288,10 @@ def read_calibration(file: Path) -> Calibration:
         value = json.loads(file.read_text(encoding="utf-8"))
     except (OSError, ValueError, RecursionError) as error:
         raise CalibrationError(
-            say(
-                "take.calibration_unreadable",
-                "calibration {path} cannot be read ({error}); calibrate again",
-                path=file,
-                error=error,
-            )
+            "take.calibration_unreadable",
+            "calibration {path} cannot be read ({error}); calibrate again",
+            path=file,
+            error=error,
         ) from error
     try:
         return Calibration.from_json(value)
@@ -312,12 +302,10 @@ def read_calibration(file: Path) -> Calibration:
 def _not_made(path: Path, error: OSError) -> TakeError:
     """Return the error for a folder in which the system lets no take be made."""
     return TakeError(
-        say(
-            "take.not_made",
-            "cannot make a take at {path}: {error}; choose another folder",
-            path=path,
-            error=system_says(error),
-        )
+        "take.not_made",
+        "cannot make a take at {path}: {error}; choose another folder",
+        path=path,
+        error=system_says(error),
     )
 
 
@@ -329,11 +317,7 @@ def check_free(path: Path) -> None:
         raise _not_made(path, error) from error
     if taken:
         raise TakeError(
-            say(
-                "take.not_empty",
-                "{path} exists and is not empty; choose another folder or delete it",
-                path=path,
-            )
+            "take.not_empty", "{path} exists and is not empty; choose another folder or delete it", path=path
         )
 
 
@@ -341,23 +325,19 @@ def check_meta(file: Path, meta: Any) -> None:
     """Raise TakeError if the content of a `take.json` is not that of a take of this version."""
     if not isinstance(meta, dict) or "format_version" not in meta:
         raise TakeError(
-            say(
-                "take.json_other",
-                "{file} is not the take.json of a take; run `studio doctor` to rebuild it",
-                file=file,
-            )
+            "take.json_other",
+            "{file} is not the take.json of a take; run `studio doctor` to rebuild it",
+            file=file,
         )
     version = meta["format_version"]
     if version != FORMAT_VERSION:
         raise TakeVersionError(
-            say(
-                "take.version",
-                "{path} has format version {version!r}, this program reads version {own}; open the take "
-                "with the version that made it",
-                path=file,
-                version=version,
-                own=FORMAT_VERSION,
-            )
+            "take.version",
+            "{path} has format version {version!r}, this program reads version {own}; open the "
+            "take with the version that made it",
+            path=file,
+            version=version,
+            own=FORMAT_VERSION,
         )
     kinds: dict[str, type | tuple[type, ...]] = {
         "session": str,
@@ -378,10 +358,8 @@ def check_meta(file: Path, meta: Any) -> None:
         wrong.append("cameras")
     if wrong:
         raise TakeError(
-            say(
-                "take.fields",
-                "{path} lacks or misuses {names}; run `studio doctor` to rebuild it from raw.mcap",
-                path=file,
-                names=[*wrong],
-            )
+            "take.fields",
+            "{path} lacks or misuses {names}; run `studio doctor` to rebuild it from raw.mcap",
+            path=file,
+            names=[*wrong],
         )

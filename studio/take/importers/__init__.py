@@ -98,7 +98,7 @@ def import_recording(
     if path.is_file() and is_animation(path):
         return import_animation(path, out, unit_m=unit_m, progress=progress or _silent)
     if unit_m is not None:
-        raise SettingsError(f"a unit of {unit_m:g} m: only a BVH takes one; leave it out")
+        raise SettingsError("import.unit", "a unit of {m:g} m: only a BVH takes one; leave it out", m=unit_m)
     importer = _importer(path)
     check_free(out)
     report = progress or _silent
@@ -114,11 +114,9 @@ def _silent(_share: float) -> None:
 
 def _importer(path: Path) -> Importer:
     if not path.exists():
-        raise FormatError(
-            say("import.none", "no recording at {path}: there is no such file or folder", path=path)
-        )
+        raise FormatError("import.none", "no recording at {path}: there is no such file or folder", path=path)
     if (path / "take.json").is_file():
-        raise TakeError(say("import.is_take", "{path} is a take already; use it as it is", path=path))
+        raise TakeError("import.is_take", "{path} is a take already; use it as it is", path=path)
     for importer in IMPORTERS.values():
         if importer.matches(path):
             return importer
@@ -129,10 +127,8 @@ def not_importable(path: str | Path) -> FormatError:
     """Return the error that says that something is of no known kind, and which kinds there are."""
     kinds = [*(importer.description for importer in IMPORTERS.values()), ANIMATIONS]
     return FormatError(
-        say(
-            "import.unknown_kind",
-            "{path} is no recording that can be imported; allowed: {kinds}",
-            path=path,
-            kinds=kinds,
-        )
+        "import.unknown_kind",
+        "{path} is no recording that can be imported; allowed: {kinds}",
+        path=path,
+        kinds=kinds,
     )

@@ -84,21 +84,17 @@ class Ros1Bag:
             self._types.register(definitions)
         except TypesysError as error:
             raise FormatError(
-                say(
-                    "import.definitions",
-                    "{path}: message definitions cannot be read ({error})",
-                    path=self.path,
-                    error=error,
-                )
+                "import.definitions",
+                "{path}: message definitions cannot be read ({error})",
+                path=self.path,
+                error=error,
             ) from error
         if not self.topics:
             raise FormatError(
-                say(
-                    "import.no_message",
-                    "{path} holds no message that can be read: {error}",
-                    path=self.path,
-                    error=self.problem or "it is empty",
-                )
+                "import.no_message",
+                "{path} holds no message that can be read: {error}",
+                path=self.path,
+                error=self.problem or "it is empty",
             )
 
     def messages(self, topics: Collection[str]) -> Iterator[tuple[str, int, Any]]:
@@ -121,7 +117,7 @@ class Ros1Bag:
             with open(self.path, "rb") as file:
                 if file.read(len(_MAGIC)) != _MAGIC:
                     raise FormatError(
-                        say("import.not_ros_bag", "{path} is no ROS bag of version 2.0", path=self.path)
+                        "import.not_ros_bag", "{path} is no ROS bag of version 2.0", path=self.path
                     )
                 yield from self._file_records(file)
         except OSError as error:
@@ -244,12 +240,10 @@ class Ros2Bag:
                 self.topics.setdefault(name, Topic(kind)).count += 1
         if not self.topics:
             raise FormatError(
-                say(
-                    "import.no_message",
-                    "{path} holds no message that can be read: {error}",
-                    path=self.path,
-                    error=self.problem or "it is empty",
-                )
+                "import.no_message",
+                "{path} holds no message that can be read: {error}",
+                path=self.path,
+                error=self.problem or "it is empty",
             )
 
     def messages(self, topics: Collection[str]) -> Iterator[tuple[str, int, Any]]:

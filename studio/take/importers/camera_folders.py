@@ -11,7 +11,6 @@ from pathlib import Path
 from typing import Any
 
 from studio.engine.base.errors import CalibrationError, FormatError
-from studio.engine.base.sentences import say
 from studio.engine.model.calibration import Calibration
 from studio.take.folder.take import read_calibration
 from studio.take.importers import depth_folder, joints_csv
@@ -36,12 +35,10 @@ def read(path: Path, progress: Progress) -> ReadRecording:
     empty = [f.name for f in folders if not any((f / name).is_file() for name in _FILES)]
     if empty:
         raise FormatError(
-            say(
-                "import.camera_folder_empty",
-                "{path}: {names} has neither joints.csv nor depth.txt; add one, or remove the folder",
-                path=path,
-                names=[*empty],
-            )
+            "import.camera_folder_empty",
+            "{path}: {names} has neither joints.csv nor depth.txt; add one, or remove the folder",
+            path=path,
+            names=[*empty],
         )
     notes: list[str] = []
     cameras = []
@@ -71,12 +68,10 @@ def read_beside(
 def _read_camera(folder: Path, notes: list[str]) -> ReadCamera:
     if not is_camera_name(folder.name):
         raise FormatError(
-            say(
-                "import.camera_folder_name",
-                "{path}: {name!r} cannot name a camera; allowed: letters, digits, _ . and -",
-                path=folder,
-                name=folder.name,
-            )
+            "import.camera_folder_name",
+            "{path}: {name!r} cannot name a camera; allowed: letters, digits, _ . and -",
+            path=folder,
+            name=folder.name,
         )
     depth = depth_folder.read_depth(folder, notes) if (folder / "depth.txt").is_file() else None
     if not (folder / "joints.csv").is_file():
@@ -96,24 +91,20 @@ def _calibration(file: Path, names: list[str], notes: list[str]) -> Calibration 
         calibration = read_calibration(file)
     except CalibrationError as error:
         raise FormatError(
-            say(
-                "import.calibration_broken",
-                "{path}: mend the file, or remove it and calibrate: {error}",
-                path=file,
-                error=error,
-            )
+            "import.calibration_broken",
+            "{path}: mend the file, or remove it and calibrate: {error}",
+            path=file,
+            error=error,
         ) from error
     missing = [name for name in names if name not in calibration.cameras]
     if len(missing) == len(names):
         raise FormatError(
-            say(
-                "import.camera_names_differ",
-                "{path} has the cameras {names}, the recording {others}; use the recording's names, or "
-                "remove the file and calibrate",
-                path=file,
-                names=[*calibration.cameras],
-                others=[*names],
-            )
+            "import.camera_names_differ",
+            "{path} has the cameras {names}, the recording {others}; use the recording's names, "
+            "or remove the file and calibrate",
+            path=file,
+            names=[*calibration.cameras],
+            others=[*names],
         )
     if missing:
         notes.append(f"calibration.json lacks {', '.join(missing)}: not used until the take is calibrated")
@@ -128,17 +119,15 @@ def _calibration_s(file: Path) -> float | None:
         value: Any = json.loads(file.read_text(encoding="utf-8"))
     except (OSError, ValueError, RecursionError) as error:
         raise FormatError(
-            say("import.not_json", "{path} is not JSON ({error}); mend or remove it", path=file, error=error)
+            "import.not_json", "{path} is not JSON ({error}); mend or remove it", path=file, error=error
         ) from error
     seconds = value.get("calibration_s") if isinstance(value, dict) else math.nan
     if seconds is None:
         return None
     if isinstance(seconds, bool) or not isinstance(seconds, int | float) or not 0 <= seconds < 1e9:
         raise FormatError(
-            say(
-                "import.calibration_seconds",
-                "{path}: calibration_s is not a number of seconds; give one, or remove the file",
-                path=file,
-            )
+            "import.calibration_seconds",
+            "{path}: calibration_s is not a number of seconds; give one, or remove the file",
+            path=file,
         )
     return float(seconds)

@@ -71,22 +71,20 @@ def read_png(file: Path, intrinsics: wire.Intrinsics, step_mm: float = 1.0) -> N
         with Image.open(file, formats=("PNG",)) as image:
             if image.size != (intrinsics.width, intrinsics.height) or not image.mode.startswith("I"):
                 raise FormatError(
-                    say(
-                        "import.image_size",
-                        "{path} is {width} x {height}, mode {mode}; 16-bit grey, {columns} x {rows} as in "
-                        "camera.json, is needed",
-                        path=file,
-                        width=image.width,
-                        height=image.height,
-                        mode=image.mode,
-                        columns=intrinsics.width,
-                        rows=intrinsics.height,
-                    )
+                    "import.image_size",
+                    "{path} is {width} x {height}, mode {mode}; 16-bit grey, {columns} x {rows} as in "
+                    "camera.json, is needed",
+                    path=file,
+                    width=image.width,
+                    height=image.height,
+                    mode=image.mode,
+                    columns=intrinsics.width,
+                    rows=intrinsics.height,
                 )
             values = np.array(image)
     except _IMAGE_ERRORS as error:
         raise FormatError(
-            say("import.not_png", "{path} cannot be read as a PNG ({error})", path=file, error=error)
+            "import.not_png", "{path} cannot be read as a PNG ({error})", path=file, error=error
         ) from error
     if step_mm == 1.0 and values.dtype == np.uint16:
         return values
@@ -107,23 +105,19 @@ def _camera(file: Path) -> tuple[dict[str, Any], wire.Intrinsics]:
         }
     except (OSError, ValueError, TypeError, RecursionError, msgspec.ValidationError) as error:
         raise FormatError(
-            say(
-                "import.camera_json",
-                "{path}: {error}; needed: width, height, fx, fy, cx, cy, and optionally distortion, "
-                "depth_unit_m, sensor, fps",
-                path=file,
-                error=error,
-            )
+            "import.camera_json",
+            "{path}: {error}; needed: width, height, fx, fy, cx, cy, and optionally distortion, "
+            "depth_unit_m, sensor, fps",
+            path=file,
+            error=error,
         ) from error
     numbers = np.array([intrinsics.fx, intrinsics.fy, intrinsics.cx, intrinsics.cy, *intrinsics.distortion])
     good = np.isfinite(numbers).all() and min(intrinsics.fx, intrinsics.fy) > 0 and about["fps"] > 0
     if not good or not 1e-6 < about["depth_unit_m"] < 1:
         raise FormatError(
-            say(
-                "import.intrinsics_numbers",
-                "{path}: fx, fy, fps and depth_unit_m must be positive and all numbers finite",
-                path=file,
-            )
+            "import.intrinsics_numbers",
+            "{path}: fx, fy, fps and depth_unit_m must be positive and all numbers finite",
+            path=file,
         )
     return about, intrinsics
 
@@ -133,9 +127,7 @@ def _list(file: Path) -> tuple[NDArray[np.int64], list[Path]]:
     try:
         lines = file.read_text(encoding="utf-8-sig").splitlines()
     except (OSError, UnicodeDecodeError) as error:
-        raise FormatError(
-            say("file.unreadable", "cannot read {path}: {error}", path=file, error=error)
-        ) from error
+        raise FormatError("file.unreadable", "cannot read {path}: {error}", path=file, error=error) from error
     folder = file.parent.resolve()
     times, files = [], []
     for k, text in enumerate(lines, start=1):
@@ -146,18 +138,14 @@ def _list(file: Path) -> tuple[NDArray[np.int64], list[Path]]:
         image = (folder / name.strip()).resolve()
         if time_ns is None or not name.strip() or not image.is_relative_to(folder):
             raise FormatError(
-                say(
-                    "import.image_line",
-                    "{path}:{line}: {text!r}; a line is a time [s], a blank, and a file in the folder",
-                    path=file,
-                    line=k,
-                    text=text[:60],
-                )
+                "import.image_line",
+                "{path}:{line}: {text!r}; a line is a time [s], a blank, and a file in the folder",
+                path=file,
+                line=k,
+                text=text[:60],
             )
         times.append(time_ns)
         files.append(image)
     if not files:
-        raise FormatError(
-            say("import.no_image", "{path} lists no image; a recording needs frames", path=file)
-        )
+        raise FormatError("import.no_image", "{path} lists no image; a recording needs frames", path=file)
     return np.array(times, dtype=np.int64), files

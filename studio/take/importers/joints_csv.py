@@ -10,7 +10,6 @@ from pathlib import Path
 import numpy as np
 
 from studio.engine.base.errors import FormatError
-from studio.engine.base.sentences import say
 from studio.engine.model.joints import CANONICAL, INDEX, JOINT_COUNT
 from studio.take.importers.recording import ReadCamera, put_in_order, seconds_to_ns
 from studio.take.importers.table import check_length, csv_rows, header_index, number
@@ -35,18 +34,16 @@ def read_camera(file: Path, name: str, notes: list[str]) -> ReadCamera:
         time_ns = seconds_to_ns(seconds)
         if time_ns is None:
             raise FormatError(
-                say(
-                    "import.time_too_large",
-                    "{path}:{line}: time_s is {value:g}; at most 4.6e9 s is allowed",
-                    path=file,
-                    line=line,
-                    value=seconds,
-                )
+                "import.time_too_large",
+                "{path}:{line}: time_s is {value:g}; at most 4.6e9 s is allowed",
+                path=file,
+                line=line,
+                value=seconds,
             )
         times_ns.append(time_ns)
         values.append(_row(file, line, cells, header, joint_columns))
     if not times_ns:
-        raise FormatError(say("import.no_rows", "{path} has no rows; a recording needs frames", path=file))
+        raise FormatError("import.no_rows", "{path} has no rows; a recording needs frames", path=file)
     times = np.array(times_ns, dtype=np.int64)
     order = put_in_order(name, times, notes)
     joints = np.full((len(times), JOINT_COUNT, 4), np.nan)
@@ -74,35 +71,29 @@ def _columns(file: Path, header: list[str]) -> tuple[int, dict[int, list[int]]]:
             joints[INDEX[name]] = [columns.get(column, -1) for column in wanted]
     if missing:
         raise FormatError(
-            say(
-                "import.joint_columns_missing",
-                "{path}: missing columns {names}; needed: time_s, and <joint>_x, _y, _z, _confidence of "
-                "every joint that is named",
-                path=file,
-                names=[*missing],
-            )
+            "import.joint_columns_missing",
+            "{path}: missing columns {names}; needed: time_s, and <joint>_x, _y, _z, _confidence "
+            "of every joint that is named",
+            path=file,
+            names=[*missing],
         )
     unknown = sorted(
         {c.rpartition("_")[0] for c in header if c.rpartition("_")[2] in _PARTS} - set(CANONICAL)
     )
     if unknown:
         raise FormatError(
-            say(
-                "import.unknown_joints",
-                "{path}: unknown joints {names}; allowed: {allowed}",
-                path=file,
-                names=unknown,
-                allowed=[*CANONICAL],
-            )
+            "import.unknown_joints",
+            "{path}: unknown joints {names}; allowed: {allowed}",
+            path=file,
+            names=unknown,
+            allowed=[*CANONICAL],
         )
     if not joints:
         raise FormatError(
-            say(
-                "import.no_joint",
-                "{path}: no joint is named; allowed: {allowed}",
-                path=file,
-                allowed=[*CANONICAL],
-            )
+            "import.no_joint",
+            "{path}: no joint is named; allowed: {allowed}",
+            path=file,
+            allowed=[*CANONICAL],
         )
     return columns["time_s"], joints
 
@@ -118,13 +109,11 @@ def _row(
             out.append(number(file, line, header[column], text) if text else math.nan)
         if out[-1] < 0 or out[-1] > 1:
             raise FormatError(
-                say(
-                    "import.confidence",
-                    "{path}:{line}: {column} is {value:g}; allowed: 0 to 1",
-                    path=file,
-                    line=line,
-                    column=header[columns[3]],
-                    value=out[-1],
-                )
+                "import.confidence",
+                "{path}:{line}: {column} is {value:g}; allowed: 0 to 1",
+                path=file,
+                line=line,
+                column=header[columns[3]],
+                value=out[-1],
             )
     return out

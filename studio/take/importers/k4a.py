@@ -13,7 +13,6 @@ import numpy as np
 
 from studio import wire
 from studio.engine.base.errors import FormatError
-from studio.engine.base.sentences import say
 from studio.engine.model.depth import DepthCamera
 
 
@@ -46,13 +45,11 @@ def mode_of(camera: DepthCamera) -> str:
             return name
     sizes = ", ".join(f"{mode.width} x {mode.height}" for mode in MODES.values())
     raise FormatError(
-        say(
-            "depth.k4a_size",
-            "images of {width} x {height} do not fit an Azure Kinect file; allowed: {sizes}",
-            width=camera.width,
-            height=camera.height,
-            sizes=sizes,
-        )
+        "depth.k4a_size",
+        "images of {width} x {height} do not fit an Azure Kinect file; allowed: {sizes}",
+        width=camera.width,
+        height=camera.height,
+        sizes=sizes,
     )
 
 
@@ -68,12 +65,10 @@ def intrinsics(calibration: str | bytes, mode_name: str) -> wire.Intrinsics:
     mode = MODES.get(mode_name)
     if mode is None:
         raise FormatError(
-            say(
-                "import.k4a_mode",
-                "depth mode {mode!r} is not known; allowed: {allowed}",
-                mode=mode_name,
-                allowed=[*MODES],
-            )
+            "import.k4a_mode",
+            "depth mode {mode!r} is not known; allowed: {allowed}",
+            mode=mode_name,
+            allowed=[*MODES],
         )
     try:
         cameras: list[dict[str, Any]] = json.loads(calibration)["CalibrationInformation"]["Cameras"]
@@ -82,18 +77,11 @@ def intrinsics(calibration: str | bytes, mode_name: str) -> wire.Intrinsics:
         cx, cy, fx, fy, k1, k2, k3, k4, k5, k6, _, _, p2, p1 = values.tolist()
     except (ValueError, KeyError, TypeError, StopIteration, RecursionError) as error:
         raise FormatError(
-            say(
-                "import.k4a_calibration",
-                "the calibration in the file cannot be read ({error!r})",
-                error=error,
-            )
+            "import.k4a_calibration", "the calibration in the file cannot be read ({error!r})", error=error
         ) from error
     if not np.isfinite(values).all() or min(fx, fy) <= 0:
         raise FormatError(
-            say(
-                "import.k4a_numbers",
-                "the calibration in the file has focal lengths or numbers that cannot be",
-            )
+            "import.k4a_numbers", "the calibration in the file has focal lengths or numbers that cannot be"
         )
     return wire.Intrinsics(
         fx=fx * mode.sensor,

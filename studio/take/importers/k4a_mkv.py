@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from studio.engine.base.errors import FormatError
-from studio.engine.base.sentences import about, say
+from studio.engine.base.sentences import about
 from studio.take.importers.k4a import intrinsics
 from studio.take.importers.recording import DepthStream, Progress, ReadCamera, ReadDepth, ReadRecording
 
@@ -54,11 +54,9 @@ def read_cameras(path: Path, notes: list[str]) -> tuple[tuple[ReadCamera, ...], 
         ]
         if not calibration:
             raise FormatError(
-                say(
-                    "import.k4a_no_calibration",
-                    "{path} has no calibration.json inside; is it a recording of an Azure Kinect?",
-                    path=path,
-                )
+                "import.k4a_no_calibration",
+                "{path} has no calibration.json inside; is it a recording of an Azure Kinect?",
+                path=path,
             )
         try:
             camera = intrinsics(calibration[0].data, mode)
@@ -67,14 +65,12 @@ def read_cameras(path: Path, notes: list[str]) -> tuple[tuple[ReadCamera, ...], 
         size = (track.codec_context.width, track.codec_context.height)
         if size != (camera.width, camera.height):
             raise FormatError(
-                say(
-                    "import.k4a_damaged",
-                    "{path}: images of {width} x {height} in depth mode {mode}; the file is damaged",
-                    path=path,
-                    width=size[0],
-                    height=size[1],
-                    mode=mode,
-                )
+                "import.k4a_damaged",
+                "{path}: images of {width} x {height} in depth mode {mode}; the file is damaged",
+                path=path,
+                width=size[0],
+                height=size[1],
+                mode=mode,
             )
         rate = float(track.average_rate or 30)
         seconds = (container.duration or 0) * 1e-6
@@ -101,12 +97,10 @@ def _open(path: Path) -> "InputContainer":
         return av.open(str(path), "r", format="matroska", **lenient)
     except (FFmpegError, OSError) as error:
         raise FormatError(
-            say(
-                "import.not_matroska",
-                "{path} cannot be read as a Matroska file ({error})",
-                path=path,
-                error=error.strerror,
-            )
+            "import.not_matroska",
+            "{path} cannot be read as a Matroska file ({error})",
+            path=path,
+            error=error.strerror,
         ) from error
 
 
@@ -115,7 +109,7 @@ def _depth_track(path: Path, container: "InputContainer") -> "VideoStream":
         if "K4A_DEPTH_MODE" in track.metadata or track.metadata.get("title") == "DEPTH":
             return track
     raise FormatError(
-        say("import.no_depth_track", "{path} has no depth track; record with the depth camera on", path=path)
+        "import.no_depth_track", "{path} has no depth track; record with the depth camera on", path=path
     )
 
 

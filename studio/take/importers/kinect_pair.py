@@ -16,7 +16,6 @@ from pathlib import Path
 import numpy as np
 
 from studio.engine.base.errors import FormatError
-from studio.engine.base.sentences import say
 from studio.engine.model.joints import JOINT_SETS
 from studio.take.importers import kinect
 from studio.take.importers.recording import Progress, ReadCamera, ReadRecording, put_in_order
@@ -69,12 +68,10 @@ def _read_rows(path: Path, progress: Progress) -> dict[int, dict[str, list[_Row]
     missing = [name for name in _COLUMNS if name not in columns]
     if missing:
         raise FormatError(
-            say(
-                "import.columns_missing",
-                "{path}: missing columns {names}; give the file as it was recorded",
-                path=path,
-                names=[*missing],
-            )
+            "import.columns_missing",
+            "{path}: missing columns {names}; give the file as it was recorded",
+            path=path,
+            names=[*missing],
         )
     coordinates = [columns[name] for name in _COLUMNS[len(_KEYS) :]]
     size, read_bytes = path.stat().st_size, 0
@@ -92,7 +89,7 @@ def _read_rows(path: Path, progress: Progress) -> dict[int, dict[str, list[_Row]
         if line % 500 == 0:
             progress(min(1.0, read_bytes / size))
     if not out:
-        raise FormatError(say("import.no_rows", "{path} has no rows; a recording needs frames", path=path))
+        raise FormatError("import.no_rows", "{path} has no rows; a recording needs frames", path=path)
     return out
 
 

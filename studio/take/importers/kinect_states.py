@@ -9,7 +9,6 @@ from pathlib import Path
 import numpy as np
 
 from studio.engine.base.errors import FormatError
-from studio.engine.base.sentences import say
 from studio.engine.model.joints import JOINT_SETS
 from studio.take.importers import kinect
 from studio.take.importers.recording import Progress, ReadCamera, ReadRecording, put_in_order
@@ -66,14 +65,12 @@ def _time(path: Path, line: int, text: str) -> int:
     ticks = whole_number(path, line, "time", text)
     if not 0 <= ticks <= _LATEST_TICKS:
         raise FormatError(
-            say(
-                "import.kinect_time",
-                "{path}:{line}: time is {time}; allowed: 0 to {most} ticks of 100 ns",
-                path=path,
-                line=line,
-                time=text,
-                most=_LATEST_TICKS,
-            )
+            "import.kinect_time",
+            "{path}:{line}: time is {time}; allowed: 0 to {most} ticks of 100 ns",
+            path=path,
+            line=line,
+            time=text,
+            most=_LATEST_TICKS,
         )
     return ticks
 
@@ -86,14 +83,12 @@ def _joints(path: Path, line: int, cells: list[str]) -> list[float]:
         state = whole_number(path, line, f"{name} state", cells[4 * k + 3])
         if state not in CONFIDENCE_OF_STATE:
             raise FormatError(
-                say(
-                    "import.kinect_state",
-                    "{path}:{line}: {name} has tracking state {state}; allowed: 0, 1, 2",
-                    path=path,
-                    line=line,
-                    name=name,
-                    state=state,
-                )
+                "import.kinect_state",
+                "{path}:{line}: {name} has tracking state {state}; allowed: 0, 1, 2",
+                path=path,
+                line=line,
+                name=name,
+                state=state,
             )
         out.append(CONFIDENCE_OF_STATE[state])
     return out

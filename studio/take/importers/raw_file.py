@@ -35,12 +35,10 @@ def read(path: Path, progress: Progress) -> ReadRecording:
             of_camera.setdefault(record.message.device_time_ns, record.message)
     if not hellos:
         raise FormatError(
-            say(
-                "import.not_raw",
-                "{path} is no recording of the studio: {error}",
-                path=path,
-                error=reader.problem or say("import.no_camera", "it has no camera"),
-            )
+            "import.not_raw",
+            "{path} is no recording of the studio: {error}",
+            path=path,
+            error=reader.problem or say("import.no_camera", "it has no camera"),
         )
     progress(0.5)
     depth = DepthRecording(path)

@@ -10,7 +10,6 @@ from numpy.typing import NDArray
 
 from studio import wire
 from studio.engine.base.errors import FormatError
-from studio.engine.base.sentences import say
 from studio.engine.model.calibration import Calibration
 from studio.engine.model.joints import JOINT_COUNT
 from studio.take.folder.new import new_take
@@ -139,11 +138,9 @@ def put_in_order(name: str, times_ns: NDArray[np.int64], notes: list[str]) -> ND
         notes.append(f"{name}: {early} rows before time 0 were left out")
     if early == len(unique_ns):
         raise FormatError(
-            say(
-                "import.no_row_from_zero",
-                "{path} has no row at or after time 0; give times that are not negative",
-                path=name,
-            )
+            "import.no_row_from_zero",
+            "{path} has no row at or after time 0; give times that are not negative",
+            path=name,
         )
     return index[early:]
 
@@ -193,12 +190,10 @@ def _write_frames(recording: ReadRecording, writer: RawWriter, progress: Progres
         if not count:
             reasons = "; ".join(recording.notes) or "it has none"
             raise FormatError(
-                say(
-                    "import.no_frame_readable",
-                    "no frame of {path} can be read: {error}",
-                    path=camera.name,
-                    error=reasons,
-                )
+                "import.no_frame_readable",
+                "no frame of {path} can be read: {error}",
+                path=camera.name,
+                error=reasons,
             )
 
 

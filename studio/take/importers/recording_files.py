@@ -4,7 +4,6 @@ from dataclasses import replace
 from pathlib import Path
 
 from studio.engine.base.errors import FormatError
-from studio.engine.base.sentences import say
 from studio.take.importers import k4a_mkv, ros_bag
 from studio.take.importers.camera_folders import read_beside
 from studio.take.importers.recording import Progress, ReadCamera, ReadRecording
@@ -43,12 +42,10 @@ def read(path: Path, progress: Progress) -> ReadRecording:
     names = [camera.name for camera in cameras]
     if len(set(names)) < len(names):
         raise FormatError(
-            say(
-                "import.one_name",
-                "{path}: two cameras would have one name of {names}; rename the files",
-                path=path,
-                names=[*names],
-            )
+            "import.one_name",
+            "{path}: two cameras would have one name of {names}; rename the files",
+            path=path,
+            names=[*names],
         )
     return read_beside(path, tuple(cameras), notes, created=min(created, default=None))
 

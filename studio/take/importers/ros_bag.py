@@ -139,30 +139,26 @@ def _image(message: Any, intrinsics: wire.Intrinsics, step_mm: float) -> NDArray
             )
         except (OSError, SyntaxError, ValueError, Image.DecompressionBombError) as error:
             raise FormatError(
-                say("import.ros_compressed", "a compressed image cannot be read ({error})", error=error)
+                "import.ros_compressed", "a compressed image cannot be read ({error})", error=error
             ) from error
     else:
         order = ">u2" if message.is_bigendian else "<u2"
         rows = np.asarray(message.data, dtype=np.uint8)
         if message.step < 2 * message.width or len(rows) != message.height * message.step:
             raise FormatError(
-                say(
-                    "import.ros_bytes",
-                    "an image has {n} bytes where {rows} x {step} belong",
-                    n=len(rows),
-                    rows=message.height,
-                    step=message.step,
-                )
+                "import.ros_bytes",
+                "an image has {n} bytes where {rows} x {step} belong",
+                n=len(rows),
+                rows=message.height,
+                step=message.step,
             )
         values = rows.reshape(message.height, message.step)[:, : 2 * message.width].copy().view(order)
     if values.shape != shape:
         raise FormatError(
-            say(
-                "import.ros_shape",
-                "an image has shape {shape}, the intrinsics {other}",
-                shape=values.shape,
-                other=shape,
-            )
+            "import.ros_shape",
+            "an image has shape {shape}, the intrinsics {other}",
+            shape=values.shape,
+            other=shape,
         )
     if step_mm == 1.0:
         return values.astype(np.uint16)
@@ -174,41 +170,35 @@ def _intrinsics(path: Path, bag: Bag, topic: str) -> wire.Intrinsics:
     message = None if about is None else _first(bag, about)
     if message is None:
         raise FormatError(
-            say(
-                "import.ros_no_info",
-                "{path}: topic {topic} has no camera_info; record it with the images",
-                path=path,
-                topic=topic,
-            )
+            "import.ros_no_info",
+            "{path}: topic {topic} has no camera_info; record it with the images",
+            path=path,
+            topic=topic,
         )
     k = np.asarray(getattr(message, "K", getattr(message, "k", None)), dtype=float)
     d = np.asarray(getattr(message, "D", getattr(message, "d", None)), dtype=float)
     model = message.distortion_model.lower()
     if d.any() and (model not in _MODELS or len(d) > 8):
         raise FormatError(
-            say(
-                "import.ros_distortion",
-                "{path}: {about} has distortion {model!r}; allowed: {allowed}",
-                path=path,
-                about=about,
-                model=message.distortion_model,
-                allowed=_MODELS,
-            )
+            "import.ros_distortion",
+            "{path}: {about} has distortion {model!r}; allowed: {allowed}",
+            path=path,
+            about=about,
+            model=message.distortion_model,
+            allowed=_MODELS,
         )
     if k.shape != (9,) or not np.isfinite([*k, *d]).all() or min(k[0], k[4]) <= 0:
         raise FormatError(
-            say("import.ros_no_intrinsics", "{path}: {about} holds no intrinsics", path=path, about=about)
+            "import.ros_no_intrinsics", "{path}: {about} holds no intrinsics", path=path, about=about
         )
     if not (0 < message.width <= 4096 and 0 < message.height <= 4096):
         raise FormatError(
-            say(
-                "import.ros_image_size",
-                "{path}: {about} has an image of {width} x {height}",
-                path=path,
-                about=about,
-                width=message.width,
-                height=message.height,
-            )
+            "import.ros_image_size",
+            "{path}: {about} has an image of {width} x {height}",
+            path=path,
+            about=about,
+            width=message.width,
+            height=message.height,
         )
     distortion = tuple(d.tolist()) if d.any() else ()
     return wire.Intrinsics(

@@ -7,7 +7,6 @@ from pathlib import Path
 
 from studio.engine.base.errors import FormatError
 from studio.engine.base.file_sentences import unreadable
-from studio.engine.base.sentences import say
 
 
 def csv_rows(file: Path) -> Iterator[tuple[int, list[str]]]:
@@ -25,12 +24,10 @@ def csv_rows(file: Path) -> Iterator[tuple[int, list[str]]]:
                     yield reader.line_num, cells
     except (UnicodeDecodeError, csv.Error) as error:
         raise FormatError(
-            say(
-                "import.not_csv",
-                "{path} is not a CSV text file ({error}); give the recording as exported",
-                path=file,
-                error=error,
-            )
+            "import.not_csv",
+            "{path} is not a CSV text file ({error}); give the recording as exported",
+            path=file,
+            error=error,
         ) from error
     except OSError as error:
         raise FormatError(unreadable(file, error)) from error
@@ -53,12 +50,10 @@ def header_index(file: Path, header: list[str]) -> dict[str, int]:
     twice = sorted({name for name in header if name and header.count(name) > 1})
     if twice:
         raise FormatError(
-            say(
-                "import.columns_twice",
-                "{path}: columns {names} come twice; each column needs its own name",
-                path=file,
-                names=[*twice],
-            )
+            "import.columns_twice",
+            "{path}: columns {names} come twice; each column needs its own name",
+            path=file,
+            names=[*twice],
         )
     return {name: i for i, name in enumerate(header)}
 
@@ -75,14 +70,12 @@ def number(file: Path, line: int, column: str, text: str) -> float:
         value = math.inf
     if not math.isfinite(value):
         raise FormatError(
-            say(
-                "import.not_finite_number",
-                "{path}:{line}: {column} is {text!r}; a finite number is needed",
-                path=file,
-                line=line,
-                column=column,
-                text=text[:40],
-            )
+            "import.not_finite_number",
+            "{path}:{line}: {column} is {text!r}; a finite number is needed",
+            path=file,
+            line=line,
+            column=column,
+            text=text[:40],
         )
     return value
 
@@ -99,14 +92,12 @@ def whole_number(file: Path, line: int, column: str, text: str) -> int:
         value = 10**18
     if abs(value) >= 10**18:
         raise FormatError(
-            say(
-                "import.not_whole_number",
-                "{path}:{line}: {column} is {text!r}; a whole number is needed",
-                path=file,
-                line=line,
-                column=column,
-                text=text[:40],
-            )
+            "import.not_whole_number",
+            "{path}:{line}: {column} is {text!r}; a whole number is needed",
+            path=file,
+            line=line,
+            column=column,
+            text=text[:40],
         )
     return value
 
@@ -115,12 +106,10 @@ def check_length(file: Path, line: int, cells: list[str], count: int) -> None:
     """Raise FormatError if a row has another number of cells than the header."""
     if len(cells) != count:
         raise FormatError(
-            say(
-                "import.row_cut",
-                "{path}:{line}: {n} values where {count} are needed; the row is cut",
-                path=file,
-                line=line,
-                n=len(cells),
-                count=count,
-            )
+            "import.row_cut",
+            "{path}:{line}: {n} values where {count} are needed; the row is cut",
+            path=file,
+            line=line,
+            n=len(cells),
+            count=count,
         )

@@ -3,7 +3,6 @@
 from dataclasses import replace
 
 from studio.engine.base.errors import CalibrationError
-from studio.engine.base.sentences import say
 from studio.engine.model.calibration import Calibration
 from studio.take.folder.take import Take
 
@@ -21,29 +20,25 @@ def borrow_calibration(take: Take, other: Take) -> int:
     missing = sorted(set(take.camera_names) - set(borrowed.cameras))
     if missing:
         raise CalibrationError(
-            say(
-                "calibration.borrow_lacks",
-                "the calibration of {take} has no {names}; it has: {others}. Borrow from a take with the "
-                "same cameras",
-                take=other.path,
-                names=[*missing],
-                others=[*borrowed.cameras],
-            )
+            "calibration.borrow_lacks",
+            "the calibration of {take} has no {names}; it has: {others}. Borrow from a take with "
+            "the same cameras",
+            take=other.path,
+            names=[*missing],
+            others=[*borrowed.cameras],
         )
     serials = {camera["name"]: camera.get("serial", "") for camera in other.meta["cameras"]}
     for camera in take.meta["cameras"]:
         mine, its = camera.get("serial", ""), serials.get(camera["name"], "")
         if mine and its and mine != its:
             raise CalibrationError(
-                say(
-                    "take.other_device",
-                    "{name} is another device in {take} (serial {its}, here {mine}); borrow from a take with "
-                    "the same cameras",
-                    name=camera["name"],
-                    take=other.path,
-                    its=its,
-                    mine=mine,
-                )
+                "take.other_device",
+                "{name} is another device in {take} (serial {its}, here {mine}); borrow from a take "
+                "with the same cameras",
+                name=camera["name"],
+                take=other.path,
+                its=its,
+                mine=mine,
             )
     own = take.calibration().cameras if take.meta["calibration"] is not None else {}
     cameras = {

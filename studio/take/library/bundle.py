@@ -13,7 +13,6 @@ from typing import IO
 
 from studio.engine.base.errors import FormatError, StudioError
 from studio.engine.base.files import write_atomically
-from studio.engine.base.sentences import say
 from studio.take.folder.names import is_safe_name
 from studio.take.folder.new import new_take
 from studio.take.folder.take import Take, check_meta
@@ -78,7 +77,7 @@ def read_bundle(file: str | Path | IO[bytes], out: str | Path) -> Take:
             return take
     except (zipfile.BadZipFile, EOFError, NotImplementedError, RuntimeError) as error:
         raise FormatError(
-            say("bundle.not_a_zip", "not a take as one file (ZIP), or a damaged one: {error}", error=error)
+            "bundle.not_a_zip", "not a take as one file (ZIP), or a damaged one: {error}", error=error
         ) from error
 
 
@@ -97,37 +96,29 @@ def _members(bundle: zipfile.ZipFile) -> list[zipfile.ZipInfo]:
     strange = [m.filename for m in members if not _belongs(Path(m.filename)) or m.filename.startswith("/")]
     if strange:
         raise FormatError(
-            say(
-                "bundle.strange_name",
-                "the file holds {name!r}, which no take has; give a {kind} of this program",
-                name=strange[0][:80],
-                kind=ENDING,
-            )
+            "bundle.strange_name",
+            "the file holds {name!r}, which no take has; give a {kind} of this program",
+            name=strange[0][:80],
+            kind=ENDING,
         )
     if len(members) > MAX_FILES or sum(member.file_size for member in members) > MAX_BYTES:
         raise FormatError(
-            say(
-                "bundle.too_much",
-                "the file holds over {n} files or {size} GB; no take is so large",
-                n=MAX_FILES,
-                size=MAX_BYTES >> 30,
-            )
+            "bundle.too_much",
+            "the file holds over {n} files or {size} GB; no take is so large",
+            n=MAX_FILES,
+            size=MAX_BYTES >> 30,
         )
     unpacked, packed = (sum(getattr(m, size) for m in members) for size in ("file_size", "compress_size"))
     if unpacked > max(SMALL_BYTES, MAX_RATIO * packed):
         raise FormatError(
-            say(
-                "bundle.grows",
-                "the file would grow from {small} kB to {large} MB, as no take does; give one that this "
-                "program made",
-                small=packed >> 10,
-                large=unpacked >> 20,
-            )
+            "bundle.grows",
+            "the file would grow from {small} kB to {large} MB, as no take does; give one that "
+            "this program made",
+            small=packed >> 10,
+            large=unpacked >> 20,
         )
     if len({member.filename for member in members}) != len(members):
-        raise FormatError(
-            say("bundle.name_twice", "the file holds a name twice; give one that this program made")
-        )
+        raise FormatError("bundle.name_twice", "the file holds a name twice; give one that this program made")
     return members
 
 
@@ -136,13 +127,11 @@ def _check_disk(out: Path, size: int) -> None:
     free = shutil.disk_usage(folder).free
     if size > free - KEPT_FREE_BYTES:
         raise StudioError(
-            say(
-                "bundle.no_space",
-                "the take needs {size} MB and {folder} has {free} MB left; free some space",
-                size=size >> 20,
-                folder=folder,
-                free=free >> 20,
-            )
+            "bundle.no_space",
+            "the take needs {size} MB and {folder} has {free} MB left; free some space",
+            size=size >> 20,
+            folder=folder,
+            free=free >> 20,
         )
 
 
@@ -152,7 +141,7 @@ def _meta(bundle: zipfile.ZipFile) -> dict:
             meta = json.loads(_Bounded(file, MAX_META_BYTES).read(MAX_META_BYTES + 1))
     except (KeyError, ValueError, RecursionError) as error:
         raise FormatError(
-            say("bundle.no_take_json", "the file has no take.json that can be read: {error}", error=error)
+            "bundle.no_take_json", "the file has no take.json that can be read: {error}", error=error
         ) from error
     try:
         check_meta(Path("take.json"), meta)
@@ -179,9 +168,7 @@ class _Bounded:
         self._left -= len(data)
         if self._left < 0:
             raise FormatError(
-                say(
-                    "bundle.larger_than_said",
-                    "a file in the ZIP is larger than it says; give one that this program made",
-                )
+                "bundle.larger_than_said",
+                "a file in the ZIP is larger than it says; give one that this program made",
             )
         return data

@@ -7,7 +7,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from studio.engine.base.errors import TakeError
-from studio.engine.base.sentences import say
 from studio.take.folder.take import Take
 from studio.take.library.k4a_writer import write_k4a
 from studio.take.raw.depth import DepthRecording
@@ -49,30 +48,24 @@ def choose_camera(take: Take, names: Sequence[str], camera: str | None) -> str:
     """
     if not names:
         raise TakeError(
-            say(
-                "depth.none",
-                "take {take} has no depth; record with `studio camera --record-depth`",
-                take=take.path,
-            )
+            "depth.none",
+            "take {take} has no depth; record with `studio camera --record-depth`",
+            take=take.path,
         )
     if camera is None and len(names) > 1:
         raise TakeError(
-            say(
-                "depth.choose_camera",
-                "take {take} has depth of {names}; choose one with --camera",
-                take=take.path,
-                names=[*names],
-            )
+            "depth.choose_camera",
+            "take {take} has depth of {names}; choose one with --camera",
+            take=take.path,
+            names=[*names],
         )
     name = names[0] if camera is None else camera
     if name not in names:
         raise TakeError(
-            say(
-                "depth.no_such_camera",
-                "take {take} has no depth of camera {name!r}; it has: {names}",
-                take=take.path,
-                name=name,
-                names=[*names],
-            )
+            "depth.no_such_camera",
+            "take {take} has no depth of camera {name!r}; it has: {names}",
+            take=take.path,
+            name=name,
+            names=[*names],
         )
     return name

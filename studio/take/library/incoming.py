@@ -10,7 +10,7 @@ from typing import IO
 
 from studio.engine.base.errors import FormatError, StudioError
 from studio.engine.base.file_sentences import unwritable
-from studio.engine.base.sentences import say, system_says
+from studio.engine.base.sentences import system_says
 from studio.take.folder.lock import hold, is_held, release
 from studio.take.folder.names import inside, safe_name
 from studio.take.folder.take import Take
@@ -60,11 +60,9 @@ class Incoming:
         self.received += len(view)
         if self.received > self.total:
             raise FormatError(
-                say(
-                    "import.more_than_announced",
-                    "more came than the {total} bytes that were announced; send the files again",
-                    total=self.total,
-                )
+                "import.more_than_announced",
+                "more came than the {total} bytes that were announced; send the files again",
+                total=self.total,
             )
         if self.received - self._looked > _LOOK_BYTES:
             self._looked = self.received
@@ -87,12 +85,10 @@ class Incoming:
             self._next()
         if self.received < self.total:
             raise FormatError(
-                say(
-                    "import.broke_off",
-                    "only {received} of {total} bytes came: the upload broke off; send the files again",
-                    received=self.received,
-                    total=self.total,
-                )
+                "import.broke_off",
+                "only {received} of {total} bytes came: the upload broke off; send the files again",
+                received=self.received,
+                total=self.total,
             )
 
     def discard(self) -> None:
@@ -126,11 +122,9 @@ def _told() -> Iterator[None]:
         yield
     except OSError as error:
         raise StudioError(
-            say(
-                "import.unwritable",
-                "cannot write the files that came: {error}; free some space",
-                error=system_says(error),
-            )
+            "import.unwritable",
+            "cannot write the files that came: {error}; free some space",
+            error=system_says(error),
         ) from error
 
 
@@ -142,12 +136,10 @@ def check_room(sessions: Path, size: int) -> None:
     """
     if size > MAX_BYTES:
         raise FormatError(
-            say(
-                "import.too_large",
-                "the files have {size} GB; allowed: {most} GB at most",
-                size=size >> 30,
-                most=MAX_BYTES >> 30,
-            )
+            "import.too_large",
+            "the files have {size} GB; allowed: {most} GB at most",
+            size=size >> 30,
+            most=MAX_BYTES >> 30,
         )
     _check_free(next(f for f in (sessions, *sessions.absolute().parents) if f.is_dir()), _COPIES * size)
 
@@ -156,14 +148,12 @@ def _check_free(folder: Path, needed: int) -> None:
     free = shutil.disk_usage(folder).free
     if needed > free - KEPT_FREE_BYTES:
         raise StudioError(
-            say(
-                "import.no_space",
-                "the import needs {needed} MB and the disk has {free} MB left, of which {kept} MB are "
-                "kept for recordings; free some space",
-                needed=needed >> 20,
-                free=free >> 20,
-                kept=KEPT_FREE_BYTES >> 20,
-            )
+            "import.no_space",
+            "the import needs {needed} MB and the disk has {free} MB left, of which {kept} MB "
+            "are kept for recordings; free some space",
+            needed=needed >> 20,
+            free=free >> 20,
+            kept=KEPT_FREE_BYTES >> 20,
         )
 
 

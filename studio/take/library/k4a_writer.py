@@ -14,7 +14,6 @@ from numpy.typing import NDArray
 
 from studio.engine.base.errors import FormatError
 from studio.engine.base.files import write_atomically
-from studio.engine.base.sentences import say
 from studio.engine.model.depth import DepthCamera
 from studio.take.importers.k4a import calibration_json, mode_of
 
@@ -48,10 +47,15 @@ def write_k4a(
                 start_ns = time_ns
                 file.write(_head(camera, frames_per_second, serial, start_ns))
             if depth_mm.shape != (camera.height, camera.width):
-                raise FormatError(f"image {count} has shape {depth_mm.shape}; the camera's is needed")
+                raise FormatError(
+                    "depth.image_shape",
+                    "image {n} has shape {shape}; the camera's is needed",
+                    n=count,
+                    shape=depth_mm.shape,
+                )
             file.write(_cluster((time_ns - start_ns) // 1000, depth_mm))
         if not count:
-            raise FormatError(say("depth.no_image", "there is no depth image to write"))
+            raise FormatError("depth.no_image", "there is no depth image to write")
         size = file.tell() - _SEGMENT_DATA
         file.seek(_SEGMENT_DATA - 8)
         file.write((1 << 56 | size).to_bytes(8, "big"))  # marks the file as finished

@@ -10,7 +10,6 @@ from typing import Any
 
 from studio.engine.base.errors import FormatError, SettingsError, StudioError
 from studio.engine.base.files import write_json
-from studio.engine.base.sentences import say
 from studio.engine.base.versions import SAVED_PRESETS
 from studio.engine.model.settings import PRESETS, SolveSettings, changed
 from studio.take.folder.names import is_safe_name
@@ -39,16 +38,14 @@ class Presets:
             return {}
         except FormatError as error:
             raise SettingsError(
-                say("settings.presets_file", "{problem}, or move the file away", problem=error)
+                "settings.presets_file", "{problem}, or move the file away", problem=error
             ) from error
         except (OSError, ValueError, AttributeError) as error:
             raise SettingsError(
-                say(
-                    "settings.presets_unreadable",
-                    "cannot read {path}: {error}; move it away to go on",
-                    path=self._file,
-                    error=error,
-                )
+                "settings.presets_unreadable",
+                "cannot read {path}: {error}; move it away to go on",
+                path=self._file,
+                error=error,
             ) from error
         return {name: settings for name, settings in found.items() if settings is not None}
 
@@ -76,7 +73,7 @@ class Presets:
             saved = self.saved()
             if name not in saved and len(saved) >= MAX_PRESETS:
                 raise SettingsError(
-                    say("preset.too_many", "there are {n} presets already; remove one first", n=MAX_PRESETS)
+                    "preset.too_many", "there are {n} presets already; remove one first", n=MAX_PRESETS
                 )
             self._write({**saved, name: settings})
 
@@ -92,7 +89,7 @@ class Presets:
             self._find(name, saved)
             if to != name and to in saved:
                 raise SettingsError(
-                    say("preset.taken", "there is a preset {name!r} already; choose another name", name=to)
+                    "preset.taken", "there is a preset {name!r} already; choose another name", name=to
                 )
             self._write({to if key == name else key: settings for key, settings in saved.items()})
 
@@ -111,20 +108,16 @@ class Presets:
     def _find(name: str, saved: dict[str, SolveSettings]) -> SolveSettings:
         if name in PRESETS:
             raise SettingsError(
-                say(
-                    "preset.own",
-                    "preset {name!r} is the program's own and stays as it is; save another one",
-                    name=name,
-                )
+                "preset.own",
+                "preset {name!r} is the program's own and stays as it is; save another one",
+                name=name,
             )
         if name not in saved:
             raise SettingsError(
-                say(
-                    "settings.unknown_preset",
-                    "unknown preset {name!r}; allowed: {allowed}",
-                    name=name[:80],
-                    allowed=[*PRESETS, *saved],
-                )
+                "settings.unknown_preset",
+                "unknown preset {name!r}; allowed: {allowed}",
+                name=name[:80],
+                allowed=[*PRESETS, *saved],
             )
         return saved[name]
 
@@ -136,16 +129,14 @@ class Presets:
 def _check_name(name: str) -> None:
     if name in PRESETS:
         raise SettingsError(
-            say("preset.own_name", "preset {name!r} is the program's own; choose another name", name=name)
+            "preset.own_name", "preset {name!r} is the program's own; choose another name", name=name
         )
     if not is_safe_name(name):
         raise SettingsError(
-            say(
-                "settings.preset_name",
-                'preset name {name!r} is not allowed; allowed: 1 to 63 characters without / \\ : * ? " < '
-                "> |, not beginning with a dot",
-                name=name[:80],
-            )
+            "settings.preset_name",
+            "preset name {name!r} is not allowed; allowed: 1 to 63 characters without / \\ : * ? "
+            '" < > |, not beginning with a dot',
+            name=name[:80],
         )
 
 

@@ -11,7 +11,6 @@ from dataclasses import dataclass
 from datetime import datetime, timedelta
 
 from studio.engine.base.errors import SettingsError
-from studio.engine.base.sentences import say
 
 TEXTS = ("name", "session", "performer", "note", "tag", "solve", "camera", "source")
 """Fields that hold text: a tag, solve, camera or source is meant whole, of the others a part will do."""
@@ -82,12 +81,10 @@ def parse_query(text: str) -> list[Term]:
     """
     if len(text) > MAX_CHARACTERS:
         raise SettingsError(
-            say(
-                "search.too_long",
-                "a search of {n} characters; at most {most} are allowed",
-                n=len(text),
-                most=MAX_CHARACTERS,
-            )
+            "search.too_long",
+            "a search of {n} characters; at most {most} are allowed",
+            n=len(text),
+            most=MAX_CHARACTERS,
         )
     terms = []
     for minus, field, value in _TERM.findall(text):
@@ -110,12 +107,10 @@ def _wanted(field: str, value: str) -> tuple[str | Interval, ...]:
     """
     if field not in FIELDS:
         raise SettingsError(
-            say(
-                "search.field",
-                'search: the field {field!r} is not known; allowed: {fields}, or put "..." round the words',
-                field=field[:40],
-                fields=[*FIELDS],
-            )
+            "search.field",
+            'search: the field {field!r} is not known; allowed: {fields}, or put "..." round the words',
+            field=field[:40],
+            fields=[*FIELDS],
         )
     if field in TEXTS:
         return tuple(folded(part.strip()) for part in value.replace('"', "").split(",") if part.strip())
@@ -130,12 +125,10 @@ def _wanted(field: str, value: str) -> tuple[str | Interval, ...]:
     wrong = [part for part in parts if not any(flag.startswith(part) for flag in FLAGS)]
     if wrong:
         raise SettingsError(
-            say(
-                "search.flag",
-                "search: is:{flag} is not known; allowed: {flags}",
-                flag=wrong[0][:40],
-                flags=[*FLAGS],
-            )
+            "search.flag",
+            "search: is:{flag} is not known; allowed: {flags}",
+            flag=wrong[0][:40],
+            flags=[*FLAGS],
         )
     return tuple(part for part in parts if part in FLAGS)
 
@@ -201,12 +194,10 @@ def _wrong(field: str, text: str) -> SettingsError:
         else f">10{_unit(field)}, <=10{_unit(field)}, 5..10"
     )
     return SettingsError(
-        say(
-            "search.term",
-            "search: {term} is not understood; allowed: {example}",
-            term=f"{field}:{text[:40]}",
-            example=example,
-        )
+        "search.term",
+        "search: {term} is not understood; allowed: {example}",
+        term=f"{field}:{text[:40]}",
+        example=example,
     )
 
 

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from studio.engine.base.errors import TakeError
-from studio.engine.base.sentences import say, system_says
+from studio.engine.base.sentences import system_says
 from studio.take.folder.lock import is_held
 from studio.take.folder.names import check_name
 from studio.take.folder.take import Take, check_free
@@ -62,7 +62,7 @@ def change_slate(sessions_dir: Path, session: str, name: str, slate: Slate) -> T
     if to != take.path:
         if is_held(take.path):
             raise TakeError(
-                say("take.in_use", "take {take} is in use; wait until that is done", take=f"{session}/{name}")
+                "take.in_use", "take {take} is in use; wait until that is done", take=f"{session}/{name}"
             )
         check_free(to)
         _move(take, to)
@@ -86,50 +86,40 @@ def _check(slate: Slate) -> None:
             check_name(kind, value)
     if slate.rating is not None and slate.rating not in RATINGS:
         raise TakeError(
-            say(
-                "slate.rating",
-                "rating {rating} is not allowed; allowed: 0 (none) to {most}",
-                rating=slate.rating,
-                most=RATINGS[-1],
-            )
+            "slate.rating",
+            "rating {rating} is not allowed; allowed: 0 (none) to {most}",
+            rating=slate.rating,
+            most=RATINGS[-1],
         )
     for tag in slate.tags or ():
         if len(tag) > _MAX_TAG or any(sign in tag for sign in _NOT_IN_TAGS) or not tag.isprintable():
             raise TakeError(
-                say(
-                    "slate.tag",
-                    "tag {tag!r} is not allowed; allowed: up to {most} characters without commas and quotes",
-                    tag=tag[:60],
-                    most=_MAX_TAG,
-                )
+                "slate.tag",
+                "tag {tag!r} is not allowed; allowed: up to {most} characters without commas and quotes",
+                tag=tag[:60],
+                most=_MAX_TAG,
             )
     if len(slate.tags or ()) > _MAX_TAGS:
         raise TakeError(
-            say(
-                "slate.tags",
-                "a take with {n} tags; at most {most} are allowed",
-                n=len(slate.tags or ()),
-                most=_MAX_TAGS,
-            )
+            "slate.tags",
+            "a take with {n} tags; at most {most} are allowed",
+            n=len(slate.tags or ()),
+            most=_MAX_TAGS,
         )
     for marker in slate.markers or ():
         if not marker.name.strip() or len(marker.name) > _MAX_MARKER or not math.isfinite(marker.time_s):
             raise TakeError(
-                say(
-                    "slate.marker",
-                    "marker {name!r} is not allowed; allowed: a name of up to {most} characters, at a time",
-                    name=marker.name[:80],
-                    most=_MAX_MARKER,
-                )
+                "slate.marker",
+                "marker {name!r} is not allowed; allowed: a name of up to {most} characters, at a time",
+                name=marker.name[:80],
+                most=_MAX_MARKER,
             )
     if len(slate.markers or ()) > _MAX_MARKERS:
         raise TakeError(
-            say(
-                "slate.markers",
-                "a take with {n} markers; at most {most} are allowed",
-                n=len(slate.markers or ()),
-                most=_MAX_MARKERS,
-            )
+            "slate.markers",
+            "a take with {n} markers; at most {most} are allowed",
+            n=len(slate.markers or ()),
+            most=_MAX_MARKERS,
         )
     for text, longest, what in (
         (slate.notes, _MAX_NOTES, "notes"),
@@ -137,13 +127,11 @@ def _check(slate: Slate) -> None:
     ):
         if text is not None and len(text) > longest:
             raise TakeError(
-                say(
-                    "slate.text",
-                    "{what} of {n} characters; at most {most} are allowed",
-                    what=what,
-                    n=len(text),
-                    most=longest,
-                )
+                "slate.text",
+                "{what} of {n} characters; at most {most} are allowed",
+                what=what,
+                n=len(text),
+                most=longest,
             )
 
 
@@ -169,11 +157,9 @@ def _move(take: Take, to: Path) -> None:
         take.path.rename(to)
     except OSError as error:
         raise TakeError(
-            say(
-                "slate.not_moved",
-                "cannot move the take to {place}: {error}",
-                place=f"{to.parent.name}/{to.name}",
-                error=system_says(error),
-            )
+            "slate.not_moved",
+            "cannot move the take to {place}: {error}",
+            place=f"{to.parent.name}/{to.name}",
+            error=system_says(error),
         ) from error
     take.path = to

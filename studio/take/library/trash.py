@@ -12,7 +12,7 @@ from pathlib import Path
 
 from studio.engine.base.errors import TakeError
 from studio.engine.base.files import write_json
-from studio.engine.base.sentences import say, system_says
+from studio.engine.base.sentences import system_says
 from studio.take.folder.lock import is_held
 from studio.take.folder.names import check_name, inside, is_safe_name
 from studio.take.folder.take import Take, check_free, utc_now
@@ -43,12 +43,10 @@ def throw_away(sessions_dir: Path, session: str, name: str) -> Thrown:
     """
     path = take_path(sessions_dir, session, name)
     if not (path / "take.json").is_file():
-        raise TakeError(
-            say("trash.no_take", "there is no take {take} to throw away", take=f"{session}/{name}")
-        )
+        raise TakeError("trash.no_take", "there is no take {take} to throw away", take=f"{session}/{name}")
     if is_held(path):
         raise TakeError(
-            say("take.in_use", "take {take} is in use; wait until that is done", take=f"{session}/{name}")
+            "take.in_use", "take {take} is in use; wait until that is done", take=f"{session}/{name}"
         )
     return _move_to_trash(sessions_dir, Thrown(secrets.token_hex(6), session, name, utc_now()), path)
 
@@ -62,12 +60,10 @@ def throw_solve_away(sessions_dir: Path, session: str, name: str, solve: str) ->
     take = Take.open(take_path(sessions_dir, session, name))
     if solve not in take.solve_names():
         raise TakeError(
-            say(
-                "trash.no_solve",
-                "take {take} has no solve {solve!r} to throw away",
-                take=f"{session}/{name}",
-                solve=solve[:80],
-            )
+            "trash.no_solve",
+            "take {take} has no solve {solve!r} to throw away",
+            take=f"{session}/{name}",
+            solve=solve[:80],
         )
     thrown = Thrown(secrets.token_hex(6), session, name, utc_now(), check_name("solve", solve))
     return _move_to_trash(sessions_dir, thrown, take.solve_folder(solve))
@@ -83,12 +79,10 @@ def _move_to_trash(sessions_dir: Path, thrown: Thrown, path: Path) -> Thrown:
     except OSError as error:
         shutil.rmtree(place, ignore_errors=True)
         raise TakeError(
-            say(
-                "trash.not_moved",
-                "cannot move {name} to the trash: {error}",
-                name=path.name,
-                error=system_says(error),
-            )
+            "trash.not_moved",
+            "cannot move {name} to the trash: {error}",
+            name=path.name,
+            error=system_says(error),
         ) from error
     return thrown
 
@@ -130,12 +124,10 @@ def restore(sessions_dir: Path, trash_id: str) -> tuple[str, str]:
         (place / "take").rename(path)
     except OSError as error:
         raise TakeError(
-            say(
-                "trash.take_not_restored",
-                "cannot restore {name}: {error}",
-                name=f"{thrown.session}/{name}",
-                error=system_says(error),
-            )
+            "trash.take_not_restored",
+            "cannot restore {name}: {error}",
+            name=f"{thrown.session}/{name}",
+            error=system_says(error),
         ) from error
     shutil.rmtree(place, ignore_errors=True)
     return thrown.session, name
@@ -145,12 +137,10 @@ def _restore_solve(sessions_dir: Path, thrown: Thrown) -> tuple[str, str]:
     path = take_path(sessions_dir, thrown.session, thrown.name)
     if not (path / "take.json").is_file():
         raise TakeError(
-            say(
-                "trash.take_gone",
-                "the take {take} of solve {solve!r} is not there; restore it first",
-                take=f"{thrown.session}/{thrown.name}",
-                solve=thrown.solve,
-            )
+            "trash.take_gone",
+            "the take {take} of solve {solve!r} is not there; restore it first",
+            take=f"{thrown.session}/{thrown.name}",
+            solve=thrown.solve,
         )
     take, name, number = Take.open(path), thrown.solve, 2
     while take.solve_folder(name).exists():
@@ -161,12 +151,10 @@ def _restore_solve(sessions_dir: Path, thrown: Thrown) -> tuple[str, str]:
         (place / "solve").rename(take.solve_folder(name))
     except OSError as error:
         raise TakeError(
-            say(
-                "trash.solve_not_restored",
-                "cannot restore solve {name!r}: {error}",
-                name=name,
-                error=system_says(error),
-            )
+            "trash.solve_not_restored",
+            "cannot restore solve {name!r}: {error}",
+            name=name,
+            error=system_says(error),
         ) from error
     shutil.rmtree(place, ignore_errors=True)
     return thrown.session, thrown.name
@@ -190,4 +178,4 @@ def _find(sessions_dir: Path, trash_id: str) -> Thrown:
         for thrown in list_trash(sessions_dir):
             if thrown.id == trash_id:
                 return thrown
-    raise TakeError(say("trash.none", "there is nothing with the id {id!r} in the trash", id=trash_id[:40]))
+    raise TakeError("trash.none", "there is nothing with the id {id!r} in the trash", id=trash_id[:40])

@@ -171,12 +171,10 @@ class DepthReader:
             message = wire.decode(data)
             if not isinstance(message, wire.DepthImage):
                 raise FormatError(
-                    say(
-                        "raw.wrong_kind",
-                        "a {kind} where a {wanted} belongs",
-                        kind=type(message).__name__,
-                        wanted="DepthImage",
-                    )
+                    "raw.wrong_kind",
+                    "a {kind} where a {wanted} belongs",
+                    kind=type(message).__name__,
+                    wanted="DepthImage",
                 )
             depth_mm = wire.depth_array(message, recording.intrinsics[name])
         except (*DAMAGE, KeyError, FormatError) as error:

@@ -139,7 +139,7 @@ def read_event(data: bytes) -> LiveEvent:
     except msgspec.ValidationError as error:
         return UnknownEvent(f"{error} in {data[:200]!r}")
     except (msgspec.DecodeError, UnicodeDecodeError, RecursionError) as error:
-        raise FormatError(str(error)) from error
+        raise FormatError("take.event_not_json", "{error}", error=error) from error
 
 
 def start_event(calibration: Calibration | None, settings: SolveSettings) -> StartEvent:
@@ -166,6 +166,12 @@ def _numbers(clock: ClockModel) -> dict[str, Any]:
         "drift_ppm": drift_ppm,
         "reference_ns": int(clock.reference_ns),
     }
+
+
+def _unreadable(problem: str) -> FormatError:
+    return FormatError(
+        "take.event_unreadable", "an event of the live log cannot be read: {problem}", problem=problem
+    )
 
 
 class LoggedPipeline:
@@ -198,9 +204,7 @@ class LoggedPipeline:
         try:
             return self._perform(event)
         except (KeyError, TypeError) as error:
-            raise FormatError(
-                f"an event of the live log cannot be read: {error!r} in {event!r:.200}"
-            ) from error
+            raise _unreadable(f"{error!r} in {event!r:.200}") from error
 
     def _perform(self, event: LiveEvent) -> StepResult | None:
         match event:
@@ -222,7 +226,7 @@ class LoggedPipeline:
                 if self.pipeline is not None:
                     self.pipeline.set_settings(self.settings)
             case UnknownEvent():
-                raise FormatError(f"an event of the live log cannot be read: {event.problem}")
+                raise _unreadable(event.problem)
             case CalibrationEvent() if self.pipeline is not None:
                 self.pipeline.set_calibration(Calibration.from_json(event.calibration))
             case ClockEvent() if self.pipeline is not None:

@@ -15,7 +15,6 @@ from mcap.stream_reader import MAGIC_SIZE, StreamReader
 from studio import wire
 from studio.engine.base.errors import FormatError, TakeError
 from studio.engine.base.file_sentences import unreadable
-from studio.engine.base.sentences import say
 from studio.take.raw.chunks import open_chunk
 from studio.take.raw.live_log import read_event
 from studio.take.raw.records import (
@@ -75,12 +74,10 @@ class RawReader:
         self._late: set[int] = set()
         if not self.path.is_file():
             raise TakeError(
-                say(
-                    "take.no_raw",
-                    "{path} has no raw recording ({file}); record or import a take",
-                    path=self.path.parent,
-                    file=self.path.name,
-                )
+                "take.no_raw",
+                "{path} has no raw recording ({file}); record or import a take",
+                path=self.path.parent,
+                file=self.path.name,
             )
 
     def __iter__(self) -> Iterator[RawRecord]:
@@ -152,12 +149,10 @@ class RawReader:
                 return _depth(hello, record, message)
             if not isinstance(message, wire.SkeletonFrame):
                 raise FormatError(
-                    say(
-                        "raw.wrong_kind",
-                        "a {kind} where a {wanted} belongs",
-                        kind=type(message).__name__,
-                        wanted="SkeletonFrame",
-                    )
+                    "raw.wrong_kind",
+                    "a {kind} where a {wanted} belongs",
+                    kind=type(message).__name__,
+                    wanted="SkeletonFrame",
                 )
             frame = camera_frame(hello.name, hello.joint_set, message)
         except FormatError as error:
@@ -199,15 +194,13 @@ class RawReader:
 def _depth(hello: wire.Hello, record: Message, message: wire.Message) -> RawDepth:
     if not isinstance(message, wire.DepthImage):
         raise FormatError(
-            say(
-                "raw.wrong_kind",
-                "a {kind} where a {wanted} belongs",
-                kind=type(message).__name__,
-                wanted="DepthImage",
-            )
+            "raw.wrong_kind",
+            "a {kind} where a {wanted} belongs",
+            kind=type(message).__name__,
+            wanted="DepthImage",
         )
     if hello.intrinsics is None:
-        raise FormatError(say("raw.depth_no_intrinsics", "a depth image of a camera without intrinsics"))
+        raise FormatError("raw.depth_no_intrinsics", "a depth image of a camera without intrinsics")
     return RawDepth(hello.name, record.log_time, message, hello.intrinsics, hello.boot_id)
 
 

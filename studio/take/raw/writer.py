@@ -13,7 +13,7 @@ from mcap.writer import CompressionType, Writer
 from studio import wire
 from studio.engine.base.errors import TakeError
 from studio.engine.base.file_sentences import unwritable
-from studio.engine.base.sentences import say, system_says
+from studio.engine.base.sentences import system_says
 from studio.engine.model.frames import CameraFrame
 from studio.take.folder.lock import hold, release
 from studio.take.raw.append import RawState, data_end, hello_of, index_bytes, save_torn_end
@@ -60,22 +60,20 @@ class RawWriter:
             self._file = WholeFile(self.path, "xb" if state is None else "r+b")
         except FileExistsError as error:
             raise TakeError(
-                say("raw.exists", "{path} exists; raw recordings are never overwritten", path=self.path)
+                "raw.exists", "{path} exists; raw recordings are never overwritten", path=self.path
             ) from error
         except OSError as error:
             raise TakeError(
-                say(
-                    "raw.unwritable",
-                    "cannot write {path}: {error}; choose another folder",
-                    path=self.path,
-                    error=system_says(error),
-                )
+                "raw.unwritable",
+                "cannot write {path}: {error}; choose another folder",
+                path=self.path,
+                error=system_says(error),
             ) from error
         self._lock = hold(self.path)
         if state is not None and self._lock is None:
             self._file.raw.close()
             raise TakeError(
-                say("raw.in_use", "{path} is being written by another program; stop it first", path=self.path)
+                "raw.in_use", "{path} is being written by another program; stop it first", path=self.path
             )
         self._writer = Writer(
             cast("IO[bytes]", self._file), chunk_size=CHUNK_BYTES, compression=CompressionType.ZSTD
@@ -225,11 +223,9 @@ class RawWriter:
             self._file.raw.close()
         if failed:
             raise TakeError(
-                say(
-                    "raw.not_all_written",
-                    "cannot write all of {path}; what was written before the disk failed is kept",
-                    path=self.path,
-                )
+                "raw.not_all_written",
+                "cannot write all of {path}; what was written before the disk failed is kept",
+                path=self.path,
             )
 
     def _finish(self) -> None:

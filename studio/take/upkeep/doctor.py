@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from studio.engine.base.errors import CalibrationError, FormatError, StudioError, TakeError
+from studio.engine.base.sentences import system_says
 from studio.engine.model.poses import Poses
 from studio.engine.model.settings import SolveSettings
 from studio.take.folder.lock import is_held
@@ -50,7 +51,9 @@ def check_takes(
     """
     root = Path(sessions_dir)
     if not root.is_dir():
-        raise TakeError(f"no folder {root}; give the folder of sessions or of a take")
+        raise TakeError(
+            "take.no_root", "no folder {folder}; give the folder of sessions or of a take", folder=root
+        )
     partial, takes = _folders(root)
     findings = [_partial_folder(folder, repair) for folder in partial]
     findings += _check_marker(root, repair)
@@ -102,7 +105,7 @@ def _check_live_poses(take: Take, repair: bool) -> Iterator[Finding]:
     try:
         state = scan_raw(take.raw_path)
         if state.settings is None:
-            raise TakeError("the live log does not tell its settings")
+            raise TakeError("take.log_no_settings", "the live log does not tell its settings")
         PoseLog(take.path, ticks=state.ticks).close()
         frames = sum(ranges.count for ranges in state.frames.values())
         count = save_live_solve(take, SolveSettings.from_json(state.settings), frames)
@@ -132,7 +135,12 @@ def _subfolders(folder: Path) -> list[Path]:
     try:
         return [f for f in folder.iterdir() if f.is_dir() and not f.is_symlink()]
     except OSError as error:
-        raise TakeError(f"cannot read {folder}: {error.strerror}; check the rights") from error
+        raise TakeError(
+            "file.unreadable_rights",
+            "cannot read {path}: {error}; check the rights",
+            path=folder,
+            error=system_says(error),
+        ) from error
 
 
 def _is_take(folder: Path) -> bool:

@@ -15,7 +15,7 @@ from mcap.writer import CompressionType, Writer
 
 from studio import wire
 from studio.engine.base.errors import CalibrationError, TakeError
-from studio.engine.base.sentences import say, system_says
+from studio.engine.base.sentences import system_says
 from studio.take.folder.lock import is_held
 from studio.take.folder.names import is_safe_name
 from studio.take.folder.take import Take, TakeVersionError, new_meta, read_calibration
@@ -39,7 +39,7 @@ def recover(path: str | Path) -> Take:
     raw = path / "raw.mcap"
     if raw.is_file() and is_held(raw):
         raise TakeError(
-            say("take.recording_under_way", "{path} is being recorded; stop the recording first", path=path)
+            "take.recording_under_way", "{path} is being recorded; stop the recording first", path=path
         )
     try:
         take = Take.open(path)
@@ -80,12 +80,10 @@ def rewrite_raw(raw: Path) -> Path:
         os.replace(temporary, raw)
     except OSError as error:
         raise TakeError(
-            say(
-                "take.not_repaired",
-                "cannot repair {path}: {error}; free space or check the rights",
-                path=raw,
-                error=system_says(error),
-            )
+            "take.not_repaired",
+            "cannot repair {path}: {error}; free space or check the rights",
+            path=raw,
+            error=system_says(error),
         ) from error
     finally:
         temporary.unlink(missing_ok=True)
@@ -144,11 +142,9 @@ def rebuild_meta(path: Path) -> Take:
     file, raw = path / "take.json", path / "raw.mcap"
     if not raw.is_file():
         raise TakeError(
-            say(
-                "take.nothing_left",
-                "{path} has neither a readable take.json nor a raw.mcap; delete it",
-                path=path,
-            )
+            "take.nothing_left",
+            "{path} has neither a readable take.json nor a raw.mcap; delete it",
+            path=path,
         )
     reader = RawReader(raw)
     hellos: list[wire.Hello] = []

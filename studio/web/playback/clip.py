@@ -7,7 +7,6 @@ from typing import Any
 import numpy as np
 
 from studio.engine.base.errors import FormatError, StudioError
-from studio.engine.base.sentences import say
 from studio.engine.model.calibration import Calibration
 from studio.engine.model.frames import FrameSet, FusedSkeleton, StepResult
 from studio.engine.model.joints import JOINT_COUNT
@@ -61,7 +60,7 @@ class Clip:
         poses = on_output_joints(Poses.load(folder / "poses.npz"))
         if poses.frame_count == 0:
             raise FormatError(
-                say("replay.no_frames", "solve {name!r} has no frames; solve the take again", name=solve)
+                "replay.no_frames", "solve {name!r} has no frames; solve the take again", name=solve
             )
         calibration = _calibration(take)
         return cls(

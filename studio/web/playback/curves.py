@@ -34,7 +34,12 @@ def curves(clip: Clip, joint: str, points: int = MAX_POINTS) -> dict[str, Any]:
         SettingsError: no such joint.
     """
     if joint not in OUTPUT_INDEX:
-        raise SettingsError(f"there is no joint {joint!r}; allowed: {', '.join(OUTPUT_JOINTS)}")
+        raise SettingsError(
+            "replay.no_joint",
+            "there is no joint {joint!r}; allowed: {allowed}",
+            joint=joint,
+            allowed=[*OUTPUT_JOINTS],
+        )
     poses, row = clip.poses, OUTPUT_INDEX[joint]
     count = poses.frame_count
     positions = poses.positions_m[:, row]

@@ -10,7 +10,6 @@ from numpy.typing import NDArray
 
 from studio.api.stage.shown import ReplayStatus, SecondFigure
 from studio.engine.base.errors import SettingsError
-from studio.engine.base.sentences import say
 from studio.engine.model.calibration import Calibration
 from studio.engine.model.frames import StepResult
 from studio.engine.model.poses import Poses, on_output_joints
@@ -114,11 +113,9 @@ class Player:
         with self._changed:
             if self._clip is None or self._clip.take != take:
                 raise SettingsError(
-                    say(
-                        "replay.not_replayed",
-                        "take {take} is not replayed; open it first, or leave draft out",
-                        take=take,
-                    )
+                    "replay.not_replayed",
+                    "take {take} is not replayed; open it first, or leave draft out",
+                    take=take,
                 )
             now_s = float(self._clip.poses.time_s[self._frame()])
             return now_s - PART_S[0], now_s + PART_S[1]
@@ -169,25 +166,21 @@ class Player:
             end = clip.poses.frame_count - 1
             if speed is not None and not SPEEDS[0] <= speed <= SPEEDS[1]:
                 raise SettingsError(
-                    say(
-                        "replay.speed",
-                        "speed={speed:g} is not allowed; allowed: {low:g} to {high:g}",
-                        speed=speed,
-                        low=SPEEDS[0],
-                        high=SPEEDS[1],
-                    )
+                    "replay.speed",
+                    "speed={speed:g} is not allowed; allowed: {low:g} to {high:g}",
+                    speed=speed,
+                    low=SPEEDS[0],
+                    high=SPEEDS[1],
                 )
             low = self._range[0] if first is None else first
             high = self._range[1] if last is None else last
             if not 0 <= low <= high <= end:
                 raise SettingsError(
-                    say(
-                        "replay.range",
-                        "first={first}, last={last} is no range; allowed: 0 to {most}, first up to last",
-                        first=low,
-                        last=high,
-                        most=end,
-                    )
+                    "replay.range",
+                    "first={first}, last={last} is no range; allowed: 0 to {most}, first up to last",
+                    first=low,
+                    last=high,
+                    most=end,
                 )
             _check_ghost(ghost_offset_ms, ghost_apart_m)
             place = self._now()
@@ -245,7 +238,7 @@ class Player:
 
     def _open(self) -> Clip:
         if self._clip is None:
-            raise SettingsError(say("replay.nothing", "nothing is replayed; open a take first"))
+            raise SettingsError("replay.nothing", "nothing is replayed; open a take first")
         return self._clip
 
     def _go(self, place: float) -> None:
@@ -318,18 +311,14 @@ def _check_ghost(offset_ms: float | None, apart_m: float | None) -> None:
     """Raise SettingsError if the second figure may not be shifted so far."""
     if offset_ms is not None and not abs(offset_ms) <= GHOST_OFFSET_MS:
         raise SettingsError(
-            say(
-                "replay.ghost_offset",
-                "ghost_offset_ms={ms:g} is not allowed; allowed: an hour at most",
-                ms=offset_ms,
-            )
+            "replay.ghost_offset",
+            "ghost_offset_ms={ms:g} is not allowed; allowed: an hour at most",
+            ms=offset_ms,
         )
     if apart_m is not None and not abs(apart_m) <= GHOST_APART_M:
         raise SettingsError(
-            say(
-                "replay.ghost_apart",
-                "ghost_apart_m={m:g} is not allowed; allowed: {most:g} at most",
-                m=apart_m,
-                most=GHOST_APART_M,
-            )
+            "replay.ghost_apart",
+            "ghost_apart_m={m:g} is not allowed; allowed: {most:g} at most",
+            m=apart_m,
+            most=GHOST_APART_M,
         )

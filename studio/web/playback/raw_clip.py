@@ -7,7 +7,6 @@ from numpy.typing import NDArray
 
 from studio.engine.base.errors import StudioError, TakeError
 from studio.engine.base.geometry import make_transform
-from studio.engine.base.sentences import say
 from studio.engine.model.calibration import Calibration
 from studio.engine.model.frames import ClockModel, FrameSet, FusedSkeleton, StepResult
 from studio.engine.model.joints import JOINT_COUNT, OUTPUT_JOINTS, OUTPUT_PARENTS
@@ -65,11 +64,9 @@ def load_raw(take: Take) -> RawClip:
     stage_s = {name: placed[name][1].stage_s({**depth, **times}[name] * 1e-9) for name in names}
     if not names:
         raise TakeError(
-            say(
-                "take.no_calibrated_camera",
-                "{take} has no frames of a camera that its calibration knows; nothing can be shown",
-                take=take.path,
-            )
+            "take.no_calibrated_camera",
+            "{take} has no frames of a camera that its calibration knows; nothing can be shown",
+            take=take.path,
         )
     begin_s, end_s = min(one[0] for one in stage_s.values()), max(one[-1] for one in stage_s.values())
     grid_s = begin_s + np.arange(int((end_s - begin_s) * RATE_HZ) + 1) / RATE_HZ

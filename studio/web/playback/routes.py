@@ -8,7 +8,6 @@ from pydantic import BaseModel, ConfigDict, Field
 from studio.api.stage.shown import ReplayStatus
 from studio.api.structs import StructRoute
 from studio.engine.base.errors import SettingsError
-from studio.engine.base.sentences import say
 from studio.engine.metrics.reference.placing import PlacedMotion
 from studio.take.folder.references import how_aligned, placed_path, reference_path
 from studio.take.folder.take import Take
@@ -95,13 +94,16 @@ def playback_routes(player: Player, takes: TakeFinder) -> APIRouter:
     def second(wanted: GhostRequest, clip: Clip) -> Second:
         id_ = wanted.take or clip.take
         if (wanted.solve is None) == (wanted.reference is None):
-            raise SettingsError("a ghost is a solve or a reference: give one of the two")
+            raise SettingsError("replay.one_ghost", "a ghost is a solve or a reference: give one of the two")
         if wanted.solve is not None:
             how = None if wanted.alignment is None else alignment_of(wanted.alignment)
             return Second.solve(load(ReplayedSolve(take=id_, solve=wanted.solve)), clip, how)
         if id_ != clip.take or wanted.reference is None:
             raise SettingsError(
-                f"a reference of take {id_} lies on another stage; allowed: one of {clip.take}"
+                "replay.ghost_elsewhere",
+                "a reference of take {take} lies on another stage; allowed: one of {own}",
+                take=id_,
+                own=clip.take,
             )
         session, _, name = clip.take.partition("/")
         take = takes.take(session, name)
@@ -149,7 +151,7 @@ def playback_routes(player: Player, takes: TakeFinder) -> APIRouter:
         """Curves of one joint of the replayed solve, for the timeline."""
         clip = player.clip
         if clip is None:
-            raise SettingsError(say("replay.nothing", "nothing is replayed; open a take first"))
+            raise SettingsError("replay.nothing", "nothing is replayed; open a take first")
         return curves(clip, joint, points)
 
     return router

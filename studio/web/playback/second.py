@@ -89,8 +89,9 @@ def alignment_of(value: dict[str, Any]) -> Alignment:
     finite = all(np.isfinite(part).all() for part in (wxyz, translation, scale, numbers))
     if not finite or abs(np.linalg.norm(wxyz) - 1.0) > 1e-3 or not 0.1 <= scale <= 10.0:
         raise SettingsError(
-            "an alignment has rotation_wxyz (a unit quaternion), translation_m, scale (0.1 to 10), "
-            "time_offset_ms and clock_drift_ppm; take the one that the comparison answered"
+            "replay.alignment",
+            "an alignment has rotation_wxyz (a unit quaternion), translation_m, scale (0.1 to "
+            "10), time_offset_ms and clock_drift_ppm; take the one that the comparison answered",
         )
     rotation = Rotation.from_quat(wxyz, scalar_first=True).as_matrix()
     return Alignment(make_transform(rotation, translation), scale, numbers[0] * 1e-3, numbers[1])

@@ -87,7 +87,9 @@ class Scene:
             SettingsError: no such layer.
         """
         if layer not in LAYERS:
-            raise SettingsError(f"unknown layer {layer!r}; allowed: {', '.join(LAYERS)}")
+            raise SettingsError(
+                "view.layer", "unknown layer {layer!r}; allowed: {allowed}", layer=layer, allowed=[*LAYERS]
+            )
         self._layers[layer].visible = shown
         if layer in INSIDE or layer == "ghost":
             self._see_through()

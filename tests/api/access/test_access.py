@@ -12,6 +12,7 @@ from studio.api.access.tokens import FAILURES_OVER_S, FILE_NAME, MAX_FAILURES
 from studio.engine.base.errors import StudioError
 from tests import patient
 from tests.patient import connect
+from tests.refused import refused
 
 HELLO = wire.Hello(wire.PROTOCOL_VERSION, "left", "test", "canonical", "boot")
 PAGE = {"Accept": "text/html"}
@@ -186,7 +187,7 @@ def test_only_hashes_are_kept_and_only_for_their_owner(tmp_path, access):
 
 def test_a_broken_file_is_said(tmp_path):
     (tmp_path / FILE_NAME).write_text("{")
-    with pytest.raises(StudioError, match="pair the cameras again"):
+    with refused(StudioError, "access.tokens_unreadable"):
         Access(tmp_path, required=True, now_s=time.monotonic)
 
 

@@ -7,6 +7,7 @@ import pytest
 
 from studio.engine.base.errors import StudioError
 from studio.engine.base.files import write_atomically, write_json
+from tests.refused import refused
 
 
 def test_it_makes_the_folder_and_the_file(tmp_path):
@@ -30,14 +31,17 @@ def test_an_error_on_the_way_leaves_the_old_file(tmp_path):
 
 def test_a_folder_that_is_a_file_is_told(tmp_path):
     (tmp_path / "file").write_bytes(b"")
-    with pytest.raises(StudioError, match="cannot write"), write_atomically(tmp_path / "file" / "b"):
+    with refused(StudioError, "file.unwritable_place"), write_atomically(tmp_path / "file" / "b"):
         pytest.fail("there is nowhere to write to")
 
 
 def test_a_full_disk_is_told_and_leaves_the_old_file(tmp_path):
     path = tmp_path / "a.bin"
     path.write_bytes(b"old")
-    with pytest.raises(StudioError, match="No space left"), write_atomically(path):
+    with (
+        refused(StudioError, "file.unwritable_place", error="os.enospc"),
+        write_atomically(path),
+    ):
         raise OSError(28, "No space left on device")
     assert path.read_bytes() == b"old" and os.listdir(tmp_path) == ["a.bin"]
 

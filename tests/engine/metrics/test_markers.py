@@ -12,6 +12,7 @@ from studio.engine.metrics.reference.reference import Markers, read_reference
 from studio.engine.model.joints import CANONICAL, INDEX, OUTPUT_OF_CANONICAL_INDEX, to_canonical
 from studio.engine.model.poses import Poses
 from tests.poses_factory import random_poses
+from tests.refused import refused
 
 JOINTS = ("hips", "chest", "head", "left_wrist", "right_wrist", "left_elbow", "left_knee", "right_ankle")
 
@@ -67,13 +68,11 @@ def test_markers_on_a_clock_of_their_own():
 def test_too_little_is_refused():
     poses = random_poses(np.random.default_rng(1), seconds=4.0)
     markers, _ = marked(poses, targets=True)
-    with pytest.raises(FormatError) as refused:
+    with refused(FormatError, "reference.markers_few_instants"):
         fit_joint_centres(poses, markers, offset_s=100.0)
-    assert refused.value.code == "reference.markers_few_instants"
     few = Markers(markers.time_s, JOINTS[:2], markers.positions_m[:, :2], markers.rotations[:, :2])
-    with pytest.raises(FormatError) as refused:
+    with refused(FormatError, "reference.markers_few_joints"):
         fit_joint_centres(poses, few)
-    assert refused.value.code == "reference.markers_few_joints"
 
 
 def kinect(path):
@@ -127,11 +126,11 @@ def test_a_broken_table_names_its_line(tmp_path):
     path = tmp_path / "targets.txt"
     good = " ".join(["1.0 2.0 3.0 0 0 0 1"] * 17)
     path.write_text(f"{good}\n{good} 7\n")
-    with pytest.raises(FormatError, match="line 2: 120 values"):
+    with refused(FormatError, "reference.target_row", line=2, n=120):
         read_reference(path)
     path.write_text(f"{good}\n{good.replace('2.0', 'two', 1)}\n")
-    with pytest.raises(FormatError, match="line 2"):
+    with refused(FormatError, "table.not_a_number", line=2):
         read_reference(path)
     path.write_text(f"{good}\n")
-    with pytest.raises(FormatError, match="at least 4"):
+    with refused(FormatError, "reference.few_samples_file"):
         read_reference(path)

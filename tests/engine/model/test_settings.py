@@ -19,6 +19,7 @@ from studio.engine.model.settings import (
 )
 from studio.engine.model.switches import Effector
 from tests.engine.switch_values import CHOICES, RANGES
+from tests.refused import refused
 
 # What scripts outside rely on.
 DESIGN = {
@@ -93,49 +94,48 @@ def test_json_keeps_presets(name):
 @pytest.mark.parametrize(("key", "allowed"), CHOICES.items())
 def test_a_value_that_is_not_allowed_lists_those_that_are(key, allowed):
     for value in ("", "perhaps", "," + allowed[0], allowed[0] + " "):
-        with pytest.raises(SettingsError) as error:
+        with refused(SettingsError, "settings.value", key=key, value=value) as error:
             set_switch(SolveSettings(), key, value)
-        assert key in str(error.value) and repr(value) in str(error.value)
-        assert all(each in str(error.value) for each in allowed)
+        assert all(each in error.value.values["allowed"] for each in allowed)
 
 
 @pytest.mark.parametrize("key", RANGES)
 @pytest.mark.parametrize("value", ["", "many", "nan", "inf", "-0.01", "2.01", "1e9"])
 def test_a_number_out_of_range_names_the_range(key, value):
     low, high = RANGES[key]
-    with pytest.raises(SettingsError, match=f"from {low:g} to {high:g}"):
+    with refused(SettingsError, "settings.value", allowed="settings.between") as error:
         set_switch(SolveSettings(), key, value)
+    assert error.value.values["allowed"].values == {"low": low, "high": high}
 
 
 @pytest.mark.parametrize(
-    ("key", "value", "told"),
+    ("key", "value", "code"),
     [
-        ("bone_length_limit", "-1", "off, or per cent"),
-        ("bone_length_limit", "nan", "0 to 100"),
-        ("bone_length_limit", "on", "0 to 100"),
-        ("cameras", " ", "all"),
-        ("look_at_point_m", "1,2", "x,y,z"),
-        ("look_at_point_m", "1,2,x", "number"),
-        ("look_at_point_m", "1,2,inf", "number"),
-        ("effectors.left_wing.reach", "1", "left_wrist"),
-        ("effectors.left_wrist.reach", "1.1", "from 0 to 1"),
-        ("effectors.left_wrist.push", "1", "reach"),
-        ("effectors.left_wrist", "1", "reach"),
-        ("displacement_limits_m_s.tail", "1", "left_wrist"),
-        ("displacement_limits_m_s.hips", "-1", "from 0"),
-        ("displacement_limits_m_s", "1", "displacement_limits_m_s.<joint>"),
-        ("effectors", "1", "effectors.<joint>.reach"),
-        ("colour", "red", "smoothing"),
-        ("Fusion", "mean", "fusion"),
-        ("fusion.mean", "on", "effectors"),
-        ("", "1", "smoothing"),
-        ("__class__", "1", "smoothing"),
+        ("bone_length_limit", "-1", "settings.between"),
+        ("bone_length_limit", "nan", "settings.between"),
+        ("bone_length_limit", "on", "settings.between"),
+        ("cameras", " ", "settings.camera_names"),
+        ("look_at_point_m", "1,2", "settings.point"),
+        ("look_at_point_m", "1,2,x", "settings.between"),
+        ("look_at_point_m", "1,2,inf", "settings.between"),
+        ("effectors.left_wing.reach", "1", "settings.unknown_joint"),
+        ("effectors.left_wrist.reach", "1.1", "settings.between"),
+        ("effectors.left_wrist.push", "1", "settings.unknown_part"),
+        ("effectors.left_wrist", "1", "settings.unknown_part"),
+        ("displacement_limits_m_s.tail", "1", "settings.unknown_joint"),
+        ("displacement_limits_m_s.hips", "-1", "settings.between"),
+        ("displacement_limits_m_s", "1", "settings.by_joint"),
+        ("effectors", "1", "settings.by_joint"),
+        ("colour", "red", "settings.unknown"),
+        ("Fusion", "mean", "settings.unknown"),
+        ("fusion.mean", "on", "settings.unknown_part"),
+        ("", "1", "settings.unknown"),
+        ("__class__", "1", "settings.unknown"),
     ],
 )
-def test_what_is_refused_says_what_is_allowed(key, value, told):
-    with pytest.raises(SettingsError, match="allowed") as error:
+def test_what_is_refused_says_what_is_allowed(key, value, code):
+    with refused(SettingsError, code):
         set_switch(SolveSettings(), key, value)
-    assert told in str(error.value)
 
 
 def test_every_switch_of_the_design_exists_and_is_explained():
@@ -171,14 +171,14 @@ def test_presets_are_those_of_the_design():
     assert thesis.displacement_limit == "after" and thesis.hands == "circles" and thesis.look_at != "off"
     assert thesis.bone_length_limit == "2"
     assert {"raw", "thesis", "studio"} <= set(PRESETS)
-    with pytest.raises(SettingsError, match="raw, thesis, studio"):
+    with refused(SettingsError, "settings.unknown_preset", allowed=["raw", "thesis", "studio", "finish"]):
         preset("best")
 
 
 def test_assignments_apply_in_order_and_need_a_value():
     parsed = parse_settings("raw", ["fusion=robust", " smoothing = one_euro:before ", "fusion=mean"])
     assert parsed.fusion == "mean" and parsed.smoothing == "one_euro:before" and parsed.ik == "none"
-    with pytest.raises(SettingsError, match="KEY=VALUE"):
+    with refused(SettingsError, "settings.not_key_value"):
         parse_settings("raw", ["fusion"])
     assert parse_settings("studio") == preset("studio")
 
@@ -197,9 +197,8 @@ def test_cameras_are_picked_in_the_takes_order():
     assert SolveSettings().camera_names(available) == available
     assert SolveSettings(cameras="camera_2, camera_0").camera_names(available) == ("camera_0", "camera_2")
     for named, told in (("camera_7", "camera_7"), (",", "named"), ("all,camera_0", "all")):
-        with pytest.raises(SettingsError, match=told) as error:
+        with refused(SettingsError, "settings.unknown_cameras", names=told, allowed=[*available]):
             SolveSettings(cameras=named).camera_names(available)
-        assert "camera_1" in str(error.value)
 
 
 def test_derived_values():

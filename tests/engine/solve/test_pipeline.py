@@ -24,6 +24,7 @@ from studio.engine.model.settings import parse_settings
 from studio.engine.solve.pipeline import Pipeline
 from studio.engine.solve.timing.schedule import Schedule
 from tests.engine.walkers import SECOND, arms_swinging, camera_frame, performer, recorded, stage
+from tests.refused import refused
 
 TWO = (-35.0, 35.0)
 MEASURED = [INDEX[name] for name in MEASURED_JOINTS]
@@ -284,9 +285,9 @@ def test_frames_of_unknown_cameras_are_ignored():
 
 
 def test_it_needs_a_performer_and_known_cameras():
-    with pytest.raises(CalibrationError, match="T-pose"):
+    with refused(CalibrationError, "calibration.no_proportions"):
         Pipeline(replace(stage(0.0), performer=None), parse_settings("studio"))
-    with pytest.raises(SettingsError, match="camera_9"):
+    with refused(SettingsError, "settings.unknown_cameras", names="camera_9"):
         Pipeline(stage(0.0), parse_settings("studio", ["cameras=camera_9"]))
 
 

@@ -13,6 +13,7 @@ from studio.lab.study.results import Results
 from studio.lab.study.run import CELLS, read_cells, run_study
 from studio.lab.study.thesis_tables import COMPONENTS, TABLES
 from studio.simulator.joints.interference import disturb
+from tests.refused import refused
 
 
 @pytest.fixture(scope="module")
@@ -94,9 +95,9 @@ def test_keys_follow_all_that_matters(tmp_path):
 
 
 def test_a_plan_refuses_what_it_cannot_do(tmp_path):
-    with pytest.raises(FormatError, match="no motion at"):
+    with refused(FormatError, "study.no_motion"):
         make_plan((tmp_path / "x.bvh",), cameras=(1,), seeds=1, unit_m=None)
-    with pytest.raises(SettingsError, match="seeds 0"):
+    with refused(SettingsError, "study.seeds", n=0):
         make_plan((), cameras=(1,), seeds=0, unit_m=None)
 
 

@@ -1,7 +1,5 @@
 """Votes of blind tests as the study reads them, and what they decide."""
 
-import pytest
-
 from studio.engine.base.errors import FormatError
 from studio.lab.study.decision import decisions
 from studio.lab.study.results import Results
@@ -9,6 +7,7 @@ from studio.lab.study.votes import read_votes
 from studio.review.blind.desk import Desk
 from studio.review.blind.model import Pair, Rules, Side
 from tests.lab.study.test_study import cell_of
+from tests.refused import refused
 
 
 def test_votes_by_condition(tmp_path):
@@ -24,7 +23,7 @@ def test_votes_by_condition(tmp_path):
     assert read_votes(folder / test.id) == votes
     assert votes["limits on", "limits off"][1] == 3
     assert sum(count for count, _ in votes.values()) == 3
-    with pytest.raises(FormatError, match="no blind test"):
+    with refused(FormatError, "study.no_blind_tests"):
         read_votes(tmp_path)
 
 

@@ -18,6 +18,7 @@ from studio.review.report.evaluation import MeasuredSolve, evaluation_report, ga
 from studio.review.report.evaluation_tables import ROWS
 from studio.review.report.words import FRENCH, JOINTS, KINDS, Words
 from tests.poses_factory import make_poses
+from tests.refused import refused
 
 
 def poses_of(frames: int):
@@ -154,5 +155,5 @@ def test_french_says_the_same_as_the_page():
 
 
 def test_a_language_that_is_not_there_is_told():
-    with pytest.raises(SettingsError, match="allowed: en, fr"):
+    with refused(SettingsError, "report.language", allowed=["en", "fr"]):
         Words("de")

@@ -7,11 +7,12 @@ import pytest
 
 from studio.camera.sources.simulated_depth import SimulatedDepthConfig
 from studio.engine.base.errors import SettingsError
+from tests.refused import refused
 
 
 @pytest.mark.parametrize("argument", ["", "0", "2/2", "0/9", "a/2", "0/2:x", "-1/2"])
 def test_a_wrong_argument_says_what_is_allowed(argument):
-    with pytest.raises(SettingsError, match="such as simulated-depth:0/2"):
+    with refused(SettingsError, "source.rig", kind="simulated-depth"):
         SimulatedDepthConfig.parse(argument)
 
 

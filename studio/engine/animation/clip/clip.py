@@ -18,7 +18,6 @@ from studio.engine.animation.clip.smoothing import smoothed
 from studio.engine.animation.clip.targets import on_target
 from studio.engine.animation.clip.timecode import timecode_seconds
 from studio.engine.base.errors import SettingsError
-from studio.engine.base.sentences import say
 from studio.engine.model.poses import Poses
 
 _MOST_STEPS = 4
@@ -102,11 +101,9 @@ def _trimmed(poses: Poses, options: ExportOptions) -> Poses:
     inside = np.flatnonzero((since >= start - 1e-6) & (since <= end + 1e-6))
     if inside.size == 0:
         raise SettingsError(
-            say(
-                "export.start",
-                "start={start:g}: the take has {seconds:.2f} s; choose a part of it",
-                start=start,
-                seconds=since[-1],
-            )
+            "export.start",
+            "start={start:g}: the take has {seconds:.2f} s; choose a part of it",
+            start=start,
+            seconds=since[-1],
         )
     return frames_of(poses, slice(inside[0], inside[-1] + 1))

@@ -13,7 +13,6 @@ from scipy.spatial.transform import Rotation
 from studio.engine.animation.clip.kinematics import Array, local_keys, world_poses
 from studio.engine.animation.clip.leg_ik import between, reach
 from studio.engine.base.errors import SettingsError
-from studio.engine.base.sentences import say
 from studio.engine.model.poses import Poses
 from studio.engine.model.soles import rest_lift_m
 from studio.engine.whole_take.finish.contacts import find_contacts
@@ -39,11 +38,9 @@ def foot_locked(poses: Poses) -> Poses:
     lacking = [name for name in (*_JOINTS, *_LEGS) if name not in index]
     if lacking:
         raise SettingsError(
-            say(
-                "export.foot_lock_lacks",
-                "foot-lock: the skeleton lacks {names}; leave the option out",
-                names=[*lacking],
-            )
+            "export.foot_lock_lacks",
+            "foot-lock: the skeleton lacks {names}; leave the option out",
+            names=[*lacking],
         )
     if poses.frame_count < 3:
         return poses

@@ -5,7 +5,6 @@ from numpy.typing import NDArray
 
 from studio.engine.base.errors import FormatError
 from studio.engine.base.quaternions import continuous_signs, inverse, multiply, normalized, rotate
-from studio.engine.base.sentences import say
 from studio.engine.model.poses import Poses
 
 Array = NDArray[np.float64]
@@ -49,14 +48,22 @@ def check_poses(poses: Poses) -> None:
             times that do not increase.
     """
     if poses.frame_count == 0:
-        raise FormatError(say("export.no_frame", "poses: no frame to export; solve a take that has frames"))
+        raise FormatError("export.no_frame", "poses: no frame to export; solve a take that has frames")
     if (poses.parents < 0).sum() != 1 or poses.parents[0] >= 0:
-        raise FormatError(f"poses: {(poses.parents < 0).sum()} joints have no parent; export needs one root")
+        raise FormatError(
+            "export.roots",
+            "poses: {n} joints have no parent; export needs one root",
+            n=(poses.parents < 0).sum(),
+        )
     if not (np.isfinite(poses.positions_m).all() and np.isfinite(poses.rotations_wxyz).all()):
         raise FormatError(
-            say("export.not_finite", "poses: positions and rotations must be finite; solve the take again")
+            "export.not_finite", "poses: positions and rotations must be finite; solve the take again"
         )
     if np.linalg.norm(poses.rotations_wxyz, axis=-1).min() < 1e-6:
-        raise FormatError("poses: a rotation is a quaternion of no length; solve the take again")
+        raise FormatError(
+            "export.no_rotation", "poses: a rotation is a quaternion of no length; solve the take again"
+        )
     if not np.isfinite(poses.time_s).all() or (poses.frame_count > 1 and np.diff(poses.time_s).min() <= 0):
-        raise FormatError("poses: the times of the frames do not increase; solve the take again")
+        raise FormatError(
+            "export.times", "poses: the times of the frames do not increase; solve the take again"
+        )

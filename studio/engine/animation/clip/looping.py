@@ -9,7 +9,6 @@ from scipy.spatial.transform import Rotation
 from studio.engine.animation.clip.kinematics import Array, local_keys, world_poses
 from studio.engine.base.errors import SettingsError
 from studio.engine.base.quaternions import continuous_signs
-from studio.engine.base.sentences import say
 from studio.engine.model.poses import Poses
 
 LEAST_SHARE = 0.5
@@ -42,12 +41,10 @@ def looped(poses: Poses, multiple: int = 1) -> Poses:
     """
     if poses.frame_count < 2 * LEAST_FRAMES:
         raise SettingsError(
-            say(
-                "export.loop_short",
-                "loop: the clip has {n} frames; allowed are {least} and more",
-                n=poses.frame_count,
-                least=2 * LEAST_FRAMES,
-            )
+            "export.loop_short",
+            "loop: the clip has {n} frames; allowed are {least} and more",
+            n=poses.frame_count,
+            least=2 * LEAST_FRAMES,
         )
     begin, end = best_loop(poses, multiple)
     frames = slice(begin, end + 1)

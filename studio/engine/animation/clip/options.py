@@ -94,13 +94,11 @@ def check_options(options: ExportOptions, format: str, understood: frozenset[str
         value = getattr(options, name)
         if value not in allowed:
             raise SettingsError(
-                say(
-                    "export.value",
-                    "{name}={value}: allowed are {allowed}",
-                    name=_shown(name),
-                    value=value,
-                    allowed=[*allowed],
-                )
+                "export.value",
+                "{name}={value}: allowed are {allowed}",
+                name=_shown(name),
+                value=value,
+                allowed=[*allowed],
             )
     defaults = ExportOptions()
     for field in fields(options):
@@ -108,23 +106,19 @@ def check_options(options: ExportOptions, format: str, understood: frozenset[str
         if value != getattr(defaults, name) and name not in understood | POSE_OPTIONS:
             why = _BEFORE_CHECKED.get(name, "the format has nothing of the kind")
             raise SettingsError(
-                say(
-                    "export.not_for_format",
-                    "{name}={value}: not for {format} ({why}); leave it out",
-                    name=_shown(name),
-                    value=value,
-                    format=format,
-                    why=why,
-                )
+                "export.not_for_format",
+                "{name}={value}: not for {format} ({why}); leave it out",
+                name=_shown(name),
+                value=value,
+                format=format,
+                why=why,
             )
     _check_numbers(options)
     if not options.take_name or not options.take_name.isprintable():
         raise SettingsError(
-            say(
-                "export.take_name",
-                "take-name={name!r}: allowed is a name of printable characters",
-                name=options.take_name,
-            )
+            "export.take_name",
+            "take-name={name!r}: allowed is a name of printable characters",
+            name=options.take_name,
         )
     if options.timecode is not None:
         timecode_seconds(options.timecode, options.fps or 60.0)
@@ -140,24 +134,20 @@ def _check_numbers(options: ExportOptions) -> None:
     for name, (value, low, high) in ranges.items():
         if value is not None and not low < value <= high:  # NaN fails too
             raise SettingsError(
-                say(
-                    "export.between",
-                    "{name}={value}: allowed is a number above {low:g} and up to {high:g}",
-                    name=name,
-                    value=value,
-                    low=low,
-                    high=high,
-                )
+                "export.between",
+                "{name}={value}: allowed is a number above {low:g} and up to {high:g}",
+                name=name,
+                value=value,
+                low=low,
+                high=high,
             )
     for name, value in (("start", options.start_s), ("end", options.end_s)):
         if value is not None and not (math.isfinite(value) and value >= 0.0):
             raise SettingsError(
-                say(
-                    "export.seconds",
-                    "{name}={value}: allowed is a number of seconds from 0",
-                    name=name,
-                    value=value,
-                )
+                "export.seconds",
+                "{name}={value}: allowed is a number of seconds from 0",
+                name=name,
+                value=value,
             )
 
 
@@ -165,19 +155,15 @@ def _check_together(options: ExportOptions) -> None:
     start = 0.0 if options.start_s is None else options.start_s
     if options.end_s is not None and options.end_s <= start:
         raise SettingsError(
-            say(
-                "export.end",
-                "end={end:g}: allowed is a number above start={start:g}",
-                end=options.end_s,
-                start=start,
-            )
+            "export.end",
+            "end={end:g}: allowed is a number above start={start:g}",
+            end=options.end_s,
+            start=start,
         )
     if options.key_error_cm is not None and options.interpolation == "constant":
         raise SettingsError(
-            say(
-                "export.key_error_constant",
-                "key-error-cm goes with interpolation cubic or linear, not constant; leave one out",
-            )
+            "export.key_error_constant",
+            "key-error-cm goes with interpolation cubic or linear, not constant; leave one out",
         )
 
 

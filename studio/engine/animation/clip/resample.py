@@ -9,7 +9,6 @@ from studio.engine.animation.clip.kinematics import local_keys, world_poses
 from studio.engine.animation.clip.options import MAX_FPS
 from studio.engine.base.errors import SettingsError
 from studio.engine.base.quaternions import normalized
-from studio.engine.base.sentences import say
 from studio.engine.model.poses import Poses
 
 GRID_TOLERANCE_S = 1e-5
@@ -72,12 +71,7 @@ def _time_grid(poses: Poses, fps: float | None, steps: int) -> tuple[float, NDAr
     """Return the rate [Hz] and the sampled stage times [s]."""
     if fps is not None and not 0.0 < fps <= steps * MAX_FPS:  # NaN fails too
         raise SettingsError(
-            say(
-                "export.fps",
-                "fps={fps}: allowed is a number above 0 and up to {most:g}",
-                fps=fps,
-                most=MAX_FPS,
-            )
+            "export.fps", "fps={fps}: allowed is a number above 0 and up to {most:g}", fps=fps, most=MAX_FPS
         )
     rate = standard_rate(poses.frames_per_second if fps is None else float(fps))
     start, stop = poses.time_s[0], poses.time_s[-1]

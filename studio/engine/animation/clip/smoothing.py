@@ -6,7 +6,6 @@ from studio.engine.animation.clip.kinematics import Array, local_keys, world_pos
 from studio.engine.animation.clip.resample import standard_rate
 from studio.engine.base.errors import SettingsError
 from studio.engine.base.quaternions import normalized
-from studio.engine.base.sentences import say
 from studio.engine.model.poses import Poses
 
 _ORDER = 2
@@ -31,12 +30,10 @@ def smoothed(poses: Poses, cutoff_hz: float) -> Poses:
     rate = standard_rate(poses.frames_per_second)
     if cutoff_hz >= rate / 2:
         raise SettingsError(
-            say(
-                "export.smooth_hz",
-                "smooth-hz={hz:g}: allowed is a number below half of the take's {rate:g} frames a second",
-                hz=cutoff_hz,
-                rate=rate,
-            )
+            "export.smooth_hz",
+            "smooth-hz={hz:g}: allowed is a number below half of the take's {rate:g} frames a second",
+            hz=cutoff_hz,
+            rate=rate,
         )
     if poses.frame_count < _FEWEST_FRAMES:
         return poses

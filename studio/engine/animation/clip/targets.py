@@ -18,7 +18,6 @@ from studio.engine.animation.clip.unreal import UNREAL_BONES, Bone, unreal_axes
 from studio.engine.base.errors import SettingsError
 from studio.engine.base.geometry import quaternions
 from studio.engine.base.quaternions import IDENTITY, Array, continuous_signs, inverse, multiply, rotate
-from studio.engine.base.sentences import say
 
 _VRM_BODY = {"Hips": "hips", "Spine": "spine", "Spine1": "chest", "Spine2": "upperChest", "Neck": "neck",
              "Head": "head"}  # fmt: skip
@@ -46,14 +45,12 @@ def on_target(motion: LocalMotion, target: str, root_motion: str) -> LocalMotion
         if target == "humanik" and root_motion == "hips":
             return motion
         raise SettingsError(
-            say(
-                "export.no_hips",
-                "{option}={value}: the skeleton has no hips at its root but {root!r}; leave the option "
-                "out, or solve the take with the studio's skeleton",
-                option=what,
-                value=value,
-                root=motion.roles[0],
-            )
+            "export.no_hips",
+            "{option}={value}: the skeleton has no hips at its root but {root!r}; leave the "
+            "option out, or solve the take with the studio's skeleton",
+            option=what,
+            value=value,
+            root=motion.roles[0],
         )
     needs_root = target == "unreal" or root_motion == "root"
     motion = with_root_motion(motion, root_motion, _ROOT_NAMES[target] if needs_root else None)
@@ -114,11 +111,9 @@ def _on_bones(motion: LocalMotion, bones: tuple[Bone, ...]) -> LocalMotion:
     lacking = sorted({bone.source for bone in bones} - set(sources))
     if lacking:
         raise SettingsError(
-            say(
-                "export.unreal_lacks",
-                "target=unreal: the skeleton lacks {names}; choose another target",
-                names=[*lacking],
-            )
+            "export.unreal_lacks",
+            "target=unreal: the skeleton lacks {names}; choose another target",
+            names=[*lacking],
         )
     index = {bone.name: i for i, bone in enumerate(bones)}
     rest_at = motion.rest_positions_m

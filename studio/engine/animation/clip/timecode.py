@@ -3,7 +3,6 @@
 import re
 
 from studio.engine.base.errors import SettingsError
-from studio.engine.base.sentences import say
 
 _TIMECODE = re.compile(r"(\d{2}):(\d{2}):(\d{2}):(\d{2,3})")
 
@@ -19,22 +18,18 @@ def timecode_seconds(timecode: str, frames_per_second: float) -> float:
     match = _TIMECODE.fullmatch(timecode)
     if match is None:
         raise SettingsError(
-            say(
-                "export.timecode",
-                "timecode={timecode}: allowed is hh:mm:ss:ff, such as 09:30:00:00",
-                timecode=timecode,
-            )
+            "export.timecode",
+            "timecode={timecode}: allowed is hh:mm:ss:ff, such as 09:30:00:00",
+            timecode=timecode,
         )
     hours, minutes, seconds, frames = map(int, match.groups())
     whole = max(1, round(frames_per_second))
     if hours > 23 or minutes > 59 or seconds > 59 or frames >= whole:
         raise SettingsError(
-            say(
-                "export.timecode_range",
-                "timecode={timecode}: allowed is 00:00:00:00 to 23:59:59:{frame} at {rate} frames a second",
-                timecode=timecode,
-                frame=f"{whole - 1:02d}",
-                rate=whole,
-            )
+            "export.timecode_range",
+            "timecode={timecode}: allowed is 00:00:00:00 to 23:59:59:{frame} at {rate} frames a second",
+            timecode=timecode,
+            frame=f"{whole - 1:02d}",
+            rate=whole,
         )
     return (((hours * 60 + minutes) * 60 + seconds) * whole + frames) / frames_per_second

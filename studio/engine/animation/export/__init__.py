@@ -141,12 +141,10 @@ def export_takes(
     if len(takes) > 1 and not exporter.several:
         allowed = ", ".join(name for name, one in EXPORTERS.items() if one.several)
         raise SettingsError(
-            say(
-                "export.one_take_format",
-                "format={format}: a file holds one take; several go into {allowed}",
-                format=format,
-                allowed=allowed,
-            )
+            "export.one_take_format",
+            "format={format}: a file holds one take; several go into {allowed}",
+            format=format,
+            allowed=allowed,
         )
     told = progress or (lambda share: None)
     for _, options in takes:
@@ -174,13 +172,11 @@ def exporter_of(format: str) -> Exporter:
     """
     if format not in EXPORTERS:
         raise SettingsError(
-            say(
-                "export.value",
-                "{name}={value}: allowed are {allowed}",
-                name="format",
-                value=format,
-                allowed=[*EXPORTERS],
-            )
+            "export.value",
+            "{name}={value}: allowed are {allowed}",
+            name="format",
+            value=format,
+            allowed=[*EXPORTERS],
         )
     return EXPORTERS[format]
 

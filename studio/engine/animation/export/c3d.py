@@ -16,7 +16,6 @@ from studio.engine.animation.export.points import points_of
 from studio.engine.animation.read.c3d_worker import load_ezc3d
 from studio.engine.base.errors import FormatError
 from studio.engine.base.files import write_atomically
-from studio.engine.base.sentences import say
 from studio.engine.model.poses import Poses
 
 _LARGEST_RESIDUAL = 127  # signed byte
@@ -34,12 +33,10 @@ def write_c3d(poses: Poses, path: str | os.PathLike[str], options: ExportOptions
     """
     if poses.frame_count > _MOST_FRAMES:
         raise FormatError(
-            say(
-                "export.c3d_frames",
-                "poses: {n} frames; a C3D file holds at most {most}: lower --fps, or export a part",
-                n=poses.frame_count,
-                most=_MOST_FRAMES,
-            )
+            "export.c3d_frames",
+            "poses: {n} frames; a C3D file holds at most {most}: lower --fps, or export a part",
+            n=poses.frame_count,
+            most=_MOST_FRAMES,
         )
     points = points_of(poses)
     gaps = ~np.isfinite(points.positions_m).all(axis=2)

@@ -14,7 +14,6 @@ from studio.engine.animation.mannequin import mannequin_mesh
 from studio.engine.animation.mannequin.markers import markers
 from studio.engine.base.errors import FormatError
 from studio.engine.base.geometry import matrices
-from studio.engine.base.sentences import say
 from studio.engine.model.joints import OUTPUT_OF_CANONICAL
 from studio.engine.model.poses import Poses
 
@@ -65,10 +64,7 @@ def points_of(poses: Poses) -> LabelledPoints:
     positions[poses.confidence[:, follows] <= 0.0] = np.nan
     if not np.isfinite(positions).any():
         raise FormatError(
-            say(
-                "export.no_point",
-                "poses: no camera sees any joint in any frame, so there is no point to write",
-            )
+            "export.no_point", "poses: no camera sees any joint in any frame, so there is no point to write"
         )
     return LabelledPoints(
         labels=tuple(labels[joint] for joint in centres) + tuple(marker.name for marker in found),

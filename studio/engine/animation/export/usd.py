@@ -18,7 +18,6 @@ from studio.engine.animation.clip.skeleton import LocalMotion
 from studio.engine.animation.mannequin import SEAM, SkinnedMesh, mannequin
 from studio.engine.base.errors import NotAvailableError
 from studio.engine.base.files import write_atomically
-from studio.engine.base.sentences import say
 
 _BODY_RGB, _SEAM_RGB = (0.72, 0.70, 0.66), (0.16, 0.18, 0.22)
 
@@ -47,10 +46,7 @@ def _pxr() -> Any:
         from pxr import Gf, Sdf, Tf, Usd, UsdGeom, UsdSkel, Vt  # noqa: F401  (loads what `pxr.` names)
     except ImportError as error:
         raise NotAvailableError(
-            say(
-                "export.no_usd",
-                "export to USD needs the package usd-core (209 MB): install capture-studio[usd]",
-            )
+            "export.no_usd", "export to USD needs the package usd-core (209 MB): install capture-studio[usd]"
         ) from error
     return pxr
 

@@ -138,7 +138,8 @@ def _leaves(mesh: SkinnedMesh, joints: list[int], origin: Array, way: Array) -> 
     hit = usable & (u >= -1e-9) & (v >= -1e-9) & (u + v <= 1 + 1e-9) & (distance > 0)
     if not hit.any():
         raise FormatError(
-            "the skeleton's proportions are so unusual that no marker finds the skin; export fbx or csv"
+            "export.no_skin",
+            "the skeleton's proportions are so unusual that no marker finds the skin; export fbx or csv",
         )
     last = int(np.argmax(np.where(hit, distance, -1.0)))
     return float(distance[last]), int(mesh.joint_indices[triangles[last, 0], 0])

@@ -56,8 +56,10 @@ class MannequinRig:
         missing = [role for role in NEEDED if role not in index]
         if missing:
             raise FormatError(
-                f"the skeleton has no joint for {', '.join(missing)}, so no body fits it; "
-                "leave out the mesh, or name the joints as HumanIK does"
+                "export.mesh_lacks",
+                "the skeleton has no joint for {names}, so no body fits it; leave out the mesh, or "
+                "name the joints as HumanIK does",
+                names=[*missing],
             )
         rest = np.asarray(rest_m, dtype=np.float64)
         if floor_m is None:
@@ -69,8 +71,9 @@ class MannequinRig:
             or rig.at("Head")[1] <= rig.hip_centre[1]
         ):
             raise FormatError(
-                "the skeleton's rest pose does not stand upright with y up and a height of at least 0.3 m, "
-                "so no body fits it; leave out the mesh"
+                "export.mesh_not_upright",
+                "the skeleton's rest pose does not stand upright with y up and a height of at least "
+                "0.3 m, so no body fits it; leave out the mesh",
             )
         return rig
 

@@ -42,13 +42,11 @@ class _Lines:
         if self.next == len(self.lines):
             last = self.lines[-1][0] if self.lines else 0
             raise FormatError(
-                say(
-                    "bvh.cut_off_expecting",
-                    "{path} is cut off after line {line}: expected {expected}; export or copy it again",
-                    path=self.path,
-                    line=last,
-                    expected=expected,
-                )
+                "bvh.cut_off_expecting",
+                "{path} is cut off after line {line}: expected {expected}; export or copy it again",
+                path=self.path,
+                line=last,
+                expected=expected,
             )
         self.next += 1
         return self.lines[self.next - 1][1]
@@ -56,13 +54,11 @@ class _Lines:
     def fail(self, what: str) -> FormatError:
         number = self.lines[max(self.next - 1, 0)][0] if self.lines else 0
         return FormatError(
-            say(
-                "bvh.line",
-                "{path}, line {line}: {error}; export or copy the file again",
-                path=self.path,
-                line=number,
-                error=what,
-            )
+            "bvh.line",
+            "{path}, line {line}: {error}; export or copy the file again",
+            path=self.path,
+            line=number,
+            error=what,
         )
 
     def numbers(self, words: list[str], count: int, what: str) -> list[float]:
@@ -97,11 +93,9 @@ def read_bvh(path: str | os.PathLike[str], *, unit_m: float | None = None) -> Mo
     path = Path(path)
     if unit_m is not None and not (np.isfinite(unit_m) and unit_m > 0):
         raise FormatError(
-            say(
-                "bvh.unit",
-                "unit of {m} m; a BVH's unit must be a positive number of metres, such as 0.01",
-                m=unit_m,
-            )
+            "bvh.unit",
+            "unit of {m} m; a BVH's unit must be a positive number of metres, such as 0.01",
+            m=unit_m,
         )
     try:
         if path.stat().st_size > _MAX_BYTES:
@@ -109,20 +103,16 @@ def read_bvh(path: str | os.PathLike[str], *, unit_m: float | None = None) -> Mo
         text = path.read_bytes().decode("utf-8", errors="replace").lstrip("\ufeff")
     except OSError as error:
         raise FormatError(
-            say(
-                "bvh.unreadable",
-                "cannot read {path}: {error}; give a BVH file",
-                path=path,
-                error=system_says(error),
-            )
+            "bvh.unreadable",
+            "cannot read {path}: {error}; give a BVH file",
+            path=path,
+            error=system_says(error),
         ) from error
     if not text.lstrip().upper().startswith("HIERARCHY"):
         raise FormatError(
-            say(
-                "bvh.not_bvh",
-                "{path} is not a BVH file: it does not begin with HIERARCHY; give a BVH file",
-                path=path,
-            )
+            "bvh.not_bvh",
+            "{path} is not a BVH file: it does not begin with HIERARCHY; give a BVH file",
+            path=path,
         )
     lines = _Lines(path, text)
     joints = _read_hierarchy(lines)
@@ -215,24 +205,20 @@ def _read_frames(lines: _Lines, channel_count: int) -> tuple[float, NDArray[np.f
     rows = lines.lines[lines.next :]
     if len(rows) > frames:
         raise FormatError(
-            say(
-                "bvh.more_rows",
-                "{path}, line {line}: more rows than the {n} frames announced; export the file again",
-                path=lines.path,
-                line=rows[frames][0],
-                n=frames,
-            )
+            "bvh.more_rows",
+            "{path}, line {line}: more rows than the {n} frames announced; export the file again",
+            path=lines.path,
+            line=rows[frames][0],
+            n=frames,
         )
     if len(rows) < frames:
         raise FormatError(
-            say(
-                "bvh.cut_off",
-                "{path} is cut off: {n} of {all} frames, up to line {line}; export or copy the file again",
-                path=lines.path,
-                n=len(rows),
-                all=frames,
-                line=lines.lines[-1][0],
-            )
+            "bvh.cut_off",
+            "{path} is cut off: {n} of {all} frames, up to line {line}; export or copy the file again",
+            path=lines.path,
+            n=len(rows),
+            all=frames,
+            line=lines.lines[-1][0],
         )
     values = np.empty((len(rows), channel_count))
     for row in range(len(rows)):
@@ -257,12 +243,10 @@ def _height(lines: _Lines, joints: list[_Joint], rest: NDArray[np.float64]) -> f
     height = float(top - rest[:, 1].min())
     if height <= 0:
         raise FormatError(
-            say(
-                "bvh.unit_unknown",
-                "{path}: the rest pose has no height along y, so the file's unit cannot be guessed; "
-                "export it with y up, or give the unit",
-                path=lines.path,
-            )
+            "bvh.unit_unknown",
+            "{path}: the rest pose has no height along y, so the file's unit cannot be guessed; "
+            "export it with y up, or give the unit",
+            path=lines.path,
         )
     return height
 

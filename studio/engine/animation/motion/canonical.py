@@ -7,7 +7,6 @@ from studio.engine.animation.motion.motion import END, CanonicalMotion, Motion
 from studio.engine.animation.motion.proportions import t_pose_offsets
 from studio.engine.base.errors import FormatError
 from studio.engine.base.geometry import unit
-from studio.engine.base.sentences import say
 from studio.engine.model.joints import CANONICAL, INDEX, OUTPUT_OF_CANONICAL
 from studio.engine.model.roles import roles_of
 
@@ -47,13 +46,11 @@ def canonical_joints(motion: Motion) -> dict[str, int]:
     if missing:
         names = ", ".join(name for name in motion.joint_names if END not in name)[:400]
         raise FormatError(
-            say(
-                "skeleton.joints_missing",
-                "the skeleton has no joint for {names} under any known name (HumanIK, Mixamo, Unreal, "
-                "VRM, CMU, Kinect, Xsens, Rokoko...); it has {others}; rename its joints",
-                names=[*missing],
-                others=names,
-            )
+            "skeleton.joints_missing",
+            "the skeleton has no joint for {names} under any known name (HumanIK, Mixamo, "
+            "Unreal, VRM, CMU, Kinect, Xsens, Rokoko...); it has {others}; rename its joints",
+            names=[*missing],
+            others=names,
         )
     joints = {name: index for name, index in found.items() if index is not None}
     right = _ancestors(motion.parents, joints["right_shoulder"])
@@ -102,11 +99,9 @@ def to_canonical(motion: Motion) -> CanonicalMotion:
         rest = positions[0]
     if not _is_upright(rest):
         raise FormatError(
-            say(
-                "skeleton.not_upright",
-                "neither the file's rest pose nor its first frame stands upright with y up; export it "
-                "with y up, from a T-pose",
-            )
+            "skeleton.not_upright",
+            "neither the file's rest pose nor its first frame stands upright with y up; export "
+            "it with y up, from a T-pose",
         )
     return CanonicalMotion(
         frame_s=motion.frame_s,

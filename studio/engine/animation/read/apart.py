@@ -60,7 +60,12 @@ def read_apart(worker: str, path: Path) -> dict[str, NDArray[Any]]:
                 command, capture_output=True, text=True, errors="replace", timeout=_TIMEOUT_S, env=environment
             )
         except subprocess.TimeoutExpired as error:
-            raise FormatError(f"{path} was not read within {_TIMEOUT_S:g} s; is it damaged?") from error
+            raise FormatError(
+                "animation.too_slow",
+                "{path} was not read within {seconds:g} s; is it damaged?",
+                path=path,
+                seconds=_TIMEOUT_S,
+            ) from error
         if run.returncode != 0:
             raise _error(path, run.stderr)
         with np.load(out, allow_pickle=False) as data:
@@ -73,7 +78,11 @@ def _error(path: Path, said: str) -> FormatError | NotAvailableError:
     if kind in _ERRORS and message:
         said = json.loads(message)
         return _ERRORS[kind](said if isinstance(said, str) else Said.from_json(said))
-    return FormatError(f"{path} is damaged or not of its kind: its reader broke over it; export it again")
+    return FormatError(
+        "animation.reader_broke",
+        "{path} is damaged or not of its kind: its reader broke over it; export it again",
+        path=path,
+    )
 
 
 def work(read: Callable[[Path], dict[str, Any]]) -> None:

@@ -25,9 +25,20 @@ def read_c3d(path: str | os.PathLike[str]) -> NamedPoints:
     data = read_apart("c3d_worker", path)
     unit, rate = str(data["unit"]).strip().lower(), float(data["rate"])
     if unit not in _UNITS_M:
-        raise FormatError(f"{path}: unknown unit {unit!r}; allowed are {', '.join(filter(None, _UNITS_M))}")
+        raise FormatError(
+            "c3d.unit",
+            "{path}: unknown unit {unit!r}; allowed are {allowed}",
+            path=path,
+            unit=unit,
+            allowed=[*filter(None, _UNITS_M)],
+        )
     if not 0.0 < rate <= 100_000.0:
-        raise FormatError(f"{path}: a rate of {rate:g} Hz; give a file whose POINT:RATE is a positive number")
+        raise FormatError(
+            "c3d.rate",
+            "{path}: a rate of {rate:g} Hz; give a file whose POINT:RATE is a positive number",
+            path=path,
+            rate=rate,
+        )
     names, kept, notes = without_subject([str(label) for label in data["labels"]])
     positions = data["positions"][:, kept].astype(np.float64) * _UNITS_M[unit]
     if str(data["up"]).strip().upper() in ("+Y", "Y"):

@@ -19,8 +19,9 @@ def load_ezc3d() -> Any:
         import ezc3d
     except ImportError as error:
         raise NotAvailableError(
-            "C3D needs the package ezc3d, which is built on this system: pip install ezc3d, with a C++ compiler and "
-            "CMake; or use TRC"
+            "c3d.not_installed",
+            "C3D needs the package ezc3d, which is built on this system: pip install ezc3d, with "
+            "a C++ compiler and CMake; or use TRC",
         ) from error
     return ezc3d
 
@@ -38,7 +39,9 @@ def read(path: Path) -> dict[str, Any]:
         file = ezc3d.c3d(str(path))
     except (RuntimeError, ValueError, OSError, MemoryError, IndexError, KeyError) as error:
         reason = " ".join(str(error).split())[:200]
-        raise FormatError(f"{path} is damaged: {reason}; export it again") from error
+        raise FormatError(
+            "animation.damaged", "{path} is damaged: {error}; export it again", path=path, error=reason
+        ) from error
     points = file["parameters"]["POINT"]
 
     def text(name: str) -> str:
@@ -52,7 +55,9 @@ def read(path: Path) -> dict[str, Any]:
     labels = (labels + [""] * values.shape[1])[: values.shape[1]]
     positions = np.where((residuals < 0)[..., None] | ~np.isfinite(values), np.nan, values)
     if not labels or len(positions) == 0:
-        raise FormatError(f"{path} has no points in any frame; give a C3D file with points")
+        raise FormatError(
+            "c3d.no_points", "{path} has no points in any frame; give a C3D file with points", path=path
+        )
     return {
         "labels": np.array(labels),
         "unit": np.array(text("UNITS")),
@@ -66,14 +71,20 @@ def _check_header(path: Path) -> None:
     """Refuse a file that is no C3D, and counts that exceed the file's length, before memory is allocated."""
     header = path.read_bytes()[:512]
     if len(header) < 512 or header[1] != 0x50:
-        raise FormatError(f"{path} is not a C3D file: its header says nothing of the kind; give a C3D file")
+        raise FormatError(
+            "c3d.not_c3d",
+            "{path} is not a C3D file: its header says nothing of the kind; give a C3D file",
+            path=path,
+        )
     little = True
     with path.open("rb") as file:
         file.seek((max(header[0], 1) - 1) * 512)
         block = file.read(4)
         size = file.seek(0, 2)
     if len(block) < 4:
-        raise FormatError(f"{path} is cut off before its parameters; copy or export it again")
+        raise FormatError(
+            "c3d.no_parameters", "{path} is cut off before its parameters; copy or export it again", path=path
+        )
     little = block[3] != 86  # 84 = Intel, 85 = DEC, 86 = SGI
     order = "little" if little else "big"
 
@@ -85,11 +96,19 @@ def _check_header(path: Path) -> None:
     frame = count * 4 * (4 if floats else 2) + word(3) * (4 if floats else 2)
     frames = last - first + 1
     if count == 0 or frames <= 0:
-        raise FormatError(f"{path} has no points in any frame; give a C3D file with points")
+        raise FormatError(
+            "c3d.no_points", "{path} has no points in any frame; give a C3D file with points", path=path
+        )
     if (start - 1) * 512 + frame * frames > size:
         raise FormatError(
-            f"{path} is cut off: it has {size} bytes, and {count} points in {frames} frames need "
-            f"{(start - 1) * 512 + frame * frames}; copy or export it again"
+            "c3d.cut_off",
+            "{path} is cut off: it has {n} bytes, and {count} points in {frames} frames need "
+            "{needed}; copy or export it again",
+            path=path,
+            n=size,
+            count=count,
+            frames=frames,
+            needed=(start - 1) * 512 + frame * frames,
         )
 
 

@@ -22,18 +22,28 @@ def read(path: Path) -> dict[str, Any]:
     settings, stacks = scene.settings, list(scene.anim_stacks)
     nodes = list(scene.nodes)
     if not stacks:
-        raise FormatError(f"{path} has no animation; export it with its animation baked")
+        raise FormatError(
+            "fbx.no_animation", "{path} has no animation; export it with its animation baked", path=path
+        )
     stack = stacks[0]
     anim = stack.anim
     begin, length, rate = stack.time_begin, stack.time_end - stack.time_begin, settings.frames_per_second
     if not (0.0 <= length <= _MAX_SECONDS and 1.0 <= rate <= 1000.0):
         raise FormatError(
-            f"{path}: an animation of {length:g} s at {rate:g} Hz; allowed: up to 4 h at 1 to 1000 Hz"
+            "fbx.length",
+            "{path}: an animation of {length:g} s at {rate:g} Hz; allowed: up to 4 h at 1 to 1000 Hz",
+            path=path,
+            length=length,
+            rate=rate,
         )
     frames = int(length * rate + 1e-4) + 1
     if frames * len(nodes) > MAX_VALUES:
         raise FormatError(
-            f"{path}: {len(nodes)} nodes over {frames} frames are too many; export the skeleton alone"
+            "fbx.too_many_nodes",
+            "{path}: {n} nodes over {frames} frames are too many; export the skeleton alone",
+            path=path,
+            n=len(nodes),
+            frames=frames,
         )
     moving = np.empty((frames, len(nodes), 10))
     for column, node in enumerate(nodes):
@@ -60,13 +70,20 @@ def load_scene(path: Path) -> Any:
         import ufbx
     except ImportError as error:
         raise NotAvailableError(
-            "reading FBX needs the package ufbx: install capture-studio[fbx], or export the animation as BVH or GLB"
+            "fbx.not_installed",
+            "reading FBX needs the package ufbx: install capture-studio[fbx], or export the "
+            "animation as BVH or GLB",
         ) from error
     try:
         return ufbx.load_file(str(path), target_axes=ufbx.axes_right_handed_z_up, target_unit_meters=1.0)
     except (RuntimeError, ValueError, OSError, MemoryError, ufbx.UfbxError) as error:
         reason = " ".join(str(error).split())[:200]
-        raise FormatError(f"{path} cannot be read as FBX: {reason}; export it again") from error
+        raise FormatError(
+            "fbx.unreadable",
+            "{path} cannot be read as FBX: {error}; export it again",
+            path=path,
+            error=reason,
+        ) from error
 
 
 def tree_of(nodes: list[Any]) -> dict[str, Any]:

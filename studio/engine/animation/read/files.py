@@ -48,9 +48,19 @@ def read_animation(path: str | os.PathLike[str], *, unit_m: float | None = None)
     if kind == ".bvh":
         return read_bvh(path, unit_m=unit_m)
     if kind not in ENDINGS:
-        raise FormatError(f"{path}: an animation ends in {', '.join(ENDINGS)}; convert it to one of them")
+        raise FormatError(
+            "animation.ending",
+            "{path}: an animation ends in {kinds}; convert it to one of them",
+            path=path,
+            kinds=[*ENDINGS],
+        )
     if unit_m is not None:
-        raise SettingsError(f"a unit of {unit_m:g} m: a {kind} file tells its own; leave it out")
+        raise SettingsError(
+            "animation.unit",
+            "a unit of {m:g} m: a {kind} file tells its own; leave it out",
+            m=unit_m,
+            kind=kind,
+        )
     return SKELETONS[kind](path) if kind in SKELETONS else POINTS[kind](path)
 
 
@@ -66,7 +76,12 @@ def canonical_animation(path: str | os.PathLike[str], *, unit_m: float | None = 
     joints = joints_of_points(animation, str(path))
     missing = [name for name, joint in INDEX.items() if np.isnan(joints[:, joint]).any()]
     if missing:
-        raise FormatError(f"{path}: no point tells {', '.join(missing)}; give a recording with more markers")
+        raise FormatError(
+            "animation.points_lack",
+            "{path}: no point tells {names}; give a recording with more markers",
+            path=path,
+            names=[*missing],
+        )
     tallest = joints[int(np.argmax(joints[:, INDEX["head"], 2] - joints[:, _FEET, 2].min(axis=1)))]
     frame_s = float(np.median(np.diff(animation.time_s)))
     return CanonicalMotion(frame_s, joints, t_pose_offsets(tallest), np.ones((len(joints), 2)))
@@ -88,7 +103,11 @@ def joints_of_points(points: NamedPoints, what: str) -> NDArray[np.float64]:
     way = joints[:, 0] + _SPINE_SHARE * (joints[:, chest] - joints[:, 0])
     joints[:, spine] = np.where(np.isfinite(joints[:, spine]), joints[:, spine], way)
     if len(joints) < 2 or np.isnan(joints[:, 0]).any():
-        raise FormatError(f"{what}: no point tells where the hips are in two frames or more; name its points")
+        raise FormatError(
+            "animation.no_hips_point",
+            "{what}: no point tells where the hips are in two frames or more; name its points",
+            what=what,
+        )
     return joints
 
 

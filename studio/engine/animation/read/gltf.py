@@ -14,6 +14,7 @@ from studio.engine.animation.read.apart import MAX_VALUES
 from studio.engine.animation.read.gltf_file import GltfFile
 from studio.engine.animation.read.nodes import Nodes, motion_of
 from studio.engine.base.errors import FormatError
+from studio.engine.base.sentences import say
 
 Array = NDArray[np.float64]
 
@@ -37,7 +38,7 @@ def read_gltf(path: str | os.PathLike[str]) -> Motion:
     own = {name: np.array([own_transform(file, node, name) for node in order]) for name in _DEFAULTS}
     animations = file.items("animations")
     if not animations or not isinstance(animations[0], dict):
-        raise FormatError(f"{path} has no animation; export it with one")
+        raise FormatError("gltf.no_animation", "{path} has no animation; export it with one", path=path)
     tracks = _tracks(file, animations[0], place)
     times = _times(file, tracks, len(order))
     moving = {name: np.repeat(values[None], len(times), axis=0) for name, values in own.items()}
@@ -56,9 +57,9 @@ def read_gltf(path: str | os.PathLike[str]) -> Motion:
         frame_s=float(times[1] - times[0]),
     )
     if not all(np.isfinite(values).all() for values in moving.values()):
-        raise file.wrong("a key is not a finite number")
+        raise file.wrong(say("gltf.key", "a key is not a finite number"))
     if (np.linalg.norm(nodes.rotations_wxyz, axis=-1) < 1e-6).any():
-        raise file.wrong("a rotation is a quaternion of no length")
+        raise file.wrong(say("gltf.rotation", "a rotation is a quaternion of no length"))
     return motion_of(nodes, _STAGE_FILE, str(path))
 
 
@@ -68,16 +69,23 @@ def node_order(file: GltfFile) -> tuple[list[int], NDArray[np.int64]]:
     above = np.full(len(items), -1)
     for number, node in enumerate(items):
         if not isinstance(node, dict):
-            raise file.wrong(f"node {number} is none")
+            raise file.wrong(say("gltf.no_node", "node {n} is none", n=number))
         for child in node.get("children", []):
             if not isinstance(child, int) or not 0 <= child < len(items) or above[child] >= 0:
-                raise file.wrong(f"node {number} has the child {child!r}, which is not there or has a parent")
+                raise file.wrong(
+                    say(
+                        "gltf.child",
+                        "node {n} has the child {child!r}, which is not there or has a parent",
+                        n=number,
+                        child=child,
+                    )
+                )
             above[child] = number
     order = [int(node) for node in np.flatnonzero(above < 0)]
     for node in order:  # grows during the loop
         order += items[node].get("children", [])
     if len(order) != len(items):
-        raise file.wrong("nodes are each other's parents")
+        raise file.wrong(say("gltf.circle", "nodes are each other's parents"))
     place = {node: k for k, node in enumerate(order)}
     return order, np.array([place.get(int(above[node]), -1) for node in order], dtype=np.int64)
 
@@ -89,7 +97,7 @@ def own_transform(file: GltfFile, node: int, name: str) -> tuple[float, ...]:
         matrix = _numbers(file, value["matrix"], 16).reshape(4, 4).T
         scale = np.linalg.norm(matrix[:3, :3], axis=0)
         if (scale < 1e-12).any():
-            raise file.wrong(f"node {node} is scaled to nothing")
+            raise file.wrong(say("gltf.no_scale", "node {n} is scaled to nothing", n=node))
         parts = {
             "translation": matrix[:3, 3],
             "rotation": Rotation.from_matrix(matrix[:3, :3] / scale).as_quat(),
@@ -104,9 +112,9 @@ def _numbers(file: GltfFile, value: Any, count: int) -> Array:
     try:
         numbers = np.array(value, dtype=np.float64)
     except (TypeError, ValueError) as error:
-        raise file.wrong("a transform is not made of numbers") from error
+        raise file.wrong(say("gltf.not_numbers", "a transform is not made of numbers")) from error
     if numbers.shape != (count,) or not np.isfinite(numbers).all():
-        raise file.wrong(f"a transform needs {count} finite numbers")
+        raise file.wrong(say("gltf.transform", "a transform needs {n} finite numbers", n=count))
     return numbers
 
 
@@ -125,17 +133,26 @@ def _tracks(
         if name not in _DEFAULTS or node not in place:
             continue  # weights of shapes, or a property of an extension
         if not isinstance(number, int) or not 0 <= number < len(samplers):
-            raise file.wrong(f"an animation has no sampler {number!r}")
+            raise file.wrong(
+                say("gltf.no_sampler", "an animation has no sampler {sampler!r}", sampler=number)
+            )
         sampler = samplers[number]
         times, values = file.array(sampler.get("input"))[:, 0], file.array(sampler.get("output"))
         kind = sampler.get("interpolation", "LINEAR")
         keys = 3 * len(times) if kind == "CUBICSPLINE" else len(times)
         if len(times) == 0 or values.shape != (keys, len(_DEFAULTS[name])) or not (np.diff(times) > 0).all():
             raise file.wrong(
-                f"the keys of node {node}'s {name} do not match their times, or those do not increase"
+                say(
+                    "gltf.keys",
+                    "the keys of node {n}'s {name} do not match their times, or those do not increase",
+                    n=node,
+                    name=name,
+                )
             )
         if not (np.isfinite(times).all() and np.isfinite(values).all()):
-            raise file.wrong(f"a key of node {node}'s {name} is not a finite number")
+            raise file.wrong(
+                say("gltf.key_of", "a key of node {n}'s {name} is not a finite number", n=node, name=name)
+            )
         tracks[place[node], name] = times, _sampler(times, values, kind, name == "rotation")
     return tracks
 
@@ -171,18 +188,31 @@ def _sampler(times: Array, values: Array, kind: str, turns: bool) -> Callable[[A
 def _times(file: GltfFile, tracks: dict[tuple[int, str], _Track], node_count: int) -> Array:
     """Return even times over all keys at the common rate nearest to theirs."""
     if not tracks:
-        raise FormatError(f"{file.path}: its animation moves no node; export it with the skeleton's motion")
+        raise FormatError(
+            "gltf.no_moved_node",
+            "{path}: its animation moves no node; export it with the skeleton's motion",
+            path=file.path,
+        )
     every = np.concatenate([times for times, _ in tracks.values()])
     begin, end = float(every.min()), float(every.max())
     if not 0.0 < end - begin <= _MAX_SECONDS:
         raise FormatError(
-            f"{file.path}: an animation of {end - begin:g} s; allowed is up to 4 h, and above 0"
+            "gltf.length",
+            "{path}: an animation of {seconds:g} s; allowed is up to 4 h, and above 0",
+            path=file.path,
+            seconds=end - begin,
         )
     finest = min(float(np.median(np.diff(times))) for times, _ in tracks.values() if len(times) > 1)
     rate = min(_RATES, key=lambda usual: abs(np.log(usual * finest)))
     frames = int((end - begin) * rate + 1e-3) + 1
     if frames * node_count > MAX_VALUES:
-        raise FormatError(f"{file.path}: {node_count} nodes over {frames} frames are too many")
+        raise FormatError(
+            "gltf.too_many_nodes",
+            "{path}: {n} nodes over {frames} frames are too many",
+            path=file.path,
+            n=node_count,
+            frames=frames,
+        )
     return begin + np.arange(max(frames, 2)) / rate
 
 
@@ -192,13 +222,15 @@ def skin_joints(file: GltfFile, place: dict[int, int]) -> tuple[NDArray[np.bool_
     for skin in file.items("skins"):
         nodes = skin.get("joints", []) if isinstance(skin, dict) else []
         if not all(node in place for node in nodes):
-            raise file.wrong("a skin has a joint that is no node")
+            raise file.wrong(say("gltf.skin_joint", "a skin has a joint that is no node"))
         columns = [place[node] for node in nodes]
         joints[columns] = True
         if "inverseBindMatrices" in skin:
             matrices = file.array(skin["inverseBindMatrices"])
             if matrices.shape != (len(columns), 16):
-                raise file.wrong("a skin has another number of bind matrices than of joints")
+                raise file.wrong(
+                    say("gltf.skin_matrices", "a skin has another number of bind matrices than of joints")
+                )
             inverse = matrices.reshape(-1, 4, 4).transpose(0, 2, 1)
             solid = np.all(np.isfinite(inverse), axis=(1, 2))
             solid[solid] = np.abs(np.linalg.det(inverse[solid])) > 1e-12

@@ -68,7 +68,11 @@ def poses_of_motion(motion: Motion, what: str) -> Poses:
     names = [motion.joint_names[joint] for joint in keep]
     roles = roles_of(names, parents.tolist())
     if "Hips" not in roles:
-        raise FormatError(f"{what}: no joint for the hips under any known name; rename its joints")
+        raise FormatError(
+            "animation.no_hips",
+            "{what}: no joint for the hips under any known name; rename its joints",
+            what=what,
+        )
     turned = to_t_pose(roles, parents, motion.rest_m[keep])
     rotations = motion.rotations[:, keep] @ np.swapaxes(turned, -1, -2)
     frames, joints = rotations.shape[:2]
@@ -166,7 +170,9 @@ def poses_of_points(
     performer = measure(Walk(points.time_s, joints[None], weights[None], joints))
     if performer is None:
         raise FormatError(
-            f"{what}: too little of a body is told to know its proportions; name more of its points"
+            "animation.few_points",
+            "{what}: too little of a body is told to know its proportions; name more of its points",
+            what=what,
         )
     skeleton = Skeleton.of(performer)
     known = np.isfinite(joints).all(axis=(0, 2))
@@ -178,7 +184,10 @@ def poses_of_points(
         last = turned if turned is not None and np.isfinite(turned).all() else last
         if last is None:
             raise FormatError(
-                f"{what}: hips, shoulders and neck do not tell how the performer stands in frame {frame + 1}"
+                "animation.not_standing",
+                "{what}: hips, shoulders and neck do not tell how the performer stands in frame {n}",
+                what=what,
+                n=frame + 1,
             )
         rotations[frame] = last
         positions[frame] = forward_positions(skeleton, joints[frame, 0], last)

@@ -47,8 +47,11 @@ def canonical_points(points: NamedPoints) -> Array:
     told = int(np.isfinite(out).all(axis=2).any(axis=0).sum())
     if told < _LEAST_JOINTS:
         raise FormatError(
-            f"only {told} joints are told by the labels {', '.join(points.names)[:300]}; known are the canonical "
-            "joints (left_knee), HumanIK's (LeftLeg), joint centres (LKJC) and Plug-in Gait's markers"
+            "animation.labels",
+            "only {n} joints are told by the labels {labels}; known are the canonical joints "
+            "(left_knee), HumanIK's (LeftLeg), joint centres (LKJC) and Plug-in Gait's markers",
+            n=told,
+            labels=", ".join(points.names)[:300],
         )
     return out
 

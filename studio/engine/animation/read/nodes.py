@@ -8,7 +8,6 @@ from scipy.spatial.transform import Rotation
 
 from studio.engine.animation.motion.motion import Motion
 from studio.engine.base.errors import FormatError
-from studio.engine.base.sentences import say
 from studio.engine.model.roles import roles_of
 
 Array = NDArray[np.float64]
@@ -58,18 +57,18 @@ def motion_of(nodes: Nodes, T_stage_file: Array, what: str) -> Motion:
         rest[known] = nodes.rest[chosen][known]
     if not (np.isfinite(world).all() and np.isfinite(rest).all()):
         raise FormatError(
-            say(
-                "rig.not_finite",
-                "{path}: a transform is not a finite number; export the file again",
-                path=what,
-            )
+            "rig.not_finite", "{path}: a transform is not a finite number; export the file again", path=what
         )
     turn = T_stage_file / np.cbrt(np.abs(np.linalg.det(T_stage_file)))
     place = {int(node): k for k, node in enumerate(chosen)}
     with np.errstate(invalid="ignore", divide="ignore"):
         rotations = turn @ without_scale(world) @ np.swapaxes(without_scale(rest), -1, -2) @ turn.T
     if not np.isfinite(rotations).all():
-        raise FormatError(f"{what}: a bone is scaled to nothing, so it has no direction; export it without")
+        raise FormatError(
+            "animation.scaled_to_nothing",
+            "{what}: a bone is scaled to nothing, so it has no direction; export it without",
+            what=what,
+        )
     return Motion(
         frame_s=nodes.frame_s,
         joint_names=unique_names([nodes.names[k] for k in chosen]),
@@ -88,8 +87,10 @@ def _chosen(nodes: Nodes, what: str) -> NDArray[np.int64]:
     roles = roles_of([nodes.names[k] for k in candidates], parents)
     if "Hips" not in roles:
         raise FormatError(
-            f"{what}: no joint for the hips under any known name; it has "
-            f"{', '.join(nodes.names[k] for k in candidates)[:300] or 'no node'}; rename its joints"
+            "animation.no_hips_joint",
+            "{what}: no joint for the hips under any known name; it has {others}; rename its joints",
+            what=what,
+            others=", ".join(nodes.names[k] for k in candidates)[:300] or "no node",
         )
     root = roles.index("Hips")
     while parents[root] >= 0:

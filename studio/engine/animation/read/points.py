@@ -30,15 +30,25 @@ class NamedPoints:
     def __post_init__(self) -> None:
         if self.positions_m.shape != (len(self.time_s), len(self.names), 3):
             raise FormatError(
-                f"points need positions of shape {(len(self.time_s), len(self.names), 3)}; "
-                f"got {self.positions_m.shape}"
+                "points.shape",
+                "points need positions of shape {wanted}; got {shape}",
+                wanted=(len(self.time_s), len(self.names), 3),
+                shape=self.positions_m.shape,
             )
         if len(self.time_s) == 0 or not np.isfinite(self.positions_m).all(axis=2).any():
-            raise FormatError("points: no point is seen in any frame; give a recording with points")
+            raise FormatError(
+                "points.none", "points: no point is seen in any frame; give a recording with points"
+            )
         if np.nanmax(np.abs(self.positions_m)) > LARGEST_M:
-            raise FormatError(f"points: a coordinate is over {LARGEST_M:g} m; is the unit of the file right?")
+            raise FormatError(
+                "points.far",
+                "points: a coordinate is over {m:g} m; is the unit of the file right?",
+                m=LARGEST_M,
+            )
         if not (np.isfinite(self.time_s).all() and (np.diff(self.time_s) > 0).all()):
-            raise FormatError("points: the times must be finite and increase from frame to frame")
+            raise FormatError(
+                "points.times", "points: the times must be finite and increase from frame to frame"
+            )
 
 
 def without_subject(labels: list[str]) -> tuple[tuple[str, ...], list[int], list[str]]:

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from studio.engine.animation.read.points import NamedPoints, without_subject
 from studio.engine.base.errors import FormatError
 from studio.engine.base.file_sentences import too_large
-from studio.engine.base.sentences import say, system_says
+from studio.engine.base.sentences import system_says
 
 _MAX_BYTES = 1 << 30
 _MAX_POINTS = 4096
@@ -26,26 +26,50 @@ def read_trc(path: str | os.PathLike[str]) -> NamedPoints:
     path = Path(path)
     lines = _lines(path)
     if len(lines) < 5 or not lines[0].startswith("PathFileType"):
-        raise FormatError(f"{path} is not a TRC file: it does not begin with PathFileType; give a TRC file")
+        raise FormatError(
+            "trc.not_trc",
+            "{path} is not a TRC file: it does not begin with PathFileType; give a TRC file",
+            path=path,
+        )
     header = {k.strip(): v.strip() for k, v in zip(lines[1].split("\t"), lines[2].split("\t"), strict=False)}
     try:
         count, frames = int(header["NumMarkers"]), int(header["NumFrames"])
         unit_m = _UNITS_M[header["Units"].lower()]
     except (KeyError, ValueError) as error:
         raise FormatError(
-            f"{path}, line 3: needs NumFrames, NumMarkers (whole numbers) and Units (mm, cm or m); "
-            f"{error} is missing or not one"
+            "trc.header",
+            "{path}, line 3: needs NumFrames, NumMarkers (whole numbers) and Units (mm, cm or "
+            "m); {error} is missing or not one",
+            path=path,
+            error=error,
         ) from error
     if not 0 < count <= _MAX_POINTS or frames <= 0:
         raise FormatError(
-            f"{path}, line 3: {count} markers in {frames} frames; allowed are 1 to {_MAX_POINTS}"
+            "trc.size",
+            "{path}, line 3: {n} markers in {frames} frames; allowed are 1 to {most}",
+            path=path,
+            n=count,
+            frames=frames,
+            most=_MAX_POINTS,
         )
     labels = lines[3].rstrip("\t\n").split("\t")[2::3]
     if len(labels) != count:
-        raise FormatError(f"{path}, line 4: {len(labels)} labels of {count} markers; export the file again")
+        raise FormatError(
+            "trc.labels",
+            "{path}, line 4: {n} labels of {count} markers; export the file again",
+            path=path,
+            n=len(labels),
+            count=count,
+        )
     rows = [(n, line) for n, line in enumerate(lines[5:], 6) if line.strip()]
     if len(rows) < frames:
-        raise FormatError(f"{path} is cut off: {len(rows)} of {frames} frames; export or copy it again")
+        raise FormatError(
+            "trc.cut_off",
+            "{path} is cut off: {n} of {all} frames; export or copy it again",
+            path=path,
+            n=len(rows),
+            all=frames,
+        )
     values = np.full((frames, 1 + 3 * count), np.nan)
     for row, (number, line) in enumerate(rows[:frames]):
         values[row] = _row(path, number, line, count)
@@ -53,7 +77,11 @@ def read_trc(path: str | os.PathLike[str]) -> NamedPoints:
     positions = values[:, 1:].reshape(frames, count, 3)[:, kept] * unit_m
     positions[~np.isfinite(positions).all(axis=2)] = np.nan
     if (np.diff(values[:, 0]) <= 0).any() or not np.isfinite(values[:, 0]).all():
-        raise FormatError(f"{path}: the column Time must hold numbers that increase; export the file again")
+        raise FormatError(
+            "trc.times",
+            "{path}: the column Time must hold numbers that increase; export the file again",
+            path=path,
+        )
     return NamedPoints(
         time_s=_on_grid(values[:, 0] - values[0, 0], header.get("DataRate", "")),
         names=names,
@@ -78,12 +106,10 @@ def _lines(path: Path) -> list[str]:
         return path.read_text(encoding="utf-8", errors="replace").lstrip("\ufeff").splitlines()
     except OSError as error:
         raise FormatError(
-            say(
-                "file.unreadable_trc",
-                "cannot read {path}: {error}; give a TRC file",
-                path=path,
-                error=system_says(error),
-            )
+            "file.unreadable_trc",
+            "cannot read {path}: {error}; give a TRC file",
+            path=path,
+            error=system_says(error),
         ) from error
 
 
@@ -95,11 +121,9 @@ def _row(path: Path, number: int, line: str, count: int) -> list[float]:
         return [float(cell) if cell.strip() else np.nan for cell in cells]
     except ValueError as error:
         raise FormatError(
-            say(
-                "table.not_a_number",
-                "{path}, line {line}: {error}; every value must be a number",
-                path=path,
-                line=number,
-                error=error,
-            )
+            "table.not_a_number",
+            "{path}, line {line}: {error}; every value must be a number",
+            path=path,
+            line=number,
+            error=error,
         ) from error

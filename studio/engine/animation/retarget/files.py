@@ -17,7 +17,6 @@ from studio.engine.animation.read.nodes import parent_among, unique_names, witho
 from studio.engine.animation.retarget.rig import Array, Rig, check_scales, check_size
 from studio.engine.base.errors import FormatError
 from studio.engine.base.geometry import quaternions
-from studio.engine.base.sentences import say
 from studio.engine.model.roles import roles_of
 
 RIG_ENDINGS = (".glb", ".gltf", ".fbx", ".bvh")
@@ -40,12 +39,10 @@ def read_rig(path: str | os.PathLike[str]) -> Rig:
     kind = path.suffix.lower()
     if kind not in RIG_ENDINGS:
         raise FormatError(
-            say(
-                "rig.ending",
-                "{path}: a rig ends in {kinds}; convert it to one of them",
-                path=path,
-                kinds=[*RIG_ENDINGS],
-            )
+            "rig.ending",
+            "{path}: a rig ends in {kinds}; convert it to one of them",
+            path=path,
+            kinds=[*RIG_ENDINGS],
         )
     if kind == ".bvh":
         return _of_bvh(path)
@@ -82,13 +79,11 @@ def _of_nodes(
     """Return the rig of a scene's nodes; `turn` rotates the nodes' world to file axes."""
     if len(names) > MAX_NODES:
         raise FormatError(
-            say(
-                "rig.nodes",
-                "{path} has {n} nodes; allowed are {most}; export the skeleton alone",
-                path=path,
-                n=len(names),
-                most=MAX_NODES,
-            )
+            "rig.nodes",
+            "{path} has {n} nodes; allowed are {most}; export the skeleton alone",
+            path=path,
+            n=len(names),
+            most=MAX_NODES,
         )
     chosen = np.flatnonzero(joints) if joints.any() else np.arange(len(names))
     chosen = _in_file_order(chosen, parents, numbers)
@@ -97,11 +92,7 @@ def _of_nodes(
     check_size(path, above)
     if not all(np.isfinite(part).all() for part in own) or (np.linalg.norm(own[1], axis=-1) < 1e-6).any():
         raise FormatError(
-            say(
-                "rig.not_finite",
-                "{path}: a transform is not a finite number; export the file again",
-                path=path,
-            )
+            "rig.not_finite", "{path}: a transform is not a finite number; export the file again", path=path
         )
     chosen_names = [names[k] for k in chosen]
     matrices = world_matrices(parents, *own, chosen)[0]
@@ -173,9 +164,7 @@ def _of_bvh(path: Path) -> Rig:
     height = float(np.ptp(rest[:, 1]))
     if height <= 0:
         raise FormatError(
-            say(
-                "rig.no_height", "{path}: the rest pose has no height along y; export it with y up", path=path
-            )
+            "rig.no_height", "{path}: the rest pose has no height along y; export it with y up", path=path
         )
     unit = min(UNITS_M.values(), key=lambda unit_m: abs(np.log(unit_m * height / _HEIGHT_M)))
     return Rig(

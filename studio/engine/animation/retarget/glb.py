@@ -25,7 +25,6 @@ from studio.engine.base.errors import FormatError
 from studio.engine.base.files import write_atomically
 from studio.engine.base.geometry import quaternions
 from studio.engine.base.quaternions import continuous_signs, inverse, multiply, rotate
-from studio.engine.base.sentences import say
 
 Array = NDArray[np.float64]
 
@@ -137,11 +136,9 @@ def _merged(file: GltfFile, document: GltfDocument) -> tuple[dict[str, Any], byt
     for view in views:
         if len(starts) > 1 and "extensions" in view:
             raise FormatError(
-                say(
-                    "rig.several_buffers",
-                    "{path} has compressed data in several buffers; export it as one .glb file",
-                    path=file.path,
-                )
+                "rig.several_buffers",
+                "{path} has compressed data in several buffers; export it as one .glb file",
+                path=file.path,
             )
         view["byteOffset"] = view.get("byteOffset", 0) + starts[view.get("buffer", 0)]
         view["buffer"] = 0

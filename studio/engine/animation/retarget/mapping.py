@@ -67,14 +67,12 @@ def _check_one_hips(rig: Rig, hips: int) -> None:
             continue
         if not rig.below(joint, hips) and not rig.below(hips, joint):
             raise FormatError(
-                say(
-                    "rig.two_hips",
-                    "{path} has two hips, {one!r} and {other!r}; name one of them as Hips in a mapping, or "
-                    "export one character alone",
-                    path=rig.path,
-                    one=rig.joint_names[hips],
-                    other=name,
-                )
+                "rig.two_hips",
+                "{path} has two hips, {one!r} and {other!r}; name one of them as Hips in a mapping, "
+                "or export one character alone",
+                path=rig.path,
+                one=rig.joint_names[hips],
+                other=name,
             )
 
 
@@ -95,53 +93,43 @@ def mapping_of(rig: Rig, bones: dict[str, str] | None = None) -> Mapping:
     for role, name in bones.items():
         if role not in OUTPUT_JOINTS:
             raise FormatError(
-                say(
-                    "rig.no_role",
-                    "mapping: {role!r} is no role; allowed are {allowed}",
-                    role=role,
-                    allowed=[*OUTPUT_JOINTS],
-                )
+                "rig.no_role",
+                "mapping: {role!r} is no role; allowed are {allowed}",
+                role=role,
+                allowed=[*OUTPUT_JOINTS],
             )
         if name not in index:
             raise FormatError(
-                say(
-                    "rig.no_such_bone",
-                    "mapping: {role} is {bone!r}, but {path} has no such bone; see `studio rig`",
-                    role=role,
-                    bone=name,
-                    path=rig.path,
-                )
+                "rig.no_such_bone",
+                "mapping: {role} is {bone!r}, but {path} has no such bone; see `studio rig`",
+                role=role,
+                bone=name,
+                path=rig.path,
             )
         if name in owner:
             raise FormatError(
-                say(
-                    "rig.bone_used_twice",
-                    "mapping: bone {bone!r} is both {one} and {other}; give it to one of them",
-                    bone=name,
-                    one=owner[name],
-                    other=role,
-                )
+                "rig.bone_used_twice",
+                "mapping: bone {bone!r} is both {one} and {other}; give it to one of them",
+                bone=name,
+                one=owner[name],
+                other=role,
             )
         owner[name] = role
     if "Hips" not in bones:
         raise FormatError(
-            say(
-                "rig.no_hips_bone",
-                "{path}: no bone for the hips under any known name; it has {others}; name it as Hips in "
-                "a mapping",
-                path=rig.path,
-                others=", ".join(rig.joint_names)[:300],
-            )
+            "rig.no_hips_bone",
+            "{path}: no bone for the hips under any known name; it has {others}; name it as Hips "
+            "in a mapping",
+            path=rig.path,
+            others=", ".join(rig.joint_names)[:300],
         )
     lacking = [role for role in _LEGS if role not in bones]
     if lacking:
         raise FormatError(
-            say(
-                "rig.bones_missing",
-                "{path}: no bone for {names}; name them in a mapping: legs are needed",
-                path=rig.path,
-                names=[*lacking],
-            )
+            "rig.bones_missing",
+            "{path}: no bone for {names}; name them in a mapping: legs are needed",
+            path=rig.path,
+            names=[*lacking],
         )
     tree = rig.tree_of(index[bones["Hips"]])
     places = {name: joint for joint, name in enumerate(tree.joint_names)}
@@ -160,28 +148,24 @@ def _check_tree(rig: Rig, bones: dict[str, str], places: dict[str, int]) -> None
             continue
         if name not in places or not rig.below(places[name], places[bones[above]]):
             raise FormatError(
-                say(
-                    "rig.not_on_chain",
-                    "mapping: {role} ({bone!r}) does not hang on {other} ({carrier!r}); correct one of them",
-                    role=role,
-                    bone=name,
-                    other=above,
-                    carrier=bones[above],
-                )
+                "rig.not_on_chain",
+                "mapping: {role} ({bone!r}) does not hang on {other} ({carrier!r}); correct one of them",
+                role=role,
+                bone=name,
+                other=above,
+                carrier=bones[above],
             )
         if role.removeprefix("Left").removeprefix("Right") in ("ForeArm", "Hand", "Leg", "Foot"):
             bone = rig.positions_m[places[name]] - rig.positions_m[places[bones[above]]]
             if np.linalg.norm(bone) < _SHORTEST_M:
                 raise FormatError(
-                    say(
-                        "rig.no_length",
-                        "{path}: from {one} ({bone!r}) to {other} ({end!r}) is no length; a limb's bones need one",
-                        path=rig.path,
-                        one=above,
-                        bone=bones[above],
-                        other=role,
-                        end=name,
-                    )
+                    "rig.no_length",
+                    "{path}: from {one} ({bone!r}) to {other} ({end!r}) is no length; a limb's bones need one",
+                    path=rig.path,
+                    one=above,
+                    bone=bones[above],
+                    other=role,
+                    end=name,
                 )
 
 
@@ -217,32 +201,26 @@ def load_mapping(path: Path) -> tuple[str, dict[str, str]]:
     try:
         if path.stat().st_size > MAX_BYTES:
             raise FormatError(
-                say(
-                    "rig.mapping_too_large",
-                    "{path} has more than {n} bytes, which no mapping has",
-                    path=path,
-                    n=MAX_BYTES,
-                )
+                "rig.mapping_too_large",
+                "{path} has more than {n} bytes, which no mapping has",
+                path=path,
+                n=MAX_BYTES,
             )
         value = json.loads(path.read_text(encoding="utf-8"), object_pairs_hook=_without_repeats)
     except OSError as error:
         raise FormatError(unreadable_give_other(path, error)) from error
     except (ValueError, RecursionError) as error:
         raise FormatError(
-            say(
-                "rig.mapping_unreadable",
-                "{path} is no mapping: {error}; `studio rig FILE --out` writes one",
-                path=path,
-                error=str(error)[:120],
-            )
+            "rig.mapping_unreadable",
+            "{path} is no mapping: {error}; `studio rig FILE --out` writes one",
+            path=path,
+            error=str(error)[:120],
         ) from error
     if not isinstance(value, dict) or not isinstance(value.get("bones"), dict):
         raise FormatError(
-            say(
-                "rig.mapping_empty",
-                "{path} is no mapping: it has no bones; `studio rig FILE --out` writes one",
-                path=path,
-            )
+            "rig.mapping_empty",
+            "{path} is no mapping: it has no bones; `studio rig FILE --out` writes one",
+            path=path,
         )
     value = RIG_MAPPING.current(value, path)
     return str(value.get("rig", "")), checked_bones(value["bones"], str(path))
@@ -257,13 +235,11 @@ def checked_bones(bones: dict[str, object], what: str) -> dict[str, str]:
     for role, name in bones.items():
         if name is not None and not isinstance(name, str):
             raise FormatError(
-                say(
-                    "rig.bone_name",
-                    "{path}: {role} is {bone!r}; allowed is the name of a bone, or null",
-                    path=what,
-                    role=role,
-                    bone=name,
-                )
+                "rig.bone_name",
+                "{path}: {role} is {bone!r}; allowed is the name of a bone, or null",
+                path=what,
+                role=role,
+                bone=name,
             )
     return {role: name for role, name in bones.items() if isinstance(name, str) and name}
 
@@ -287,14 +263,12 @@ def saved_bones(rig: Rig) -> tuple[dict[str, str], Path] | None:
         identity, bones = load_mapping(beside)
         if identity and identity != rig.identity:
             raise FormatError(
-                say(
-                    "rig.other_bones",
-                    "{path} was saved for other bones than those of {file}; write it again with `studio rig "
-                    "{same} --out {path}`",
-                    path=beside,
-                    file=rig.path.name,
-                    same=rig.path,
-                )
+                "rig.other_bones",
+                "{path} was saved for other bones than those of {file}; write it again with `studio "
+                "rig {same} --out {path}`",
+                path=beside,
+                file=rig.path.name,
+                same=rig.path,
             )
         return bones, beside
     for other in sorted(rig.path.parent.glob(f"*{SUFFIX}")):

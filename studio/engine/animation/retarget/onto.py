@@ -19,7 +19,6 @@ from studio.engine.animation.retarget.mapping import (
 from studio.engine.animation.retarget.rig import Rig
 from studio.engine.animation.retarget.transfer import retargeted
 from studio.engine.base.errors import SettingsError
-from studio.engine.base.sentences import say
 from studio.engine.model.poses import Poses
 
 
@@ -77,28 +76,22 @@ def export_onto(
     """
     if exporter_of(format).takes != "motion":
         raise SettingsError(
-            say(
-                "rig.points_format",
-                "rig: {format} holds points, not bones; leave the option out, or choose fbx, bvh, glb, usd",
-                format=format,
-            )
+            "rig.points_format",
+            "rig: {format} holds points, not bones; leave the option out, or choose fbx, bvh, glb, usd",
+            format=format,
         )
     for _, options in takes:
         if options.target != "humanik":
             raise SettingsError(
-                say(
-                    "rig.has_own_bones",
-                    "target={target}: a rig has bones of its own; leave one of the two out",
-                    target=options.target,
-                )
+                "rig.has_own_bones",
+                "target={target}: a rig has bones of its own; leave one of the two out",
+                target=options.target,
             )
         if options.mesh:
-            raise SettingsError(
-                say("rig.has_own_body", "mesh: a rig has a body of its own; leave the option out")
-            )
+            raise SettingsError("rig.has_own_body", "mesh: a rig has a body of its own; leave the option out")
     if Path(path).resolve() == onto.rig.path.resolve():
         raise SettingsError(
-            say("rig.same_file", "out={path}: this is the rig itself; give another file", path=path)
+            "rig.same_file", "out={path}: this is the rig itself; give another file", path=path
         )
     takes = [(poses, _options(options, format, onto.rig)) for poses, options in takes]
 
@@ -121,13 +114,11 @@ def _options(options: ExportOptions, format: str, rig: Rig) -> ExportOptions:
         unit = next(name for name, unit_m in UNITS_M.items() if unit_m == rig.unit_m)
         if options.unit not in (ExportOptions().unit, unit):
             raise SettingsError(
-                say(
-                    "rig.has_own_unit",
-                    "unit={unit}: {rig} has {own}; leave the option out",
-                    unit=options.unit,
-                    rig=rig.path.name,
-                    own=unit,
-                )
+                "rig.has_own_unit",
+                "unit={unit}: {rig} has {own}; leave the option out",
+                unit=options.unit,
+                rig=rig.path.name,
+                own=unit,
             )
         return replace(options, unit=unit)
     return options

@@ -7,7 +7,6 @@ from studio.engine.animation.read.imported import facing_turn
 from studio.engine.animation.retarget.mapping import Mapping
 from studio.engine.base.errors import FormatError
 from studio.engine.base.geometry import rotation_between
-from studio.engine.base.sentences import say
 from studio.engine.model.joints import FINGERS
 
 Array = NDArray[np.float64]
@@ -76,11 +75,9 @@ def _facing(mapping: Mapping) -> Array:
     what = mapping.rig.path
     if hips[1] - feet[1] < 0.5 * leg:
         raise FormatError(
-            say(
-                "rig.not_upright",
-                "{path}: the rest pose does not stand upright along y; export it in its T-pose, y up",
-                path=what,
-            )
+            "rig.not_upright",
+            "{path}: the rest pose does not stand upright along y; export it in its T-pose, y up",
+            path=what,
         )
     stage = mapping.rig.positions_m @ _FILE_STAGE
     facing = _FILE_STAGE @ facing_turn(mapping.joints, stage) @ _FILE_STAGE.T
@@ -89,23 +86,19 @@ def _facing(mapping: Mapping) -> Array:
             lateral = facing @ (at[f"Left{pair}"] - at[f"Right{pair}"])
             if lateral[0] <= 0:
                 raise FormatError(
-                    say(
-                        "rig.sides_exchanged",
-                        "{path}: left and right of {names} are the other way round than elsewhere; correct the "
-                        "mapping",
-                        path=what,
-                        names=pair,
-                    )
+                    "rig.sides_exchanged",
+                    "{path}: left and right of {names} are the other way round than elsewhere; correct "
+                    "the mapping",
+                    path=what,
+                    names=pair,
                 )
     if {"LeftToeBase", "RightToeBase"} <= at.keys():
         ahead = facing @ (at["LeftToeBase"] - at["LeftFoot"] + at["RightToeBase"] - at["RightFoot"])
         if ahead[2] < -0.5 * np.linalg.norm(ahead):
             raise FormatError(
-                say(
-                    "rig.feet_backwards",
-                    "{path}: the feet point backwards: left and right are exchanged; correct the mapping",
-                    path=what,
-                )
+                "rig.feet_backwards",
+                "{path}: the feet point backwards: left and right are exchanged; correct the mapping",
+                path=what,
             )
     return facing
 

@@ -8,7 +8,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from studio.engine.base.errors import FormatError
-from studio.engine.base.sentences import say
 
 Array = NDArray[np.float64]
 
@@ -79,29 +78,25 @@ def check_size(path: Path, parents: NDArray[np.int64]) -> None:
         FormatError: with what is there and what is allowed.
     """
     if len(parents) == 0:
-        raise FormatError(say("rig.no_bone", "{path} has no bone; give a file with a skeleton", path=path))
+        raise FormatError("rig.no_bone", "{path} has no bone; give a file with a skeleton", path=path)
     if len(parents) > MAX_BONES:
         raise FormatError(
-            say(
-                "rig.bones",
-                "{path} has {n} bones; allowed are {most}; export the skeleton alone",
-                path=path,
-                n=len(parents),
-                most=MAX_BONES,
-            )
+            "rig.bones",
+            "{path} has {n} bones; allowed are {most}; export the skeleton alone",
+            path=path,
+            n=len(parents),
+            most=MAX_BONES,
         )
     depths = np.zeros(len(parents), dtype=np.int64)
     for joint, parent in enumerate(parents.tolist()):
         depths[joint] = 0 if parent < 0 else depths[parent] + 1
     if depths.max() > MAX_DEPTH:
         raise FormatError(
-            say(
-                "rig.chain",
-                "{path} has a chain of {n} bones; allowed are {most}",
-                path=path,
-                n=depths.max(),
-                most=MAX_DEPTH,
-            )
+            "rig.chain",
+            "{path} has a chain of {n} bones; allowed are {most}",
+            path=path,
+            n=depths.max(),
+            most=MAX_DEPTH,
         )
 
 
@@ -118,34 +113,26 @@ def check_scales(path: Path, names: list[str], matrices: Array) -> None:
     """
     if not np.isfinite(matrices).all():
         raise FormatError(
-            say(
-                "rig.not_finite",
-                "{path}: a transform is not a finite number; export the file again",
-                path=path,
-            )
+            "rig.not_finite", "{path}: a transform is not a finite number; export the file again", path=path
         )
     sizes = np.linalg.norm(matrices[:, :3, :3], axis=1)
     for name, size, matrix in zip(names, sizes, matrices, strict=True):
         if size.min() < 1e-9:
             raise FormatError(
-                say(
-                    "rig.scaled_to_nothing",
-                    "{path}: bone {bone!r} is scaled to nothing; apply or remove the scale",
-                    path=path,
-                    bone=name,
-                )
+                "rig.scaled_to_nothing",
+                "{path}: bone {bone!r} is scaled to nothing; apply or remove the scale",
+                path=path,
+                bone=name,
             )
         uneven = size.max() > (1 + _SAME_SCALE) * size.min()
         skewed = np.abs(matrix[:3, :3].T @ matrix[:3, :3] / size.max() ** 2 - np.eye(3)).max() > 0.01
         if uneven or skewed or np.linalg.det(matrix[:3, :3]) < 0:
             shown = " x ".join(f"{value:.3g}" for value in size)
             raise FormatError(
-                say(
-                    "rig.scaled",
-                    "{path}: bone {bone!r} is scaled by {scale} or mirrored; only uniform scales can be "
-                    "kept: apply the scale to the skeleton and export it again",
-                    path=path,
-                    bone=name,
-                    scale=shown,
-                )
+                "rig.scaled",
+                "{path}: bone {bone!r} is scaled by {scale} or mirrored; only uniform scales can be "
+                "kept: apply the scale to the skeleton and export it again",
+                path=path,
+                bone=name,
+                scale=shown,
             )

@@ -32,7 +32,6 @@ from studio.engine.animation.retarget.skeleton import Posed, local_of
 from studio.engine.base.errors import SettingsError
 from studio.engine.base.geometry import quaternions
 from studio.engine.base.quaternions import multiply, normalized, rotate
-from studio.engine.base.sentences import say
 from studio.engine.model.soles import USUAL_TOE_HEIGHT_M
 
 Array = NDArray[np.float64]
@@ -92,11 +91,9 @@ def retargeted(motion: LocalMotion, mapping: Mapping, root_motion: str = "hips")
     lacking = [role for role in _NEEDED if role not in joints]
     if lacking:
         raise SettingsError(
-            say(
-                "rig.solve_lacks",
-                "rig: the solve's skeleton lacks {names}; leave the option out",
-                names=[*lacking],
-            )
+            "rig.solve_lacks",
+            "rig: the solve's skeleton lacks {names}; leave the option out",
+            names=[*lacking],
         )
     positions, turns = world_poses(motion.parents, motion.local_positions_m(), motion.rotations_wxyz)
     rest = motion.rest_positions_m
@@ -203,12 +200,10 @@ def _as_motion(motion: LocalMotion, mapping: Mapping, posed: Posed, root_motion:
     elif root_motion == "root":
         if rig.parents[hips] < 0:
             raise SettingsError(
-                say(
-                    "rig.no_root_bone",
-                    "root-motion=root: the hips are the root of {path}; leave the option out, or give a rig "
-                    "with a root bone above them",
-                    path=rig.path.name,
-                )
+                "rig.no_root_bone",
+                "root-motion=root: the hips are the root of {path}; leave the option out, or give a "
+                "rig with a root bone above them",
+                path=rig.path.name,
             )
         heading = heading_of(turns[:, hips])
         rest = [joint for joint in range(len(rig.parents)) if joint not in set(body)]

@@ -57,20 +57,16 @@ def first_placements(
     """
     if not any(frames.values()):
         raise CalibrationError(
-            say(
-                "calibration.no_frames",
-                "no frames to calibrate from; record a T-pose and a walk with every camera",
-            )
+            "calibration.no_frames",
+            "no frames to calibrate from; record a T-pose and a walk with every camera",
         )
     first = reference if reference is not None else next(name for name, mine in frames.items() if mine)
     if not frames.get(first):
         raise CalibrationError(
-            say(
-                "calibration.reference_no_frames",
-                "reference camera {name!r} has no frames; cameras: {names}",
-                name=first,
-                names=[*frames],
-            )
+            "calibration.reference_no_frames",
+            "reference camera {name!r} has no frames; cameras: {names}",
+            name=first,
+            names=[*frames],
         )
     main = make_track(frames[first])
     if until_s is not None:

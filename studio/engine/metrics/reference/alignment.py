@@ -9,7 +9,6 @@ from scipy.spatial.transform import Rotation
 
 from studio.engine.base.errors import FormatError
 from studio.engine.base.geometry import fit_rigid, invert_transform, transform_points
-from studio.engine.base.sentences import say
 from studio.engine.metrics.reference.canonical import canonical_positions
 from studio.engine.metrics.reference.matching import Matched, match
 from studio.engine.metrics.reference.reference import Reference
@@ -152,10 +151,8 @@ def _speed_offset(poses: Poses, reference: Reference, start_s: float | None) -> 
     reference_grid = np.arange(reference.time_s[0], reference.time_s[-1], 1 / _GRID_HZ)
     if min(len(solve_grid), len(reference_grid)) < 2 * _GRID_HZ:
         raise FormatError(
-            say(
-                "reference.too_short_to_align",
-                "aligning clocks needs at least 2 s of motion in both the solve and the reference",
-            )
+            "reference.too_short_to_align",
+            "aligning clocks needs at least 2 s of motion in both the solve and the reference",
         )
     a = _speed(Reference(poses.time_s, positions).at(solve_grid))
     b = _speed(reference.at(reference_grid))
@@ -165,10 +162,8 @@ def _speed_offset(poses: Poses, reference: Reference, start_s: float | None) -> 
     score = np.where(overlap >= 0.3 * min(len(a), len(b)), score, -np.inf)
     if not np.isfinite(score).any() or score.max() <= 0:
         raise FormatError(
-            say(
-                "reference.no_motion_in_common",
-                "the solve and the reference have no motion in common; is it the reference of this take?",
-            )
+            "reference.no_motion_in_common",
+            "the solve and the reference have no motion in common; is it the reference of this take?",
         )
     return float(reference_grid[0] + lags[int(np.argmax(score))] / _GRID_HZ - solve_grid[0])
 

@@ -11,7 +11,6 @@ from scipy.spatial.transform import Rotation, Slerp
 
 from studio.engine.base.errors import FormatError
 from studio.engine.base.geometry import fit_rigid, make_transform
-from studio.engine.base.sentences import say
 from studio.engine.metrics.reference.canonical import canonical_columns, canonical_positions
 from studio.engine.metrics.reference.reference import Markers, Reference
 from studio.engine.model.joints import INDEX
@@ -50,15 +49,13 @@ def fit_joint_centres(
     inside = (stage >= first) & (stage <= poses.time_s[-1])
     if inside.sum() < 10:
         raise FormatError(
-            say(
-                "reference.markers_few_instants",
-                "the solve and the markers share fewer than 10 instants; is it the reference of this take?",
-            )
+            "reference.markers_few_instants",
+            "the solve and the markers share fewer than 10 instants; is it the reference of this take?",
         )
     columns = canonical_columns(poses)
     if sum(columns[INDEX[name]] >= 0 for name in markers.joints) < 3:
         raise FormatError(
-            say("reference.markers_few_joints", "at least 3 markers of joints that the solve has are needed")
+            "reference.markers_few_joints", "at least 3 markers of joints that the solve has are needed"
         )
     solve = np.full((len(stage), len(markers.joints), 3), np.nan)
     joints = [INDEX[name] for name in markers.joints]
@@ -110,10 +107,8 @@ def _fit(
     valid &= np.isfinite(turns).all(axis=(2, 3))
     if valid.sum() < 30:
         raise FormatError(
-            say(
-                "reference.markers_offsets",
-                "the solve and the markers have too few instants in common to fit their offsets",
-            )
+            "reference.markers_offsets",
+            "the solve and the markers have too few instants in common to fit their offsets",
         )
     marker = np.nonzero(valid)[1]
     p, m, turn = solve[valid], markers[valid], turns[valid]

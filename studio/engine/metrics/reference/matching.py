@@ -7,7 +7,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from studio.engine.base.errors import FormatError
-from studio.engine.base.sentences import say
 from studio.engine.metrics.reference.canonical import canonical_columns, of_canonical
 from studio.engine.metrics.reference.reference import Reference
 from studio.engine.model.joints import INDEX, MEASURED_JOINTS, PARENT_OF_CANONICAL
@@ -110,14 +109,12 @@ def match(
         solved = f"{poses.time_s[0]:.2f} to {poses.time_s[-1]:.2f} s" if poses.frame_count else "no frame"
         since = "" if start_s is None else f", compared from {start_s:.2f} s"
         raise FormatError(
-            say(
-                "reference.few_instants_in_common",
-                "the solve ({solve}) and the reference ({start:.2f} to {end:.2f} s) share fewer than 4 instants; "
-                "is it the reference of this take?",
-                solve=f"{solved}{since}",
-                start=reference.time_s[0],
-                end=reference.time_s[-1],
-            )
+            "reference.few_instants_in_common",
+            "the solve ({solve}) and the reference ({start:.2f} to {end:.2f} s) share fewer than "
+            "4 instants; is it the reference of this take?",
+            solve=f"{solved}{since}",
+            start=reference.time_s[0],
+            end=reference.time_s[-1],
         )
     columns, positions = canonical_columns(poses), poses.positions_m[keep]
     child, parent = bones_of(poses).T
@@ -131,11 +128,9 @@ def match(
     )
     if len(matched.joints) < 3:
         raise FormatError(
-            say(
-                "reference.few_joints_in_common",
-                "solve and reference share only the joints {names}; at least 3 are needed of {all}",
-                names=", ".join(matched.joints) or "(none)",
-                all=[*MEASURED_JOINTS],
-            )
+            "reference.few_joints_in_common",
+            "solve and reference share only the joints {names}; at least 3 are needed of {all}",
+            names=", ".join(matched.joints) or "(none)",
+            all=[*MEASURED_JOINTS],
         )
     return matched

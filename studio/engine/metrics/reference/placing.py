@@ -11,7 +11,6 @@ import numpy as np
 from studio.engine.base.arrays import read_arrays, save_arrays
 from studio.engine.base.errors import FormatError
 from studio.engine.base.files import write_atomically
-from studio.engine.base.sentences import say
 from studio.engine.base.versions import PLACED
 from studio.engine.metrics.reference.alignment import Alignment, align, clock_of
 from studio.engine.metrics.reference.canonical import canonical_positions
@@ -56,11 +55,9 @@ class PlacedMotion:
         """
         if not Path(path).is_file():
             raise FormatError(
-                say(
-                    "reference.not_placed",
-                    "nothing was placed at {path}; align the reference with this solve first",
-                    path=path,
-                )
+                "reference.not_placed",
+                "nothing was placed at {path}; align the reference with this solve first",
+                path=path,
             )
         try:
             data = read_arrays(path, ("time_s", "positions_m", "aligned"), PLACED)
@@ -70,12 +67,10 @@ class PlacedMotion:
             raise
         except Exception as error:  # zipfile and zlib raise their own errors for a damaged file
             raise FormatError(
-                say(
-                    "reference.placed_damaged",
-                    "{path} is damaged: {error}; align the reference again",
-                    path=path,
-                    error=error,
-                )
+                "reference.placed_damaged",
+                "{path} is damaged: {error}; align the reference again",
+                path=path,
+                error=error,
             ) from error
 
 

@@ -16,7 +16,6 @@ from studio.engine.animation.read.files import ENDINGS, read_animation
 from studio.engine.animation.read.landmarks import canonical_points, uses_markers
 from studio.engine.animation.read.points import NamedPoints
 from studio.engine.base.errors import FormatError
-from studio.engine.base.sentences import say
 from studio.engine.metrics.reference.canonical import canonical_positions
 from studio.engine.metrics.reference.kinds import REFERENCE_KINDS
 from studio.engine.metrics.reference.target_table import read_target_table
@@ -41,25 +40,17 @@ class Reference:
     def __post_init__(self) -> None:
         if self.positions_m.shape != (len(self.time_s), JOINT_COUNT, 3):
             raise FormatError(
-                say(
-                    "reference.shape",
-                    "a reference needs positions of shape {wanted}; got {shape}",
-                    wanted=(len(self.time_s), JOINT_COUNT, 3),
-                    shape=self.positions_m.shape,
-                )
+                "reference.shape",
+                "a reference needs positions of shape {wanted}; got {shape}",
+                wanted=(len(self.time_s), JOINT_COUNT, 3),
+                shape=self.positions_m.shape,
             )
         if len(self.time_s) < 4:
             raise FormatError(
-                say(
-                    "reference.few_samples",
-                    "a reference needs at least 4 samples; got {n}",
-                    n=len(self.time_s),
-                )
+                "reference.few_samples", "a reference needs at least 4 samples; got {n}", n=len(self.time_s)
             )
         if not (np.isfinite(self.time_s).all() and (np.diff(self.time_s) > 0).all()):
-            raise FormatError(
-                say("reference.times", "the times of a reference must be finite and increasing")
-            )
+            raise FormatError("reference.times", "the times of a reference must be finite and increasing")
 
     @property
     def known(self) -> NDArray[np.bool_]:
@@ -143,11 +134,9 @@ def read_reference(path: str | os.PathLike[str], *, unit_m: float | None = None)
     path = Path(path)
     if not path.is_file():
         raise FormatError(
-            say(
-                "reference.none",
-                "no reference at {path}; give a CSV with time_s,<joint>_x,<joint>_y,<joint>_z,...",
-                path=path,
-            )
+            "reference.none",
+            "no reference at {path}; give a CSV with time_s,<joint>_x,<joint>_y,<joint>_z,...",
+            path=path,
         )
     kind = path.suffix.lower()
     if kind == ".csv":
@@ -164,13 +153,11 @@ def read_reference(path: str | os.PathLike[str], *, unit_m: float | None = None)
     if kind == ".txt":
         return Markers(*read_target_table(path))
     raise FormatError(
-        say(
-            "reference.kind",
-            "{path}: a reference is one of {kinds}; this one ends in {kind}",
-            path=path,
-            kinds=[*REFERENCE_KINDS],
-            kind=kind or "nothing",
-        )
+        "reference.kind",
+        "{path}: a reference is one of {kinds}; this one ends in {kind}",
+        path=path,
+        kinds=[*REFERENCE_KINDS],
+        kind=kind or "nothing",
     )
 
 
@@ -222,45 +209,37 @@ def read_csv(path: Path) -> Reference:
                 continue
             if len(row) != len(header):
                 raise FormatError(
-                    say(
-                        "reference.row_length",
-                        "{path}, line {line}: {n} values where the header has {count}; is the file cut off?",
-                        path=path,
-                        line=rows.line_num,
-                        n=len(row),
-                        count=len(header),
-                    )
+                    "reference.row_length",
+                    "{path}, line {line}: {n} values where the header has {count}; is the file cut off?",
+                    path=path,
+                    line=rows.line_num,
+                    n=len(row),
+                    count=len(header),
                 )
             try:
                 times.append(float(row[time_column]))
                 values.append([float(row[c]) if row[c].strip() else np.nan for _, _, c in columns])
             except ValueError as error:
                 raise FormatError(
-                    say(
-                        "table.not_a_number",
-                        "{path}, line {line}: {error}; every value must be a number",
-                        path=path,
-                        line=rows.line_num,
-                        error=error,
-                    )
+                    "table.not_a_number",
+                    "{path}, line {line}: {error}; every value must be a number",
+                    path=path,
+                    line=rows.line_num,
+                    error=error,
                 ) from error
             if not np.isfinite(times[-1]) or (len(times) > 1 and times[-1] <= times[-2]):
                 raise FormatError(
-                    say(
-                        "reference.time_order",
-                        "{path}, line {line}: time_s must be finite and increase from line to line",
-                        path=path,
-                        line=rows.line_num,
-                    )
+                    "reference.time_order",
+                    "{path}, line {line}: time_s must be finite and increase from line to line",
+                    path=path,
+                    line=rows.line_num,
                 )
     if len(times) < 4:
         raise FormatError(
-            say(
-                "reference.few_samples_file",
-                "{path}: only {n} samples; a reference needs at least 4",
-                path=path,
-                n=len(times),
-            )
+            "reference.few_samples_file",
+            "{path}: only {n} samples; a reference needs at least 4",
+            path=path,
+            n=len(times),
         )
     positions = np.full((len(times), JOINT_COUNT, 3), np.nan)
     array = np.array(values)
@@ -274,11 +253,9 @@ def _columns(path: Path, header: list[str]) -> list[tuple[int, int, int]]:
     """Return (canonical joint index, axis index, column) of every compared column."""
     if "time_s" not in header:
         raise FormatError(
-            say(
-                "reference.no_time_column",
-                "{path}, line 1: no column time_s; needed: time_s,<joint>_x,<joint>_y,<joint>_z,...",
-                path=path,
-            )
+            "reference.no_time_column",
+            "{path}, line 1: no column time_s; needed: time_s,<joint>_x,<joint>_y,<joint>_z,...",
+            path=path,
         )
     columns = []
     for joint in CANONICAL:
@@ -286,22 +263,18 @@ def _columns(path: Path, header: list[str]) -> list[tuple[int, int, int]]:
         missing = [f"{joint}_{axis}" for axis in _AXES if axis not in present]
         if present and missing:
             raise FormatError(
-                say(
-                    "reference.missing_column",
-                    "{path}, line 1: the column {column} is missing; a joint needs _x, _y and _z",
-                    path=path,
-                    column=missing[0],
-                )
+                "reference.missing_column",
+                "{path}, line 1: the column {column} is missing; a joint needs _x, _y and _z",
+                path=path,
+                column=missing[0],
             )
         if present:
             columns += [(INDEX[joint], a, header.index(f"{joint}_{axis}")) for a, axis in enumerate(_AXES)]
     if not columns:
         raise FormatError(
-            say(
-                "reference.no_known_joint",
-                "{path}, line 1: no joint is known; known joints: {known}",
-                path=path,
-                known=[*CANONICAL],
-            )
+            "reference.no_known_joint",
+            "{path}, line 1: no joint is known; known joints: {known}",
+            path=path,
+            known=[*CANONICAL],
         )
     return columns

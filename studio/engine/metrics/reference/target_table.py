@@ -15,7 +15,6 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from studio.engine.base.errors import FormatError
-from studio.engine.base.sentences import say
 
 RATE_HZ = 60.0
 
@@ -44,35 +43,29 @@ def read_target_table(
                 continue
             if len(words) != _COLUMNS:
                 raise FormatError(
-                    say(
-                        "reference.target_row",
-                        "{path}, line {line}: {n} values; a table of 17 targets has {count} in a row",
-                        path=path,
-                        line=number,
-                        n=len(words),
-                        count=_COLUMNS,
-                    )
+                    "reference.target_row",
+                    "{path}, line {line}: {n} values; a table of 17 targets has {count} in a row",
+                    path=path,
+                    line=number,
+                    n=len(words),
+                    count=_COLUMNS,
                 )
             try:
                 rows.append([float(word) for word in words])
             except ValueError as error:
                 raise FormatError(
-                    say(
-                        "table.not_a_number",
-                        "{path}, line {line}: {error}; every value must be a number",
-                        path=path,
-                        line=number,
-                        error=error,
-                    )
+                    "table.not_a_number",
+                    "{path}, line {line}: {error}; every value must be a number",
+                    path=path,
+                    line=number,
+                    error=error,
                 ) from error
     if len(rows) < 4:
         raise FormatError(
-            say(
-                "reference.few_samples_file",
-                "{path}: only {n} samples; a reference needs at least 4",
-                path=path,
-                n=len(rows),
-            )
+            "reference.few_samples_file",
+            "{path}: only {n} samples; a reference needs at least 4",
+            path=path,
+            n=len(rows),
         )
     values = np.array(rows).reshape(len(rows), len(_JOINTS), 7)
     lost = ~np.isfinite(values).all(axis=2) | (np.linalg.norm(values[..., 3:], axis=2) < 0.5)

@@ -89,11 +89,16 @@ class Tracker:
     ) -> None:
         if T_stage_camera is None and len(cameras) != 1:
             raise CalibrationError(
-                "several cameras make one skeleton only with their transforms; calibrate first"
+                "tracker.no_transforms",
+                "several cameras make one skeleton only with their transforms; calibrate first",
             )
         missing = [name for name in cameras if T_stage_camera is not None and name not in T_stage_camera]
         if missing:
-            raise CalibrationError(f"no transform of camera {', '.join(missing)}; calibrate the stage again")
+            raise CalibrationError(
+                "tracker.no_transform",
+                "no transform of camera {names}; calibrate the stage again",
+                names=[*missing],
+            )
         self._own_frame = T_stage_camera is None
         self._views = {
             name: CameraView(camera, None if T_stage_camera is None else T_stage_camera[name])

@@ -60,8 +60,13 @@ class CameraView:
         """
         if depth_mm.shape != (self.camera.height, self.camera.width):
             raise FormatError(
-                f"a depth image of {depth_mm.shape[1]} x {depth_mm.shape[0]} pixels came from a camera of "
-                f"{self.camera.width} x {self.camera.height}; give the intrinsics that belong to the images"
+                "depth.image_size",
+                "a depth image of {width} x {height} pixels came from a camera of {own_width} x "
+                "{own_height}; give the intrinsics that belong to the images",
+                width=depth_mm.shape[1],
+                height=depth_mm.shape[0],
+                own_width=self.camera.width,
+                own_height=self.camera.height,
             )
         points = np.zeros((*self._background.shape, 3))
         depth = np.zeros(self._background.shape)

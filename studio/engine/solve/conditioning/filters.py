@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from studio.engine.base.errors import SettingsError
 from studio.engine.base.quaternions import normalized
+from studio.engine.base.value_sentences import bad_value
 from studio.engine.model.settings import PLACES, add_choices
 
 
@@ -102,9 +103,7 @@ def add_filter(name: str, make: Callable[[], Filter]) -> None:
         SettingsError: the name is taken or is not allowed.
     """
     if name in FILTERS or not name.isidentifier():
-        raise SettingsError(
-            f"filter {name!r} is not allowed; allowed: a name other than {', '.join(FILTERS)}"
-        )
+        raise SettingsError(bad_value("filter", repr(name), f"a name other than {', '.join(FILTERS)}"))
     add_choices("smoothing", tuple(f"{name}:{place}" for place in PLACES))
     FILTERS[name] = make
 

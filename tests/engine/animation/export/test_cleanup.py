@@ -12,6 +12,7 @@ from studio.engine.base.errors import SettingsError
 from studio.engine.model.joints import OUTPUT_INDEX
 from studio.engine.model.poses import Poses
 from tests.poses_factory import make_poses, random_poses, rest_offsets_m, t_pose
+from tests.refused import refused
 
 FEET = [OUTPUT_INDEX[name] for name in ("LeftFoot", "LeftToeBase", "RightFoot", "RightToeBase")]
 
@@ -97,12 +98,12 @@ def test_a_walk_that_travels_keeps_its_path() -> None:
 
 
 def test_a_clip_too_short_for_a_loop_is_refused() -> None:
-    with pytest.raises(SettingsError, match="loop: the clip has 11 frames"):
+    with refused(SettingsError, "export.loop_short", n=11):
         prepared_poses(_walk(10 / 60, speed_m_s=0.0), ExportOptions(loop=True))
 
 
 def test_cutoff_above_the_frames_is_refused() -> None:
-    with pytest.raises(SettingsError, match="below half of the take's 60"):
+    with refused(SettingsError, "export.smooth_hz", rate=60):
         prepared_poses(t_pose(60), ExportOptions(smooth_hz=30.0))
 
 
@@ -145,7 +146,7 @@ def test_foot_lock_holds_standing_feet_and_nothing_else_jumps() -> None:
 def test_foot_lock_needs_legs() -> None:
     poses = t_pose(10)
     other = replace(poses, joint_names=tuple(name.replace("Leg", "Limb") for name in poses.joint_names))
-    with pytest.raises(SettingsError, match="lacks LeftUpLeg, LeftLeg"):
+    with refused(SettingsError, "export.foot_lock_lacks"):
         prepared_poses(other, ExportOptions(foot_lock=True))
 
 

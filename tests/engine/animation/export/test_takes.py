@@ -17,6 +17,7 @@ from tests.engine.animation.export.readers.programs import (
 )
 from tests.engine.animation.export.scoring import position_error_cm
 from tests.poses_factory import make_poses, random_poses, rest_offsets_m
+from tests.refused import refused
 
 
 def _takes() -> list[Poses]:
@@ -46,13 +47,12 @@ def test_blender_sees_all_takes(tmp_path: Path) -> None:
 
 def test_takes_that_do_not_go_into_one_file_are_refused(tmp_path: Path) -> None:
     poses, other, _ = _takes()
-    with pytest.raises(SettingsError, match=r"60 .*give one rate with fps"):
+    with refused(SettingsError, "export.other_rate", fps=60):
         export_takes([(poses, ExportOptions(fps=30)), (other, ExportOptions(fps=60))], tmp_path / "x", "fbx")
     fewer = replace(other, joint_names=(*other.joint_names[:-1], "Tail"))
-    with pytest.raises(SettingsError) as refused:
+    with refused(SettingsError, "export.other_joints"):
         export_takes([(poses, ExportOptions()), (fewer, ExportOptions())], tmp_path / "x", "fbx")
-    assert refused.value.code == "export.other_joints"
-    with pytest.raises(SettingsError, match="a file holds one take; several go into fbx"):
+    with refused(SettingsError, "export.one_take_format", allowed="fbx"):
         export_takes([(poses, ExportOptions()), (other, ExportOptions())], tmp_path / "x", "bvh")
     assert not list(tmp_path.iterdir())
 
@@ -71,7 +71,7 @@ def test_timecodes() -> None:
     assert timecode_seconds("01:00:00:12", 24.0) == 3600.5
     assert timecode_seconds("00:00:01:00", 30 / 1.001) == pytest.approx(1.001)
     for wrong in ("1:0:0:0", "24:00:00:00", "00:60:00:00", "00:00:00:25", "00:00:00"):
-        with pytest.raises(SettingsError, match="timecode="):
+        with refused(SettingsError, "export.timecode", "export.timecode_range"):
             timecode_seconds(wrong, 25.0)
 
 

@@ -7,6 +7,7 @@ from studio.engine.animation.motion.bvh import read_bvh
 from studio.engine.animation.motion.motion import END
 from studio.engine.base.errors import FormatError
 from tests.engine.animation.motion.bvh_files import MIXAMO, bvh_text, channel_count
+from tests.refused import refused
 
 SMALL = {"hips": (None, (1, 2, 3)), "a": ("hips", (4, 0, 0)), "b": ("a", (0, 5, 0)), "c": ("hips", (0, 0, 6))}
 
@@ -86,44 +87,43 @@ def test_without_a_unit_the_rest_pose_is_175_cm_high(write):
 
 GOOD = bvh_text(SMALL, [[1.0] * 15] * 3)
 BAD = {
-    "empty": ("", "does not begin with HIERARCHY"),
-    "other kind": ("solid cube\nfacet", "does not begin with HIERARCHY"),
-    "cut in the hierarchy": (GOOD[: GOOD.index("JOINT b")], "cut off after line"),
-    "cut before the frames": (GOOD[: GOOD.index("MOTION")], "expected MOTION"),
-    "cut between frames": ("\n".join(GOOD.splitlines()[:-1]), "2 of 3 frames"),
-    "cut in a frame": (GOOD[:-10], "needs 15 finite numbers"),
-    "not a number": (GOOD.replace("1.0 1.0", "1.0 nan", 1), "needs 15 finite numbers"),
-    "infinite": (GOOD.replace("1.0 1.0", "1e999 1.0", 1), "needs 15 finite numbers"),
-    "a word": (GOOD.replace("1.0 1.0", "1.0 x", 1), "needs 15 finite numbers"),
-    "too many values": (GOOD.replace("1.0 1.0", "1.0 1.0 1.0", 1), "needs 15 finite numbers"),
-    "too many frames": (GOOD + "1.0 " * 15, "more rows than the 3 frames"),
-    "no frame": (GOOD.replace("Frames: 3", "Frames: 0"), "positive whole number"),
-    "frame time 0": (GOOD.replace("Time: 0.01", "Time: 0"), "a frame time of 0 s"),
-    "unknown channel": (GOOD.replace("Zrotation", "Wrotation", 1), "unknown channel"),
-    "channel count": (GOOD.replace("CHANNELS 3", "CHANNELS 4", 1), "a count and as many"),
-    "name twice": (GOOD.replace("JOINT b", "JOINT a"), "used twice"),
-    "offset": (GOOD.replace("OFFSET 4 0 0", "OFFSET 4 0"), "OFFSET needs 3"),
-    "two roots": (GOOD.replace("JOINT c", "ROOT c"), "exactly one ROOT"),
-    "garbage": (GOOD.replace("JOINT c", "BANANA c"), "not allowed here"),
+    "empty": ("", "bvh.not_bvh"),
+    "other kind": ("solid cube\nfacet", "bvh.not_bvh"),
+    "cut in the hierarchy": (GOOD[: GOOD.index("JOINT b")], "bvh.cut_off_expecting"),
+    "cut before the frames": (GOOD[: GOOD.index("MOTION")], "bvh.cut_off_expecting"),
+    "cut between frames": ("\n".join(GOOD.splitlines()[:-1]), "bvh.cut_off"),
+    "cut in a frame": (GOOD[:-10], "bvh.numbers"),
+    "not a number": (GOOD.replace("1.0 1.0", "1.0 nan", 1), "bvh.numbers"),
+    "infinite": (GOOD.replace("1.0 1.0", "1e999 1.0", 1), "bvh.numbers"),
+    "a word": (GOOD.replace("1.0 1.0", "1.0 x", 1), "bvh.numbers"),
+    "too many values": (GOOD.replace("1.0 1.0", "1.0 1.0 1.0", 1), "bvh.numbers"),
+    "too many frames": (GOOD + "1.0 " * 15, "bvh.more_rows"),
+    "no frame": (GOOD.replace("Frames: 3", "Frames: 0"), "bvh.frames_line"),
+    "frame time 0": (GOOD.replace("Time: 0.01", "Time: 0"), "bvh.frame_time"),
+    "unknown channel": (GOOD.replace("Zrotation", "Wrotation", 1), "bvh.channel"),
+    "channel count": (GOOD.replace("CHANNELS 3", "CHANNELS 4", 1), "bvh.channels"),
+    "name twice": (GOOD.replace("JOINT b", "JOINT a"), "bvh.joint_name"),
+    "offset": (GOOD.replace("OFFSET 4 0 0", "OFFSET 4 0"), "bvh.numbers"),
+    "two roots": (GOOD.replace("JOINT c", "ROOT c"), "bvh.one_root"),
+    "garbage": (GOOD.replace("JOINT c", "BANANA c"), "bvh.not_here"),
 }  # fmt: skip
 
 
 @pytest.mark.parametrize("case", BAD)
 def test_a_broken_file_gives_one_line_that_names_it(write, case):
-    text, message = BAD[case]
+    text, code = BAD[case]
     path = write(text)
-    with pytest.raises(FormatError, match=message) as caught:
+    with refused(FormatError, code, path=str(path)) as caught:
         read_bvh(path, unit_m=1.0)
-    assert str(path) in str(caught.value) and "\n" not in str(caught.value)
+    assert "\n" not in str(caught.value)
 
 
 def test_binary_and_missing_files(tmp_path):
     path = tmp_path / "noise.bvh"
     path.write_bytes(np.random.default_rng(0).bytes(4000))
-    with pytest.raises(FormatError) as refused:
+    with refused(FormatError, "bvh.not_bvh"):
         read_bvh(path)
-    assert refused.value.code == "bvh.not_bvh"
-    with pytest.raises(FormatError, match="cannot read"):
+    with refused(FormatError, "bvh.unreadable"):
         read_bvh(tmp_path / "none.bvh")
 
 
@@ -135,5 +135,5 @@ def test_every_cut_of_a_file_is_a_format_error(write):
 
 @pytest.mark.parametrize("unit", [0.0, -1.0, float("nan"), float("inf")])
 def test_a_unit_must_be_positive(write, unit):
-    with pytest.raises(FormatError, match="positive"):
+    with refused(FormatError, "bvh.unit"):
         read_bvh(write(GOOD), unit_m=unit)

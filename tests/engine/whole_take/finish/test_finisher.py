@@ -16,6 +16,7 @@ from studio.engine.whole_take import finisher
 from studio.engine.whole_take.take import LIVE_SHARE, solve_frames
 from studio.simulator.simulate import simulate_take
 from studio.take.raw.frames import camera_frames
+from tests.refused import refused
 
 START_S = 33.5
 END_S = 50.0
@@ -93,7 +94,7 @@ def test_a_gap_and_a_few_frames_are_no_problem(take):
 
 
 def test_there_must_be_a_solve_to_refine(take):
-    with pytest.raises(SettingsError, match="ik="):
+    with refused(SettingsError, "settings.finish_needs_pose"):
         solve_frames(take[0][:10], take[1], parse_settings("raw", ["finish=on"]))
 
 

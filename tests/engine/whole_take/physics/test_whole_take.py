@@ -20,6 +20,7 @@ from studio.engine.whole_take.take import solve_frames
 from studio.simulator.joints.noisy_joints import FRAMES_PER_SECOND, NoisyJoints, anatomical_offsets
 from studio.simulator.rig import standard_rig
 from tests.engine.walkers import AUTHORED_HEIGHT_M, SECOND
+from tests.refused import refused
 
 DT = 1.0 / 60.0
 MARGIN_S = 2.0
@@ -149,5 +150,5 @@ def test_without_known_contacts_and_over_a_gap(live, calibration):
 
 
 def test_it_corrects_finished_takes_only(calibration):
-    with pytest.raises(SettingsError, match="finish=on"):
+    with refused(SettingsError, "settings.physics_needs_finish"):
         solve_frames([], calibration, parse_settings("studio", ["physics=on"]))

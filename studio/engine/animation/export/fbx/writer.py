@@ -21,7 +21,6 @@ from studio.engine.animation.export.fbx.objects import Objects
 from studio.engine.animation.export.fbx.skeleton import add_skeleton, local_turns
 from studio.engine.base.errors import SettingsError
 from studio.engine.base.files import write_atomically
-from studio.engine.base.sentences import say
 
 
 def write_fbx(
@@ -87,24 +86,20 @@ def _check_alike(takes: list[LocalMotion]) -> None:
     for motion in takes[1:]:
         if motion.joint_names != first.joint_names or motion.parents.tolist() != first.parents.tolist():
             raise SettingsError(
-                say(
-                    "export.other_joints",
-                    "take {take}: its skeleton has other joints than that of {other}; export it to a file of "
-                    "its own",
-                    take=motion.name,
-                    other=first.name,
-                )
+                "export.other_joints",
+                "take {take}: its skeleton has other joints than that of {other}; export it to a "
+                "file of its own",
+                take=motion.name,
+                other=first.name,
             )
         if motion.frames_per_second != first.frames_per_second:
             raise SettingsError(
-                say(
-                    "export.other_rate",
-                    "take {take}: {fps:g} frames a second, {other} has {rate:g}; give one rate with fps",
-                    take=motion.name,
-                    fps=motion.frames_per_second,
-                    other=first.name,
-                    rate=first.frames_per_second,
-                )
+                "export.other_rate",
+                "take {take}: {fps:g} frames a second, {other} has {rate:g}; give one rate with fps",
+                take=motion.name,
+                fps=motion.frames_per_second,
+                other=first.name,
+                rate=first.frames_per_second,
             )
 
 

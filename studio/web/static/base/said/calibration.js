@@ -66,5 +66,13 @@ export default {
   "tpose.turned": "bras {side} pas sur le côté, ou épaules tournées : les bras sur une ligne",
   "tpose.moves": "bras {side} en mouvement à {speed:.1f} m/s : ne bougez plus",
   "calibration.none_in_use": "aucune n'est en usage",
-  "calibration.stays": "la {number} reste en usage"
+  "calibration.stays": "la {number} reste en usage",
+  "calibration.no_proportions": "la calibration n'a pas les proportions de l'interprète ; calibrez avec une pose en T, ou calculez depuis un enregistrement",
+  "calibration.no_such_reference": "--reference {name} : il n'y a pas cette caméra ; permises : {names}",
+  "depth.image_size": "une image de profondeur de {width} x {height} pixels vient d'une caméra de {own_width} x {own_height} ; donnez les paramètres intrinsèques de ces images",
+  "depth.no_calibrated_camera": "la calibration de {take} n'a aucune des caméras de profondeur ({names}) ; calibrez la prise",
+  "depth.none_readable": "aucune image de profondeur de {name} ne peut être lue",
+  "depth.not_tracked": "la profondeur de {take} n'a pas été suivie avec ces réglages ; calculez la prise une fois",
+  "tracker.no_transform": "pas de transformation pour la caméra {names} ; calibrez à nouveau",
+  "tracker.no_transforms": "plusieurs caméras ne font un squelette qu'avec leurs transformations ; calibrez d'abord"
 };

@@ -33,5 +33,14 @@ export default {
   "export.timecode": "timecode={timecode} : permis : hh:mm:ss:ii, comme 09:30:00:00",
   "export.timecode_range": "timecode={timecode} : permis : 00:00:00:00 à 23:59:59:{frame} à {rate} images par seconde",
   "export.one_take_format": "format={format} : un fichier contient une prise ; plusieurs vont dans {allowed}",
-  "share.not_restorable": "il n'y a pas de partage « {share} » à remettre"
+  "share.not_restorable": "il n'y a pas de partage « {share} » à remettre",
+  "export.mesh_lacks": "le squelette n'a pas d'articulation pour {names}, aucun corps ne lui va ; retirez le maillage, ou nommez les articulations comme HumanIK",
+  "export.mesh_not_upright": "la pose de repos du squelette n'est pas debout avec y vers le haut et 0,3 m de hauteur au moins, aucun corps ne lui va ; retirez le maillage",
+  "export.no_rotation": "poses : une rotation est un quaternion de longueur nulle ; recalculez la prise",
+  "export.no_skin": "les proportions du squelette sont si inhabituelles qu'aucun marqueur ne trouve la peau ; exportez en fbx ou csv",
+  "export.roots": "poses : {n} articulations n'ont pas de parent ; l'export demande une seule racine",
+  "export.times": "poses : les temps des images ne croissent pas ; recalculez la prise",
+  "depth.image_shape": "l'image {n} est de forme {shape}, pas de celle de la caméra",
+  "report.language": "il n'y a pas de rapport en « {language} » ; permis : {allowed}",
+  "report.unwritable": "impossible d'écrire {path} : {error} ; choisissez un autre --report"
 };

@@ -44,5 +44,19 @@ export default {
   "settings.camera_names": "all, ou des noms de caméras séparés par des virgules",
   "settings.point": "x,y,z en mètres",
   "settings.unknown_part": "réglage inconnu « {key} » ; permis : effectors.<joint>.reach, .pull ou .resist, displacement_limits_m_s.<joint>",
-  "settings.unknown": "réglage inconnu « {key} » ; permis : {allowed}, effectors.<joint>.reach/.pull/.resist, displacement_limits_m_s.<joint>"
+  "settings.unknown": "réglage inconnu « {key} » ; permis : {allowed}, effectors.<joint>.reach/.pull/.resist, displacement_limits_m_s.<joint>",
+  "value.bad": "{name} {value} n'est pas permis ; permis : {allowed}",
+  "value.unknown": "« {name} » est inconnu ({kind}) ; permis : {allowed}",
+  "settings.by_joint": "{key} se règle articulation par articulation ; permis : {allowed}",
+  "settings.finish_needs_pose": "finish=on demande une pose calculée ; permis avec lui : ik=previous_pose, combined_skeleton, kalman_filter",
+  "settings.physics_needs_finish": "physics=on corrige une prise finie ; mettez aussi finish=on, ou prenez le préréglage finish",
+  "output.between": "{name}={value} n'est pas permis ; permis : {low} à {high}",
+  "output.host": "host={host} n'est ni le nom ni l'adresse d'une machine ; par exemple 192.168.1.20",
+  "output.no_such": "il n'y a pas de sortie en direct « {name} » ; il y a : {names}",
+  "output.port": "port={port} n'est pas permis ; permis : 1 à 65535, d'habitude {usual}",
+  "output.too_many": "il y a déjà {most} sorties en direct ; retirez-en une d'abord",
+  "output.unreadable": "impossible de lire les sorties en direct dans {file} ({error}) ; supprimez le fichier et ajoutez-les à nouveau",
+  "view.camera": "la caméra « {name} » n'est pas affichée ; permises : {names}",
+  "view.layer": "affichage inconnu « {layer} » ; permis : {allowed}",
+  "view.trails": "trails={joints} n'est pas permis ; permis : {most} au plus parmi {allowed}"
 };

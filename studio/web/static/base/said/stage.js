@@ -32,5 +32,14 @@ export default {
   "work.failed": "{work} a échoué : {error} ; voyez le journal du serveur",
   "camera.usb": "{place} ; branchez-les à des contrôleurs USB ou machines différents, ou baissez leurs cadences",
   "camera.usb_shared": "partage le contrôleur USB {mine} avec {names}",
-  "camera.usb_same_machine": "comme {names} sur la même machine"
+  "camera.usb_same_machine": "comme {names} sur la même machine",
+  "access.no_token": "il n'y a pas de jeton de caméra « {id} »",
+  "access.tokens_unreadable": "impossible de lire {path} ({error}) ; réparez-le, ou supprimez-le et associez à nouveau les caméras",
+  "camera.no_preview": "il n'y a pas d'aperçu de la caméra « {name} » : seuls les clients de caméras de profondeur en envoient",
+  "device.no_image": "pas d'image pendant {seconds} s",
+  "link.refused": "le serveur refuse la caméra {name} : {reason}",
+  "source.recording_camera": "la source « recording:{argument} » demande une caméra de l'enregistrement : recording:<chemin>#<caméra> ; il a {names}",
+  "tracker.ended": "le processus du suivi s'est arrêté ; relancez la caméra",
+  "tracker.failed": "le suivi a échoué : {error}",
+  "work.stopped": "{work} a été arrêté avant la fin"
 };
