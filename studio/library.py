@@ -10,6 +10,7 @@ from typing import Any
 
 from studio.engine.base.errors import TakeError
 from studio.engine.base.sentences import say
+from studio.engine.metrics.results import Evaluation
 from studio.engine.model.calibration import Calibration
 from studio.engine.model.poses import Poses
 from studio.engine.model.settings import SolveSettings
@@ -157,7 +158,7 @@ def evaluate(
     align: str = "rigid",
     unit_m: float | None = None,
     progress: Progress | None = None,
-) -> dict[str, dict[str, Any]]:
+) -> dict[str, Evaluation]:
     """Return the figures of a take's solves against a reference, by name of the solve.
 
     Args:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import msgspec
 
 from studio.engine.base.errors import FormatError
-from studio.engine.model.calibration import Calibration
+from studio.engine.model.calibration import Calibration, ClockJson
 from studio.engine.model.frames import CameraFrame, ClockModel, StepResult
 from studio.engine.model.settings import SolveSettings
 
@@ -144,7 +144,7 @@ def read_event(data: bytes) -> LiveEvent:
 
 def start_event(calibration: Calibration | None, settings: SolveSettings) -> StartEvent:
     """A fresh pipeline, from the same numbers live and in replay."""
-    return StartEvent(None if calibration is None else calibration.to_json(), settings.to_json())
+    return StartEvent(None if calibration is None else {**calibration.to_json()}, settings.to_json())
 
 
 def clock_event(camera: str, clock_id: str, clock: ClockModel) -> ClockEvent:
@@ -157,7 +157,7 @@ def stage_clock_event(camera: str, clock_id: str, server_to_stage: ClockModel) -
     return StageClockEvent(camera=camera, clock_id=clock_id, **_numbers(server_to_stage))
 
 
-def _numbers(clock: ClockModel) -> dict[str, Any]:
+def _numbers(clock: ClockModel) -> ClockJson:
     drift_ppm = float(clock.drift_ppm)
     if not math.isfinite(drift_ppm):
         raise ValueError(f"a clock's drift of {drift_ppm} ppm cannot be logged")
