@@ -1,7 +1,7 @@
 """Routes of the takes on disk: list, detail, solve again, export."""
 
 from pathlib import Path
-from typing import Annotated, Any, Literal, Protocol
+from typing import Annotated, Literal, Protocol
 
 from fastapi import APIRouter, Query, Request, Response
 from fastapi.responses import FileResponse
@@ -18,6 +18,9 @@ from studio.api.takes.rigs import find_rig
 from studio.api.takes.thumbnails import Thumbnails
 from studio.engine.animation.clip.options import ExportOptions
 from studio.engine.model.poses import Poses
+from studio.engine.model.settings import SettingsJson
+from studio.engine.model.solve_metrics import SolveMetrics
+from studio.take.folder.meta import TakeMeta
 from studio.take.folder.names import inside
 from studio.take.folder.solves import read_metrics, read_settings
 from studio.take.folder.take import Take
@@ -86,14 +89,14 @@ class ExportRequest(Body):
 class SolveDetail(Struct):
     """Settings and metrics of a solve as stored (docs/formats.md); null if the file is missing or damaged."""
 
-    settings: dict[str, Any] | None
-    metrics: dict[str, Any] | None
+    settings: SettingsJson | None
+    metrics: SolveMetrics | None
 
 
 class TakeDetail(ListedTake, kw_only=True):
     """A take: its line of the list, its `take.json` (docs/formats.md), and its solves by name."""
 
-    meta: dict[str, Any]
+    meta: TakeMeta
     solve_details: dict[str, SolveDetail]
 
 

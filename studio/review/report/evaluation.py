@@ -5,7 +5,6 @@ import tempfile
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,6 +16,7 @@ from studio.engine.metrics.reference.matching import Matched, match
 from studio.engine.metrics.reference.reference import Markers, Reference
 from studio.engine.metrics.results import Evaluation
 from studio.engine.model.poses import Poses
+from studio.engine.model.settings import SettingsJson
 from studio.engine.model.spans import Span
 from studio.review.render.strip import render_strip
 from studio.review.report.body_diagram import body_diagram, stick_figures
@@ -55,7 +55,7 @@ class MeasuredSolve:
 
     poses: Poses
     figures: Evaluation
-    settings: dict[str, Any]
+    settings: SettingsJson
     disagrees: Mapping[str, Sequence[Span]] = field(default_factory=dict)
     moved: Mapping[str, tuple[float, float]] = field(default_factory=dict)
 

@@ -1,9 +1,9 @@
 """The tables of the report of `evaluate`."""
 
 from collections.abc import Mapping
-from typing import Any
 
 from studio.engine.metrics.results import Evaluation
+from studio.engine.model.settings import SettingsJson
 from studio.review.report.page import Markup, html_table, paragraph, safe
 from studio.review.report.words import ENGLISH, Words
 
@@ -45,7 +45,7 @@ def figures_table(figures: Mapping[str, Evaluation], base: str, say: Words) -> s
     return html_table(["", *figures], rows)
 
 
-def switches_table(settings: Mapping[str, dict[str, Any]], base: str, say: Words) -> str:
+def switches_table(settings: Mapping[str, SettingsJson], base: str, say: Words) -> str:
     """Return the switches in which each solve differs from the first."""
     if not all(settings.values()):
         return paragraph(

@@ -12,7 +12,7 @@ import msgspec
 from studio.engine.base.errors import FormatError
 from studio.engine.model.calibration import Calibration, ClockJson
 from studio.engine.model.frames import CameraFrame, ClockModel, StepResult
-from studio.engine.model.settings import SolveSettings
+from studio.engine.model.settings import SettingsJson, SolveSettings
 
 if TYPE_CHECKING:
     from studio.engine.solve.pipeline import Pipeline
@@ -22,7 +22,7 @@ class StartEvent(msgspec.Struct, tag="start"):
     """A fresh pipeline; without a calibration there is none until the next start. Both are as files hold them."""
 
     calibration: dict[str, Any] | None
-    settings: dict[str, Any]
+    settings: SettingsJson
 
 
 class _ClockEvent(msgspec.Struct, kw_only=True):
@@ -51,7 +51,7 @@ class StageClockEvent(_ClockEvent, tag="stage_clock", kw_only=True):
 class SettingsEvent(msgspec.Struct, tag="settings"):
     """From now on the pipeline works with these settings, as files hold them."""
 
-    settings: dict[str, Any]
+    settings: SettingsJson
 
 
 class CalibrationEvent(msgspec.Struct, tag="calibration"):
