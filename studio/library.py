@@ -170,9 +170,6 @@ def evaluate(
         unit_m: metres per unit of a BVH; None = by a height of 1.75 m.
         progress: receives the share done.
 
-    Returns:
-        For each solve the figures of `studio evaluate --json`, units in the keys.
-
     Raises:
         TakeError: no such solve.
         FormatError: a reference that cannot be read or shares too little with the solve.
