@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from studio.engine.base.errors import TakeError
+from studio.engine.metrics.results import Evaluation
 from studio.engine.model.calibration import Calibration
 from studio.engine.model.poses import Poses
 from studio.engine.model.settings import SolveSettings
@@ -156,7 +157,7 @@ def evaluate(
     align: str = "rigid",
     unit_m: float | None = None,
     progress: Progress | None = None,
-) -> dict[str, dict[str, Any]]:
+) -> dict[str, Evaluation]:
     """Return the figures of a take's solves against a reference, by name of the solve.
 
     Args:
@@ -167,9 +168,6 @@ def evaluate(
         align: `rigid`, or `similarity` (the size too).
         unit_m: metres per unit of a BVH; None = by a height of 1.75 m.
         progress: receives the share done.
-
-    Returns:
-        For each solve the figures of `studio evaluate --json`, units in the keys.
 
     Raises:
         TakeError: no such solve.

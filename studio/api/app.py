@@ -28,7 +28,7 @@ from studio.api.stage.outputs import outputs_router
 from studio.api.stage.performers import performers_router
 from studio.api.stage.presets import presets_router
 from studio.api.stage.stage import stage_router
-from studio.api.structs import Sentence, StructApi
+from studio.api.structs import StructApi
 from studio.api.takes.changes import Changes
 from studio.api.takes.compare import compare_router
 from studio.api.takes.exports import exports_router
@@ -40,6 +40,7 @@ from studio.api.takes.references import references_router
 from studio.api.takes.rigs import rigs_router
 from studio.api.takes.takes import takes_router
 from studio.api.takes.thumbnails import Thumbnails, thumbnails_router
+from studio.engine.base.sentences import Sentence
 from studio.engine.model.calibration import Performer
 from studio.live import LiveStage
 from studio.review.blind.desk import Desk

@@ -4,7 +4,8 @@ import inspect
 import threading
 from collections.abc import Callable, Iterator
 from functools import wraps
-from typing import Any, get_args
+from types import UnionType
+from typing import Any, get_args, is_typeddict
 
 import msgspec
 from fastapi import FastAPI
@@ -13,7 +14,6 @@ from fastapi.routing import APIRoute
 
 from studio.engine.base.sentences import Said
 
-_OBJECTS = (dict[str, Any], list[dict[str, Any]])
 _REFERENCE = "#/components/schemas/{name}"
 
 
@@ -48,33 +48,22 @@ def encode(value: Any) -> bytes:
     return data[:-1] + b',"said":' + said + b"}" if data.endswith(b"}") else data
 
 
-class Sentence(msgspec.Struct):
-    """An English text of an answer as a program can read it, in the list `said`.
-
-    Attributes:
-        text: the text as it stands in the answer.
-        code: which sentence it is.
-        values: what it was made of: texts, numbers, sentences, or lists of these.
-    """
-
-    text: str
-    code: str
-    values: dict[str, Any]
-
-
 class StructRoute(APIRoute):
-    """A route whose function may return a struct, or a list or object of structs or plain values.
+    """A route whose function may return structs, also as a union, or in a list or object. A `TypedDict` counts as a
+    struct.
 
     Attributes:
-        answers: its return type, if that is of structs or plain objects; else None.
+        answers: the types that it returns, if they are of structs; else none.
     """
 
     def __init__(self, path: str, endpoint: Callable[..., Any], **options: Any) -> None:
         returned = inspect.signature(endpoint).return_annotation
-        self.answers = returned if any(_structs(returned)) or returned in _OBJECTS else None
-        if self.answers is not None:
+        self.answers: tuple[Any, ...] = ()
+        if any(_structs(returned)):
             status = options.get("status_code") or 200
-            (schema,), _ = msgspec.json.schema_components((returned,), ref_template=_REFERENCE)
+            self.answers = get_args(returned) if isinstance(returned, UnionType) else (returned,)
+            schemas, _ = msgspec.json.schema_components(self.answers, ref_template=_REFERENCE)
+            schema = schemas[0] if len(schemas) == 1 else {"anyOf": list(schemas)}
             body = {"content": {"application/json": {"schema": schema}}}
             options["responses"] = {**(options.get("responses") or {}), status: body}
             options["response_model"] = None
@@ -84,7 +73,7 @@ class StructRoute(APIRoute):
 
 def _structs(kind: Any) -> Iterator[type]:
     """Yield the structs in an annotation."""
-    if isinstance(kind, type) and issubclass(kind, msgspec.Struct):
+    if is_typeddict(kind) or (isinstance(kind, type) and issubclass(kind, msgspec.Struct)):
         yield kind
     for part in get_args(kind):
         yield from _structs(part)
@@ -120,12 +109,12 @@ class StructApi(FastAPI):
         events: messages of its WebSockets, which have no other place in the description.
     """
 
-    events: tuple[type[msgspec.Struct], ...] = ()
+    events: tuple[type, ...] = ()
 
     def openapi(self) -> dict[str, Any]:
         """Return the description."""
         if self.openapi_schema is None:
-            told = [r.answers for r in self.routes if isinstance(r, StructRoute) and r.answers is not None]
+            told = [one for route in self.routes if isinstance(route, StructRoute) for one in route.answers]
             _, schemas = msgspec.json.schema_components((*told, *self.events), ref_template=_REFERENCE)
             super().openapi()["components"]["schemas"].update(schemas)
         return super().openapi()

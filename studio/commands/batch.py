@@ -6,6 +6,8 @@ import sys
 from pathlib import Path
 from typing import Any
 
+from msgspec import to_builtins
+
 from studio.commands.common import add_command, add_json, progress_bar, write_result
 from studio.engine.base.value_sentences import bad_value
 
@@ -78,9 +80,9 @@ def run(args: argparse.Namespace) -> int:
 
         done = run_jobs(jobs, processes=args.processes, scheduler=args.scheduler, told=told)
     result = summary(done)
-    print(f"{result['done']} done, {result['skipped']} done before, {result['failed']} failed")
-    write_result(args, result)
-    return 1 if result["failed"] else 0
+    print(f"{result.done} done, {result.skipped} done before, {result.failed} failed")
+    write_result(args, to_builtins(result))
+    return 1 if result.failed else 0
 
 
 def _jobs(args: argparse.Namespace) -> list[Any]:

@@ -5,6 +5,7 @@ from pathlib import Path
 from typing import Any
 
 from studio.commands.common import add_command, add_json, add_take, figure, table, write_result
+from studio.engine.model.calibration import CalibrationJson
 
 _TEXT = """\
 Find the cameras' poses and clocks and the performer's proportions from a take's own frames.
@@ -52,7 +53,7 @@ def run(args: argparse.Namespace) -> int:
     return 0
 
 
-def _summary(result: dict[str, Any]) -> str:
+def _summary(result: CalibrationJson) -> str:
     """The calibration as a table, one line per camera."""
     rows = [["camera", "median mm", "p95 mm", "pairs", "clock ms", "drift ppm", "coverage", "verdict"]]
     for name, camera in result["cameras"].items():

@@ -3,7 +3,7 @@
 import argparse
 import re
 import sys
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
@@ -51,7 +51,7 @@ def spread_settings(arguments: Sequence[str]) -> list[str]:
     return out
 
 
-def write_result(args: argparse.Namespace, value: dict[str, Any]) -> None:
+def write_result(args: argparse.Namespace, value: Mapping[str, Any]) -> None:
     """Write a command's result to `--json FILE`, if given."""
     if args.json is not None:
         from studio.engine.base.files import write_json

@@ -1,10 +1,12 @@
 """`studio evaluate`: the figures of a take's solves against a reference."""
 
 import argparse
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 from studio.commands.common import add_command, add_json, add_take, figure, progress_bar, table, write_result
+from studio.engine.metrics.results import Evaluation
 
 _TEXT = """\
 Measure a take's solves against a reference motion.
@@ -128,7 +130,7 @@ def run(args: argparse.Namespace) -> int:
     return 0
 
 
-def summary(solves: dict[str, dict[str, Any]]) -> str:
+def summary(solves: Mapping[str, Evaluation]) -> str:
     """The figures as tables: one line per figure and a column per solve, then the joints."""
     rows = [["", *solves]]
     rows.append(["joints", *(str(len(figures["matched_joints"])) for figures in solves.values())])
@@ -151,7 +153,7 @@ def summary(solves: dict[str, dict[str, Any]]) -> str:
     return table(rows)
 
 
-def edit_list(name: str, figures: dict[str, Any], begins_s: float) -> str:
+def edit_list(name: str, figures: Evaluation, begins_s: float) -> str:
     """A solve's clean-up events, one line each; times count from the stage time `begins_s`, as the replay's do."""
     events = figures["cleanup_events"]
     if not events:

@@ -34,6 +34,6 @@ def run(args: argparse.Namespace) -> int:
     cameras = ", ".join(take.camera_names)
     what = f"{len(take.camera_names)} cameras ({cameras})" if cameras else "an animation, solve imported"
     print(f"{take.path}: {what}")
-    for note in take.meta["notes"].splitlines():
+    for note in take.meta.get("notes", "").splitlines():
         print(f"  {note}")
     return 0

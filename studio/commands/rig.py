@@ -2,9 +2,14 @@
 
 import argparse
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
+
+from msgspec import structs
 
 from studio.commands.common import add_command, add_json, table, write_result
+
+if TYPE_CHECKING:
+    from studio.engine.animation.retarget.facts import RigFacts
 
 _TEXT = """\
 Show the roles of a rig's bones, for exports onto it (`studio export --rig`).
@@ -31,23 +36,23 @@ def run(args: argparse.Namespace) -> int:
     print(_shown(args.rig, facts))
     out = args.out if args.out is not None else mapping_path(args.rig) if args.save else None
     if out is not None:
-        save_mapping(out, read_rig(args.rig), checked_bones(facts["bones"], str(args.rig)))
+        save_mapping(out, read_rig(args.rig), checked_bones(dict(facts.bones), str(args.rig)))
         print(f"{out}: written; correct it there")
-    write_result(args, facts)
+    write_result(args, structs.asdict(facts))
     return 0
 
 
-def _shown(path: Path, facts: dict[str, Any]) -> str:
-    rows = [(role, bone or "-") for role, bone in facts["bones"].items()]
+def _shown(path: Path, facts: "RigFacts") -> str:
+    rows = [(role, bone or "-") for role, bone in facts.bones.items()]
     width = max(len(bone) for _, bone in rows)
     lines = table([("role", "bone".ljust(width)), *((role, bone.ljust(width)) for role, bone in rows)])
-    mapped = sum(bone is not None for bone in facts["bones"].values())
-    told = f"{path}: {facts['bone_count']} bones, {mapped} of them mapped ({facts['mapping']})"
-    if facts["problem"] is not None:
-        told += f"\nnot ready: {facts['problem']}"
+    mapped = sum(bone is not None for bone in facts.bones.values())
+    told = f"{path}: {facts.bone_count} bones, {mapped} of them mapped ({facts.mapping})"
+    if facts.problem is not None:
+        told += f"\nnot ready: {facts.problem}"
     else:
-        told += f", {facts['height_m']:.2f} m high, legs {facts['leg_m']:.2f} m"
-    if facts["arms_below_t_pose_deg"] is not None:
-        told += f", arms {facts['arms_below_t_pose_deg']:.0f} degrees below the T-pose"
-    others = ", ".join(facts["unmapped"]) or "none"
+        told += f", {facts.height_m:.2f} m high, legs {facts.leg_m:.2f} m"
+    if facts.arms_below_t_pose_deg is not None:
+        told += f", arms {facts.arms_below_t_pose_deg:.0f} degrees below the T-pose"
+    others = ", ".join(facts.unmapped) or "none"
     return f"{lines}\n{told}\nbones that keep their rest pose: {others}"

@@ -2,12 +2,12 @@
 
 import logging
 from collections.abc import Callable
-from typing import Any
 
 import numpy as np
 
 from studio.engine.model.calibration import Calibration
 from studio.engine.model.settings import SolveSettings
+from studio.engine.model.solve_metrics import CameraMove, SolveMetrics
 from studio.engine.seeing.cameras.refine import refine_cameras, with_places
 from studio.take.raw.depth import DepthRecording
 
@@ -28,7 +28,7 @@ def refined(
     calibration: Calibration,
     names: tuple[str, ...],
     progress: Progress | None = None,
-) -> tuple[Calibration, dict[str, Any]]:
+) -> tuple[Calibration, SolveMetrics]:
     """Return the calibration with refined cameras, and what was done to them as JSON (`with_refined`).
 
     Args:
@@ -48,7 +48,7 @@ def refined(
 
     found = refine_cameras(told(), {name: recording.cameras[name] for name in names}, calibration)
     _log.info("%s: cameras refined: %s", recording.path, found.line())
-    cameras = {
+    cameras: dict[str, CameraMove] = {
         name: {
             "T_stage_camera": found.calibration.cameras[name].T_stage_camera.tolist(),
             "moved_mm": move.metres * 1e3,
@@ -59,9 +59,9 @@ def refined(
     return found.calibration, {"refined_cameras": found.line(), "cameras_moved": cameras}
 
 
-def with_refined(calibration: Calibration, done: dict[str, Any]) -> Calibration:
+def with_refined(calibration: Calibration, done: SolveMetrics) -> Calibration:
     """Return the calibration with the cameras as `refined` told of them."""
-    moved = done["cameras_moved"]
+    moved = done.get("cameras_moved", {})
     return with_places(calibration, {name: np.array(one["T_stage_camera"]) for name, one in moved.items()})
 
 

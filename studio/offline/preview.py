@@ -45,7 +45,9 @@ def solve_part(
     """
     settings = replace(settings, finish="off", physics="off")
     take.calibration()  # raises the right error if there is none
-    file = take.calibration_path(take.meta["calibration"])
+    number = take.meta["calibration"]
+    assert number is not None
+    file = take.calibration_path(number)
     tracked_as = (
         (settings.tracker, settings.cameras, settings.refine_cameras) if is_tracked(take, settings) else None
     )

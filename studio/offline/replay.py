@@ -3,7 +3,6 @@
 import time
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
 
 from studio.engine.base.errors import CalibrationError, TakeError
 from studio.engine.calibration.calibrate import with_performer
@@ -11,6 +10,7 @@ from studio.engine.calibration.quality.agreement import agreement_figures, disag
 from studio.engine.model.frames import StepResult
 from studio.engine.model.poses import Poses
 from studio.engine.model.settings import SolveSettings
+from studio.engine.model.solve_metrics import SolveMetrics
 from studio.engine.whole_take.collect import collect_poses
 from studio.engine.whole_take.residuals import SolveResiduals
 from studio.engine.whole_take.take import check_together, solve_frames
@@ -53,13 +53,13 @@ def solve_take(
     """
     take.solve_folder(name)  # reports a bad name before the work
     began, residuals, trace = time.perf_counter(), SolveResiduals(), TraceCollector()
-    figures: dict[str, Any] = {}
+    figures: SolveMetrics = {}
     if as_live:
         poses, settings, camera_frame_count = _as_live(take, progress, residuals, trace)
     else:
         poses, camera_frame_count = _plain(take, settings, progress, residuals, figures, trace)
     seconds = time.perf_counter() - began
-    metrics = {
+    metrics: SolveMetrics = {
         "frames": poses.frame_count,
         "camera_frames": camera_frame_count,
         "as_live": as_live,
@@ -79,7 +79,7 @@ def _plain(
     settings: SolveSettings,
     progress: Progress | None,
     residuals: SolveResiduals,
-    figures: dict[str, Any],
+    figures: SolveMetrics,
     trace: TraceCollector,
 ) -> tuple[Poses, int]:
     check_together(settings)
@@ -102,7 +102,7 @@ def _plain(
     }
     found = disagreements(calibration, used, from_s=take.meta["calibration_s"])
     every = Joined(list(without_named(calibration, frames, found).values()))
-    physics: dict[str, Any] = {}
+    physics: SolveMetrics = {}
     poses = solve_frames(
         every,
         calibration,

@@ -5,7 +5,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from hashlib import blake2b
 from itertools import islice
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,6 +20,7 @@ from studio.engine.model.calibration import Calibration
 from studio.engine.model.depth import DepthFrame
 from studio.engine.model.frames import CameraFrame
 from studio.engine.model.settings import SolveSettings
+from studio.engine.model.solve_metrics import SolveMetrics
 from studio.engine.seeing.cameras.camera_poses import MOST_SETS, refine_camera_poses
 from studio.engine.seeing.tracker.skeletons import POINTS, from_points, per_camera, points_calibration
 from studio.offline.placing import refined, refines, with_refined
@@ -50,7 +51,7 @@ class TrackedTake(NamedTuple):
     frames: Mapping[str, Sequence[CameraFrame]]
     calibration: Calibration
     settings: SolveSettings
-    figures: dict[str, Any]
+    figures: SolveMetrics
 
 
 def is_tracked(take: Take, settings: SolveSettings) -> bool:

@@ -7,6 +7,6 @@ v3), both in the axes of Unity (`unity`). `frames` has the messages of the WebSo
 """
 
 from studio.streams.outputs import Outputs
-from studio.streams.targets import KINDS, Target
+from studio.streams.targets import KINDS, OutputStatus, Target
 
-__all__ = ["KINDS", "Outputs", "Target"]
+__all__ = ["KINDS", "OutputStatus", "Outputs", "Target"]

@@ -4,15 +4,16 @@ import logging
 import secrets
 import threading
 from collections.abc import Callable
-from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Any
+
+from msgspec import structs
 
 from studio.engine.base.errors import SettingsError
 from studio.engine.model.calibration import Performer
 from studio.engine.model.frames import StepResult
 from studio.streams.sender import Sender
-from studio.streams.targets import MAX_TARGETS, Target, load_targets, save_targets
+from studio.streams.targets import MAX_TARGETS, OutputStatus, Target, load_targets, save_targets
 
 _log = logging.getLogger(__name__)
 
@@ -41,12 +42,13 @@ class Outputs:
         for sender in tuple(self._senders.values()):
             sender.add(result)
 
-    def list(self) -> list[dict[str, Any]]:
-        """Return every target with its statistics, as JSON."""
-        idle = {"sent": 0, "dropped": 0, "bytes": 0, "problem": ""}
+    def list(self) -> list[OutputStatus]:
+        """Return every target with its statistics."""
         with self._lock:
             return [
-                {**asdict(target), **(self._senders[name].status() if name in self._senders else idle)}
+                self._senders[name].status()
+                if name in self._senders
+                else OutputStatus(**structs.asdict(target))
                 for name, target in self._targets.items()
             ]
 
@@ -73,7 +75,7 @@ class Outputs:
             SettingsError: no such target, or a value that is not allowed. StudioError: the disk refuses.
         """
         with self._lock:
-            return self._put(replace(self._get(name), **values))
+            return self._put(structs.replace(self._get(name), **values))
 
     def remove(self, name: str) -> None:
         """Remove a target.

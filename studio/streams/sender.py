@@ -7,10 +7,12 @@ from collections import deque
 from collections.abc import Callable
 from typing import Any
 
+from msgspec import structs
+
 from studio.engine.model.calibration import Performer
 from studio.engine.model.frames import StepResult
 from studio.streams.rokoko import RokokoEncoder
-from studio.streams.targets import Target
+from studio.streams.targets import OutputStatus, Target
 from studio.streams.unity import UnityPose, unity_pose
 from studio.streams.vmc import VmcEncoder
 
@@ -62,9 +64,15 @@ class Sender:
             self._queue.append(result)
             self._wake.notify()
 
-    def status(self) -> dict[str, Any]:
-        """Return the sent frames and the last error, as JSON."""
-        return {"sent": self.sent, "dropped": self.dropped, "bytes": self.bytes, "problem": self.problem}
+    def status(self) -> OutputStatus:
+        """Return the target with what was sent, and the last error."""
+        return OutputStatus(
+            **structs.asdict(self.target),
+            sent=self.sent,
+            dropped=self.dropped,
+            bytes=self.bytes,
+            problem=self.problem,
+        )
 
     def close(self) -> None:
         """Send waiting frames, then end; do not wait for a name server that does not answer."""

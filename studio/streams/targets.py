@@ -1,8 +1,9 @@
 """Receivers of live output: `sessions/outputs.json`, a list of targets that survives a restart."""
 
 import json
-from dataclasses import asdict, dataclass
 from pathlib import Path
+
+from msgspec import Struct, structs
 
 from studio.engine.base.errors import FormatError, SettingsError
 from studio.engine.base.files import write_json
@@ -20,8 +21,7 @@ MAX_TARGETS = 32
 MAX_HOST = 253
 
 
-@dataclass(frozen=True)
-class Target:
+class Target(Struct, frozen=True):
     """One receiver of the live motion.
 
     Attributes:
@@ -47,7 +47,7 @@ class Target:
         if self.kind not in KINDS:
             raise SettingsError(bad_setting("kind", self.kind, KINDS))
         if self.port == 0:
-            object.__setattr__(self, "port", KINDS[self.kind])
+            structs.force_setattr(self, "port", KINDS[self.kind])
         if not 1 <= self.port <= 65535:
             raise SettingsError(
                 "output.port",
@@ -71,6 +71,15 @@ class Target:
                 n=len(self.actor),
                 most=60,
             )
+
+
+class OutputStatus(Target, frozen=True, kw_only=True):
+    """A target, the frames sent and dropped, the bytes sent, and the last error, or empty."""
+
+    sent: int = 0
+    dropped: int = 0
+    bytes: int = 0
+    problem: str = ""
 
 
 def _within(name: str, value: float, limits: tuple[float, float]) -> None:
@@ -114,4 +123,4 @@ def save_targets(sessions: Path, targets: list[Target]) -> None:
     Raises:
         StudioError: the file cannot be written.
     """
-    write_json(sessions / FILE, OUTPUTS.stamped({"targets": [asdict(target) for target in targets]}))
+    write_json(sessions / FILE, OUTPUTS.stamped({"targets": [structs.asdict(target) for target in targets]}))

@@ -1,11 +1,11 @@
 """Routes of blind tests for the operator: make one, share its link, close it, read the results."""
 
-from typing import Annotated, Any
+from typing import Annotated
 
-import msgspec
 from fastapi import APIRouter
 from fastapi import Request as HttpRequest
 from fastapi.responses import PlainTextResponse, Response
+from msgspec import Struct, field, structs
 from pydantic import Field
 
 from studio.api.cameras.qr import qr_picture
@@ -21,8 +21,8 @@ from studio.engine.model.settings import parse_settings
 from studio.review.blind import thesis
 from studio.review.blind.desk import Desk
 from studio.review.blind.model import BlindTest, Interpolation, Pair, Rules, Side, check
-from studio.review.blind.results import results, votes_csv
-from studio.review.blind.store import read_key
+from studio.review.blind.results import BlindResults, results, votes_csv
+from studio.review.blind.store import OpenedKey, read_key
 from studio.take.folder.take import Take
 from studio.worker import run_in_process
 
@@ -87,6 +87,24 @@ class ShowRequest(Request):
     slot: Annotated[int, Field(ge=-1, description="place in the order; -1: nothing yet")]
 
 
+class ListedTest(BlindTest, frozen=True, kw_only=True):
+    """A test as shown to the operator: whether it is open, the path of its link or empty, the numbers of voters, of
+    their votes, and of the slots of each voter."""
+
+    open: bool
+    path: str
+    voters: int
+    votes: int
+    slot_count: int = field(name="slots")
+
+
+class ListedTests(Struct):
+    """All tests, the newest first, and a sentence for each that cannot be read."""
+
+    tests: list[ListedTest]
+    problems: list[str]
+
+
 def blind_router(finder: Finder, jobs: Jobs, desk: Desk) -> APIRouter:
     """Return the operator's routes of blind tests."""
     router = APIRouter(
@@ -102,16 +120,16 @@ def blind_router(finder: Finder, jobs: Jobs, desk: Desk) -> APIRouter:
         work = [(pair, take_of(pair.a), take_of(pair.b)) for pair in pairs]
         return run_in_process("studio.review.blind.bake:bake_pairs", work)
 
-    def create(title: str, question: str, pairs: tuple[Pair, ...], rules: RulesRequest) -> dict[str, Any]:
+    def create(title: str, question: str, pairs: tuple[Pair, ...], rules: RulesRequest) -> ListedTest:
         return _line(desk.create(title, question, pairs, Rules(**rules.model_dump()), bake), desk)
 
     @router.get("")
-    def get_tests() -> dict[str, Any]:
+    def get_tests() -> ListedTests:
         """All tests, the newest first, and those that cannot be read."""
-        return {"tests": [_line(test, desk) for test in reversed(desk.tests())], "problems": desk.problems}
+        return ListedTests([_line(test, desk) for test in reversed(desk.tests())], desk.problems)
 
     @router.post("", status_code=201)
-    def add_test(request: TestRequest) -> dict[str, Any]:
+    def add_test(request: TestRequest) -> ListedTest:
         """Make a test. Its animations are made now, so later solves or deletions do not change it."""
         for pair in request.pairs:
             for side in (pair.a, pair.b):
@@ -151,12 +169,12 @@ def blind_router(finder: Finder, jobs: Jobs, desk: Desk) -> APIRouter:
         return {"jobs": [jobs.get(job.id) for job in (*made, last)]}
 
     @router.get("/{test}")
-    def get_test(test: str) -> dict[str, Any]:
+    def get_test(test: str) -> ListedTest:
         """One test: pairs, rules, link, number of voters."""
         return _line(desk.test(test), desk)
 
     @router.get("/{test}/results")
-    def get_results(test: str) -> dict[str, Any]:
+    def get_results(test: str) -> BlindResults:
         """Votes by pair with shares, intervals and p-values; ranking, side bias, consistency, comments."""
         return results(desk.test(test), desk.voters(test))
 
@@ -166,7 +184,7 @@ def blind_router(finder: Finder, jobs: Jobs, desk: Desk) -> APIRouter:
         return PlainTextResponse(votes_csv(desk.test(test), desk.voters(test)), media_type="text/csv")
 
     @router.get("/{test}/key")
-    def get_key(test: str) -> dict[str, Any]:
+    def get_key(test: str) -> OpenedKey:
         """The key of the animations, with hashes, and whether it still matches the seal."""
         return read_key(finder.sessions, desk.test(test))
 
@@ -179,27 +197,27 @@ def blind_router(finder: Finder, jobs: Jobs, desk: Desk) -> APIRouter:
         return qr_picture(str(http.base_url).rstrip("/") + f"{VOTE_PATH}/{found.token}")
 
     @router.post("/{test}/close")
-    def close_test(test: str) -> dict[str, Any]:
+    def close_test(test: str) -> ListedTest:
         """Close a test for votes."""
         return _line(desk.close(test), desk)
 
     @router.post("/{test}/reopen")
-    def reopen_test(test: str) -> dict[str, Any]:
+    def reopen_test(test: str) -> ListedTest:
         """Open a test for votes again."""
         return _line(desk.reopen(test), desk)
 
     @router.post("/{test}/link")
-    def renew_link(test: str) -> dict[str, Any]:
+    def renew_link(test: str) -> ListedTest:
         """Make a new link; the old one becomes invalid."""
         return _line(desk.renew_link(test), desk)
 
     @router.delete("/{test}/link")
-    def revoke_link(test: str) -> dict[str, Any]:
+    def revoke_link(test: str) -> ListedTest:
         """Delete the link; votes stay."""
         return _line(desk.revoke_link(test), desk)
 
     @router.put("/{test}/shown")
-    def show_slot(test: str, request: ShowRequest) -> dict[str, Any]:
+    def show_slot(test: str, request: ShowRequest) -> ListedTest:
         """Show everybody a pair of a supervised test."""
         return _line(desk.show(test, request.slot), desk)
 
@@ -216,14 +234,13 @@ def _pair(request: PairRequest) -> Pair:
     )
 
 
-def _line(test: BlindTest, desk: Desk) -> dict[str, Any]:
-    """A test as shown to the operator."""
+def _line(test: BlindTest, desk: Desk) -> ListedTest:
     voters = desk.voters(test.id)
-    return {
-        **msgspec.to_builtins(test),
-        "open": desk.is_open(test),
-        "path": f"{VOTE_PATH}/{test.token}" if test.token else "",
-        "voters": len(voters),
-        "votes": sum(len(voter.votes) for voter in voters),
-        "slots": len(test.slots),
-    }
+    return ListedTest(
+        **structs.asdict(test),
+        open=desk.is_open(test),
+        path=f"{VOTE_PATH}/{test.token}" if test.token else "",
+        voters=len(voters),
+        votes=sum(len(voter.votes) for voter in voters),
+        slot_count=len(test.slots),
+    )

@@ -3,17 +3,18 @@
 import html
 import re
 from datetime import UTC, datetime
-from typing import Annotated, Any
+from typing import Annotated
 
-import msgspec
 from fastapi import APIRouter
 from fastapi import Request as HttpRequest
 from fastapi.responses import HTMLResponse, Response
+from msgspec import structs
 from pydantic import Field
 
 from studio.api.cameras.qr import qr_picture
 from studio.api.errors import RESPONSES
 from studio.api.stage.stage import Request
+from studio.api.structs import StructRoute
 from studio.api.takes.find import Finder
 from studio.review.share.store import MAX_TITLE, NoSuchShare, ShareLink, Shares
 from studio.worker import run_in_process
@@ -36,12 +37,18 @@ class ShareRequest(Request):
     end_s: Annotated[float | None, Field(gt=0, description="end so far into the solve [s]")] = None
 
 
+class ListedShare(ShareLink, frozen=True, kw_only=True):
+    """A link as shown to the operator, with its path."""
+
+    path: str
+
+
 def shares_router(finder: Finder, shares: Shares) -> APIRouter:
     """Return the routes of share links."""
-    router = APIRouter(tags=["shares"], responses=RESPONSES)
+    router = APIRouter(tags=["shares"], responses=RESPONSES, route_class=StructRoute)
 
     @router.post("/api/v1/takes/{session}/{take}/solves/{solve}/share", status_code=201)
-    def add_share(session: str, take: str, solve: str, request: ShareRequest | None = None) -> dict[str, Any]:
+    def add_share(session: str, take: str, solve: str, request: ShareRequest | None = None) -> ListedShare:
         """Make a replay of a solve as one HTML file, and a link to it; answers the link. An earlier link to the same
         replay is answered again.
         """
@@ -66,17 +73,17 @@ def shares_router(finder: Finder, shares: Shares) -> APIRouter:
         return _line(shares.add(page, **what))
 
     @router.get("/api/v1/shares")
-    def get_shares() -> list[dict[str, Any]]:
+    def get_shares() -> list[ListedShare]:
         """All links, the newest first."""
         return [_line(share) for share in shares.list()]
 
     @router.delete("/api/v1/shares/{share}")
-    def remove_share(share: str) -> dict[str, Any]:
+    def remove_share(share: str) -> ListedShare:
         """Revoke a link. It can be restored for a day."""
         return _line(shares.remove(share))
 
     @router.post("/api/v1/shares/{share}/restore")
-    def restore_share(share: str) -> dict[str, Any]:
+    def restore_share(share: str) -> ListedShare:
         """Restore a revoked link."""
         return _line(shares.restore(share))
 
@@ -123,6 +130,5 @@ def _path(share: ShareLink) -> str:
     return f"{SHARE_PATH}/{share.token}"
 
 
-def _line(share: ShareLink) -> dict[str, Any]:
-    """A link as shown to the operator."""
-    return {**msgspec.to_builtins(share), "path": _path(share)}
+def _line(share: ShareLink) -> ListedShare:
+    return ListedShare(**structs.asdict(share), path=_path(share))

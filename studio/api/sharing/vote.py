@@ -6,13 +6,15 @@ the same headers, sizes and names; the assignment of sides is not sent.
 
 import time
 from collections import deque
-from typing import Annotated, Any
+from typing import Annotated
 
 from fastapi import APIRouter, Header, Request
 from fastapi.responses import Response
+from msgspec import UNSET, Struct, UnsetType, structs
 from pydantic import BaseModel, ConfigDict, Field
 
 from studio.api.errors import RESPONSES
+from studio.api.structs import StructRoute
 from studio.review.blind.desk import Desk, NoSuchTest, TooMany, Voter
 from studio.review.blind.draw import showings
 from studio.review.blind.model import BlindTest
@@ -45,6 +47,41 @@ class VoteRequest(_VoteBody):
     comment: str = Field("", max_length=1000)
 
 
+class OwnVote(Struct):
+    """A voter's own vote on a pair: `left`, `right` or `none`, and what they wrote."""
+
+    choice: str
+    comment: str
+
+
+class OwnVotes(Struct):
+    """A voter's votes by place in their order, and the next place without one; None: they voted on all."""
+
+    votes: dict[str, OwnVote]
+    next: int | None
+
+
+class OpenedTest(Struct):
+    """The public part of a test, for everybody with the link, and for a voter `OwnVotes`.
+
+    Attributes:
+        pairs: number of pairs that a voter sees, repeats included.
+        shown: the place that everybody sees, -1: none yet; None where the test is not supervised.
+        open: whether votes are accepted.
+    """
+
+    title: str
+    question: str
+    pairs: int
+    allow_none: bool
+    ask_name: bool
+    supervised: bool
+    shown: int | None
+    open: bool
+    votes: dict[str, OwnVote] | UnsetType = UNSET
+    next: int | UnsetType | None = UNSET
+
+
 class Limiter:
     """Counts requests by client."""
 
@@ -67,7 +104,7 @@ class Limiter:
 
 def vote_router(desk: Desk) -> APIRouter:
     """Return the voters' routes."""
-    router = APIRouter(tags=["voting"], responses=RESPONSES)
+    router = APIRouter(tags=["voting"], responses=RESPONSES, route_class=StructRoute)
     limiter, joins = Limiter(), Limiter(300)
 
     @router.post(API_PREFIX + "/{token}/join", status_code=201)
@@ -77,14 +114,15 @@ def vote_router(desk: Desk) -> APIRouter:
         return {"voter": desk.join(token, request.name)}
 
     @router.get(API_PREFIX + "/{token}")
-    def get_vote(token: str, response: Response, voter: VoterKey = "") -> dict[str, Any]:
+    def get_vote(token: str, response: Response, voter: VoterKey = "") -> OpenedTest:
         """The test, and the voter's own votes so far."""
         response.headers.update(_HEADERS)
         if not voter:
             return _public(desk.by_token(token), desk)
         limiter.check(voter)
         test, known = desk.voter(token, voter)
-        return {**_public(test, desk), **_own(test, known)}
+        own = _own(test, known)
+        return structs.replace(_public(test, desk), votes=own.votes, next=own.next)
 
     @router.get(API_PREFIX + "/{token}/{slot}/{side}", response_class=Response)
     def get_animation(token: str, slot: int, side: str, voter: VoterKey) -> Response:
@@ -97,7 +135,7 @@ def vote_router(desk: Desk) -> APIRouter:
         return Response(data, media_type="model/gltf-binary", headers=_HEADERS)
 
     @router.put(API_PREFIX + "/{token}/{slot}")
-    def put_vote(token: str, slot: int, request: VoteRequest, voter: VoterKey) -> dict[str, Any]:
+    def put_vote(token: str, slot: int, request: VoteRequest, voter: VoterKey) -> OwnVotes:
         """Vote, or change a vote; it is stored when this answers. The same vote sent twice counts once."""
         limiter.check(voter)
         desk.vote(
@@ -109,26 +147,20 @@ def vote_router(desk: Desk) -> APIRouter:
     return router
 
 
-def _public(test: BlindTest, desk: Desk) -> dict[str, Any]:
-    """The public part of a test, for everybody with the link."""
-    return {
-        "title": test.title,
-        "question": test.question,
-        "pairs": len(test.slots),
-        "allow_none": test.rules.allow_none,
-        "ask_name": test.rules.ask_name,
-        "supervised": test.rules.supervised,
-        "shown": test.shown if test.rules.supervised else None,
-        "open": desk.is_open(test),
-    }
+def _public(test: BlindTest, desk: Desk) -> OpenedTest:
+    return OpenedTest(
+        title=test.title,
+        question=test.question,
+        pairs=len(test.slots),
+        allow_none=test.rules.allow_none,
+        ask_name=test.rules.ask_name,
+        supervised=test.rules.supervised,
+        shown=test.shown if test.rules.supervised else None,
+        open=desk.is_open(test),
+    )
 
 
-def _own(test: BlindTest, voter: Voter) -> dict[str, Any]:
-    """A voter's own votes, by place in their order."""
+def _own(test: BlindTest, voter: Voter) -> OwnVotes:
+    votes = {str(slot): OwnVote(event.choice, event.comment) for slot, event in sorted(voter.votes.items())}
     count = len(showings(test, voter.number))
-    votes = {
-        str(slot): {"choice": event.choice, "comment": event.comment}
-        for slot, event in sorted(voter.votes.items())
-    }
-    left = [slot for slot in range(count) if slot not in voter.votes]
-    return {"votes": votes, "next": left[0] if left else None}
+    return OwnVotes(votes, next((slot for slot in range(count) if slot not in voter.votes), None))

@@ -1,9 +1,10 @@
 """Routes of live output: UDP targets, and the stream of frames over a WebSocket."""
 
 import asyncio
-from typing import Annotated, Any, Literal
+from typing import Annotated, Literal
 
 from fastapi import APIRouter, WebSocket, WebSocketDisconnect
+from msgspec import Struct
 from pydantic import Field
 
 from studio.api.errors import RESPONSES, NotFoundError
@@ -11,7 +12,7 @@ from studio.api.stage.events import wait_until_gone
 from studio.api.stage.stage import Request
 from studio.api.structs import StructRoute
 from studio.live import LiveStage
-from studio.streams import Outputs
+from studio.streams import Outputs, OutputStatus
 from studio.streams.frames import frame_message, head_message
 
 STREAM_PATH = "/api/v1/stream"
@@ -48,22 +49,29 @@ class OutputChange(Request):
     enabled: bool | None = None
 
 
+class LiveOutputs(Struct):
+    """All targets, and why the stored ones cannot be read, or empty."""
+
+    outputs: list[OutputStatus]
+    problem: str
+
+
 def outputs_router(stage: LiveStage, outputs: Outputs) -> APIRouter:
     """Return the routes of live output; docs/streaming.md describes WebSocket `/api/v1/stream?rate_hz=60`."""
     router = APIRouter(prefix="/api/v1", tags=["live output"], responses=RESPONSES, route_class=StructRoute)
 
     @router.get("/outputs")
-    def get_outputs() -> dict[str, Any]:
+    def get_outputs() -> LiveOutputs:
         """All targets, with the frames sent and dropped and the last error."""
-        return {"outputs": outputs.list(), "problem": outputs.problem}
+        return LiveOutputs(outputs.list(), outputs.problem)
 
     @router.post("/outputs", status_code=201)
-    def add_output(request: OutputRequest) -> dict[str, Any]:
+    def add_output(request: OutputRequest) -> OutputStatus:
         """Send the live motion to another program, from now on, also after a restart."""
         return _one(outputs, outputs.create(**request.model_dump()).id)
 
     @router.patch("/outputs/{output}")
-    def change_output(output: str, request: OutputChange) -> dict[str, Any]:
+    def change_output(output: str, request: OutputChange) -> OutputStatus:
         """Change a target, or switch it on or off."""
         _one(outputs, output)
         outputs.change(output, **request.model_dump(exclude_none=True))
@@ -113,13 +121,13 @@ async def _stream(websocket: WebSocket, stage: LiveStage, period_s: float) -> No
         gone.cancel()
 
 
-def _one(outputs: Outputs, output: str) -> dict[str, Any]:
-    """Return one target as JSON.
+def _one(outputs: Outputs, output: str) -> OutputStatus:
+    """Return one target.
 
     Raises:
         NotFoundError: there is none of that id.
     """
     for value in outputs.list():
-        if value["id"] == output:
+        if value.id == output:
             return value
     raise NotFoundError("output.none", "there is no live output {id!r}", id=output)

@@ -1,6 +1,6 @@
 """Routes of performers: measuring one in a T-pose, and the stored profiles."""
 
-from typing import Annotated, Any
+from typing import Annotated
 
 from fastapi import APIRouter
 from pydantic import Field
@@ -9,7 +9,7 @@ from studio.api.errors import RESPONSES
 from studio.api.stage.stage import Request
 from studio.api.structs import StructRoute
 from studio.live import LiveStage
-from studio.live.calibration.performers import delete_profile, list_profiles, load_profile
+from studio.live.calibration.performers import ProfileJson, delete_profile, list_profiles, load_profile
 from studio.live.calibration.tpose import COUNTDOWN_S
 from studio.live.states import CalibrationStatus, TPose
 
@@ -41,12 +41,12 @@ def performers_router(stage: LiveStage) -> APIRouter:
         return stage.status().calibration.tpose
 
     @router.get("/performers")
-    def get_performers() -> list[dict[str, Any]]:
+    def get_performers() -> list[ProfileJson]:
         """All profiles: name, when measured, height, bones."""
         return [profile.to_json() for profile in list_profiles(stage.sessions)]
 
     @router.get("/performers/{name}")
-    def get_performer(name: str) -> dict[str, Any]:
+    def get_performer(name: str) -> ProfileJson:
         """One profile."""
         return load_profile(stage.sessions, name).to_json()
 

@@ -9,6 +9,7 @@ from pydantic import BaseModel, ConfigDict, Field
 from studio.api.errors import RESPONSES, NotFoundError
 from studio.api.stage import switches
 from studio.api.structs import StructRoute
+from studio.engine.model.calibration import CalibrationJson
 from studio.live import LiveStage
 from studio.live.stage import CALIBRATION_S
 from studio.live.states import CalibrationStatus, CameraStatus, RecordStarted, RecordStopped, StageStatus
@@ -51,7 +52,7 @@ class CalibrationRequest(Request):
 class CalibrationInUse(CalibrationStatus, kw_only=True):
     """The state of the calibration, and the one in use as in `calibrate --json`; None: there is none."""
 
-    calibration: dict[str, Any] | None
+    calibration: CalibrationJson | None
 
 
 def stage_router(stage: LiveStage, presets: Presets) -> APIRouter:
@@ -94,17 +95,17 @@ def stage_router(stage: LiveStage, presets: Presets) -> APIRouter:
         return Response(png, media_type="image/png", headers={"Cache-Control": "no-store"})
 
     @router.get("/switches")
-    def get_switches() -> dict[str, Any]:
+    def get_switches() -> switches.Catalogue:
         """Every switch with its values and explanation, and the presets."""
         return switches.catalogue(presets)
 
     @router.get("/settings")
-    def get_settings() -> dict[str, Any]:
+    def get_settings() -> switches.SettingsInUse:
         """The live settings: the nearest preset, the differences from it, and every switch as text."""
         return switches.describe(stage.settings(), presets.all())
 
     @router.put("/settings")
-    def put_settings(request: SettingsRequest) -> dict[str, Any]:
+    def put_settings(request: SettingsRequest) -> switches.SettingsInUse:
         """Use a preset with changes from now on, also within a recording."""
         stage.set_settings(switches.from_request(presets, request.preset, request.set))
         return switches.describe(stage.settings(), presets.all())

@@ -1,15 +1,15 @@
 """The route that compares a solve with another motion: a solve of this or another take, or a reference."""
 
-from typing import Any
-
 from fastapi import APIRouter
 from pydantic import Field
 
 from studio.api.errors import RESPONSES
 from studio.api.stage.stage import Request as Body
+from studio.api.structs import StructRoute
 from studio.api.takes.find import Finder
 from studio.api.takes.references import find_reference
 from studio.engine.base.errors import SettingsError
+from studio.engine.metrics.results import DifferencesOverTime
 from studio.take.folder.references import how_aligned, placed_path
 from studio.worker import run_in_process
 
@@ -42,10 +42,10 @@ class CompareRequest(Body):
 
 def compare_router(finder: Finder) -> APIRouter:
     """Return the route."""
-    router = APIRouter(prefix="/api/v1", tags=["measure"], responses=RESPONSES)
+    router = APIRouter(prefix="/api/v1", tags=["measure"], responses=RESPONSES, route_class=StructRoute)
 
     @router.post("/compare")
-    def compare(request: CompareRequest) -> dict[str, Any]:
+    def compare(request: CompareRequest) -> DifferencesOverTime:
         """Differences per joint [mm]: means, 95th percentiles, maxima, over time, and the instants with the largest.
 
         Two takes begin together, unless they are lined up. A reference is aligned with its stored options.

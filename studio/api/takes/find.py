@@ -1,7 +1,8 @@
 """Finds takes for the routes, and makes a take's line of the list."""
 
 from pathlib import Path
-from typing import Any
+
+from msgspec import Struct
 
 from studio.api.errors import NotFoundError
 from studio.engine.base.errors import SettingsError, TakeError
@@ -9,6 +10,32 @@ from studio.engine.base.value_sentences import bad_setting
 from studio.live import LiveStage
 from studio.take.folder.take import Take
 from studio.take.library.sessions import TakeInfo, take_path
+
+
+class ListedTake(Struct):
+    """A take's line of the list: what `TakeInfo` has; its id, session/name, its length [s], whether there is a
+    thumbnail."""
+
+    id: str
+    session: str
+    name: str
+    created: str
+    seconds: float | None
+    calibration_s: float | None
+    cameras: tuple[str, ...]
+    solves: tuple[str, ...]
+    depth: tuple[str, ...]
+    calibrated: bool
+    state: str
+    recording: bool
+    source: str
+    performer: str
+    notes: str
+    tags: tuple[str, ...]
+    rating: int | None
+    starred: bool
+    problem: str | None
+    thumbnail: bool
 
 
 class Finder:
@@ -75,27 +102,27 @@ class Finder:
         return take.solve_folder(name) / "poses.npz"
 
     @staticmethod
-    def line(info: TakeInfo) -> dict[str, Any]:
+    def line(info: TakeInfo) -> ListedTake:
         """Return a take's line of the list."""
-        return {
-            "id": f"{info.session}/{info.name}",
-            "session": info.session,
-            "name": info.name,
-            "created": info.created,
-            "seconds": None if info.length_s is None else round(info.length_s, 3),
-            "calibration_s": info.calibration_s,
-            "cameras": list(info.cameras),
-            "solves": list(info.solves),
-            "depth": list(info.depth),
-            "calibrated": info.calibrated,
-            "state": info.state,
-            "recording": info.state == "recording",
-            "source": info.source,
-            "performer": info.performer,
-            "notes": info.notes,
-            "tags": list(info.tags),
-            "rating": info.rating,
-            "starred": info.starred,
-            "problem": info.problem,
-            "thumbnail": (info.path / "exports" / "thumbnail.png").is_file(),
-        }
+        return ListedTake(
+            id=f"{info.session}/{info.name}",
+            session=info.session,
+            name=info.name,
+            created=info.created,
+            seconds=None if info.length_s is None else round(info.length_s, 3),
+            calibration_s=info.calibration_s,
+            cameras=info.cameras,
+            solves=info.solves,
+            depth=info.depth,
+            calibrated=info.calibrated,
+            state=info.state,
+            recording=info.state == "recording",
+            source=info.source,
+            performer=info.performer,
+            notes=info.notes,
+            tags=info.tags,
+            rating=info.rating,
+            starred=info.starred,
+            problem=info.problem,
+            thumbnail=(info.path / "exports" / "thumbnail.png").is_file(),
+        )

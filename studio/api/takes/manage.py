@@ -2,20 +2,21 @@
 
 import tempfile
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Literal
 
 from fastapi import APIRouter, Request
 from fastapi.responses import FileResponse
-from msgspec import structs
+from msgspec import Struct
 from pydantic import Field
 from starlette.concurrency import run_in_threadpool
 
 from studio.api.errors import RESPONSES
-from studio.api.jobs import Jobs
+from studio.api.jobs import Jobs, JobStatus
 from studio.api.stage.stage import Request as Body
 from studio.api.structs import StructRoute
-from studio.api.takes.find import Finder
+from studio.api.takes.find import Finder, ListedTake
 from studio.engine.base.errors import FormatError
+from studio.engine.model.calibration import CalibrationJson
 from studio.take.folder.names import inside
 from studio.take.folder.take import check_free
 from studio.take.library.borrow import borrow_calibration
@@ -57,12 +58,28 @@ class CalibrateRequest(Body):
     )
 
 
+class CalibrationsOfTake(Struct):
+    """Numbers of a take's calibrations, that of the one in use, and the one in use as in `calibrate --json`; None:
+    there is none."""
+
+    numbers: list[int]
+    in_use: int | None
+    calibration: CalibrationJson | None
+
+
+class BorrowedCalibration(Struct):
+    """A calibration was borrowed, and has this number."""
+
+    number: int
+    state: Literal["done"] = "done"
+
+
 def manage_router(sessions: Path, finder: Finder, jobs: Jobs) -> APIRouter:
     """Return the routes that manage the takes in `sessions`."""
     router = APIRouter(prefix="/api/v1", tags=["takes"], responses=RESPONSES, route_class=StructRoute)
 
     @router.patch("/takes/{session}/{take}")
-    def change(session: str, take: str, request: SlateRequest) -> dict[str, Any]:
+    def change(session: str, take: str, request: SlateRequest) -> ListedTake:
         """Change a take's names, performer, notes, tags, markers, rating or star; answers its line of the list."""
         finder.take(session, take)
         values = request.model_dump()
@@ -84,15 +101,17 @@ def manage_router(sessions: Path, finder: Finder, jobs: Jobs) -> APIRouter:
         return throw_solve_away(sessions, session, take, solve)
 
     @router.get("/takes/{session}/{take}/calibrations")
-    def get_calibrations(session: str, take: str) -> dict[str, Any]:
-        """Numbers of the take's calibrations, and as `calibration` the one in use, as in `calibrate --json`."""
+    def get_calibrations(session: str, take: str) -> CalibrationsOfTake:
+        """Numbers of the take's calibrations, and the one in use."""
         opened = finder.take(session, take)
         in_use = opened.meta["calibration"]
         value = None if in_use is None else opened.calibration().to_json()
-        return {"numbers": opened.calibration_numbers(), "in_use": in_use, "calibration": value}
+        return CalibrationsOfTake(opened.calibration_numbers(), in_use, value)
 
     @router.post("/takes/{session}/{take}/calibrations", status_code=202)
-    def calibrate(session: str, take: str, request: CalibrateRequest | None = None) -> dict[str, Any]:
+    def calibrate(
+        session: str, take: str, request: CalibrateRequest | None = None
+    ) -> JobStatus | BorrowedCalibration:
         """Calibrate a take again in the background, or borrow another take's calibration at once; answers the job."""
         request = request or CalibrateRequest()
         opened = finder.take(session, take)
@@ -101,10 +120,10 @@ def manage_router(sessions: Path, finder: Finder, jobs: Jobs) -> APIRouter:
                 "calibrate", f"{session}/{take}", "", "studio.library:calibrate", opened,
                 reference=request.reference,
             )  # fmt: skip
-            return structs.asdict(jobs.get(job.id))
+            return jobs.get(job.id)
         other_session, _, other = request.borrow.partition("/")
         number = borrow_calibration(opened, finder.take(other_session, other))
-        return {"state": "done", "number": number}
+        return BorrowedCalibration(number)
 
     @router.get("/trash", tags=["trash"])
     def get_trash() -> list[Thrown]:
@@ -112,7 +131,7 @@ def manage_router(sessions: Path, finder: Finder, jobs: Jobs) -> APIRouter:
         return list_trash(sessions)
 
     @router.post("/trash/{trash_id}/restore", tags=["trash"])
-    def put_back(trash_id: str) -> dict[str, Any]:
+    def put_back(trash_id: str) -> ListedTake:
         """Restore a take or a solve, under another name if its own is taken; answers the take's line."""
         session, name = restore(sessions, trash_id)
         return finder.line(take_info(take_path(sessions, session, name)))
@@ -136,7 +155,7 @@ def manage_router(sessions: Path, finder: Finder, jobs: Jobs) -> APIRouter:
         return FileResponse(out, filename=out.name, media_type="application/zip")
 
     @router.post("/takes/{session}/{take}/file", status_code=201)
-    async def put_file(session: str, take: str, request: Request) -> dict[str, Any]:
+    async def put_file(session: str, take: str, request: Request) -> ListedTake:
         """Make a new take from one file, the request's body."""
         path = take_path(sessions, session, take)
         check_free(path)

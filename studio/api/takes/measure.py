@@ -2,10 +2,11 @@
 
 from dataclasses import asdict
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, Literal
 
 from fastapi import APIRouter, Query
 from fastapi.responses import FileResponse, HTMLResponse
+from msgspec import Struct
 from pydantic import Field
 
 from studio.api.errors import RESPONSES, NotFoundError
@@ -14,6 +15,7 @@ from studio.api.stage.stage import Request as Body
 from studio.api.structs import StructRoute
 from studio.api.takes.find import Finder
 from studio.api.takes.references import find_reference
+from studio.engine.metrics.results import Cleanup, DifferenceSummary, Evaluation, SolveFigures
 from studio.review.report.words import Language
 from studio.take.folder.measured import keep_measured
 from studio.take.folder.names import check_name, inside
@@ -47,6 +49,12 @@ class ReportRequest(Body):
     language: Language = "en"
 
 
+class Evaluations(Struct):
+    """Figures of solves against a reference, by name of the solve, as in `evaluate --json`."""
+
+    solves: dict[str, Evaluation]
+
+
 def measure_router(finder: Finder, jobs: Jobs) -> APIRouter:
     """Return the routes that measure solves."""
     router = APIRouter(
@@ -73,7 +81,7 @@ def measure_router(finder: Finder, jobs: Jobs) -> APIRouter:
         )
 
     @router.post("/evaluate")
-    def evaluate(session: str, take: str, request: EvaluateRequest) -> dict[str, Any]:
+    def evaluate(session: str, take: str, request: EvaluateRequest) -> Evaluations:
         """Measure solves against a reference; answers as `evaluate --json`."""
         opened = finder.take(session, take)
         path = find_reference(opened, request.reference)
@@ -83,7 +91,7 @@ def measure_router(finder: Finder, jobs: Jobs) -> APIRouter:
         if how == how_aligned(opened, request.reference):
             for name in names:
                 keep_measured(opened.solve_folder(name), None, {request.reference: found[name]})
-        return {"solves": found}
+        return Evaluations(found)
 
     @router.get("/report", response_class=HTMLResponse)
     def report(
@@ -138,18 +146,18 @@ def measure_router(finder: Finder, jobs: Jobs) -> APIRouter:
         return FileResponse(path, media_type="text/html", headers=REPORT_HEADERS)
 
     @router.get("/solves/{name}/figures")
-    def figures(session: str, take: str, name: str, reference: str | None = None) -> dict[str, Any]:
+    def figures(session: str, take: str, name: str, reference: str | None = None) -> SolveFigures:
         """A solve's figures: `own`, and those against a named reference with its stored alignment."""
         opened = finder.take(session, take)
         poses = finder.solve(opened, name)
         how = against(opened, reference)
-        found = run_in_process("studio.review.measure:solve_figures", opened, poses, *how)
-        compared = {} if reference is None else {reference: found["reference"]}
-        keep_measured(opened.solve_folder(name), found["own"], compared)
+        found: SolveFigures = run_in_process("studio.review.measure:solve_figures", opened, poses, *how)
+        compared = {} if reference is None or found.reference is None else {reference: found.reference}
+        keep_measured(opened.solve_folder(name), found.own, compared)
         return found
 
     @router.get("/solves/{name}/cleanup")
-    def cleanup(session: str, take: str, name: str, reference: str | None = None) -> dict[str, Any]:
+    def cleanup(session: str, take: str, name: str, reference: str | None = None) -> Cleanup:
         """The edit list of a solve's exported animation: errors to correct, with times.
 
         A named reference of the take is aligned with its stored options. Without a reference, very sharp true motion
@@ -161,7 +169,7 @@ def measure_router(finder: Finder, jobs: Jobs) -> APIRouter:
         return run_in_process("studio.review.measure:edit_list", opened, poses, *how)
 
     @router.get("/compare")
-    def compare(session: str, take: str, a: str, b: str) -> dict[str, Any]:
+    def compare(session: str, take: str, a: str, b: str) -> DifferenceSummary:
         """Differences of solves `a` and `b` [mm], by joint, and the instants with the largest."""
         opened = finder.take(session, take)
         files = (finder.solve(opened, a), finder.solve(opened, b))

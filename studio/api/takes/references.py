@@ -5,9 +5,10 @@ import tempfile
 from collections.abc import Callable
 from dataclasses import asdict
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, Literal
 
 from fastapi import APIRouter, Request
+from msgspec import Struct, structs
 from pydantic import Field
 from starlette.concurrency import run_in_threadpool
 
@@ -18,7 +19,8 @@ from studio.api.takes.find import Finder
 from studio.api.takes.manage import receive
 from studio.engine.base.errors import FormatError, StudioError
 from studio.engine.base.sentences import say, system_says
-from studio.take.folder.placing import placed_facts
+from studio.engine.metrics.reference.reference import ReferenceFacts
+from studio.take.folder.placing import PlacedReference, placed_facts
 from studio.take.folder.references import (
     HowAligned,
     forget_placed,
@@ -55,6 +57,24 @@ class AlignRequest(Body):
     unit_m: Annotated[float | None, Field(gt=0, description="metres per unit of a BVH")] = None
 
 
+class KeptReference(ReferenceFacts, kw_only=True):
+    """A reference that was stored: its name and size, and what it holds."""
+
+    name: str
+    bytes: int
+
+
+class ReferenceOfTake(Struct):
+    """A reference: its size, its alignment options, and by solve how it was aligned with it."""
+
+    name: str
+    bytes: int
+    align_time: bool
+    align: str
+    unit_m: float | None
+    aligned_with: dict[str, PlacedReference]
+
+
 Removing = Callable[[str, str], None]
 """Receives a take, session/name, and its reference that is about to be removed."""
 
@@ -75,7 +95,7 @@ def references_router(sessions: Path, finder: Finder, removing: Removing) -> API
         return reference_names(finder.take(session, take))
 
     @router.put(prefix + "/{name}", status_code=201)
-    async def put_reference(session: str, take: str, name: str, request: Request) -> dict[str, Any]:
+    async def put_reference(session: str, take: str, name: str, request: Request) -> KeptReference:
         """Store a reference (BVH, CSV, C3D, TRC, FBX, GLB, poses.npz, targets); the file is the request's body.
 
         It is read first: an unreadable one is refused, and nothing is stored.
@@ -92,7 +112,7 @@ def references_router(sessions: Path, finder: Finder, removing: Removing) -> API
             return await run_in_threadpool(_keep, opened, file, target)
 
     @router.post(prefix, status_code=201)
-    def take_file(session: str, take: str, request: TakeFileRequest) -> dict[str, Any]:
+    def take_file(session: str, take: str, request: TakeFileRequest) -> KeptReference:
         """Store a copy of a file from beside the takes."""
         opened = finder.take(session, take)
         source = offered_file(sessions, request.file)
@@ -105,19 +125,17 @@ def references_router(sessions: Path, finder: Finder, removing: Removing) -> API
             return _keep(opened, Path(shutil.copy(source, folder)), target)
 
     @router.get(prefix + "/{name}")
-    def get_reference(session: str, take: str, name: str) -> dict[str, Any]:
-        """A reference: `bytes`, its alignment options (`align_time`, `align`, `unit_m`), and as `aligned_with`, by
-        solve, its alignment.
-        """
+    def get_reference(session: str, take: str, name: str) -> ReferenceOfTake:
+        """A reference, its alignment options, and its alignment with each solve."""
         opened = finder.take(session, take)
         path = find_reference(opened, name)
         found = {solve: placed_facts(placed_path(opened, name, solve)) for solve in opened.solve_names()}
         placed = {solve: facts for solve, facts in found.items() if facts is not None}
         how = asdict(how_aligned(opened, name))
-        return {"name": name, "bytes": path.stat().st_size, **how, "aligned_with": placed}
+        return ReferenceOfTake(name, path.stat().st_size, **how, aligned_with=placed)
 
     @router.post(prefix + "/{name}/align")
-    def align(session: str, take: str, name: str, request: AlignRequest) -> dict[str, Any]:
+    def align(session: str, take: str, name: str, request: AlignRequest) -> PlacedReference:
         """Align a reference with a solve; answers the alignment and the covered part."""
         opened = finder.take(session, take)
         path = find_reference(opened, name)
@@ -189,11 +207,11 @@ def _waiting_room(take: Take) -> tempfile.TemporaryDirectory[str]:
         ) from error
 
 
-def _keep(take: Take, file: Path, target: Path) -> dict[str, Any]:
+def _keep(take: Take, file: Path, target: Path) -> KeptReference:
     """Move a readable file to the take's references; answer its facts."""
-    found: dict[str, Any] = run_in_process("studio.engine.metrics.reference.reference:reference_facts", file)
+    found: ReferenceFacts = run_in_process("studio.engine.metrics.reference.reference:reference_facts", file)
     size = file.stat().st_size
     target.parent.mkdir(exist_ok=True)
     forget_placed(take, target.name)
     file.replace(target)
-    return {"name": target.name, "bytes": size, **found}
+    return KeptReference(**structs.asdict(found), name=target.name, bytes=size)

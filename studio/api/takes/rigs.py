@@ -1,7 +1,6 @@
 """Routes of users' rigs: stored in `sessions/rigs/`, each with its mapping beside it."""
 
 from pathlib import Path
-from typing import Any
 
 from fastapi import APIRouter, Request
 from pydantic import Field
@@ -10,6 +9,7 @@ from starlette.concurrency import run_in_threadpool
 from studio.api.errors import RESPONSES, NotFoundError
 from studio.api.stage.stage import Request as Body
 from studio.api.structs import StructRoute
+from studio.engine.animation.retarget.facts import RigFacts
 from studio.engine.base.errors import FormatError
 from studio.take.folder.names import check_name, inside
 from studio.worker import run_in_process
@@ -39,7 +39,7 @@ def rigs_router(sessions: Path) -> APIRouter:
         return sorted(path.name for path in folder.glob("*") if path.suffix.lower() in RIG_KINDS)
 
     @router.put("/{name}", status_code=201)
-    async def put_rig(name: str, request: Request) -> dict[str, Any]:
+    async def put_rig(name: str, request: Request) -> RigFacts:
         """Store a rig (GLB, FBX or BVH); the file is the request's body. Answers as its mapping does.
 
         A mapping saved for the same bones is used again.
@@ -55,13 +55,12 @@ def rigs_router(sessions: Path) -> APIRouter:
         )
 
     @router.get("/{name}/mapping")
-    def get_mapping(name: str) -> dict[str, Any]:
-        """The roles of the bones (`bones`), those that keep their rest pose (`unmapped`), sizes, and any
-        `problem`."""
+    def get_mapping(name: str) -> RigFacts:
+        """The roles of the bones, those that keep their rest pose, sizes, and any problem."""
         return run_in_process("studio.engine.animation.retarget.facts:rig_facts", find_rig(sessions, name))
 
     @router.put("/{name}/mapping")
-    def put_mapping(name: str, request: MappingRequest) -> dict[str, Any]:
+    def put_mapping(name: str, request: MappingRequest) -> RigFacts:
         """Correct the roles of the bones; stored for every export onto rigs with the same bones."""
         return run_in_process(
             "studio.engine.animation.retarget.facts:map_rig", find_rig(sessions, name), request.bones

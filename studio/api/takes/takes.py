@@ -1,10 +1,11 @@
 """Routes of the takes on disk: list, detail, solve again, export."""
 
 from pathlib import Path
-from typing import Annotated, Any, Literal, Protocol
+from typing import Annotated, Literal, Protocol
 
 from fastapi import APIRouter, Query, Request, Response
 from fastapi.responses import FileResponse
+from msgspec import Struct, structs
 from pydantic import Field
 
 from studio.api.errors import RESPONSES
@@ -12,11 +13,14 @@ from studio.api.jobs import Jobs, JobStatus
 from studio.api.stage.stage import Request as Body
 from studio.api.stage.switches import from_request
 from studio.api.structs import StructRoute
-from studio.api.takes.find import Finder
+from studio.api.takes.find import Finder, ListedTake
 from studio.api.takes.rigs import find_rig
 from studio.api.takes.thumbnails import Thumbnails
 from studio.engine.animation.clip.options import ExportOptions
 from studio.engine.model.poses import Poses
+from studio.engine.model.settings import SettingsJson
+from studio.engine.model.solve_metrics import SolveMetrics
+from studio.take.folder.meta import TakeMeta
 from studio.take.folder.names import inside
 from studio.take.folder.solves import read_metrics, read_settings
 from studio.take.folder.take import Take
@@ -82,6 +86,20 @@ class ExportRequest(Body):
         return SolveExport(poses, out, options, f"{session}/{out.name}")
 
 
+class SolveDetail(Struct):
+    """Settings and metrics of a solve as stored (docs/formats.md); null if the file is missing or damaged."""
+
+    settings: SettingsJson | None
+    metrics: SolveMetrics | None
+
+
+class TakeDetail(ListedTake, kw_only=True):
+    """A take: its line of the list, its `take.json` (docs/formats.md), and its solves by name."""
+
+    meta: TakeMeta
+    solve_details: dict[str, SolveDetail]
+
+
 class Replayer(Protocol):
     """The player of takes, the app's `state.player`."""
 
@@ -114,7 +132,7 @@ def takes_router(
         limit: Annotated[int | None, Query(ge=0, le=MOST_LISTED, description="so many at most")] = None,
         id: Annotated[list[str], Query(description="only of these takes, session/name")] = [],  # noqa: B006
         offset: Annotated[int, Query(ge=0, le=MOST_OFFSET, description="leave out so many first")] = 0,
-    ) -> list[dict[str, Any]]:
+    ) -> list[ListedTake]:
         """Takes, the newest first: all, or those that a search finds; the header `X-Total-Count` says how many it
         finds, whatever the limit."""
         takes, count = index.search(parse_query(search), only=id or None, limit=limit, offset=offset)
@@ -129,12 +147,14 @@ def takes_router(
         return {"session": path.parent.name, "name": path.name}
 
     @router.get("/takes/{session}/{take}")
-    def get_take(session: str, take: str) -> dict[str, Any]:
+    def get_take(session: str, take: str) -> TakeDetail:
         """A take: its line of the list, its `take.json`, and settings and metrics of its solves."""
         path = finder.path(session, take)
         opened = Take.open(path)
         solves = {name: _solve_detail(opened.solve_folder(name)) for name in opened.solve_names()}
-        return {**finder.line(take_info(path)), "meta": opened.meta, "solve_details": solves}
+        return TakeDetail(
+            **structs.asdict(finder.line(take_info(path))), meta=opened.meta, solve_details=solves
+        )
 
     @router.post("/takes/{session}/{take}/solves", status_code=202)
     def solve(session: str, take: str, request: SolveRequest, http: Request) -> JobStatus:
@@ -201,6 +221,5 @@ def takes_router(
     return router
 
 
-def _solve_detail(folder: Path) -> dict[str, Any]:
-    """`settings` and `metrics` of a solve; null if the file is missing or damaged."""
-    return {"settings": read_settings(folder), "metrics": read_metrics(folder)}
+def _solve_detail(folder: Path) -> SolveDetail:
+    return SolveDetail(read_settings(folder), read_metrics(folder))

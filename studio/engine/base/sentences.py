@@ -8,12 +8,26 @@ import errno
 import math
 from collections.abc import Iterable, Mapping
 from string import Formatter
-from typing import Any, SupportsIndex, TypeAlias
+from typing import Any, SupportsIndex, TypeAlias, TypedDict
 
 Value: TypeAlias = "str | int | float | Said | list[Value]"
 """What a sentence is made of; a list stands joined in it."""
 
 _formatter = Formatter()
+
+
+class Sentence(TypedDict):
+    """A `Said` as JSON, in files and, as the list `said`, in answers.
+
+    Attributes:
+        text: the English text.
+        code: which sentence it is.
+        values: what it was made of: texts, numbers, sentences, or lists of these.
+    """
+
+    text: str
+    code: str
+    values: dict[str, Any]
 
 
 class Said(str):
@@ -44,7 +58,7 @@ class Said(str):
         values = {name: _replaced(value, old, new, count) for name, value in self.values.items()}
         return Said(str.replace(self, old, new, count), self.code, values)
 
-    def to_json(self) -> dict[str, Any]:
+    def to_json(self) -> Sentence:
         """Return `text`, `code` and `values` as JSON; sentences among the values in the same form."""
         values = {name: _value_to_json(value) for name, value in self.values.items()}
         return {"text": str(self), "code": self.code, "values": values}
@@ -89,7 +103,7 @@ def system_says(error: OSError) -> Said:
     return Said(error.strerror or str(error), f"os.{name.lower()}")
 
 
-def codes_of(texts: Iterable[str]) -> list[dict[str, Any]]:
+def codes_of(texts: Iterable[str]) -> list[Sentence]:
     """Return the JSON of those texts that have a code, to be kept beside the texts."""
     return [text.to_json() for text in texts if isinstance(text, Said)]
 

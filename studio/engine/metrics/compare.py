@@ -1,7 +1,6 @@
 """Distances between two motions, over time and by joint, to decide between them."""
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -9,6 +8,7 @@ from numpy.typing import NDArray
 from studio.engine.base.errors import FormatError
 from studio.engine.metrics.reference.canonical import canonical_positions
 from studio.engine.metrics.reference.reference import Reference
+from studio.engine.metrics.results import Apart, DifferenceSummary
 from studio.engine.model.joints import CANONICAL
 from studio.engine.model.poses import Poses
 
@@ -32,34 +32,26 @@ class Differences:
     joints: tuple[str, ...]
     mm: NDArray[np.float64]
 
-    def summary(self, *, worst: int = 10) -> dict[str, Any]:
-        """Return `frames`, `mean_mm`, `p95_mm`, `max_mm`, `per_joint_mm` (means), and as `worst` the instants with
-        the largest differences (`time_s`, `joint`, `mm`).
-        """
-        return {
-            "frames": len(self.time_s),
-            "mean_mm": float(np.nanmean(self.mm)),
-            "p95_mm": float(np.nanpercentile(self.mm, 95)),
-            "max_mm": float(np.nanmax(self.mm)),
-            "per_joint_mm": {name: float(np.nanmean(self.mm[:, j])) for j, name in enumerate(self.joints)},
-            "worst": self._worst(worst),
-        }
+    def summary(self, *, worst: int = 10) -> DifferenceSummary:
+        """Return the means and the largest, with the `worst` instants."""
+        return DifferenceSummary(
+            frames=len(self.time_s),
+            mean_mm=float(np.nanmean(self.mm)),
+            p95_mm=float(np.nanpercentile(self.mm, 95)),
+            max_mm=float(np.nanmax(self.mm)),
+            per_joint_mm={name: float(np.nanmean(self.mm[:, j])) for j, name in enumerate(self.joints)},
+            worst=self._worst(worst),
+        )
 
-    def _worst(self, count: int) -> list[dict[str, Any]]:
-        found: list[dict[str, Any]] = []
+    def _worst(self, count: int) -> list[Apart]:
+        found: list[Apart] = []
         largest = np.nanmax(np.nan_to_num(self.mm, nan=-1.0), axis=1)
         for i in np.argsort(largest)[::-1]:
             if len(found) == count:
                 break
-            if all(abs(self.time_s[i] - other["time_s"]) >= WORST_APART_S for other in found):
+            if all(abs(self.time_s[i] - other.time_s) >= WORST_APART_S for other in found):
                 joint = int(np.nanargmax(np.nan_to_num(self.mm[i], nan=-1.0)))
-                found.append(
-                    {
-                        "time_s": float(self.time_s[i]),
-                        "joint": self.joints[joint],
-                        "mm": float(self.mm[i, joint]),
-                    }
-                )
+                found.append(Apart(float(self.time_s[i]), self.joints[joint], float(self.mm[i, joint])))
         return found
 
 
@@ -85,8 +77,8 @@ def differences(poses: Poses, other: Reference) -> Differences:
     return Differences(frames[told], time_s[told], joints, mm[np.ix_(told, known)])
 
 
-def compare(a: Poses, b: Poses, *, worst: int = 10) -> dict[str, Any]:
-    """Return the distances between two solves of a take at their common instants, as `Differences.summary`.
+def compare(a: Poses, b: Poses, *, worst: int = 10) -> DifferenceSummary:
+    """Return the distances between two solves of a take at their common instants.
 
     Args:
         a, b: solves in the same stage frame, on the same clock.

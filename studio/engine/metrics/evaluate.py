@@ -1,7 +1,6 @@
 """All figures of a solve against a reference, with the keys and units of `evaluate --json`."""
 
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 
@@ -13,7 +12,7 @@ from studio.engine.metrics.figures.contacts import contact_precision_recall, foo
 from studio.engine.metrics.figures.feet import foot_slides_cm_s
 from studio.engine.metrics.figures.honesty import uncertainty_coverage, uncertainty_median_ratio
 from studio.engine.metrics.figures.latency import latency_ms
-from studio.engine.metrics.figures.pck import THRESHOLDS_MM, pck
+from studio.engine.metrics.figures.pck import pck
 from studio.engine.metrics.figures.position import mpjpe_mm, mpjpe_root_aligned_mm, per_joint_mm, rms_mm
 from studio.engine.metrics.figures.smoothness import acceleration_error_m_s2, jerk_m_s3, reference_jerk_m_s3
 from studio.engine.metrics.figures.spectral_arc import spectral_arc_lengths
@@ -22,6 +21,7 @@ from studio.engine.metrics.reference.alignment import align
 from studio.engine.metrics.reference.clock import on_one_clock
 from studio.engine.metrics.reference.matching import Matched, match
 from studio.engine.metrics.reference.reference import Markers, Reference
+from studio.engine.metrics.results import AngleFigures, Evaluation, FiguresOfBoth
 from studio.engine.model.joints import CANONICAL
 from studio.engine.model.poses import Poses
 
@@ -35,8 +35,8 @@ def evaluate(
     start_s: float | None = None,
     same_clock: bool = True,
     similarity: bool = False,
-) -> dict[str, Any]:
-    """Return the figures of one solve, each key with its unit; None = not measurable here.
+) -> Evaluation:
+    """Return the figures of one solve.
 
     Args:
         poses: the solve.
@@ -72,7 +72,9 @@ def evaluate(
         "unseen_share": float(1.0 - matched.seen[:, matched.columns(matched.joints)].mean()),
         "uncertainty_coverage": uncertainty_coverage(matched),
         "uncertainty_median_ratio": uncertainty_median_ratio(matched),
-        **{f"pck_{mm}mm": pck(matched, mm) for mm in THRESHOLDS_MM},
+        "pck_50mm": pck(matched, 50.0),
+        "pck_100mm": pck(matched, 100.0),
+        "pck_150mm": pck(matched, 150.0),
         **_angles(matched),
         **cleanup_figures(part_of(poses, matched.time_s), centres, alignment),
         "alignment": {
@@ -86,8 +88,7 @@ def evaluate(
     }
 
 
-def _of_both(matched: Matched) -> dict[str, float | None]:
-    """Figures that are measured on both solve and reference, and contacts."""
+def _of_both(matched: Matched) -> FiguresOfBoth:
     slide, reference_slide = foot_slides_cm_s(matched)
     arc, reference_arc = spectral_arc_lengths(matched)
     height, height_error = foot_heights_cm(matched)
@@ -104,8 +105,7 @@ def _of_both(matched: Matched) -> dict[str, float | None]:
     }
 
 
-def _angles(matched: Matched) -> dict[str, Any]:
-    """Joint angle errors: their mean, that of flexions, and each."""
+def _angles(matched: Matched) -> AngleFigures:
     errors = joint_angle_errors_deg(matched.solve_m, matched.reference_m)
     flexions = [value["error_deg"] for name, value in errors.items() if name.endswith("flexion")]
     return {

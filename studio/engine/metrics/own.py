@@ -1,7 +1,5 @@
 """Figures of a solve alone, without a reference: jitter, foot slide and bone lengths."""
 
-from typing import Any
-
 import numpy as np
 from scipy.signal import butter, sosfiltfilt
 
@@ -12,6 +10,7 @@ from studio.engine.metrics.figures.smoothness import jerk_m_s3
 from studio.engine.metrics.reference.canonical import canonical_positions
 from studio.engine.metrics.reference.matching import Matched, match
 from studio.engine.metrics.reference.reference import Reference
+from studio.engine.metrics.results import OwnFigures
 from studio.engine.model.poses import Poses
 
 JITTER_HZ = 6.0
@@ -20,10 +19,8 @@ Control of Human Movement", 2009, section 3.4.4.
 """
 
 
-def own_figures(poses: Poses, *, start_s: float | None = None) -> dict[str, Any]:
-    """Return the figures of a solve by itself, with units in the keys; None = not measurable here.
-
-    `own_stance_foot_slide_cm_s` is not the `foot_slide_cm_s` of `evaluate`, which uses the reference's stances.
+def own_figures(poses: Poses, *, start_s: float | None = None) -> OwnFigures:
+    """Return the figures of a solve by itself.
 
     Args:
         poses: the solve.

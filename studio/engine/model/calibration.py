@@ -3,18 +3,18 @@ proportions."""
 
 import math
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, TypedDict
 
 import numpy as np
 from numpy.typing import NDArray
 
 from studio.engine.base.errors import CalibrationError
 from studio.engine.base.geometry import is_rigid
-from studio.engine.base.sentences import about, codes_of, say, with_codes
+from studio.engine.base.sentences import Sentence, about, codes_of, say, with_codes
 from studio.engine.base.versions import CALIBRATION
 from studio.engine.model.frames import ClockModel
 from studio.engine.model.joints import CANONICAL, INDEX
-from studio.engine.model.spans import Span
+from studio.engine.model.spans import Span, SpanJson
 
 
 @dataclass(frozen=True)
@@ -85,6 +85,55 @@ class CameraCalibration:
             )
 
 
+class ClockJson(TypedDict):
+    """A `ClockModel` as stored: offset [ns] and drift [ppm] to the stage clock, and the time of the offset [ns]."""
+
+    offset_ns: int
+    drift_ppm: float
+    reference_ns: int
+
+
+class CameraJson(TypedDict):
+    """A `CameraCalibration` as stored; figures that were not measured are null.
+
+    `time_offset_ms` and `clock_drift_ppm` say how far the camera's clock is ahead of the stage clock.
+    """
+
+    T_stage_camera: list[list[float]]
+    residual_median_mm: float | None
+    residual_p95_mm: float | None
+    residual_pairs: int
+    time_offset_ms: float
+    clock_drift_ppm: float
+    clock: ClockJson
+    depth_bias_m: float
+    coverage: float | None
+    identity_error: float | None
+    verdict: str
+    reasons: list[str]
+    said: list[Sentence]
+    disagrees: list[SpanJson]
+
+
+class PerformerJson(TypedDict):
+    """A `Performer` as stored: height [m], bone lengths and T-pose offsets [m] by canonical joint."""
+
+    height_m: float
+    bones_m: dict[str, float]
+    offsets_m: dict[str, list[float]]
+    soles_measured: bool
+
+
+class CalibrationJson(TypedDict):
+    """A `Calibration` as stored and as in `calibrate --json`; cameras by name."""
+
+    format_version: int
+    reference: str
+    performer: PerformerJson | None
+    floor_given: bool
+    cameras: dict[str, CameraJson]
+
+
 @dataclass(frozen=True)
 class Calibration:
     """A stage's calibration. `cameras` keeps the order of the cameras; `performer` is None until measured.
@@ -112,16 +161,15 @@ class Calibration:
         """All cameras' reasons, each with the camera's name."""
         return [about(name, reason) for name, camera in self.cameras.items() for reason in camera.reasons]
 
-    def to_json(self) -> dict[str, Any]:
+    def to_json(self) -> CalibrationJson:
         """Return the calibration as the JSON of `calibrate --json` and of `calibrations/<n>.json`."""
-        performer = None if self.performer is None else performer_to_json(self.performer)
-        content = {
+        return {
+            "format_version": CALIBRATION.version,
             "reference": self.reference,
-            "performer": performer,
+            "performer": None if self.performer is None else performer_to_json(self.performer),
             "floor_given": self.floor_given,
             "cameras": {name: _camera_to_json(camera) for name, camera in self.cameras.items()},
         }
-        return CALIBRATION.stamped(content)
 
     @classmethod
     def from_json(cls, value: dict[str, Any]) -> "Calibration":
@@ -153,8 +201,7 @@ class Calibration:
             ) from error
 
 
-def _camera_to_json(camera: CameraCalibration) -> dict[str, Any]:
-    """`time_offset_ms` and `clock_drift_ppm` say how far the camera's clock is ahead of the stage clock."""
+def _camera_to_json(camera: CameraCalibration) -> CameraJson:
     return {
         "T_stage_camera": camera.T_stage_camera.tolist(),
         "residual_median_mm": camera.residual_median_mm,
@@ -200,8 +247,8 @@ def _camera_from_json(value: dict[str, Any]) -> CameraCalibration:
     )
 
 
-def performer_to_json(performer: Performer) -> dict[str, Any]:
-    """Return a performer as JSON: `height_m`, `bones_m` and `offsets_m` by canonical joint, `soles_measured`."""
+def performer_to_json(performer: Performer) -> PerformerJson:
+    """Return a performer as JSON."""
     offsets = {name: row.tolist() for name, row in zip(CANONICAL, performer.offsets_m, strict=True)}
     return {
         "height_m": performer.height_m,

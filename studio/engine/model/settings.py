@@ -1,7 +1,7 @@
 """The settings of a solve: the table of all switches, the presets, and the parser of `--set KEY=VALUE`."""
 
 from dataclasses import dataclass, field, replace
-from typing import Any
+from typing import Any, TypeAlias
 
 from studio.engine.base.errors import SettingsError
 from studio.engine.model.joints import CANONICAL
@@ -177,6 +177,10 @@ def _default(name: str) -> Any:
     return field(default_factory=value.copy) if isinstance(value, dict) else field(default=value)
 
 
+SettingsJson: TypeAlias = dict[str, Any]
+"""Settings of a solve as files hold them: values by name of the switch."""
+
+
 @dataclass(frozen=True)
 class SolveSettings:
     """A value for every switch of `SWITCHES`, complete and valid. Made by `parse_settings`."""
@@ -248,12 +252,12 @@ class SolveSettings:
         """Look-ahead [ns]: one output frame where the solve takes the cameras' joints directly, else 0."""
         return 1_000_000_000 // self.output_hz if self.solves_cameras_joints else 0
 
-    def to_json(self) -> dict[str, Any]:
+    def to_json(self) -> SettingsJson:
         """Return the settings as `settings.json` holds them."""
         return {switch.name: switch.to_json(getattr(self, switch.name)) for switch in SWITCHES.values()}
 
     @classmethod
-    def from_json(cls, value: dict[str, Any]) -> "SolveSettings":
+    def from_json(cls, value: SettingsJson) -> "SolveSettings":
         """Return the settings that `to_json` wrote, checked like those of a command line.
 
         Raises:

@@ -2,12 +2,21 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, TypedDict
 
 import numpy as np
 from numpy.typing import NDArray
 
 from studio.engine.base.sentences import say
+
+
+class SpanJson(TypedDict):
+    """A `Span` as stored: from and to [s], null: to the end; distance from the other cameras [mm]."""
+
+    from_s: float
+    to_s: float | None
+    shift_mm: float
+    named: bool
 
 
 @dataclass(frozen=True)
@@ -53,7 +62,7 @@ class Span:
             mm=mm,
         )
 
-    def to_json(self) -> dict[str, Any]:
+    def to_json(self) -> SpanJson:
         """Return the span as stored in `calibrations/<n>.json` and in `metrics.json`."""
         to_s = None if self.to_s is None else round(self.to_s, 3)
         return {

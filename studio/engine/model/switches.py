@@ -7,12 +7,14 @@ the live log use that table.
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import Any, ClassVar, Literal, NamedTuple, TypeAlias
 
 from studio.engine.base.errors import SettingsError
 from studio.engine.base.sentences import say
 from studio.engine.base.value_sentences import bad_setting
 from studio.engine.model.joints import CANONICAL
+
+SwitchKind: TypeAlias = Literal["choice", "range", "text"]
 
 
 class Defaults(NamedTuple):
@@ -38,12 +40,15 @@ class Switch(ABC):
         defaults: its value in each preset.
         help: its effect, one sentence.
         cost: its cost where it is on, one phrase; "" = not measurable.
+        kind: of its values, for pages and programs.
     """
 
     name: str
     defaults: Defaults
     help: str
     cost: str = ""
+
+    kind: ClassVar[SwitchKind] = "text"
 
     @property
     @abstractmethod
@@ -57,10 +62,6 @@ class Switch(ABC):
         Raises:
             SettingsError: the text is not allowed; the message lists the allowed values.
         """
-
-    @abstractmethod
-    def schema(self) -> dict[str, Any]:
-        """Return `kind` (choice, range, text) with `values`, or `low` and `high`, for pages and programs."""
 
     def from_json(self, value: Any) -> Any:
         """Return the value in `settings.json`, checked.
@@ -89,6 +90,8 @@ class Choice(Switch):
 
     values: tuple[str, ...] | tuple[int, ...] = ()
 
+    kind = "choice"
+
     @property
     def allowed(self) -> str:
         return ", ".join(str(value) for value in self.values)
@@ -99,9 +102,6 @@ class Choice(Switch):
                 return value
         raise self.refused(text)
 
-    def schema(self) -> dict[str, Any]:
-        return {"kind": "choice", "values": [str(value) for value in self.values]}
-
 
 @dataclass(frozen=True)
 class Number(Switch):
@@ -109,6 +109,8 @@ class Number(Switch):
 
     low: float = 0.0
     high: float = 1.0
+
+    kind = "range"
 
     @property
     def allowed(self) -> str:
@@ -119,9 +121,6 @@ class Number(Switch):
 
     def from_json(self, value: Any) -> float:
         return number(self.name, value, self.low, self.high)
-
-    def schema(self) -> dict[str, Any]:
-        return {"kind": "range", "low": self.low, "high": self.high}
 
 
 @dataclass(frozen=True)
@@ -137,9 +136,6 @@ class Percent(Switch):
             number(f"{self.name} (off, or per cent)", text, 0.0, 100.0)
         return text
 
-    def schema(self) -> dict[str, Any]:
-        return {"kind": "text"}
-
 
 @dataclass(frozen=True)
 class Names(Switch):
@@ -153,9 +149,6 @@ class Names(Switch):
         if not text.strip():
             raise self.refused("")
         return text
-
-    def schema(self) -> dict[str, Any]:
-        return {"kind": "text"}
 
 
 @dataclass(frozen=True)
@@ -183,9 +176,6 @@ class Point(Switch):
     def text(self, value: tuple[float, float, float]) -> str:
         return ",".join(shortest(part) for part in value)
 
-    def schema(self) -> dict[str, Any]:
-        return {"kind": "text"}
-
 
 @dataclass(frozen=True)
 class Effector:
@@ -196,6 +186,10 @@ class Effector:
     reach: float = 1.0
     pull: float = 1.0
     resist: float = 0.0
+
+
+ByJoint: TypeAlias = dict[str, float] | dict[str, Effector]
+"""A number, or an `Effector`, by canonical joint."""
 
 
 @dataclass(frozen=True)
@@ -219,7 +213,7 @@ class PerJoint(Switch):
             allowed=[*self.written],
         )
 
-    def parse_part(self, value: Mapping[str, Any], key: str, rest: list[str], given: Any) -> dict[str, Any]:
+    def parse_part(self, value: Mapping[str, Any], key: str, rest: list[str], given: Any) -> ByJoint:
         """Return the value with one number changed; `rest` is what follows the switch's name in `key`.
 
         Raises:
@@ -229,21 +223,18 @@ class PerJoint(Switch):
             raise unknown_part(key)
         return {**value, joint(key, rest[0]): number(key, given, self.low, self.high)}
 
-    def from_json(self, value: Any) -> dict[str, Any]:
+    def from_json(self, value: Any) -> ByJoint:
         return {
             joint(f"{self.name}.{name}", name): number(f"{self.name}.{name}", one, self.low, self.high)
             for name, one in value.items()
         }
 
-    def to_json(self, value: Mapping[str, Any]) -> dict[str, Any]:
+    def to_json(self, value: Mapping[str, Any]) -> dict[str, float] | dict[str, dict[str, float]]:
         return dict(value)
 
     def texts(self, value: Mapping[str, Any]) -> dict[str, str]:
         """Return the value as the keys and texts of `--set`."""
         return {f"{self.name}.{name}": shortest(one) for name, one in value.items()}
-
-    def schema(self) -> dict[str, Any]:
-        return {"kind": "joints"}
 
 
 @dataclass(frozen=True)
@@ -252,21 +243,23 @@ class Effectors(PerJoint):
 
     written = ("effectors.<joint>.reach", ".pull", ".resist")
 
-    def parse_part(self, value: Mapping[str, Any], key: str, rest: list[str], given: Any) -> dict[str, Any]:
+    def parse_part(
+        self, value: Mapping[str, Any], key: str, rest: list[str], given: Any
+    ) -> dict[str, Effector]:
         if len(rest) != 2 or rest[1] not in vars(Effector()):
             raise unknown_part(key)
         name = joint(key, rest[0])
         numbers = {**vars(value[name]), rest[1]: number(key, given, self.low, self.high)}
         return {**value, name: Effector(**numbers)}
 
-    def from_json(self, value: Any) -> dict[str, Any]:
+    def from_json(self, value: Any) -> dict[str, Effector]:
         out = dict(self.defaults.studio)
         for name, numbers in value.items():
             for part, one in numbers.items():
                 out = self.parse_part(out, f"{self.name}.{name}.{part}", [name, part], one)
         return out
 
-    def to_json(self, value: Mapping[str, Any]) -> dict[str, Any]:
+    def to_json(self, value: Mapping[str, Any]) -> dict[str, dict[str, float]]:
         return {name: vars(effector).copy() for name, effector in value.items()}
 
     def texts(self, value: Mapping[str, Any]) -> dict[str, str]:

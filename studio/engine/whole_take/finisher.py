@@ -10,7 +10,6 @@ windows therefore does not change the result, and memory does not grow with the 
 from collections.abc import Callable, Iterator
 from dataclasses import replace
 from itertools import pairwise
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,6 +21,7 @@ from studio.engine.model.human.humanoid import build_humanoid
 from studio.engine.model.human.skeleton import Skeleton
 from studio.engine.model.joints import CANONICAL, JOINT_COUNT, MIRROR, OUTPUT_OF_CANONICAL_INDEX
 from studio.engine.model.settings import SolveSettings
+from studio.engine.model.solve_metrics import SolveMetrics
 from studio.engine.solve.body import BodySolver
 from studio.engine.solve.uncertainty import of_output_joints
 from studio.engine.whole_take.finish.contacts import JOINTS, Contacts, find_contacts, wander_of
@@ -103,7 +103,7 @@ class Finisher:
         self._alike = 1.0
 
     @property
-    def physics_report(self) -> dict[str, Any]:
+    def physics_report(self) -> SolveMetrics:
         """Effect of physics, for `metrics.json`; empty without physics and before `results`."""
         return {} if self._physics is None else self._physics.report
 

@@ -5,13 +5,13 @@ figures show per joint where the pose is not the measurement.
 """
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from studio.engine.model.frames import FrameSet, StepResult
 from studio.engine.model.joints import CANONICAL, JOINT_COUNT, MIRROR, OUTPUT_OF_CANONICAL_INDEX
+from studio.engine.model.solve_metrics import SolveMetrics
 
 NOT_FOLLOWED_M = 0.15
 """A joint further than this from every camera's report is not followed."""
@@ -120,10 +120,8 @@ class SolveResiduals:
             for j, name in enumerate(CANONICAL)
         }
 
-    def figures(self) -> dict[str, Any]:
-        """Return the residuals in `metrics.json`: the line, the longest time without anybody, the number of jumps to
-        another place, and each joint's figures.
-        """
+    def figures(self) -> SolveMetrics:
+        """Return the residuals in `metrics.json`: `followed` to `not_followed`."""
         return {
             "followed": self.line(),
             "longest_without_anybody_s": round(self._longest_nobody_s, 3),

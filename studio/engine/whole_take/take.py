@@ -1,7 +1,6 @@
 """The solve of a whole take: all frames through the pipeline with final clocks, then finishing if set."""
 
 from collections.abc import Callable, Iterable, Sequence
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,6 +10,7 @@ from studio.engine.model.calibration import Calibration
 from studio.engine.model.frames import CameraFrame, StepResult
 from studio.engine.model.poses import Poses
 from studio.engine.model.settings import SolveSettings
+from studio.engine.model.solve_metrics import SolveMetrics
 from studio.engine.solve.stream import Stream
 from studio.engine.whole_take.collect import PoseCollector
 from studio.engine.whole_take.cut import LOOKED_S, cut_between_s
@@ -36,7 +36,7 @@ def solve_frames(
     start_s: float | None = None,
     progress: ProgressCallback | None = None,
     residuals: SolveResiduals | None = None,
-    physics: dict[str, Any] | None = None,
+    physics: SolveMetrics | None = None,
     trace: TraceCollector | None = None,
 ) -> Poses:
     """Return the poses of a take's frames.

@@ -2,7 +2,7 @@
 
 import multiprocessing
 import time
-from typing import Any
+from typing import TypedDict
 
 from studio import wire
 from studio.engine.base.system import one_core, peak_memory_bytes
@@ -19,7 +19,15 @@ BAR_CAMERAS, BAR_JOINT_SET = 4, "kinect-v2"
 """The bar is for four cameras of 25 joints."""
 
 
-def growth(frames: int) -> dict[str, Any]:
+class Growth(TypedDict):
+    """Growth of the live pipeline by number of cameras and of joints, and of a take's solve by its length [s]."""
+
+    pipeline_by_cameras: dict[str, stages.StageTiming]
+    pipeline_by_joints: dict[str, stages.StageTiming]
+    take_by_seconds: dict[str, dict[str, float]]
+
+
+def growth(frames: int) -> Growth:
     """Return the growth of the live pipeline and of a take's solve, as in `bench --growth --json`.
 
     Args:

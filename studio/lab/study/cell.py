@@ -2,7 +2,6 @@
 
 from pathlib import Path
 from time import process_time
-from typing import Any
 
 import numpy as np
 
@@ -21,6 +20,7 @@ from studio.engine.model.poses import Poses
 from studio.engine.model.settings import parse_settings
 from studio.engine.whole_take.take import solve_frames
 from studio.lab.study.plan import Cell, StudyRecording, Variant
+from studio.lab.study.results import CellJson
 from studio.simulator.joints.seen import see
 from studio.simulator.motion import stage_motion, staged
 from studio.simulator.rig import standard_rig
@@ -99,7 +99,7 @@ def run_recording(
     compared = {cell.variant.against for cell in cells}
     done = []
     for cell in cells:
-        value: dict[str, Any] = {
+        value: CellJson = {
             "motion": recording.title,
             "cameras": recording.cameras,
             "interference": recording.interference,
@@ -108,9 +108,10 @@ def run_recording(
             "preset": cell.variant.preset,
             "changes": list(cell.variant.changes),
             "problem": stage.problem,
+            "cpu_s": 0.0,
         }
         if not stage.problem:
-            value |= _measured(stage, cell.variant, others, keep=cell.variant.name in compared)
+            _measure(value, stage, cell.variant, others, keep=cell.variant.name in compared)
         now = process_time()
         value["cpu_s"], began = round(now - began, 3), now
         write_json(folder / f"{cell.key}.json", value)
@@ -118,20 +119,21 @@ def run_recording(
     return done
 
 
-def _measured(
-    stage: StudyStage, variant: Variant, others: dict[str, Variant], *, keep: bool
-) -> dict[str, Any]:
+def _measure(
+    value: CellJson, stage: StudyStage, variant: Variant, others: dict[str, Variant], *, keep: bool
+) -> None:
+    """Add a variant's figures to its cell, or why there are none."""
     try:
         poses = stage.solve(variant, keep=keep)
         figures = evaluate(poses, stage.reference, start_s=stage.start_s)
     except StudioError as error:
-        return {"problem": f"not solved: {error}"}
-    out: dict[str, Any] = {"figures": {name: figures[name] for name in KEPT}}
+        value["problem"] = f"not solved: {error}"
+        return
+    value["figures"] = {name: figures[name] for name in KEPT}
     if variant.against is not None:
         beside = stage.solve(others[variant.against], keep=True)
         moved = moved_frames(poses, beside)
-        out["moved_10cm"] = [int(moved.sum()), len(moved)]
-    return out
+        value["moved_10cm"] = [int(moved.sum()), len(moved)]
 
 
 def moved_frames(poses: Poses, beside: Poses) -> np.ndarray:

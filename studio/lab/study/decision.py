@@ -1,6 +1,6 @@
 """Table 6.1: each component with its accuracy, its clean-up, its votes, and the decision."""
 
-from typing import Any
+from typing import TypedDict
 
 from studio.lab.study.results import Results
 from studio.lab.study.thesis_tables import COMPONENTS, FOUR, LABELS, Component
@@ -14,12 +14,24 @@ RULE = (
 )
 
 
-def decisions(results: Results, votes: Votes) -> list[dict[str, Any]]:
+class Decision(TypedDict):
+    """A component: its mean figures here and those of the thesis, votes `for` it `of` all, and whether it is kept."""
+
+    component: str
+    figures: dict[str, float | None]
+    thesis: dict[str, float] | None
+    votes: dict[str, int] | None
+    thesis_votes: str
+    kept: str
+    thesis_kept: str
+
+
+def decisions(results: Results, votes: Votes) -> list[Decision]:
     """Return a row for each component of which the study has recordings."""
     return [_row(one, results, votes) for one in COMPONENTS if results.of(one.condition)]
 
 
-def _row(one: Component, results: Results, votes: Votes) -> dict[str, Any]:
+def _row(one: Component, results: Results, votes: Votes) -> Decision:
     cast = votes.get(one.sides) if one.sides is not None else None
     return {
         "component": one.title,
@@ -47,7 +59,7 @@ def _kept(one: Component, results: Results, cast: tuple[int, int] | None) -> str
     return "yes" if -1 in directions.values() else "open"
 
 
-def decision_rows(rows: list[dict[str, Any]]) -> list[list[str]]:
+def decision_rows(rows: list[Decision]) -> list[list[str]]:
     """Return the table for the terminal, its heading first."""
     names = [*FOUR, "cleanup_events_per_min"]
     out = [["6.1 Components", *(LABELS[name].split(",")[0] for name in names), "votes", "kept"]]
@@ -65,7 +77,7 @@ def decision_rows(rows: list[dict[str, Any]]) -> list[list[str]]:
     return out
 
 
-def decision_html(rows: list[dict[str, Any]]) -> str:
+def decision_html(rows: list[Decision]) -> str:
     """Return the table, with the thesis's figures in brackets."""
     header, *body = decision_rows(rows)
     marked = [[*row[:-1], Markup(f"<b>{row[-1]}</b>")] for row in body]

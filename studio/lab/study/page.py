@@ -1,12 +1,11 @@
 """The report of a study: `study.json`, tables as text, a plot of each table, and one page."""
 
 from pathlib import Path
-from typing import Any
 
 from studio.engine.base.files import write_atomically, write_json
 from studio.lab.study.decision import RULE, decision_html, decisions
 from studio.lab.study.plan import Study
-from studio.lab.study.results import Results
+from studio.lab.study.results import CellJson, Results
 from studio.lab.study.tables import table_charts, table_html, table_json
 from studio.lab.study.thesis_tables import FOUR, LABELS, TABLES, Condition, Table
 from studio.lab.study.votes import Votes
@@ -17,7 +16,7 @@ from studio.review.report.page import Markup, bullets, charts_row, page, paragra
 _WORDS = {"agrees": "agrees", "differs": "does not", "open": "not told"}
 
 
-def write_study(study: Study, cells: list[dict[str, Any]], votes: Votes, out: Path) -> Path:
+def write_study(study: Study, cells: list[CellJson], votes: Votes, out: Path) -> Path:
     """Write all of a study's results below `out`; return the page's path."""
     results = Results(cells)
     shown = [table for table in TABLES if any(results.of(condition) for condition in table.conditions)]
@@ -57,7 +56,7 @@ def _write(path: Path, words: str) -> None:
         file.write(words.encode())
 
 
-def _summary(study: Study, cells: list[dict[str, Any]], shown: list[Table], results: Results) -> list[str]:
+def _summary(study: Study, cells: list[CellJson], shown: list[Table], results: Results) -> list[str]:
     every = [one for table in shown for one in findings(table, results)]
     counts = {verdict: sum(one.verdict == verdict for one in every) for verdict in _WORDS}
     made = (

@@ -1,7 +1,7 @@
 """Means of a study's figures, and intervals of their changes by bootstrap over motions and seeds."""
 
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NotRequired, TypedDict
 
 import numpy as np
 
@@ -40,17 +40,41 @@ class Change:
         return -1 if self.high < 0 else 1 if self.low > 0 else 0
 
 
+class CellJson(TypedDict):
+    """A solve of a study as its file holds it.
+
+    Attributes:
+        changes: the switches of the variant, as `KEY=VALUE`.
+        problem: why there are no figures, or empty.
+        figures: by name, as of an `Evaluation`.
+        moved_10cm: frames in which a joint lies 10 cm from its place without the variant's switch, and all.
+        cpu_s: computing time [s].
+    """
+
+    motion: str
+    cameras: int
+    interference: bool
+    seed: int
+    variant: str
+    preset: NotRequired[str]
+    changes: NotRequired[list[str]]
+    problem: str
+    figures: NotRequired[dict[str, Any]]
+    moved_10cm: NotRequired[list[int]]
+    cpu_s: float
+
+
 class Results:
     """All cells of a study, by condition."""
 
-    def __init__(self, cells: list[dict[str, Any]]) -> None:
+    def __init__(self, cells: list[CellJson]) -> None:
         self.cells = cells
-        self._by: dict[tuple[str, int, bool], dict[tuple[str, int], dict[str, Any]]] = {}
+        self._by: dict[tuple[str, int, bool], dict[tuple[str, int], CellJson]] = {}
         for cell in cells:
             key = (cell["variant"], cell["cameras"], cell["interference"])
             self._by.setdefault(key, {})[cell["motion"], cell["seed"]] = cell
 
-    def of(self, condition: Condition) -> dict[tuple[str, int], dict[str, Any]]:
+    def of(self, condition: Condition) -> dict[tuple[str, int], CellJson]:
         """The cells of a condition by motion and seed, those with a problem too."""
         return self._by.get((condition.variant, condition.cameras, condition.interference), {})
 
@@ -59,7 +83,7 @@ class Results:
         return {
             key: float(cell["figures"][figure])
             for key, cell in self.of(condition).items()
-            if not cell["problem"] and cell["figures"][figure] is not None
+            if "figures" in cell and not cell["problem"] and cell["figures"][figure] is not None
         }
 
     def mean(self, condition: Condition, figure: str) -> float | None:

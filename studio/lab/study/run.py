@@ -1,6 +1,5 @@
 """Runs the cells of a study on every core. Existing cells are reused."""
 
-import json
 import multiprocessing
 import os
 import signal
@@ -9,11 +8,13 @@ from collections.abc import Callable
 from concurrent.futures import ProcessPoolExecutor, wait
 from concurrent.futures.process import BrokenProcessPool
 from pathlib import Path
-from typing import Any
+
+import msgspec
 
 from studio.engine.base.errors import StudioError
 from studio.engine.base.sentences import system_says
 from studio.lab.study.plan import Cell, Study
+from studio.lab.study.results import CellJson
 
 CELLS = "cells"
 """Folder of the cells' files inside that of the study."""
@@ -102,16 +103,15 @@ def _path(out: Path, cell: Cell) -> Path:
     return out / CELLS / f"{cell.key}.json"
 
 
-def read_cell(out: Path, cell: Cell) -> dict[str, Any] | None:
+def read_cell(out: Path, cell: Cell) -> CellJson | None:
     """Return the figures of a cell; None if its file is missing or damaged."""
     try:
-        value = json.loads(_path(out, cell).read_text(encoding="utf-8"))
+        return msgspec.json.decode(_path(out, cell).read_bytes(), type=CellJson)
     except (OSError, ValueError):
         return None
-    return value if isinstance(value, dict) and "variant" in value else None
 
 
-def read_cells(study: Study, out: Path) -> list[dict[str, Any]]:
+def read_cells(study: Study, out: Path) -> list[CellJson]:
     """Return all existing cells of a study."""
     found = (read_cell(out, cell) for cell in study.cells)
     return [value for value in found if value is not None]

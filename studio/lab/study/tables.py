@@ -1,6 +1,6 @@
 """A table of the thesis with the study's figures beside: as JSON, on the terminal, and as charts."""
 
-from typing import Any
+from typing import TypedDict
 
 from studio.lab.study.results import Results
 from studio.lab.study.thesis_tables import FOUR, LABELS, Condition, Table
@@ -8,14 +8,47 @@ from studio.review.report.charts import Bar, bar_chart
 from studio.review.report.page import Markup, html_table
 
 
+class FigureJson(TypedDict):
+    """A figure of a condition: its mean, its change against the table's base over `pairs`, 95 % intervals; null where
+    it was not measured."""
+
+    mean: float | None
+    interval_95: list[float] | None
+    change: float | None
+    change_interval_95: list[float] | None
+    pairs: int | None
+
+
+class ConditionJson(TypedDict):
+    """A condition: its recordings, how many had a problem, its figures here and those of the thesis."""
+
+    condition: str
+    variant: str
+    cameras: int
+    interference: bool
+    recordings: int
+    problems: int
+    first_problem: str | None
+    thesis: dict[str, float] | None
+    figures: dict[str, FigureJson]
+
+
+class TableJson(TypedDict):
+    """A table of the thesis with the study's figures."""
+
+    table: str
+    title: str
+    conditions: list[ConditionJson]
+
+
 def here(table: Table, results: Results) -> list[Condition]:
     """The conditions of a table with recordings in the study."""
     return [condition for condition in table.conditions if results.of(condition)]
 
 
-def table_json(table: Table, results: Results) -> dict[str, Any]:
-    """Return a table's figures: by condition, the study's with intervals, the changes, and the thesis's."""
-    out = []
+def table_json(table: Table, results: Results) -> TableJson:
+    """Return a table's figures."""
+    out: list[ConditionJson] = []
     for condition in here(table, results):
         problems = results.problems(condition)
         out.append(
@@ -36,7 +69,7 @@ def table_json(table: Table, results: Results) -> dict[str, Any]:
     return {"table": table.number, "title": table.title, "conditions": out}
 
 
-def _figure(table: Table, condition: Condition, name: str, results: Results) -> dict[str, Any]:
+def _figure(table: Table, condition: Condition, name: str, results: Results) -> FigureJson:
     spread = results.spread(condition, name)
     change = None if condition is table.base else results.change(table.base, condition, name)
     return {

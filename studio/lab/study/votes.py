@@ -35,8 +35,8 @@ def read_votes(folder: Path) -> Votes:
         )
     votes: Votes = {}
     for test in tests:
-        for pair in results(test, desk.voters(test.id))["pairs"]:
-            a, b, for_a, for_b = pair["a"], pair["b"], pair["votes_a"], pair["votes_b"]
+        for pair in results(test, desk.voters(test.id)).pairs:
+            a, b, for_a, for_b = pair.a, pair.b, pair.votes_a, pair.votes_b
             for mine, other, count in ((a, b, for_a), (b, a, for_b)):
                 before = votes.get((mine, other), (0, 0))
                 votes[mine, other] = (before[0] + count, before[1] + for_a + for_b)

@@ -3,16 +3,22 @@
 import json
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 from studio.engine.base.errors import FormatError, TakeError
 from studio.engine.base.files import write_json
 from studio.engine.base.versions import PERFORMER
-from studio.engine.model.calibration import Performer, performer_from_json, performer_to_json
+from studio.engine.model.calibration import Performer, PerformerJson, performer_from_json, performer_to_json
 from studio.take.folder.names import check_name, inside, is_safe_name
 from studio.take.folder.take import utc_now
 
 FOLDER = "performers"
+
+
+class ProfileJson(PerformerJson):
+    """A performer's profile as stored: name, when it was measured (ISO 8601, UTC), proportions."""
+
+    name: str
+    measured: str
 
 
 @dataclass(frozen=True)
@@ -23,7 +29,7 @@ class Profile:
     measured: str
     performer: Performer
 
-    def to_json(self) -> dict[str, Any]:
+    def to_json(self) -> ProfileJson:
         """Return the profile as in the API."""
         return {"name": self.name, "measured": self.measured, **performer_to_json(self.performer)}
 

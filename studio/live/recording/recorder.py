@@ -57,6 +57,7 @@ class Recorder:
         bytes_written: size of all files so far.
         problem: why writing has stopped, for a person; "" = no problem.
         owed: the frames that clients keep, and which are on the disk.
+        take_id: names the take for good.
         on_synced: called on a thread of the recorder's with the cameras that have more frames on the disk now.
     """
 
@@ -67,7 +68,7 @@ class Recorder:
             StudioError: they cannot be written.
         """
         self.take = take
-        take.meta.setdefault("take_id", uuid.uuid4().hex)
+        self.take_id = take.meta.setdefault("take_id", uuid.uuid4().hex)
         self._writer = RawWriter(take.raw_path, state=state)
         try:
             self._poses = PoseLog(take.path, ticks=None if state is None else state.ticks)
@@ -118,10 +119,6 @@ class Recorder:
         except StudioError:
             shutil.rmtree(take.path)
             raise
-
-    @property
-    def take_id(self) -> str:
-        return str(self.take.meta["take_id"])
 
     # --- from the engine thread
 

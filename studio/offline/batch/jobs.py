@@ -6,9 +6,12 @@ result does not match its stamp and is made again.
 
 import hashlib
 import json
-from dataclasses import asdict, dataclass
+from collections import Counter
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal
+
+from msgspec import Struct
 
 from studio.engine.base.errors import StudioError
 
@@ -129,9 +132,16 @@ def _note(note: Path, stamp: dict[str, list[int]]) -> None:
     write_json(note, stamp, to_disk=False)
 
 
-def summary(done: list[Done]) -> dict[str, Any]:
-    """Return the results of a batch as JSON."""
-    return {
-        **{state: sum(one.state == state for one in done) for state in ("done", "skipped", "failed")},
-        "takes": [asdict(one) for one in done],
-    }
+class BatchSummary(Struct):
+    """The results of a batch: how many jobs were done, done before and failed, and each."""
+
+    done: int
+    skipped: int
+    failed: int
+    takes: list[Done]
+
+
+def summary(done: list[Done]) -> BatchSummary:
+    """Return the results of a batch."""
+    counts = Counter(one.state for one in done)
+    return BatchSummary(counts["done"], counts["skipped"], counts["failed"], done)

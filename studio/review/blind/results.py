@@ -2,15 +2,97 @@
 
 import csv
 import io
-from typing import Any
 
 import numpy as np
+from msgspec import Struct, structs
 
 from studio.review.blind.desk import Voter
 from studio.review.blind.draw import Showing, showings
 from studio.review.blind.model import BlindTest
-from studio.review.blind.statistics import bradley_terry, holm, share
+from studio.review.blind.statistics import VoteShare, bradley_terry, holm, share
 from studio.review.blind.store import VoteEvent
+
+
+class PairResult(Struct):
+    """Votes on a pair, by its index; repeats do not count. `of` votes are for a side, `share` of them for `a`.
+
+    Attributes:
+        a, b: what the sides stand for.
+        share, low, high, p_value: as of `VoteShare`.
+        p_holm: the p-value corrected for the number of pairs.
+    """
+
+    pair: int
+    title: str
+    a: str
+    b: str
+    votes_a: int
+    votes_b: int
+    no_preference: int
+    of: int
+    share: float
+    low: float
+    high: float
+    p_value: float
+    p_holm: float = 1.0
+
+
+class Ranked(Struct):
+    """A condition and its strength; those of all conditions sum to 1."""
+
+    condition: str
+    strength: float
+
+
+class SideBias(Struct):
+    """Votes for the left side."""
+
+    left: VoteShare
+
+
+class Consistency(Struct):
+    """In how many repeats (`of`) a voter chose the same animation again with exchanged sides; None without any."""
+
+    same: int
+    of: int
+    share: float | None
+    per_voter: list[float]
+
+
+class Comment(Struct):
+    """What a voter wrote on a pair, by its index, the condition that they chose, and when (ISO 8601, UTC)."""
+
+    voter: str
+    pair: int
+    chosen: str
+    comment: str
+    at: str
+
+
+class BlindResults(Struct):
+    """All figures of a test.
+
+    Attributes:
+        closed: when the operator ended it, or empty.
+        finished: number of voters who voted on all.
+        ranking: the conditions if there are more than two, the strongest first; no preference is half a vote each.
+        watched_s: median time for which a pair was on the screen [s]; None without votes.
+    """
+
+    test: str
+    title: str
+    question: str
+    closed: str
+    voters: int
+    finished: int
+    votes: int
+    pairs: list[PairResult]
+    ranking: list[Ranked]
+    side_bias: SideBias
+    consistency: Consistency
+    watched_s: float | None
+    comments: list[Comment]
+
 
 Cast = tuple[Voter, Showing, VoteEvent]
 
@@ -31,44 +113,41 @@ def chosen(showing: Showing, event: VoteEvent) -> str:
     return "a" if (event.choice == "left") == showing.a_left else "b"
 
 
-def results(test: BlindTest, voters: list[Voter]) -> dict[str, Any]:
-    """Return all figures of a test as JSON.
-
-    Repeats count for the voters' consistency only. `p_holm` corrects for the number of pairs.
-    """
+def results(test: BlindTest, voters: list[Voter]) -> BlindResults:
+    """Return all figures of a test. Repeats count for the voters' consistency only."""
     votes = cast_votes(test, voters)
     first = [one for one in votes if not one[1].repeat]
     pairs = [
         _pair(test, index, [one for one in first if one[1].pair == index]) for index in range(len(test.pairs))
     ]
-    for pair, corrected in zip(pairs, holm([pair["p_value"] for pair in pairs]), strict=True):
-        pair["p_holm"] = corrected
+    for pair, corrected in zip(pairs, holm([pair.p_value for pair in pairs]), strict=True):
+        pair.p_holm = corrected
     sides = [event.choice for _, _, event in votes if event.choice != "none"]
-    return {
-        "test": test.id,
-        "title": test.title,
-        "question": test.question,
-        "closed": test.closed,
-        "voters": len(voters),
-        "finished": sum(len(voter.votes) == len(test.slots) for voter in voters),
-        "votes": len(votes),
-        "pairs": pairs,
-        "ranking": _ranking(test, first),
-        "side_bias": {"left": vars(share(sides.count("left"), len(sides)))},
-        "consistency": _consistency(votes),
-        "watched_s": float(np.median([event.watched_s for *_, event in votes])) if votes else None,
-        "comments": [
-            {
-                "voter": voter.name or f"voter {voter.number + 1}",
-                "pair": showing.pair,
-                "chosen": _condition(test, showing, event),
-                "comment": event.comment,
-                "at": event.at,
-            }
+    return BlindResults(
+        test=test.id,
+        title=test.title,
+        question=test.question,
+        closed=test.closed,
+        voters=len(voters),
+        finished=sum(len(voter.votes) == len(test.slots) for voter in voters),
+        votes=len(votes),
+        pairs=pairs,
+        ranking=_ranking(test, first),
+        side_bias=SideBias(share(sides.count("left"), len(sides))),
+        consistency=_consistency(votes),
+        watched_s=float(np.median([event.watched_s for *_, event in votes])) if votes else None,
+        comments=[
+            Comment(
+                voter=voter.name or f"voter {voter.number + 1}",
+                pair=showing.pair,
+                chosen=_condition(test, showing, event),
+                comment=event.comment,
+                at=event.at,
+            )
             for voter, showing, event in votes
             if event.comment
         ],
-    }
+    )
 
 
 def _condition(test: BlindTest, showing: Showing, event: VoteEvent) -> str:
@@ -77,25 +156,17 @@ def _condition(test: BlindTest, showing: Showing, event: VoteEvent) -> str:
     return {"a": pair.a.condition, "b": pair.b.condition, "none": "no preference"}[which]
 
 
-def _pair(test: BlindTest, index: int, votes: list[Cast]) -> dict[str, Any]:
+def _pair(test: BlindTest, index: int, votes: list[Cast]) -> PairResult:
     pair = test.pairs[index]
     sides = [chosen(showing, event) for _, showing, event in votes]
     a, b, none = (sides.count(which) for which in ("a", "b", "none"))
-    figures = {name: value for name, value in vars(share(a, a + b)).items() if name != "votes"}
-    return {
-        "pair": index,
-        "title": pair.title,
-        "a": pair.a.condition,
-        "b": pair.b.condition,
-        "votes_a": a,
-        "votes_b": b,
-        "no_preference": none,
-        **figures,
-    }
+    figures = structs.asdict(share(a, a + b))
+    return PairResult(
+        index, pair.title, pair.a.condition, pair.b.condition, figures.pop("votes"), b, none, **figures
+    )
 
 
-def _ranking(test: BlindTest, votes: list[Cast]) -> list[dict[str, Any]]:
-    """Strengths of the conditions, if there are more than two; no preference is half a vote each."""
+def _ranking(test: BlindTest, votes: list[Cast]) -> list[Ranked]:
     names = sorted({side.condition for pair in test.pairs for side in (pair.a, pair.b)})
     if len(names) < 3:
         return []
@@ -108,14 +179,10 @@ def _ranking(test: BlindTest, votes: list[Cast]) -> list[dict[str, Any]]:
         wins[b, a] += 1.0 - gain
     np.fill_diagonal(wins, 0.0)
     strengths = bradley_terry(wins)
-    return [
-        {"condition": names[i], "strength": float(strengths[i])}
-        for i in np.argsort(-strengths, kind="stable")
-    ]
+    return [Ranked(names[i], float(strengths[i])) for i in np.argsort(-strengths, kind="stable")]
 
 
-def _consistency(votes: list[Cast]) -> dict[str, Any]:
-    """Share of repeats in which a voter chose the same animation again with exchanged sides."""
+def _consistency(votes: list[Cast]) -> Consistency:
     by_voter: dict[int, dict[tuple[int, bool], str]] = {}
     for voter, showing, event in votes:
         by_voter.setdefault(voter.number, {})[(showing.pair, showing.repeat)] = chosen(showing, event)
@@ -130,7 +197,7 @@ def _consistency(votes: list[Cast]) -> dict[str, Any]:
         same, total = same + sum(again), total + len(again)
         if again:
             shares.append(sum(again) / len(again))
-    return {"same": same, "of": total, "share": same / total if total else None, "per_voter": shares}
+    return Consistency(same, total, same / total if total else None, shares)
 
 
 def votes_csv(test: BlindTest, voters: list[Voter]) -> str:

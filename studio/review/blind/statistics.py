@@ -1,21 +1,19 @@
 """Statistics of votes: shares, tests, and strengths of more than two conditions."""
 
-from dataclasses import dataclass
-
 import numpy as np
+from msgspec import Struct
 from numpy.typing import NDArray
 
 BT_ITERATIONS = 10_000
 BT_TOLERANCE = 1e-10
 
 
-@dataclass(frozen=True)
-class VoteShare:
+class VoteShare(Struct, frozen=True):
     """Votes of one condition among all choices.
 
     Attributes:
         votes, of: number of its votes, and of all.
-        share: votes / of; NaN without votes.
+        share: votes / of; NaN without votes, which is null in an answer.
         low, high: 95 % interval (Wilson, "Probable inference", JASA 1927).
         p_value: of the exact two-sided binomial test of a half.
     """

@@ -10,14 +10,13 @@ import json
 import os
 import shutil
 from pathlib import Path
-from typing import Any
 
 import msgspec
 
 from studio.engine.base.errors import FormatError, StudioError, TakeError
 from studio.engine.base.files import write_atomically, write_json
 from studio.engine.base.sentences import system_says
-from studio.review.blind.model import BlindTest, from_json
+from studio.review.blind.model import BlindTest, Side, from_json
 from studio.take.folder.names import check_name, inside
 
 FOLDER = "blind"
@@ -43,6 +42,37 @@ class VoteEvent(msgspec.Struct, frozen=True):
     choice: str = ""
     watched_s: float = 0.0
     comment: str = ""
+
+
+class KeySide(Side, frozen=True, kw_only=True):
+    """An animation, and the SHA-256 of its file."""
+
+    sha256: str
+
+
+class KeyPair(msgspec.Struct, frozen=True):
+    """A pair of the key: its index, and what its animations `a` and `b` are."""
+
+    pair: int
+    a: KeySide
+    b: KeySide
+
+
+class Key(msgspec.Struct, frozen=True):
+    """The content of `key.json`: the test's id and title, when it was made (ISO 8601, UTC), the seed of its draws."""
+
+    test: str
+    title: str
+    created: str
+    seed: int
+    pairs: tuple[KeyPair, ...]
+
+
+class OpenedKey(Key, frozen=True, kw_only=True):
+    """A key, the seal of its test, and whether the file is still the sealed one."""
+
+    seal: str
+    seal_holds: bool
 
 
 def folder_of(sessions: Path, test_id: str) -> Path:
@@ -79,18 +109,16 @@ def create(sessions: Path, test: BlindTest, animations: list[tuple[bytes, bytes]
 
 
 def _key(test: BlindTest, hashes: tuple[tuple[str, str], ...]) -> bytes:
-    pairs = [
-        {
-            "pair": index,
-            **{
-                side: {**msgspec.to_builtins(which), "sha256": digest}
-                for side, which, digest in zip("ab", (pair.a, pair.b), digests, strict=True)
-            },
-        }
+    pairs = tuple(
+        KeyPair(index, *(_key_side(*one) for one in zip((pair.a, pair.b), digests, strict=True)))
         for index, (pair, digests) in enumerate(zip(test.pairs, hashes, strict=True))
-    ]
-    value = {"test": test.id, "title": test.title, "created": test.created, "seed": test.seed, "pairs": pairs}
-    return json.dumps(value, indent=2, ensure_ascii=False).encode()
+    )
+    key = Key(test.id, test.title, test.created, test.seed, pairs)
+    return json.dumps(msgspec.to_builtins(key), indent=2, ensure_ascii=False).encode()
+
+
+def _key_side(side: Side, sha256: str) -> KeySide:
+    return KeySide(**msgspec.structs.asdict(side), sha256=sha256)
 
 
 def save(sessions: Path, test: BlindTest) -> None:
@@ -182,15 +210,16 @@ def _ends_with_line(path: Path) -> bool:
         return file.read(1) == b"\n"
 
 
-def read_key(sessions: Path, test: BlindTest) -> dict[str, Any]:
-    """Return the key file, with `seal_holds`: whether it is the sealed one.
+def read_key(sessions: Path, test: BlindTest) -> OpenedKey:
+    """Return the key of a test.
 
     Raises:
         TakeError: it cannot be read.
     """
     try:
         data = (folder_of(sessions, test.id) / "key.json").read_bytes()
-        return {**json.loads(data), "seal": test.seal, "seal_holds": _sha256(data) == test.seal}
+        key = msgspec.json.decode(data, type=Key)
+        return OpenedKey(**msgspec.structs.asdict(key), seal=test.seal, seal_holds=_sha256(data) == test.seal)
     except (OSError, ValueError) as error:
         raise TakeError(
             "blind.key_unreadable",

@@ -5,7 +5,6 @@ import tempfile
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,7 +14,9 @@ from studio.engine.metrics.reference.alignment import align
 from studio.engine.metrics.reference.markers import fit_joint_centres
 from studio.engine.metrics.reference.matching import Matched, match
 from studio.engine.metrics.reference.reference import Markers, Reference
+from studio.engine.metrics.results import Evaluation
 from studio.engine.model.poses import Poses
+from studio.engine.model.settings import SettingsJson
 from studio.engine.model.spans import Span
 from studio.review.render.strip import render_strip
 from studio.review.report.body_diagram import body_diagram, stick_figures
@@ -53,8 +54,8 @@ class MeasuredSolve:
     """
 
     poses: Poses
-    figures: dict[str, Any]
-    settings: dict[str, Any]
+    figures: Evaluation
+    settings: SettingsJson
     disagrees: Mapping[str, Sequence[Span]] = field(default_factory=dict)
     moved: Mapping[str, tuple[float, float]] = field(default_factory=dict)
 
@@ -324,7 +325,7 @@ def _picture(poses: dict[str, Poses], times_s: list[float], begins_s: float, say
     return Markup(f'<img alt="{alt}" src="data:image/png;base64,{data}">')
 
 
-def _bodies(figures: Mapping[str, dict[str, Any]], say: Words) -> str:
+def _bodies(figures: Mapping[str, Evaluation], say: Words) -> str:
     most = max(max(one["per_joint_mm"].values(), default=1.0) for one in figures.values())
     return charts_row(
         [body_diagram(name, one["per_joint_mm"], most_mm=most, say=say) for name, one in figures.items()]

@@ -1,8 +1,9 @@
 """The tables of the report of `evaluate`."""
 
 from collections.abc import Mapping
-from typing import Any
 
+from studio.engine.metrics.results import Evaluation
+from studio.engine.model.settings import SettingsJson
 from studio.review.report.page import Markup, html_table, paragraph, safe
 from studio.review.report.words import ENGLISH, Words
 
@@ -28,7 +29,7 @@ ROWS: dict[str, tuple[str, int]] = {
 """Figure -> its words, and decimals."""
 
 
-def figures_table(figures: Mapping[str, dict[str, Any]], base: str, say: Words) -> str:
+def figures_table(figures: Mapping[str, Evaluation], base: str, say: Words) -> str:
     """Return all figures side by side, with the difference to the first solve."""
     rows = []
     for key, (words, digits) in ROWS.items():
@@ -44,7 +45,7 @@ def figures_table(figures: Mapping[str, dict[str, Any]], base: str, say: Words) 
     return html_table(["", *figures], rows)
 
 
-def switches_table(settings: Mapping[str, dict[str, Any]], base: str, say: Words) -> str:
+def switches_table(settings: Mapping[str, SettingsJson], base: str, say: Words) -> str:
     """Return the switches in which each solve differs from the first."""
     if not all(settings.values()):
         return paragraph(
@@ -71,7 +72,7 @@ def switches_table(settings: Mapping[str, dict[str, Any]], base: str, say: Words
     return html_table([say("solve"), say("what differs from {base}", base=base)], rows)
 
 
-def aligned_away(figures: dict[str, Any], say: Words = ENGLISH) -> str:
+def aligned_away(figures: Evaluation, say: Words = ENGLISH) -> str:
     """Return the alignment of a solve before its measurement, in words."""
     found = figures["alignment"]
     place = ", ".join(f"{metres:z.3f}" for metres in found["translation_m"])
@@ -88,7 +89,7 @@ def aligned_away(figures: dict[str, Any], say: Words = ENGLISH) -> str:
     return "; ".join(parts)
 
 
-def edit_list(name: str, figures: dict[str, Any], begins_s: float, say: Words) -> str:
+def edit_list(name: str, figures: Evaluation, begins_s: float, say: Words) -> str:
     """Return a solve's clean-up events in a closed section; times count from the stage time `begins_s`."""
     events = figures["cleanup_events"]
     if not events:

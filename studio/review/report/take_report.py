@@ -1,13 +1,13 @@
 """The report of a take's solves, for the command and the server."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
-from typing import Any
 
 from studio.engine.base.errors import FormatError
 from studio.engine.base.files import write_atomically
 from studio.engine.base.sentences import system_says
 from studio.engine.metrics.reference.reference import Markers, Reference, read_reference
+from studio.engine.metrics.results import Evaluation
 from studio.engine.model.poses import Poses
 from studio.review.report.evaluation import MeasuredSolve, evaluation_report
 from studio.review.report.words import ENGLISH, Language, Words
@@ -18,7 +18,7 @@ from studio.take.folder.take import Take
 
 
 def take_report(
-    take: Take, reference: Reference | Markers, figures: dict[str, dict[str, Any]], say: Words = ENGLISH
+    take: Take, reference: Reference | Markers, figures: Mapping[str, Evaluation], say: Words = ENGLISH
 ) -> str:
     """Return the report of a take's solves as HTML; `figures` by solve, from `metrics.evaluate`."""
     solves = {
@@ -39,7 +39,7 @@ def write_report(
     path: Path,
     take: Take,
     reference: Reference | Markers,
-    figures: dict[str, dict[str, Any]],
+    figures: Mapping[str, Evaluation],
     say: Words = ENGLISH,
 ) -> None:
     """Write the report to a file, atomically.

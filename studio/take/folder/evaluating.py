@@ -1,8 +1,9 @@
 """Evaluation of a take's solves against a reference, for the command, the API and batches."""
 
 from collections.abc import Callable, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
+from studio.engine.metrics.results import Evaluation
 from studio.take.folder.references import HowAligned
 from studio.take.folder.take import Take
 
@@ -18,7 +19,7 @@ def evaluate_solves(
     how: HowAligned,
     *,
     progress: Callable[[float], None] | None = None,
-) -> dict[str, dict[str, Any]]:
+) -> dict[str, Evaluation]:
     """Return the figures of a take's solves by name, as from `metrics.evaluate`; `progress` receives 0 to 1.
 
     Raises:
@@ -38,7 +39,7 @@ def evaluate_solves(
 
 def evaluate_poses(
     take: Take, poses: "Poses", reference: "Reference | Markers", how: HowAligned
-) -> dict[str, Any]:
+) -> Evaluation:
     """Return the figures of poses of a take; the calibration part at its beginning does not count.
 
     Raises:

@@ -6,7 +6,7 @@ It is derived: gone with the solve, and of a reference with it or with how it is
 import json
 from collections.abc import Iterator, Mapping
 from pathlib import Path
-from typing import Any
+from typing import Any, TypedDict
 
 from studio.engine.base.errors import FormatError, StudioError
 from studio.engine.base.files import write_json
@@ -16,6 +16,13 @@ from studio.take.folder.solves import read_metrics
 MEASURED = "measured.json"
 _OWN = {"jitter": "jitter_mm", "slide": "own_stance_foot_slide_cm_s", "edits": "cleanup_events_per_min"}
 _AGAINST = {"error": "mpjpe_mm"}
+
+
+class _Kept(TypedDict):
+    """Figures by name: the solve's own, and by reference."""
+
+    own: dict[str, Any]
+    references: dict[str, dict[str, Any]]
 
 
 def keep_measured(
@@ -61,8 +68,8 @@ def _numbers(figures: Mapping[str, Any]) -> dict[str, float]:
     return {key: value for key, value in figures.items() if _is_number(value)}
 
 
-def _read(solve: Path) -> dict[str, Any]:
-    """Return what is kept, `own` and `references`; nothing where there is no such file, or a damaged one."""
+def _read(solve: Path) -> _Kept:
+    """Return what is kept; nothing where there is no such file, or a damaged one."""
     file = solve / MEASURED
     try:
         value = MEASURED_FIGURES.current(json.loads(file.read_text(encoding="utf-8")), file)
@@ -74,7 +81,7 @@ def _read(solve: Path) -> dict[str, Any]:
     return {"own": {}, "references": {}}
 
 
-def _write(solve: Path, value: dict[str, Any]) -> None:
+def _write(solve: Path, value: _Kept) -> None:
     try:
         if solve.is_dir():
             write_json(solve / MEASURED, MEASURED_FIGURES.stamped(value), to_disk=False)

@@ -1,20 +1,27 @@
 """A take's reference in the stage frame of one of its solves, stored with the solve."""
 
-import json
 from pathlib import Path
-from typing import Any
+
+import msgspec
 
 from studio.engine.base.files import write_json
+from studio.engine.metrics.results import Aligned
 from studio.take.folder.references import HowAligned
 from studio.take.folder.take import Take
 
 
-def place_reference(take: Take, poses: Path, reference: Path, how: HowAligned, out: Path) -> dict[str, Any]:
-    """Align a reference with the solve in `poses`, and store it at `out`, with its alignment.
+class PlacedReference(msgspec.Struct):
+    """A reference in the stage frame of a solve: its alignment, its canonical joints, and the covered part of the
+    solve, from and to after its beginning [s]."""
 
-    Returns:
-        `aligned` (as `PlacedMotion.aligned`), `joints`, and the covered part of the solve: `from_s` to `to_s` after
-        its beginning.
+    aligned: Aligned
+    joints: list[str]
+    from_s: float
+    to_s: float
+
+
+def place_reference(take: Take, poses: Path, reference: Path, how: HowAligned, out: Path) -> PlacedReference:
+    """Align a reference with the solve in `poses`, and store it at `out`, with its alignment.
 
     Raises:
         FormatError: it cannot be read, or shares too little time or too few joints with the solve.
@@ -32,24 +39,24 @@ def place_reference(take: Take, poses: Path, reference: Path, how: HowAligned, o
         similarity=how.align == "similarity",
     )
     motion, begins_s = placed.motion, solve.begins_s
-    told = {
-        "aligned": placed.aligned,
-        "joints": motion.known_joints,
-        "from_s": float(motion.time_s[0]) - begins_s,
-        "to_s": float(motion.time_s[-1]) - begins_s,
-    }
+    told = PlacedReference(
+        aligned=placed.aligned,
+        joints=motion.known_joints,
+        from_s=float(motion.time_s[0]) - begins_s,
+        to_s=float(motion.time_s[-1]) - begins_s,
+    )
     placed.save(out)
-    write_json(_told(out), told)
+    write_json(_told(out), msgspec.structs.asdict(told))
     return told
 
 
-def placed_facts(out: Path) -> dict[str, Any] | None:
+def placed_facts(out: Path) -> PlacedReference | None:
     """Return the result of `place_reference` for the reference at `out`; None if there is none."""
     try:
-        value = json.loads(_told(out).read_text(encoding="utf-8"))
+        told = msgspec.json.decode(_told(out).read_bytes(), type=PlacedReference)
     except (OSError, ValueError):
         return None
-    return value if isinstance(value, dict) and out.is_file() else None
+    return told if out.is_file() else None
 
 
 def _told(out: Path) -> Path:

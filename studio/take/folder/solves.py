@@ -12,7 +12,8 @@ from studio.engine.base.files import sync_files, write_json
 from studio.engine.base.sentences import system_says
 from studio.engine.base.versions import METRICS, SETTINGS, FileFormat
 from studio.engine.model.poses import Poses
-from studio.engine.model.settings import SolveSettings
+from studio.engine.model.settings import SettingsJson, SolveSettings
+from studio.engine.model.solve_metrics import SolveMetrics
 from studio.engine.model.spans import Span
 from studio.engine.whole_take.trace import Trace
 from studio.take.folder.take import Take
@@ -27,7 +28,7 @@ def write_solve(
     *,
     settings: SolveSettings,
     poses: Poses,
-    metrics: dict[str, Any],
+    metrics: SolveMetrics,
     trace: Trace | None = None,
     to_disk: bool = True,
 ) -> Path:
@@ -68,12 +69,12 @@ def write_solve(
     return folder
 
 
-def read_settings(folder: Path) -> dict[str, Any] | None:
-    """Return the settings of the solve in a folder, as `SolveSettings.to_json`; None if they cannot be read."""
+def read_settings(folder: Path) -> SettingsJson | None:
+    """Return the settings of the solve in a folder; None if they cannot be read."""
     return _read(folder / "settings.json", SETTINGS)
 
 
-def read_metrics(folder: Path) -> dict[str, Any] | None:
+def read_metrics(folder: Path) -> SolveMetrics | None:
     """Return the metrics of the solve in a folder; None if they cannot be read."""
     return _read(folder / "metrics.json", METRICS)
 
@@ -97,7 +98,7 @@ def solve_camera_moves(folder: Path) -> dict[str, tuple[float, float]]:
         return {}
 
 
-def _read(file: Path, kind: FileFormat) -> dict[str, Any] | None:
+def _read(file: Path, kind: FileFormat) -> Any:
     try:
         value = json.loads(file.read_text(encoding="utf-8"))
         return kind.current(value, file) if isinstance(value, dict) else None

@@ -16,6 +16,7 @@ from studio.engine.base.errors import CalibrationError, StudioError, TakeError
 from studio.engine.base.files import write_json
 from studio.engine.base.sentences import about, say, system_says
 from studio.engine.model.calibration import Calibration
+from studio.take.folder.meta import CameraMeta, TakeMeta
 from studio.take.folder.names import check_name, inside, is_safe_name
 from studio.wire import Hello
 
@@ -39,8 +40,8 @@ def timecode(moment: datetime, frames_per_second: int = 60) -> str:
     return f"{moment:%H:%M:%S}:{frame:02d}"
 
 
-def camera_json(hello: Hello) -> dict[str, Any]:
-    """Return a camera's entry in `take.json`: its device, and the client's starts (`boot_ids`)."""
+def camera_json(hello: Hello) -> CameraMeta:
+    """Return a camera's entry in `take.json`."""
     intrinsics = (
         None if hello.intrinsics is None else msgspec.json.decode(msgspec.json.encode(hello.intrinsics))
     )
@@ -64,7 +65,7 @@ def new_meta(
     calibration_s: float | None = None,
     performer: str = "",
     notes: str = "",
-) -> dict[str, Any]:
+) -> TakeMeta:
     """Return the `take.json` of a take without cameras; see `Take.create`.
 
     Raises:
@@ -102,7 +103,7 @@ class Take:
         meta: `take.json`; change it and call `save_meta`.
     """
 
-    def __init__(self, path: Path, meta: dict[str, Any]) -> None:
+    def __init__(self, path: Path, meta: TakeMeta) -> None:
         self.path = path
         self.meta = meta
 

@@ -23,6 +23,7 @@ from studio.engine.base.files import write_atomically
 from studio.engine.base.versions import TRACKED
 from studio.engine.model.calibration import Performer, performer_from_json, performer_to_json
 from studio.engine.model.frames import CameraFrame
+from studio.engine.model.solve_metrics import SolveMetrics
 from studio.take.folder.take import Take
 
 FOLDER = "tracked"
@@ -37,7 +38,7 @@ class Tracked:
 
     frames: list[CameraFrame]
     performer: Performer | None = None
-    cameras: dict[str, Any] | None = None
+    cameras: SolveMetrics | None = None
 
 
 def read_tracked(take: Take, name: str, made_with: Any = None) -> Tracked | None:

@@ -7,6 +7,7 @@ from studio.engine.animation.read.files import ENDINGS
 from studio.engine.animation.read.imported import imported_poses
 from studio.engine.base.sentences import say
 from studio.engine.model.settings import preset
+from studio.engine.model.solve_metrics import SolveMetrics
 from studio.take.folder.new import new_take
 from studio.take.folder.solves import write_solve
 from studio.take.folder.take import Take, check_free
@@ -41,7 +42,7 @@ def import_animation(
         *notes,
     ]
     with new_take(out, source="import", notes="\n".join(notes)) as take:
-        metrics = {"frames": poses.frame_count, "source": path.name}
+        metrics: SolveMetrics = {"frames": poses.frame_count, "source": path.name}
         write_solve(take, IMPORTED, settings=preset("raw"), poses=poses, metrics=metrics)
     progress(1.0)
     return take

@@ -13,6 +13,7 @@ from typing import IO
 
 from studio.engine.base.errors import FormatError, StudioError
 from studio.engine.base.files import write_atomically
+from studio.take.folder.meta import TakeMeta
 from studio.take.folder.names import is_safe_name
 from studio.take.folder.new import new_take
 from studio.take.folder.take import Take, check_meta
@@ -69,8 +70,10 @@ def read_bundle(file: str | Path | IO[bytes], out: str | Path) -> Take:
                 for member in members:
                     if member.filename != "take.json":
                         _extract(bundle, member, take.path)
-                label = {"session": take.meta["session"], "name": take.meta["name"], "id": take.meta["id"]}
-                take.meta = {**meta, **label}
+                label = take.meta
+                take.meta = meta.copy()
+                for key in ("session", "name", "id"):
+                    take.meta[key] = label[key]
                 take.meta.pop("take_id", None)  # clients keep frames for the original only
             take.meta["recording"] = meta["recording"] if meta["recording"] != "recording" else "recovered"
             take.save_meta()
@@ -135,7 +138,7 @@ def _check_disk(out: Path, size: int) -> None:
         )
 
 
-def _meta(bundle: zipfile.ZipFile) -> dict:
+def _meta(bundle: zipfile.ZipFile) -> TakeMeta:
     try:
         with bundle.open("take.json") as file:
             meta = json.loads(_Bounded(file, MAX_META_BYTES).read(MAX_META_BYTES + 1))

@@ -3,6 +3,7 @@
 from pathlib import Path
 
 from studio.engine.model.settings import SolveSettings
+from studio.engine.model.solve_metrics import SolveMetrics
 from studio.take.folder.solves import write_solve
 from studio.take.folder.take import Take
 from studio.take.raw.pose_log import POSE_LOG, read_poses
@@ -20,7 +21,7 @@ def save_live_solve(take: Take, settings: SolveSettings, camera_frames: int) -> 
     poses = read_poses(path) if path.is_file() else None
     count = 0 if poses is None else poses.frame_count
     if poses is not None:
-        metrics = {"frames": count, "camera_frames": camera_frames}
+        metrics: SolveMetrics = {"frames": count, "camera_frames": camera_frames}
         write_solve(take, LIVE_SOLVE, settings=settings, poses=poses, metrics=metrics)
     del poses
     path.unlink(missing_ok=True)

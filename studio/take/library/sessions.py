@@ -6,13 +6,13 @@ from dataclasses import dataclass
 from datetime import datetime
 from functools import lru_cache
 from pathlib import Path
-from typing import Any
 
 from mcap.exceptions import McapError
 from mcap.reader import McapReader, make_reader
 from mcap.summary import Summary
 
 from studio.engine.base.errors import TakeError
+from studio.take.folder.meta import TakeMeta
 from studio.take.folder.names import check_name, inside, is_safe_name
 from studio.take.folder.take import Take
 from studio.take.raw.append import hello_of
@@ -127,7 +127,7 @@ def take_info(path: Path) -> TakeInfo:
     )
 
 
-def take_tags(meta: dict[str, Any]) -> tuple[str, ...]:
+def take_tags(meta: TakeMeta) -> tuple[str, ...]:
     """Return the tags in a `take.json`; none where it has none, or something else in their place."""
     tags = meta.get("tags")
     return tuple(tag for tag in tags if isinstance(tag, str)) if isinstance(tags, list) else ()

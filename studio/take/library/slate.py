@@ -9,6 +9,7 @@ from typing import Any
 from studio.engine.base.errors import TakeError
 from studio.engine.base.sentences import system_says
 from studio.take.folder.lock import is_held
+from studio.take.folder.meta import MarkerMeta
 from studio.take.folder.names import check_name
 from studio.take.folder.take import Take, check_free
 from studio.take.library.sessions import take_path
@@ -75,7 +76,8 @@ def change_slate(sessions_dir: Path, session: str, name: str, slate: Slate) -> T
     }  # fmt: skip
     if slate.rating == 0:
         take.meta["rating"] = None
-    take.meta.update({key: value for key, value in changes.items() if value is not None})
+    given: Any = {key: value for key, value in changes.items() if value is not None}
+    take.meta.update(given)
     take.save_meta()
     return take
 
@@ -135,8 +137,8 @@ def _check(slate: Slate) -> None:
             )
 
 
-def _in_order(markers: Sequence[TimelineMarker]) -> list[dict[str, Any]]:
-    found = [{"time_s": marker.time_s, "name": marker.name.strip()} for marker in markers]
+def _in_order(markers: Sequence[TimelineMarker]) -> list[MarkerMeta]:
+    found: list[MarkerMeta] = [{"time_s": marker.time_s, "name": marker.name.strip()} for marker in markers]
     return sorted(found, key=lambda marker: (marker["time_s"], marker["name"]))
 
 

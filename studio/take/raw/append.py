@@ -10,7 +10,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 from io import BytesIO
 from pathlib import Path
-from typing import IO, Any, TypeVar
+from typing import IO, TypeVar
 
 import msgspec
 from mcap.data_stream import ReadDataStream, RecordBuilder
@@ -22,6 +22,7 @@ from mcap.writer import MCAP0_MAGIC
 from studio import wire
 from studio.engine.base.errors import FormatError, TakeError
 from studio.engine.base.file_sentences import unreadable
+from studio.engine.model.settings import SettingsJson
 from studio.take.raw.chunks import open_chunk
 from studio.take.raw.live_log import LiveEvent, SettingsEvent, StartEvent, read_event
 from studio.take.raw.ranges import Ranges
@@ -69,8 +70,8 @@ class RawState:
         return next((event for _, event in reversed(self.events) if isinstance(event, kind)), None)
 
     @property
-    def settings(self) -> dict[str, Any] | None:
-        """The last settings of the live solve, as JSON."""
+    def settings(self) -> SettingsJson | None:
+        """The last settings of the live solve."""
         events = (event for _, event in reversed(self.events))
         return next((one.settings for one in events if isinstance(one, (StartEvent, SettingsEvent))), None)
 

@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING, Any
 import msgspec
 
 from studio.engine.base.errors import FormatError
-from studio.engine.model.calibration import Calibration
+from studio.engine.model.calibration import Calibration, ClockJson
 from studio.engine.model.frames import CameraFrame, ClockModel, StepResult
-from studio.engine.model.settings import SolveSettings
+from studio.engine.model.settings import SettingsJson, SolveSettings
 
 if TYPE_CHECKING:
     from studio.engine.solve.pipeline import Pipeline
@@ -22,7 +22,7 @@ class StartEvent(msgspec.Struct, tag="start"):
     """A fresh pipeline; without a calibration there is none until the next start. Both are as files hold them."""
 
     calibration: dict[str, Any] | None
-    settings: dict[str, Any]
+    settings: SettingsJson
 
 
 class _ClockEvent(msgspec.Struct, kw_only=True):
@@ -51,7 +51,7 @@ class StageClockEvent(_ClockEvent, tag="stage_clock", kw_only=True):
 class SettingsEvent(msgspec.Struct, tag="settings"):
     """From now on the pipeline works with these settings, as files hold them."""
 
-    settings: dict[str, Any]
+    settings: SettingsJson
 
 
 class CalibrationEvent(msgspec.Struct, tag="calibration"):
@@ -144,7 +144,7 @@ def read_event(data: bytes) -> LiveEvent:
 
 def start_event(calibration: Calibration | None, settings: SolveSettings) -> StartEvent:
     """A fresh pipeline, from the same numbers live and in replay."""
-    return StartEvent(None if calibration is None else calibration.to_json(), settings.to_json())
+    return StartEvent(None if calibration is None else {**calibration.to_json()}, settings.to_json())
 
 
 def clock_event(camera: str, clock_id: str, clock: ClockModel) -> ClockEvent:
@@ -157,7 +157,7 @@ def stage_clock_event(camera: str, clock_id: str, server_to_stage: ClockModel) -
     return StageClockEvent(camera=camera, clock_id=clock_id, **_numbers(server_to_stage))
 
 
-def _numbers(clock: ClockModel) -> dict[str, Any]:
+def _numbers(clock: ClockModel) -> ClockJson:
     drift_ppm = float(clock.drift_ppm)
     if not math.isfinite(drift_ppm):
         raise ValueError(f"a clock's drift of {drift_ppm} ppm cannot be logged")

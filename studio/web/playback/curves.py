@@ -1,8 +1,9 @@
 """Data of a clip's timeline: curves of one joint, used cameras, stances, pops."""
 
-from typing import Any
+from typing import TypeAlias
 
 import numpy as np
+from msgspec import Struct
 from numpy.typing import NDArray
 
 from studio.engine.base.errors import SettingsError
@@ -17,18 +18,44 @@ _CANONICAL_OF_OUTPUT = {output: name for name, output in OUTPUT_OF_CANONICAL.ite
 _FEET = {"left": ("LeftFoot", "LeftToeBase"), "right": ("RightFoot", "RightToeBase")}
 
 
-def curves(clip: Clip, joint: str, points: int = MAX_POINTS) -> dict[str, Any]:
-    """Return the curves of an output joint, thinned to about `points` frames that keep every curve's extremes.
+FrameSpan: TypeAlias = tuple[int, int]
+"""First and last frame."""
 
-    Returns:
-        `frame` (indices), `start_s` (stage time at which the performance begins), `time_s` (since then),
-        `position_m` (`x`, `y`, `z`), `speed_m_s`, `confidence`, `uncertainty_mm`;
-        `cameras`, by name a list of spans `[first, last, reason]` in which the camera saw the joint but was not
-        used for it; `used`, by name the spans `[first, last]` in which it was; `stance`, by side the spans in
-        which a foot stands; `pops`, the spans in which the joint is over 5 cm off its path, as the edit list's
-        `joint_pop` (`metrics.cleanup.pops`), at the solve's own frames; `disagrees`, by camera the spans
-        `[first, last, mm]` in which all its joints were that far from the other cameras'.
-        Spans that are closer than a thinned frame are merged.
+
+class Curves(Struct):
+    """Curves of an output joint, thinned to frames that keep every curve's extremes.
+
+    Spans that are closer than a thinned frame are merged.
+
+    Attributes:
+        frame: indices; start_s: stage time at which the performance begins [s]; time_s: since then [s].
+        position_m: by axis `x`, `y`, `z`.
+        uncertainty_mm: -1 where unknown.
+        cameras: by name the spans in which the camera saw the joint but was not used for it, with the reason.
+        used: by name the spans in which it was used.
+        stance: by side the spans in which a foot stands.
+        pops: the spans in which the joint is over 5 cm off its path, as the edit list's `joint_pop`
+            (`metrics.cleanup.pops`), at the solve's own frames.
+        disagrees: by camera the spans in which all its joints were so far from the other cameras' [mm].
+    """
+
+    joint: str
+    frame: list[int]
+    start_s: float
+    time_s: list[float]
+    position_m: dict[str, list[float]]
+    speed_m_s: list[float]
+    confidence: list[float]
+    uncertainty_mm: list[float]
+    cameras: dict[str, list[tuple[int, int, str]]]
+    used: dict[str, list[FrameSpan]]
+    stance: dict[str, list[FrameSpan]]
+    pops: list[FrameSpan]
+    disagrees: dict[str, list[tuple[int, int, int]]]
+
+
+def curves(clip: Clip, joint: str, points: int = MAX_POINTS) -> Curves:
+    """Return the curves of an output joint, thinned to about `points` frames.
 
     Raises:
         SettingsError: no such joint.
@@ -51,30 +78,30 @@ def curves(clip: Clip, joint: str, points: int = MAX_POINTS) -> dict[str, Any]:
     frames = thinned(np.column_stack([positions, speed, confidence, uncertainty]), points)
     gap = count // points
     times = poses.time_s - poses.begins_s
-    return {
-        "joint": joint,
-        "frame": frames.tolist(),
-        "start_s": poses.begins_s,
-        "time_s": times[frames].round(4).tolist(),
-        "position_m": {axis: positions[frames, k].round(4).tolist() for k, axis in enumerate("xyz")},
-        "speed_m_s": speed[frames].round(3).tolist(),
-        "confidence": confidence[frames].round(3).tolist(),
-        "uncertainty_mm": uncertainty[frames].round(1).tolist(),
-        "cameras": _unused(clip, joint, gap),
-        "used": _used(clip, joint, gap),
-        "stance": _stance(clip, gap),
-        "pops": _pops(clip, row, gap),
-        "disagrees": {name: _disagreeing(clip, spans) for name, spans in clip.disagrees.items()},
-    }
+    return Curves(
+        joint=joint,
+        frame=frames.tolist(),
+        start_s=poses.begins_s,
+        time_s=times[frames].round(4).tolist(),
+        position_m={axis: positions[frames, k].round(4).tolist() for k, axis in enumerate("xyz")},
+        speed_m_s=speed[frames].round(3).tolist(),
+        confidence=confidence[frames].round(3).tolist(),
+        uncertainty_mm=uncertainty[frames].round(1).tolist(),
+        cameras=_unused(clip, joint, gap),
+        used=_used(clip, joint, gap),
+        stance=_stance(clip, gap),
+        pops=_pops(clip, row, gap),
+        disagrees={name: _disagreeing(clip, spans) for name, spans in clip.disagrees.items()},
+    )
 
 
-def _disagreeing(clip: Clip, spans: list[Span]) -> list[list[int]]:
+def _disagreeing(clip: Clip, spans: list[Span]) -> list[tuple[int, int, int]]:
     """Return a camera's disagreeing spans as first and last frame, and the distance [mm]."""
     out = []
     for span in spans:
         inside = np.flatnonzero(span.contains(clip.poses.time_s))
         if len(inside):
-            out.append([int(inside[0]), int(inside[-1]), round(span.metres * 1e3)])
+            out.append((int(inside[0]), int(inside[-1]), round(span.metres * 1e3)))
     return out
 
 
@@ -96,25 +123,25 @@ def thinned(values: NDArray[np.float64], points: int) -> NDArray[np.int64]:
     return np.unique(np.minimum(np.append(found, count - 1), count - 1))
 
 
-def _unused(clip: Clip, joint: str, gap: int) -> dict[str, list[list[Any]]]:
+def _unused(clip: Clip, joint: str, gap: int) -> dict[str, list[tuple[int, int, str]]]:
     """Per camera the spans in which it saw the joint and was not used for it, with the reason."""
     name = _CANONICAL_OF_OUTPUT.get(joint)
     if clip.trace is None or name is None:
         return {}
     trace, place = clip.trace, INDEX[name]
-    out: dict[str, list[list[Any]]] = {}
+    out: dict[str, list[tuple[int, int, str]]] = {}
     for camera, label in enumerate(trace.cameras):
         left_out = _seen(trace, camera, place) & ~trace.used[:, camera, place]
         reasons = trace.reason[:, camera, place]
-        mine: list[list[Any]] = []
+        mine: list[tuple[int, int, str]] = []
         for reason in np.unique(reasons[left_out]):
             words = trace.reasons[reason] or "not used"
-            mine += [[*span, words] for span in spans(left_out & (reasons == reason), gap)]
+            mine += [(*span, words) for span in spans(left_out & (reasons == reason), gap)]
         out[label] = sorted(mine)
     return out
 
 
-def _used(clip: Clip, joint: str, gap: int) -> dict[str, list[tuple[int, int]]]:
+def _used(clip: Clip, joint: str, gap: int) -> dict[str, list[FrameSpan]]:
     """Per camera the spans in which it was used for a joint."""
     name = _CANONICAL_OF_OUTPUT.get(joint)
     if clip.trace is None or name is None:
@@ -131,7 +158,7 @@ def _seen(trace: Trace, camera: int, place: int) -> NDArray[np.bool_]:
     return seen
 
 
-def _stance(clip: Clip, gap: int) -> dict[str, list[tuple[int, int]]]:
+def _stance(clip: Clip, gap: int) -> dict[str, list[FrameSpan]]:
     poses = clip.poses
     if poses.frame_count < 3 or not clip.solve:  # without a solve there are no feet
         return {side: [] for side in _FEET}
@@ -142,7 +169,7 @@ def _stance(clip: Clip, gap: int) -> dict[str, list[tuple[int, int]]]:
     return out
 
 
-def _pops(clip: Clip, row: int, gap: int) -> list[tuple[int, int]]:
+def _pops(clip: Clip, row: int, gap: int) -> list[FrameSpan]:
     """Spans in which a joint pops, merged as in the edit list. Frames with uneven times are resampled to an even
     grid, as in exports.
     """
@@ -158,7 +185,7 @@ def _pops(clip: Clip, row: int, gap: int) -> list[tuple[int, int]]:
     return spans(off_cm[nearest] > POP_CM, max(gap, round(JOIN_S / step_s)))
 
 
-def spans(flags: NDArray[np.bool_], gap: int = 0) -> list[tuple[int, int]]:
+def spans(flags: NDArray[np.bool_], gap: int = 0) -> list[FrameSpan]:
     """Return the first and last index of every run of True; runs with no more than `gap` between them are one."""
     edges = np.flatnonzero(np.diff(np.concatenate([[False], flags, [False]]).astype(np.int8))).reshape(-1, 2)
     if len(edges) and gap:

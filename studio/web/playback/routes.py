@@ -12,7 +12,7 @@ from studio.engine.metrics.reference.placing import PlacedMotion
 from studio.take.folder.references import how_aligned, placed_path, reference_path
 from studio.take.folder.take import Take
 from studio.web.playback.clip import Clip
-from studio.web.playback.curves import MAX_POINTS, curves
+from studio.web.playback.curves import MAX_POINTS, Curves, curves
 from studio.web.playback.player import Player
 from studio.web.playback.raw_clip import load_raw
 from studio.web.playback.second import Second, alignment_of
@@ -147,7 +147,7 @@ def playback_routes(player: Player, takes: TakeFinder) -> APIRouter:
     def get_curves(
         joint: Annotated[str, Query(description="an output joint", examples=["LeftHand"])] = "Hips",
         points: Annotated[int, Query(ge=2, le=20_000)] = MAX_POINTS,
-    ) -> dict[str, Any]:
+    ) -> Curves:
         """Curves of one joint of the replayed solve, for the timeline."""
         clip = player.clip
         if clip is None:

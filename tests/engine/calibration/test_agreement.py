@@ -72,7 +72,7 @@ def test_a_solve_says_when_real_kinects_disagreed(test_data: Path, tmp_path: Pat
     assert span["to_s"] is None
     assert not span["named"]
     clip = Clip.load(Take.open(take.path), "raw")
-    ((first, last, mm),) = curves(clip, "Hips")["disagrees"]["camera_1"]
+    ((first, last, mm),) = curves(clip, "Hips").disagrees["camera_1"]
     assert 99.0 < clip.poses.time_s[first] - clip.poses.time_s[0] < 100.5
     assert last == clip.poses.frame_count - 1
     assert mm > 60

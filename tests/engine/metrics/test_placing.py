@@ -39,7 +39,7 @@ def test_a_reference_is_brought_to_the_stage(poses, tmp_path):
     assert placed.aligned["time_offset_ms"] == pytest.approx(700, abs=1)
     assert placed.aligned["scale"] == pytest.approx(1.1, abs=1e-3)
     assert placed.aligned["rotation_deg"] == pytest.approx(40, abs=0.1)
-    assert differences(poses, placed.motion).summary()["mean_mm"] < 1.0  # the clock is found before the size
+    assert differences(poses, placed.motion).summary().mean_mm < 1.0  # the clock is found before the size
     placed.save(tmp_path / "placed.npz")
     kept = PlacedMotion.load(tmp_path / "placed.npz")
     assert kept.aligned == placed.aligned
@@ -56,17 +56,17 @@ def test_a_take_of_the_same_movement_is_lined_up(poses):
     alignment = line_up(poses, other)
     assert alignment.offset_s == pytest.approx(0.7, abs=1e-3)
     np.testing.assert_allclose(alignment.T_reference_stage, T, atol=1e-3)
-    assert differences(poses, on_stage(moved, alignment)).summary()["max_mm"] < 5.0
+    assert differences(poses, on_stage(moved, alignment)).summary().max_mm < 5.0
 
 
 def test_differences_over_time(poses):
     positions = poses.positions_m.copy()
     positions[100:110, OUTPUT_INDEX["LeftHand"]] += [0.0, 0.0, 0.2]
     found = compare(poses, replace(poses, positions_m=positions))
-    assert found["max_mm"] == pytest.approx(200, abs=1e-6)
-    assert found["per_joint_mm"]["left_wrist"] == pytest.approx(200 * 10 / poses.frame_count, rel=1e-6)
-    assert found["worst"][0]["joint"] == "left_wrist"
-    assert 100 <= round((found["worst"][0]["time_s"] - poses.time_s[0]) * 60) < 110
+    assert found.max_mm == pytest.approx(200, abs=1e-6)
+    assert found.per_joint_mm["left_wrist"] == pytest.approx(200 * 10 / poses.frame_count, rel=1e-6)
+    assert found.worst[0].joint == "left_wrist"
+    assert 100 <= round((found.worst[0].time_s - poses.time_s[0]) * 60) < 110
     gap = canonical_positions(poses)
     gap[:60] = np.nan
     known = differences(poses, Reference(poses.time_s, gap))

@@ -44,7 +44,7 @@ def test_a_vote_is_changed_not_doubled(tmp_path) -> None:
     for choice in ("left", "left", "right"):
         desk.vote(test.token, key, 2, choice)
     found = results(test, desk.voters(test.id))
-    assert found["votes"] == 1 and sum(pair["votes_a"] + pair["votes_b"] for pair in found["pairs"]) == 1
+    assert found.votes == 1 and sum(pair.votes_a + pair.votes_b for pair in found.pairs) == 1
 
 
 def test_results_name_conditions_and_consistency(tmp_path) -> None:
@@ -53,10 +53,10 @@ def test_results_name_conditions_and_consistency(tmp_path) -> None:
         key = desk.join(test.token)
         vote_for(desk, test.token, key, "on" if number < 8 else "off")
     found = results(test, desk.voters(test.id))
-    assert found["finished"] == 10 and found["consistency"]["share"] == 1.0
-    for pair in found["pairs"]:
-        assert (pair["votes_a"], pair["votes_b"]) == (2, 8) and pair["share"] == 0.2
-        assert pair["p_holm"] >= pair["p_value"]
+    assert found.finished == 10 and found.consistency.share == 1.0
+    for pair in found.pairs:
+        assert (pair.votes_a, pair.votes_b) == (2, 8) and pair.share == 0.2
+        assert pair.p_holm >= pair.p_value
     assert len(votes_csv(test, desk.voters(test.id)).splitlines()) == 1 + 10 * 8
 
 
@@ -102,16 +102,16 @@ def test_votes_that_are_not_allowed(tmp_path, slot: int, choice: str, comment: s
     key = desk.join(test.token)
     with pytest.raises(SettingsError):
         desk.vote(test.token, key, slot, choice, comment=comment)
-    assert results(test, desk.voters(test.id))["votes"] == 0
+    assert results(test, desk.voters(test.id)).votes == 0
 
 
 def test_the_seal_holds_until_somebody_changes_the_key(tmp_path) -> None:
     desk, test = made(tmp_path)
-    assert store.read_key(tmp_path, test)["seal_holds"]
+    assert store.read_key(tmp_path, test).seal_holds
     assert desk.animation(test, 0, "a") == bake(test.pairs)[0][0]
     folder = store.folder_of(tmp_path, test.id)
     (folder / "key.json").write_text((folder / "key.json").read_text().replace("on_1", "on_2"))
-    assert not store.read_key(tmp_path, test)["seal_holds"]
+    assert not store.read_key(tmp_path, test).seal_holds
     (folder / "animations/1_b.glb").write_bytes(b"another")
     with refused(TakeError, "blind.animation_changed"):
         desk.animation(test, 1, "b")

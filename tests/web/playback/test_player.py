@@ -176,11 +176,11 @@ def test_a_damaged_solve_is_told(take):
 def test_curves_name_joints_cameras_and_reasons(take):
     clip = Clip.load(take, "studio")
     found = curves(clip, "LeftHand")
-    assert found["frame"] == list(range(FRAMES))
-    assert found["position_m"]["z"][25] == pytest.approx(clip.poses.positions_m[25, 9, 2], abs=1e-4)
-    assert found["cameras"] == {"left": [], "right": [[10, 19, "spike"]]}
-    assert found["used"] == {"left": [(0, FRAMES - 1)], "right": [(0, 9), (20, FRAMES - 1)]}
-    assert set(found["stance"]) == {"left", "right"}
+    assert found.frame == list(range(FRAMES))
+    assert found.position_m["z"][25] == pytest.approx(clip.poses.positions_m[25, 9, 2], abs=1e-4)
+    assert found.cameras == {"left": [], "right": [(10, 19, "spike")]}
+    assert found.used == {"left": [(0, FRAMES - 1)], "right": [(0, 9), (20, FRAMES - 1)]}
+    assert set(found.stance) == {"left", "right"}
     with refused(SettingsError, "replay.no_joint", joint="Tail"):
         curves(clip, "Tail")
 
@@ -190,12 +190,12 @@ def test_pops_are_what_is_off_course_and_not_what_is_fast(take):
     clip = Clip.load(take, "live")
     swinging = swinging_arm(121)
     fast = replace(clip, poses=swinging)
-    speed = np.array(curves(fast, "LeftHand")["speed_m_s"])
-    assert speed.max() > 2.5 and curves(fast, "LeftHand")["pops"] == []
+    speed = np.array(curves(fast, "LeftHand").speed_m_s)
+    assert speed.max() > 2.5 and curves(fast, "LeftHand").pops == []
     thrown = replace(clip, poses=swinging_arm(121, thrown=(60, 61)))
-    ((first, last),) = curves(thrown, "LeftHand")["pops"]
+    ((first, last),) = curves(thrown, "LeftHand").pops
     assert first <= 60 and 61 <= last
-    assert curves(thrown, "RightHand")["pops"] == []
+    assert curves(thrown, "RightHand").pops == []
     events = [one for one in own_figures(thrown.poses)["cleanup_events"] if one["kind"] == "joint_pop"]
     (event,) = [one for one in events if one["unit"] == "cm"]  # of the arm
     assert event["joint"] in ("left_wrist", "left_hand")
@@ -209,7 +209,7 @@ def test_pops_are_found_where_frames_are_missing_elsewhere(take):
         name: getattr(poses, name)[kept]
         for name in ("time_s", "positions_m", "rotations_wxyz", "confidence", "uncertainty_mm")
     }
-    found = curves(replace(clip, poses=replace(poses, **whole)), "LeftHand")["pops"]
+    found = curves(replace(clip, poses=replace(poses, **whole)), "LeftHand").pops
     assert any(first <= 105 and 106 <= last for first, last in found)
 
 

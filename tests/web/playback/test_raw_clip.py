@@ -39,7 +39,7 @@ def test_uncalibrated_cameras_show_what_they_saw_side_by_side(punches):
     apart = np.linalg.norm(np.diff(camera[seen], axis=0), axis=1)
     assert np.allclose(apart, np.linalg.norm(np.diff(raw.positions[seen], axis=0), axis=1), atol=0.15)
     drawn = curves(clip, "LeftHand")
-    assert drawn["used"].keys() == {"camera_0", "camera_1"} and drawn["stance"] == {"left": [], "right": []}
+    assert drawn.used.keys() == {"camera_0", "camera_1"} and drawn.stance == {"left": [], "right": []}
 
 
 def test_calibrated_cameras_stand_on_the_stage(punches):

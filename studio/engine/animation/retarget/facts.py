@@ -3,9 +3,9 @@
 import os
 import tempfile
 from pathlib import Path
-from typing import Any
 
 import numpy as np
+from msgspec import Struct
 
 from studio.engine.animation.retarget.files import read_rig
 from studio.engine.animation.retarget.mapping import (
@@ -24,11 +24,31 @@ from studio.engine.base.files import write_atomically
 from studio.engine.model.joints import OUTPUT_JOINTS
 
 
-def rig_facts(path: str | os.PathLike[str], mapping: str | os.PathLike[str] | None = None) -> dict[str, Any]:
-    """Return a rig's mapping and size, units in the keys.
+class RigFacts(Struct):
+    """A rig's mapping and size.
 
-    `bones` has every role, null for one without a bone; `unmapped` are the bones that keep their rest pose. For an
-    incomplete mapping, `problem` says why, and sizes are null.
+    Attributes:
+        rig: identity of its bones; mapping: file of the mapping, or `by name`.
+        problem: why the mapping is incomplete, else None. Then heights and angles are None.
+        height_m, leg_m: height and leg length [m].
+        arms_below_t_pose_deg: angle of the arms [deg]; None without arms.
+        bones: by role the name of the bone; None for a role without one.
+        unmapped: the bones that keep their rest pose.
+    """
+
+    rig: str
+    mapping: str
+    problem: str | None
+    bone_count: int
+    height_m: float | None
+    leg_m: float | None
+    arms_below_t_pose_deg: float | None
+    bones: dict[str, str | None]
+    unmapped: list[str]
+
+
+def rig_facts(path: str | os.PathLike[str], mapping: str | os.PathLike[str] | None = None) -> RigFacts:
+    """Return a rig's mapping and size.
 
     Args:
         path: of the rig.
@@ -47,35 +67,33 @@ def rig_facts(path: str | os.PathLike[str], mapping: str | os.PathLike[str] | No
     except FormatError as error:
         checked, problem = None, error.sentence
     names = rig.joint_names if checked is None else checked.rig.joint_names
-    return {
-        "rig": rig.identity,
-        "mapping": "by name" if saved is None else saved[1].name,
-        "problem": problem,
-        "bone_count": len(names),
-        **_sizes(checked),
-        "bones": {role: bones.get(role) for role in OUTPUT_JOINTS},
-        "unmapped": [name for name in names if name not in bones.values()],
-    }
+    height_m, leg_m, arms_deg = (None, None, None) if checked is None else _sizes(checked)
+    return RigFacts(
+        rig=rig.identity,
+        mapping="by name" if saved is None else saved[1].name,
+        problem=problem,
+        bone_count=len(names),
+        height_m=height_m,
+        leg_m=leg_m,
+        arms_below_t_pose_deg=arms_deg,
+        bones={role: bones.get(role) for role in OUTPUT_JOINTS},
+        unmapped=[name for name in names if name not in bones.values()],
+    )
 
 
-def _sizes(mapping: Mapping | None) -> dict[str, float | None]:
-    """Return height and leg length [m], and the angle of the arms below the T-pose [deg]; null without a mapping."""
-    if mapping is None:
-        return {"height_m": None, "leg_m": None, "arms_below_t_pose_deg": None}
+def _sizes(mapping: Mapping) -> tuple[float, float, float | None]:
+    """Return height and leg length [m], and the angle of the arms below the T-pose [deg]."""
     at = {role: mapping.rig.positions_m[joint] for role, joint in mapping.joints.items()}
     arms = []
     for side in ("Left", "Right"):
         if {f"{side}Arm", f"{side}Hand"} <= at.keys():
             way = at[f"{side}Hand"] - at[f"{side}Arm"]
             arms.append(np.degrees(np.arctan2(-way[1], np.hypot(way[0], way[2]))))
-    return {
-        "height_m": round(float(np.ptp(mapping.rig.positions_m[:, 1])), 3),
-        "leg_m": round(RigBody(at).leg_m, 3),
-        "arms_below_t_pose_deg": round(float(np.mean(arms)), 1) if arms else None,
-    }
+    height_m = round(float(np.ptp(mapping.rig.positions_m[:, 1])), 3)
+    return height_m, round(RigBody(at).leg_m, 3), round(float(np.mean(arms)), 1) if arms else None
 
 
-def keep_rig(data: bytes, path: Path) -> dict[str, Any]:
+def keep_rig(data: bytes, path: Path) -> RigFacts:
     """Write an uploaded rig to `path`; return its `rig_facts`. A mapping of that name for other bones is deleted.
 
     Raises:
@@ -94,7 +112,7 @@ def keep_rig(data: bytes, path: Path) -> dict[str, Any]:
     return rig_facts(path)
 
 
-def map_rig(path: Path, bones: dict[str, str | None]) -> dict[str, Any]:
+def map_rig(path: Path, bones: dict[str, str | None]) -> RigFacts:
     """Save the roles of a rig's bones beside it; return its `rig_facts`.
 
     Args:

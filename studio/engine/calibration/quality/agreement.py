@@ -1,7 +1,6 @@
 """Spans of a take in which its cameras do not agree, under the calibration of the solve."""
 
 from collections.abc import Mapping, Sequence
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,6 +13,7 @@ from studio.engine.calibration.quality.spans import BLOCK_S, Shifts, inside_any
 from studio.engine.calibration.quality.watch import ALARM_M
 from studio.engine.model.calibration import Calibration, CameraCalibration
 from studio.engine.model.frames import CameraFrame
+from studio.engine.model.solve_metrics import SolveMetrics
 from studio.engine.model.spans import Span
 
 _RATE_HZ = 15.0
@@ -89,7 +89,7 @@ def without_named(
     return out
 
 
-def agreement_figures(disagrees: Mapping[str, Sequence[Span]], begin_s: float) -> dict[str, Any]:
+def agreement_figures(disagrees: Mapping[str, Sequence[Span]], begin_s: float) -> SolveMetrics:
     """Return the figures for `metrics.json`: `agreement`, in one line, and `disagrees`, the spans by camera.
 
     Args:

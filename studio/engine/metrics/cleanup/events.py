@@ -2,11 +2,11 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from studio.engine.metrics.results import CleanupEventJson
 from studio.engine.model.joints import CANONICAL
 
 KINDS: tuple[str, ...] = (
@@ -45,7 +45,7 @@ class CleanupEvent:
     unit: str
     detail: str = ""
 
-    def to_json(self) -> dict[str, Any]:
+    def to_json(self) -> CleanupEventJson:
         return {
             "kind": self.kind,
             "joint": self.joint,

@@ -1,21 +1,17 @@
 """The clean-up of a solve: its exported animation, by itself or against a reference."""
 
-from typing import Any
-
 import numpy as np
 
 from studio.engine.animation.clip.clip import frames_of
 from studio.engine.metrics.cleanup import KINDS, cleanup_events, events_per_min, shown_animation
 from studio.engine.metrics.reference.alignment import Alignment
 from studio.engine.metrics.reference.reference import Reference
+from studio.engine.metrics.results import Cleanup
 from studio.engine.model.poses import Poses
 
-CLEANUP: tuple[str, ...] = ("cleanup_events_per_min", "cleanup_counts", "cleanup_events")
-"""Names of the figures of `cleanup_figures`."""
 
-
-def solve_cleanup(poses: Poses, *, start_s: float | None = None) -> dict[str, Any]:
-    """Return `CLEANUP` of a solve without a reference; very sharp true motion counts too.
+def solve_cleanup(poses: Poses, *, start_s: float | None = None) -> Cleanup:
+    """Return the clean-up of a solve without a reference; very sharp true motion counts too.
 
     Args:
         poses: the solve.
@@ -34,15 +30,15 @@ def part_of(poses: Poses, time_s: np.ndarray) -> Poses:
     return frames_of(poses, slice(first, last + 1))
 
 
-def cleanup_figures(poses: Poses, reference: Reference | None, alignment: Alignment | None) -> dict[str, Any]:
-    """Return `CLEANUP` of these poses; None each for joints without a hierarchy, which are no animation.
+def cleanup_figures(poses: Poses, reference: Reference | None, alignment: Alignment | None) -> Cleanup:
+    """Return the clean-up of these poses; joints without a hierarchy are no animation.
 
     Args:
         poses: the part of a solve that counts.
         reference: the reference, with its alignment to the stage; None = none.
     """
     if (poses.parents < 0).sum() != 1 or poses.frame_count < 2:
-        return dict.fromkeys(CLEANUP)
+        return {"cleanup_events_per_min": None, "cleanup_counts": None, "cleanup_events": None}
     shown = shown_animation(poses)
     beside = None
     if reference is not None and alignment is not None:

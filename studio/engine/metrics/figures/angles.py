@@ -13,6 +13,7 @@ trunk by Grood and Suntay's order z, x, y; shoulder by y, x, y, the humerus by i
 import numpy as np
 from numpy.typing import NDArray
 
+from studio.engine.metrics.results import AngleError
 from studio.engine.model.joints import INDEX
 
 Array = NDArray[np.float64]
@@ -49,14 +50,11 @@ def joint_angles_deg(positions_m: Array) -> Array:
     return np.degrees(np.stack(columns, axis=1))
 
 
-def joint_angle_errors_deg(solve_m: Array, reference_m: Array) -> dict[str, dict[str, float]]:
-    """Return, by angle that both have, `error_deg` (mean absolute difference) and `offset_deg` (mean difference).
-
-    An offset as large as the error comes from two skeletons with different definitions of a joint.
-    """
+def joint_angle_errors_deg(solve_m: Array, reference_m: Array) -> dict[str, AngleError]:
+    """Return the errors by angle that both have."""
     difference = joint_angles_deg(solve_m) - joint_angles_deg(reference_m)
     difference = (difference + 180.0) % 360.0 - 180.0
-    out = {}
+    out: dict[str, AngleError] = {}
     for k, name in enumerate(ANGLES):
         known = difference[np.isfinite(difference[:, k]), k]
         if len(known):

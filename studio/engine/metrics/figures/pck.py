@@ -8,8 +8,6 @@ import numpy as np
 
 from studio.engine.metrics.reference.matching import Matched
 
-THRESHOLDS_MM: tuple[int, ...] = (50, 100, 150)
-
 
 def pck(matched: Matched, threshold_mm: float) -> float:
     """Return the share of measured joints within `threshold_mm`, 0..1: mean over joints of their shares of frames."""

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from studio.engine.metrics.reference.matching import Matched
+from studio.engine.metrics.results import ThesisFigures
 
 SPIKE_M = 0.10
 SPIKE_S = 4 / 30
@@ -19,13 +20,7 @@ LOW_PASS_HZ = 3.0
 
 _AT_ONCE = 400_000
 
-FIGURES: tuple[str, ...] = (
-    "absolute_difference_cm",
-    "shortest_distance_cm",
-    "spike_difference",
-    "deviations",
-    "nearest_sample_cm",
-)
+FIGURES: tuple[str, ...] = tuple(ThesisFigures.__annotations__)
 """Names of the figures of `figures`."""
 
 
@@ -45,11 +40,17 @@ def curves(matched: Matched, joint: str = "wrist") -> tuple[NDArray[np.float64],
     return (a[whole].transpose(1, 0, 2), b[whole].transpose(1, 0, 2)) if whole.sum() > 1 else None
 
 
-def figures(matched: Matched, joint: str = "wrist") -> dict[str, float | None]:
-    """Return the thesis's figures of one joint by their names (`FIGURES`); None each where there are no curves."""
+def figures(matched: Matched, joint: str = "wrist") -> ThesisFigures:
+    """Return the thesis's figures of one joint."""
     found = curves(matched, joint)
     if found is None:
-        return dict.fromkeys(FIGURES)
+        return {
+            "absolute_difference_cm": None,
+            "shortest_distance_cm": None,
+            "spike_difference": None,
+            "deviations": None,
+            "nearest_sample_cm": None,
+        }
     solve, reference = found
     return {
         "absolute_difference_cm": absolute_difference_cm(solve, reference),

@@ -1,7 +1,6 @@
 """Alignment of a solve to a reference: one rigid transform or similarity, and the clock where each has its own."""
 
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,6 +11,7 @@ from studio.engine.base.geometry import fit_rigid, invert_transform, transform_p
 from studio.engine.metrics.reference.canonical import canonical_positions
 from studio.engine.metrics.reference.matching import Matched, match
 from studio.engine.metrics.reference.reference import Reference
+from studio.engine.metrics.results import AlignmentJson
 from studio.engine.model.poses import Poses
 
 _GRID_HZ = 100.0
@@ -49,7 +49,7 @@ class Alignment:
         """Return reference points, shape (..., 3), in the stage frame."""
         return transform_points(invert_transform(self.T_reference_stage), points_m) / self.scale
 
-    def to_json(self) -> dict[str, Any]:
+    def to_json(self) -> AlignmentJson:
         rotation = Rotation.from_matrix(self.T_reference_stage[:3, :3])
         return {
             "rotation_wxyz": rotation.as_quat(scalar_first=True, canonical=True).tolist(),

@@ -4,7 +4,6 @@ import json
 import os
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -17,6 +16,7 @@ from studio.engine.metrics.reference.canonical import canonical_positions
 from studio.engine.metrics.reference.clock import on_one_clock
 from studio.engine.metrics.reference.matching import match
 from studio.engine.metrics.reference.reference import Markers, Reference
+from studio.engine.metrics.results import Aligned
 from studio.engine.model.poses import Poses
 
 
@@ -26,11 +26,11 @@ class PlacedMotion:
 
     Attributes:
         motion: canonical joints in the stage frame, on the stage clock.
-        aligned: its alignment: the keys of `Alignment.to_json`, `kind` and `marker_offsets_mm`.
+        aligned: its alignment.
     """
 
     motion: Reference
-    aligned: dict[str, Any]
+    aligned: Aligned
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write the motion atomically as npz, in single precision.
@@ -91,7 +91,7 @@ def place(
     matched = match(poses, centres, start_s=start_s, offset_s=clock[0], drift_ppm=clock[1])
     _, fitted = align(matched, similarity=similarity)
     alignment = Alignment(fitted.T_reference_stage, fitted.scale, *clock)
-    aligned = {
+    aligned: Aligned = {
         "kind": "similarity" if similarity else "rigid",
         **alignment.to_json(),
         "marker_offsets_mm": offsets_mm,

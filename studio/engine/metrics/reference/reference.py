@@ -5,9 +5,10 @@ import os
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
+from msgspec import Struct
 from numpy.typing import NDArray
 
 from studio.engine.animation.motion.canonical import to_canonical
@@ -161,8 +162,17 @@ def read_reference(path: str | os.PathLike[str], *, unit_m: float | None = None)
     )
 
 
-def reference_facts(path: Path) -> dict[str, Any]:
-    """Return facts of a reference: `seconds`, `rate_hz`, `joints`, `kind` (`joints` or `markers`).
+class ReferenceFacts(Struct):
+    """A reference's kind (`joints` or `markers`), length [s], rate [Hz] and joints."""
+
+    kind: Literal["joints", "markers"]
+    seconds: float
+    rate_hz: float
+    joints: list[str]
+
+
+def reference_facts(path: Path) -> ReferenceFacts:
+    """Return facts of a reference.
 
     Raises:
         FormatError: it cannot be read; the message names the file without its folder.
@@ -172,12 +182,12 @@ def reference_facts(path: Path) -> dict[str, Any]:
     except FormatError as error:
         raise FormatError(error.sentence.replace(str(path), path.name)) from error
     known = isinstance(motion, Reference)
-    return {
-        "kind": "joints" if known else "markers",
-        "seconds": round(float(motion.time_s[-1] - motion.time_s[0]), 3),
-        "rate_hz": round(float(1.0 / np.median(np.diff(motion.time_s))), 3),
-        "joints": motion.known_joints if known else list(motion.joints),
-    }
+    return ReferenceFacts(
+        kind="joints" if known else "markers",
+        seconds=round(float(motion.time_s[-1] - motion.time_s[0]), 3),
+        rate_hz=round(float(1.0 / np.median(np.diff(motion.time_s))), 3),
+        joints=motion.known_joints if known else list(motion.joints),
+    )
 
 
 def _of_points(points: NamedPoints) -> "Reference | Markers":

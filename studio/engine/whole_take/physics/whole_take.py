@@ -1,12 +1,12 @@
 """Physics over a whole take: compares the finished and the corrected motion and joins the better parts."""
 
 from collections.abc import Callable, Iterator
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from studio.engine.model.human.humanoid import Humanoid
+from studio.engine.model.solve_metrics import SolveMetrics
 from studio.engine.whole_take.finish.contacts import Contacts
 from studio.engine.whole_take.finish.trajectory import moved, steps_between
 from studio.engine.whole_take.physics.correction import WindowStep
@@ -35,7 +35,7 @@ class Physics:
     def __init__(self, humanoid: Humanoid, dt: float, *, limited: bool) -> None:
         """Prepare for a humanoid's frames, `dt` apart [s]."""
         self.correction = WindowStep(humanoid, dt, limited=limited)
-        self.report: dict[str, Any] = {}
+        self.report: SolveMetrics = {}
         self._meter = Meter(humanoid, dt)
         self._weight_n = body_mass_kg(humanoid) * GRAVITY_M_S2
         self._dt = dt
@@ -153,7 +153,7 @@ class _Totals:
                 figures.slide_m_s.sum(), figures.sunk_m.sum(),
             ]  # fmt: skip
 
-    def report(self, weight_n: float) -> dict[str, Any]:
+    def report(self, weight_n: float) -> SolveMetrics:
         """The line `physics`, and `physics_figures`: means over the measured frames, before and after."""
         means = self._sums / max(self._measured, 1)
         kept_share = self._kept / max(self._frames, 1)

@@ -105,18 +105,14 @@ def test_a_saved_mapping_is_used_again(tmp_path: Path) -> None:
 def test_facts_tell_what_to_correct(tmp_path: Path) -> None:
     path = write_rig(tmp_path / "rig.bvh", t_pose(2), "unreal", "child", True)
     facts = rig_facts(path)
-    assert facts["problem"] is None and abs(facts["arms_below_t_pose_deg"] - 45) < 2
-    assert facts["bones"]["LeftUpLeg"] == "thigh_l" and "thigh_twist_01_l" in facts["unmapped"]
+    assert facts.problem is None and abs(facts.arms_below_t_pose_deg - 45) < 2
+    assert facts.bones["LeftUpLeg"] == "thigh_l" and "thigh_twist_01_l" in facts.unmapped
     text = path.read_text().replace("pelvis", "bone_a").replace("root", "bone_b")
     path.write_text(text)
     facts = rig_facts(path)
-    assert (
-        "hips" in facts["problem"]
-        and facts["bones"]["LeftUpLeg"] == "thigh_l"
-        and "bone_a" in facts["unmapped"]
-    )
-    mapping_path(path).write_text(json.dumps({"bones": {**facts["bones"], "Hips": "bone_a"}}))
-    assert rig_facts(path)["problem"] is None
+    assert "hips" in facts.problem and facts.bones["LeftUpLeg"] == "thigh_l" and "bone_a" in facts.unmapped
+    mapping_path(path).write_text(json.dumps({"bones": {**facts.bones, "Hips": "bone_a"}}))
+    assert rig_facts(path).problem is None
 
 
 @pytest.mark.parametrize(

@@ -1,0 +1,43 @@
+"""The content of `metrics.json` of a solve; docs/formats.md explains every key."""
+
+from typing import TypedDict
+
+from studio.engine.model.spans import SpanJson
+
+
+class CameraMove(TypedDict):
+    """How far a camera was moved [mm] and turned [deg] before depth was tracked, and where it was taken to stand."""
+
+    T_stage_camera: list[list[float]]
+    moved_mm: float
+    turned_deg: float
+
+
+class SolveMetrics(TypedDict, total=False):
+    """Figures of a solve; units are in the keys. A key is missing where its step did not run.
+
+    Attributes:
+        source: the file of an imported animation.
+        followed, agreement, refined_cameras, physics: one line each, for people.
+        not_followed: by joint `share`, `longest_s`, `largest_mm`, `unseen_share`.
+        disagrees, cameras_moved: by camera.
+        physics_figures: means over the frames, as `_before` and `_after`.
+    """
+
+    frames: int
+    source: str
+    camera_frames: int
+    as_live: bool
+    solve_s: float
+    ms_per_frame: float
+    frames_per_second: float
+    followed: str
+    longest_without_anybody_s: float
+    jumps: int
+    not_followed: dict[str, dict[str, float]]
+    refined_cameras: str
+    cameras_moved: dict[str, CameraMove]
+    agreement: str
+    disagrees: dict[str, list[SpanJson]]
+    physics: str
+    physics_figures: dict[str, float]

@@ -1,0 +1,55 @@
+"""The content of `take.json`; docs/formats.md explains every key."""
+
+from typing import NotRequired, TypedDict
+
+
+class CameraMeta(TypedDict):
+    """A camera of a take: its device, and the client's starts (`boot_ids`)."""
+
+    name: str
+    device: str
+    joint_set: str
+    serial: str
+    frames_per_second: float
+    intrinsics: dict[str, float | list[float]] | None
+    boot_ids: list[str]
+
+
+class MarkerMeta(TypedDict):
+    """A named instant of a take, in stage time [s]."""
+
+    time_s: float
+    name: str
+
+
+class TakeMeta(TypedDict):
+    """A take: its names, when it was created (ISO 8601, UTC), its cameras, its slate.
+
+    Attributes:
+        calibration: number of the one in use.
+        calibration_s: length of the calibration part at the beginning [s]; None = no such part.
+        recording: state of the recording.
+        take_id: names a live take for good.
+        timecode: of a live take: time of day at its start, `hh:mm:ss:ff`.
+        number: of a live take, within the session.
+    """
+
+    format_version: int
+    id: str
+    session: str
+    name: str
+    created: str
+    source: str
+    cameras: list[CameraMeta]
+    performer: NotRequired[str]
+    notes: NotRequired[str]
+    rating: NotRequired[int | None]
+    starred: NotRequired[bool]
+    tags: NotRequired[list[str]]
+    markers: NotRequired[list[MarkerMeta]]
+    calibration: int | None
+    calibration_s: float | None
+    recording: str
+    take_id: NotRequired[str]
+    timecode: NotRequired[str]
+    number: NotRequired[int]
