@@ -78,7 +78,8 @@ class BodyEvidence(NamedTuple):
             [m], both of shape (point_count,).
         behind_m: depth of each canonical joint behind the seen surface, shape (21,).
         costs_m2, lately_m2: present and recent residual of each part, shape (5,).
-        hidden: whether no camera shows the place of each body of the chain, shape (body_count,); see `unread`.
+        hidden, ends: whether no camera shows the place of each body of the chain, and its far end, shape
+            (body_count,) each; see `unread`.
     """
 
     places: Array
@@ -88,6 +89,7 @@ class BodyEvidence(NamedTuple):
     costs_m2: Array
     lately_m2: Array
     hidden: NDArray[np.bool_]
+    ends: NDArray[np.bool_]
 
 
 def variances(
@@ -142,9 +144,10 @@ def _hidden_errors(chain: Chain, seen: BodyEvidence) -> Array:
     near = seen.bodies[seen.distance < _ON_BONE_M]
     unread = seen.hidden & (np.bincount(near, minlength=len(BODY_JOINTS)) < _FEW)
     body = CANONICAL_BODIES[LIMB_JOINTS]
-    own, before = unread[body], unread[chain.parents[body]]
-    ends = _KIND % 3 == 2
-    return np.where(before & (own | ends), _UNREAD_M, np.where(own & ~ends, _END_UNREAD_M, 0.0))
+    parent = chain.parents[body]
+    own, before = unread[body], unread[parent]
+    between = np.where(_KIND % 3 == 2, before | (own & seen.ends[parent]), own & before)
+    return np.where(between, _UNREAD_M, np.where(own & (_KIND % 3 < 2), _END_UNREAD_M, 0.0))
 
 
 def confidence_of(errors_m: Array) -> Array:

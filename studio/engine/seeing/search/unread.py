@@ -92,11 +92,12 @@ class Shown(NamedTuple):
     """What cameras show of a body.
 
     Attributes:
-        hidden: which bodies of the chain no camera shows, shape (body_count,).
+        hidden: which bodies of the chain no camera shows, ends: whose far ends none shows, shape (body_count,) each.
         why: by camera, why it shows neither leg below the knee; see `why_unread`.
     """
 
     hidden: NDArray[np.bool_]
+    ends: NDArray[np.bool_]
     why: tuple[str, ...]
 
 
@@ -105,7 +106,7 @@ def shown_of(fitter: Fitter, figure: BodyShape, pose: Pose, silhouettes: tuple[S
     places = _places(fitter, figure, pose, figure.samples)
     codes = np.stack([_codes(figure, seen, places) for seen in silhouettes])
     why = tuple(why_unread(figure, places, seen, row) for seen, row in zip(silhouettes, codes, strict=True))
-    return Shown(_hidden_bones(figure, (codes != SEEN).all(axis=0)), why)
+    return Shown(*_hidden_bones(figure, (codes != SEEN).all(axis=0)), why)
 
 
 def _codes(figure: BodyShape, seen: Silhouette, places: Array) -> NDArray[np.int64]:
@@ -116,11 +117,16 @@ def _codes(figure: BodyShape, seen: Silhouette, places: Array) -> NDArray[np.int
     return np.where(seen.unread[cone, columns] & (codes == SEEN), UNREAD, codes)
 
 
-def _hidden_bones(figure: BodyShape, hidden: NDArray[np.bool_]) -> NDArray[np.bool_]:
+def _hidden_bones(
+    figure: BodyShape, hidden: NDArray[np.bool_]
+) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
+    """Return which bodies, and which bodies' far ends, are hidden; `hidden`: by sample."""
     body = figure.surface.body[figure.samples[:, 0].astype(np.int64)]
     count = np.bincount(body, minlength=len(BODY_JOINTS))
     share = np.bincount(body, weights=hidden, minlength=len(BODY_JOINTS)) / np.maximum(count, 1)
-    return (count > 0) & (share >= _HIDDEN_SHARE)
+    ends = np.zeros(len(BODY_JOINTS), bool)
+    ends[body] = hidden  # the last sample of each counts
+    return (count > 0) & (share >= _HIDDEN_SHARE), ends
 
 
 def _places(fitter: Fitter, figure: BodyShape, pose: Pose, samples: Array) -> Array:

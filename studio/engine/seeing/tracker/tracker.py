@@ -395,4 +395,5 @@ class Tracker:
             self._watch.costs_m2,
             self._watch.lately_m2,
             self._shown.hidden,
+            self._shown.ends,
         )

@@ -247,6 +247,7 @@ def test_a_joint_that_nothing_supports_may_be_further_off():
         np.zeros(5),
         np.zeros(5),
         np.zeros(len(places), dtype=bool),
+        np.zeros(len(places), dtype=bool),
     )
     variance = np.full(21, 1e-4)
     errors = expected_errors(fitter.chain, joints, variance, well)
