@@ -331,7 +331,7 @@ class Link:
 
     def _status(self) -> wire.Status:
         processor, sending = self._workload.shares()
-        problem = self._keeper.problem
+        problem = self._keeper.problem or self._source.problem
         said = problem if isinstance(problem, Said) else None
         return wire.Status(
             frames_sent=self.frames_sent,

@@ -77,7 +77,7 @@ class TrackedSource(Source):
 
     @property
     def problem(self) -> str:
-        return self.depth.problem
+        return self.depth.problem or ("" if self.latest is None else self.latest[1].problem)
 
     @property
     def newest_depth(self) -> tuple[int, NDArray[np.uint16]] | None:

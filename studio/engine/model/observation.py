@@ -19,6 +19,7 @@ class Observation:
         hands: states of the hands, by both methods.
         head_wxyz: the head's rotation from the T-pose, in which it faces -y with z up; None = not measured.
         status: the tracker's: `tracked`, `searching` or `lost`.
+        problem: what of the performer the camera cannot see, for a person; "" = nothing.
     """
 
     time_ns: int
@@ -27,3 +28,4 @@ class Observation:
     hands: tuple[HandSeen, ...] = ()
     head_wxyz: tuple[float, float, float, float] | None = None
     status: str = "tracked"
+    problem: str = ""

@@ -3,12 +3,30 @@
 import numpy as np
 from numpy.typing import NDArray
 
+from studio.engine.base.sentences import say
 from studio.engine.model.depth import DepthCamera, DepthFrame
 from studio.engine.model.joints import JOINT_COUNT
 from studio.engine.model.observation import Observation
 from studio.engine.seeing.hands.states import HandStates
 from studio.engine.seeing.head import HeadTracker
 from studio.engine.seeing.tracker.tracker import Tracker
+
+_LEGS = {
+    "": "",
+    "range": say("camera.legs_range", "the legs are out of its range and hang as usual: step nearer"),
+    "no_depth": say(
+        "camera.legs_no_depth",
+        "the legs give it no depth and hang as usual: dark or shiny clothes do so, wear others",
+    ),
+    "covered": say(
+        "camera.legs_covered", "something hides the legs, which hang as usual: move it or the camera"
+    ),
+    "outside": say(
+        "camera.legs_outside",
+        "the legs are outside its picture and hang as usual: tilt it down, or step back",
+    ),
+}
+"""What is said of legs that the camera does not show; see `TrackedSkeleton.legs_unread`."""
 
 
 class Observer:
@@ -37,4 +55,7 @@ class Observer:
         hands = self._hands.update(depth_mm, skeleton.positions, skeleton.confidence, time_ns)
         head = self._head.update(depth_mm, skeleton.positions, skeleton.confidence, time_ns)
         wxyz = None if head is None else head.wxyz
-        return Observation(time_ns, skeleton.positions, skeleton.confidence, hands, wxyz, skeleton.status)
+        problem = _LEGS[skeleton.legs_unread.get(self._name, "")]
+        return Observation(
+            time_ns, skeleton.positions, skeleton.confidence, hands, wxyz, skeleton.status, problem
+        )

@@ -118,6 +118,7 @@ class Surface(NamedTuple):
     Attributes:
         body: of each cone, shape (cone_count,).
         part: index in `PARTS`, shape (cone_count,).
+        number: index of the cone in the whole body, shape (cone_count,).
         origin: start of its axis, shape (cone_count, 3).
         frame: columns are `across`, the perpendicular direction, and the axis, shape (cone_count, 3, 3).
         length, start_radius, end_radius, flat: shape (cone_count,).
@@ -125,6 +126,7 @@ class Surface(NamedTuple):
 
     body: NDArray[np.int64]
     part: NDArray[np.int64]
+    number: NDArray[np.int64]
     origin: Array
     frame: Array
     length: Array
@@ -233,6 +235,7 @@ def _axis_keys(cone: Cone) -> tuple[str, str, str]:
     return (cone.girth, cone.girth, length) if part_of(cone.body) == 0 else (length, length, length)
 
 
+CONE_COUNT = len(CONES)
 _STARTS = np.array([cone.start for cone in CONES])
 _AXES = np.array([cone.end for cone in CONES]) - _STARTS
 _RADII = np.array([(cone.start_radius, cone.end_radius) for cone in CONES])
@@ -263,6 +266,7 @@ def surface_of(shape: Array) -> Surface:
     return Surface(
         _BODIES,
         _CONE_PARTS,
+        np.arange(CONE_COUNT),
         _STARTS * scale[_AXIS_KEYS],
         frame,
         length,

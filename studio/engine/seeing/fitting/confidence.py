@@ -34,6 +34,11 @@ _MOST_M = 0.4
 _CAP_M, _ABOUT_M = 0.15, 0.20
 _HIDDEN_M = (-0.4, 0.6)
 
+_ON_BONE_M, _FEW = 0.06, 4
+"""A bone that has fewer points within this distance [m] is not read."""
+_UNREAD_M, _END_UNREAD_M = 0.12, 0.10
+"""Least expected error of a joint between unread bones, and of one at the end of the last read bone [m]."""
+
 KINDS: tuple[str, ...] = ("shoulder", "elbow", "wrist", "hip", "knee", "ankle")
 EVIDENCE: tuple[str, ...] = (
     "1", "log of the variance [m2]", "behind what is seen [m]", "its square", "log of points on its bone",
@@ -73,6 +78,8 @@ class BodyEvidence(NamedTuple):
             [m], both of shape (point_count,).
         behind_m: depth of each canonical joint behind the seen surface, shape (21,).
         costs_m2, lately_m2: present and recent residual of each part, shape (5,).
+        hidden, ends: whether no camera shows the place of each body of the chain, and its far end, shape
+            (body_count,) each; see `unread`.
     """
 
     places: Array
@@ -81,6 +88,8 @@ class BodyEvidence(NamedTuple):
     behind_m: Array
     costs_m2: Array
     lately_m2: Array
+    hidden: NDArray[np.bool_]
+    ends: NDArray[np.bool_]
 
 
 def variances(
@@ -122,12 +131,23 @@ def expected_errors(chain: Chain, joints: Array, variance: Array, seen: BodyEvid
     errors = np.sqrt(MODEL_ERROR_M**2 + variance)
     log_odds = (_WEIGHTS[_KIND] * evidence(chain, joints, variance, seen)).sum(axis=1)
     limbs = _UNSURE_M * np.exp(_ERROR_PER_LOG_ODDS * np.minimum(log_odds, 20.0))
-    errors[LIMB_JOINTS] = np.clip(limbs, MODEL_ERROR_M, _MOST_M)
+    errors[LIMB_JOINTS] = np.clip(np.maximum(limbs, _hidden_errors(chain, seen)), MODEL_ERROR_M, _MOST_M)
     for index, name in enumerate(CANONICAL):
         side, _, joint = name.partition("_")
         if joint in _BEYOND:
             errors[index] = _BEYOND_SHARE * errors[INDEX[f"{side}_{_BEYOND[joint]}"]]
     return errors
+
+
+def _hidden_errors(chain: Chain, seen: BodyEvidence) -> Array:
+    """Return the least error of the joints of `LIMB_JOINTS` for want of a view of their bones [m], shape (12,)."""
+    near = seen.bodies[seen.distance < _ON_BONE_M]
+    unread = seen.hidden & (np.bincount(near, minlength=len(BODY_JOINTS)) < _FEW)
+    body = CANONICAL_BODIES[LIMB_JOINTS]
+    parent = chain.parents[body]
+    own, before = unread[body], unread[parent]
+    between = np.where(_KIND % 3 == 2, before | (own & seen.ends[parent]), own & before)
+    return np.where(between, _UNREAD_M, np.where(own & (_KIND % 3 < 2), _END_UNREAD_M, 0.0))
 
 
 def confidence_of(errors_m: Array) -> Array:

@@ -144,6 +144,12 @@ def free_samples(surface: Surface, *, whole: bool = True) -> Array:
     return np.array([*samples, _CROWN] if whole else samples, dtype=np.float64)
 
 
+def sample_places(figure: BodyShape, origins: Array, frames: Array, samples: Array) -> Array:
+    """Return the positions of a figure's samples [m], shape (sample_count, 3); see `free_samples`."""
+    cone = samples[:, 0].astype(np.int64)
+    return origins[cone] + frames[cone, :, 2] * (samples[:, 1] * figure.surface.length[cone])[:, None]
+
+
 class Fitter:
     """Fits one chain, of any shape, to points.
 

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from studio.engine.seeing.fitting.chain import ROOT_DOFS
 from studio.engine.seeing.fitting.cones import SHAPE, SHAPE_REACH, SHAPE_SPREAD
-from studio.engine.seeing.fitting.fit import BodyShape, Fit, Fitter, MeasuredPoints, Prior
+from studio.engine.seeing.fitting.fit import BodyShape, Fit, Fitter, MeasuredPoints, Prior, sample_places
 from studio.engine.seeing.fitting.surface import offsets_from
 from studio.engine.seeing.images.silhouette import Silhouette
 
@@ -56,13 +56,13 @@ class ShapeEstimate:
         self._updates += 1
         samples = figure.samples[which]
         *_, origins, frames = fitter.place(figure, fit.pose)
-        spots = _spots(figure, origins, frames, samples)
+        spots = sample_places(figure, origins, frames, samples)
         for k, slope in enumerate(self._shifted):
             changed = with_slope(figure, slope)
             *_, origins, frames = fitter.place(changed, fit.pose)
             there = offsets_from(points.places, points.views, fit.cone, changed.surface, origins, frames)
             columns[:count, k] = (offsets[:count] - there) / SHAPE_STEP
-            moved = _spots(changed, origins, frames, samples) - spots
+            moved = sample_places(changed, origins, frames, samples) - spots
             columns[count:, k] = np.einsum("ij,ij->i", normals, moved) / SHAPE_STEP
         pose_weighted, shape_weighted = rows * weights[:, None], columns * weights[:, None]
         pose_part = rows.T @ pose_weighted + np.diag(prior.information + prior.posture)
@@ -78,12 +78,6 @@ class ShapeEstimate:
         mean[1:] = self._usual + np.clip(mean[1:] - self._usual, -SHAPE_REACH[1:], SHAPE_REACH[1:])
         self.mean = mean
         return BodyShape.of(mean)
-
-
-def _spots(figure: BodyShape, origins: Array, frames: Array, samples: Array) -> Array:
-    """Return the positions of a figure's samples [m], shape (sample_count, 3)."""
-    cone = samples[:, 0].astype(np.int64)
-    return origins[cone] + frames[cone, :, 2] * (samples[:, 1] * figure.surface.length[cone])[:, None]
 
 
 _CHANGING = ("origin", "length", "start_radius", "end_radius")

@@ -26,6 +26,9 @@ class Silhouette(NamedTuple):
         rotation, translation: of `T_camera_work`.
         depth: of each cell [m], 0 = no reading, shape (rows, columns).
         nearest: flat index of the nearest cell of the performer, -1 = none, shape (rows, columns).
+        unread: whether a cell without a reading says nothing of a sample of the body, by cone and `unread_column`,
+            shape (cone_count, 3); else it is free space.
+        nearest_unread: as `nearest`, of cells of the performer and without readings; for these samples.
     """
 
     lens: Lens
@@ -33,6 +36,8 @@ class Silhouette(NamedTuple):
     translation: Array
     depth: Array
     nearest: NDArray[np.int32]
+    unread: NDArray[np.bool_]
+    nearest_unread: NDArray[np.int32]
 
 
 @compiled
@@ -84,6 +89,26 @@ def nearest_cells(person, margin, nearest):
 
 
 @compiled
+def unread_cells(depth, nearest):
+    """Return which cells may be of the performer's legs: the performer's own, and those without a reading amid
+    others, shape (rows, columns).
+    """
+    rows, columns = depth.shape
+    out = np.empty(depth.shape, np.bool_)
+    for i in range(rows):
+        for j in range(columns):
+            out[i, j] = nearest[i, j] == i * columns + j
+            if depth[i, j] > 0.0:
+                continue
+            count = 0
+            for a in range(max(i - 1, 0), min(i + 2, rows)):
+                for b in range(max(j - 1, 0), min(j + 2, columns)):
+                    count += depth[a, b] <= 0.0
+            out[i, j] |= count >= 5
+    return out
+
+
+@compiled
 def _cell_of(lens, x, y, z):
     """Return row and column (real numbers) of the projection of a camera-frame point, -1 outside."""
     if z < 0.1:
@@ -100,9 +125,18 @@ def _cell_of(lens, x, y, z):
 
 
 @compiled
-def _violation(seen, point, radius, normal):
-    """Return the violation of one camera's free space by a ball of the body [m], 0 = none, and write the
-    direction in which it should move into `normal`, shape (3,), in the working frame.
+def unread_column(share):
+    """Return the column of `Silhouette.unread` of a sample at a share of its cone's length."""
+    return min(int(3.0 * share), 2)
+
+
+@compiled
+def _violation(seen, point, radius, unread, normal):
+    """Return the violation of one camera's free space by a ball of the body [m], 0 = none, and write the direction
+    in which it should move into `normal`, shape (3,), in the working frame.
+
+    Args:
+        unread: whether a cell without a reading says nothing of the ball.
     """
     r, t = seen.rotation, seen.translation
     x = r[0, 0] * point[0] + r[0, 1] * point[1] + r[0, 2] * point[2] + t[0]
@@ -113,13 +147,15 @@ def _violation(seen, point, radius, normal):
     i, j = int(np.floor(row + 0.5)), int(np.floor(column + 0.5))
     if row < 0 or i < 0 or j < 0 or i >= rows or j >= columns:
         return 0.0
-    best = seen.nearest[i, j]
+    best = seen.nearest_unread[i, j] if unread else seen.nearest[i, j]
     if best < 0:
         return 0.0
     v, u = best // columns, best % columns
     cell = z * seen.lens.stride / seen.lens.intrinsics[0]
     aside = np.sqrt((v - row) ** 2 + (u - column) ** 2) * cell
     depth = seen.depth[i, j]
+    if depth <= 0.0 and unread:
+        return 0.0
     if (v != i or u != j) and aside > 1.5 * cell:
         if 0.0 < depth < z + SOLID_M:
             return 0.0  # a surface there or nearer: the floor under a foot, a leg thinner than a cell
@@ -128,7 +164,7 @@ def _violation(seen, point, radius, normal):
             normal[a] = r[0, a] * dx + r[1, a] * dy
         return min(aside - 1.5 * cell, FAR_M)
     front = seen.depth[v, u] - (z - radius)
-    if front > FRONT_M:
+    if front > FRONT_M:  # less than 0 without a reading
         size = np.sqrt(x * x + y * y + z * z)
         for a in range(3):
             normal[a] = (r[0, a] * x + r[1, a] * y + r[2, a] * z) / size
@@ -152,7 +188,8 @@ def free_space(seen, surface, origins, frames, samples):
         for i in range(3):
             points[count, i] = origins[c, i] + frames[c, i, 2] * t * surface.length[c]
         radius = surface.start_radius[c] + t * (surface.end_radius[c] - surface.start_radius[c])
-        away = _violation(seen, points[count], radius / max(surface.flat[c], 1.0), normals[count])
+        unread = seen.unread[surface.number[c], unread_column(t)]
+        away = _violation(seen, points[count], radius / max(surface.flat[c], 1.0), unread, normals[count])
         if away > 0.0:
             bodies[count] = surface.body[c]
             offsets[count] = away
@@ -176,9 +213,55 @@ def free_cost(seen, surface, origins, frames, cones, samples):
             for i in range(3):
                 point[i] = origins[k, n, i] + frames[k, n, i, 2] * t * surface.length[c]
             radius = surface.start_radius[c] + t * (surface.end_radius[c] - surface.start_radius[c])
-            away = _violation(seen, point, radius / max(surface.flat[c], 1.0), normal)
+            unread = seen.unread[surface.number[c], unread_column(t)]
+            away = _violation(seen, point, radius / max(surface.flat[c], 1.0), unread, normal)
             costs[k] += away * away
     return costs
+
+
+SEEN, UNREAD, COVERED, OUTSIDE = 0, 1, 2, 3
+"""What a camera shows where a part of the body is: it, or something behind it; no reading; something else before it;
+nothing, beyond the picture's edge."""
+_COVERED_M = 0.25
+
+
+@compiled
+def shown(seen, points):
+    """Return what a camera shows at points of the body's axes: `SEEN`, `UNREAD`, `COVERED` or `OUTSIDE`.
+
+    Args:
+        points: in the working frame [m], shape (point_count, 3).
+    """
+    r, t = seen.rotation, seen.translation
+    rows, columns = seen.depth.shape
+    out = np.empty(len(points), np.int64)
+    for p in range(len(points)):
+        x, y, z = points[p]
+        u, v, w = (
+            r[0, 0] * x + r[0, 1] * y + r[0, 2] * z + t[0],
+            r[1, 0] * x + r[1, 1] * y + r[1, 2] * z + t[1],
+            r[2, 0] * x + r[2, 1] * y + r[2, 2] * z + t[2],
+        )
+        row, column = _cell_of(seen.lens, u, v, w)
+        i, j = int(np.floor(row + 0.5)), int(np.floor(column + 0.5))
+        if row < 0 or i < 0 or j < 0 or i >= rows or j >= columns:
+            out[p] = OUTSIDE
+            continue
+        unread, covered, count = 0, 0, 0
+        for a in range(max(i - 1, 0), min(i + 2, rows)):
+            for b in range(max(j - 1, 0), min(j + 2, columns)):
+                count += 1
+                if seen.depth[a, b] <= 0.0:
+                    unread += 1
+                elif seen.depth[a, b] < w - _COVERED_M and seen.nearest[a, b] != a * columns + b:
+                    covered += 1
+        if 2 * covered > count:
+            out[p] = COVERED
+        elif seen.depth[i, j] <= 0.0 and 3 * unread >= count:
+            out[p] = UNREAD
+        else:
+            out[p] = SEEN
+    return out
 
 
 _UNREAD_M, _OUT_OF_VIEW_M = 0.5, 1.0

@@ -11,7 +11,7 @@ from studio.engine.seeing.fitting.cones import PARTS, part_of
 from studio.engine.seeing.fitting.fit import BodyShape, Fitter, MeasuredPoints, Prior, part_dofs
 from studio.engine.seeing.fitting.placing import place_limb
 from studio.engine.seeing.fitting.surface import points_cost
-from studio.engine.seeing.images.silhouette import Silhouette, free_cost
+from studio.engine.seeing.images.silhouette import Silhouette, free_cost, unread_column
 
 Array = NDArray[np.float64]
 
@@ -33,6 +33,10 @@ _ELSEWHERE_M = 0.05
 """A point nearer to the rest of the body does not belong to the limb [m]."""
 _LOST_M2 = 0.12
 """Cost from which a limb is searched [m2], for a body with 1,000 points."""
+_UNREAD_LOST_M2, _UNREAD_SHARE = 0.6, 0.4
+"""The same for a limb of which this share is not read: hands and folds of clothes are no such limb."""
+_RESTING = 16.0
+"""Weight of the resting posture of a limb that is not read, relative to the usual one."""
 _BETTER = 0.75
 _BETTER_M2 = 0.08
 """Another pose must cost less than this share, and less by this much [m2]."""
@@ -151,6 +155,8 @@ class LimbSearch:
     ) -> tuple[Pose, float]:  # fmt: skip
         """Return the pose, with the limb moved if that reduces the residual enough, and its cost [m2].
 
+        A leg that no camera reads stays unless much is left unexplained.
+
         Args:
             distance: of each point to each part [m], shape (point_count, 5), at `pose`.
             lost_m2: a limb with a lower cost stays.
@@ -167,6 +173,8 @@ class LimbSearch:
         current = pose.angles[limb.dofs][None]
         costs = self.cost(limb, figure, pose, current, some, others, silhouettes)
         scale = min(len(points.places) / 1000.0, 1.0)
+        if _is_unread(limb, silhouettes):
+            lost_m2 = max(lost_m2, _UNREAD_LOST_M2)
         if costs[0] < lost_m2 * scale:
             return pose, float(costs[0])
         tried = self._tried(limb, figure, pose, prior, some, distance[near].min(axis=1))
@@ -189,6 +197,28 @@ class LimbSearch:
         if best_cost < _BETTER * costs[0] and best_cost < costs[0] - _BETTER_M2 * scale:
             return best, best_cost
         return pose, float(costs[0])
+
+
+def resting(
+    prior: Prior, pose: Pose, limbs: tuple[SearchedLimb, ...], silhouettes: tuple[Silhouette, ...]
+) -> Prior:
+    """Return the prior in which limbs that no camera reads stay as in `pose` and are drawn to their rest."""
+    for limb in limbs:
+        if _is_unread(limb, silhouettes):
+            angles = np.where(limb.moving[ROOT_DOFS:], pose.angles, prior.pose.angles)
+            posture = np.where(limb.moving, _RESTING * prior.posture, prior.posture)
+            prior = Prior(prior.pose.with_angles(angles), prior.information, posture)
+    return prior
+
+
+def _is_unread(limb: SearchedLimb, silhouettes: tuple[Silhouette, ...]) -> bool:
+    """Return whether no reading says nothing of most of the limb, in every image."""
+    if not silhouettes:
+        return False
+    cone = limb.samples[:, 0].astype(np.int64)
+    columns = np.array([unread_column(share) for share in limb.samples[:, 1]])
+    unread = np.stack([seen.unread[cone, columns] for seen in silhouettes]).all(axis=0)
+    return float(unread.mean()) > _UNREAD_SHARE
 
 
 def _length(figure: BodyShape, limb: SearchedLimb) -> float:

@@ -10,7 +10,8 @@ from studio.engine.seeing.fitting.chain import Pose, rotation_of
 from studio.engine.seeing.fitting.cones import SHAPE, performer_of
 from studio.engine.seeing.fitting.fit import BodyShape, Fit, Fitter, MeasuredPoints, Prior
 from studio.engine.seeing.images.silhouette import Silhouette
-from studio.engine.seeing.search.limbs import LimbSearch
+from studio.engine.seeing.search.limbs import LimbSearch, resting
+from studio.engine.seeing.search.unread import marked
 
 Array = NDArray[np.float64]
 
@@ -23,6 +24,8 @@ _HALF_DEPTH_M, _HALF_BREADTH_M = 0.09, 0.16
 """Half depth and half breadth of an adult's trunk, with an arm beside it [m]."""
 _FACING_AWAY_COST_M2 = 1.0
 """Penalty of a start that faces away from the cameras [m2], because people usually start facing them."""
+_STRANGER = 0.6
+"""A new person is the known performer unless another figure leaves less than this share of the residual."""
 _CAP_M = 0.15
 _HEAD = 0.2
 """Logarithm of the cost factor of a start whose heading contradicts a certain head direction."""
@@ -145,7 +148,7 @@ def cold_start(
     best: Start | None = None
     for yaw in headings:
         pose = standing(figure, points, yaw, fitter.limits.rest)
-        loose = Prior(pose, np.full(len(posture), 1.0), posture)
+        loose = resting(Prior(pose, np.full(len(posture), 1.0), posture), pose, search.limbs, silhouettes)
         fit = fitter.fit(figure, pose, points, silhouettes, loose, iterations=4, reach=0.20)
         for _ in range(2):
             pose = fit.pose
@@ -160,3 +163,34 @@ def cold_start(
             best = Start(figure, fit, cost)
     assert best is not None
     return best
+
+
+def marked_standing(
+    fitter: Fitter, points: MeasuredPoints, silhouettes: tuple[Silhouette, ...]
+) -> tuple[Silhouette, ...]:
+    """Return the silhouettes with what is not read of a usual body that stands at the points; see `marked`."""
+    figure = BodyShape.of(shape_of_height(height_of(points)))
+    stance = standing(figure, points, yaws(points)[0], fitter.limits.rest)
+    return marked(fitter, figure, stance, silhouettes, points)
+
+
+def best_start(
+    fitter: Fitter,
+    search: LimbSearch,
+    known: BodyShape | None,
+    points: MeasuredPoints,
+    silhouettes: tuple[Silhouette, ...],
+    posture: Array,
+    ahead: Callable[[BodyShape, Pose], float],
+) -> Start:
+    """Return the start of the known performer's figure, or of a usual one of the points' height that fits much
+    better; arguments as of `cold_start`.
+    """
+    usual = BodyShape.of(shape_of_height(height_of(points)))
+    figures = [usual] if known is None else [known, usual]
+    starts = [
+        cold_start(fitter, search, figure, points, silhouettes, posture, yaws(points), ahead)
+        for figure in figures
+    ]
+    best = min(starts, key=lambda start: start.cost_m2)
+    return starts[0] if starts[0].cost_m2 * _STRANGER < best.cost_m2 else best

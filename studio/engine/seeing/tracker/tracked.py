@@ -1,6 +1,7 @@
 """A tracker's result for the images of one instant."""
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,12 +22,15 @@ class TrackedSkeleton:
             no transforms; NaN = nobody is tracked.
         confidence: shape (21,), 0..1.
         status: `tracked`, `searching` (nobody yet) or `lost`.
+        legs_unread: why cameras have not shown the legs below the knees for half a second, by camera: `range`,
+            `no_depth`, `covered` or `outside`.
     """
 
     time_ns: int
     positions: Array
     confidence: Array
     status: str
+    legs_unread: Mapping[str, str] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)

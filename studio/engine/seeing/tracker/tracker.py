@@ -11,7 +11,7 @@ from studio.engine.model.calibration import Performer
 from studio.engine.model.depth import DepthCamera, DepthFrame
 from studio.engine.model.joints import INDEX, JOINT_COUNT
 from studio.engine.seeing.fitting.chain import Pose, chain_of
-from studio.engine.seeing.fitting.cones import USUAL_HEIGHT_M, humanoid_of, performer_of
+from studio.engine.seeing.fitting.cones import CANONICAL_BODIES, USUAL_HEIGHT_M, humanoid_of, performer_of
 from studio.engine.seeing.fitting.confidence import LIMB_JOINTS, confidence_of, expected_errors, variances
 from studio.engine.seeing.fitting.confidence import BodyEvidence as SeenOnBody
 from studio.engine.seeing.fitting.fit import BodyShape, Fit, Fitter, MeasuredPoints, Prior
@@ -23,17 +23,18 @@ from studio.engine.seeing.search.arms import ARMS, both_found
 from studio.engine.seeing.search.doubt import Doubt
 from studio.engine.seeing.search.facing import FacingWatch, both_sides, forwards, joints_of
 from studio.engine.seeing.search.limb_watch import LimbWatch
-from studio.engine.seeing.search.limbs import LimbSearch
+from studio.engine.seeing.search.limbs import LimbSearch, resting
 from studio.engine.seeing.search.start import (
     Start,
+    best_start,
     cold_start,
     cost_of,
     head_says,
     heading,
-    height_of,
+    marked_standing,
     shape_of_height,
-    yaws,
 )
+from studio.engine.seeing.search.unread import LegsUnread, marked, shown_of
 from studio.engine.seeing.tracker.heads import Heads
 from studio.engine.seeing.tracker.person import at_place, candidates, may_be_person, near_body
 from studio.engine.seeing.tracker.tracked import FittedBody, OnBody, TrackedSkeleton
@@ -55,8 +56,6 @@ ARMS_LOST_M2 = 0.12
 """Smallest residual of both arms at which they are searched together [m2]."""
 _KNOWN = 30
 """A performer is known after this many frames."""
-_STRANGER = 0.6
-"""A new person is the known performer unless another figure leaves less than this share of the residual."""
 _WELL_M2, _JUMPED_M2 = 0.00045, 0.0009
 """Residuals per point below which a body fits well, and below which it has not jumped [m2]."""
 _BETTER = 0.6
@@ -113,6 +112,8 @@ class Tracker:
         self._fit: Fit | None = None
         self._points: MeasuredPoints | None = None
         self._silhouettes: tuple[Silhouette, ...] = ()
+        self._seen_by: tuple[str, ...] = ()
+        self._legs = LegsUnread()
         self._time_ns = 0
         self._fitted_ns = 0
         self._learnt = 0
@@ -168,9 +169,9 @@ class Tracker:
         seen: dict[str, ImageClusters],
         chosen: dict[str, NDArray[np.bool_]],
         delays_s: dict[str, float] | None = None,
-    ) -> tuple[MeasuredPoints, tuple[Silhouette, ...]]:
-        """Return the chosen clusters' points, moved to one instant, and their silhouettes."""
-        parts, silhouettes = [], []
+    ) -> tuple[MeasuredPoints, dict[str, Silhouette]]:
+        """Return the chosen clusters' points, moved to one instant, and their silhouettes by camera."""
+        parts, silhouettes = [], {}
         share = POINT_COUNT // max(len(seen), 1)
         for index, (name, view) in enumerate(seen.items()):
             if not chosen[name].any():
@@ -181,12 +182,10 @@ class Tracker:
                 then = self._motion.after(delays_s["now"] + delays_s[name])
                 points = moved_along(self._fitter, self._figure, then, now, points)
             parts.append(points)
-            silhouettes.append(self._views[name].silhouette_of(view, chosen[name]))
+            silhouettes[name] = self._views[name].silhouette_of(view, chosen[name])
         if not parts:
-            return MeasuredPoints.none(), ()
-        return MeasuredPoints(*(np.concatenate(arrays) for arrays in zip(*parts, strict=True))), tuple(
-            silhouettes
-        )
+            return MeasuredPoints.none(), {}
+        return MeasuredPoints(*(np.concatenate(arrays) for arrays in zip(*parts, strict=True))), silhouettes
 
     def _start(self, seen: dict[str, ImageClusters], time_ns: int) -> None:
         """Search for a person among the clusters."""
@@ -197,39 +196,20 @@ class Tracker:
             self._rest -= 1
             return
         for place in candidates(seen, None if self._own_frame else np.zeros(2)):
-            points, silhouettes = self._gather(
-                seen, {name: at_place(view, place) for name, view in seen.items()}
-            )
+            points, seen_by = self._gather(seen, {name: at_place(view, place) for name, view in seen.items()})
             if len(points.places) < _LEAST_POINTS:
                 continue
-            start = self._best_start(points, silhouettes)
+            silhouettes = marked_standing(self._fitter, points, tuple(seen_by.values()))
+            known = self._figure if self._shape is not None and self._learnt > _KNOWN else None
+            start = best_start(
+                self._fitter, self._search, known, points, silhouettes, self._motion.posture, self._ahead
+            )
             if start.cost_m2 > _NOBODY_M2 * len(points.places):
                 continue
-            self._points, self._silhouettes = points, silhouettes
+            self._points, self._silhouettes, self._seen_by = points, silhouettes, tuple(seen_by)
             self._take(start, time_ns)
             return
         self._rest = _REST
-
-    def _best_start(self, points: MeasuredPoints, silhouettes: tuple[Silhouette, ...]) -> Start:
-        """Return the start of the known performer's figure, or of an average one that fits much better."""
-        figures = [BodyShape.of(shape_of_height(height_of(points)))]
-        if self._shape is not None and self._learnt > _KNOWN:
-            figures.insert(0, self._figure)
-        starts = [
-            cold_start(
-                self._fitter,
-                self._search,
-                figure,
-                points,
-                silhouettes,
-                self._motion.posture,
-                yaws(points),
-                self._ahead,
-            )
-            for figure in figures
-        ]
-        best = min(starts, key=lambda start: start.cost_m2)
-        return starts[0] if starts[0].cost_m2 * _STRANGER < best.cost_m2 else best
 
     def _take(self, start: Start, time_ns: int) -> None:
         if start.figure is not self._figure:
@@ -253,12 +233,15 @@ class Tracker:
         for name, view in seen.items():
             self._views[name].learn_background(view, may_be_person(view) | chosen[name])
         delays_s = {name: (time - time_ns) * 1e-9 for name, time in times.items()} | {"now": seconds}
-        points, silhouettes = self._gather(seen, chosen, delays_s)
+        points, seen_by = self._gather(seen, chosen, delays_s)
         if len(points.places) < _LEAST_POINTS:
             self._fit = None
             if seconds > _LOST_S:
                 self._motion.pose = None
             return
+        silhouettes = marked(self._fitter, self._figure, prior.pose, tuple(seen_by.values()), points)
+        assert self._motion.pose is not None
+        prior = resting(prior, self._motion.pose, self._search.limbs, silhouettes)
         ahead = self._ahead(self._figure, prior.pose) if self._facing.looks() else None
         due = self._facing.due(prior.pose, self._views_of(prior.pose), ahead)
         if due:
@@ -269,7 +252,7 @@ class Tracker:
             fit = self._fitter.fit(self._figure, pose, points, silhouettes, prior, iterations=1)
         self._motion.update(fit.pose, fit.information, seconds)
         self._fit, self._fitted_ns = fit, time_ns
-        self._points, self._silhouettes = points, silhouettes
+        self._points, self._silhouettes, self._seen_by = points, silhouettes, tuple(seen_by)
         self._learn(points, silhouettes, prior)
         self._check(points, silhouettes, time_ns, turning=due and self._facing.unsure)
 
@@ -383,16 +366,20 @@ class Tracker:
         pose = self._motion.pose
         if pose is None or self._fit is None or self._points is None:
             status = "searching" if self._shape is None else "lost"
+            self._legs = LegsUnread()
             return TrackedSkeleton(time_ns, np.full((JOINT_COUNT, 3), np.nan), np.zeros(JOINT_COUNT), status)
         joints, places, axes = joints_of(self._fitter, self._figure, pose)
+        self._shown = shown_of(self._fitter, self._figure, pose, self._silhouettes)
+        self._legs.told(time_ns, dict(zip(self._seen_by, self._shown.why, strict=True)))
         errors_m = self._errors(self._fit, self._points, joints, places, axes)
         if self._own_frame:
             T = next(iter(self._views.values())).T_work_camera
             assert T is not None
             joints = transform_points(invert_transform(T), joints)
         confidence = confidence_of(errors_m)
-        self._sure = float(confidence[LIMB_JOINTS].mean())
-        return TrackedSkeleton(time_ns, joints, confidence, "tracked")
+        seen = ~self._shown.hidden[CANONICAL_BODIES[LIMB_JOINTS]]
+        self._sure = float(confidence[LIMB_JOINTS][seen].mean()) if seen.any() else 1.0
+        return TrackedSkeleton(time_ns, joints, confidence, "tracked", self._legs.why)
 
     def _errors(self, fit: Fit, points: MeasuredPoints, joints: Array, places: Array, axes: Array) -> Array:
         """Return the expected error of each canonical joint [m], shape (21,)."""
@@ -412,4 +399,6 @@ class Tracker:
             behind_seen(self._silhouettes, joints),
             self._watch.costs_m2,
             self._watch.lately_m2,
+            self._shown.hidden,
+            self._shown.ends,
         )

@@ -9,6 +9,7 @@ from studio.engine.base.compiled import compiled
 from studio.engine.base.errors import FormatError
 from studio.engine.base.geometry import invert_transform
 from studio.engine.model.depth import DepthCamera
+from studio.engine.seeing.fitting.cones import CONE_COUNT
 from studio.engine.seeing.fitting.fit import MeasuredPoints
 from studio.engine.seeing.images.clusters import Clusters, clusters_of
 from studio.engine.seeing.images.floor import find_floor, stand_on
@@ -119,7 +120,15 @@ class CameraView:
         nearest = np.empty(person.shape, np.int32)
         distance_m = float(seen.depth[person].mean()) if person.any() else FAR_M
         nearest_cells(person, int(FAR_M / (self.cell_angle * distance_m)) + 1, nearest)
-        return Silhouette(self.lens, T[:3, :3].copy(), T[:3, 3].copy(), seen.depth, nearest)
+        return Silhouette(
+            self.lens,
+            T[:3, :3].copy(),
+            T[:3, 3].copy(),
+            seen.depth,
+            nearest,
+            np.zeros((CONE_COUNT, 3), bool),
+            nearest,
+        )
 
 
 @compiled

@@ -9,6 +9,7 @@ from studio.engine.model.human.humanoid import BODY_JOINTS
 from studio.engine.seeing.fitting.chain import Pose, chain_of, place_bodies, rotation_of, rows_of, vector_of
 from studio.engine.seeing.fitting.cones import (
     CANONICAL_BODIES,
+    CONE_COUNT,
     SHAPE,
     humanoid_of,
     offsets_of,
@@ -22,9 +23,16 @@ from studio.engine.seeing.fitting.placing import place_cones
 from studio.engine.seeing.fitting.surface import match_points
 from studio.engine.seeing.images.floor import find_floor, stand_on
 from studio.engine.seeing.images.grid import lens_of
-from studio.engine.seeing.images.silhouette import Silhouette, behind_seen, free_space, nearest_cells
+from studio.engine.seeing.images.silhouette import (
+    Silhouette,
+    behind_seen,
+    free_space,
+    nearest_cells,
+    unread_cells,
+)
 
 USUAL = np.zeros(len(SHAPE))
+_READ = np.zeros((CONE_COUNT, 3), dtype=bool)
 
 
 @pytest.fixture(scope="module")
@@ -159,13 +167,45 @@ def test_a_limb_beside_the_silhouette_is_drawn_to_it(body):
     nearest_cells(person, 40, nearest)
     rotation = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]])
     depth = np.where(person, 3.0, 0.0)
-    seen = Silhouette(lens_of(camera), rotation, np.array([0.0, 1.0, 3.0]), depth, nearest)
+    seen = Silhouette(lens_of(camera), rotation, np.array([0.0, 1.0, 3.0]), depth, nearest, _READ, nearest)
     hands = np.flatnonzero(surface.body == surface.body[surface.part == 1].max())
     _, points, normals, offsets, _ = free_space(
         seen, surface, origins, frames, np.stack([hands, 0.5 + 0 * hands], axis=1)
     )
     assert len(points) == len(hands) and (offsets > 0.2).all()
     assert (normals[:, 0] * np.sign(points[:, 0]) < -0.9).all()
+    unread = seen._replace(unread=~_READ)
+    assert not len(
+        free_space(unread, surface, origins, frames, np.stack([hands, 0.5 + 0 * hands], axis=1))[0]
+    )
+
+
+def test_a_leg_that_is_not_read_is_drawn_to_its_hole_in_the_floor(body):
+    _, chain, limits = body
+    surface, origins, frames = cones(limits, chain)
+    camera = DepthCamera(250.0, 250.0, 160.0, 144.0, 320, 288)
+    rotation = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]])
+    depth = np.full((288, 320), 4.0)
+    depth[60:120, 150:170] = 3.0
+    person = depth == 3.0
+    depth[120:250, 152:162] = 0.0  # the legs, and around them what lies behind
+    nearest = np.empty(person.shape, np.int32)
+    nearest_cells(person, 40, nearest)
+    holes = np.empty(person.shape, np.int32)
+    nearest_cells(unread_cells(depth, nearest), 60, holes)
+    seen = Silhouette(lens_of(camera), rotation, np.array([0.0, 1.0, 3.0]), depth, nearest, ~_READ, holes)
+    shins = np.flatnonzero(
+        np.isin(surface.body, [BODY_JOINTS.index(f"{side}Leg") for side in ("Left", "Right")])
+    )
+    samples = np.stack([shins, 1.0 + 0 * shins], axis=1)
+    _, points, normals, offsets, _ = free_space(seen, surface, origins, frames, samples)
+    assert len(points) and (offsets < 0.12).all() and (np.abs(normals[:, 2]) < 0.5).all(), (
+        "to the side, not up"
+    )
+    _, points, normals, offsets, _ = free_space(
+        seen._replace(unread=_READ), surface, origins, frames, samples
+    )
+    assert len(points) == len(shins) and normals[:, 2].max() > 0.9, "else up to the trunk"
 
 
 @pytest.mark.parametrize("tilt", [-0.4, 0.0, 0.5])
@@ -206,6 +246,8 @@ def test_a_joint_that_nothing_supports_may_be_further_off():
         np.full(21, 0.07),
         np.zeros(5),
         np.zeros(5),
+        np.zeros(len(places), dtype=bool),
+        np.zeros(len(places), dtype=bool),
     )
     variance = np.full(21, 1e-4)
     errors = expected_errors(fitter.chain, joints, variance, well)
@@ -215,13 +257,21 @@ def test_a_joint_that_nothing_supports_may_be_further_off():
     for other in (hidden, lost):
         worse = expected_errors(fitter.chain, joints, variance, other)[LIMB_JOINTS]
         assert (worse >= errors[LIMB_JOINTS]).all() and worse.mean() > 1.3 * errors[LIMB_JOINTS].mean()
+    away = well._replace(distance=np.full(len(bodies), 0.2))
+    for one in (well, away):
+        unread = one._replace(hidden=np.ones(len(places), dtype=bool))
+        doubted = confidence_of(expected_errors(fitter.chain, joints, variance, unread)[LIMB_JOINTS]) < 0.75
+        assert doubted.all() == (one is away), (
+            "a bone with points on it is read, whatever the picture shows there"
+        )
 
 
 def test_how_far_points_lie_behind_what_is_seen():
     camera = DepthCamera(250.0, 250.0, 31.5, 23.5, 64, 48)
     depth = np.full((48, 64), 2.0)
     depth[:, :20] = 0.0
-    seen = Silhouette(lens_of(camera), np.eye(3), np.zeros(3), depth, np.full((48, 64), -1, np.int32))
+    nobody = np.full((48, 64), -1, np.int32)
+    seen = Silhouette(lens_of(camera), np.eye(3), np.zeros(3), depth, nobody, _READ, nobody)
     points = np.array([[0.0, 0.0, 2.07], [0.0, 0.0, 1.5], [-0.2, 0.0, 2.0], [0.0, 5.0, 2.0]])
     np.testing.assert_allclose(behind_seen((seen,), points), [0.07, -0.5, 0.5, 1.0], atol=1e-9)
     assert behind_seen((), points).tolist() == [1.0] * 4

@@ -1,5 +1,9 @@
 export default {
   "camera.no_frame_yet": "connectée, pas encore d'image",
+  "camera.legs_range": "les jambes sont hors de sa portée et pendent comme d'habitude : approchez-vous",
+  "camera.legs_no_depth": "les jambes ne lui donnent pas de profondeur et pendent comme d'habitude : c'est l'effet d'habits sombres ou brillants, mettez-en d'autres",
+  "camera.legs_covered": "quelque chose cache les jambes, qui pendent comme d'habitude : déplacez-le, ou la caméra",
+  "camera.legs_outside": "les jambes sont hors de son image et pendent comme d'habitude : inclinez-la vers le bas, ou reculez",
   "camera.left": "le client est parti",
   "camera.no_frames": "le client est là, sa caméra n'en donne pas",
   "camera.not_heard": "le client ne se fait pas entendre",

@@ -1,0 +1,177 @@
+"""Legs that no camera reads: out of range, in dark clothes, behind furniture, beyond the picture's edge.
+
+No reading is no free space for them. They hang as bodies do until a camera reads them, and their joints are doubted.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from studio.engine.model.human.humanoid import BODY_JOINTS
+from studio.engine.seeing.fitting.chain import Pose
+from studio.engine.seeing.fitting.cones import PARTS, part_of
+from studio.engine.seeing.fitting.fit import BodyShape, Fitter, MeasuredPoints, sample_places
+from studio.engine.seeing.images.silhouette import (
+    COVERED,
+    OUTSIDE,
+    SEEN,
+    UNREAD,
+    Silhouette,
+    nearest_cells,
+    shown,
+    unread_cells,
+    unread_column,
+)
+
+Array = NDArray[np.float64]
+
+_UNREAD_SHARE = 0.3
+"""A leg of which more than this share is not read is not read from there to its end."""
+_MARGIN = 60
+"""Cells around the performer in which the nearest unread cell is known."""
+_READ_M = 0.10
+"""A place on a limb is read if a point lies within this distance [m]."""
+_HIDDEN_SHARE = 0.6
+"""A bone is hidden if no camera shows more than the rest of it."""
+_LEGS = [PARTS.index(f"{side}_leg") for side in ("left", "right")]
+_BELOW_KNEES = [
+    b for b, name in enumerate(BODY_JOINTS) if name.endswith(("Leg", "Foot")) and "UpLeg" not in name
+]
+_WHY = {COVERED: "covered", OUTSIDE: "outside"}
+_TOLD_AFTER_NS = 500_000_000
+_FARTHEST = 99.0
+"""Percentile of an image's readings that is the end of the camera's range."""
+
+
+def marked(
+    fitter: Fitter,
+    figure: BodyShape,
+    pose: Pose,
+    silhouettes: tuple[Silhouette, ...],
+    points: MeasuredPoints,
+) -> tuple[Silhouette, ...]:
+    """Return the silhouettes; in them no reading says nothing of places on legs that hang, or are expected, where
+    nothing is read, from the last point on.
+
+    Args:
+        pose: expected.
+        points: of the performer.
+    """
+    samples = figure.samples
+    cone = samples[:, 0].astype(np.int64)
+    limb = np.isin(figure.surface.part[cone], _LEGS)
+    samples, cone = samples[limb], cone[limb]
+    hanging = pose.with_angles(np.where(_of_legs(fitter), fitter.limits.rest, pose.angles))
+    expected, usual = (_places(fitter, figure, there, samples) for there in (pose, hanging))
+    away = np.linalg.norm(points.places[:, None] - expected, axis=2).min(axis=0, initial=np.inf)
+    columns = [unread_column(share) for share in samples[:, 1]]
+    limbs = figure.surface.part[cone]
+    out = []
+    for seen in silhouettes:
+        blind = (shown(seen, expected) == UNREAD) | (shown(seen, usual) == UNREAD)
+        for part in np.unique(limbs):
+            beyond = False  # from a limb's end to its root
+            own = np.flatnonzero(limbs == part)
+            for k in own[::-1]:
+                blind[k] &= beyond or away[k] > _READ_M
+                beyond = blind[k]
+            if blind[own].mean() > _UNREAD_SHARE:  # a foot that is expected beside its hole in the floor, too
+                blind[own[int(blind[own].argmax()) :]] = True
+        unread = np.zeros_like(seen.unread)
+        unread[cone, columns] = blind
+        nearest = seen.nearest
+        if blind.any():
+            nearest = np.empty_like(nearest)
+            nearest_cells(unread_cells(seen.depth, seen.nearest), _MARGIN, nearest)
+        out.append(seen._replace(unread=unread, nearest_unread=nearest))
+    return tuple(out)
+
+
+class Shown(NamedTuple):
+    """What cameras show of a body.
+
+    Attributes:
+        hidden: which bodies of the chain no camera shows, ends: whose far ends none shows, shape (body_count,) each.
+        why: by camera, why it shows neither leg below the knee; see `why_unread`.
+    """
+
+    hidden: NDArray[np.bool_]
+    ends: NDArray[np.bool_]
+    why: tuple[str, ...]
+
+
+def shown_of(fitter: Fitter, figure: BodyShape, pose: Pose, silhouettes: tuple[Silhouette, ...]) -> Shown:
+    """Return what the cameras of these silhouettes show of a body in a pose."""
+    places = _places(fitter, figure, pose, figure.samples)
+    codes = np.stack([_codes(figure, seen, places) for seen in silhouettes])
+    why = tuple(why_unread(figure, places, seen, row) for seen, row in zip(silhouettes, codes, strict=True))
+    return Shown(*_hidden_bones(figure, (codes != SEEN).all(axis=0)), why)
+
+
+def _codes(figure: BodyShape, seen: Silhouette, places: Array) -> NDArray[np.int64]:
+    """Return what a camera shows at a figure's samples; a leg that is marked is not read wherever it is drawn."""
+    cone = figure.samples[:, 0].astype(np.int64)
+    columns = [unread_column(share) for share in figure.samples[:, 1]]
+    codes = shown(seen, places)
+    return np.where(seen.unread[cone, columns] & (codes == SEEN), UNREAD, codes)
+
+
+def _hidden_bones(
+    figure: BodyShape, hidden: NDArray[np.bool_]
+) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
+    """Return which bodies, and which bodies' far ends, are hidden; `hidden`: by sample."""
+    body = figure.surface.body[figure.samples[:, 0].astype(np.int64)]
+    count = np.bincount(body, minlength=len(BODY_JOINTS))
+    share = np.bincount(body, weights=hidden, minlength=len(BODY_JOINTS)) / np.maximum(count, 1)
+    ends = np.zeros(len(BODY_JOINTS), bool)
+    ends[body] = hidden  # the last sample of each counts
+    return (count > 0) & (share >= _HIDDEN_SHARE), ends
+
+
+def _places(fitter: Fitter, figure: BodyShape, pose: Pose, samples: Array) -> Array:
+    *_, origins, frames = fitter.place(figure, pose)
+    return sample_places(figure, origins, frames, samples)
+
+
+def _of_legs(fitter: Fitter) -> NDArray[np.bool_]:
+    """Return which angles are the legs', shape (dof_count,)."""
+    return np.array([part_of(name.split("_")[0]) in _LEGS for name in fitter.limits.names])
+
+
+def why_unread(figure: BodyShape, places: Array, seen: Silhouette, codes: NDArray[np.int64]) -> str:
+    """Return why a camera does not show the legs below the knees: `range`, `no_depth`, `covered` or `outside`.
+
+    "" = it shows them, or one of them.
+
+    Args:
+        places: of the figure's samples [m], shape (sample_count, 3).
+        codes: what the camera shows there; see `shown`.
+    """
+    below = np.isin(figure.surface.body[figure.samples[:, 0].astype(np.int64)], _BELOW_KNEES)
+    legs = codes[below]
+    code = int(np.bincount(legs).argmax())
+    if code == SEEN or (legs != SEEN).mean() < _HIDDEN_SHARE:
+        return ""
+    if code != UNREAD:
+        return _WHY[code]
+    away = places[below] @ seen.rotation[2] + seen.translation[2]
+    farthest = np.percentile(seen.depth[seen.depth > 0.0], _FARTHEST) if seen.depth.any() else 0.0
+    return "range" if np.median(away) > farthest else "no_depth"
+
+
+class LegsUnread:
+    """Why cameras have not shown the legs for some time."""
+
+    def __init__(self) -> None:
+        self._since_ns: dict[str, int] = {}
+        self.why: dict[str, str] = {}
+
+    def told(self, time_ns: int, why: dict[str, str]) -> None:
+        """Add an instant: by camera, why it does not show the legs; see `why_unread`."""
+        self._since_ns = {name: self._since_ns.get(name, time_ns) for name, reason in why.items() if reason}
+        self.why = {
+            name: why[name]
+            for name, since_ns in self._since_ns.items()
+            if time_ns - since_ns >= _TOLD_AFTER_NS
+        }

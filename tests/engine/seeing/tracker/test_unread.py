@@ -1,0 +1,30 @@
+"""Legs that no camera reads hang, are doubted, and are told; the long form is `unread`."""
+
+import numpy as np
+import pytest
+
+from tests.engine.seeing.tracker.unread import WAYS, run
+
+
+@pytest.mark.parametrize(
+    ("way", "why"), [("range", "range"), ("trousers", "no_depth"), ("table", "covered"), ("edge", "outside")]
+)
+def test_legs_that_are_not_read_hang_and_are_doubted(way, why):
+    done = run(way, 0, "T-pose", seconds=0.8)
+    assert not done.believed.any()
+    ankles = done.error_m[:, [5, 11]]
+    assert np.median(ankles) < 0.12, "legs hang below the hips"
+    assert set(done.legs_unread[-1].values()) == {why}
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("way", WAYS)
+def test_no_joint_is_off_and_believed(way):
+    off = {seed: int(run(way, seed, part).believed.sum()) for seed, part in enumerate(_parts())}
+    assert not any(off.values()), off
+
+
+def _parts():
+    from tests.engine.seeing.tracker.unread import PARTS_S
+
+    return tuple(PARTS_S) * 2
