@@ -40,6 +40,7 @@ NAVIGATION = {
         "docs/guide/record",
         "docs/guide/import",
         "docs/guide/points",
+        "docs/guide/replay",
         "docs/guide/compare",
         "docs/guide/export",
         "docs/guide/stream",

@@ -5,6 +5,7 @@ from pathlib import Path
 from typing import Any
 
 from studio.commands.common import add_command, add_take
+from studio.engine.model.bodies import BODIES
 
 _TEXT = """\
 Draw frames of a take's solves as a picture, one row per solve.
@@ -32,6 +33,9 @@ def add_parser(subparsers: Any) -> None:
         "--count", metavar="N", type=int, default=8, help="number of frames without --times (default 8)"
     )
     parser.add_argument(
+        "--body", choices=BODIES, default=BODIES[0], help=f"the mannequin's body (default {BODIES[0]})"
+    )
+    parser.add_argument(
         "--yaw", metavar="DEG", type=float, default=25.0, help="0 = from the front, 90 = from the left"
     )
 
@@ -53,6 +57,6 @@ def run(args: argparse.Namespace) -> int:
     rows = {name: Poses.load(take.solve_folder(name) / "poses.npz") for name in names}
     first = rows[names[0]]
     times_s = None if args.times is None else stage_times(first, args.times)
-    render_strip(rows, args.out, times_s=times_s, count=args.count, yaw_deg=args.yaw)
+    render_strip(rows, args.out, times_s=times_s, count=args.count, yaw_deg=args.yaw, body=args.body)
     print(f"{args.out}: {', '.join(names)}; the performance begins at stage time {first.begins_s:.2f} s")
     return 0

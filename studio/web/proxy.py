@@ -35,6 +35,7 @@ body, #root, #root div[style*="background-color"] { background: none !important;
 <script src="../static/view/view_times.js"></script>
 <script src="../static/view/view_rest.js"></script>
 <script src="../static/view/view_camera.js"></script>
+<script src="../static/view/view_body.js"></script>
 <script>
 console.warn = ((warn) => (...words) => {
   if (!String(words[0]).startsWith("THREE.Clock:")) warn.apply(console, words);

@@ -42,7 +42,8 @@ def results(address: str, test: dict) -> dict:
 
 
 def test_a_voter_votes_changes_reloads_and_finishes(address: str, page: Page) -> None:
-    test = make_test(address, allow_none=True, ask_name=True)
+    test = make_test(address, allow_none=True, ask_name=True, body="slim")
+    assert test["rules"]["body"] == "slim"
     received: list[str] = []
     page.on("response", lambda response: received.append(response.url + str(response.headers)))
     page.goto(address + test["path"])

@@ -17,6 +17,7 @@ from studio.api.structs import StructRoute
 from studio.api.takes.find import Finder
 from studio.engine.base.errors import SettingsError
 from studio.engine.base.value_sentences import bad_setting
+from studio.engine.model.bodies import BODIES
 from studio.engine.model.settings import parse_settings
 from studio.review.blind import thesis
 from studio.review.blind.desk import Desk
@@ -60,6 +61,7 @@ class RulesRequest(Request):
         default="", description="ISO 8601 with offset, or empty", examples=["2030-01-31T18:00:00+01:00"]
     )
     supervised: bool = Field(default=False, description="everybody sees the pair that the operator shows")
+    body: str = Field(default=BODIES[0], description=f"both sides' body: {', '.join(BODIES)}")
 
 
 class TestRequest(Request):
@@ -111,17 +113,20 @@ def blind_router(finder: Finder, jobs: Jobs, desk: Desk) -> APIRouter:
         prefix="/api/v1/blind", tags=["blind tests"], responses=RESPONSES, route_class=StructRoute
     )
 
-    def bake(pairs: tuple[Pair, ...]) -> list[tuple[bytes, bytes]]:
+    def bake(pairs: tuple[Pair, ...], body: str) -> list[tuple[bytes, bytes]]:
         def take_of(side: Side) -> Take:
             take = finder.take(*side.take.split("/", 1))
             finder.solve(take, side.solve)
             return take
 
         work = [(pair, take_of(pair.a), take_of(pair.b)) for pair in pairs]
-        return run_in_process("studio.review.blind.bake:bake_pairs", work)
+        return run_in_process("studio.review.blind.bake:bake_pairs", work, body)
 
     def create(title: str, question: str, pairs: tuple[Pair, ...], rules: RulesRequest) -> ListedTest:
-        return _line(desk.create(title, question, pairs, Rules(**rules.model_dump()), bake), desk)
+        made = desk.create(
+            title, question, pairs, Rules(**rules.model_dump()), lambda wanted: bake(wanted, rules.body)
+        )
+        return _line(made, desk)
 
     @router.get("")
     def get_tests() -> ListedTests:

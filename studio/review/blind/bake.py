@@ -5,20 +5,19 @@ voter receives a GLB without a name, uncompressed, of equal size within a pair, 
 keys' values.
 """
 
-import tempfile
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import CubicHermiteSpline
 from scipy.spatial.transform import Rotation, Slerp
 
-from studio.engine.animation.clip.options import ExportOptions
 from studio.engine.animation.clip.skeleton import LocalMotion, local_motion, to_file_axes
-from studio.engine.animation.export.glb import write_glb
+from studio.engine.animation.export.glb import GltfDocument
+from studio.engine.animation.mannequin import mannequin
 from studio.engine.base.errors import FormatError, SettingsError
 from studio.engine.base.quaternions import continuous_signs, normalized
+from studio.engine.model.bodies import BODIES
 from studio.engine.model.calibration import Performer
 from studio.engine.model.human.skeleton import Skeleton
 from studio.engine.model.joints import OUTPUT_INDEX, OUTPUT_JOINTS, OUTPUT_PARENTS
@@ -34,8 +33,8 @@ HEAD_JOINT_OF_HEIGHT = 0.93
 NAME = "clip"
 
 
-def bake_pairs(pairs: list[tuple[Pair, Take, Take]]) -> list[tuple[bytes, bytes]]:
-    """Return the two GLB files of each pair, given the takes of its sides.
+def bake_pairs(pairs: list[tuple[Pair, Take, Take]], body: str) -> list[tuple[bytes, bytes]]:
+    """Return the two GLB files of each pair, given the takes of its sides and one of the mannequin's `BODIES`.
 
     The character has the proportions of the first take's performer, else of the second's. Errors as `bake_pair`.
     """
@@ -48,7 +47,7 @@ def bake_pairs(pairs: list[tuple[Pair, Take, Take]]) -> list[tuple[bytes, bytes]
             Poses.load(take.solve_folder(side.solve) / "poses.npz")
             for take, side in zip(takes, sides, strict=True)
         )
-        baked.append(bake_pair((first, second), sides, performer, pair.start_s, pair.end_s))
+        baked.append(bake_pair((first, second), sides, performer, pair.start_s, pair.end_s, body=body))
     return baked
 
 
@@ -58,6 +57,8 @@ def bake_pair(
     performer: Performer | None,
     start_s: float,
     end_s: float,
+    *,
+    body: str = BODIES[0],
 ) -> tuple[bytes, bytes]:
     """Return the two GLB files of a pair.
 
@@ -66,6 +67,7 @@ def bake_pair(
         sides: the keys and their interpolation.
         performer: proportions of the character; None uses those of the first side's solve.
         start_s, end_s: the shown part [s from the first frame]; end_s 0 = up to the end of the shorter one.
+        body: one of the mannequin's `BODIES`.
 
     Raises:
         FormatError: a solve of another skeleton.
@@ -87,7 +89,7 @@ def bake_pair(
     skeleton = skeleton_of(poses[0]) if performer is None else Skeleton.of(performer)
     poses = (on_output_joints(poses[0]), on_output_joints(poses[1]))
     first, second = (
-        glb(_on_character(one, side, times, skeleton), skeleton)
+        glb(_on_character(one, side, times, skeleton), skeleton, body)
         for one, side in zip(poses, sides, strict=True)
     )
     if len(first) != len(second):
@@ -185,14 +187,14 @@ def _cubic(
     return CubicHermiteSpline(keys, values, np.gradient(values, keys, axis=0))(at)
 
 
-def glb(poses: Poses, skeleton: Skeleton) -> bytes:
-    """Return poses of the character as a GLB file: linear keys at 60 Hz, with the mannequin."""
+def glb(poses: Poses, skeleton: Skeleton, body: str = BODIES[0]) -> bytes:
+    """Return poses of the character as a GLB file: linear keys at 60 Hz, with one of the mannequin's bodies."""
     motion = _with_offsets(local_motion(poses), skeleton)
-    options = ExportOptions(fps=HZ, interpolation="linear", take_name=NAME, mesh=True)
-    with tempfile.TemporaryDirectory() as folder:
-        path = Path(folder) / "clip.glb"
-        write_glb(motion, path, options)
-        return path.read_bytes()
+    document = GltfDocument()
+    document.add_skeleton(motion)
+    document.add_mesh(mannequin(motion, body))
+    document.add_animation(motion, "linear")
+    return b"".join(document.finished())
 
 
 def _with_offsets(motion: LocalMotion, skeleton: Skeleton) -> LocalMotion:

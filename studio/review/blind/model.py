@@ -6,6 +6,7 @@ from typing import Any, Literal
 import msgspec
 
 from studio.engine.base.errors import FormatError, SettingsError
+from studio.engine.model.bodies import BODIES, check_body
 
 FORMAT_VERSION = 1
 MAX_PAIRS = 100
@@ -52,6 +53,7 @@ class Rules(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
         max_voters: later voters are told that the test is full.
         closes: ISO 8601 with its offset, or empty; later votes are refused.
         supervised: everybody sees the pair that the operator shows.
+        body: of the mannequin, on both sides of all pairs.
     """
 
     allow_none: bool = False
@@ -60,6 +62,7 @@ class Rules(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     max_voters: int = 500
     closes: str = ""
     supervised: bool = False
+    body: str = BODIES[0]
 
 
 class BlindTest(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
@@ -119,6 +122,7 @@ def check(title: str, question: str, pairs: tuple[Pair, ...], rules: Rules) -> N
         )
     for number, pair in enumerate(pairs, start=1):
         _check_pair(number, pair)
+    check_body(rules.body)
     if not 0 <= rules.repeats <= len(pairs):
         raise SettingsError(
             "blind.repeats",

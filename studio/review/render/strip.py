@@ -9,6 +9,7 @@ from PIL import Image, ImageDraw, ImageFont
 from studio.engine.animation.mannequin.performer import Mannequin
 from studio.engine.base.errors import FormatError
 from studio.engine.base.files import write_atomically
+from studio.engine.model.bodies import BODIES
 from studio.engine.model.joints import OUTPUT_INDEX, OUTPUT_JOINTS
 from studio.engine.model.poses import Poses
 from studio.review.render.figure import Projection, draw_figure
@@ -49,6 +50,7 @@ def render_strip(
     count: int = 8,
     cell: tuple[int, int] = (200, 300),
     yaw_deg: float = 25.0,
+    body: str = BODIES[0],
 ) -> None:
     """Write a PNG of the mannequin at some instants.
 
@@ -61,6 +63,7 @@ def render_strip(
         count: number of instants if `times_s` is None.
         cell: width and height of one frame [px].
         yaw_deg: direction of the viewer: 0 in front of the T-pose, 90 at the performer's left.
+        body: one of the mannequin's `BODIES`.
 
     Raises:
         FormatError: no frames, another skeleton than the output skeleton, or bones that no body fits.
@@ -93,7 +96,7 @@ def render_strip(
     for r, (name, row) in enumerate(rows.items()):
         top = _MARGIN + r * (height + title)
         draw.text((_MARGIN + 2, top), name, fill=_INK, font=font)
-        mannequin = Mannequin.of(row)
+        mannequin = Mannequin.of(row, body)
         for c, time_s in enumerate(times):
             frame = int(np.argmin(np.abs(row.time_s - time_s)))
             picture.paste(_cell(row, frame, view, mannequin), (_MARGIN + c * (width + _GUTTER), top + title))

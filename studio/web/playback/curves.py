@@ -70,9 +70,7 @@ def curves(clip: Clip, joint: str, points: int = MAX_POINTS) -> Curves:
     poses, row = clip.poses, OUTPUT_INDEX[joint]
     count = poses.frame_count
     positions = poses.positions_m[:, row]
-    speed = np.zeros(count)
-    if count > 1:
-        speed = np.linalg.norm(np.gradient(positions, poses.time_s, axis=0), axis=1)
+    speed = speed_m_s(positions, poses.time_s)
     confidence = np.nan_to_num(poses.confidence[:, row])
     uncertainty = np.nan_to_num(poses.uncertainty_mm[:, row], nan=-1.0)
     frames = thinned(np.column_stack([positions, speed, confidence, uncertainty]), points)
@@ -105,6 +103,14 @@ def _disagreeing(clip: Clip, spans: list[Span]) -> list[tuple[int, int, int]]:
     return out
 
 
+def speed_m_s(positions_m: NDArray[np.float64], time_s: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the speed of a joint along its places, shape (frame_count, 3), at increasing times."""
+    if len(time_s) < 2:
+        return np.zeros(len(time_s))
+    speed: NDArray[np.float64] = np.linalg.norm(np.gradient(positions_m, time_s, axis=0), axis=1)
+    return speed
+
+
 def thinned(values: NDArray[np.float64], points: int) -> NDArray[np.int64]:
     """Return about `points` frames for curves: of each stretch, the first frame and each curve's extremes.
 
@@ -131,7 +137,7 @@ def _unused(clip: Clip, joint: str, gap: int) -> dict[str, list[tuple[int, int, 
     trace, place = clip.trace, INDEX[name]
     out: dict[str, list[tuple[int, int, str]]] = {}
     for camera, label in enumerate(trace.cameras):
-        left_out = _seen(trace, camera, place) & ~trace.used[:, camera, place]
+        left_out = seen_by(trace, camera, place) & ~trace.used[:, camera, place]
         reasons = trace.reason[:, camera, place]
         mine: list[tuple[int, int, str]] = []
         for reason in np.unique(reasons[left_out]):
@@ -148,12 +154,13 @@ def _used(clip: Clip, joint: str, gap: int) -> dict[str, list[FrameSpan]]:
         return {}
     trace, place = clip.trace, INDEX[name]
     return {
-        label: spans(_seen(trace, camera, place) & trace.used[:, camera, place], gap)
+        label: spans(seen_by(trace, camera, place) & trace.used[:, camera, place], gap)
         for camera, label in enumerate(trace.cameras)
     }
 
 
-def _seen(trace: Trace, camera: int, place: int) -> NDArray[np.bool_]:
+def seen_by(trace: Trace, camera: int, place: int) -> NDArray[np.bool_]:
+    """Return the frames in which a camera saw a canonical joint, both by index, shape (frame_count,)."""
     seen: NDArray[np.bool_] = trace.camera_half_mm[:, camera, place, 0] != np.iinfo(np.int16).min
     return seen
 

@@ -75,6 +75,15 @@ class Player:
         """The replayed clip."""
         return self._clip
 
+    def shown(self) -> tuple[Clip, tuple[Second | None, float]]:
+        """Return the replayed clip, and the second figure with how far it is ahead [s].
+
+        Raises:
+            SettingsError: nothing is replayed.
+        """
+        with self._changed:
+            return self._open(), (self._ghost, self._ghost_offset_ms * 1e-3)
+
     def open(self, clip: Clip, ghost: Second | None = None) -> None:
         """Replay a clip. The time is kept for another solve of the same take, and so is the offset of the same second
         figure.

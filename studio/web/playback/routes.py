@@ -13,6 +13,7 @@ from studio.take.folder.references import how_aligned, placed_path, reference_pa
 from studio.take.folder.take import Take
 from studio.web.playback.clip import Clip
 from studio.web.playback.curves import MAX_POINTS, Curves, curves
+from studio.web.playback.joint_curves import CHANNELS, MAX_CURVES, CurveColumns, JointCurves
 from studio.web.playback.player import Player
 from studio.web.playback.raw_clip import load_raw
 from studio.web.playback.second import Second, alignment_of
@@ -82,6 +83,8 @@ class ChangeRequest(_ReplayBody):
 def playback_routes(player: Player, takes: TakeFinder) -> APIRouter:
     """Return the routes of one player."""
     router = APIRouter(prefix="/api/v1/replay", tags=["replay"], route_class=StructRoute)
+
+    columns = CurveColumns()
 
     def load(wanted: ReplayedSolve) -> Clip:
         session, _, name = wanted.take.partition("/")
@@ -153,5 +156,23 @@ def playback_routes(player: Player, takes: TakeFinder) -> APIRouter:
         if clip is None:
             raise SettingsError("replay.nothing", "nothing is replayed; open a take first")
         return curves(clip, joint, points)
+
+    @router.get("/joint_curves")
+    def get_joint_curves(
+        curve: Annotated[
+            list[str],
+            Query(
+                description=f"up to {MAX_CURVES} of a joint and a channel: {', '.join(CHANNELS)}",
+                examples=[["LeftHand.position_y"]],
+            ),
+        ],
+        first: Annotated[int, Query(ge=0)] = 0,
+        last: Annotated[int | None, Query(ge=0)] = None,
+        points: Annotated[int, Query(ge=2, le=20_000)] = 3000,
+    ) -> JointCurves:
+        """Curves of several joints of the replayed solve, from frame `first` to `last`, for the graphs of the
+        timeline."""
+        clip, beside = player.shown()
+        return columns.curves(clip, curve, first=first, last=last, points=points, beside=beside)
 
     return router

@@ -13,9 +13,10 @@ from studio.engine.base.geometry import make_transform
 from studio.engine.metrics.reference.alignment import Alignment
 from studio.engine.metrics.reference.reference import Reference
 from studio.engine.model.frames import FrameSet, FusedSkeleton, StepResult
-from studio.engine.model.joints import JOINT_COUNT, OUTPUT_JOINTS
+from studio.engine.model.joints import JOINT_COUNT, OUTPUT_JOINTS, OUTPUT_OF_CANONICAL_INDEX
 from studio.web.playback.clip import Clip
 
+_CANONICAL = {int(output): place for place, output in enumerate(OUTPUT_OF_CANONICAL_INDEX)}
 _AT_REST = np.tile([1.0, 0.0, 0.0, 0.0], (len(OUTPUT_JOINTS), 1))
 
 
@@ -53,7 +54,7 @@ class Second:
 
         If only joints are known, `positions_m` is NaN and `fused` holds them; NaN = unknown then.
         """
-        time_s = time_s + self.alignment.offset_s + self.alignment.drift_ppm * 1e-6 * time_s
+        time_s = float(self._own_s(time_s))
         shift = np.array([apart_m, 0.0, 0.0])
         if isinstance(self.shown, Clip):
             poses, frame = self.shown.poses, self.shown.nearest(time_s)
@@ -63,6 +64,23 @@ class Second:
             return _step(time_s, positions, (turn * own).as_quat(scalar_first=True), None)
         joints = joints_at(self.shown, time_s) + shift
         return _step(time_s, np.full((len(OUTPUT_JOINTS), 3), np.nan), _AT_REST, joints)
+
+    def path_m(self, times_s: NDArray[np.float64], joint: int) -> NDArray[np.float64]:
+        """Return an output joint's places at stage times [s], shape (N, 3); NaN = unknown. It stands where the
+        alignment has it, not to the side."""
+        own_s = self._own_s(times_s)
+        if isinstance(self.shown, Clip):
+            known_s, places = self.shown.poses.time_s, self.shown.poses.positions_m[:, joint]
+        elif joint in _CANONICAL:
+            known_s, places = self.shown.time_s, self.shown.positions_m[:, _CANONICAL[joint]]
+        else:
+            return np.full((len(own_s), 3), np.nan)
+        path = np.stack([np.interp(own_s, known_s, axis, np.nan, np.nan) for axis in places.T], axis=1)
+        return self.alignment.to_stage(path)
+
+    def _own_s(self, time_s: NDArray[np.float64] | float) -> NDArray[np.float64]:
+        """Return its own times at stage times [s]."""
+        return np.asarray(time_s + self.alignment.offset_s + self.alignment.drift_ppm * 1e-6 * time_s)
 
 
 def joints_at(motion: Reference, time_s: float) -> NDArray[np.float64]:

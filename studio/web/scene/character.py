@@ -1,4 +1,10 @@
-"""The solved character in the browser view: the mannequin, skinned to the performer's proportions."""
+"""The solved character in the browser view: the mannequin, skinned to the performer's proportions.
+
+All bodies of the mannequin are in the scene. Each browser shows one: `static/view/view_body.js` gives it the bones of
+the first one, which alone are sent.
+"""
+
+from functools import reduce
 
 import numpy as np
 import viser
@@ -7,10 +13,11 @@ from numpy.typing import NDArray
 from studio.engine.animation.mannequin import BODY, SEAM
 from studio.engine.animation.mannequin.performer import bone_offsets, rest_positions, stage_mesh
 from studio.engine.base.errors import FormatError
+from studio.engine.model.bodies import BODIES
 from studio.engine.model.frames import StepResult
 from studio.web.scene.contact import ContactShadows
 from studio.web.scene.palette import BODY_RGB, JOINT_RGB
-from studio.web.scene.skin import Skin
+from studio.web.scene.skin import Skin, joints_of
 
 Array = NDArray[np.float64]
 
@@ -66,6 +73,8 @@ class Character:
         self._opacity = opacity
         self._proportions = Proportions()
         self._skins: list[Skin] = []
+        for body in BODIES:
+            server.scene.add_frame(f"{name}/bodies/{body}", show_axes=False, visible=body == BODIES[0])
         self._contact = None if tint else ContactShadows(server, f"{name}/contact")
 
     def draw(self, result: StepResult) -> None:
@@ -73,7 +82,7 @@ class Character:
         offsets = self._proportions.another(bone_offsets(result.positions_m, result.rotations_wxyz))
         if offsets is not None:
             self._make(rest_positions(offsets), result.root_height_m)
-        for skin in self._skins:
+        for skin in self._skins[: len(self._colours)]:  # of the first body
             skin.pose(result.positions_m, result.rotations_wxyz)
         if self._contact is not None:
             self._contact.draw(result.positions_m)
@@ -86,16 +95,24 @@ class Character:
 
     def _make(self, rest_m: Array, root_height_m: float | None) -> None:
         try:
-            mesh = stage_mesh(rest_m, root_height_m)
+            meshes = {body: stage_mesh(rest_m, root_height_m, body=body) for body in BODIES}
         except FormatError:  # no body fits such bones: the last one stays
             return
         if self._contact is not None:
             self._contact.fit(rest_m, root_height_m)
         for skin in self._skins:
             skin.remove()
-        self._skins = [
-            Skin(
-                self._server, f"{self._name}/{tone}", mesh, rest_m, tone=tone, rgb=rgb, opacity=self._opacity
-            )
-            for tone, rgb in self._colours.items()
-        ]
+        self._skins = []
+        bones = {
+            tone: reduce(np.union1d, (joints_of(mesh, tone) for mesh in meshes.values()))
+            for tone in self._colours
+        }
+        for body, mesh in meshes.items():
+            name = f"{self._name}/bodies/{body}"
+            self._skins += [
+                Skin(
+                    self._server, f"{name}/{tone}", mesh, rest_m, tone=tone, joints=bones[tone], rgb=rgb,
+                    opacity=self._opacity,
+                )
+                for tone, rgb in self._colours.items()
+            ]  # fmt: skip

@@ -23,6 +23,12 @@ def send_frames_whole(server: viser.ViserServer) -> None:
     server._websock_server.get_message_buffer().max_window_size = WINDOW
 
 
+def joints_of(mesh: SkinnedMesh, tone: int) -> NDArray[np.int64]:
+    """Return the joints that move the triangles of a tone, increasing."""
+    vertices = np.unique(mesh.triangles[mesh.tones == tone])
+    return np.unique(mesh.joint_indices[vertices][mesh.weights[vertices] > 0.0]).astype(np.int64)
+
+
 class Skin:
     """The triangles of one tone of a body, in the stage frame; its bones are the body's joints."""
 
@@ -34,6 +40,7 @@ class Skin:
         rest_m: NDArray[np.float64],
         *,
         tone: int,
+        joints: NDArray[np.int64],
         rgb: Rgb,
         opacity: float | None,
     ) -> None:
@@ -44,16 +51,17 @@ class Skin:
             name: of the scene's node.
             mesh: the body, stage axes.
             rest_m: the joints' rest positions in the stage's axes [m], shape (J, 3).
-            tone: `BODY` or `SEAM`; rgb: its colour; opacity: None = opaque.
+            tone: `BODY` or `SEAM`; joints: that have a bone: all that move its triangles, increasing.
+            rgb: its colour; opacity: None = opaque.
         """
         triangles = mesh.triangles[mesh.tones == tone]
         vertices, faces = np.unique(triangles, return_inverse=True)
         indices, weights = mesh.joint_indices[vertices], mesh.weights[vertices]
-        joints, bones = np.unique(indices[weights > 0.0], return_inverse=True)
+        bones = np.searchsorted(joints, indices[weights > 0.0])
         shares = np.zeros((len(vertices), len(joints)), dtype=np.float32)
         rows, _ = np.nonzero(weights > 0.0)
         shares[rows, bones] = weights[weights > 0.0]
-        self._joints = joints.astype(np.int64)
+        self._joints = joints
         self._scene = server.scene
         self._handle = server.scene.add_mesh_skinned(
             name,

@@ -52,6 +52,8 @@ def test_a_pair_differs_in_the_keys_alone(performer) -> None:
     bytes_a, bytes_b = (np.frombuffer(data, dtype=np.uint8)[: len(keys)] for data in (buffer, buffer_b))
     assert (bytes_a == bytes_b)[~keys].all() and not (bytes_a == bytes_b)[keys].all()
     text = json.dumps(tree)
+    blocks = bake_pair((poses(1), other), (side("a"), side("b")), performer, 0.5, 2.5, body="blocks")
+    assert len(blocks[0]) == len(blocks[1]) != len(first), "both sides have the other body"
     assert "monday" not in text and "studio" not in text.lower().replace("capture studio", "")
     clock = tree["accessors"][tree["animations"][0]["samplers"][0]["input"]]
     assert (

@@ -30,7 +30,7 @@ _SOLE_M, _WELT_M = 0.015, 0.0025
 
 def foot(rig: MannequinRig, side: str) -> list[MannequinPart]:
     """Return the upper and the sole of one foot."""
-    ankle, size, forward, toe = _frame(rig, side)
+    ankle, size, forward, toe = foot_frame(rig, side)
     shape = _Outline.of(rig, side, ankle, size, forward)
     thin = _SOLE_M * size
     parts = []
@@ -84,7 +84,7 @@ class _Outline:
         across = np.cross([0.0, 1.0, 0.0], forward)
         line = np.array([ankle[0], rig.floor, ankle[2]]) + np.outer(at, forward)
         return cls(
-            at, reach, line + np.outer(inward, -across if side == "Left" else across), across, wide,
+            at, reach, line + np.outer(inward, -across if side == "Left" else across), across, wide * rig.build.foot,
             top * min(1.0, (ankle[1] - rig.floor + 0.02 * size) / (0.098 * size)), dome(at, start, stop, *caps),
             0.0025 * size * np.exp(-(((at - reach) / (0.004 * size)) ** 2)),
         )  # fmt: skip
@@ -98,7 +98,7 @@ class _Outline:
         )  # fmt: skip
 
 
-def _frame(rig: MannequinRig, side: str) -> tuple[Array, float, Array, bool]:
+def foot_frame(rig: MannequinRig, side: str) -> tuple[Array, float, Array, bool]:
     """Return the ankle, the size of the foot, its direction on the floor, and whether it has toes."""
     ankle = rig.at(f"{side}Foot")
     forward = np.array([0.0, 0.0, 1.0])

@@ -22,13 +22,18 @@ _MITTEN_OF_FOREARM = 0.62
 
 def hand(rig: MannequinRig, side: str) -> list[MannequinPart]:
     """Return the parts of one hand."""
-    fingers = [finger for finger in FINGERS if all(rig.has(f"{side}Hand{finger}{k}") for k in (1, 2, 3))]
-    frame = _Frame(rig, side)
+    fingers = fingers_of(rig, side)
+    frame = HandFrame(rig, side)
     parts = [_palm(rig, side, frame, mitten=len(fingers) < len(FINGERS) - 1)]
     return parts + [_finger(rig, side, finger, frame) for finger in fingers]
 
 
-class _Frame:
+def fingers_of(rig: MannequinRig, side: str) -> list[str]:
+    """Return the fingers of a hand that have all their joints."""
+    return [finger for finger in FINGERS if all(rig.has(f"{side}Hand{finger}{k}") for k in (1, 2, 3))]
+
+
+class HandFrame:
     """Axes and size of a hand at rest: along it, towards the thumb, and out of its back."""
 
     def __init__(self, rig: MannequinRig, side: str) -> None:
@@ -56,20 +61,25 @@ class _Frame:
         self.half_width = max(self.half_width, 0.026 * self.size)
 
 
-def _palm(rig: MannequinRig, side: str, frame: _Frame, *, mitten: bool) -> MannequinPart:
-    size = frame.size
+def _palm(rig: MannequinRig, side: str, frame: HandFrame, *, mitten: bool) -> MannequinPart:
+    size, build = frame.size, rig.build.hand
     stop = frame.length * (1.9 if mitten else 1.0) + 0.011 * size
     start = 0.004 * size
     caps = (0.010 * size, (0.030 if mitten else 0.012) * size)
     at = capped_places(start, stop, *caps, 6, hidden=1)
     share = (at - start) / (stop - start)
     round_off = dome(at, start, stop, *caps)
-    knuckle = frame.half_width + 0.0105 * size
+    knuckle = frame.half_width + 0.0105 * size * build
     wide = course(
-        [(0.0, 0.026 * size), (0.35, 0.5 * (0.029 * size + knuckle)), (0.8, knuckle), (1.0, 0.96 * knuckle)],
+        [
+            (0.0, 0.026 * size * build),
+            (0.35, 0.5 * (0.029 * size * build + knuckle)),
+            (0.8, knuckle),
+            (1.0, 0.96 * knuckle),
+        ],
         share,
     )
-    thick = course([(0.0, 0.0215), (0.3, 0.0175), (0.75, 0.0135), (1.0, 0.0110)], share) * size
+    thick = course([(0.0, 0.0215), (0.3, 0.0175), (0.75, 0.0135), (1.0, 0.0110)], share) * size * build
     ones = np.ones(len(at))
     across = frame.thumb if side == "Left" else -frame.thumb
     up = np.cross(frame.along, across)
@@ -82,7 +92,7 @@ def _palm(rig: MannequinRig, side: str, frame: _Frame, *, mitten: bool) -> Manne
     return MannequinPart(points, triangles, rig.weights({f"{side}Hand": 1.0}, len(points)), BODY)
 
 
-def _finger(rig: MannequinRig, side: str, finger: str, frame: _Frame) -> MannequinPart:
+def _finger(rig: MannequinRig, side: str, finger: str, frame: HandFrame) -> MannequinPart:
     roles = [f"{side}Hand{finger}{k}" for k in (1, 2, 3)]
     joints = [rig.at(role) for role in roles]
     joints.append(joints[2] + _TIP * (joints[2] - joints[1]))
@@ -90,7 +100,7 @@ def _finger(rig: MannequinRig, side: str, finger: str, frame: _Frame) -> Mannequ
         joints[0] = frame.wrist + 0.6 * (joints[0] - frame.wrist) + 0.1 * (joints[1] - frame.wrist)
     lengths = np.linalg.norm(np.diff(joints, axis=0), axis=1)
     places = np.concatenate([[0.0], np.cumsum(lengths)])
-    radius = _RADIUS[finger] * frame.size
+    radius = _RADIUS[finger] * frame.size * rig.build.hand
     start, stop = -0.6 * radius, places[-1] + 0.15 * radius
     caps = ((2.6 if finger == "Thumb" else 0.8) * radius, 1.5 * radius)
     blend = [min(0.9 * radius, 0.42 * min(pair)) for pair in pairwise(lengths)]

@@ -40,6 +40,7 @@ def _head(rig: MannequinRig) -> MannequinPart:
     wide, fore, aft = (
         course([(row[0], row[k]) for row in _TABLE], at) * height * round_off for k in (1, 2, 3)
     )
+    wide = wide * rig.build.head
     ones = np.ones(len(at))
     sections = Sections(
         chin + np.outer(at * height, [0.0, 1.0, 0.0]),
@@ -75,7 +76,7 @@ def _neck(rig: MannequinRig) -> MannequinPart:
     at = capped_places(0.0, length, cap, cap, 7, hidden=2)
     share = at / length
     radius = course([(0.0, 0.066), (0.35, 0.056), (0.6, 0.053), (1.0, 0.055)], share) * g
-    radius = np.minimum(radius, 0.27 * height) * dome(at, 0.0, length, cap, cap)
+    radius = np.minimum(radius, 0.27 * height) * dome(at, 0.0, length, cap, cap) * rig.build.neck
     ones = np.ones(len(at))
     across = np.outer(ones, [-1.0, 0.0, 0.0])
     sections = Sections(

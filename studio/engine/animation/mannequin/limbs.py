@@ -32,6 +32,7 @@ class LimbShape:
         start, stop: distance from the root to the tube's start, and from the tube's end to the end joint [m].
         dome: length of the rounding at its root, relative to its radius there.
         front: direction of the limb's front in the rest pose.
+        part: its name in a `Build`.
     """
 
     roles: tuple[str, str, str]
@@ -42,6 +43,11 @@ class LimbShape:
     stop: float
     dome: float
     front: tuple[float, float, float]
+    part: str
+
+    def factors(self, rig: MannequinRig, place: Array) -> Array:
+        """Return what the build makes of the radii at places."""
+        return course(list(getattr(rig.build, self.part)), place)
 
 
 ARM = LimbShape(
@@ -57,6 +63,7 @@ ARM = LimbShape(
     stop=0.012,
     dome=0.4,
     front=(0.0, 0.0, 1.0),
+    part="arm",
 )  # fmt: skip
 
 LEG = LimbShape(
@@ -73,6 +80,7 @@ LEG = LimbShape(
     stop=0.012,
     dome=0.75,
     front=(0.0, 0.0, 1.0),
+    part="leg",
 )  # fmt: skip
 
 
@@ -83,7 +91,7 @@ def limb(rig: MannequinRig, shape: LimbShape, side: str) -> list[MannequinPart]:
 
 
 def _ball(rig: MannequinRig, shape: LimbShape, roles: list[str], k: int) -> MannequinPart:
-    radii = np.full(3, shape.balls[k] * rig.girth)
+    radii = np.full(3, shape.balls[k] * rig.girth) * shape.factors(rig, np.array([float(k)]))
     if k == 1:  # it shows in a sharp bend alone
         return ball(rig, roles[k], rig.at(roles[k]), radii, BODY, 12, 7)
     return ball(rig, roles[k], rig.at(roles[k]), radii, SEAM, shape.sectors, 9)
@@ -124,7 +132,7 @@ def _tube(rig: MannequinRig, shape: LimbShape, roles: list[str]) -> MannequinPar
     place = np.where(at < lengths[0], at / lengths[0], 1.0 + (at - lengths[0]) / lengths[1])
     radii = [course([(row[0], row[k]) for row in shape.profile], place) * g for k in (1, 2, 3)]
     groove = _GROOVE_DEEP * g * np.exp(-(((at - lengths[0]) / (0.5 * _GROOVE_WIDE * g)) ** 2))
-    round_off = dome(at, start, stop, *caps)
+    round_off = dome(at, start, stop, *caps) * shape.factors(rig, place)
     wide, fore, aft = ((radius - groove) * round_off for radius in radii)
     along = _along(at, (root, middle, end), lengths)
     tangents = _tangents(at, (root, middle, end), lengths, 1.5 * wide.max())

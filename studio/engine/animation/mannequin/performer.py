@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 from studio.engine.animation.mannequin.body import mannequin_mesh
 from studio.engine.animation.mannequin.mesh import SkinnedMesh
 from studio.engine.base.geometry import matrices
+from studio.engine.model.bodies import BODIES
 from studio.engine.model.joints import OUTPUT_JOINTS, OUTPUT_PARENTS
 from studio.engine.model.poses import Poses
 from studio.engine.model.soles import rest_lift_m
@@ -43,18 +44,19 @@ def rest_positions(offsets_m: Array) -> Array:
     return rest
 
 
-def stage_mesh(rest_m: Array, root_height_m: float | None = None) -> SkinnedMesh:
-    """Return the body of output joints in the T-pose, in the stage's axes.
+def stage_mesh(rest_m: Array, root_height_m: float | None = None, *, body: str = BODIES[0]) -> SkinnedMesh:
+    """Return one of `BODIES` for output joints in the T-pose, in the stage's axes.
 
     Args:
         rest_m: the joints, hips at 0, shape (52, 3).
         root_height_m: of the hips above the floor; None = the toes' joints are at a usual height.
+        body: its name.
 
     Raises:
         FormatError: no body fits such bones.
     """
     floor_m = -rest_lift_m(rest_m[:, 2], root_height_m)
-    mesh = mannequin_mesh(OUTPUT_JOINTS, rest_m[:, [0, 2, 1]] * [1.0, 1.0, -1.0], floor_m=floor_m)
+    mesh = mannequin_mesh(OUTPUT_JOINTS, rest_m[:, [0, 2, 1]] * [1.0, 1.0, -1.0], floor_m=floor_m, body=body)
     vertices, normals = (values[:, [0, 2, 1]] * _TO_STAGE for values in (mesh.vertices_m, mesh.normals))
     return replace(mesh, vertices_m=vertices, normals=normals)
 
@@ -72,8 +74,8 @@ class Mannequin:
     rest_m: Array
 
     @classmethod
-    def of(cls, poses: Poses) -> "Mannequin":
-        """Return the mannequin for poses of the output skeleton, from the medians of their bones.
+    def of(cls, poses: Poses, body: str = BODIES[0]) -> "Mannequin":
+        """Return one of `BODIES` for poses of the output skeleton, from the medians of their bones.
 
         Raises:
             FormatError: as `stage_mesh`.
@@ -82,7 +84,7 @@ class Mannequin:
         rest_m = rest_positions(
             np.median(bone_offsets(poses.positions_m[some], poses.rotations_wxyz[some]), axis=0)
         )
-        return cls(stage_mesh(rest_m), rest_m)
+        return cls(stage_mesh(rest_m, body=body), rest_m)
 
     def posed(self, positions_m: Array, rotations_wxyz: Array) -> tuple[Array, Array]:
         """Return vertices [m] and unit normals in a pose, stage frame, shapes (V, 3).

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from studio.engine.animation.mannequin.build import STANDARD, Build
 from studio.engine.base.errors import FormatError
 from studio.engine.model.joints import OUTPUT_PARENT
 from studio.engine.model.soles import rest_lift_m
@@ -36,18 +37,23 @@ class MannequinRig:
         index: role -> index of the joint.
         rest_m: joint positions of the rest pose, shape (joint_count, 3).
         floor: height of the soles [m].
+        build: what the body has more or less of.
     """
 
     index: dict[str, int]
     rest_m: Array
     floor: float
+    build: Build = STANDARD
 
     @classmethod
-    def of(cls, roles: Sequence[str], rest_m: Array, floor_m: float | None = None) -> "MannequinRig":
+    def of(
+        cls, roles: Sequence[str], rest_m: Array, floor_m: float | None = None, build: Build = STANDARD
+    ) -> "MannequinRig":
         """Return the rig of joints with HumanIK roles ("" = none).
 
         Args:
             floor_m: height of the soles; None = a usual distance below the lowest joint.
+            build: of the body.
 
         Raises:
             FormatError: a required role is missing, or the skeleton does not stand.
@@ -64,7 +70,7 @@ class MannequinRig:
         rest = np.asarray(rest_m, dtype=np.float64)
         if floor_m is None:
             floor_m = -rest_lift_m(rest[list(index.values()), 1], None)
-        rig = cls(index, rest, floor_m)
+        rig = cls(index, rest, floor_m, build)
         if (
             not np.isfinite(rig.rest_m).all()
             or rig.at("Head")[1] - rig.floor < 0.3

@@ -61,8 +61,8 @@ def _torso(rig: MannequinRig) -> MannequinPart:
         _GROOVE_DEEP * g * np.exp(-(((at - rise * seam) / (0.5 * _GROOVE_WIDE * g)) ** 2)) for seam in _SEAMS
     )
     round_off = dome(at, start, stop, *caps)
-    wide = (column(1) * pelvis + column(2) * chest - groove) * round_off
-    fore, aft = ((column(k) * g - groove) * round_off for k in (3, 4))
+    wide = (column(1) * pelvis + column(2) * chest - groove) * round_off * rig.build.of_trunk(share, 1)
+    fore, aft = ((column(k) * g - groove) * round_off * rig.build.of_trunk(share, k - 1) for k in (3, 4))
     way = rig.at("Head") - high
     lean = float(np.clip(way[2] / max(way[1], 0.1 * g), -1.0, 1.0))  # of the neck's base, towards the head
     depth = np.clip(share, 0.0, 1.0) * (high[2] - low[2]) + lean * np.clip(at - rise, 0.0, None)
@@ -101,7 +101,7 @@ def _yoke(rig: MannequinRig, side: str) -> MannequinPart:
     caps = (0.02 * g, 0.030 * g)
     at = capped_places(start, stop, *caps, 8, hidden=1)
     share = at / reach
-    round_off = dome(at, start, stop, *caps)
+    round_off = dome(at, start, stop, *caps) * rig.build.shoulder
     high = course([(0.0, 0.062), (0.45, 0.058), (0.8, 0.052), (1.1, 0.047)], share) * g * round_off
     under = course([(0.0, 0.09), (0.5, 0.085), (0.8, 0.064), (1.1, 0.05)], share) * g * round_off
     deep = course([(0.0, 0.07), (0.5, 0.072), (0.8, 0.060), (1.1, 0.048)], share) * g * round_off

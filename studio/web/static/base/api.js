@@ -44,6 +44,7 @@ export const closeReplay = () => call("DELETE", "replay");
 export const getCleanup = (take, solve) => call("GET", `${takePath(take)}/solves/${encodeURIComponent(solve)}/cleanup`);
 export const getSpace = () => call("GET", "replay/space");
 export const getCurves = (joint) => call("GET", `replay/curves?joint=${joint}`);
+export const getJointCurves = (curves, first, last, points) => call("GET", `replay/joint_curves?${new URLSearchParams([...curves.map((curve) => ["curve", curve]), ["first", first], ["last", last], ["points", points]])}`);
 export const getSwitches = () => call("GET", "switches");
 export const getSettings = () => call("GET", "settings");
 export const putSettings = (preset, set) => call("PUT", "settings", { preset, set });

@@ -12,6 +12,7 @@ import cameras from "./strings/cameras.js";
 import curves from "./strings/curves.js";
 import compare from "./strings/compare.js";
 import exporting from "./strings/export.js";
+import graphs from "./strings/graphs.js";
 import help from "./strings/help.js";
 import importing from "./strings/import.js";
 import page from "./strings/page.js";
@@ -25,7 +26,7 @@ import view from "./strings/view.js";
 import wizard from "./strings/wizard.js";
 import work from "./strings/work.js";
 
-const TEXTS = { ...access, ...blind, ...calibration, ...cameras, ...compare, ...curves, ...exporting, ...help, ...importing, ...page, ...points, ...record, ...replay, ...share, ...switches, ...takes, ...view, ...wizard, ...work };
+const TEXTS = { ...access, ...blind, ...calibration, ...cameras, ...compare, ...curves, ...exporting, ...graphs, ...help, ...importing, ...page, ...points, ...record, ...replay, ...share, ...switches, ...takes, ...view, ...wizard, ...work };
 const KEPT = "language";
 const ATTRIBUTES = { t: null, tTitle: "title", tAria: "aria-label", tPlaceholder: "placeholder", tAlt: "alt" };
 
@@ -73,6 +74,9 @@ export function t(key, values = {}) {
   const again = () => (hasText(key) ? t(key, Object.fromEntries(Object.entries(values).map(([name, value]) => [name, retold(value)]))) : words);
   return remember(words, again, Object.keys(values).length > 0);
 }
+
+/** Return a text without accents and capitals, as people search. */
+export const plain = (text) => text.normalize("NFD").replace(/\p{Diacritic}/gu, "").toLowerCase();
 
 /** Whether there are words for a key. */
 export const hasText = (key) => typeof TEXTS[key]?.[column] === "string";

@@ -5,6 +5,7 @@ import { askSure } from "../base/ask.js";
 import { startFrame } from "../base/frame.js";
 import { attempt, showNote } from "../base/messages.js";
 import { number as written, t } from "../base/strings.js";
+import { BODIES, shownBody } from "../view/body.js";
 
 const PERIOD_MS = 2000;
 const NO_PREFERENCE = "no preference"; // as the server words a choice of neither
@@ -95,7 +96,7 @@ function make(event) {
     title: byId("test-title").value, question: byId("question").value, pairs: state.pairs,
     rules: {
       repeats: Math.min(Number(byId("repeats").value), state.pairs.length), closes: closes ? new Date(closes).toISOString() : "",
-      allow_none: byId("allow-none").checked, ask_name: byId("ask-name").checked, supervised: byId("supervised").checked,
+      allow_none: byId("allow-none").checked, ask_name: byId("ask-name").checked, supervised: byId("supervised").checked, body: byId("test-body").value,
     },
   });
 }
@@ -137,7 +138,8 @@ function form() {
     h("button", { type: "button", onclick: addPair }, t("blind.add")),
     h("ul", { id: "pairs" }),
     h("div", { class: "two" }, h("div", { class: "new-test" }, number("repeats", t("blind.repeats"), 0),
-      h("label", { class: "field" }, h("span", {}, t("blind.closes")), h("input", { id: "closes", type: "datetime-local" }))), h("div", {}, check("allow-none", t("blind.allow_none")), check("ask-name", t("blind.ask_name")), check("supervised", t("blind.supervised")))),
+      h("label", { class: "field" }, h("span", {}, t("blind.closes")), h("input", { id: "closes", type: "datetime-local" })),
+      h("label", { class: "field" }, h("span", {}, t("blind.body")), h("select", { id: "test-body" }, BODIES.map((name) => h("option", { value: name, selected: name === shownBody() }, t(`body.${name}`)))))), h("div", {}, check("allow-none", t("blind.allow_none")), check("ask-name", t("blind.ask_name")), check("supervised", t("blind.supervised")))),
     h("button", { id: "make", class: "primary", type: "submit", disabled: true }, t("blind.make")),
     h("label", { class: "field" }, h("span", {}, t("blind.from_file")), h("input", { id: "from-file", type: "file", accept: ".json,application/json", onchange: makeFromFile })),
     h("div", { class: "solve-row" }, h("select", { id: "thesis-take", aria: { label: t("blind.thesis_take") } }, withSolves.map((take) => h("option", { value: take.id }, take.id))),

@@ -12,6 +12,9 @@ const HEIGHTS = { position_m: 44, speed_m_s: 26, confidence: 18 };
 const UNITS = { position_m: "m", speed_m_s: "m/s", uncertainty_mm: "mm" };
 const EVEN = 1e-6; // a curve that spans less is a line in the middle
 
+/** A joint's path in the axes of exported files: y up, z forward. */
+const inFileAxes = ({ x, y, z }) => ({ x, y: z, z: y.map((value) => -value) });
+
 /** Lowest and highest value, never the same. */
 function extent(series) {
   let low = Infinity, high = -Infinity;
@@ -27,7 +30,7 @@ function extent(series) {
 /** Tracks from the top: label, height, extent, and a series of values per line. */
 export function tracksOf(curves) {
   if (!curves) return [];
-  const position = Object.entries(curves.position_m).map(([axis, values]) => ({ colour: AXES[axis], values }));
+  const position = Object.entries(inFileAxes(curves.position_m)).map(([axis, values]) => ({ colour: AXES[axis], values }));
   const speed = [{ colour: "--accent", values: curves.speed_m_s }];
   const sure = [{ colour: "--good", values: curves.confidence }];
   const track = (key, series, range = extent(series)) => ({ label: t(`curve.${key}`), height: HEIGHTS[key], series, extent: range });
@@ -53,8 +56,8 @@ export function lanesOf(curves, { colours, edits }) {
 
 const reasonWords = (reason) => (hasText(`reason.${reason}`) ? t(`reason.${reason}`) : reason);
 
-/** Index of the drawn frame that is nearest to a frame. */
-function indexAt(frames, frame) {
+/** Index of the frame of some that is nearest to a frame. */
+export function indexAt(frames, frame) {
   let low = 0, high = frames.length - 1;
   while (low < high) {
     const middle = (low + high) >> 1;
@@ -67,7 +70,8 @@ function indexAt(frames, frame) {
 /** The curves' values at a frame, in words. */
 export function seriesNow(curves, frame) {
   const at = indexAt(curves.frame, frame);
-  const place = Object.entries(curves.position_m).map(([axis, values]) => `${axis} ${number(values[at], 2)}`).join("  ");
+  const { x, y, z } = curves.position_m;
+  const place = `X ${number(x[at], 2)}  Y ${number(z[at], 2)}  Z ${number(-y[at], 2)}`; // the axes of exported files
   const parts = [`${place} ${UNITS.position_m}`, `${number(curves.speed_m_s[at], 2)} ${UNITS.speed_m_s}`,
     t("curve.sure", { percent: number(100 * curves.confidence[at]) })];
   if (curves.uncertainty_mm[at] >= 0) parts.push(`±${number(curves.uncertainty_mm[at])} ${UNITS.uncertainty_mm}`);

@@ -1,10 +1,13 @@
 // Replay of a take: the bar under the view, its keys, and where the playhead is between two messages of the server.
 import { byId, clock, h, redraw, setText } from "../base/dom.js";
 import { changeReplay, closeReplay, getCleanup, getCurves, getView, openReplay } from "../base/api.js";
+import { besideIs, curveLegend, curveList, curveListShown, showCurveList, showLegend, startCurveChoice } from "./curve_choice.js";
+import { forgetCurveData, loadCurveData, startCurveData } from "./curve_data.js";
 import { JOINTS, editSpans } from "./curves.js";
 import { FRESH_MS } from "../base/events.js";
 import { attempt, showNote } from "../base/messages.js";
 import { t } from "../base/strings.js";
+import { valueWords, valuesAt } from "./graphs.js";
 import { holdsWords } from "./holds.js";
 import { addMarker, markerList, placesToSnap, showMarkers, startMarkers, timecodeOf, useMarkers } from "./markers.js";
 import { frameWords, nextUnit, unit } from "./ruler.js";
@@ -112,6 +115,7 @@ const KEYS = {
   "[": () => KEYS.i(),
   "]": () => KEYS.o(),
   m: () => addMarker(state.replay, frameNow()),
+  c: () => state.replay.solve && showCurveList(!curveListShown()),
   "+": () => zoom(3),
   "-": () => zoom(-3),
   0: () => { showAll(state.replay); paint(); },
@@ -194,6 +198,8 @@ function build() {
     h("div", { class: "replay-row" },
       h("strong", { class: "replay-take", title: state.replay.take }, state.replay.take.split("/").pop()),
       choice("replay-joint", t("replay.joint"), JOINTS.map((name) => [name, name]), state.joint, (value) => { state.joint = value; loadCurves(); }),
+      solve && h("button", { id: "replay-curves", type: "button", class: "small", title: `${t("graphs.hint")} (C)`, aria: { expanded: String(curveListShown()), controls: "curve-list" },
+        onclick: KEYS.c }, t("graphs.button")),
       h("span", { id: "replay-value", class: "count" }),
       trial,
       button("replay-unit", t(`replay.unit.${unit()}`), t("replay.unit"), "", () => { nextUnit(timecodeOf(state.replay.take)); paint(); }),
@@ -203,7 +209,9 @@ function build() {
       button("replay-mark", "◆+", t("markers.add"), "M", KEYS.m),
       button("replay-markers", t("markers.title"), t("markers.hint"), "", () => { markerList.hidden = !markerList.hidden; showMarkers(state.replay, goTo); }),
       solve && button("replay-edits", t("edits.button"), t("edits.hint"), "", toggleEdits, Boolean(state.more.edits))),
+    curveLegend,
     h("div", { class: "timeline" },
+      curveList,
       h("canvas", { id: "timeline", tabIndex: 0, role: "slider", aria: { label: t("replay.timeline") }, onpointerdown: press, onpointermove: hover, onpointerleave: hover,
         onwheel: (event) => { wheel(event, state.replay); paint(); } }),
       h("div", { id: "timeline-tip", class: "timeline-tip", aria: { hidden: "true" }, hidden: true })),
@@ -225,7 +233,8 @@ function hover(event) {
   if (tip.hidden) return;
   const frame = frameAt(canvas, event, state.replay, true);
   const { values, spans } = wordsAt(state.curves, state.more, frame);
-  tip.replaceChildren(h("strong", {}, `${frameWords(frame, state.replay, timecodeOf(state.replay.take))}  ${frame}`), h("span", {}, values), ...spans.map((words) => h("span", {}, words)));
+  const chosen = valuesAt(frame).map(({ colour, words }) => h("span", { class: "curve-words", style: `--curve: var(${colour})` }, words));
+  tip.replaceChildren(h("strong", {}, `${frameWords(frame, state.replay, timecodeOf(state.replay.take))}  ${frame}`), ...(chosen.length ? chosen : [h("span", {}, values)]), ...spans.map((words) => h("span", {}, words)));
   const box = canvas.getBoundingClientRect();
   tip.style.left = `${Math.min(Math.max(event.clientX - box.left - tip.offsetWidth / 2, 0), Math.max(box.width - tip.offsetWidth, 0))}px`;
 }
@@ -240,10 +249,13 @@ function paint() {
   setText(byId("replay-time"), `${clock(frame / rate)}  ${frame} / ${frames - 1}`);
   setText(byId("replay-unit"), t(`replay.unit.${unit()}`));
   showMarkers(state.replay, goTo);
+  loadCurveData(state.replay, frame);
+  showLegend((curve) => valueWords(curve, frame));
   canvas.setAttribute("aria-valuenow", String(frame));
   canvas.setAttribute("aria-valuemax", String(frames - 1));
   canvas.setAttribute("aria-valuemin", "0");
   drawTimeline(canvas, state.replay, state.curves, state.more, frame);
+  byId("replay-value").hidden = !curveLegend.hidden; // its values stand there
   setText(byId("replay-value"), state.replay.holds ? holdsWords(state.replay.holds) : wordsAt(state.curves, state.more, frame).values);
   const { edits } = state.more;
   if (!byId("replay-edits")) return;
@@ -265,9 +277,12 @@ function show() {
     redraw(byId("replay-bar"), [takeId, solve, ghost, playing, loop, speed, state.solves], build);
     loadCurves();
     useMarkers(takeId);
+    besideIs(Boolean(ghost));
+    if (!solve) showCurveList(false);
     paint();
   } else {
     state.wanted = "";
+    showCurveList(false);
   }
   state.listening(state.replay);
 }
@@ -288,6 +303,7 @@ export function updateReplayTakes(takes) {
 export function solved(takeId, solve) {
   if (!state.replay.open || state.replay.take !== takeId) return;
   state.wanted = ""; // the solve may be a new one of an old name
+  forgetCurveData();
   open(takeId, solve, state.replay.ghost);
   showNote(t("replay.showing", { solve }));
 }
@@ -297,6 +313,8 @@ export function startReplay(listen, compare) {
   state.listening = listen;
   state.comparing = compare;
   startMarkers(paint);
+  startCurveChoice(paint);
+  startCurveData(paint);
   new ResizeObserver(paint).observe(byId("replay"));
   window.addEventListener("language", show);
   requestAnimationFrame(run);

@@ -1,6 +1,8 @@
-// Draws the timeline: ruler, markers, a joint's curves, which cameras were used, standing feet, pops, edits, the range, the playhead.
+// Draws the timeline: ruler, markers, a joint's curves or the graphs of several, which cameras were used, standing feet, pops, edits, the range, the playhead.
 import { prepare } from "../base/canvas.js";
 import { lanesOf, seriesNow, spansNow, tracksOf } from "./curves.js";
+import { curveDataKey } from "./curve_data.js";
+import { drawGraphs, graphs, graphsHeight } from "./graphs.js";
 import { markedFrames, timecodeOf } from "./markers.js";
 import { frameWords, ticks, unit } from "./ruler.js";
 import { t } from "../base/strings.js";
@@ -39,7 +41,7 @@ export const onRuler = (canvas, event) => event.clientY - canvas.getBoundingClie
 
 /** Height that the timeline needs [px]. */
 export function timelineHeight(curves, more) {
-  const tracks = tracksOf(curves).reduce((sum, track) => sum + track.height + GAP, 0);
+  const tracks = graphsHeight() || tracksOf(curves).reduce((sum, track) => sum + track.height + GAP, 0);
   return TOP + 4 + Math.max(tracks + lanesOf(curves, more).length * LANE, 28);
 }
 
@@ -128,7 +130,9 @@ function drawStill(context, width, height, replay, curves, more) {
     context.fillText(text, 8, middle, GUTTER - 16);
   };
   let top = TOP;
-  for (const track of tracksOf(curves)) {
+  const drawn = { x, begin, end: width - MARGIN, colour, wide: begin === GUTTER, within: (draw) => within(context, begin, width, height, draw) };
+  if (graphsHeight()) top = drawGraphs(context, { from, to }, top, drawn);
+  for (const track of graphsHeight() ? [] : tracksOf(curves)) {
     label(track.label, top + track.height / 2);
     within(context, begin, width, height, () => drawTrack(context, track, curves, top, x, colour));
     top += track.height + GAP;
@@ -150,7 +154,7 @@ export function drawTimeline(canvas, replay, curves, more, frame) {
   if (!width) return;
   const { take, solve, frames, first, last } = replay;
   const key = JSON.stringify([width, height, devicePixelRatio, take, solve, frames, first, last, more.serial, document.documentElement.dataset.theme, document.documentElement.lang,
-    shownPart(replay), unit(), markedFrames(replay), timecodeOf(take)]);
+    shownPart(replay), unit(), markedFrames(replay), timecodeOf(take), graphs(), curveDataKey()]);
   if (kept.key !== key) {
     kept.key = key;
     Object.assign(kept.canvas, { width: canvas.width, height: canvas.height });

@@ -1,6 +1,6 @@
 // Help: the guide's topics and the keys in one dialog, with a search over both.
 import { byId, h } from "../base/dom.js";
-import { t } from "../base/strings.js";
+import { plain, t } from "../base/strings.js";
 import { showPanel } from "./panels.js";
 
 /** Topics in the order of the work, each with the title of the panel or the control that it is about. */
@@ -10,9 +10,6 @@ const TOPICS = {
   export: "takes-title", rig: "takes-title", share: "takes-title", outputs: "outputs-title", access: "access-title", undo: "undo",
   quality: "cameras-title",
 };
-
-/** Letters without accents and capitals, as people search. */
-const plain = (text) => text.normalize("NFD").replace(/\p{Diacritic}/gu, "").toLowerCase();
 
 function show(place) {
   byId("help").close();

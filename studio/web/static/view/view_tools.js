@@ -3,6 +3,7 @@ import { changeView } from "../base/api.js";
 import { byId, h, redraw, setText } from "../base/dom.js";
 import { attempt } from "../base/messages.js";
 import { serverText, t } from "../base/strings.js";
+import { bodyChoice, shownBody } from "./body.js";
 import { pointsChoice, startPoints, updatePoints } from "./points.js";
 import { GOING, followOperator, lookFrom, startViewpoint, viewpoint } from "./viewpoint.js";
 
@@ -51,13 +52,13 @@ function updateViewpoint() {
   button.title = t(operator || following ? `${key}_hint` : "view.no_operator");
 }
 
-/** Show what the server says of all browsers' views: layers and trails. */
+/** Show what the server says of all browsers' views: layers and trails; and this browser's body. */
 export function updateView(view) {
   updatePoints(view);
-  redraw(byId("layers"), [view.layers, view.trails, view.points, view.colours], () => [
+  redraw(byId("layers"), [view.layers, view.trails, view.points, view.colours, shownBody()], () => [
     h("legend", {}, t("stage.layers")),
     ...Object.entries(view.layers).flatMap(([name, one]) => [
-      layer(name, one), name === "trails" && one.shown && trails(view.trails), name === "points" && one.shown && pointsChoice(view, change),
+      layer(name, one), name === "character" && one.shown && bodyChoice(() => updateView(view)), name === "trails" && one.shown && trails(view.trails), name === "points" && one.shown && pointsChoice(view, change),
     ]),
   ].filter(Boolean));
 }

@@ -1,4 +1,5 @@
 export default {
+  "mannequin.body": "corps={body} n'est pas permis ; permis : {allowed}",
   "export.no_file": "l'export {id} n'a pas de fichier",
   "export.not_done": "l'export {id} n'est pas encore fini",
   "export.one_take_together": "ensemble : un {format} contient une prise ; permis : {allowed}",

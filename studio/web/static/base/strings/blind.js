@@ -43,6 +43,7 @@ export default {
   "blind.add": ["Add this pair", "Ajouter cette paire"],
   "blind.repeats": ["Pairs shown twice", "Paires montrées deux fois"],
   "blind.closes": ["Closes", "Ferme"],
+  "blind.body": ["Body on both sides", "Corps des deux côtés"],
   "blind.allow_none": ["No preference allowed", "« Sans préférence » permis"],
   "blind.ask_name": ["Ask for a name", "Demander un nom"],
   "blind.supervised": ["A room sees one pair at a time", "Une salle voit une paire à la fois"],

@@ -1,0 +1,22 @@
+export default {
+  "graphs.button": ["Curves", "Courbes"],
+  "graphs.hint": ["Choose curves of several joints, which are drawn over one axis for each unit", "Choisir des courbes de plusieurs articulations, tracées sur un axe par unité"],
+  "graphs.title": ["Curves of joints", "Courbes des articulations"],
+  "graphs.legend": ["Chosen curves, with their values at the playhead", "Courbes choisies, avec leurs valeurs au curseur"],
+  "graphs.search": ["Search joints", "Chercher des articulations"],
+  "graphs.joint": ["Joint", "Articulation"],
+  "graphs.count": ["{n} of {most} curves", "{n} courbes sur {most}"],
+  "graphs.full": ["{most} curves are the most: remove one to add another", "{most} courbes au plus : retirez-en une pour en ajouter une autre"],
+  "graphs.clear": ["Remove all", "Tout retirer"],
+  "graphs.close": ["Close", "Fermer"],
+  "graphs.remove": ["Remove {curve}", "Retirer {curve}"],
+  "graphs.unknown": ["not known", "inconnue"],
+  "channel.position": ["Position", "Position"],
+  "channel.rotation": ["Rotation", "Rotation"],
+  "channel.speed": ["Speed", "Vitesse"],
+  "channel.distance": ["Distance", "Distance"],
+  "channel.position_hint": ["Place on the stage, in the axes of exported files: X to the performer's left in the T-pose, Y up, Z forward", "Place sur le plateau, dans les axes des fichiers exportés : X vers la gauche de l'interprète en T, Y vers le haut, Z vers l'avant"],
+  "channel.rotation_hint": ["Rotation against the parent joint, as Euler angles without jumps, in the order that FBX files have", "Rotation par rapport à l'articulation parente, en angles d'Euler sans sauts, dans l'ordre des fichiers FBX"],
+  "channel.speed_hint": ["How fast the joint moves", "Vitesse de déplacement de l'articulation"],
+  "channel.distance_hint": ["To the same joint of the second figure: a reference or another solve, chosen under Compare", "Jusqu'à la même articulation de la seconde figure : une référence ou un autre calcul, choisi sous Comparer"]
+};
