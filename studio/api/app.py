@@ -11,6 +11,8 @@ from fastapi import FastAPI
 from studio.api.access import Access, AccessGuard, access_router
 from studio.api.add_routes import add_routes
 from studio.api.cameras.add_cameras import add_cameras_router
+from studio.api.cameras.device_routes import devices_router
+from studio.api.cameras.devices import Devices
 from studio.api.cameras.link import HELLO_TIMEOUT_S, link_router
 from studio.api.cameras.local_cameras import LocalCameras
 from studio.api.cameras.recordings import Recordings
@@ -64,8 +66,8 @@ def create_app(
     recordings: Path | None = None,
     hello_timeout_s: float = HELLO_TIMEOUT_S,
 ) -> FastAPI:
-    """Return the app of a stage that the caller starts and closes; `state.outputs` and `state.local_cameras` are
-    closed with it, and every event includes the content of `state.events`.
+    """Return the app of a stage that the caller starts and closes; `state.outputs`, `state.local_cameras` and
+    `state.devices` are closed with it, and every event includes the content of `state.events`.
 
     Args:
         stage: the live stage.
@@ -94,8 +96,13 @@ def create_app(
     add_routes(app, remote_router(access))
     app.state.local_cameras = LocalCameras(stage, access.own_camera_token)
     add_routes(app, add_cameras_router(access, app.state.local_cameras, Recordings(sessions, recordings)))
+    app.state.devices = Devices(stage, access.own_camera_token)
+    add_routes(app, devices_router(app.state.devices))
     add_routes(app, link_router(stage, access, hello_timeout_s=hello_timeout_s))
-    events: dict[str, Callable[[], Any]] = {"local_cameras": app.state.local_cameras.status}
+    events: dict[str, Callable[[], Any]] = {
+        "local_cameras": app.state.local_cameras.status,
+        "devices": app.state.devices.clicked,
+    }
     app.state.events = events
     add_routes(app, events_router(stage, jobs, events))
     presets, thumbnails = Presets(sessions), Thumbnails(stage)

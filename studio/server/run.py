@@ -24,6 +24,7 @@ from starlette.middleware.trustedhost import TrustedHostMiddleware
 from studio import worker
 from studio.api.access import Access
 from studio.api.app import create_app
+from studio.api.cameras.devices import Devices
 from studio.api.cameras.local_cameras import LocalCameras
 from studio.api.takes.find import Finder
 from studio.engine.base.errors import StudioError
@@ -154,7 +155,7 @@ def serve(config: Config, *, demo: bool = False) -> int:
         if demo:
             app.state.local_cameras.start_simulated(url.replace("0.0.0.0", "127.0.0.1"))
         sys.setswitchinterval(SWITCH_S)
-        with _stopped_by_signals(server, app.state.local_cameras):
+        with _stopped_by_signals(server, app.state.local_cameras, app.state.devices):
             print(f"Capture Studio is open on {url} (Ctrl-C stops it)", flush=True)
             if access.required:
                 _say_how_to_sign_in(access, url, config)
@@ -163,6 +164,7 @@ def serve(config: Config, *, demo: bool = False) -> int:
         worker.cool_down()
         if app is not None:
             app.state.local_cameras.close()
+            app.state.devices.close()
         stage.close()
         if app is not None:
             app.state.outputs.close()
@@ -241,7 +243,7 @@ def make_server(
 
 
 @contextmanager
-def _stopped_by_signals(server: Server, cameras: LocalCameras) -> Iterator[None]:
+def _stopped_by_signals(server: Server, *clients: LocalCameras | Devices) -> Iterator[None]:
     """Let the first Ctrl-C or SIGTERM end the server in order, the second at once."""
     if threading.current_thread() is not threading.main_thread():
         yield
@@ -250,7 +252,8 @@ def _stopped_by_signals(server: Server, cameras: LocalCameras) -> Iterator[None]
     def stop(_number: int, _frame: FrameType | None) -> None:
         server.force_exit = server.should_exit
         server.should_exit = True
-        cameras.end()
+        for one in clients:
+            one.end()
 
     old = {number: signal.signal(number, stop) for number in (signal.SIGINT, signal.SIGTERM)}
     try:

@@ -10,7 +10,7 @@ from studio.api.access import Access
 from studio.api.cameras.local_cameras import LocalCameras, LocalCamerasStatus
 from studio.api.cameras.qr import qr_picture
 from studio.api.cameras.recordings import Recordings
-from studio.api.cameras.remote import root_address
+from studio.api.cameras.remote import own_url, root_address
 from studio.api.errors import RESPONSES
 from studio.api.structs import StructRoute
 from studio.engine.base.errors import SettingsError
@@ -74,11 +74,11 @@ def add_cameras_router(access: Access, local: LocalCameras, recordings: Recordin
                 say("camera.simulated_or_recording", "give either simulated=true or a recording")
             )
         if request.recording is None:
-            local.start_simulated(_own_url(http))
+            local.start_simulated(own_url(http))
         else:
             found = recordings.find(request.recording)
             calibration = calibration_of_recording(found.path, found.cameras)
-            local.start(found.sources(), found.id, _own_url(http), calibration)
+            local.start(found.sources(), found.id, own_url(http), calibration)
         return local.status()
 
     @router.delete("/local-cameras")
@@ -110,9 +110,3 @@ def add_cameras_router(access: Access, local: LocalCameras, recordings: Recordin
         return CameraInvitation(server=server, token=token, url=url, qr=picture, local=not access.required)
 
     return router
-
-
-def _own_url(http: Request) -> str:
-    """Return the address at which this server was reached, for programs on its own machine."""
-    host, port = http.scope["server"]
-    return f"{http.url.scheme}://{f'[{host}]' if ':' in host else host}:{port}"

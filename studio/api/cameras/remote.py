@@ -57,6 +57,12 @@ def root_address(request: Request, *, for_others: bool) -> str:
     )
 
 
+def own_url(request: Request) -> str:
+    """Return the address at which this server was reached, for programs on its own machine."""
+    host, port = request.scope["server"]
+    return f"{request.url.scheme}://{f'[{host}]' if ':' in host else host}:{port}"
+
+
 def own_address() -> str:
     """Return this machine's address in its network; may be empty."""
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as asked:

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from studio.camera.sources.config import FoundDevice
 from studio.camera.sources.depth_source import DepthShot, DepthSource
 from studio.camera.sources.pacing import WallClock
 from studio.camera.sources.rig_config import RigCameraConfig
@@ -22,6 +23,7 @@ from studio.simulator.sensor.sensors import find_sensor
 from studio.simulator.sensor.stage import DepthStage, dropped
 
 _SENSOR = "azure-kinect"
+_FOUND = 2
 
 
 @dataclass(frozen=True)
@@ -29,6 +31,14 @@ class SimulatedDepthConfig(RigCameraConfig):
     """A simulated camera of depth images, `simulated-depth:<index>/<count>[:<seed>]`."""
 
     kind = "simulated-depth"
+
+    @classmethod
+    def find(cls) -> list[FoundDevice]:
+        """Return two simulated cameras, which are always there, to try the studio out."""
+        return [
+            FoundDevice(f"{cls.kind}:{k}/{_FOUND}", f"simulated depth camera {k + 1}", f"simulated_{k}")
+            for k in range(_FOUND)
+        ]
 
     def open(self) -> "SimulatedDepthSource":
         return SimulatedDepthSource(self.index, self.count, seed=self.seed)
