@@ -87,6 +87,7 @@ def create_app(
     app.events = (StatusEvent, Sentence)
     jobs = Jobs()
     access = access or Access(sessions, required=False, now_s=time.monotonic)
+    app.state.open_to_others = access.required
     add_error_handlers(app)
     app.add_middleware(BodyGuard)
     app.add_middleware(AccessGuard, access=access)

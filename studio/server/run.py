@@ -23,6 +23,7 @@ from starlette.middleware.trustedhost import TrustedHostMiddleware
 
 from studio import worker
 from studio.api.access import Access
+from studio.api.address import in_url, is_any, own_address
 from studio.api.app import create_app
 from studio.api.cameras.devices import Devices
 from studio.api.cameras.local_cameras import LocalCameras
@@ -151,14 +152,16 @@ def serve(config: Config, *, demo: bool = False) -> int:
             app.add_middleware(TrustedHostMiddleware, allowed_hosts=[*LOOPBACK, "[::1]"])
         server = make_server(app, tls, on_ready=lambda: _prepare_for_work(stage))
         scheme = "http" if tls is None else "https"
-        url = f"{scheme}://{'localhost' if host == '::1' else host}:{listening.getsockname()[1]}"
+        url = f"{scheme}://{'localhost' if host == '::1' else in_url(host)}:{listening.getsockname()[1]}"
         if demo:
-            app.state.local_cameras.start_simulated(url.replace("0.0.0.0", "127.0.0.1"))
+            app.state.local_cameras.start_simulated(
+                url.replace("0.0.0.0", "127.0.0.1").replace("[::]", "[::1]")
+            )
         sys.setswitchinterval(SWITCH_S)
         with _stopped_by_signals(server, app.state.local_cameras, app.state.devices):
             print(f"Capture Studio is open on {url} (Ctrl-C stops it)", flush=True)
             if access.required:
-                _say_how_to_sign_in(access, url, config)
+                _say_how_to_sign_in(access, _url_for_others(url, host), config)
             server.run(sockets=[listening])
     finally:
         worker.cool_down()
@@ -190,6 +193,11 @@ def leave(code: int) -> NoReturn:
     os._exit(code)
 
 
+def _url_for_others(url: str, host: str) -> str:
+    """Return the server's address as other machines reach it: 0.0.0.0 is none that they could open."""
+    return url.replace(in_url(host), in_url(own_address() or "127.0.0.1"), 1) if is_any(host) else url
+
+
 def _say_how_to_sign_in(access: Access, url: str, config: Config) -> None:
     """Print the operator's token and, if no camera was paired yet, a first token for cameras.
 
@@ -209,6 +217,7 @@ def _say_how_to_sign_in(access: Access, url: str, config: Config) -> None:
     else:
         _, token = access.add_camera("made at the first start")
         print(f"cameras: studio camera --source SOURCE --server {url} --token {token}", flush=True)
+    print(f"other machines open it on {url}", flush=True)
     if config.tls_cert is None:
         print(f"warning: {PLAIN_WARNING}", file=sys.stderr, flush=True)
 

@@ -17,7 +17,7 @@ PACKAGE = Path(studio.__file__).parent
 LOOPBACK = {"127.0.0.1", "::1"}
 
 MAY_CONNECT = {
-    "api/cameras/remote.py": "asks the system for this machine's own address; nothing is sent",
+    "api/address.py": "asks the system for this machine's own address; nothing is sent",
     "camera/client/link.py": "a camera's link to the server that its operator named",
     "web/proxy.py": "viser, on the loopback",
     "web/view.py": "a free port on the loopback",

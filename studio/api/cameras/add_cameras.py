@@ -7,10 +7,10 @@ from fastapi import APIRouter, Request
 from pydantic import BaseModel, ConfigDict, Field
 
 from studio.api.access import Access
+from studio.api.address import address_for_others, own_url
 from studio.api.cameras.local_cameras import LocalCameras, LocalCamerasStatus
 from studio.api.cameras.qr import qr_picture
 from studio.api.cameras.recordings import Recordings
-from studio.api.cameras.remote import own_url, root_address
 from studio.api.errors import RESPONSES
 from studio.api.structs import StructRoute
 from studio.engine.base.errors import SettingsError
@@ -103,10 +103,10 @@ def add_cameras_router(access: Access, local: LocalCameras, recordings: Recordin
     @router.post("/cameras/invite", status_code=201)
     def invite(request: InviteRequest, http: Request) -> CameraInvitation:
         """Return the instructions for a camera on another machine; makes a token if the studio requires one."""
-        server = root_address(http, for_others=access.required)
+        server, only_here = address_for_others(http)
         token = access.add_camera(request.label or "added on the page")[1] if access.required else ""
         url = server + CAMERA_PAGE + (f"#{token}" if token else "")
         picture = base64.b64encode(bytes(qr_picture(url).body)).decode("ascii")
-        return CameraInvitation(server=server, token=token, url=url, qr=picture, local=not access.required)
+        return CameraInvitation(server=server, token=token, url=url, qr=picture, local=only_here)
 
     return router

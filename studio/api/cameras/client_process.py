@@ -8,11 +8,12 @@ from collections.abc import Iterable
 from pathlib import Path
 
 from studio.engine.base.errors import StudioError
-from studio.engine.base.sentences import Said, about, say
+from studio.engine.base.sentences import Said, say
 from studio.live import LiveStage
 
 STOP_S = 3.0
 PROBLEM_BYTES = 2000
+_SPEAKER = "studio camera: "
 
 
 class ClientProcess:
@@ -92,9 +93,9 @@ def refuse_taken(stage: LiveStage, names: Iterable[str], others: Iterable[str] =
 
 
 def words_of(line: str) -> str:
-    """Return what a client wrote at last, with its code if it has one."""
-    name, _, text = line.partition(": ")
+    """Return what a client wrote at last, with its code if it has one; without the command's name."""
+    text = line.removeprefix(_SPEAKER)
     try:
-        return about(name, Said.from_json(json.loads(text)))
+        return Said.from_json(json.loads(text))
     except (ValueError, KeyError, TypeError, AttributeError):
-        return line
+        return text

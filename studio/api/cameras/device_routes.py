@@ -6,8 +6,8 @@ from fastapi import APIRouter, Request
 from fastapi.responses import Response
 from pydantic import BaseModel, ConfigDict, Field
 
+from studio.api.address import own_url
 from studio.api.cameras.devices import DeviceList, Devices, DeviceStatus
-from studio.api.cameras.remote import own_url
 from studio.api.errors import RESPONSES
 from studio.api.structs import StructRoute
 

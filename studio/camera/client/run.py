@@ -14,7 +14,6 @@ from pathlib import Path
 from urllib.parse import urlsplit
 
 from studio.camera.client.link import Link, link_url
-from studio.camera.client.parent import end_with_parent
 from studio.camera.client.spool import MAX_BYTES, Spool
 from studio.camera.sources.config import SourceConfig
 from studio.camera.sources.depth_source import DepthSource
@@ -22,6 +21,7 @@ from studio.camera.sources.registry import open_source
 from studio.camera.sources.source import Camera, Source
 from studio.camera.sources.tracked import TrackedSource
 from studio.engine.base.errors import SettingsError
+from studio.worker.parent import end_with_parent
 
 log = logging.getLogger(__name__)
 

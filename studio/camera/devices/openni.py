@@ -13,6 +13,7 @@ from studio.camera.sources.config import DeviceConfig, FoundDevice
 from studio.camera.sources.depth_source import DepthShot, DepthSource, DeviceLostError
 from studio.camera.sources.pacing import WallClock
 from studio.engine.base.errors import NotAvailableError
+from studio.engine.base.sentences import say
 from studio.engine.model.depth import DepthCamera
 
 _KIND = "openni"
@@ -48,7 +49,11 @@ class OpenNIConfig(DeviceConfig):
         except NotAvailableError as error:
             return seen_without_library(_KIND, error)
         return [
-            FoundDevice(f"{_KIND}:{k}", f"OpenNI camera {k + 1}", camera_name(_KIND, str(k)))
+            FoundDevice(
+                f"{_KIND}:{k}",
+                say("device.openni", "OpenNI camera {number}", number=k + 1),
+                camera_name(_KIND, str(k)),
+            )
             for k in range(len(uris))
         ]
 

@@ -17,11 +17,11 @@ from typing import Any, TextIO
 
 from PIL import Image
 
-from studio.camera.client.parent import end_with_parent
 from studio.camera.sources.registry import SOURCES, parse_source
 from studio.engine.base.errors import StudioError
 from studio.engine.base.sentences import Said
 from studio.engine.base.system import lower_priority
+from studio.worker.parent import end_with_parent
 
 _NICENESS = 10
 _WIDTH = 480
@@ -34,7 +34,7 @@ def look(kind: str) -> dict[str, Any]:
         found = SOURCES[kind].config().find()
     except Exception as error:  # a device's library raises anything; the other kinds answer all the same
         return {"kind": kind, "devices": [], "problem": told(error)}
-    devices = [{**asdict(one), "needs": _plain(one.needs)} for one in found]
+    devices = [{**asdict(one), "device": _plain(one.device), "needs": _plain(one.needs)} for one in found]
     return {"kind": kind, "devices": devices, "problem": ""}
 
 

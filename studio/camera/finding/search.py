@@ -118,7 +118,7 @@ def picture_by(process: ShortProcess) -> bytes:
 
 def _found(line: dict[str, Any]) -> FoundKind:
     devices = [FoundDevice(**one) for one in line["devices"]]
-    devices = [replace(one, needs=_heard(one.needs)) for one in devices]
+    devices = [replace(one, device=_heard(one.device), needs=_heard(one.needs)) for one in devices]
     return FoundKind(line["kind"], tuple(devices), _heard(line["problem"]))
 
 

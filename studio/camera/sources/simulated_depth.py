@@ -15,6 +15,7 @@ from studio.camera.sources.depth_source import DepthShot, DepthSource
 from studio.camera.sources.pacing import WallClock
 from studio.camera.sources.rig_config import RigCameraConfig
 from studio.engine.animation.motion.authored import stage_motion
+from studio.engine.base.sentences import say
 from studio.simulator.body.performers import DEFAULT
 from studio.simulator.clock import jitter_s, random_clock
 from studio.simulator.performer.motion import perform
@@ -35,13 +36,14 @@ class SimulatedDepthConfig(RigCameraConfig):
     @classmethod
     def find(cls) -> list[FoundDevice]:
         """Return two simulated cameras, which are always there, to try the studio out."""
-        return [
-            FoundDevice(f"{cls.kind}:{k}/{_FOUND}", f"simulated depth camera {k + 1}", f"simulated_{k}")
-            for k in range(_FOUND)
-        ]
+        return [FoundDevice(f"{cls.kind}:{k}/{_FOUND}", _named(k), f"simulated_{k}") for k in range(_FOUND)]
 
     def open(self) -> "SimulatedDepthSource":
         return SimulatedDepthSource(self.index, self.count, seed=self.seed)
+
+
+def _named(index: int) -> str:
+    return say("device.simulated_depth", "simulated depth camera {number}", number=index + 1)
 
 
 class SimulatedDepthSource(DepthSource):

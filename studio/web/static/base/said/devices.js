@@ -1,4 +1,6 @@
 export default {
+  "device.simulated_depth": "caméra de profondeur simulée {number}",
+  "device.openni": "caméra OpenNI {number}",
   "device.none": "il n'y a pas d'appareil {id}",
   "device.name": "le nom de caméra « {name} » n'est pas permis ; permis : 1 à 63 lettres, chiffres, `_`, `.`, `-`, en commençant par une lettre ou un chiffre",
   "device.in_use": "la caméra « {name} » utilise cet appareil ; arrêtez-la d'abord",
