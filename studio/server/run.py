@@ -37,6 +37,7 @@ from studio.wire import MAX_MESSAGE_BYTES
 
 LOOPBACK = ("127.0.0.1", "localhost", "::1")
 GRACE_S = 3
+_DISCOVER = {"auto": None, "on": True, "off": False}
 SWITCH_S = 0.001
 """Time slice of a thread in the interpreter; it is short, so that the engine thread does not delay the link."""
 
@@ -146,7 +147,9 @@ def serve(config: Config, *, demo: bool = False) -> int:
             operator_token=operator_token,
             camera_token=camera_token,
         )
-        app = create_app(stage, sessions, access=access, recordings=config.recordings)
+        app = create_app(
+            stage, sessions, access=access, recordings=config.recordings, discover=_DISCOVER[config.discover]
+        )
         view = mount(app, stage, sessions=sessions, takes=Finder(stage, sessions))
         if host in LOOPBACK:  # refuses a page that maps its own host name to 127.0.0.1
             app.add_middleware(TrustedHostMiddleware, allowed_hosts=[*LOOPBACK, "[::1]"])
@@ -168,6 +171,7 @@ def serve(config: Config, *, demo: bool = False) -> int:
         if app is not None:
             app.state.local_cameras.close()
             app.state.devices.close()
+            app.state.announced.close()
         stage.close()
         if app is not None:
             app.state.outputs.close()

@@ -6,7 +6,8 @@ from fastapi import APIRouter, Request
 from fastapi.responses import Response
 from pydantic import BaseModel, ConfigDict, Field
 
-from studio.api.address import own_url
+from studio.api.address import address_for_others, own_url
+from studio.api.cameras.announced import Announced, AnnouncedList
 from studio.api.cameras.devices import DeviceList, Devices, DeviceStatus
 from studio.api.errors import RESPONSES
 from studio.api.structs import StructRoute
@@ -22,8 +23,16 @@ class ConnectRequest(BaseModel):
     name: str = Field("", max_length=63, description="empty: the one in the list")
 
 
-def devices_router(devices: Devices) -> APIRouter:
-    """Return the routes; a device is named by its id in the list, never by a source."""
+class CallRequest(BaseModel):
+    """The code that a waiting client shows."""
+
+    model_config = ConfigDict(extra="forbid")
+
+    code: str = Field(min_length=1, max_length=40)
+
+
+def devices_router(devices: Devices, announced: Announced) -> APIRouter:
+    """Return the routes; devices and cameras are named by their ids in the lists, never by a source or an address."""
     router = APIRouter(
         prefix="/api/v1/devices", tags=["cameras"], responses=RESPONSES, route_class=StructRoute
     )
@@ -36,6 +45,7 @@ def devices_router(devices: Devices) -> APIRouter:
     @router.post("/search", status_code=202)
     def search() -> DeviceList:
         """Begin to look for devices, without opening any; `GET` says what was found so far."""
+        announced.listen()
         return devices.search()
 
     @router.post("/{device}/picture")
@@ -59,5 +69,22 @@ def devices_router(devices: Devices) -> APIRouter:
     def disconnect(device: str) -> DeviceStatus:
         """Stop a device's client."""
         return devices.disconnect(device)
+
+    @router.get("/announced")
+    def get_announced() -> AnnouncedList:
+        """The camera clients on other machines that wait for a studio, and those that were connected by a click."""
+        return announced.status()
+
+    @router.post("/announced/{camera}/connect", status_code=201)
+    def call(camera: str, request: CallRequest, http: Request) -> AnnouncedList:
+        """Have a waiting client come, by the code that its terminal shows; it gets a token of its own."""
+        announced.call(camera, request.code, address_for_others(http).url)
+        return announced.status()
+
+    @router.post("/announced/{camera}/disconnect")
+    def let_go(camera: str) -> AnnouncedList:
+        """Let a client go that was connected by a click; it waits again, with another code."""
+        announced.let_go(camera)
+        return announced.status()
 
     return router

@@ -85,6 +85,7 @@ class Link:
         token: the studio's token for cameras.
         spool: keeps frames of recordings until they are on the server's disk; None: they are not kept.
         drop_unknown: delete kept frames of takes that the server lacks.
+        until_let_go: end once the server no longer accepts the token.
 
     Attributes:
         frames_sent: number of frames sent when they came.
@@ -101,6 +102,7 @@ class Link:
         token: str = "",
         spool: Spool | None = None,
         drop_unknown: bool = False,
+        until_let_go: bool = False,
     ) -> None:
         self.url = link_url(server)
         self.name = source.name if name is None else name
@@ -109,6 +111,7 @@ class Link:
                 f"camera name {self.name!r} is not allowed; allowed: 1 to 63 letters, digits, `_`, `.`, `-`"
             )
         self._source = source
+        self._until_let_go = until_let_go
         self._hello = wire.Hello(
             protocol_version=wire.PROTOCOL_VERSION,
             name=self.name,
@@ -136,7 +139,7 @@ class Link:
         """Send the source's frames until it ends, reconnecting without limit.
 
         Raises:
-            RefusedError: the server refuses this camera at the first connection.
+            RefusedError: the server refuses this camera at the first connection, or has let it go.
             StudioError: the source fails.
         """
         producer = asyncio.create_task(self._produce())
@@ -189,7 +192,8 @@ class Link:
                 return
             except RefusedError as error:
                 taken = error.refusal == "name_taken" and time.monotonic() < refused_until
-                if self.connections == 0 and not taken:
+                let_go = self._until_let_go and error.refusal == "token"
+                if let_go or (self.connections == 0 and not taken):
                     raise
                 reason = str(error)  # the server has not yet noticed the end of the last link
             except (OSError, TimeoutError, WebSocketException, FormatError) as error:

@@ -46,6 +46,7 @@ def run_camera(
     preview: bool = False,
     preview_port: int | None = None,
     drop_unknown: bool = False,
+    until_let_go: bool = False,
 ) -> int:
     """Send a source's frames to a server until Ctrl-C, SIGTERM or the source's end; return the exit code 0.
 
@@ -64,6 +65,7 @@ def run_camera(
         preview: draw the camera's image as text in the terminal.
         preview_port: show it as a page on this port of this machine; 0 = a free one.
         drop_unknown: delete kept frames of takes that the server lacks.
+        until_let_go: end once the server no longer accepts the token, instead of trying again.
 
     Raises:
         StudioError: a source, server or name that cannot be used, or a server that refuses the camera.
@@ -83,7 +85,15 @@ def run_camera(
     with contextlib.suppress(asyncio.CancelledError, KeyboardInterrupt):
         kept = Spool(folder, max_bytes=spool_bytes)
         try:
-            link = Link(opened, server, name=name, token=token, spool=kept, drop_unknown=drop_unknown)
+            link = Link(
+                opened,
+                server,
+                name=name,
+                token=token,
+                spool=kept,
+                drop_unknown=drop_unknown,
+                until_let_go=until_let_go,
+            )
             asyncio.run(_run(opened, link, end, shown))
         finally:
             kept.close()
