@@ -2,6 +2,7 @@
 // another machine, by a command or a QR code.
 import { getRecordings, inviteCamera, openLocalCameras } from "../base/api.js";
 import { commandFor } from "./camera_command.js";
+import { announcedPart } from "./announced.js";
 import { devicesPart, showDevices } from "./devices.js";
 import { byId, h } from "../base/dom.js";
 import { attempt, showNote } from "../base/messages.js";
@@ -54,6 +55,7 @@ export async function showAddCamera() {
   dialog.replaceChildren(
     h("h2", {}, t("cameras.add")),
     devicesPart(),
+    announcedPart(),
     h("div", { class: "add-camera" },
       part(t("cameras.elsewhere"), elsewhere(invitation)),
       h("div", { class: "stack" },

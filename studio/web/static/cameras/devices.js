@@ -4,15 +4,15 @@ import { byId, h, redraw } from "../base/dom.js";
 import { attempt } from "../base/messages.js";
 import { said } from "../base/said.js";
 import { t } from "../base/strings.js";
-import { SOURCES } from "./camera_command.js";
+import { showAnnounced } from "./announced.js";
+import { labelOf } from "./camera_command.js";
 
-const LOOK_MS = 500;
+const LOOK_MS = 500, REST_MS = 2000; // while something is about to change, and else: cameras on the network come and go
 const SIMULATED = "simulated";
 const state = { list: null, clicked: "", cameras: {}, recording: false, asked: new Set(), taking: "", dialog: null, timer: 0 };
 
 const isSimulated = ({ kind }) => kind.startsWith(SIMULATED);
 const nameOf = ({ device }) => said(device);
-const labelOf = (kind) => SOURCES.find(([source]) => source === kind)?.[1] ?? kind;
 const canOpen = ({ state: now }) => now === "free" || now === "ended";
 
 /** Take in what the server says four times a second: the devices that a click has connected, and the cameras. */
@@ -42,6 +42,7 @@ async function look() {
   clearTimeout(state.timer);
   state.list = (await getDevices().catch(() => null)) ?? state.list; // a server that is away is told by the page
   draw();
+  await showAnnounced();
   follow();
 }
 
@@ -49,7 +50,8 @@ async function look() {
 function follow() {
   clearTimeout(state.timer);
   if (!state.dialog.open || !state.list) return;
-  if (state.list.searching || state.list.devices.some((one) => one.state === "starting")) state.timer = setTimeout(look, LOOK_MS);
+  const busy = state.list.searching || state.list.devices.some((one) => one.state === "starting");
+  state.timer = setTimeout(look, busy ? LOOK_MS : REST_MS);
   nextPicture();
 }
 
