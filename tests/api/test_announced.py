@@ -1,5 +1,5 @@
-"""Cameras that wait on the network, with real announcements (mDNS) and real clients: listed, called by their code, let
-go; what strangers announce or answer."""
+"""Cameras that wait on the network, with real announcements (mDNS) and real clients: listed, called by their code,
+let go; what strangers announce or answer."""
 
 import socket
 import subprocess
@@ -264,7 +264,9 @@ def test_what_a_pairing_proves() -> None:
     assert len(code) == 14 and new_code() != code
 
 
-@pytest.mark.parametrize("line", [b"", b"{}", b"[]\n", b"{\n", b"\xff\n", b'{"a": "' + b"x" * 3000 + b'"}\n'])
+@pytest.mark.parametrize(
+    "line", [b"", b"{}", b"[]\n", b"{\n", b"\xff\n", b"[" * 1990 + b"\n", b'{"a": "' + b"x" * 3000 + b'"}\n']
+)
 def test_lines_that_are_none(line: bytes) -> None:
     with pytest.raises(FormatError):
         read_line(line)

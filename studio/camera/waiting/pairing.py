@@ -88,7 +88,7 @@ def read_line(line: bytes) -> dict[str, Any]:
     """
     try:
         value = json.loads(line) if line.endswith(b"\n") and len(line) <= MAX_LINE else None
-    except ValueError:
+    except (ValueError, RecursionError):
         value = None
     if not isinstance(value, dict):
         raise FormatError("no message of a waiting camera client")
