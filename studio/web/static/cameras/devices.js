@@ -135,14 +135,15 @@ function about(device) {
 
 function acting(device) {
   const { id } = device, words = { device: nameOf(device) };
-  const button = (key, onclick, more = {}) => h("button", { type: "button", onclick, aria: { label: t(`${key}_label`, words) }, ...more }, t(key));
-  if (device.state === "starting" || device.state === "connected") return button("devices.disconnect", () => act(() => disconnectDevice(id)), { id: `act-${id}` });
+  if (device.state === "starting" || device.state === "connected") {
+    return h("button", { id: `act-${id}`, type: "button", aria: { label: t("devices.disconnect_label", words) }, onclick: () => act(() => disconnectDevice(id)) }, t("devices.disconnect"));
+  }
   if (!canOpen(device)) return [];
   const name = h("input", { id: `name-${id}`, type: "text", maxLength: 63, value: device.name, required: true, spellcheck: false, aria: { label: t("devices.name", words) } });
   const connect = (event) => { event.preventDefault(); act(() => connectDevice(id, name.value.trim())); };
   return h("form", { onsubmit: connect }, name,
     h("button", { id: `act-${id}`, class: "primary", type: "submit", aria: { label: t("devices.connect_label", words) } }, t("devices.connect")),
-    button("devices.again", () => pictureAgain(id), { class: "small" }));
+    h("button", { class: "small", type: "button", aria: { label: t("devices.again_label", words) }, onclick: () => pictureAgain(id) }, t("devices.again")));
 }
 
 /** The part of the dialog with the devices that are plugged in. */
