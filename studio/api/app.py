@@ -106,7 +106,7 @@ def create_app(
     add_routes(app, link_router(stage, access, hello_timeout_s=hello_timeout_s))
     events: dict[str, Callable[[], Any]] = {
         "local_cameras": app.state.local_cameras.status,
-        "devices": app.state.devices.clicked,
+        "devices": lambda: [*app.state.devices.clicked(), *app.state.announced.clicked()],
     }
     app.state.events = events
     add_routes(app, events_router(stage, jobs, events))

@@ -112,6 +112,8 @@ def test_a_waiting_camera_comes_by_its_code_and_waits_again_once_it_is_let_go(
         assert page.post(camera["id"], "connect", code=code.lower().replace("-", " ")).status_code == 201
         page.wait("far", "connected")
         assert page.joined("far")
+        with patient.connect(str(page.http.base_url).replace("http", "ws") + "events") as events:
+            assert f'"id":"{camera["id"]}","camera":"far","state":"connected"' in events.recv()
         assert page.post(camera["id"], "connect", code=code).status_code == 201, (
             "a second click changes nothing"
         )

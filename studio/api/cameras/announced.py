@@ -17,6 +17,7 @@ from zeroconf import IPVersion, ServiceBrowser, ServiceListener, Zeroconf
 from studio import wire
 from studio.api.access import Access
 from studio.api.cameras.client_process import refuse_taken
+from studio.api.cameras.devices import ConnectedDevice
 from studio.api.errors import NotFoundError
 from studio.camera.waiting.pairing import (
     MAX_LINE,
@@ -152,6 +153,13 @@ class Announced(ServiceListener):
                 if one.id not in known
             ]
             return AnnouncedList(self._on, self._problem, sorted(here, key=lambda one: (one.name, one.id)))
+
+    def clicked(self) -> list[ConnectedDevice]:
+        """Return the clients that were called."""
+        with self._lock:
+            called = {one.waiting.id for one in self._called.values()}
+            here = [one for one in self.status().cameras if one.id in called]
+        return [ConnectedDevice(one.id, one.name, one.state, "", network=True) for one in here]
 
     @staticmethod
     def _status(one: _Waiting, connected: set[str]) -> AnnouncedCamera:

@@ -65,12 +65,16 @@ class DeviceList(Struct):
 
 
 class ConnectedDevice(Struct):
-    """A device that a click has connected, for the events; see `DeviceStatus`."""
+    """A device that a click has connected, for the events; see `DeviceStatus`.
+
+    `network`: it is a client that waited on the network, see `AnnouncedCamera`.
+    """
 
     id: str
     camera: str
     state: State
     problem: str
+    network: bool = False
 
 
 @dataclass

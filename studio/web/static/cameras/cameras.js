@@ -1,7 +1,7 @@
 // The cameras panel: name, colour, frame rate, latency and health in words.
 import { showAddCamera, startSimulated } from "./add_camera.js";
 import { addressForOthers, onlyHere } from "../base/address.js";
-import { chooseReference, disconnectDevice, stopLocalCameras } from "../base/api.js";
+import { chooseReference, disconnectDevice, letCameraGo, stopLocalCameras } from "../base/api.js";
 import { commandBox, commandOf } from "./camera_command.js";
 import { byId, h, redraw, setText } from "../base/dom.js";
 import { toneOf } from "../base/fresh.js";
@@ -71,7 +71,7 @@ function row(name, camera, colour, device) {
     camera.reason && h("p", { class: "words" }, said(camera.reason)),
     camera.connected && camera.previews > 0 && h("img", { class: "preview", src: preview(name, camera), alt: t("camera.sees", { name }) }),
     device && h("button", { class: "small disconnect operate", id: `disconnect-${device.id}`, type: "button", aria: { label: t("devices.disconnect_label", { device: name }) },
-      onclick: () => attempt(() => disconnectDevice(device.id)) }, t("devices.disconnect")));
+      onclick: () => attempt(() => (device.network ? letCameraGo : disconnectDevice)(device.id)) }, t("devices.disconnect")));
 }
 
 /** A choice of the camera whose clock is the stage clock; apart from the list, which is drawn anew all the time. */

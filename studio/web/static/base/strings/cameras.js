@@ -59,7 +59,7 @@ export default {
   "announced.only_here": ["This studio answers on its own machine only, and lists only what waits there.", "Ce studio ne répond que sur sa propre machine et ne liste que ce qui y attend."],
   "announced.code": ["Code that {name} shows", "Code que montre {name}"],
   "announced.state.free": ["Waits for a studio", "Attend un studio"],
-  "announced.state.starting": ["Was called, is coming…", "Appelée, elle arrive…"],
+  "announced.state.starting": ["Was called; not connected now", "Appelée ; pas connectée en ce moment"],
   "announced.state.connected": ["Connected", "Connectée"],
   "camera.rate": ["Rate", "Cadence"],
   "camera.rate_hint": ["Frames a second", "Images par seconde"],
