@@ -66,6 +66,7 @@ def create_app(
     access: Access | None = None,
     recordings: Path | None = None,
     discover: bool | None = None,
+    certificate: Path | None = None,
     hello_timeout_s: float = HELLO_TIMEOUT_S,
 ) -> FastAPI:
     """Return the app of a stage that the caller starts and closes; `state.outputs`, `state.local_cameras`,
@@ -77,6 +78,7 @@ def create_app(
         access: access control; None = nobody needs to sign in.
         recordings: folder whose recordings may be played as cameras, beside the takes.
         discover: listen to cameras that announce themselves; None = where nobody needs to sign in.
+        certificate: of the server itself, with which its own clients know it; None = it has none.
         hello_timeout_s: time without a message after which a camera link is refused.
     """
     app = StructApi(
@@ -98,9 +100,9 @@ def create_app(
     app.add_middleware(PlainAnswers)  # the last one added runs first
     add_routes(app, access_router(access))
     add_routes(app, remote_router(access))
-    app.state.local_cameras = LocalCameras(stage, access.own_camera_token)
+    app.state.local_cameras = LocalCameras(stage, access.own_camera_token, certificate)
     add_routes(app, add_cameras_router(access, app.state.local_cameras, Recordings(sessions, recordings)))
-    app.state.devices = Devices(stage, access.own_camera_token)
+    app.state.devices = Devices(stage, access.own_camera_token, certificate)
     app.state.announced = Announced(stage, access, on=not access.required if discover is None else discover)
     add_routes(app, devices_router(app.state.devices, app.state.announced))
     add_routes(app, link_router(stage, access, hello_timeout_s=hello_timeout_s))

@@ -55,6 +55,12 @@ def add_parser(subparsers: Any) -> None:
         help="file with that token (default: STUDIO_CAMERA_TOKEN_FILE of the environment)",
     )
     parser.add_argument(
+        "--certificate",
+        metavar="FILE",
+        type=Path,
+        help="the studio's certificate (PEM), if this machine does not trust it, as one that signed itself",
+    )
+    parser.add_argument(
         "--spool",
         metavar="DIR",
         type=Path,
@@ -122,6 +128,7 @@ def run(args: argparse.Namespace) -> int:
         "preview": args.preview,
         "preview_port": args.preview_port,
         "drop_unknown": args.drop_unknown,
+        "certificate": args.certificate,
     }
     if args.wait is not None:
         if args.server is not None or args.token is not None or args.token_file is not None:

@@ -148,7 +148,12 @@ def serve(config: Config, *, demo: bool = False) -> int:
             camera_token=camera_token,
         )
         app = create_app(
-            stage, sessions, access=access, recordings=config.recordings, discover=_DISCOVER[config.discover]
+            stage,
+            sessions,
+            access=access,
+            recordings=config.recordings,
+            discover=_DISCOVER[config.discover],
+            certificate=config.tls_cert,
         )
         view = mount(app, stage, sessions=sessions, takes=Finder(stage, sessions))
         if host in LOOPBACK:  # refuses a page that maps its own host name to 127.0.0.1

@@ -25,13 +25,18 @@ class ClientProcess:
         url: the server's, as programs on its own machine reach it.
         token: for cameras, if the studio requires one.
         folder: of spools and of what clients say.
+        certificate: the server's own, if it has one.
     """
 
-    def __init__(self, name: str, source: str, *, url: str, token: str, folder: Path) -> None:
+    def __init__(
+        self, name: str, source: str, *, url: str, token: str, folder: Path, certificate: Path | None
+    ) -> None:
         folder.mkdir(parents=True, exist_ok=True)
         self._log = folder / f"{name}.log"
         command = [sys.executable, "-P", "-m", "studio", "camera", "--source", source]
         command += ["--server", url, "--name", name, "--parent", str(os.getpid())]
+        if certificate is not None:
+            command += ["--certificate", str(certificate)]
         with self._log.open("wb") as words:
             self._process = subprocess.Popen(
                 [*command, "--spool", str(folder / name)],

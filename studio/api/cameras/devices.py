@@ -8,6 +8,7 @@ import hashlib
 import logging
 import threading
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Literal
 
 from msgspec import Struct
@@ -96,10 +97,10 @@ class _Device:
 class Devices:
     """The devices of this machine; methods may be called from any thread, and only `take_picture` waits."""
 
-    def __init__(self, stage: LiveStage, token: str) -> None:
-        """`token`: the clients' token, if the studio requires one."""
+    def __init__(self, stage: LiveStage, token: str, certificate: Path | None = None) -> None:
+        """`token`: the clients', if the studio requires one; `certificate`: the server's own, if it has one."""
         self._stage, self._token = stage, token
-        self._spool = stage.sessions / ".spool"
+        self._spool, self._certificate = stage.sessions / ".spool", certificate
         self._lock = threading.RLock()
         self._devices: dict[str, _Device] = {}
         self._unknown: dict[str, str] = {}
@@ -230,7 +231,12 @@ class Devices:
                 device.taking.end()
             device.camera, device.problem, device.picture_problem = name, "", ""
             device.client = ClientProcess(
-                name, device.found.source, url=url, token=self._token, folder=self._spool
+                name,
+                device.found.source,
+                url=url,
+                token=self._token,
+                folder=self._spool,
+                certificate=self._certificate,
             )
             return self._status(device, {})
 

@@ -6,6 +6,7 @@ Each is a separate process, like a client on another machine; one that ends is s
 import logging
 import threading
 from dataclasses import dataclass
+from pathlib import Path
 
 from msgspec import Struct
 
@@ -48,11 +49,11 @@ class _Client:
 class LocalCameras:
     """Starts the clients, restarts them when they end, and stops them. Methods may be called from any thread."""
 
-    def __init__(self, stage: LiveStage, token: str) -> None:
-        """`token`: the clients' token, if the studio requires one."""
+    def __init__(self, stage: LiveStage, token: str, certificate: Path | None = None) -> None:
+        """`token`: the clients', if the studio requires one; `certificate`: the server's own, if it has one."""
         self._stage = stage
         self._token = token
-        self._spool = stage.sessions / ".spool"
+        self._spool, self._certificate = stage.sessions / ".spool", certificate
         self._lock = threading.RLock()
         self._clients: dict[str, _Client] = {}
         self._opened: str | None = None
@@ -153,6 +154,11 @@ class LocalCameras:
             client.problem = client.process.last_words()
             _log.warning("%s ended with code %s and is started again", name, client.process.code)
         client.process = ClientProcess(
-            name, client.source, url=self._url, token=self._token, folder=self._spool
+            name,
+            client.source,
+            url=self._url,
+            token=self._token,
+            folder=self._spool,
+            certificate=self._certificate,
         )
         return ended

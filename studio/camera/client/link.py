@@ -9,6 +9,7 @@ import logging
 import time
 import uuid
 from collections.abc import Mapping
+from pathlib import Path
 from urllib.parse import urlsplit
 
 from websockets.asyncio.client import ClientConnection, connect
@@ -19,6 +20,7 @@ from studio.camera.client.frame_queue import FrameQueue
 from studio.camera.client.keeper import Keeper
 from studio.camera.client.machine import machine_id, usb_controller
 from studio.camera.client.spool import Spool
+from studio.camera.client.trust import trusting
 from studio.camera.client.workload import Workload
 from studio.camera.sources.source import Source, SourceFrame
 from studio.engine.base.errors import FormatError, SettingsError, StudioError
@@ -86,6 +88,7 @@ class Link:
         spool: keeps frames of recordings until they are on the server's disk; None: they are not kept.
         drop_unknown: delete kept frames of takes that the server lacks.
         until_let_go: end once the server no longer accepts the token.
+        certificate: the server's own, if the system does not trust it; see `trusting`.
 
     Attributes:
         frames_sent: number of frames sent when they came.
@@ -103,6 +106,7 @@ class Link:
         spool: Spool | None = None,
         drop_unknown: bool = False,
         until_let_go: bool = False,
+        certificate: Path | None = None,
     ) -> None:
         self.url = link_url(server)
         self.name = source.name if name is None else name
@@ -112,6 +116,8 @@ class Link:
             )
         self._source = source
         self._until_let_go = until_let_go
+        known = certificate is not None and self.url.startswith("wss:")
+        self._tls = {"ssl": trusting(certificate)} if known else {}
         self._hello = wire.Hello(
             protocol_version=wire.PROTOCOL_VERSION,
             name=self.name,
@@ -187,6 +193,7 @@ class Link:
                     ping_interval=5.0,
                     ping_timeout=10.0,
                     proxy=None,
+                    **self._tls,
                 ) as socket:
                     await self._session(socket)
                 return

@@ -47,6 +47,7 @@ def run_camera(
     preview_port: int | None = None,
     drop_unknown: bool = False,
     until_let_go: bool = False,
+    certificate: Path | None = None,
 ) -> int:
     """Send a source's frames to a server until Ctrl-C, SIGTERM or the source's end; return the exit code 0.
 
@@ -66,6 +67,7 @@ def run_camera(
         preview_port: show it as a page on this port of this machine; 0 = a free one.
         drop_unknown: delete kept frames of takes that the server lacks.
         until_let_go: end once the server no longer accepts the token, instead of trying again.
+        certificate: PEM file of the server's own certificate, if the system does not trust it.
 
     Raises:
         StudioError: a source, server or name that cannot be used, or a server that refuses the camera.
@@ -93,6 +95,7 @@ def run_camera(
                 spool=kept,
                 drop_unknown=drop_unknown,
                 until_let_go=until_let_go,
+                certificate=certificate,
             )
             asyncio.run(_run(opened, link, end, shown))
         finally:
