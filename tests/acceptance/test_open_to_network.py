@@ -1,6 +1,5 @@
 """The real program opened to the network: an operator signs in with a browser, a camera pairs, all encrypted."""
 
-import os
 import re
 import shutil
 import signal
@@ -104,8 +103,8 @@ def test_encrypted(tmp_path):
                 sys.executable, "-m", "studio", "camera", "--source", "simulated:0/1", "--server", url,
                 "--token", token, "--spool", str(tmp_path / "spool"),
             ]  # fmt: skip
-            trusting = {**os.environ, "SSL_CERT_FILE": str(certificate)}
-            with subprocess.Popen(command, stdout=subprocess.DEVNULL, env=trusting) as camera:
+            command += ["--certificate", str(certificate)]
+            with subprocess.Popen(command, stdout=subprocess.DEVNULL) as camera:
                 try:
                     cameras = {}
                     while not any(c["frames"] > 5 for c in cameras.values()):
@@ -113,6 +112,11 @@ def test_encrypted(tmp_path):
                         cameras = client.get("status").json()["cameras"]
                 finally:
                     camera.terminate()
+            client.post(
+                "local-cameras", json={"simulated": True}
+            ).raise_for_status()  # clients of the server itself
+            while "camera_1" not in cameras or not cameras["camera_1"]["frames"]:
+                cameras = client.get("status").json()["cameras"]
 
 
 @pytest.mark.parametrize(

@@ -10,6 +10,7 @@ import time
 import uuid
 from collections.abc import Mapping
 from pathlib import Path
+from typing import Any
 from urllib.parse import urlsplit
 
 from websockets.asyncio.client import ClientConnection, connect
@@ -117,7 +118,7 @@ class Link:
         self._source = source
         self._until_let_go = until_let_go
         known = certificate is not None and self.url.startswith("wss:")
-        self._tls = {"ssl": trusting(certificate)} if known else {}
+        self._tls: dict[str, Any] = {"ssl": trusting(certificate)} if known else {}
         self._hello = wire.Hello(
             protocol_version=wire.PROTOCOL_VERSION,
             name=self.name,

@@ -6,6 +6,7 @@ export default {
   "announced.no_answer": "la caméra « {name} » à {address} ne répond pas ({error}) ; relancez-la",
   "announced.no_mdns": "les annonces du réseau ne peuvent être entendues : {error} ; lancez ces caméras par la commande",
   "announced.wrong_code": "ce n'est pas le code de la caméra « {name} » ; tapez celui que montre son terminal maintenant",
+  "camera.certificate": "{path} n'a pas de certificat ({error}) ; donnez celui du studio comme fichier PEM",
   "camera.let_go": "le studio a libéré la caméra",
   "waiting.host": "impossible d'attendre sur {host} : {error} ; donnez une adresse de cette machine, ou 0.0.0.0 pour toutes",
   "waiting.name": "une caméra qui attend a besoin d'un nom sous lequel le studio la liste ; donnez --name, comme --name left",
