@@ -117,8 +117,8 @@ class Link:
             )
         self._source = source
         self._until_let_go = until_let_go
-        known = certificate is not None and self.url.startswith("wss:")
-        self._tls: dict[str, Any] = {"ssl": trusting(certificate)} if known else {}
+        tls = None if certificate is None or not self.url.startswith("wss:") else trusting(certificate)
+        self._tls: dict[str, Any] = {} if tls is None else {"ssl": tls}
         self._hello = wire.Hello(
             protocol_version=wire.PROTOCOL_VERSION,
             name=self.name,
