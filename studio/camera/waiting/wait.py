@@ -37,14 +37,14 @@ _log = logging.getLogger(__name__)
 
 
 @dataclass(frozen=True)
-class Call:
+class StudioCall:
     """A studio's call: its address, and the token for its link."""
 
     server: str
     token: str
 
 
-def wait_for_call(name: str, kind: str, host: str, show: Callable[[str], None]) -> Call | None:
+def wait_for_call(name: str, kind: str, host: str, show: Callable[[str], None]) -> StudioCall | None:
     """Announce a camera and wait for a studio's call; return None where the client is stopped.
 
     Args:
@@ -63,7 +63,7 @@ def wait_for_call(name: str, kind: str, host: str, show: Callable[[str], None]) 
         return None
 
 
-async def _wait(name: str, kind: str, host: str, show: Callable[[str], None]) -> Call:
+async def _wait(name: str, kind: str, host: str, show: Callable[[str], None]) -> StudioCall:
     task, loop = asyncio.current_task(), asyncio.get_running_loop()
     assert task is not None
     with contextlib.suppress(NotImplementedError, ValueError):  # Windows; a thread, which hears no signal
@@ -98,7 +98,7 @@ async def _wait(name: str, kind: str, host: str, show: Callable[[str], None]) ->
         return await called
 
 
-async def _talk(reader: asyncio.StreamReader, writer: asyncio.StreamWriter, code: str) -> Call | None:
+async def _talk(reader: asyncio.StreamReader, writer: asyncio.StreamWriter, code: str) -> StudioCall | None:
     """Return the call of a studio that knows the code; None of one that does not."""
     nonce = new_nonce()
     writer.write(line_of(nonce=nonce))
@@ -113,7 +113,7 @@ async def _talk(reader: asyncio.StreamReader, writer: asyncio.StreamWriter, code
     if not knows:
         _log.warning("a studio at %s called with a wrong code", server)
         return None
-    return Call(server, pairing.token)
+    return StudioCall(server, pairing.token)
 
 
 @contextlib.asynccontextmanager
