@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING
 import pytest
 from hypothesis import HealthCheck, settings
 
+from tests.camera.sdks import write_sdks
+
 if TYPE_CHECKING:
     from playwright.sync_api import Browser
 
@@ -65,6 +67,15 @@ def test_data() -> Path:
     folder = Path(os.environ.get("STUDIO_TEST_DATA", Path(__file__).parents[2] / "shared" / "data"))
     if not folder.is_dir():
         pytest.skip(f"no outside recordings at {folder}; set STUDIO_TEST_DATA")
+    return folder
+
+
+@pytest.fixture
+def paper_sdks(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A folder with libraries of devices made of paper, which all processes that a test starts find first."""
+    folder = tmp_path / "sdks"
+    write_sdks(folder)
+    monkeypatch.setenv("PYTHONPATH", str(folder), prepend=os.pathsep)
     return folder
 
 

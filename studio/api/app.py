@@ -11,6 +11,9 @@ from fastapi import FastAPI
 from studio.api.access import Access, AccessGuard, access_router
 from studio.api.add_routes import add_routes
 from studio.api.cameras.add_cameras import add_cameras_router
+from studio.api.cameras.announced import Announced
+from studio.api.cameras.device_routes import devices_router
+from studio.api.cameras.devices import Devices
 from studio.api.cameras.link import HELLO_TIMEOUT_S, link_router
 from studio.api.cameras.local_cameras import LocalCameras
 from studio.api.cameras.recordings import Recordings
@@ -63,16 +66,20 @@ def create_app(
     *,
     access: Access | None = None,
     recordings: Path | None = None,
+    discover: bool | None = None,
+    certificate: Path | None = None,
     hello_timeout_s: float = HELLO_TIMEOUT_S,
 ) -> FastAPI:
-    """Return the app of a stage that the caller starts and closes; `state.outputs` and `state.local_cameras` are
-    closed with it, and every event includes the content of `state.events`.
+    """Return the app of a stage that the caller starts and closes; `state.outputs`, `state.local_cameras`,
+    `state.devices` and `state.announced` are closed with it, and every event includes the content of `state.events`.
 
     Args:
         stage: the live stage.
         sessions: folder of the takes; nothing outside it is served.
         access: access control; None = nobody needs to sign in.
         recordings: folder whose recordings may be played as cameras, beside the takes.
+        discover: listen to cameras that announce themselves; None = where nobody needs to sign in.
+        certificate: of the server itself, with which its own clients know it; None = it has none.
         hello_timeout_s: time without a message after which a camera link is refused.
     """
     app = StructApi(
@@ -86,6 +93,7 @@ def create_app(
     app.events = (StatusEvent, Sentence)
     jobs = Jobs()
     access = access or Access(sessions, required=False, now_s=time.monotonic)
+    app.state.open_to_others = access.required
     add_error_handlers(app)
     app.add_middleware(BodyGuard)
     app.add_middleware(AccessGuard, access=access)
@@ -93,10 +101,16 @@ def create_app(
     app.add_middleware(PlainAnswers)  # the last one added runs first
     add_routes(app, access_router(access))
     add_routes(app, remote_router(access))
-    app.state.local_cameras = LocalCameras(stage, access.own_camera_token)
+    app.state.local_cameras = LocalCameras(stage, access.own_camera_token, certificate)
     add_routes(app, add_cameras_router(access, app.state.local_cameras, Recordings(sessions, recordings)))
+    app.state.devices = Devices(stage, access.own_camera_token, certificate)
+    app.state.announced = Announced(stage, access, on=not access.required if discover is None else discover)
+    add_routes(app, devices_router(app.state.devices, app.state.announced))
     add_routes(app, link_router(stage, access, hello_timeout_s=hello_timeout_s))
-    events: dict[str, Callable[[], Any]] = {"local_cameras": app.state.local_cameras.status}
+    events: dict[str, Callable[[], Any]] = {
+        "local_cameras": app.state.local_cameras.status,
+        "devices": lambda: [*app.state.devices.clicked(), *app.state.announced.clicked()],
+    }
     app.state.events = events
     add_routes(app, events_router(stage, jobs, events))
     presets, thumbnails = Presets(sessions), Thumbnails(stage)

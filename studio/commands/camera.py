@@ -33,8 +33,15 @@ def add_parser(subparsers: Any) -> None:
     parser.add_argument(
         "--server",
         metavar="URL",
-        default="http://127.0.0.1:8000",
         help="the studio (default http://127.0.0.1:8000)",
+    )
+    parser.add_argument(
+        "--wait",
+        metavar="HOST",
+        nargs="?",
+        const="0.0.0.0",
+        help="announce the camera on the network, and wait until an operator connects it on the studio's page with "
+        "the code that is shown here; HOST: address to wait on (default: all of this machine)",
     )
     parser.add_argument("--name", metavar="NAME", help="name of the camera (default: the source's)")
     parser.add_argument(
@@ -47,6 +54,12 @@ def add_parser(subparsers: Any) -> None:
         metavar="FILE",
         type=Path,
         help="file with that token (default: STUDIO_CAMERA_TOKEN_FILE of the environment)",
+    )
+    parser.add_argument(
+        "--certificate",
+        metavar="FILE",
+        type=Path,
+        help="the studio's certificate (PEM), if this machine does not trust it, as one that signed itself",
     )
     parser.add_argument(
         "--spool",
@@ -107,16 +120,24 @@ def run(args: argparse.Namespace) -> int:
         raise SettingsError(bad_value("--spool-mb", args.spool_mb, "1 or more"))
     if args.preview_port is not None and not 0 <= args.preview_port <= 65535:
         raise SettingsError(bad_value("--preview-port", args.preview_port, "0 to 65535"))
-    return run_camera(
-        source=args.source,
-        server=args.server,
-        name=args.name,
-        token=chosen_token(args, os.environ),
-        spool=args.spool,
-        spool_bytes=args.spool_mb << 20,
-        parent=args.parent,
-        record_depth=args.record_depth,
-        preview=args.preview,
-        preview_port=args.preview_port,
-        drop_unknown=args.drop_unknown,
-    )
+    options: dict[str, Any] = {
+        "spool": args.spool,
+        "spool_bytes": args.spool_mb << 20,
+        "parent": args.parent,
+        "record_depth": args.record_depth,
+        "preview": args.preview,
+        "preview_port": args.preview_port,
+        "drop_unknown": args.drop_unknown,
+        "certificate": args.certificate,
+    }
+    if args.wait is not None:
+        if args.server is not None or args.token is not None or args.token_file is not None:
+            raise SettingsError(
+                "waiting.no_server",
+                "--wait is not allowed with --server or a token: the studio that calls gives both; leave them out",
+            )
+        from studio.camera.waiting.run import run_waiting
+
+        return run_waiting(args.source, args.name, args.wait, **options)
+    server = "http://127.0.0.1:8000" if args.server is None else args.server
+    return run_camera(args.source, server, args.name, chosen_token(args, os.environ), **options)

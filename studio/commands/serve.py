@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from studio.commands.common import add_command
-from studio.server.config import LOG_FORMATS, LOG_LEVELS, Config, Effective, effective
+from studio.server.config import DISCOVER, LOG_FORMATS, LOG_LEVELS, Config, Effective, effective
 
 _TEXT = """\
 Open the studio: the server, its page and the browser view.
@@ -50,6 +50,12 @@ def add_server_options(parser: argparse.ArgumentParser) -> None:
         help="file with the token of operators (default: a new token at every start, which is printed)",
     )
     add("--camera-token-file", metavar="FILE", type=Path, help="file with a token for cameras")
+    add(
+        "--discover",
+        choices=DISCOVER,
+        help="list cameras that wait on the network (studio camera --wait): auto (default) does so on a loopback "
+        "address alone",
+    )
     add("--log-format", choices=LOG_FORMATS, help="format of the log (default text)")
     add("--log-level", choices=LOG_LEVELS, help="lowest level that is logged (default info)")
 

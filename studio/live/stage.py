@@ -185,6 +185,14 @@ class LiveStage:
         """
         self._engine.call(lambda: self._engine.choose_reference(name))
 
+    def serials_of(self, machine: str) -> dict[str, str]:
+        """Return the cameras connected from a machine, by the serial number of their devices, if they tell one."""
+        return {
+            link.hello.serial: link.name
+            for link in self._links.all()
+            if link.hello.serial and link.hello.machine == machine
+        }
+
     def refuse(self, reason: str) -> None:
         """Count a refused connection."""
         self._refused = RefusedLinks(self._refused.count + 1, reason)

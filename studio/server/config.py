@@ -17,6 +17,7 @@ from studio.engine.base.value_sentences import bad_setting
 FILE = "studio.toml"
 PREFIX = "STUDIO_"
 MIN_TOKEN = 16
+DISCOVER = ("auto", "on", "off")
 LOG_FORMATS = ("text", "json")
 LOG_LEVELS = ("debug", "info", "warning", "error")
 
@@ -32,6 +33,8 @@ class Config:
         tls_cert, tls_key: PEM files; both or none.
         operator_token_file, camera_token_file: files with given tokens, such as secrets of a
             container; without them the server makes its own.
+        discover: whether cameras that announce themselves by mDNS are listed: `on`, `off`, or `auto` (on at a
+            loopback address alone, and then on this machine alone).
         log_format: `text` or `json` (a line per event); log_level: the lowest level that is logged.
     """
 
@@ -43,12 +46,14 @@ class Config:
     tls_key: Path | None = None
     operator_token_file: Path | None = None
     camera_token_file: Path | None = None
+    discover: str = "auto"
     log_format: str = "text"
     log_level: str = "info"
 
     def __post_init__(self) -> None:
         if not 0 <= self.port <= 65535:
             raise SettingsError("config.port", "port={port} is no port; allowed: 0 to 65535", port=self.port)
+        _one_of("discover", self.discover, DISCOVER)
         _one_of("log_format", self.log_format, LOG_FORMATS)
         _one_of("log_level", self.log_level, LOG_LEVELS)
         if (self.tls_cert is None) != (self.tls_key is None):

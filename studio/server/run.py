@@ -23,7 +23,9 @@ from starlette.middleware.trustedhost import TrustedHostMiddleware
 
 from studio import worker
 from studio.api.access import Access
+from studio.api.address import in_url, is_any, own_address
 from studio.api.app import create_app
+from studio.api.cameras.devices import Devices
 from studio.api.cameras.local_cameras import LocalCameras
 from studio.api.takes.find import Finder
 from studio.engine.base.errors import StudioError
@@ -36,6 +38,7 @@ from studio.wire import MAX_MESSAGE_BYTES
 
 LOOPBACK = ("127.0.0.1", "localhost", "::1")
 GRACE_S = 3
+_DISCOVER = {"auto": None, "on": True, "off": False}
 SWITCH_S = 0.001
 """Time slice of a thread in the interpreter; it is short, so that the engine thread does not delay the link."""
 
@@ -158,25 +161,36 @@ def serve(config: Config, *, demo: bool = False) -> int:
             operator_token=operator_token,
             camera_token=camera_token,
         )
-        app = create_app(stage, sessions, access=access, recordings=config.recordings)
+        app = create_app(
+            stage,
+            sessions,
+            access=access,
+            recordings=config.recordings,
+            discover=_DISCOVER[config.discover],
+            certificate=config.tls_cert,
+        )
         view = mount(app, stage, sessions=sessions, takes=Finder(stage, sessions))
         if host in LOOPBACK:  # refuses a page that maps its own host name to 127.0.0.1
             app.add_middleware(TrustedHostMiddleware, allowed_hosts=[*LOOPBACK, "[::1]"])
         server = make_server(app, tls, on_ready=lambda: _prepare_for_work(stage))
         scheme = "http" if tls is None else "https"
-        url = f"{scheme}://{'localhost' if host == '::1' else host}:{listening.getsockname()[1]}"
+        url = f"{scheme}://{'localhost' if host == '::1' else in_url(host)}:{listening.getsockname()[1]}"
         if demo:
-            app.state.local_cameras.start_simulated(url.replace("0.0.0.0", "127.0.0.1"))
+            app.state.local_cameras.start_simulated(
+                url.replace("0.0.0.0", "127.0.0.1").replace("[::]", "[::1]")
+            )
         sys.setswitchinterval(SWITCH_S)
-        with _stopped_by_signals(server, app.state.local_cameras):
+        with _stopped_by_signals(server, app.state.local_cameras, app.state.devices):
             print(f"Capture Studio is open on {url} (Ctrl-C stops it)", flush=True)
             if access.required:
-                _say_how_to_sign_in(access, url, config)
+                _say_how_to_sign_in(access, _url_for_others(url, host), config)
             server.run(sockets=[listening])
     finally:
         worker.cool_down()
         if app is not None:
             app.state.local_cameras.close()
+            app.state.devices.close()
+            app.state.announced.close()
         stage.close()
         if app is not None:
             app.state.outputs.close()
@@ -202,6 +216,11 @@ def leave(code: int) -> NoReturn:
     os._exit(code)
 
 
+def _url_for_others(url: str, host: str) -> str:
+    """Return the server's address as other machines reach it: 0.0.0.0 is none that they could open."""
+    return url.replace(in_url(host), in_url(own_address() or "127.0.0.1"), 1) if is_any(host) else url
+
+
 def _say_how_to_sign_in(access: Access, url: str, config: Config) -> None:
     """Print the operator's token and, if no camera was paired yet, a first token for cameras.
 
@@ -221,6 +240,7 @@ def _say_how_to_sign_in(access: Access, url: str, config: Config) -> None:
     else:
         _, token = access.add_camera("made at the first start")
         print(f"cameras: studio camera --source SOURCE --server {url} --token {token}", flush=True)
+    print(f"other machines open it on {url}", flush=True)
     if config.tls_cert is None:
         print(f"warning: {PLAIN_WARNING}", file=sys.stderr, flush=True)
 
@@ -255,7 +275,7 @@ def make_server(
 
 
 @contextmanager
-def _stopped_by_signals(server: Server, cameras: LocalCameras) -> Iterator[None]:
+def _stopped_by_signals(server: Server, *clients: LocalCameras | Devices) -> Iterator[None]:
     """Let the first Ctrl-C or SIGTERM end the server in order, the second at once."""
     if threading.current_thread() is not threading.main_thread():
         yield
@@ -264,7 +284,8 @@ def _stopped_by_signals(server: Server, cameras: LocalCameras) -> Iterator[None]
     def stop(_number: int, _frame: FrameType | None) -> None:
         server.force_exit = server.should_exit
         server.should_exit = True
-        cameras.end()
+        for one in clients:
+            one.end()
 
     old = {number: signal.signal(number, stop) for number in (signal.SIGINT, signal.SIGTERM)}
     try:

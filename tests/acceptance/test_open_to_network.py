@@ -1,6 +1,5 @@
 """The real program opened to the network: an operator signs in with a browser, a camera pairs, all encrypted."""
 
-import os
 import re
 import shutil
 import signal
@@ -12,6 +11,7 @@ from contextlib import contextmanager
 import pytest
 from playwright.sync_api import expect
 
+from studio.api.address import own_address
 from tests import patient
 from tests.web.browser import quiet_page
 
@@ -31,6 +31,7 @@ def open_program(sessions, *arguments):
         try:
             address = re.search(r"(https?://)0\.0\.0\.0(:\d+)", lines[0])
             assert address, (lines, errors.read_text())
+            assert f" --server {address[1]}{own_address()}{address[2]} --token " in lines[2]
             yield f"{address[1]}127.0.0.1{address[2]}", lines[1].split()[-1], lines[2].split()[-1], errors
         finally:
             program.send_signal(signal.SIGINT)
@@ -47,13 +48,18 @@ def test_an_operator_signs_in_with_a_browser(tmp_path, chromium):
             page.wait_for_url(f"{url}/")
             page.wait_for_selector("body[data-connection=open]")
             assert "--tls-cert" in errors.read_text()  # the last that the server says at its start
+            others = url.replace("127.0.0.1", own_address())  # what others reach, not where this browser is
+            expect(page.locator(".no-camera code")).to_have_text(
+                f"studio camera --source SOURCE --server {others}"
+            )
+            expect(page.locator(".no-camera")).not_to_contain_text("its own machine only")
             page.fill("#camera-label", "laptop")
             page.click("text=Pair cameras")
             command = page.inner_text(".secret code")
-            assert f"--server {url} --token " in command
+            assert f"--server {others} --token " in command
             expect(page.locator("#access-count")).to_contain_text("2 camera tokens")
             page.get_by_role("button", name="Link for viewers").click()
-            expect(page.locator(".secret code")).to_contain_text(f"{url}/signin#")
+            expect(page.locator(".secret code")).to_contain_text(f"{others}/signin#")
             link = page.inner_text(".secret code")
         context = chromium.new_context()
         viewer = context.new_page()
@@ -97,8 +103,8 @@ def test_encrypted(tmp_path):
                 sys.executable, "-m", "studio", "camera", "--source", "simulated:0/1", "--server", url,
                 "--token", token, "--spool", str(tmp_path / "spool"),
             ]  # fmt: skip
-            trusting = {**os.environ, "SSL_CERT_FILE": str(certificate)}
-            with subprocess.Popen(command, stdout=subprocess.DEVNULL, env=trusting) as camera:
+            command += ["--certificate", str(certificate)]
+            with subprocess.Popen(command, stdout=subprocess.DEVNULL) as camera:
                 try:
                     cameras = {}
                     while not any(c["frames"] > 5 for c in cameras.values()):
@@ -106,6 +112,11 @@ def test_encrypted(tmp_path):
                         cameras = client.get("status").json()["cameras"]
                 finally:
                     camera.terminate()
+            client.post(
+                "local-cameras", json={"simulated": True}
+            ).raise_for_status()  # clients of the server itself
+            while "camera_1" not in cameras or not cameras["camera_1"]["frames"]:
+                cameras = client.get("status").json()["cameras"]
 
 
 @pytest.mark.parametrize(

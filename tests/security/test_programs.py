@@ -17,7 +17,9 @@ PACKAGE = Path(studio.__file__).parent
 LOOPBACK = {"127.0.0.1", "::1"}
 
 MAY_CONNECT = {
-    "api/cameras/remote.py": "asks the system for this machine's own address; nothing is sent",
+    "api/cameras/announced.py": "a camera that announced itself, once an operator typed its code; hears mDNS",
+    "camera/waiting/wait.py": "announces a camera by mDNS, where its operator asked for it",
+    "api/address.py": "asks the system for this machine's own address; nothing is sent",
     "camera/client/link.py": "a camera's link to the server that its operator named",
     "web/proxy.py": "viser, on the loopback",
     "web/view.py": "a free port on the loopback",
@@ -27,7 +29,7 @@ MAY_CONNECT = {
 }
 CONNECTING = {
     "socket", "urllib.request", "http.client", "httpx", "requests", "aiohttp", "ftplib", "smtplib",
-    "websockets.sync.client", "websockets.asyncio.client", "distributed", "pythonosc.udp_client",
+    "websockets.sync.client", "websockets.asyncio.client", "distributed", "pythonosc.udp_client", "zeroconf",
 }  # fmt: skip
 
 

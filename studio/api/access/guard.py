@@ -34,6 +34,7 @@ _SIGN_OUT_API = "/api/v1/access/signout"
 _NOT_FOR_VIEWERS = (
     "/api/v1/access/",
     "/api/v1/blind",
+    "/api/v1/devices",
     "/api/v1/exports",
     "/api/v1/recordings",
     "/api/v1/reference-files",

@@ -7,6 +7,7 @@ from pydantic import BaseModel, ConfigDict, Field
 
 from studio.api.access.guard import COOKIE, SIGN_IN_API, cookie_key
 from studio.api.access.tokens import FAILURES_OVER_S, Access, Role
+from studio.api.address import address_for_others
 from studio.api.errors import RESPONSES, ErrorBody, error_response
 
 
@@ -40,6 +41,8 @@ class AccessState(BaseModel):
     required: bool
     role: Role
     cameras: list[CameraAccess]
+    address: str = Field(description="the studio's, as other machines reach it, or this browser's")
+    local: bool = Field(description="no other machine reaches that address")
 
 
 class MadeCamera(BaseModel):
@@ -100,8 +103,13 @@ def access_router(access: Access) -> APIRouter:
         """Whether tokens are required, the client's role, and the cameras' tokens without their secrets."""
         role: Role = request.state.role if hasattr(request.state, "role") else "operator"
         tokens = access.camera_tokens() if role == "operator" else []
+        address, local = address_for_others(request)
         return AccessState(
-            required=access.required, role=role, cameras=[CameraAccess(**token) for token in tokens]
+            required=access.required,
+            role=role,
+            cameras=[CameraAccess(**token) for token in tokens],
+            address=address,
+            local=local,
         )
 
     @router.post("/api/v1/access/operator", status_code=201)
@@ -114,13 +122,13 @@ def access_router(access: Access) -> APIRouter:
         """Make a new link for viewers, who see the stage and cannot change it; the old link and its viewers are
         signed out."""
         token = access.renew_viewer()
-        return ViewerLink(token=token, link=f"{str(request.base_url).rstrip('/')}/signin#{token}")
+        return ViewerLink(token=token, link=f"{address_for_others(request).url}/signin#{token}")
 
     @router.post("/api/v1/access/cameras", status_code=201)
     def add_camera(body: NewCamera, request: Request) -> MadeCamera:
         """Make a token for cameras, for `studio camera --token`."""
         token_id, token = access.add_camera(body.label)
-        server = str(request.base_url).rstrip("/")
+        server = address_for_others(request).url
         command = f"studio camera --source SOURCE --server {server} --token {token}"
         return MadeCamera(id=token_id, token=token, command=command)
 

@@ -82,6 +82,7 @@ class Access:
         self._signed_in: dict[str, Role] = {}
         self._failures: dict[str, list[float]] = {}
         self._invitations: dict[str, float] = {}
+        self._let_go: set[str] = set()
         self._cameras = _read(self._file)
         self.own_camera_token = secrets.token_urlsafe(_TOKEN_BYTES)
         self.operator_token = self.viewer_token = ""
@@ -167,13 +168,13 @@ class Access:
         }
         return self._failures.get(address, [])
 
-    def add_camera(self, label: str) -> tuple[str, str]:
-        """Make a token for cameras; return its id and the token, which is not stored.
+    def add_camera(self, label: str, token: str = "") -> tuple[str, str]:
+        """Make a token for cameras, or take in the given one; return its id and the token, which is not stored.
 
         Raises:
             StudioError: the file cannot be written.
         """
-        token = secrets.token_urlsafe(_TOKEN_BYTES)
+        token = token or secrets.token_urlsafe(_TOKEN_BYTES)
         with self._lock:
             made = CameraToken(secrets.token_hex(4), label, utc_now(), _hash(token))
             self._write([*self._cameras, made])
@@ -194,6 +195,16 @@ class Access:
                     id=token_id,
                 )
             self._write(kept)
+
+    def let_go(self, token: str) -> None:
+        """Refuse a camera's token from now on, also where none is required."""
+        with self._lock:
+            self._let_go.add(_hash(token))
+
+    def is_let_go(self, token: str) -> bool:
+        """Whether a camera's token is refused."""
+        with self._lock:
+            return bool(self._let_go) and _hash(token) in self._let_go
 
     def camera_tokens(self) -> list[dict[str, str]]:
         """Return the cameras' tokens without their hashes: `id`, `label`, `created`."""

@@ -7,10 +7,10 @@ from fastapi import APIRouter, Request
 from pydantic import BaseModel, ConfigDict, Field
 
 from studio.api.access import Access
+from studio.api.address import address_for_others, own_url
 from studio.api.cameras.local_cameras import LocalCameras, LocalCamerasStatus
 from studio.api.cameras.qr import qr_picture
 from studio.api.cameras.recordings import Recordings
-from studio.api.cameras.remote import root_address
 from studio.api.errors import RESPONSES
 from studio.api.structs import StructRoute
 from studio.engine.base.errors import SettingsError
@@ -71,11 +71,11 @@ def add_cameras_router(access: Access, local: LocalCameras, recordings: Recordin
         if request.simulated == (request.recording is not None):
             raise SettingsError("camera.simulated_or_recording", "give either simulated=true or a recording")
         if request.recording is None:
-            local.start_simulated(_own_url(http))
+            local.start_simulated(own_url(http))
         else:
             found = recordings.find(request.recording)
             calibration = calibration_of_recording(found.path, found.cameras)
-            local.start(found.sources(), found.id, _own_url(http), calibration)
+            local.start(found.sources(), found.id, own_url(http), calibration)
         return local.status()
 
     @router.delete("/local-cameras")
@@ -100,16 +100,10 @@ def add_cameras_router(access: Access, local: LocalCameras, recordings: Recordin
     @router.post("/cameras/invite", status_code=201)
     def invite(request: InviteRequest, http: Request) -> CameraInvitation:
         """Return the instructions for a camera on another machine; makes a token if the studio requires one."""
-        server = root_address(http, for_others=access.required)
+        server, only_here = address_for_others(http)
         token = access.add_camera(request.label or "added on the page")[1] if access.required else ""
         url = server + CAMERA_PAGE + (f"#{token}" if token else "")
         picture = base64.b64encode(bytes(qr_picture(url).body)).decode("ascii")
-        return CameraInvitation(server=server, token=token, url=url, qr=picture, local=not access.required)
+        return CameraInvitation(server=server, token=token, url=url, qr=picture, local=only_here)
 
     return router
-
-
-def _own_url(http: Request) -> str:
-    """Return the address at which this server was reached, for programs on its own machine."""
-    host, port = http.scope["server"]
-    return f"{http.url.scheme}://{f'[{host}]' if ':' in host else host}:{port}"

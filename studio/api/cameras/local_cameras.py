@@ -3,20 +3,15 @@
 Each is a separate process, like a client on another machine; one that ends is started again.
 """
 
-import json
 import logging
-import os
-import subprocess
-import sys
 import threading
 from dataclasses import dataclass
 from pathlib import Path
 
 from msgspec import Struct
 
+from studio.api.cameras.client_process import ClientProcess, refuse_taken
 from studio.api.cameras.demo import CalibratesOnce
-from studio.engine.base.errors import StudioError
-from studio.engine.base.sentences import Said, about
 from studio.engine.model.calibration import Calibration
 from studio.live import LiveStage
 
@@ -26,8 +21,6 @@ SIMULATED = "simulated"
 SIMULATED_CAMERAS = 2
 CHECK_S = 0.5
 SLOWEST_RESTART_S = 10.0
-STOP_S = 3.0
-PROBLEM_BYTES = 2000
 
 
 class LocalClientStatus(Struct):
@@ -49,18 +42,18 @@ class _Client:
     """One camera client: its source, its process, and the reason of its last end."""
 
     source: str
-    process: subprocess.Popen[bytes] | None = None
+    process: ClientProcess | None = None
     problem: str = ""
 
 
 class LocalCameras:
     """Starts the clients, restarts them when they end, and stops them. Methods may be called from any thread."""
 
-    def __init__(self, stage: LiveStage, token: str) -> None:
-        """`token`: the clients' token, if the studio requires one."""
+    def __init__(self, stage: LiveStage, token: str, certificate: Path | None = None) -> None:
+        """`token`: the clients', if the studio requires one; `certificate`: the server's own, if it has one."""
         self._stage = stage
         self._token = token
-        self._spool = stage.sessions / ".spool"
+        self._spool, self._certificate = stage.sessions / ".spool", certificate
         self._lock = threading.RLock()
         self._clients: dict[str, _Client] = {}
         self._opened: str | None = None
@@ -89,14 +82,7 @@ class LocalCameras:
             StudioError: another camera of such a name is connected.
         """
         with self._lock:
-            connected = {n for n, c in self._stage.status().cameras.items() if c.connected}
-            taken = sorted(connected & sources.keys() - self._clients.keys())
-            if taken:
-                raise StudioError(
-                    "camera.name_in_use",
-                    "a camera {name!r} is connected already; stop that one first: names are used once",
-                    name=taken[0],
-                )
+            refuse_taken(self._stage, sources.keys() - self._clients.keys())
             self._end_clients()
             self._stage.borrow_calibration(calibration)
             self._clients = {name: _Client(source) for name, source in sources.items()}
@@ -111,7 +97,7 @@ class LocalCameras:
         with self._lock:
             cameras = {
                 name: LocalClientStatus(
-                    client.process is not None and client.process.poll() is None, client.problem
+                    client.process is not None and client.process.is_running, client.problem
                 )
                 for name, client in self._clients.items()
             }
@@ -128,7 +114,7 @@ class LocalCameras:
         self._stopped.set()
         for client in list(self._clients.values()):
             if client.process is not None:
-                client.process.terminate()
+                client.process.ask_to_end()
 
     def close(self) -> None:
         """Stop the clients and the thread that watches them."""
@@ -142,13 +128,9 @@ class LocalCameras:
         processes = [client.process for client in self._clients.values() if client.process is not None]
         self._clients, self._opened = {}, None
         for process in processes:
-            process.terminate()
+            process.ask_to_end()
         for process in processes:
-            try:
-                process.wait(STOP_S)
-            except subprocess.TimeoutExpired:
-                process.kill()
-                process.wait()
+            process.end()
 
     def _run(self) -> None:
         pause_s, calibrates = CHECK_S, CalibratesOnce(self._stage)
@@ -167,41 +149,16 @@ class LocalCameras:
         client = self._clients[name]
         ended = client.process is not None
         if client.process is not None:
-            if client.process.poll() is None:
+            if client.process.is_running:
                 return False
-            client.problem = self._last_words(name)
-            _log.warning("%s ended with code %d and is started again", name, client.process.returncode)
-        command = [sys.executable, "-P", "-m", "studio", "camera", "--source", client.source]
-        command += ["--server", self._url, "--name", name, "--parent", str(os.getpid())]
-        self._spool.mkdir(parents=True, exist_ok=True)
-        with self._log_path(name).open("wb") as words:
-            client.process = subprocess.Popen(
-                [*command, "--spool", str(self._spool / name)],
-                stdin=subprocess.DEVNULL,
-                stdout=subprocess.DEVNULL,
-                stderr=words,
-                env={**os.environ, "STUDIO_CAMERA_TOKEN": self._token, "STUDIO_ERRORS": "json"},
-                start_new_session=True,  # Ctrl-C is for the server, which stops them
-            )
+            client.problem = client.process.last_words()
+            _log.warning("%s ended with code %s and is started again", name, client.process.code)
+        client.process = ClientProcess(
+            name,
+            client.source,
+            url=self._url,
+            token=self._token,
+            folder=self._spool,
+            certificate=self._certificate,
+        )
         return ended
-
-    def _log_path(self, name: str) -> Path:
-        return self._spool / f"{name}.log"
-
-    def _last_words(self, name: str) -> str:
-        """The last line of a client's output before its end."""
-        try:
-            text = self._log_path(name).read_bytes()[-PROBLEM_BYTES:].decode("utf-8", "replace")
-        except OSError:
-            return ""
-        lines = [line for line in text.splitlines() if line.strip()]
-        return words_of(lines[-1].strip()) if lines else ""
-
-
-def words_of(line: str) -> str:
-    """Return what a client wrote at last, with its code if it has one."""
-    name, _, text = line.partition(": ")
-    try:
-        return about(name, Said.from_json(json.loads(text)))
-    except (ValueError, KeyError, TypeError, AttributeError):
-        return line

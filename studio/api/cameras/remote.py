@@ -1,8 +1,6 @@
 """Invitation of a phone as remote control: an address that it can reach, as a QR code that signs it in."""
 
 import base64
-import ipaddress
-import socket
 from urllib.parse import quote
 
 from fastapi import APIRouter, Request
@@ -11,12 +9,11 @@ from pydantic import BaseModel, Field
 from studio.api.access import Access
 from studio.api.access.guard import SIGN_IN_PATH
 from studio.api.access.tokens import INVITATION_S
+from studio.api.address import address_for_others
 from studio.api.cameras.qr import qr_picture
 from studio.api.errors import RESPONSES
 
 REMOTE_PATH = "/remote"
-_ELSEWHERE = ("192.0.2.1", 9)
-"""An address of no machine (RFC 5737). A socket to it sends nothing, but has this machine's address."""
 
 
 class RemoteInvitation(BaseModel):
@@ -35,44 +32,13 @@ def remote_router(access: Access) -> APIRouter:
     @router.post("/remote", status_code=201)
     def invite(request: Request) -> RemoteInvitation:
         """Make an address that opens the remote control on a phone; it signs in one browser, within ten minutes."""
-        root = root_address(request, for_others=access.required)
+        root, local = address_for_others(request)
         if access.required:
             url = f"{root}{SIGN_IN_PATH}?next={quote(REMOTE_PATH)}#{access.invite()}"
         else:
             url = root + REMOTE_PATH
         picture = base64.b64encode(bytes(qr_picture(url).body)).decode("ascii")
         minutes = int(INVITATION_S // 60) if access.required else 0
-        return RemoteInvitation(url=url, qr=picture, local=not access.required, minutes=minutes)
+        return RemoteInvitation(url=url, qr=picture, local=local, minutes=minutes)
 
     return router
-
-
-def root_address(request: Request, *, for_others: bool) -> str:
-    """Return the studio's address as in the browser; `for_others`: as other machines reach it."""
-    host = request.url.hostname or ""
-    if for_others and _is_loopback(host):
-        host = own_address() or host
-    return (
-        f"{request.url.scheme}://{f'[{host}]' if ':' in host else host}:{request.url.port or _usual(request)}"
-    )
-
-
-def own_address() -> str:
-    """Return this machine's address in its network; may be empty."""
-    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as asked:
-        try:
-            asked.connect(_ELSEWHERE)
-            return str(asked.getsockname()[0])
-        except OSError:
-            return ""
-
-
-def _is_loopback(host: str) -> bool:
-    try:
-        return ipaddress.ip_address(host).is_loopback
-    except ValueError:
-        return host == "localhost"
-
-
-def _usual(request: Request) -> int:
-    return 443 if request.url.scheme == "https" else 80

@@ -8,6 +8,7 @@ from fastapi.responses import PlainTextResponse, Response
 from msgspec import Struct, field, structs
 from pydantic import Field
 
+from studio.api.address import address_for_others
 from studio.api.cameras.qr import qr_picture
 from studio.api.errors import RESPONSES
 from studio.api.jobs import Jobs, JobStatus
@@ -195,11 +196,11 @@ def blind_router(finder: Finder, jobs: Jobs, desk: Desk) -> APIRouter:
 
     @router.get("/{test}/qr", response_class=Response)
     def get_qr(test: str, http: HttpRequest) -> Response:
-        """The voters' link as a QR code, an SVG picture; the host is that of this request."""
+        """The voters' link as a QR code, an SVG picture; at the address that other machines reach."""
         found = desk.test(test)
         if not found.token:
             raise SettingsError("blind.no_link", "this test has no link; make a new one first")
-        return qr_picture(str(http.base_url).rstrip("/") + f"{VOTE_PATH}/{found.token}")
+        return qr_picture(address_for_others(http).url + f"{VOTE_PATH}/{found.token}")
 
     @router.post("/{test}/close")
     def close_test(test: str) -> ListedTest:

@@ -11,6 +11,7 @@ from fastapi.responses import HTMLResponse, Response
 from msgspec import structs
 from pydantic import Field
 
+from studio.api.address import address_for_others
 from studio.api.cameras.qr import qr_picture
 from studio.api.errors import RESPONSES
 from studio.api.stage.stage import Request
@@ -97,8 +98,8 @@ def shares_router(finder: Finder, shares: Shares) -> APIRouter:
 
     @router.get("/api/v1/shares/{share}/qr", response_class=Response)
     def get_qr(share: str, http: HttpRequest) -> Response:
-        """The link as a QR code, an SVG picture; the host is that of this request."""
-        return qr_picture(str(http.base_url).rstrip("/") + _path(shares.get(share)))
+        """The link as a QR code, an SVG picture; at the address that other machines reach."""
+        return qr_picture(address_for_others(http).url + _path(shares.get(share)))
 
     @router.get(SHARE_PATH + "/{token}", response_class=HTMLResponse, include_in_schema=False)
     def open_share(token: str) -> HTMLResponse:

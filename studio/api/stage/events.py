@@ -7,6 +7,7 @@ from typing import Any
 from fastapi import APIRouter, WebSocket, WebSocketDisconnect
 from msgspec import UNSET, Struct, UnsetType
 
+from studio.api.cameras.devices import ConnectedDevice
 from studio.api.cameras.local_cameras import LocalCamerasStatus
 from studio.api.jobs import Jobs, JobStatus
 from studio.api.stage.shown import ReplayStatus, ViewState
@@ -30,6 +31,7 @@ class StatusEvent(Struct, tag="status"):
     local_cameras: LocalCamerasStatus
     thumbnails: int
     takes: str
+    devices: list[ConnectedDevice]
     replay: ReplayStatus | UnsetType = UNSET
     view: ViewState | UnsetType = UNSET
 

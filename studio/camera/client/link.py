@@ -9,6 +9,8 @@ import logging
 import time
 import uuid
 from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
 from urllib.parse import urlsplit
 
 from websockets.asyncio.client import ClientConnection, connect
@@ -19,6 +21,7 @@ from studio.camera.client.frame_queue import FrameQueue
 from studio.camera.client.keeper import Keeper
 from studio.camera.client.machine import machine_id, usb_controller
 from studio.camera.client.spool import Spool
+from studio.camera.client.trust import trusting
 from studio.camera.client.workload import Workload
 from studio.camera.sources.source import Source, SourceFrame
 from studio.engine.base.errors import FormatError, SettingsError, StudioError
@@ -90,6 +93,8 @@ class Link:
         token: the studio's token for cameras.
         spool: keeps frames of recordings until they are on the server's disk; None: they are not kept.
         drop_unknown: delete kept frames of takes that the server lacks.
+        until_let_go: end once the server no longer accepts the token.
+        certificate: the server's own, if the system does not trust it; see `trusting`.
 
     Attributes:
         frames_sent: number of frames sent when they came.
@@ -106,6 +111,8 @@ class Link:
         token: str = "",
         spool: Spool | None = None,
         drop_unknown: bool = False,
+        until_let_go: bool = False,
+        certificate: Path | None = None,
     ) -> None:
         self.url = link_url(server)
         self.name = source.name if name is None else name
@@ -114,6 +121,9 @@ class Link:
                 bad_value("camera name", repr(self.name), "1 to 63 letters, digits, `_`, `.`, `-`")
             )
         self._source = source
+        self._until_let_go = until_let_go
+        tls = None if certificate is None or not self.url.startswith("wss:") else trusting(certificate)
+        self._tls: dict[str, Any] = {} if tls is None else {"ssl": tls}
         self._hello = wire.Hello(
             protocol_version=wire.PROTOCOL_VERSION,
             name=self.name,
@@ -141,7 +151,7 @@ class Link:
         """Send the source's frames until it ends, reconnecting without limit.
 
         Raises:
-            RefusedError: the server refuses this camera at the first connection.
+            RefusedError: the server refuses this camera at the first connection, or has let it go.
             StudioError: the source fails.
         """
         producer = asyncio.create_task(self._produce())
@@ -189,12 +199,14 @@ class Link:
                     ping_interval=5.0,
                     ping_timeout=10.0,
                     proxy=None,
+                    **self._tls,
                 ) as socket:
                     await self._session(socket)
                 return
             except RefusedError as error:
                 taken = error.refusal == "name_taken" and time.monotonic() < refused_until
-                if self.connections == 0 and not taken:
+                let_go = self._until_let_go and error.refusal == "token"
+                if let_go or (self.connections == 0 and not taken):
                     raise
                 reason = str(error)  # the server has not yet noticed the end of the last link
             except (OSError, TimeoutError, WebSocketException, FormatError) as error:

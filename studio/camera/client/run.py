@@ -8,7 +8,7 @@ import re
 import signal
 import sys
 import threading
-from collections.abc import AsyncIterator
+from collections.abc import AsyncIterator, Callable
 from dataclasses import dataclass
 from pathlib import Path
 from urllib.parse import urlsplit
@@ -21,8 +21,7 @@ from studio.camera.sources.registry import open_source
 from studio.camera.sources.source import Camera, Source
 from studio.camera.sources.tracked import TrackedSource
 from studio.engine.base.errors import SettingsError
-
-PARENT_CHECK_S = 0.5
+from studio.worker.parent import end_with_parent
 
 log = logging.getLogger(__name__)
 
@@ -47,6 +46,8 @@ def run_camera(
     preview: bool = False,
     preview_port: int | None = None,
     drop_unknown: bool = False,
+    until_let_go: bool = False,
+    certificate: Path | None = None,
 ) -> int:
     """Send a source's frames to a server until Ctrl-C, SIGTERM or the source's end; return the exit code 0.
 
@@ -65,10 +66,15 @@ def run_camera(
         preview: draw the camera's image as text in the terminal.
         preview_port: show it as a page on this port of this machine; 0 = a free one.
         drop_unknown: delete kept frames of takes that the server lacks.
+        until_let_go: end once the server no longer accepts the token, instead of trying again.
+        certificate: PEM file of the server's own certificate, if the system does not trust it.
 
     Raises:
         StudioError: a source, server or name that cannot be used, or a server that refuses the camera.
     """
+    end = _OrderlyEnd()
+    if parent is not None:
+        end_with_parent(parent, end)
     opened = open_source(source, keep_depth=record_depth)
     if (record_depth or preview or preview_port is not None) and not isinstance(opened, TrackedSource):
         given = source.name if isinstance(source, Camera) else source
@@ -83,16 +89,25 @@ def run_camera(
     with contextlib.suppress(asyncio.CancelledError, KeyboardInterrupt):
         kept = Spool(folder, max_bytes=spool_bytes)
         try:
-            link = Link(opened, server, name=name, token=token, spool=kept, drop_unknown=drop_unknown)
-            asyncio.run(_run(opened, link, parent, shown))
+            link = Link(
+                opened,
+                server,
+                name=name,
+                token=token,
+                spool=kept,
+                drop_unknown=drop_unknown,
+                until_let_go=until_let_go,
+                certificate=certificate,
+            )
+            asyncio.run(_run(opened, link, end, shown))
         finally:
             kept.close()
     return 0
 
 
-async def _run(source: Source, link: Link, parent: int | None, shown: "ClientDisplay") -> None:
+async def _run(source: Source, link: Link, end: "_OrderlyEnd", shown: "ClientDisplay") -> None:
     async with shown.of(source):
-        await _run_link(link, parent=parent)
+        await _run_link(link, end)
 
 
 @dataclass(frozen=True)
@@ -136,23 +151,24 @@ def _to_terminal(text: str) -> None:
     sys.stderr.flush()
 
 
-async def _end_with_parent(task: asyncio.Task[None], parent: int) -> None:
-    while os.getppid() == parent:
-        await asyncio.sleep(PARENT_CHECK_S)
-    task.cancel()
+class _OrderlyEnd:
+    """Cancels the client's task, once there is one; called on any thread."""
+
+    def __init__(self) -> None:
+        self.cancel: Callable[[], object] = lambda: None
+
+    def __call__(self) -> None:
+        with contextlib.suppress(RuntimeError):  # the client has ended meanwhile
+            self.cancel()
 
 
-async def _run_link(link: Link, *, parent: int | None) -> None:
+async def _run_link(link: Link, end: _OrderlyEnd) -> None:
     task = asyncio.current_task()
     assert task is not None
-    watch = None if parent is None else asyncio.create_task(_end_with_parent(task, parent))
     loop = asyncio.get_running_loop()
+    end.cancel = lambda: loop.call_soon_threadsafe(task.cancel)
     heard = threading.current_thread() is threading.main_thread()
     for number in (signal.SIGINT, signal.SIGTERM) if heard else ():
         with contextlib.suppress(NotImplementedError):  # on Windows, Ctrl-C raises KeyboardInterrupt
             loop.add_signal_handler(number, task.cancel)
-    try:
-        await link.run()
-    finally:
-        if watch is not None:
-            watch.cancel()
+    await link.run()

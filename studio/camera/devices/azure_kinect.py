@@ -9,15 +9,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from studio.camera.devices.common import checked_number, device_number, library, polled, split_argument
-from studio.camera.sources.config import DeviceConfig
+from studio.camera.devices.plugged import camera_name, seen_without_library
+from studio.camera.sources.config import DeviceConfig, FoundDevice
 from studio.camera.sources.depth_source import DepthShot, DepthSource, DeviceLostError
 from studio.camera.sources.pacing import WallClock
 from studio.camera.sources.source import Source, SourceFrame
+from studio.engine.base.errors import NotAvailableError
+from studio.engine.base.sentences import say
 from studio.engine.model.joints import JOINT_SETS
 from studio.take.importers.k4a import intrinsics
 from studio.take.raw.records import depth_camera
 
 _KIND, _MODE = "azure-kinect", "NFOV_2X2BINNED"
+_INSTALL = "install the extra: uv sync --extra azure-kinect, and the Azure Kinect SDK 1.4"
 _JOINTS = len(JOINT_SETS["azure-kinect"])
 _CONFIDENCE = (0.0, 0.4, 0.9, 1.0)
 """For the SDK's levels none, low, medium, high."""
@@ -46,9 +50,20 @@ class AzureKinectConfig(DeviceConfig):
         text, flags = split_argument(text, _KIND, ("bodies",))
         return cls(device_number(text, _KIND), "bodies" in flags)
 
+    @classmethod
+    def find(cls) -> list[FoundDevice]:
+        try:
+            kinect = library("pykinect_azure", kind=_KIND, install=_INSTALL)
+            count = _plugged(kinect)
+        except NotAvailableError as error:
+            return seen_without_library(_KIND, error)
+        return [
+            FoundDevice(f"{_KIND}:{k}", f"Azure Kinect {k + 1}", camera_name(_KIND, str(k)))
+            for k in range(count)
+        ]
+
     def open(self) -> "AzureKinectSource | AzureKinectBodies":
-        install = "install the extra: uv sync --extra azure-kinect, and the Azure Kinect SDK 1.4"
-        kinect = library("pykinect_azure", kind=_KIND, install=install)
+        kinect = library("pykinect_azure", kind=_KIND, install=_INSTALL)
         try:
             kinect.initialize_libraries(track_body=self.bodies)
             settings = kinect.default_configuration
@@ -68,6 +83,30 @@ class AzureKinectConfig(DeviceConfig):
         if self.bodies:
             return AzureKinectBodies(device, kinect.start_body_tracker())
         return AzureKinectSource(device)
+
+
+def _plugged(kinect: Any) -> int:
+    """Return how many devices are plugged in.
+
+    Raises:
+        NotAvailableError: the system's SDK does not answer.
+    """
+    try:
+        kinect.initialize_libraries()
+        return int(kinect.k4a_device_get_installed_count())
+    except (
+        Exception,
+        SystemExit,
+    ) as error:  # pykinect_azure raises any error of its C library or loader, or exits
+        raise NotAvailableError(
+            say(
+                "device.no_sdk",
+                "source {kind}: its SDK does not answer ({error}); {install}",
+                kind=_KIND,
+                error=str(error) or type(error).__name__,
+                install=_INSTALL,
+            )
+        ) from error
 
 
 class AzureKinectSource(DepthSource):

@@ -8,11 +8,13 @@ from typing import Any, Self
 import numpy as np
 
 from studio.camera.devices.common import library, polled, split_argument
-from studio.camera.sources.config import DeviceConfig
+from studio.camera.devices.plugged import seen_without_library
+from studio.camera.sources.config import DeviceConfig, FoundDevice
 from studio.camera.sources.depth_source import DepthShot, DepthSource
 from studio.camera.sources.pacing import WallClock
 from studio.camera.sources.source import Source, SourceFrame
 from studio.engine.base.errors import NotAvailableError, SettingsError
+from studio.engine.base.sentences import say
 from studio.engine.model.depth import DepthCamera
 from studio.take.importers.kinect import to_camera
 
@@ -22,6 +24,7 @@ _CONFIDENCE = (0.0, 0.4, 1.0)
 """For the SDK's states not tracked, inferred, tracked."""
 
 _POLL_S = 0.005
+_INSTALL = "pip install pykinect2, on Windows with the Kinect SDK 2.0"
 
 
 @dataclass(frozen=True)
@@ -46,10 +49,22 @@ class KinectV2Config(DeviceConfig):
             )
         return cls("bodies" in flags)
 
+    @classmethod
+    def find(cls) -> list[FoundDevice]:
+        try:
+            library("pykinect2.PyKinectV2", kind=_KIND, install=_INSTALL)
+        except NotAvailableError as error:
+            return seen_without_library(_KIND, error)
+        raise NotAvailableError(
+            say(
+                "device.kinect_v2_unlisted",
+                "the Kinect SDK 2.0 does not say whether a Kinect v2 is plugged in; start it by the command",
+            )
+        )
+
     def open(self) -> "KinectV2Source | KinectV2Bodies":
-        install = "pip install pykinect2, on Windows with the Kinect SDK 2.0"
-        constants = library("pykinect2.PyKinectV2", kind=_KIND, install=install)
-        runtime = library("pykinect2.PyKinectRuntime", kind=_KIND, install=install)
+        constants = library("pykinect2.PyKinectV2", kind=_KIND, install=_INSTALL)
+        runtime = library("pykinect2.PyKinectRuntime", kind=_KIND, install=_INSTALL)
         wanted = constants.FrameSourceTypes_Body if self.bodies else constants.FrameSourceTypes_Depth
         try:
             kinect = runtime.PyKinectRuntime(wanted)

@@ -8,10 +8,12 @@ from typing import Any, Self
 import numpy as np
 
 from studio.camera.devices.common import checked_number, device_number, library, polled
-from studio.camera.sources.config import DeviceConfig
+from studio.camera.devices.plugged import camera_name, seen_without_library
+from studio.camera.sources.config import DeviceConfig, FoundDevice
 from studio.camera.sources.depth_source import DepthShot, DepthSource, DeviceLostError
 from studio.camera.sources.pacing import WallClock
 from studio.engine.base.errors import NotAvailableError
+from studio.engine.base.sentences import say
 from studio.engine.model.depth import DepthCamera
 
 _KIND = "openni"
@@ -40,19 +42,23 @@ class OpenNIConfig(DeviceConfig):
     def parse(cls, text: str) -> Self:
         return cls(device_number(text, _KIND))
 
-    def open(self) -> "OpenNISource":
-        openni2 = library("primesense.openni2", kind=_KIND, install=_INSTALL)
+    @classmethod
+    def find(cls) -> list[FoundDevice]:
         try:
-            if not openni2.is_initialized():
-                openni2.initialize()
-            uris = list(openni2.Device.enumerate_uris())
-        except Exception as error:  # primesense raises any error of its C library or loader
-            raise NotAvailableError(
-                "device.openni_not_started",
-                "source openni: OpenNI 2 cannot be started ({error}); {install}",
-                error=error,
-                install=_SYSTEM,
-            ) from error
+            _, uris = _plugged()
+        except NotAvailableError as error:
+            return seen_without_library(_KIND, error)
+        return [
+            FoundDevice(
+                f"{_KIND}:{k}",
+                say("device.openni", "OpenNI camera {number}", number=k + 1),
+                camera_name(_KIND, str(k)),
+            )
+            for k in range(len(uris))
+        ]
+
+    def open(self) -> "OpenNISource":
+        openni2, uris = _plugged()
         if self.number >= len(uris):
             raise DeviceLostError(
                 "device.no_openni",
@@ -61,6 +67,26 @@ class OpenNIConfig(DeviceConfig):
                 n=len(uris),
             )
         return OpenNISource(openni2, openni2.Device(uris[self.number]))
+
+
+def _plugged() -> tuple[Any, list[Any]]:
+    """Return the library, started, and the addresses of the devices that are plugged in.
+
+    Raises:
+        NotAvailableError: it is not installed, or does not start.
+    """
+    openni2 = library("primesense.openni2", kind=_KIND, install=_INSTALL)
+    try:
+        if not openni2.is_initialized():
+            openni2.initialize()
+        return openni2, list(openni2.Device.enumerate_uris())
+    except Exception as error:  # primesense raises any error of its C library or loader
+        raise NotAvailableError(
+            "device.openni_not_started",
+            "source openni: OpenNI 2 cannot be started ({error}); {install}",
+            error=error,
+            install=_SYSTEM,
+        ) from error
 
 
 class OpenNISource(DepthSource):

@@ -7,13 +7,15 @@ from typing import Any, Self
 import numpy as np
 
 from studio.camera.devices.common import library, polled
-from studio.camera.sources.config import DeviceConfig
+from studio.camera.devices.plugged import camera_name, seen_without_library
+from studio.camera.sources.config import DeviceConfig, FoundDevice
 from studio.camera.sources.depth_source import DepthShot, DepthSource, DeviceLostError
 from studio.camera.sources.pacing import WallClock
-from studio.engine.base.errors import StudioError
+from studio.engine.base.errors import NotAvailableError, StudioError
 from studio.engine.model.depth import DepthCamera
 
 _WAIT_MS = 500
+_KIND, _INSTALL = "orbbec", "install the extra: uv sync --extra orbbec"
 
 
 @dataclass(frozen=True)
@@ -30,8 +32,21 @@ class OrbbecConfig(DeviceConfig):
     def parse(cls, text: str) -> Self:
         return cls(text)
 
+    @classmethod
+    def find(cls) -> list[FoundDevice]:
+        try:
+            sdk = library("pyorbbecsdk", kind=_KIND, install=_INSTALL)
+        except NotAvailableError as error:
+            return seen_without_library(_KIND, error)
+        devices, found = sdk.Context().query_devices(), []
+        for k in range(devices.get_count()):
+            serial = devices.get_device_serial_number_by_index(k)
+            name = devices.get_device_name_by_index(k) or "Orbbec"
+            found.append(FoundDevice(f"{_KIND}:{serial}", name, camera_name(_KIND, serial), serial))
+        return found
+
     def open(self) -> "OrbbecSource":
-        sdk = library("pyorbbecsdk", kind="orbbec", install="install the extra: uv sync --extra orbbec")
+        sdk = library("pyorbbecsdk", kind=_KIND, install=_INSTALL)
         devices = sdk.Context().query_devices()
         serials = [devices.get_device_serial_number_by_index(k) for k in range(devices.get_count())]
         if not serials or (self.serial and self.serial not in serials):

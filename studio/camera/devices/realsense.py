@@ -8,15 +8,17 @@ from typing import Any, Self
 import numpy as np
 
 from studio.camera.devices.common import device_failed, library, polled
-from studio.camera.sources.config import DeviceConfig
+from studio.camera.devices.plugged import camera_name, seen_without_library
+from studio.camera.sources.config import DeviceConfig, FoundDevice
 from studio.camera.sources.depth_source import DepthShot, DepthSource, DeviceLostError
 from studio.camera.sources.pacing import WallClock
-from studio.engine.base.errors import FormatError
+from studio.engine.base.errors import FormatError, NotAvailableError
 from studio.engine.model.depth import DepthCamera
 
 _WANTED = (848, 480, 30)
 _WAIT_MS = 500
 _QUEUE = 2
+_KIND, _INSTALL = "realsense", "install the extra: uv sync --extra realsense"
 
 
 @dataclass(frozen=True)
@@ -33,8 +35,20 @@ class RealSenseConfig(DeviceConfig):
     def parse(cls, text: str) -> Self:
         return cls(text)
 
+    @classmethod
+    def find(cls) -> list[FoundDevice]:
+        try:
+            rs = library("pyrealsense2", kind=_KIND, install=_INSTALL)
+        except NotAvailableError as error:
+            return seen_without_library(_KIND, error)
+        found = []
+        for device in rs.context().query_devices():
+            serial, name = _info(rs, device, "serial_number"), _info(rs, device, "name") or "RealSense"
+            found.append(FoundDevice(f"{_KIND}:{serial}", name, camera_name(_KIND, serial), serial))
+        return found
+
     def open(self) -> "RealSenseSource":
-        rs = library("pyrealsense2", kind="realsense", install="install the extra: uv sync --extra realsense")
+        rs = library("pyrealsense2", kind=_KIND, install=_INSTALL)
         devices = list(rs.context().query_devices())
         serials = [device.get_info(rs.camera_info.serial_number) for device in devices]
         if self.serial and self.serial not in serials:

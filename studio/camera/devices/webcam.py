@@ -4,6 +4,8 @@ MediaPipe gives the body in metres about the middle of the hips, and its place i
 from both, by the size of the body in the image. The lens is assumed to have a usual webcam's field of view.
 """
 
+import os
+import sys
 from collections.abc import AsyncIterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -13,11 +15,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from studio.camera.devices.common import checked_number, device_number, library, polled
-from studio.camera.sources.config import DeviceConfig
+from studio.camera.devices.plugged import camera_name, video_devices
+from studio.camera.sources.config import DeviceConfig, FoundDevice
 from studio.camera.sources.depth_source import DeviceLostError
 from studio.camera.sources.pacing import WallClock
+from studio.camera.sources.picture import no_image
 from studio.camera.sources.source import Source, SourceFrame
-from studio.engine.base.errors import SettingsError
+from studio.engine.base.errors import NotAvailableError, SettingsError
+from studio.engine.base.sentences import say
 from studio.engine.model.joints import JOINT_SETS
 
 FIELD_OF_VIEW_DEG = 65.0
@@ -26,6 +31,11 @@ FIELD_OF_VIEW_DEG = 65.0
 _KIND = "webcam"
 _INSTALL = "install the extra: uv sync --extra webcam"
 _LEAST_VISIBLE = 0.3
+_DARK_FRAMES = 5
+"""Frames in which a webcam finds its exposure."""
+
+MODEL = "STUDIO_WEBCAM_MODEL"
+"""Environment variable with the model file for webcams that are connected from the page."""
 
 
 @dataclass(frozen=True)
@@ -61,6 +71,35 @@ class WebcamConfig(DeviceConfig):
         model, _, number = text.partition("#")
         return cls(model, device_number(number, _KIND))
 
+    @classmethod
+    def find(cls) -> list[FoundDevice]:
+        if sys.platform != "linux":
+            raise NotAvailableError(
+                say("device.webcams_unlisted", "webcams are listed on Linux only; start one by the command")
+            )
+        model = os.environ.get(MODEL, "")
+        return [
+            FoundDevice(
+                f"{_KIND}:{model or 'MODEL'}#{number}",
+                name,
+                camera_name(_KIND, str(number)),
+                needs=_needs(model),
+            )
+            for number, name in video_devices()
+        ]
+
+    def picture(self) -> NDArray[np.uint8]:
+        cv2 = library("cv2", kind=_KIND, install=_INSTALL)
+        camera = cv2.VideoCapture(self.number)
+        try:
+            shots = [camera.read() for _ in range(_DARK_FRAMES)]
+        finally:
+            camera.release()
+        found, image = shots[-1]
+        if not found:
+            raise no_image(f"webcam {self.number}")
+        return cv2.cvtColor(image, cv2.COLOR_BGR2RGB)
+
     def open(self) -> "WebcamSource":
         mediapipe = library("mediapipe", kind=_KIND, install=_INSTALL)
         vision = library("mediapipe.tasks.python.vision", kind=_KIND, install=_INSTALL)
@@ -85,6 +124,21 @@ class WebcamConfig(DeviceConfig):
                 "device.no_webcam", "no webcam number {number} is plugged in", number=self.number
             )
         return WebcamSource(mediapipe, cv2, landmarker, camera)
+
+
+def _needs(model: str) -> str:
+    """Return what webcams lack before they can be opened; "" = nothing."""
+    try:
+        library("mediapipe", kind=_KIND, install=_INSTALL)
+    except NotAvailableError as error:
+        return error.sentence
+    if not Path(model).is_file():
+        return say(
+            "device.webcam_model",
+            "webcams need a pose landmarker of MediaPipe: start the studio with its file as {variable}",
+            variable=MODEL,
+        )
+    return ""
 
 
 class WebcamSource(Source):

@@ -1,11 +1,35 @@
 """Configurations of the kinds of cameras: a frozen dataclass for each, beside its source."""
 
 from abc import ABC, abstractmethod
+from dataclasses import dataclass
 from typing import Self
 
+import numpy as np
+from numpy.typing import NDArray
+
 from studio.camera.sources.depth_source import DepthSource
+from studio.camera.sources.picture import picture_of
 from studio.camera.sources.source import Source
 from studio.engine.base.errors import SettingsError
+
+
+@dataclass(frozen=True)
+class FoundDevice:
+    """A device that is plugged into this machine, found without opening it.
+
+    Attributes:
+        source: text of `--source` that opens it; of a device that lacks something, a part of it in capitals.
+        device: what it is, for people.
+        name: a good name for its camera, the same whenever it is found.
+        serial: its serial number; "" = not known.
+        needs: what it lacks before it can be opened, and what to do; "" = nothing.
+    """
+
+    source: str
+    device: str
+    name: str
+    serial: str = ""
+    needs: str = ""
 
 
 class SourceConfig(ABC):
@@ -26,6 +50,26 @@ class SourceConfig(ABC):
                 text=text,
             )
         return cls()
+
+    @classmethod
+    def find(cls) -> list[FoundDevice]:
+        """Return the devices of this kind that are plugged in, without opening one; by default a kind has none.
+
+        `studio.camera.finding` calls it in a process of its own, since a device's library may hang or crash.
+
+        Raises:
+            StudioError: they cannot be looked for, such as without the device's library.
+        """
+        return []
+
+    def picture(self) -> NDArray[np.uint8]:
+        """Open the camera, and return what it sees: grey, shape (height, width), or RGB, shape (height, width, 3).
+
+        Raises:
+            NotAvailableError: the camera gives no images, or its library is not installed.
+            StudioError: it cannot be opened, or gives no image.
+        """
+        return picture_of(self.open())
 
     @abstractmethod
     def open(self) -> Source | DepthSource:

@@ -24,10 +24,12 @@ class Kind:
     Attributes:
         where: its configuration's class, or `<module>:<class>`, which is imported on demand.
         argument: form of the text after the colon; "" = none.
+        found: its devices can be looked for, by its configuration's `find`.
     """
 
     where: str | type[SourceConfig]
     argument: str = ""
+    found: bool = False
 
     def config(self) -> type[SourceConfig]:
         """Return the class of its configuration."""
@@ -41,14 +43,16 @@ _SOURCES, _DEVICES = "studio.camera.sources", "studio.camera.devices"
 
 SOURCES: dict[str, Kind] = {
     "simulated": Kind(f"{_SOURCES}.simulated:SimulatedConfig", "<index>/<count>[:<seed>]"),
-    "simulated-depth": Kind(f"{_SOURCES}.simulated_depth:SimulatedDepthConfig", "<index>/<count>[:<seed>]"),
+    "simulated-depth": Kind(
+        f"{_SOURCES}.simulated_depth:SimulatedDepthConfig", "<index>/<count>[:<seed>]", found=True
+    ),
     "recording": Kind(f"{_SOURCES}.recording:RecordingConfig", "<path>[#<camera>][?speed=max]"),
-    "realsense": Kind(f"{_DEVICES}.realsense:RealSenseConfig", "[<serial>]"),
-    "orbbec": Kind(f"{_DEVICES}.orbbec:OrbbecConfig", "[<serial>]"),
-    "openni": Kind(f"{_DEVICES}.openni:OpenNIConfig", "[<number>]"),
-    "azure-kinect": Kind(f"{_DEVICES}.azure_kinect:AzureKinectConfig", "[<number>][?bodies]"),
-    "kinect-v2": Kind(f"{_DEVICES}.kinect_v2:KinectV2Config", "[?bodies]"),
-    "webcam": Kind(f"{_DEVICES}.webcam:WebcamConfig", "<model file>[#<number>]"),
+    "realsense": Kind(f"{_DEVICES}.realsense:RealSenseConfig", "[<serial>]", found=True),
+    "orbbec": Kind(f"{_DEVICES}.orbbec:OrbbecConfig", "[<serial>]", found=True),
+    "openni": Kind(f"{_DEVICES}.openni:OpenNIConfig", "[<number>]", found=True),
+    "azure-kinect": Kind(f"{_DEVICES}.azure_kinect:AzureKinectConfig", "[<number>][?bodies]", found=True),
+    "kinect-v2": Kind(f"{_DEVICES}.kinect_v2:KinectV2Config", "[?bodies]", found=True),
+    "webcam": Kind(f"{_DEVICES}.webcam:WebcamConfig", "<model file>[#<number>]", found=True),
 }
 """The kinds of sources by name, `<kind>[:<argument>]`."""
 

@@ -26,6 +26,7 @@ from studio.engine.base.sentences import say
 from studio.engine.model.depth import DepthCamera
 from studio.engine.model.observation import Observation
 from studio.take.raw.records import intrinsics_of
+from studio.worker.parent import end_with_parent
 
 _RATE_FRAMES = 60
 _ENDED = say("tracker.ended", "the tracker's process has ended; start the camera again")
@@ -203,6 +204,9 @@ def _observe(
     connection: Connection, make: Callable[[str, DepthCamera], Any] | None, name: str, camera: DepthCamera
 ) -> None:
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the client, which ends its observer
+    parent = multiprocessing.parent_process()
+    if parent is not None and parent.pid is not None:
+        end_with_parent(parent.pid)  # also while it loads, which takes seconds
     try:
         observer = (make or _observer)(name, camera)
         connection.send(("ready", None))

@@ -19,6 +19,9 @@ except ImportError:  # Windows
 USB_DEVICES = Path("/sys/bus/usb/devices")
 """Where Linux lists USB devices; missing on other systems."""
 
+VIDEO_DEVICES = Path("/sys/class/video4linux")
+"""Where Linux lists video devices; missing on other systems."""
+
 _STATUS = Path("/proc/self/status")
 _SCHEDULED = Path("/proc/self/schedstat")
 _BOOT_ID = Path("/proc/sys/kernel/random/boot_id")

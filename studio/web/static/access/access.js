@@ -1,4 +1,5 @@
 // The access panel, where the studio is open to the network: camera tokens, the operator's token, signing out.
+import { setAddress } from "../base/address.js";
 import { byId, h, redraw, setText } from "../base/dom.js";
 import { addCameraToken, getAccess, removeCameraToken, renewOperator, renewViewers, signOut } from "../base/api.js";
 import { askSure } from "../base/ask.js";
@@ -77,6 +78,7 @@ function build(cameras) {
 /** Show who may send; nothing at all on a studio that asks for no tokens, nor to viewers. Returns who asks. */
 export async function updateAccess() {
   const access = await getAccess();
+  setAddress(access);
   byId("access-panel").hidden = !access.required || access.role !== "operator";
   if (access.required && access.role === "operator") show(access);
   return access.role;

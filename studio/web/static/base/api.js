@@ -51,6 +51,14 @@ export const putSettings = (preset, set) => call("PUT", "settings", { preset, se
 export const getRecordings = () => call("GET", "recordings");
 export const openLocalCameras = (wanted) => call("POST", "local-cameras", wanted);
 export const stopLocalCameras = () => call("DELETE", "local-cameras");
+export const getDevices = () => call("GET", "devices");
+export const searchDevices = () => call("POST", "devices/search");
+export const takeDevicePicture = (id) => call("POST", `devices/${id}/picture`);
+export const connectDevice = (id, name) => call("POST", `devices/${id}/connect`, { name });
+export const disconnectDevice = (id) => call("POST", `devices/${id}/disconnect`);
+export const getAnnounced = () => call("GET", "devices/announced");
+export const callCamera = (id, code) => call("POST", `devices/announced/${id}/connect`, { code });
+export const letCameraGo = (id) => call("POST", `devices/announced/${id}/disconnect`);
 export const inviteCamera = () => call("POST", "cameras/invite", {});
 export const chooseReference = (name) => call("PUT", `cameras/${encodeURIComponent(name)}/reference`);
 export const startRecording = (take) => call("POST", "record/start", take ? { take } : {});

@@ -5,6 +5,7 @@
 // A value may be a sentence itself, or a list. What has no French is shown as it came.
 import blind from "./said/blind.js";
 import calibration from "./said/calibration.js";
+import devices from "./said/devices.js";
 import exporting from "./said/export.js";
 import files from "./said/files.js";
 import recordings from "./said/recordings.js";
@@ -14,7 +15,7 @@ import takes from "./said/takes.js";
 import { remember } from "./retell.js";
 import { language, number, unbroken } from "./strings.js";
 
-const FRENCH = { ...stage, ...calibration, ...takes, ...exporting, ...settings, ...files, ...recordings, ...blind };
+const FRENCH = { ...stage, ...calibration, ...takes, ...exporting, ...settings, ...files, ...recordings, ...devices, ...blind };
 const KEPT = 1000;
 const sentences = new Map(); // the last sentences heard, by their English text
 

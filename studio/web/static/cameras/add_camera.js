@@ -1,6 +1,9 @@
-// The dialog that adds cameras: simulated, a recording, or a device on another machine, by a command or a QR code.
+// The dialog that adds cameras: devices of the server's machine by a click, simulated ones, a recording, or a device on
+// another machine, by a command or a QR code.
 import { getRecordings, inviteCamera, openLocalCameras } from "../base/api.js";
 import { commandFor } from "./camera_command.js";
+import { announcedPart } from "./announced.js";
+import { devicesPart, showDevices } from "./devices.js";
 import { byId, h } from "../base/dom.js";
 import { attempt, showNote } from "../base/messages.js";
 import { t } from "../base/strings.js";
@@ -51,12 +54,16 @@ export async function showAddCamera() {
   const dialog = byId("add-camera-dialog");
   dialog.replaceChildren(
     h("h2", {}, t("cameras.add")),
+    devicesPart(),
+    announcedPart(),
     h("div", { class: "add-camera" },
       part(t("cameras.elsewhere"), elsewhere(invitation)),
       h("div", { class: "stack" },
         part(t("cameras.simulation"), h("p", { class: "muted" }, t("cameras.simulation_words")),
-          h("div", { class: "buttons" }, h("button", { type: "button", onclick: startSimulated }, t("cameras.simulate")))),
+          h("div", { class: "buttons" }, h("button", { type: "button", onclick: startSimulated }, t("cameras.simulate"))),
+          h("p", { class: "muted" }, t("devices.simulated_words")), h("ul", { id: "simulated-devices" })),
         part(t("cameras.recording"), h("p", { class: "muted" }, t("cameras.recording_words")), recordings(all)))),
     h("form", { method: "dialog" }, h("button", { type: "submit" }, t("message.close"))));
   dialog.showModal();
+  await showDevices(dialog);
 }

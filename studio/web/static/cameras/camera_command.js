@@ -10,6 +10,9 @@ export const SOURCES = [
   ["openni", "Kinect v1, Xtion (OpenNI)"],
 ];
 
+/** What people call a kind of source. */
+export const labelOf = (kind) => SOURCES.find(([source]) => source === kind)?.[1] ?? kind;
+
 /** A command in a box with a button that copies it; where that is not allowed, its text is selected. */
 export function commandBox(command) {
   const code = h("code", { tabIndex: 0 }, command);

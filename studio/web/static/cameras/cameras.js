@@ -1,6 +1,7 @@
 // The cameras panel: name, colour, frame rate, latency and health in words.
 import { showAddCamera, startSimulated } from "./add_camera.js";
-import { chooseReference, stopLocalCameras } from "../base/api.js";
+import { addressForOthers, onlyHere } from "../base/address.js";
+import { chooseReference, disconnectDevice, letCameraGo, stopLocalCameras } from "../base/api.js";
 import { commandBox, commandOf } from "./camera_command.js";
 import { byId, h, redraw, setText } from "../base/dom.js";
 import { toneOf } from "../base/fresh.js";
@@ -57,7 +58,7 @@ function remarks(camera) {
 /** A number that changes every other second, so that the picture is fetched anew. */
 const preview = (name, camera) => `/api/v1/cameras/${encodeURIComponent(name)}/preview?n=${Math.floor(camera.previews / 10)}`;
 
-function row(name, camera, colour) {
+function row(name, camera, colour, device) {
   const [words, tone] = health(camera);
   const hints = { rate: t("camera.rate_hint"), delay: t("camera.delay_hint", { spread: number(camera.jitter_ms ?? 0, 1) }), step: clockWords(camera), sure: t("camera.sure_hint") };
   return h("li", { class: "camera" },
@@ -68,7 +69,9 @@ function row(name, camera, colour) {
       h("div", { title: hints[key] }, h("dt", {}, t(`camera.${key}`)), h("dd", {}, value)))),
     camera.connected && remarks(camera) && h("p", { class: "words" }, remarks(camera)),
     camera.reason && h("p", { class: "words" }, said(camera.reason)),
-    camera.connected && camera.previews > 0 && h("img", { class: "preview", src: preview(name, camera), alt: t("camera.sees", { name }) }));
+    camera.connected && camera.previews > 0 && h("img", { class: "preview", src: preview(name, camera), alt: t("camera.sees", { name }) }),
+    device && h("button", { class: "small disconnect operate", id: `disconnect-${device.id}`, type: "button", aria: { label: t("devices.disconnect_label", { device: name }) },
+      onclick: () => attempt(() => (device.network ? letCameraGo : disconnectDevice)(device.id)) }, t("devices.disconnect")));
 }
 
 /** A choice of the camera whose clock is the stage clock; apart from the list, which is drawn anew all the time. */
@@ -87,15 +90,24 @@ function updateReference(cameras, recording) {
   redraw(byId("cameras-reference"), [names, now, shown], () => (shown ? reference(names, now) : []));
 }
 
+/** Devices whose clients have ended by themselves, and why. */
+const ended = (devices) => devices.filter((one) => one.state === "ended").map(({ id, camera, problem }) => h("div", { class: "ended" },
+  h("p", { class: "words bad" }, `${camera}: ${said(problem)}`),
+  h("div", { class: "buttons operate" },
+    h("button", { class: "small", type: "button", onclick: () => showAddCamera() }, t("devices.connect_again")),
+    h("button", { class: "small", type: "button", onclick: () => attempt(() => disconnectDevice(id)) }, t("message.dismiss")))));
+
 /** What there is to do while no camera was ever here. */
-function nobody() {
+function nobody(devices) {
   return h("div", { class: "no-camera" },
     h("p", { class: "empty" }, t("cameras.none")),
+    ended(devices),
     h("div", { class: "buttons operate" },
       h("button", { class: "primary", type: "button", onclick: startSimulated }, t("cameras.simulate")),
       h("button", { type: "button", onclick: () => showAddCamera() }, t("cameras.add_more"))),
     h("p", { class: "empty" }, t("cameras.by_command")),
-    commandBox(commandOf("SOURCE", { server: location.origin })));
+    commandBox(commandOf("SOURCE", { server: addressForOthers() })),
+    onlyHere() && h("p", { class: "empty" }, t("cameras.only_here")));
 }
 
 /** The cameras that run on the server's machine, with a way to stop them, and the way to more. */
@@ -105,6 +117,7 @@ function below(local) {
     local.opened && h("p", { class: "words" }, t(local.opened === "simulated" ? "cameras.simulated" : "cameras.playing", { name: local.opened.replace(/^\w+\//, "") })),
     local.opened && local.opened !== "simulated" && (local.borrowed || !local.calibrated)
       && h("p", { class: `words ${local.borrowed ? "" : "fair"}` }, t(local.borrowed ? "cameras.borrowed" : "cameras.not_borrowed")),
+    ...ended(local.devices),
     ...broken.map(([name, { problem }]) => h("p", { class: "words bad" }, `${name}: ${said(problem)}`)),
     h("div", { class: "buttons" },
       h("button", { class: "small", id: "add-camera", type: "button", onclick: () => showAddCamera() }, t("cameras.add")),
@@ -118,13 +131,14 @@ export function updateCameras(cameras, colours, recording, local) {
   const connected = names.filter((name) => cameras[name].connected).length;
   const known = names.some((name) => cameras[name].state !== "unknown");
   setText(byId("cameras-count"), known ? t("cameras.connected", { connected, n: names.length }) : "");
+  const clicked = (name) => (recording ? undefined : local.devices.find((one) => one.camera === name && one.state === "connected"));
   const key = names.map((name) => {
     const camera = cameras[name];
-    return [name, health(camera), figures(camera), remarks(camera), camera.reference, camera.reason, colours[name], preview(name, camera)];
+    return [name, health(camera), figures(camera), remarks(camera), camera.reference, camera.reason, colours[name], preview(name, camera), clicked(name)?.id];
   });
-  redraw(byId("cameras"), key, () => (names.length
-    ? h("ul", {}, names.map((name) => row(name, cameras[name], colours[name] ?? "var(--muted)")))
-    : nobody()));
+  redraw(byId("cameras"), names.length ? key : [local.devices, addressForOthers(), onlyHere()], () => (names.length
+    ? h("ul", {}, names.map((name) => row(name, cameras[name], colours[name] ?? "var(--muted)", clicked(name))))
+    : nobody(local.devices)));
   updateReference(cameras, recording);
   const shown = names.length > 0 && !recording;
   redraw(byId("cameras-more"), [shown, local], () => (shown ? below(local) : []));

@@ -1,6 +1,7 @@
 // The operator's page of blind tests: make one of two solves, hand out its link, see the votes come in.
+import { linkTo, onlyHere, setAddress } from "../base/address.js";
 import { byId, h, redraw } from "../base/dom.js";
-import { blindAction, createBlindTest, createThesisTest, getBlindResults, getBlindTests, getTakes, showBlindSlot } from "../base/api.js";
+import { blindAction, createBlindTest, createThesisTest, getAccess, getBlindResults, getBlindTests, getTakes, showBlindSlot } from "../base/api.js";
 import { askSure } from "../base/ask.js";
 import { startFrame } from "../base/frame.js";
 import { attempt, showNote } from "../base/messages.js";
@@ -14,7 +15,6 @@ const state = { takes: [], tests: [], chosen: location.hash.slice(1), pairs: [] 
 const percent = (value) => `${Math.round(100 * value)} %`;
 const shareOf = (name, votes, of) => t("blind.share_of", { share: percent(votes / of), name, n: of });
 const pWords = (p) => (p < 0.001 ? `p < ${written(0.001, 3)}` : `p = ${written(p, 3)}`);
-const linkOf = (test) => new URL(test.path, location.origin).href;
 
 async function copy(text) {
   try {
@@ -42,10 +42,11 @@ function row(test) {
   return h("li", { class: "test" },
     h("div", {}, h("strong", {}, test.title), h("span", { class: test.open ? "good" : "muted" }, t(test.open ? "blind.open" : "blind.closed"))),
     h("p", { class: "muted" }, `${t("blind.pairs", { n: test.pairs.length })} · ${votes}`),
-    test.path && h("code", { class: "link" }, linkOf(test)),
+    test.path && h("code", { class: "link" }, linkTo(test.path)),
+    test.path && onlyHere() && h("p", { class: "fair" }, t("blind.only_here")),
     h("div", { class: "buttons" },
       button(t("blind.results"), () => choose(test.id)),
-      test.path && button(t("blind.copy_link"), () => copy(linkOf(test))),
+      test.path && button(t("blind.copy_link"), () => copy(linkTo(test.path))),
       test.path && h("a", { class: "button small", href: `api/v1/blind/${test.id}/qr`, target: "_blank", title: t("blind.qr_hint") }, t("blind.qr")),
       button(t("blind.new_link"), () => newLink(test), t("blind.new_link_hint")),
       test.closed ? button(t("blind.reopen"), act(test, "reopen")) : button(t("blind.close"), act(test, "close"), t("blind.close_hint")),
@@ -205,6 +206,7 @@ async function refresh() {
 
 startFrame();
 attempt(async () => {
+  setAddress(await getAccess());
   state.takes = await getTakes();
   byId("new").replaceChildren(form());
   await refresh();

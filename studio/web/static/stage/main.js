@@ -8,6 +8,7 @@ import { attempt, showError, showNext, showNote } from "../base/messages.js";
 import { updateCalibration } from "../calibration/calibration.js";
 import { forgetMeasured, startCompare, toggleCompare, updateCompare, updateCompareTakes } from "../compare/compare.js";
 import { updateCameras } from "../cameras/cameras.js";
+import { hearDevices } from "../cameras/devices.js";
 import { updateDisk } from "./disk.js";
 import { startFrame } from "../base/frame.js";
 import { updateNextStep } from "./next_step.js";
@@ -44,7 +45,7 @@ const CHOSEN = "switches"; // what the switches of a replayed take were set to, 
 const SAVED_MS = 2500; // a take that another browser stopped is on disk by then
 
 const state = {
-  colours: {}, takes: null, jobs: null, cameras: "", recording: false, problem: "", switches: null, replayed: "", status: null, heardAt: 0, pictureFrom: null, loaded: false,
+  colours: {}, takes: null, jobs: null, cameras: "", recording: false, problem: "", switches: null, replayed: "", devices: [], status: null, heardAt: 0, pictureFrom: null, loaded: false,
 };
 
 function showConnection(connection) {
@@ -183,7 +184,7 @@ function showStatus(status) {
     attempt(async () => { state.colours = (await getView()).colours; });
   }
   const { borrowed, attempt: { state: walked } } = status.calibration;
-  updateCameras(status.cameras, state.colours, status.recording.active, { ...state.local, borrowed, calibrated: walked === "done" });
+  updateCameras(status.cameras, state.colours, status.recording.active, { ...state.local, borrowed, calibrated: walked === "done", devices: state.devices });
   updateDisk(status);
   updateLevels(status.cameras, state.colours);
   updateWarnings(status);
@@ -212,8 +213,10 @@ function showPanels() {
 function showMessage(message) {
   Object.assign(state, { status: message.status, message, heardAt: performance.now() });
   state.local = message.local_cameras;
+  state.devices = message.devices;
   state.colours = message.view.colours;
   showStatus(message.status);
+  hearDevices(message.devices, message.status.cameras, message.status.recording.active);
   hearJobs(message.jobs);
   updateWorkList(message.jobs, state.takes);
   if (state.switches) showJobs(message.jobs);

@@ -1,14 +1,13 @@
 // The share dialog: a solve becomes a replay in one HTML file and a link to it; all links, and taking them back.
+import { linkTo, onlyHere } from "../base/address.js";
 import { byId, h } from "../base/dom.js";
 import { getShares, removeShare, restoreShare, shareSolve } from "../base/api.js";
 import { attempt, showNote, showUndo, undoing } from "../base/messages.js";
 import { replayed } from "../replay/replay.js";
 import { language, number, t } from "../base/strings.js";
 
-const LOCAL = ["localhost", "127.0.0.1", "[::1]"];
 const state = { take: null, solve: "", share: null };
 
-const linkOf = (share) => new URL(share.path, location.origin).href;
 const fileOf = (share) => `api/v1/shares/${share.id}/file`;
 const sizeOf = (share) => t("share.mb", { mb: number(share.size_bytes / 1e6, share.size_bytes < 1e7 ? 1 : 0) });
 const dayOf = (share) => new Date(share.created).toLocaleString(language, { day: "numeric", month: "short", hour: "2-digit", minute: "2-digit" });
@@ -53,19 +52,19 @@ function made(share) {
       h("img", { src: `api/v1/shares/${share.id}/qr`, alt: t("share.qr"), width: 132, height: 132 }),
       h("div", { class: "stack" },
         h("p", { class: "muted" }, t("share.about", { size: sizeOf(share) })),
-        h("div", { class: "copy" }, h("code", { id: "share-link", tabIndex: 0 }, linkOf(share)),
-          h("button", { class: "small", type: "button", onclick: () => copy(linkOf(share)) }, t("share.copy"))),
+        h("div", { class: "copy" }, h("code", { id: "share-link", tabIndex: 0 }, linkTo(share.path)),
+          h("button", { class: "small", type: "button", onclick: () => copy(linkTo(share.path)) }, t("share.copy"))),
         h("div", { class: "row" },
           h("a", { class: "button primary", href: fileOf(share), download: "" }, t("share.download")),
-          h("a", { class: "button", href: linkOf(share), target: "_blank", rel: "noreferrer" }, t("share.open"))),
-        LOCAL.includes(location.hostname) && h("p", { class: "muted" }, t("share.local")))),
+          h("a", { class: "button", href: share.path, target: "_blank", rel: "noreferrer" }, t("share.open"))),
+        onlyHere() && h("p", { class: "muted" }, t("share.local")))),
   ];
 }
 
 function row(share) {
   const what = `${share.take}, ${share.solve}`;
   return h("li", { class: "share-row" },
-    h("a", { href: linkOf(share), target: "_blank", rel: "noreferrer", title: what }, share.title),
+    h("a", { href: share.path, target: "_blank", rel: "noreferrer", title: what }, share.title),
     h("span", { class: "muted" }, `${dayOf(share)} · ${sizeOf(share)}`),
     h("a", { class: "button small", href: fileOf(share), download: "", aria: { label: t("share.download_one", { title: share.title }) } }, t("share.file")),
     h("button", { class: "small", type: "button", onclick: () => takeBack(share), aria: { label: t("share.take_back_one", { title: share.title }) } }, t("share.take_back")));

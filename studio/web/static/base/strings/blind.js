@@ -3,6 +3,7 @@ export default {
   "blind.page": ["Blind tests - Capture Studio", "Tests à l'aveugle - Capture Studio"],
   "blind.back": ["Back to the stage", "Retour au plateau"],
   "blind.new": ["New test", "Nouveau test"],
+  "blind.only_here": ["Only this machine opens this link. Start the studio with --host 0.0.0.0 for voters on others.", "Seule cette machine ouvre ce lien. Lancez le studio avec --host 0.0.0.0 pour des votants ailleurs."],
   "blind.copied": ["The link is copied", "Le lien est copié"],
   "blind.voters": ["{n} voter|{n} voters", "{n} votant|{n} votants"],
   "blind.votes": ["{n} vote of {all}|{n} votes of {all}", "{n} vote sur {all}|{n} votes sur {all}"],

@@ -1,0 +1,41 @@
+"""Camera clients that a click started end with the server: at its ordinary end, and when it is killed."""
+
+from pathlib import Path
+
+import psutil
+import pytest
+
+from tests.acceptance.processes import ServerProcess, server_process, wait_until
+
+
+def connect(server: ServerProcess) -> list[psutil.Process]:
+    """Connect a device; return its client's process and what that has started."""
+
+    def found() -> str:
+        devices = server.http.get("/devices").json()["devices"]
+        return next((one["id"] for one in devices if one["source"] == "simulated-depth:0/2"), "")
+
+    server.http.post("/devices/search").raise_for_status()
+    device = wait_until(found, "the device is found")
+    server.http.post(f"/devices/{device}/connect", json={"name": "left"}).raise_for_status()
+    assert server.process is not None
+    program = psutil.Process(server.process.pid)
+
+    def running() -> list[psutil.Process]:
+        clients = [one for one in program.children() if "left" in one.cmdline()]
+        return [each for one in clients if (parts := one.children()) for each in (one, *parts)]
+
+    return wait_until(running, "the client and its tracker run")
+
+
+@pytest.mark.parametrize("how", ["killed", "ended"])
+def test_no_client_outlives_the_server(tmp_path: Path, how: str) -> None:
+    with server_process(tmp_path / "sessions") as server:
+        processes = connect(server)
+        assert len(processes) >= 2
+        if how == "killed":
+            server.kill()
+        else:
+            server.close()
+        psutil.wait_procs(processes)
+        assert not any(one.is_running() for one in processes)
