@@ -19,7 +19,7 @@ from studio.engine.model.depth import DepthCamera, DepthFrame
 from studio.engine.seeing.cameras.bundle import Bundled, Instant, bundled
 from studio.engine.seeing.cameras.floors import floor_corners, floor_of
 from studio.engine.seeing.fitting.chain import vector_of
-from studio.engine.seeing.tracker.skeletons import frame_sets
+from studio.engine.seeing.tracker.skeletons import frame_sets, with_next
 from studio.engine.seeing.tracker.tracker import Tracker
 
 Array = NDArray[np.float64]
@@ -125,13 +125,13 @@ def _instants(
     tracker = Tracker(cameras, {name: calibration.cameras[name].T_stage_camera for name in names})
     instants: list[Instant] = []
     shape, last_ns = None, 0
-    for number, images in enumerate(frame_sets(frames, calibration, len(names))):
+    for number, (images, following) in enumerate(with_next(frame_sets(frames, calibration, len(names)))):
         first.update({name: image for name, image in images.items() if name not in first})
         time_ns = max(image.device_time_ns for image in images.values())
         if time_ns - last_ns > _GAP_NS:
             tracker.forget_pose()
         last_ns = time_ns
-        tracker.track(images)
+        tracker.track(images, following)
         body = tracker.fitted()
         if body is None:
             continue

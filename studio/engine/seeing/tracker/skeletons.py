@@ -42,8 +42,9 @@ def from_points(
     """
     tracker = Tracker(cameras, {name: calibration.cameras[name].T_stage_camera for name in cameras})
     eye = points_calibration(calibration, cameras, None).cameras[POINTS].T_stage_camera[:3, 3]
-    for number, images in enumerate(frame_sets(frames, calibration, len(cameras))):
-        skeleton = tracker.track(images)
+    sets = frame_sets(frames, calibration, len(cameras))
+    for number, (images, following) in enumerate(with_next(sets)):
+        skeleton = tracker.track(images, following)
         frame = _camera_frame(skeleton, POINTS, number, skeleton.time_ns)
         yield replace(frame, positions=frame.positions - eye), tracker.performer
 
@@ -82,6 +83,19 @@ def frame_sets(
             images = {}
     if images:
         yield images
+
+
+def with_next(
+    sets: Iterable[dict[str, DepthFrame]],
+) -> Iterator[tuple[dict[str, DepthFrame], dict[str, DepthFrame] | None]]:
+    """Yield each set of images with the one that follows it, None after the last."""
+    present: dict[str, DepthFrame] | None = None
+    for following in sets:
+        if present is not None:
+            yield present, following
+        present = following
+    if present is not None:
+        yield present, None
 
 
 def _camera_frame(skeleton: TrackedSkeleton, camera: str, sequence: int, time_ns: int) -> CameraFrame:
