@@ -116,11 +116,14 @@ def takes_router(
         offset: Annotated[int, Query(ge=0, le=MOST_OFFSET, description="leave out so many first")] = 0,
     ) -> list[dict[str, Any]]:
         """Takes, the newest first: all, or those that a search finds; the header `X-Total-Count` says how many it
-        finds, whatever the limit."""
-        takes, count = index.search(parse_query(search), only=id or None, limit=limit, offset=offset)
-        thumbnails.want(takes)
-        response.headers["X-Total-Count"] = str(count)
-        return [finder.line(info) for info in takes]
+        finds, whatever the limit. `X-Takes-Read: 3200/10000` says that so many of the takes have been read so far,
+        the newest first, and that the answer lacks the others; ask again then."""
+        found = index.search(parse_query(search), only=id or None, limit=limit, offset=offset)
+        thumbnails.want(found.takes)
+        response.headers["X-Total-Count"] = str(found.count)
+        if found.reading is not None:
+            response.headers["X-Takes-Read"] = f"{found.reading.done}/{found.reading.of}"
+        return [finder.line(info) for info in found.takes]
 
     @router.get("/takes/next")
     def get_next() -> dict[str, str]:

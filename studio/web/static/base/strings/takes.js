@@ -2,6 +2,8 @@ export default {
   "takes.title": ["Takes", "Prises"],
   "takes.search": ["Search takes", "Chercher des prises"],
   "takes.found": ["{n} of {total}", "{n} sur {total}"],
+  "takes.reading": ["Reading takes: {done} of {of}. List, counts and searches have only those so far.", "Lecture des prises : {done} sur {of}. Liste, nombres et recherches n'ont que celles-là pour l'instant."],
+  "takes.none_yet": ["None among the takes read so far.", "Aucune parmi les prises lues jusqu'ici."],
   "takes.more": ["Show more ({shown} of {n})", "En montrer plus ({shown} sur {n})"],
   "take.tags": ["Tags", "Étiquettes"],
   "take.tags_hint": ["best, fight", "meilleure, combat"],
