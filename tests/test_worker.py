@@ -321,6 +321,8 @@ def calls(tree: ast.AST) -> Iterator[tuple[list[ast.expr], dict[str | None, ast.
             yield given[names.index("run_in_process") + 1 :], keywords
         elif isinstance(call.func, ast.Attribute) and ast.unparse(call.func) == "jobs.submit":
             yield given[4:], keywords | {"on_progress": call.func}
+        elif isinstance(call.func, ast.Attribute) and ast.unparse(call.func) == "jobs.submit_listed":
+            yield given[2:], keywords | {"on_progress": call.func}
 
 
 def problem(room: str, given: list[ast.expr], keywords: dict[str | None, ast.expr]) -> str | None:
@@ -334,10 +336,12 @@ def problem(room: str, given: list[ast.expr], keywords: dict[str | None, ast.exp
     try:
         signature = inspect.signature(getattr(importlib.import_module(module), name))
         kwargs: dict[str, Any] = {
-            one: None for one in keywords if one not in (None, "spare", "should_stop", "then")
+            one: None for one in keywords if one not in (None, "spare", "should_stop", "then", "clear")
         }
         if kwargs.pop("on_progress", 0) is None:
             kwargs["progress"] = None
+        if kwargs.pop("part", 0) is None:
+            kwargs["show"] = None
         if any(isinstance(one, ast.Starred) for one in given) or None in keywords:
             signature.bind_partial(*(one for one in given[1:] if not isinstance(one, ast.Starred)), **kwargs)
         else:

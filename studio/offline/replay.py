@@ -16,6 +16,7 @@ from studio.engine.whole_take.collect import collect_poses
 from studio.engine.whole_take.residuals import SolveResiduals
 from studio.engine.whole_take.take import check_together, solve_frames
 from studio.engine.whole_take.trace import TraceCollector
+from studio.offline.so_far import Show
 from studio.offline.tracking import is_tracked, tracked_frames
 from studio.take.folder.solves import write_solve
 from studio.take.folder.take import Take
@@ -35,6 +36,7 @@ def solve_take(
     as_live: bool = False,
     progress: Progress | None = None,
     to_disk: bool = True,
+    show: Show | None = None,
 ) -> Path:
     """Solve a take and write `solves/<name>/`; return that folder.
 
@@ -46,6 +48,7 @@ def solve_take(
             used, with the final clocks of the calibration, and the calibration part is left out.
         progress: receives the share done.
         to_disk: see `write_solve`.
+        show: receives what the solve has so far, where it tracks depth first.
 
     Raises:
         TakeError: no raw frames, no live log, or a name that is not allowed.
@@ -58,7 +61,7 @@ def solve_take(
     if as_live:
         poses, settings, camera_frame_count = _as_live(take, progress, residuals, trace)
     else:
-        poses, camera_frame_count = _plain(take, settings, progress, residuals, figures, trace)
+        poses, camera_frame_count = _plain(take, settings, progress, residuals, figures, trace, show)
     seconds = time.perf_counter() - began
     metrics = {
         "frames": poses.frame_count,
@@ -82,11 +85,12 @@ def _plain(
     residuals: SolveResiduals,
     figures: dict[str, Any],
     trace: TraceCollector,
+    show: Show | None,
 ) -> tuple[Poses, int]:
     check_together(settings)
     calibration = take.calibration()
     if is_tracked(take, settings):
-        frames, calibration, settings, told = tracked_frames(take, calibration, settings, progress)
+        frames, calibration, settings, told = tracked_frames(take, calibration, settings, progress, show=show)
         figures |= told
     else:
         frames = camera_frames(take.raw_path)

@@ -21,8 +21,10 @@ from studio.engine.model.depth import DepthFrame
 from studio.engine.model.frames import CameraFrame
 from studio.engine.model.settings import SolveSettings
 from studio.engine.seeing.cameras.camera_poses import MOST_SETS, refine_camera_poses
+from studio.engine.seeing.cameras.refine import Tracked as Track
 from studio.engine.seeing.tracker.skeletons import POINTS, from_points, per_camera, points_calibration
 from studio.offline.placing import refined, refines, with_refined
+from studio.offline.so_far import FirstSeconds, Show
 from studio.take.folder.take import Take
 from studio.take.folder.tracked import Tracked, keep_tracked, read_tracked
 from studio.take.raw.depth import DepthRecording
@@ -66,12 +68,18 @@ def tracked_frames(
     progress: Progress | None = None,
     *,
     only_kept: bool = False,
+    show: Show | None = None,
 ) -> TrackedTake:
     """Return the skeletons of a take with depth.
 
     `tracker=points` gives one virtual camera, `points`, after refining the cameras if `refine_cameras` says so.
     `per_camera` gives one skeleton stream for every camera with depth. With `client`, a take without received
     skeletons is tracked per camera too, as clients would have done. Tracked skeletons are stored in the take.
+
+    Args:
+        progress: receives the share done.
+        only_kept: only what an earlier solve has stored.
+        show: receives what a solve of `points` has so far, while it is tracked.
 
     Raises:
         CalibrationError: none of the cameras has a transform.
@@ -90,7 +98,9 @@ def tracked_frames(
         frames = _skeletons(take, recording, names, progress, only_kept=only_kept)
         return TrackedTake(frames, calibration, settings, {})
     refine = refines(settings, calibration, names)
-    tracked = _points(take, recording, calibration, names, progress, refine=refine, only_kept=only_kept)
+    tracked = _points(
+        take, recording, calibration, names, settings, progress, refine=refine, only_kept=only_kept, show=show
+    )
     done = tracked.cameras or {}
     if done:
         calibration = with_refined(calibration, done)
@@ -126,10 +136,12 @@ def _points(
     recording: DepthRecording,
     calibration: Calibration,
     names: tuple[str, ...],
+    settings: SolveSettings,
     progress: Progress | None,
     *,
     refine: bool,
     only_kept: bool,
+    show: Show | None,
 ) -> Tracked:
     """Return the skeletons from all cameras' points, the performer estimated with them, and how cameras moved."""
     used = calibration.to_json()["cameras"]
@@ -142,11 +154,29 @@ def _points(
     _check_may_track(take, only_kept)
     clocks = {name: calibration.cameras[name].clock for name in names}
     done = None
+
+    def first(most_parts: int | None) -> Track | None:
+        """Return what shows the solve so far, with the cameras as placed by now."""
+        if show is None:
+            return None
+        every = [clocks[name].stage_ns(int(t)) for name in names for t in recording.times_ns(name)[[0, -1]]]
+        span_ns = max(min(every), round((take.meta["calibration_s"] or 0.0) * 1e9)), max(every)
+        placed, together = points_calibration(calibration, names, None), replace(settings, cameras="all")
+        return FirstSeconds(placed, together, span_ns, show, most_parts=most_parts).take
+
     if refine:
-        calibration, done = refined(recording, calibration, names, _part(progress, 0.0, _REFINING))
+        calibration, done = refined(
+            recording, calibration, names, _part(progress, 0.0, _REFINING), tracked=first(1)
+        )
         progress = _part(progress, _REFINING, 1.0)
     images = _told(recording, recording.frames(names, clocks=clocks), names, progress)
-    made = list(from_points(images, {name: recording.cameras[name] for name in names}, calibration))
+    made, track = [], first(None)
+    for frame, performer in from_points(
+        images, {name: recording.cameras[name] for name in names}, calibration
+    ):
+        made.append((frame, performer))
+        if track is not None:
+            track(frame, performer)
     tracked = Tracked([frame for frame, _ in made], made[-1][1] if made else None, done)
     keep_tracked(take, kept_as, tracked, placed)
     return tracked

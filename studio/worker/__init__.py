@@ -160,6 +160,7 @@ def run_in_process(
     /,
     *args: Any,
     on_progress: Callable[[float], None] | None = None,
+    on_part: Callable[[Any], None] | None = None,
     should_stop: Callable[[], bool] | None = None,
     spare: bool = True,
     **kwargs: Any,
@@ -170,6 +171,7 @@ def run_in_process(
     Args:
         function: a public one of the studio, as `studio.package.module:function`; with `on_progress` it gets a
             keyword `progress`, a function that takes the share done, 0..1.
+        on_part: with it the function gets a keyword `show`, which takes a part of the result that is ready.
         args, kwargs: anything that pickles; a `Take` is sent as its path and opened in the other process.
         should_stop: called from time to time; once it is true, the work ends at its next progress, or is
             interrupted after a second, and deletes its incomplete files.
@@ -188,7 +190,7 @@ def run_in_process(
     kind, value, stays = "broken", None, False
     stopping = _Stopping(worker)
     try:
-        worker.connection.send((function, on_progress is not None))
+        worker.connection.send((function, on_progress is not None, on_part is not None))
         worker.connection.send((args, kwargs))
         while True:
             if should_stop is not None and not stopping.told_s and should_stop():
@@ -199,6 +201,9 @@ def run_in_process(
             kind, value, stays = worker.connection.recv()
             if kind == "long":
                 _stays_away(worker)
+            elif kind == "part":
+                if on_part is not None:
+                    on_part(value)
             elif kind != "progress":
                 break
             elif on_progress is not None:
@@ -206,7 +211,7 @@ def run_in_process(
     except (EOFError, BrokenPipeError, ConnectionResetError):
         kind = "broken"
     finally:
-        _put_back(worker, spare and stays and kind not in ("progress", "long"))
+        _put_back(worker, spare and stays and kind not in ("progress", "part", "long"))
     if kind == "done":
         return value
     if kind == "stopped" or (kind == "broken" and stopping.pressed):

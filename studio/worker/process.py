@@ -114,7 +114,7 @@ def _giving_way(tell: Callable[[str, Any, bool], None]) -> Iterator[threading.Ev
 
 
 def _answer(
-    connection: Connection, tell: Callable[[str, Any, bool], None], text: str, tells: bool
+    connection: Connection, tell: Callable[[str, Any, bool], None], text: str, tells: bool, shows: bool
 ) -> tuple[str, Any, bool]:
     """Run work, whose arguments come next; return its state, its result, and whether this process can be used
     again.
@@ -137,7 +137,9 @@ def _answer(
         function = getattr(importlib.import_module(module), name)
         _at_work = True
         try:
-            value = function(*args, **kwargs | ({"progress": progress} if tells else {}))
+            told = {"progress": progress} if tells else {}
+            shown = {"show": lambda part: tell("part", part, True)} if shows else {}
+            value = function(*args, **kwargs, **told, **shown)
         finally:
             _at_work = False
     except _Leave:

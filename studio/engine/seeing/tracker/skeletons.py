@@ -41,12 +41,18 @@ def from_points(
         calibration: their transforms and clocks; its `points_calibration` places the frames.
     """
     tracker = Tracker(cameras, {name: calibration.cameras[name].T_stage_camera for name in cameras})
-    eye = points_calibration(calibration, cameras, None).cameras[POINTS].T_stage_camera[:3, 3]
     sets = frame_sets(frames, calibration, len(cameras))
     for number, (images, following) in enumerate(with_next(sets)):
         skeleton = tracker.track(images, following)
-        frame = _camera_frame(skeleton, POINTS, number, skeleton.time_ns)
-        yield replace(frame, positions=frame.positions - eye), tracker.performer
+        yield points_frame(skeleton, number, calibration, cameras), tracker.performer
+
+
+def points_frame(
+    skeleton: TrackedSkeleton, number: int, calibration: Calibration, cameras: Iterable[str]
+) -> CameraFrame:
+    """Return a skeleton from all cameras' points as the frame `number` of the camera `points`."""
+    eye = points_calibration(calibration, cameras, None).cameras[POINTS].T_stage_camera[:3, 3]
+    return CameraFrame(POINTS, number, skeleton.time_ns, skeleton.positions - eye, skeleton.confidence)
 
 
 def points_calibration(

@@ -5,7 +5,7 @@ import { JOINTS, editSpans } from "./curves.js";
 import { FRESH_MS } from "../base/events.js";
 import { attempt, showNote } from "../base/messages.js";
 import { t } from "../base/strings.js";
-import { holdsWords } from "./holds.js";
+import { growingWords, holdsWords } from "./holds.js";
 import { addMarker, markerList, placesToSnap, showMarkers, startMarkers, timecodeOf, useMarkers } from "./markers.js";
 import { frameWords, nextUnit, unit } from "./ruler.js";
 import { drawTimeline, frameAt, wordsAt } from "./timeline.js";
@@ -127,7 +127,7 @@ export function replayKey(event) {
 }
 
 async function loadCurves() {
-  const wanted = JSON.stringify([state.replay.take, state.replay.solve, state.joint]);
+  const wanted = JSON.stringify([state.replay.take, state.replay.solve, state.replay.frames, state.joint]);
   if (state.wanted === wanted) return;
   state.wanted = wanted;
   const shown = `${state.replay.take}|${state.replay.solve}`;
@@ -166,11 +166,12 @@ function solveChoice() {
   const { take: takeId, solve, ghost } = state.replay;
   const options = state.solves.filter((one) => one.take === takeId).map((one) => [one.solve, one.solve]);
   if (!solve) options.unshift(["", t("replay.raw")]);
+  else if (!options.some(([name]) => name === solve)) options.unshift([solve, solve]); // it is still being made
   return choice("replay-solve", t("replay.solve"), options, solve, (value) => open(takeId, value, ghost));
 }
 
 function build() {
-  const { take: takeId, solve, ghost, playing, loop, speed } = state.replay;
+  const { take: takeId, solve, ghost, playing, loop, speed, of_s: whole } = state.replay;
   const button = (id, text, label, keys, onclick, pressed) => h("button", {
     id, type: "button", class: "small", onclick, title: keys ? `${label} (${keys})` : label,
     aria: { label, ...(pressed === undefined ? {} : { pressed: String(pressed) }) },
@@ -189,10 +190,11 @@ function build() {
       h("output", { id: "replay-time", class: "timer small-timer", title: t("replay.clock") }),
       h("span", { class: "spacer" }),
       solveChoice(),
-      solve && button("replay-compare", t("compare.title"), t("compare.hint"), "", () => state.comparing(), false),
+      solve && !whole && button("replay-compare", t("compare.title"), t("compare.hint"), "", () => state.comparing(), false),
       button("replay-close", t("replay.live"), t("replay.live_hint"), "Esc", close)),
     h("div", { class: "replay-row" },
       h("strong", { class: "replay-take", title: state.replay.take }, state.replay.take.split("/").pop()),
+      whole && h("span", { id: "replay-growing", class: "fair", role: "status" }, growingWords(state.replay)),
       choice("replay-joint", t("replay.joint"), JOINTS.map((name) => [name, name]), state.joint, (value) => { state.joint = value; loadCurves(); }),
       h("span", { id: "replay-value", class: "count" }),
       trial,
@@ -202,7 +204,7 @@ function build() {
       button("replay-fit", "↔", t("replay.zoom_all"), "0", KEYS[0]),
       button("replay-mark", "◆+", t("markers.add"), "M", KEYS.m),
       button("replay-markers", t("markers.title"), t("markers.hint"), "", () => { markerList.hidden = !markerList.hidden; showMarkers(state.replay, goTo); }),
-      solve && button("replay-edits", t("edits.button"), t("edits.hint"), "", toggleEdits, Boolean(state.more.edits))),
+      solve && !whole && button("replay-edits", t("edits.button"), t("edits.hint"), "", toggleEdits, Boolean(state.more.edits))),
     h("div", { class: "timeline" },
       h("canvas", { id: "timeline", tabIndex: 0, role: "slider", aria: { label: t("replay.timeline") }, onpointerdown: press, onpointermove: hover, onpointerleave: hover,
         onwheel: (event) => { wheel(event, state.replay); paint(); } }),
@@ -257,12 +259,12 @@ function run() {
 }
 
 function show() {
-  const { open: isOpen, take: takeId, solve, ghost, playing, loop, speed } = state.replay;
+  const { open: isOpen, take: takeId, solve, ghost, playing, loop, speed, of_s: whole } = state.replay;
   document.body.classList.toggle("replaying", isOpen);
   byId("replay").hidden = !isOpen;
   if (isOpen) {
     setText(byId("replay-title"), solve ? t("replay.title", { take: takeId, solve }) : t("replay.raw_title", { take: takeId }));
-    redraw(byId("replay-bar"), [takeId, solve, ghost, playing, loop, speed, state.solves], build);
+    redraw(byId("replay-bar"), [takeId, solve, ghost, playing, loop, speed, state.solves, whole && growingWords(state.replay)], build);
     loadCurves();
     useMarkers(takeId);
     paint();

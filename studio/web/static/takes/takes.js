@@ -104,7 +104,7 @@ function rowOf(take, shown) {
   const own = shown.startsWith(`${take.id}|`) ? shown : "";
   const [job, failed] = [list.jobs[take.id], list.failed[take.id]];
   const editing = list.editing === take.id;
-  const key = JSON.stringify([texts.get(take), own, job?.id, failed?.id, editing, isSelected(take), list.pictures, language]);
+  const key = JSON.stringify([texts.get(take), own, job?.id, job?.so_far_s, failed?.id, editing, isSelected(take), list.pictures, language]);
   const before = rows.get(take.id);
   const typing = editing && before?.element.querySelector(".slate"); // what was typed stays
   if (before?.key === key || typing) return before.element;

@@ -58,6 +58,8 @@ export default {
   "take.replay_hint": ["Show this solve in the view", "Montrer ce calcul dans la vue"],
   "take.solve_hint": ["Solve {solve}", "Calcul {solve}"],
   "take.export": ["Export {name}, solve {solve}", "Exporter {name}, calcul {solve}"],
+  "take.so_far": ["▶ so far {done} of {of} s", "▶ jusqu'ici {done} s sur {of}"],
+  "take.so_far_hint": ["Show what has been solved of it so far", "Montrer ce qui en est calculé jusqu'ici"],
   "take.solve": ["Solve", "Calculer"],
   "take.calibrate": ["Calibrate", "Calibrer"],
   "take.calibrate_label": ["Calibrate {name}", "Calibrer {name}"],
