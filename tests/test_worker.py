@@ -60,6 +60,13 @@ def cling(file: Path) -> None:
             continue
 
 
+def show_thrice(*, show, progress) -> str:
+    for k in range(3):
+        show([k] * 1000)
+        progress(k / 3)
+    return "done"
+
+
 def refuse() -> None:
     raise SettingsError("no")
 
@@ -132,6 +139,15 @@ def test_the_value_and_the_progress_come_back(ready, run):
         pids.add(pid)
     assert shares == [0.5, 0.5]
     assert len(pids) == (1 if ready else 2) and os.getpid() not in pids
+
+
+def test_parts_of_the_result_come_back_in_order_before_it(ready, run):
+    parts, told = [], []
+    value = run(
+        "show_thrice", on_part=parts.append, on_progress=lambda share: told.append((len(parts), share))
+    )
+    assert value == "done" and parts == [[k] * 1000 for k in range(3)]
+    assert told == [(k + 1, k / 3) for k in range(3)]
 
 
 def test_errors_come_back_and_the_next_work_is_done(ready, run):
