@@ -116,7 +116,7 @@ def test_the_page_shows_the_first_seconds_and_then_the_solve(
         page.get_by_role("button", name="Open depth").click()
         expect(page.locator("#replay-title")).to_contain_text("depth")
         note_words(page)
-        page.locator("#open-take").get_by_role("button", name="Solve").click()
+        page.locator("#open-take").get_by_role("button", name="Solve depth").click()
         wait_until(
             lambda: page.evaluate("window.said.length > 0"), "the page tells of the first seconds", 900
         )

@@ -126,7 +126,7 @@ function soFar(take, job) {
 
 /** Return what is done with the take that is replayed, and with the solve that is shown of it. */
 export function openTake(take, solve, { acts, job }) {
-  const made = !solve || take.solves.includes(solve);
+  const made = take.solves.includes(solve); // not what is still being made, nor what the cameras saw
   return [
     h("p", { class: "open-take-name" }, h("strong", { title: take.id }, take.name), h("span", { class: "muted" }, take.session)),
     line(take),
