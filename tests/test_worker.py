@@ -352,7 +352,9 @@ def problem(room: str, given: list[ast.expr], keywords: dict[str | None, ast.exp
     try:
         signature = inspect.signature(getattr(importlib.import_module(module), name))
         kwargs: dict[str, Any] = {
-            one: None for one in keywords if one not in (None, "spare", "should_stop", "then", "clear")
+            one: None
+            for one in keywords
+            if one not in (None, "spare", "should_stop", "then", "clear", "inherits")
         }
         if kwargs.pop("on_progress", 0) is None:
             kwargs["progress"] = None

@@ -37,6 +37,7 @@ def solve_take(
     progress: Progress | None = None,
     to_disk: bool = True,
     show: Show | None = None,
+    processes: int | None = None,
 ) -> Path:
     """Solve a take and write `solves/<name>/`; return that folder.
 
@@ -49,6 +50,7 @@ def solve_take(
         progress: receives the share done.
         to_disk: see `write_solve`.
         show: receives what the solve has so far, where it tracks depth first.
+        processes: how many may track cameras side by side; None = one a core.
 
     Raises:
         TakeError: no raw frames, no live log, or a name that is not allowed.
@@ -61,7 +63,9 @@ def solve_take(
     if as_live:
         poses, settings, camera_frame_count = _as_live(take, progress, residuals, trace)
     else:
-        poses, camera_frame_count = _plain(take, settings, progress, residuals, figures, trace, show)
+        poses, camera_frame_count = _plain(
+            take, settings, progress, residuals, figures, trace, show, processes
+        )
     seconds = time.perf_counter() - began
     metrics = {
         "frames": poses.frame_count,
@@ -86,11 +90,14 @@ def _plain(
     figures: dict[str, Any],
     trace: TraceCollector,
     show: Show | None,
+    processes: int | None,
 ) -> tuple[Poses, int]:
     check_together(settings)
     calibration = take.calibration()
     if is_tracked(take, settings):
-        frames, calibration, settings, told = tracked_frames(take, calibration, settings, progress, show=show)
+        frames, calibration, settings, told = tracked_frames(
+            take, calibration, settings, progress, show=show, processes=processes
+        )
         figures |= told
     else:
         frames = camera_frames(take.raw_path)

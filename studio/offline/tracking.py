@@ -1,7 +1,7 @@
 """Skeletons from the depth images of a take, for its solves by the `tracker` switch and for its calibration."""
 
 import json
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from hashlib import blake2b
 from itertools import islice
@@ -17,13 +17,13 @@ from studio.engine.calibration.cameras.drift import follow_clocks
 from studio.engine.calibration.performer.depth_floor import seen_floors
 from studio.engine.calibration.performer.floor import Floor
 from studio.engine.model.calibration import Calibration
-from studio.engine.model.depth import DepthFrame
 from studio.engine.model.frames import CameraFrame
 from studio.engine.model.settings import SolveSettings
 from studio.engine.seeing.cameras.camera_poses import MOST_SETS, refine_camera_poses
 from studio.engine.seeing.cameras.refine import Tracked as Track
-from studio.engine.seeing.tracker.skeletons import POINTS, from_points, per_camera, points_calibration
+from studio.engine.seeing.tracker.skeletons import POINTS, from_points, points_calibration
 from studio.offline.placing import refined, refines, with_refined
+from studio.offline.side_by_side import told, track_cameras
 from studio.offline.so_far import FirstSeconds, Show
 from studio.take.folder.take import Take
 from studio.take.folder.tracked import Tracked, keep_tracked, read_tracked
@@ -69,6 +69,7 @@ def tracked_frames(
     *,
     only_kept: bool = False,
     show: Show | None = None,
+    processes: int | None = None,
 ) -> TrackedTake:
     """Return the skeletons of a take with depth.
 
@@ -80,6 +81,7 @@ def tracked_frames(
         progress: receives the share done.
         only_kept: only what an earlier solve has stored.
         show: receives what a solve of `points` has so far, while it is tracked.
+        processes: see `track_cameras`.
 
     Raises:
         CalibrationError: none of the cameras has a transform.
@@ -95,7 +97,7 @@ def tracked_frames(
         )
     names = settings.camera_names(placed)
     if settings.tracker != "points":
-        frames = _skeletons(take, recording, names, progress, only_kept=only_kept)
+        frames = _skeletons(take, recording, names, progress, only_kept=only_kept, processes=processes)
         return TrackedTake(frames, calibration, settings, {})
     refine = refines(settings, calibration, names)
     tracked = _points(
@@ -115,16 +117,15 @@ def _skeletons(
     progress: Progress | None = None,
     *,
     only_kept: bool = False,
+    processes: int | None = None,
 ) -> Mapping[str, Sequence[CameraFrame]]:
     """Return each camera's own skeletons in order of time."""
     found = {name: read_tracked(take, _CAMERA + name) for name in names}
     missing = tuple(name for name, kept in found.items() if kept is None)
     if missing:
         _check_may_track(take, only_kept)
-        frames: dict[str, list[CameraFrame]] = {name: [] for name in missing}
-        images = _told(recording, recording.frames(missing), missing, progress)
-        for frame in per_camera(images, {name: recording.cameras[name] for name in missing}):
-            frames[frame.camera].append(frame)
+        part = _part(progress, 0.0, _SHARE)
+        frames = track_cameras(take, recording, missing, part, processes=processes)
         for name in missing:
             found[name] = tracked = Tracked(frames[name])
             keep_tracked(take, _CAMERA + name, tracked)
@@ -169,7 +170,7 @@ def _points(
             recording, calibration, names, _part(progress, 0.0, _REFINING), tracked=first(1)
         )
         progress = _part(progress, _REFINING, 1.0)
-    images = _told(recording, recording.frames(names, clocks=clocks), names, progress)
+    images = told(recording, recording.frames(names, clocks=clocks), names, _part(progress, 0.0, _SHARE))
     made, track = [], first(None)
     for frame, performer in from_points(
         images, {name: recording.cameras[name] for name in names}, calibration
@@ -271,14 +272,3 @@ def keep_calibration(take: Take, calibration: Calibration) -> int:
 def _part(progress: Progress | None, begin: float, end: float) -> Progress | None:
     """Return what is told the share of a part of the work that goes from `begin` to `end`."""
     return None if progress is None else lambda share: progress(begin + (end - begin) * share)
-
-
-def _told(
-    recording: DepthRecording, images: Iterator[DepthFrame], names: Iterable[str], progress: Progress | None
-) -> Iterator[DepthFrame]:
-    """Pass on the cameras' images and report progress."""
-    total = sum(len(recording.times_ns(name)) for name in names)
-    for done, image in enumerate(images):
-        if progress is not None and done % 16 == 0:
-            progress(_SHARE * done / max(total, 1))
-        yield image

@@ -82,7 +82,7 @@ def _replace_spare() -> None:
             _changed.notify_all()
 
 
-def _start(preloaded: tuple[str, ...] = (), *, gives_way: bool = False) -> _Worker:
+def _start(preloaded: tuple[str, ...] = (), *, gives_way: bool | None = False) -> _Worker:
     context = multiprocessing.get_context("spawn")
     here, there = context.Pipe()
     process = context.Process(target=work, args=(there, preloaded, gives_way), daemon=True)
@@ -163,6 +163,7 @@ def run_in_process(
     on_part: Callable[[Any], None] | None = None,
     should_stop: Callable[[], bool] | None = None,
     spare: bool = True,
+    inherits: bool = False,
     **kwargs: Any,
 ) -> Any:
     """Return the result of a function for `args` and `kwargs` in another process; blocks the calling thread
@@ -177,6 +178,7 @@ def run_in_process(
             interrupted after a second, and deletes its incomplete files.
         spare: use the process that is kept ready. Background work should leave it to others, and has low
             priority from its start.
+        inherits: without `spare`, the process keeps the priority of this one, whose work it is part of.
 
     Raises:
         Stopped: the work was stopped.
@@ -186,7 +188,7 @@ def run_in_process(
     if _TEXT.fullmatch(function) is None:
         raise ValueError(f"{function!r} names no work; allowed: studio.package.module:function")
     name = function.rpartition(":")[2]
-    worker = _take(short=on_progress is None) if spare else _start(gives_way=True)
+    worker = _take(short=on_progress is None) if spare else _start(gives_way=None if inherits else True)
     kind, value, stays = "broken", None, False
     stopping = _Stopping(worker)
     try:
