@@ -61,6 +61,13 @@ def cling(file: Path) -> None:
             continue
 
 
+def show_thrice(*, show, progress) -> str:
+    for k in range(3):
+        show([k] * 1000)
+        progress(k / 3)
+    return "done"
+
+
 def refuse() -> None:
     raise SettingsError("no")
 
@@ -133,6 +140,15 @@ def test_the_value_and_the_progress_come_back(ready, run):
         pids.add(pid)
     assert shares == [0.5, 0.5]
     assert len(pids) == (1 if ready else 2) and os.getpid() not in pids
+
+
+def test_parts_of_the_result_come_back_in_order_before_it(ready, run):
+    parts, told = [], []
+    value = run(
+        "show_thrice", on_part=parts.append, on_progress=lambda share: told.append((len(parts), share))
+    )
+    assert value == "done" and parts == [[k] * 1000 for k in range(3)]
+    assert told == [(k + 1, k / 3) for k in range(3)]
 
 
 def test_errors_come_back_and_the_next_work_is_done(ready, run):
@@ -323,6 +339,8 @@ def calls(tree: ast.AST) -> Iterator[tuple[list[ast.expr], dict[str | None, ast.
             yield given[names.index("run_in_process") + 1 :], keywords
         elif isinstance(call.func, ast.Attribute) and ast.unparse(call.func) == "jobs.submit":
             yield given[4:], keywords | {"on_progress": call.func}
+        elif isinstance(call.func, ast.Attribute) and ast.unparse(call.func) == "jobs.submit_listed":
+            yield given[2:], keywords | {"on_progress": call.func}
 
 
 def problem(room: str, given: list[ast.expr], keywords: dict[str | None, ast.expr]) -> str | None:
@@ -336,10 +354,14 @@ def problem(room: str, given: list[ast.expr], keywords: dict[str | None, ast.exp
     try:
         signature = inspect.signature(getattr(importlib.import_module(module), name))
         kwargs: dict[str, Any] = {
-            one: None for one in keywords if one not in (None, "spare", "should_stop", "then")
+            one: None
+            for one in keywords
+            if one not in (None, "spare", "should_stop", "then", "clear", "inherits")
         }
         if kwargs.pop("on_progress", 0) is None:
             kwargs["progress"] = None
+        if kwargs.pop("part", 0) is None:
+            kwargs["show"] = None
         if any(isinstance(one, ast.Starred) for one in given) or None in keywords:
             signature.bind_partial(*(one for one in given[1:] if not isinstance(one, ast.Starred)), **kwargs)
         else:

@@ -51,6 +51,8 @@ class JobStatus(Struct):
         ended: when it ended, ISO 8601 in UTC; empty before.
         can_cancel: whether it can be cancelled once it runs.
         seconds, left_s: how long it runs or ran, and about how long it still takes [s]; None where not known.
+        so_far_s, of_s: a solve that is being made can be replayed so far, and will be so long [s]; None where nothing
+            can be replayed yet.
     """
 
     id: str
@@ -65,6 +67,8 @@ class JobStatus(Struct):
     can_cancel: bool = True
     seconds: int | None = None
     left_s: int | None = None
+    so_far_s: float | None = None
+    of_s: float | None = None
 
 
 class Job(JobStatus):
@@ -124,15 +128,37 @@ class Jobs:
         """Start `function(*args, progress=..., **kwargs)`, named as for `run_in_process`, in a separate process;
         return the job. `then` is called in this process with the result, before the job is done.
         """
-        job = self.list_new(kind, take, name)
+        return self.submit_listed(self.list_new(kind, take, name), function, *args, then=then, **kwargs)
+
+    def submit_listed(
+        self,
+        job: Job,
+        function: str,
+        /,
+        *args: Any,
+        then: Callable[[Any], None] = lambda value: None,
+        part: Callable[[Any], None] | None = None,
+        clear: Callable[[], object] | None = None,
+        **kwargs: Any,
+    ) -> Job:
+        """Start the work of a listed job as `submit` does, and return the job.
+
+        In this process `part` is called with parts of the result that are ready (`on_part` of `run_in_process`), and
+        `clear` in any case, before the job has ended.
+        """
 
         def work(progress: Callable[[float], None]) -> None:
             value = run_in_process(
-                function, *args, on_progress=progress, should_stop=lambda: is_stopped(job), **kwargs
+                function,
+                *args,
+                on_progress=progress,
+                on_part=part,
+                should_stop=lambda: is_stopped(job),
+                **kwargs,
             )
             then(value)
 
-        return self.run(job, work)
+        return self.run(job, work, clear=clear)
 
     def call(self, kind: str, take: str, name: str, function: Callable[[], Any]) -> Job:
         """Call `function()` in this process once the earlier jobs have ended, and return the job."""

@@ -8,7 +8,7 @@ import numpy as np
 from studio.engine.model.calibration import Calibration
 from studio.engine.model.settings import SolveSettings
 from studio.engine.model.solve_metrics import CameraMove, SolveMetrics
-from studio.engine.seeing.cameras.refine import refine_cameras, with_places
+from studio.engine.seeing.cameras.refine import Tracked, refine_cameras, with_places
 from studio.take.raw.depth import DepthRecording
 
 Progress = Callable[[float], None]
@@ -28,11 +28,13 @@ def refined(
     calibration: Calibration,
     names: tuple[str, ...],
     progress: Progress | None = None,
+    tracked: Tracked | None = None,
 ) -> tuple[Calibration, SolveMetrics]:
     """Return the calibration with refined cameras, and what was done to them as JSON (`with_refined`).
 
     Args:
         progress: told the share done.
+        tracked: see `refine_cameras`.
     """
     clocks = {name: calibration.cameras[name].clock for name in names}
     every = np.array([clocks[name].stage_ns(int(t)) for name in names for t in recording.times_ns(name)])
@@ -46,7 +48,7 @@ def refined(
                 progress(done / max(total, 1))
             yield image
 
-    found = refine_cameras(told(), {name: recording.cameras[name] for name in names}, calibration)
+    found = refine_cameras(told(), {name: recording.cameras[name] for name in names}, calibration, tracked)
     _log.info("%s: cameras refined: %s", recording.path, found.line())
     cameras: dict[str, CameraMove] = {
         name: {

@@ -15,6 +15,7 @@ from studio.engine.whole_take.collect import collect_poses
 from studio.engine.whole_take.residuals import SolveResiduals
 from studio.engine.whole_take.take import check_together, solve_frames
 from studio.engine.whole_take.trace import TraceCollector
+from studio.offline.so_far import Show
 from studio.offline.tracking import is_tracked, tracked_frames
 from studio.take.folder.solves import write_solve
 from studio.take.folder.take import Take
@@ -34,6 +35,8 @@ def solve_take(
     as_live: bool = False,
     progress: Progress | None = None,
     to_disk: bool = True,
+    show: Show | None = None,
+    processes: int | None = None,
 ) -> Path:
     """Solve a take and write `solves/<name>/`; return that folder.
 
@@ -45,6 +48,8 @@ def solve_take(
             used, with the final clocks of the calibration, and the calibration part is left out.
         progress: receives the share done.
         to_disk: see `write_solve`.
+        show: receives what the solve has so far, where it tracks depth first.
+        processes: how many may track cameras side by side; None = one a core.
 
     Raises:
         TakeError: no raw frames, no live log, or a name that is not allowed.
@@ -57,7 +62,9 @@ def solve_take(
     if as_live:
         poses, settings, camera_frame_count = _as_live(take, progress, residuals, trace)
     else:
-        poses, camera_frame_count = _plain(take, settings, progress, residuals, figures, trace)
+        poses, camera_frame_count = _plain(
+            take, settings, progress, residuals, figures, trace, show, processes
+        )
     seconds = time.perf_counter() - began
     metrics: SolveMetrics = {
         "frames": poses.frame_count,
@@ -81,11 +88,15 @@ def _plain(
     residuals: SolveResiduals,
     figures: SolveMetrics,
     trace: TraceCollector,
+    show: Show | None,
+    processes: int | None,
 ) -> tuple[Poses, int]:
     check_together(settings)
     calibration = take.calibration()
     if is_tracked(take, settings):
-        frames, calibration, settings, told = tracked_frames(take, calibration, settings, progress)
+        frames, calibration, settings, told = tracked_frames(
+            take, calibration, settings, progress, show=show, processes=processes
+        )
         figures |= told
     else:
         frames = camera_frames(take.raw_path)

@@ -1,7 +1,7 @@
 """Skeletons from the depth images of a take, for its solves by the `tracker` switch and for its calibration."""
 
 import json
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from hashlib import blake2b
 from itertools import islice
@@ -17,13 +17,15 @@ from studio.engine.calibration.cameras.drift import follow_clocks
 from studio.engine.calibration.performer.depth_floor import seen_floors
 from studio.engine.calibration.performer.floor import Floor
 from studio.engine.model.calibration import Calibration
-from studio.engine.model.depth import DepthFrame
 from studio.engine.model.frames import CameraFrame
 from studio.engine.model.settings import SolveSettings
 from studio.engine.model.solve_metrics import SolveMetrics
 from studio.engine.seeing.cameras.camera_poses import MOST_SETS, refine_camera_poses
-from studio.engine.seeing.tracker.skeletons import POINTS, from_points, per_camera, points_calibration
+from studio.engine.seeing.cameras.refine import Tracked as Track
+from studio.engine.seeing.tracker.skeletons import POINTS, from_points, points_calibration
 from studio.offline.placing import refined, refines, with_refined
+from studio.offline.side_by_side import told, track_cameras
+from studio.offline.so_far import FirstSeconds, Show
 from studio.take.folder.take import Take
 from studio.take.folder.tracked import Tracked, keep_tracked, read_tracked
 from studio.take.raw.depth import DepthRecording
@@ -67,12 +69,20 @@ def tracked_frames(
     progress: Progress | None = None,
     *,
     only_kept: bool = False,
+    show: Show | None = None,
+    processes: int | None = None,
 ) -> TrackedTake:
     """Return the skeletons of a take with depth.
 
     `tracker=points` gives one virtual camera, `points`, after refining the cameras if `refine_cameras` says so.
     `per_camera` gives one skeleton stream for every camera with depth. With `client`, a take without received
     skeletons is tracked per camera too, as clients would have done. Tracked skeletons are stored in the take.
+
+    Args:
+        progress: receives the share done.
+        only_kept: only what an earlier solve has stored.
+        show: receives what a solve of `points` has so far, while it is tracked.
+        processes: see `track_cameras`.
 
     Raises:
         CalibrationError: none of the cameras has a transform.
@@ -91,10 +101,12 @@ def tracked_frames(
         )
     names = settings.camera_names(placed)
     if settings.tracker != "points":
-        frames = _skeletons(take, recording, names, progress, only_kept=only_kept)
+        frames = _skeletons(take, recording, names, progress, only_kept=only_kept, processes=processes)
         return TrackedTake(frames, calibration, settings, {})
     refine = refines(settings, calibration, names)
-    tracked = _points(take, recording, calibration, names, progress, refine=refine, only_kept=only_kept)
+    tracked = _points(
+        take, recording, calibration, names, settings, progress, refine=refine, only_kept=only_kept, show=show
+    )
     done = tracked.cameras or {}
     if done:
         calibration = with_refined(calibration, done)
@@ -109,16 +121,15 @@ def _skeletons(
     progress: Progress | None = None,
     *,
     only_kept: bool = False,
+    processes: int | None = None,
 ) -> Mapping[str, Sequence[CameraFrame]]:
     """Return each camera's own skeletons in order of time."""
     found = {name: read_tracked(take, _CAMERA + name) for name in names}
     missing = tuple(name for name, kept in found.items() if kept is None)
     if missing:
         _check_may_track(take, only_kept)
-        frames: dict[str, list[CameraFrame]] = {name: [] for name in missing}
-        images = _told(recording, recording.frames(missing), missing, progress)
-        for frame in per_camera(images, {name: recording.cameras[name] for name in missing}):
-            frames[frame.camera].append(frame)
+        part = _part(progress, 0.0, _SHARE)
+        frames = track_cameras(take, recording, missing, part, processes=processes)
         for name in missing:
             found[name] = tracked = Tracked(frames[name])
             keep_tracked(take, _CAMERA + name, tracked)
@@ -130,10 +141,12 @@ def _points(
     recording: DepthRecording,
     calibration: Calibration,
     names: tuple[str, ...],
+    settings: SolveSettings,
     progress: Progress | None,
     *,
     refine: bool,
     only_kept: bool,
+    show: Show | None,
 ) -> Tracked:
     """Return the skeletons from all cameras' points, the performer estimated with them, and how cameras moved."""
     used = calibration.to_json()["cameras"]
@@ -146,11 +159,29 @@ def _points(
     _check_may_track(take, only_kept)
     clocks = {name: calibration.cameras[name].clock for name in names}
     done = None
+
+    def first(most_parts: int | None) -> Track | None:
+        """Return what shows the solve so far, with the cameras as placed by now."""
+        if show is None:
+            return None
+        every = [clocks[name].stage_ns(int(t)) for name in names for t in recording.times_ns(name)[[0, -1]]]
+        span_ns = max(min(every), round((take.meta["calibration_s"] or 0.0) * 1e9)), max(every)
+        placed, together = points_calibration(calibration, names, None), replace(settings, cameras="all")
+        return FirstSeconds(placed, together, span_ns, show, most_parts=most_parts).take
+
     if refine:
-        calibration, done = refined(recording, calibration, names, _part(progress, 0.0, _REFINING))
+        calibration, done = refined(
+            recording, calibration, names, _part(progress, 0.0, _REFINING), tracked=first(1)
+        )
         progress = _part(progress, _REFINING, 1.0)
-    images = _told(recording, recording.frames(names, clocks=clocks), names, progress)
-    made = list(from_points(images, {name: recording.cameras[name] for name in names}, calibration))
+    images = told(recording, recording.frames(names, clocks=clocks), names, _part(progress, 0.0, _SHARE))
+    made, track = [], first(None)
+    for frame, performer in from_points(
+        images, {name: recording.cameras[name] for name in names}, calibration
+    ):
+        made.append((frame, performer))
+        if track is not None:
+            track(frame, performer)
     tracked = Tracked([frame for frame, _ in made], made[-1][1] if made else None, done)
     keep_tracked(take, kept_as, tracked, placed)
     return tracked
@@ -250,14 +281,3 @@ def keep_calibration(take: Take, calibration: Calibration) -> int:
 def _part(progress: Progress | None, begin: float, end: float) -> Progress | None:
     """Return what is told the share of a part of the work that goes from `begin` to `end`."""
     return None if progress is None else lambda share: progress(begin + (end - begin) * share)
-
-
-def _told(
-    recording: DepthRecording, images: Iterator[DepthFrame], names: Iterable[str], progress: Progress | None
-) -> Iterator[DepthFrame]:
-    """Pass on the cameras' images and report progress."""
-    total = sum(len(recording.times_ns(name)) for name in names)
-    for done, image in enumerate(images):
-        if progress is not None and done % 16 == 0:
-            progress(_SHARE * done / max(total, 1))
-        yield image

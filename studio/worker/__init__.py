@@ -81,7 +81,7 @@ def _replace_spare() -> None:
             _changed.notify_all()
 
 
-def _start(preloaded: tuple[str, ...] = (), *, gives_way: bool = False) -> _Worker:
+def _start(preloaded: tuple[str, ...] = (), *, gives_way: bool | None = False) -> _Worker:
     context = multiprocessing.get_context("spawn")
     here, there = context.Pipe()
     process = context.Process(target=work, args=(there, preloaded, gives_way), daemon=True)
@@ -159,8 +159,10 @@ def run_in_process(
     /,
     *args: Any,
     on_progress: Callable[[float], None] | None = None,
+    on_part: Callable[[Any], None] | None = None,
     should_stop: Callable[[], bool] | None = None,
     spare: bool = True,
+    inherits: bool = False,
     **kwargs: Any,
 ) -> Any:
     """Return the result of a function for `args` and `kwargs` in another process; blocks the calling thread
@@ -169,11 +171,13 @@ def run_in_process(
     Args:
         function: a public one of the studio, as `studio.package.module:function`; with `on_progress` it gets a
             keyword `progress`, a function that takes the share done, 0..1.
+        on_part: with it the function gets a keyword `show`, which takes a part of the result that is ready.
         args, kwargs: anything that pickles; a `Take` is sent as its path and opened in the other process.
         should_stop: called from time to time; once it is true, the work ends at its next progress, or is
             interrupted after a second, and deletes its incomplete files.
         spare: use the process that is kept ready. Background work should leave it to others, and has low
             priority from its start.
+        inherits: without `spare`, the process keeps the priority of this one, whose work it is part of.
 
     Raises:
         Stopped: the work was stopped.
@@ -183,11 +187,11 @@ def run_in_process(
     if _TEXT.fullmatch(function) is None:
         raise ValueError(f"{function!r} names no work; allowed: studio.package.module:function")
     name = function.rpartition(":")[2]
-    worker = _take(short=on_progress is None) if spare else _start(gives_way=True)
+    worker = _take(short=on_progress is None) if spare else _start(gives_way=None if inherits else True)
     kind, value, stays = "broken", None, False
     stopping = _Stopping(worker)
     try:
-        worker.connection.send((function, on_progress is not None))
+        worker.connection.send((function, on_progress is not None, on_part is not None))
         worker.connection.send((args, kwargs))
         while True:
             if should_stop is not None and not stopping.told_s and should_stop():
@@ -198,6 +202,9 @@ def run_in_process(
             kind, value, stays = worker.connection.recv()
             if kind == "long":
                 _stays_away(worker)
+            elif kind == "part":
+                if on_part is not None:
+                    on_part(value)
             elif kind != "progress":
                 break
             elif on_progress is not None:
@@ -205,7 +212,7 @@ def run_in_process(
     except (EOFError, BrokenPipeError, ConnectionResetError):
         kind = "broken"
     finally:
-        _put_back(worker, spare and stays and kind not in ("progress", "long"))
+        _put_back(worker, spare and stays and kind not in ("progress", "part", "long"))
     if kind == "done":
         return value
     if kind == "stopped" or (kind == "broken" and stopping.pressed):

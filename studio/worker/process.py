@@ -2,6 +2,8 @@
 
 import contextlib
 import importlib
+import math
+import multiprocessing
 import os
 import signal
 import threading
@@ -55,8 +57,19 @@ def _leave(*_: object) -> None:
         raise _Leave
 
 
-def work(connection: Connection, preloaded: tuple[str, ...], gives_way: bool) -> None:
-    """Run work until the server closes the connection."""
+def _may_have_children() -> None:
+    """Let the work start processes itself, which those that end with the server may not; theirs end with them."""
+    config: dict[str, Any] = vars(multiprocessing.current_process())["_config"]
+    config["daemon"] = False
+
+
+def work(connection: Connection, preloaded: tuple[str, ...], gives_way: bool | None) -> None:
+    """Run work until the server closes the connection.
+
+    Args:
+        gives_way: from the start; False: once work has computed for long; None: never.
+    """
+    _may_have_children()
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the server, which ends its workers
     if _INTERRUPTION is not None:
         signal.signal(_INTERRUPTION, _leave)
@@ -80,7 +93,7 @@ def work(connection: Connection, preloaded: tuple[str, ...], gives_way: bool) ->
         if wanted is None:
             continue  # a request to stop that came after the end
         try:
-            with _giving_way(tell) as gave_way:
+            with _giving_way(tell, gives_way is not None) as gave_way:
                 kind, value, stays = _answer(connection, tell, *wanted)
             tell(kind, value, stays and not gave_way.is_set())
         except BrokenPipeError:
@@ -88,12 +101,12 @@ def work(connection: Connection, preloaded: tuple[str, ...], gives_way: bool) ->
 
 
 @contextmanager
-def _giving_way(tell: Callable[[str, Any, bool], None]) -> Iterator[threading.Event]:
+def _giving_way(tell: Callable[[str, Any, bool], None], may: bool) -> Iterator[threading.Event]:
     """Once the work in the block has computed for long, report it and lower this process's priority for good; the
     event is set then.
     """
     done, gave_way = threading.Event(), threading.Event()
-    until_s = time.process_time() + _SHORT_S
+    until_s = time.process_time() + (_SHORT_S if may else math.inf)
 
     def watch() -> None:
         while not done.wait(_LOOK_AT_WORK_S):
@@ -114,7 +127,7 @@ def _giving_way(tell: Callable[[str, Any, bool], None]) -> Iterator[threading.Ev
 
 
 def _answer(
-    connection: Connection, tell: Callable[[str, Any, bool], None], text: str, tells: bool
+    connection: Connection, tell: Callable[[str, Any, bool], None], text: str, tells: bool, shows: bool
 ) -> tuple[str, Any, bool]:
     """Run work, whose arguments come next; return its state, its result, and whether this process can be used
     again.
@@ -137,7 +150,9 @@ def _answer(
         function = getattr(importlib.import_module(module), name)
         _at_work = True
         try:
-            value = function(*args, **kwargs | ({"progress": progress} if tells else {}))
+            told = {"progress": progress} if tells else {}
+            shown = {"show": lambda part: tell("part", part, True)} if shows else {}
+            value = function(*args, **kwargs, **told, **shown)
         finally:
             _at_work = False
     except _Leave:

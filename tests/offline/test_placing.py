@@ -7,20 +7,17 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from studio import wire
 from studio.engine.model.calibration import Calibration, CameraCalibration
 from studio.engine.model.settings import PRESETS, SolveSettings
 from studio.offline.placing import refines, windows
 from studio.offline.preview import solve_part
 from studio.offline.replay import solve_take
 from studio.simulator.body.performers import TUNING
-from studio.take.folder.new import new_take
 from studio.take.folder.solves import read_metrics
 from studio.take.folder.take import Take
-from studio.take.raw.frames import RawWriter
-from studio.take.raw.records import intrinsics_of
-from tests.engine.seeing.cameras.given_cameras import HZ, a_little_off, apart_m, watched
+from tests.engine.seeing.cameras.given_cameras import a_little_off, apart_m, watched
 from tests.engine.seeing.cameras.hands_at_body import short_washing
+from tests.offline.depth_takes import depth_take
 
 SECONDS = 4.0
 CAMERAS = ("camera_0", "camera_1")
@@ -35,28 +32,7 @@ def scene():
 @pytest.fixture
 def take(scene, tmp_path: Path) -> Take:
     """The same as a take, with cameras as boards give them."""
-    with new_take(tmp_path / "t", source="import") as made, RawWriter(made.raw_path) as raw:
-        for name, camera in scene.cameras.items():
-            hello = wire.Hello(
-                protocol_version=wire.PROTOCOL_VERSION, name=name, device="simulated", joint_set="canonical",
-                boot_id="one", frames_per_second=float(HZ), intrinsics=intrinsics_of(camera),
-            )  # fmt: skip
-            raw.add_camera(hello)
-            made.add_camera(hello)
-        for images in scene.sets:
-            for name, image in images.items():
-                message = wire.depth_image(image.sequence, image.device_time_ns, image.depth_mm)
-                raw.depth(
-                    name,
-                    wire.encode(message),
-                    arrival_ns=image.device_time_ns,
-                    device_time_ns=image.device_time_ns,
-                    sequence=image.sequence,
-                )
-    take = Take.open(tmp_path / "t")
-    given = {name: CameraCalibration(T) for name, T in a_little_off(scene.placed, 3).items()}
-    take.add_calibration(Calibration("camera_0", given), use=True)
-    return take
+    return depth_take(tmp_path / "t", scene)
 
 
 def test_a_solve_tells_how_far_cameras_were_moved(

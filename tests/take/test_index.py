@@ -1,8 +1,10 @@
 """The index of takes answers as a scan of the folders does, whatever was done to them, and is only an index."""
 
 import json
+import os
 import shutil
 import sqlite3
+import threading
 import time
 from collections.abc import Callable
 from datetime import datetime
@@ -13,10 +15,12 @@ from hypothesis import HealthCheck, settings
 from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, initialize, invariant, rule
 
+from studio.engine.base.errors import StudioError
 from studio.take.folder.measured import keep_measured, measured_figures
 from studio.take.folder.take import Take
-from studio.take.library import index as index_module
-from studio.take.library.index import FILE, SETTLED_NS, TakeIndex
+from studio.take.library import index_file
+from studio.take.library.index import AT_ONCE, FILE, Reading, TakeIndex
+from studio.take.library.index_file import SETTLED_NS, read_rest
 from studio.take.library.query import folded, parse_query
 from studio.take.library.sessions import TakeInfo, take_ids, take_info
 from studio.take.library.slate import Slate, change_slate
@@ -228,10 +232,10 @@ class Library(RuleBasedStateMachine):
         takes = scan(self.sessions)
         for text, is_wanted in SEARCHES.items():
             wanted = [info for info in takes if is_wanted(info)]
-            assert self.index.search(parse_query(text)) == (wanted, len(wanted)), text
-        assert self.index.search(limit=2, offset=1) == (takes[1:3], len(takes))
+            assert self.index.search(parse_query(text)) == (wanted, len(wanted), None), text
+        assert self.index.search(limit=2, offset=1) == (takes[1:3], len(takes), None)
         some = [f"{info.session}/{info.name}" for info in takes[:2]]
-        assert self.index.search(only=[*some, "day/nobody"]) == (takes[:2], len(some))
+        assert self.index.search(only=[*some, "day/nobody"]) == (takes[:2], len(some), None)
 
 
 @pytest.mark.parametrize("ahead_ns", [0, LATER_NS], ids=["read again", "by their stamps"])
@@ -255,9 +259,9 @@ def test_what_is_settled_is_read_once(tmp_path: Path, recorded: list[Path], monk
         read.append(path.name)
         return take_info(path)
 
-    monkeypatch.setattr(index_module, "take_info", counted)
+    monkeypatch.setattr(index_file, "take_info", counted)
     later = TakeIndex(tmp_path, clock_ns=lambda: time.time_ns() + LATER_NS)
-    assert later.search()[1] == 2 and sorted(read) == ["one", "two"]
+    assert later.search().count == 2 and sorted(read) == ["one", "two"]
     read.clear()
     assert TakeIndex(tmp_path, clock_ns=lambda: time.time_ns() + LATER_NS).search()[1] == 2
     assert not read
@@ -268,7 +272,7 @@ def test_what_is_settled_is_read_once(tmp_path: Path, recorded: list[Path], monk
 def test_what_was_just_changed_is_read_again(tmp_path: Path, recorded: list[Path], monkeypatch) -> None:
     """A file may change again within the same tick of its file system's clock."""
     shutil.copytree(recorded[0], tmp_path / "day" / "one")
-    monkeypatch.setattr(index_module, "_stamp", lambda take, names: ("always the same", time.time_ns()))
+    monkeypatch.setattr(index_file, "_stamp", lambda take, names: ("always the same", time.time_ns()))
     takes = TakeIndex(tmp_path)
     takes.search()
     change_slate(tmp_path, "day", "one", Slate(notes="again"))
@@ -284,5 +288,90 @@ def test_an_index_that_cannot_be_written_lies_elsewhere(tmp_path: Path, recorded
 
 
 def test_nothing_is_written_where_there_are_no_sessions(tmp_path: Path) -> None:
-    assert TakeIndex(tmp_path / "missing").search() == ([], 0)
+    assert TakeIndex(tmp_path / "missing").search() == ([], 0, None)
     assert not (tmp_path / "missing").exists()
+
+
+def many_takes(sessions: Path, count: int) -> list[str]:
+    """Make takes with nothing but a name, the newest last; return their ids, the newest first."""
+    ids = []
+    for k in range(count):
+        told = {
+            "source": "import",
+            "created": f"2026-02-01T{k // 60:02d}:{k % 60:02d}:00+00:00",
+            "notes": f"scene {k}",
+        }
+        take = Take.create(sessions / "day" / f"take_{k:03d}", session="day", name=f"take_{k:03d}", **told)
+        os.utime(take.path / "take.json", ns=(k * 10**9, k * 10**9))
+        ids.append(f"day/take_{k:03d}")
+    return ids[::-1]
+
+
+class Gated:
+    """Reads the rest of an index once it may; `begun` and `ended` count."""
+
+    def __init__(self) -> None:
+        self.may, self.ended, self.begun = threading.Semaphore(0), threading.Semaphore(0), 0
+
+    def __call__(self, sessions: Path, file: Path) -> None:
+        self.begun += 1
+        self.may.acquire()
+        read_rest(sessions, file)
+        self.ended.release()
+
+
+def ids_of(takes: list[TakeInfo]) -> list[str]:
+    return [f"{info.session}/{info.name}" for info in takes]
+
+
+def test_the_newest_takes_come_at_once_and_the_others_later(tmp_path: Path) -> None:
+    count = 3 * AT_ONCE
+    ids, gate = many_takes(tmp_path, count), Gated()
+    takes = TakeIndex(tmp_path, read_rest=gate)
+    first = takes.search(limit=10)
+    assert ids_of(first.takes) == ids[:10] and first[1:] == (AT_ONCE, Reading(AT_ONCE, count))
+    oldest = takes.search(only=[ids[-1]])  # what somebody works with is read before the others
+    assert ids_of(oldest.takes) == [ids[-1]] and oldest.reading == Reading(2 * AT_ONCE, count)
+    found = takes.search(parse_query('note:"scene 1"'))  # each answer reads some, while the rest waits
+    assert found.reading is None and gate.begun == 1
+    gate.may.release()
+    assert gate.ended.acquire(timeout=60)
+    assert ids_of(takes.search().takes) == ids
+
+
+def test_what_is_read_later_is_in_the_next_answer(tmp_path: Path) -> None:
+    count = 4 * AT_ONCE
+    ids, gate = many_takes(tmp_path, count), Gated()
+    takes = TakeIndex(tmp_path, read_rest=gate, clock_ns=lambda: time.time_ns() + LATER_NS)
+    assert takes.search(parse_query("note:scene")).reading == Reading(AT_ONCE, count)
+    shutil.rmtree(tmp_path / ids[-1])  # not read yet, and gone
+    change_slate(tmp_path, "day", "take_001", Slate(notes="changed"))
+    gate.may.release()
+    assert gate.ended.acquire(timeout=60)
+    found = takes.search()
+    assert ids_of(found.takes) == ids[:-1] and found[1:] == (count - 1, None)
+    assert found.takes == scan(tmp_path)
+
+
+def test_the_rest_is_read_in_a_process(tmp_path: Path) -> None:
+    count = 2 * AT_ONCE + 1
+    many_takes(tmp_path, count)
+    takes = TakeIndex(tmp_path)
+    assert takes.search().reading == Reading(AT_ONCE, count)
+    assert takes._reading is not None
+    takes._reading.join(timeout=300)
+    assert takes.search()[1:] == (count, None)
+
+
+def test_reading_that_broke_off_goes_on_with_the_next_answer(tmp_path: Path, caplog) -> None:
+    def broken(sessions: Path, file: Path) -> None:
+        raise StudioError("read_rest broke off")
+
+    count = 2 * AT_ONCE + 1
+    many_takes(tmp_path, count)
+    takes = TakeIndex(tmp_path, read_rest=broken)
+    for done in (AT_ONCE, 2 * AT_ONCE, count):
+        assert takes.search().reading == (Reading(done, count) if done < count else None)
+        if takes._reading is not None:
+            takes._reading.join()
+    assert "not all read" in caplog.text

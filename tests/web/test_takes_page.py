@@ -7,6 +7,7 @@ import pytest
 from playwright.sync_api import Page, expect
 
 from studio.take.folder.take import Take
+from studio.take.library.index import AT_ONCE
 from tests.web.browser import wait_for_undos
 from tests.web.playback.takes import take_with_solves
 from tests.web.stages import serving
@@ -42,9 +43,40 @@ def names(page: Page) -> list[str]:
     return page.locator("#takes-list .take-head .name").all_text_contents()
 
 
+NOTED = """window.said = []; window.listed = [];
+  const note = () => {
+    for (const id of ["takes-reading", "takes-empty"]) {
+      const line = document.getElementById(id);
+      if (line && !line.hidden && !window.said.includes(line.textContent)) window.said.push(line.textContent);
+    }
+    const count = document.querySelectorAll("#takes-list .take").length;
+    if (window.listed.at(-1) !== count) window.listed.push(count);
+  };
+  new MutationObserver(note).observe(
+    document, { childList: true, subtree: true, attributes: true, characterData: true });
+"""
+"""Notes what the page says of takes that are still read, and how many it lists."""
+
+
+def test_the_newest_of_many_takes_are_listed_at_once(address: str, page: Page) -> None:
+    page.add_init_script(NOTED)
+    open_page(page, address)
+    expect(page.locator("#takes-count")).to_have_text(
+        f"{MANY + 2} takes"
+    )  # how many there are is known at once
+    assert f"Reading takes: {AT_ONCE} of {MANY + 2}." in page.evaluate("window.said.join()")
+    expect(page.locator("#takes-reading")).to_be_hidden()
+    search(page, "scene")
+    expect(page.locator("#takes-count")).to_have_text(f"{MANY} of {MANY + 2}")
+    assert "No takes yet" not in page.evaluate("window.said.join()")
+    assert next(count for count in page.evaluate("window.listed") if count) == AT_ONCE
+
+
 def test_a_long_list_comes_by_pages(address: str, page: Page) -> None:
     open_page(page, address)
     expect(page.locator("#takes-count")).to_have_text(f"{MANY + 2} takes")
+    expect(page.locator("#takes-reading")).to_be_hidden()
+    expect(page.locator("#takes-list .take .name").first).to_have_text("two")
     assert names(page)[:3] == ["two", "one", "take_199"]
     assert page.locator("#takes-list .take").count() < MANY
     expect(page.locator("#takes-more")).to_contain_text(f"of {MANY + 2})")
@@ -59,6 +91,7 @@ def test_a_long_list_comes_by_pages(address: str, page: Page) -> None:
 
 def test_takes_are_found_by_fields(address: str, page: Page) -> None:
     open_page(page, address)
+    expect(page.locator("#takes-reading")).to_be_hidden()
     search(page, "performer:anna scene -note:199 date:2026-02")
     expect(page.locator("#takes-count")).to_have_text(f"100 of {MANY + 2}")
     search(page, "colour:red")

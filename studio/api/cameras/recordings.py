@@ -11,8 +11,7 @@ from pathlib import Path
 from studio.api.errors import NotFoundError
 from studio.engine.base.errors import SettingsError, StudioError
 from studio.take.importers import IMPORTERS
-from studio.take.library.index import TakeIndex
-from studio.take.library.sessions import take_info
+from studio.take.library.sessions import take_ids, take_info
 
 TAKES = "takes"
 FOLDER = "recordings"
@@ -48,7 +47,6 @@ class Recordings:
 
     def __init__(self, sessions: Path, folder: Path | None = None) -> None:
         self._places = {TAKES: sessions.resolve()}
-        self._takes = TakeIndex(self._places[TAKES])
         if folder is not None:
             self._places[FOLDER] = folder.resolve()
 
@@ -91,10 +89,11 @@ class Recordings:
     def _playable(self, place: str) -> Iterator[tuple[Path, tuple[str, ...]]]:
         """Recordings of a place with their cameras, without files inside a take or a recording."""
         if place == TAKES:
-            for info in sorted(self._takes.search()[0], key=lambda info: info.path):
-                cameras = self._cameras(info.path)
+            for id_ in take_ids(self._places[TAKES]):
+                path = self._places[TAKES] / id_
+                cameras = self._cameras(path) if (path / "take.json").is_file() else None
                 if cameras is not None:
-                    yield info.path, cameras
+                    yield path, cameras
             return
         looked_at = 0
         waiting = [(self._places[place], 0)]

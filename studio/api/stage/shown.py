@@ -54,7 +54,7 @@ class ReplayStatus(Struct):
 
     Frames count from 0. `begins_s` is stage time, `time_s` the time since the performance began [s]; the second
     figure is `ghost_offset_ms` ahead and stands `ghost_apart_m` to the side. `holds` says what a take without a solve
-    holds.
+    holds. `of_s` is the length of the whole of a solve that is still being made [s].
     """
 
     open: bool
@@ -75,3 +75,4 @@ class ReplayStatus(Struct):
     last: int | UnsetType = UNSET
     has_trace: bool | UnsetType = UNSET
     holds: dict[str, Any] | UnsetType | None = UNSET
+    of_s: float | UnsetType | None = UNSET

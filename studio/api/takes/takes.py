@@ -9,7 +9,7 @@ from msgspec import Struct, structs
 from pydantic import Field
 
 from studio.api.errors import RESPONSES
-from studio.api.jobs import Jobs, JobStatus
+from studio.api.jobs import Job, Jobs, JobStatus
 from studio.api.stage.stage import Request as Body
 from studio.api.stage.switches import from_request
 from studio.api.structs import StructRoute
@@ -18,8 +18,9 @@ from studio.api.takes.rigs import find_rig
 from studio.api.takes.thumbnails import Thumbnails
 from studio.engine.animation.clip.options import ExportOptions
 from studio.engine.model.poses import Poses
-from studio.engine.model.settings import SettingsJson
+from studio.engine.model.settings import SettingsJson, SolveSettings
 from studio.engine.model.solve_metrics import SolveMetrics
+from studio.offline.so_far import SoFar
 from studio.take.folder.meta import TakeMeta
 from studio.take.folder.names import inside
 from studio.take.folder.solves import read_metrics, read_settings
@@ -111,6 +112,13 @@ class Replayer(Protocol):
         """
         ...
 
+    def grow(self, take: Take, solve: str, so_far: SoFar) -> None:
+        """Take in the next part of a solve that is being made."""
+        ...
+
+    def grown(self, take: Take, solve: str) -> None:
+        """Forget the beginning of a solve that has been made, or will not be."""
+
     def show_part(self, take: str, poses: Poses) -> None:
         """Show these poses instead of those of the take's solve at their times."""
 
@@ -134,11 +142,14 @@ def takes_router(
         offset: Annotated[int, Query(ge=0, le=MOST_OFFSET, description="leave out so many first")] = 0,
     ) -> list[ListedTake]:
         """Takes, the newest first: all, or those that a search finds; the header `X-Total-Count` says how many it
-        finds, whatever the limit."""
-        takes, count = index.search(parse_query(search), only=id or None, limit=limit, offset=offset)
-        thumbnails.want(takes)
-        response.headers["X-Total-Count"] = str(count)
-        return [finder.line(info) for info in takes]
+        finds, whatever the limit. `X-Takes-Read: 3200/10000` says that so many of the takes have been read so far,
+        the newest first, and that the answer lacks the others; ask again then."""
+        found = index.search(parse_query(search), only=id or None, limit=limit, offset=offset)
+        thumbnails.want(found.takes)
+        response.headers["X-Total-Count"] = str(found.count)
+        if found.reading is not None:
+            response.headers["X-Takes-Read"] = f"{found.reading.done}/{found.reading.of}"
+        return [finder.line(info) for info in found.takes]
 
     @router.get("/takes/next")
     def get_next() -> dict[str, str]:
@@ -176,10 +187,7 @@ def takes_router(
             )  # fmt: skip
         else:
             jobs.replace(("solve",), id_, name)
-            job = jobs.submit(
-                "solve", id_, name, "studio.offline.replay:solve_take", opened, settings,
-                name=name, as_live=request.as_live,
-            )  # fmt: skip
+            job = _solve_job(jobs, http.app.state.player, opened, settings, name, as_live=request.as_live)
         return jobs.get(job.id)
 
     @router.get("/takes/{session}/{take}/solves/{solve}/export", response_class=FileResponse)
@@ -219,6 +227,29 @@ def takes_router(
         return {"cleared": jobs.clear()}
 
     return router
+
+
+def _solve_job(
+    jobs: Jobs, player: Replayer | None, take: Take, settings: SolveSettings, name: str, *, as_live: bool
+) -> Job:
+    """Submit a solve; the player shows its beginning while it is being made."""
+    id_ = f"{take.path.parent.name}/{take.path.name}"
+    job = jobs.list_new("solve", id_, name)
+
+    def part(so_far: SoFar) -> None:
+        job.so_far_s, job.of_s = round(so_far.until_s, 2), round(so_far.of_s, 2)
+        if player is not None:
+            player.grow(take, name, so_far)
+
+    def clear() -> None:
+        job.so_far_s = job.of_s = None
+        if player is not None:
+            player.grown(take, name)
+
+    return jobs.submit_listed(
+        job, "studio.offline.replay:solve_take", take, settings,
+        name=name, as_live=as_live, part=part, clear=clear,
+    )  # fmt: skip
 
 
 def _solve_detail(folder: Path) -> SolveDetail:

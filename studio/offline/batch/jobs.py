@@ -71,7 +71,7 @@ def _solve(job: BatchJob) -> None:
     from studio.take.folder.take import Take
 
     settings = SolveSettings.from_json(job.options["settings"])
-    solve_take(Take.open(job.take), settings, name=job.options["name"], to_disk=False)
+    solve_take(Take.open(job.take), settings, name=job.options["name"], to_disk=False, processes=1)
 
 
 def _export(job: BatchJob) -> None:

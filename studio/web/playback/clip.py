@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
 
@@ -62,16 +62,15 @@ class Clip:
             raise FormatError(
                 "replay.no_frames", "solve {name!r} has no frames; solve the take again", name=solve
             )
+        clip = cls.of(take, solve, poses)
+        return replace(clip, trace=_trace(folder / TRACE, poses), disagrees=solve_disagreements(folder))
+
+    @classmethod
+    def of(cls, take: Take, solve: str, poses: Poses) -> Self:
+        """Return poses as a take's solve, without what went into them."""
         calibration = _calibration(take)
-        return cls(
-            f"{take.path.parent.name}/{take.path.name}",
-            solve,
-            poses,
-            _trace(folder / TRACE, poses),
-            calibration,
-            solve_disagreements(folder),
-            depth=ReplayedDepth.of(take.raw_path, calibration),
-        )
+        depth = ReplayedDepth.of(take.raw_path, calibration)
+        return cls(f"{take.path.parent.name}/{take.path.name}", solve, poses, None, calibration, depth=depth)
 
     def step(self, frame: int) -> StepResult:
         """Return a frame as a result of the pipeline."""

@@ -9,11 +9,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from studio.api.stage.shown import ReplayStatus, SecondFigure
-from studio.engine.base.errors import SettingsError
+from studio.engine.base.errors import SettingsError, StudioError
 from studio.engine.model.calibration import Calibration
 from studio.engine.model.frames import StepResult
 from studio.engine.model.poses import Poses, on_output_joints
+from studio.offline.so_far import SoFar
+from studio.take.folder.take import Take
 from studio.web.playback.clip import Clip
+from studio.web.playback.growing import GrowingClip, GrowingClips
+from studio.web.playback.raw_clip import load_raw
 from studio.web.playback.second import Second
 from studio.web.playback.space import space_of
 from studio.web.points.replayed import ReplayedDepth
@@ -56,6 +60,7 @@ class Player:
         self._screen = screen
         self._clock = clock
         self._changed = threading.Condition()
+        self.growing = GrowingClips()
         self._clip: Clip | None = None
         self._ghost: Second | None = None
         self._ghost_offset_ms = 0.0
@@ -136,6 +141,34 @@ class Player:
             if self._clip is not None and self._clip.take == take:
                 self._clip = self._clip.with_part(on_output_joints(poses))
                 self._changed.notify()
+
+    def grow(self, take: Take, solve: str, so_far: SoFar) -> None:
+        """Take in the next part of a solve that is being made: it is shown where this solve is replayed already, or
+        the take without any solve."""
+        clip = self.growing.add(take, solve, so_far)
+        with self._changed:
+            shown = self._clip
+            if shown is not None and shown.take == clip.take and shown.solve in ("", solve):
+                self.open(clip, self._ghost)
+
+    def grown(self, take: Take, solve: str) -> None:
+        """A solve has been made, or will not be: where its beginning was shown, it is, or what the cameras saw."""
+        id_ = f"{take.path.parent.name}/{take.path.name}"
+        self.growing.end(id_, solve)
+        if not self._grows(id_, solve):
+            return
+        try:
+            clip = Clip.load(take, solve) if solve in take.solve_names() else load_raw(take)
+        except StudioError:  # the take is gone, or damaged
+            clip = None
+        with self._changed:
+            if self._grows(id_, solve):
+                self.close_clip() if clip is None else self.open(clip, self._ghost)
+
+    def _grows(self, take: str, solve: str) -> bool:
+        """Whether the beginning of this solve is shown."""
+        clip = self._clip
+        return isinstance(clip, GrowingClip) and (clip.take, clip.solve) == (take, solve)
 
     def let_go(self, take: str, reference: str) -> None:
         """Remove the second figure if it is this reference of a take, session/name."""
@@ -234,6 +267,7 @@ class Player:
                 last=self._range[1],
                 has_trace=clip.trace is not None,
                 holds=clip.holds,
+                of_s=clip.of_s if isinstance(clip, GrowingClip) else None,
             )
 
     def close(self) -> None:

@@ -40,7 +40,10 @@ class ReplayedSolve(_ReplayBody):
     """A solve of a take."""
 
     take: str = Field(description="the take's id, session/name", examples=["monday/take_001"])
-    solve: str = Field(examples=["studio"], description="empty: what the cameras saw, without a solve")
+    solve: str = Field(
+        examples=["studio"],
+        description="empty: what the cameras saw, without a solve; one that is being made is shown as far as it is",
+    )
 
 
 class GhostRequest(_ReplayBody):
@@ -91,6 +94,9 @@ def playback_routes(player: Player, takes: TakeFinder) -> APIRouter:
         take = takes.take(session, name)
         if not wanted.solve:
             return load_raw(take)
+        growing = player.growing.find(wanted.take, wanted.solve)
+        if growing is not None:
+            return growing
         takes.solve(take, wanted.solve)
         return Clip.load(take, wanted.solve)
 

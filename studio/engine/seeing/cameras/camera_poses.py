@@ -16,7 +16,7 @@ from studio.engine.model.calibration import Calibration, CameraCalibration
 from studio.engine.model.depth import DepthCamera, DepthFrame
 from studio.engine.seeing.cameras.floors import floor_corners, floor_of
 from studio.engine.seeing.fitting.chain import rotation_of
-from studio.engine.seeing.tracker.skeletons import frame_sets
+from studio.engine.seeing.tracker.skeletons import frame_sets, with_next
 from studio.engine.seeing.tracker.tracker import Tracker
 
 Array = NDArray[np.float64]
@@ -90,10 +90,10 @@ def _pairs(
     tracker = Tracker(cameras, {name: calibration.cameras[name].T_stage_camera for name in cameras})
     found: dict[int, list[tuple[Array, Array, Array]]] = {}
     names = list(cameras)
-    for number, images in enumerate(frame_sets(frames, calibration, len(cameras))):
+    for number, (images, following) in enumerate(with_next(frame_sets(frames, calibration, len(cameras)))):
         if number >= MOST_SETS:
             break
-        tracker.track(images)
+        tracker.track(images, following)
         body = tracker.on_body() if number % _EVERY == 0 else None
         if body is None:
             continue

@@ -6,7 +6,7 @@ tracked with the cameras as given; then cameras, poses and shape are fitted toge
 refused, and the cameras stay as given.
 """
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 from itertools import combinations
 
@@ -14,15 +14,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from studio.engine.base.geometry import invert_transform, transform_points
-from studio.engine.model.calibration import Calibration
+from studio.engine.model.calibration import Calibration, Performer
 from studio.engine.model.depth import DepthCamera, DepthFrame
+from studio.engine.model.frames import CameraFrame
 from studio.engine.seeing.cameras.bundle import Bundled, Instant, bundled
 from studio.engine.seeing.cameras.floors import floor_corners, floor_of
 from studio.engine.seeing.fitting.chain import vector_of
-from studio.engine.seeing.tracker.skeletons import frame_sets
+from studio.engine.seeing.tracker.skeletons import frame_sets, points_frame, with_next
 from studio.engine.seeing.tracker.tracker import Tracker
 
 Array = NDArray[np.float64]
+Tracked = Callable[[CameraFrame, Performer], None]
 
 EVERY = 6
 """Of so many image sets one counts: neighbours tell the same."""
@@ -73,7 +75,10 @@ class RefinedCameras:
 
 
 def refine_cameras(
-    frames: Iterable[DepthFrame], cameras: dict[str, DepthCamera], calibration: Calibration
+    frames: Iterable[DepthFrame],
+    cameras: dict[str, DepthCamera],
+    calibration: Calibration,
+    tracked: Tracked | None = None,
 ) -> RefinedCameras:
     """Return the cameras refined; clocks stay, and so does what no camera can tell: where the stage's middle lies and
     where it faces.
@@ -82,11 +87,12 @@ def refine_cameras(
         frames: of a part of the take or of several, of all cameras in order of stage time.
         cameras: intrinsics by name, of two cameras or more.
         calibration: places and clocks as given.
+        tracked: receives the frames of the camera `points` as tracked meanwhile, and the performer as known by then.
     """
     names = list(cameras)
     given = np.stack([calibration.cameras[name].T_stage_camera for name in names])
     first: dict[str, DepthFrame] = {}
-    instants, shape = _instants(frames, cameras, calibration, first)
+    instants, shape = _instants(frames, cameras, calibration, first, tracked)
     few = [name for k, name in enumerate(names) if _seen(instants, k) < _LEAST_INSTANTS]
     if shape is None or few:
         return RefinedCameras(
@@ -118,6 +124,7 @@ def _instants(
     cameras: dict[str, DepthCamera],
     calibration: Calibration,
     first: dict[str, DepthFrame],
+    tracked: Tracked | None,
 ) -> tuple[list[Instant], Array | None]:
     """Return poses and points of some instants, and the shape as known at the end; each camera's first image comes
     into `first`."""
@@ -125,13 +132,15 @@ def _instants(
     tracker = Tracker(cameras, {name: calibration.cameras[name].T_stage_camera for name in names})
     instants: list[Instant] = []
     shape, last_ns = None, 0
-    for number, images in enumerate(frame_sets(frames, calibration, len(names))):
+    for number, (images, following) in enumerate(with_next(frame_sets(frames, calibration, len(names)))):
         first.update({name: image for name, image in images.items() if name not in first})
         time_ns = max(image.device_time_ns for image in images.values())
         if time_ns - last_ns > _GAP_NS:
             tracker.forget_pose()
         last_ns = time_ns
-        tracker.track(images)
+        skeleton = tracker.track(images, following)
+        if tracked is not None:
+            tracked(points_frame(skeleton, number, calibration, names), tracker.performer)
         body = tracker.fitted()
         if body is None:
             continue

@@ -41,11 +41,18 @@ def from_points(
         calibration: their transforms and clocks; its `points_calibration` places the frames.
     """
     tracker = Tracker(cameras, {name: calibration.cameras[name].T_stage_camera for name in cameras})
+    sets = frame_sets(frames, calibration, len(cameras))
+    for number, (images, following) in enumerate(with_next(sets)):
+        skeleton = tracker.track(images, following)
+        yield points_frame(skeleton, number, calibration, cameras), tracker.performer
+
+
+def points_frame(
+    skeleton: TrackedSkeleton, number: int, calibration: Calibration, cameras: Iterable[str]
+) -> CameraFrame:
+    """Return a skeleton from all cameras' points as the frame `number` of the camera `points`."""
     eye = points_calibration(calibration, cameras, None).cameras[POINTS].T_stage_camera[:3, 3]
-    for number, images in enumerate(frame_sets(frames, calibration, len(cameras))):
-        skeleton = tracker.track(images)
-        frame = _camera_frame(skeleton, POINTS, number, skeleton.time_ns)
-        yield replace(frame, positions=frame.positions - eye), tracker.performer
+    return CameraFrame(POINTS, number, skeleton.time_ns, skeleton.positions - eye, skeleton.confidence)
 
 
 def points_calibration(
@@ -82,6 +89,19 @@ def frame_sets(
             images = {}
     if images:
         yield images
+
+
+def with_next(
+    sets: Iterable[dict[str, DepthFrame]],
+) -> Iterator[tuple[dict[str, DepthFrame], dict[str, DepthFrame] | None]]:
+    """Yield each set of images with the one that follows it, None after the last."""
+    present: dict[str, DepthFrame] | None = None
+    for following in sets:
+        if present is not None:
+            yield present, following
+        present = following
+    if present is not None:
+        yield present, None
 
 
 def _camera_frame(skeleton: TrackedSkeleton, camera: str, sequence: int, time_ns: int) -> CameraFrame:

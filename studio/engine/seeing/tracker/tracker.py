@@ -36,6 +36,7 @@ from studio.engine.seeing.search.start import (
 )
 from studio.engine.seeing.search.unread import LegsUnread, marked, shown_of
 from studio.engine.seeing.tracker.heads import Heads
+from studio.engine.seeing.tracker.looking import Looker
 from studio.engine.seeing.tracker.person import at_place, candidates, may_be_person, near_body
 from studio.engine.seeing.tracker.tracked import FittedBody, OnBody, TrackedSkeleton
 from studio.engine.seeing.tracker.view import CameraView, ImageClusters
@@ -108,6 +109,7 @@ class Tracker:
         self._watch = LimbWatch()
         self._facing = FacingWatch()
         self._heads = Heads(self._views, {})
+        self._looker = Looker(self._views)
         self._shape: ShapeEstimate | None = None
         self._fit: Fit | None = None
         self._points: MeasuredPoints | None = None
@@ -144,18 +146,22 @@ class Tracker:
         self._motion.pose = None
         self._rest = 0
 
-    def track(self, frames: dict[str, DepthFrame]) -> TrackedSkeleton:
+    def track(
+        self, frames: dict[str, DepthFrame], following: dict[str, DepthFrame] | None = None
+    ) -> TrackedSkeleton:
         """Return the skeleton at the mean time of the frames.
 
         Args:
             frames: at most one per camera, on a common clock, not necessarily at one instant.
+            following: the next ones, which are looked at while the body is fitted; they change nothing.
 
         Raises:
             FormatError: the size of an image is not its camera's.
         """
         times = {name: frame.device_time_ns for name, frame in frames.items()}
         time_ns = sum(times.values()) // len(times) if times else self._time_ns
-        seen = {name: self._views[name].see(frame.depth_mm) for name, frame in frames.items()}
+        seen = self._looker.seen(frames)
+        self._looker.expect(following)
         self._heads = Heads(self._views, frames)
         if self._motion.pose is not None:
             self._follow(seen, times, time_ns)
@@ -171,26 +177,22 @@ class Tracker:
         delays_s: dict[str, float] | None = None,
     ) -> tuple[MeasuredPoints, dict[str, Silhouette]]:
         """Return the chosen clusters' points, moved to one instant, and their silhouettes by camera."""
-        parts, silhouettes = [], {}
-        share = POINT_COUNT // max(len(seen), 1)
-        for index, (name, view) in enumerate(seen.items()):
-            if not chosen[name].any():
-                continue
-            points = self._views[name].points_of(view, chosen[name], share, index)
-            if delays_s is not None and worth_moving(delays_s[name]):
-                now = self._motion.after(delays_s["now"])
-                then = self._motion.after(delays_s["now"] + delays_s[name])
-                points = moved_along(self._fitter, self._figure, then, now, points)
-            parts.append(points)
-            silhouettes[name] = self._views[name].silhouette_of(view, chosen[name])
-        if not parts:
-            return MeasuredPoints.none(), {}
-        return MeasuredPoints(*(np.concatenate(arrays) for arrays in zip(*parts, strict=True))), silhouettes
+
+        def moved(name: str, points: MeasuredPoints) -> MeasuredPoints:
+            if delays_s is None or not worth_moving(delays_s[name]):
+                return points
+            now = self._motion.after(delays_s["now"])
+            then = self._motion.after(delays_s["now"] + delays_s[name])
+            return moved_along(self._fitter, self._figure, then, now, points)
+
+        return self._looker.gathered(seen, chosen, POINT_COUNT // max(len(seen), 1), moved)
 
     def _start(self, seen: dict[str, ImageClusters], time_ns: int) -> None:
         """Search for a person among the clusters."""
+        self._looker.drop()
         for name, view in seen.items():
             self._views[name].learn_background(view, may_be_person(view))
+        self._looker.begin()
         self._fit = None
         if self._rest > 0:  # not in every frame after a search without a result
             self._rest -= 1
@@ -234,6 +236,7 @@ class Tracker:
             self._views[name].learn_background(view, may_be_person(view) | chosen[name])
         delays_s = {name: (time - time_ns) * 1e-9 for name, time in times.items()} | {"now": seconds}
         points, seen_by = self._gather(seen, chosen, delays_s)
+        self._looker.begin()
         if len(points.places) < _LEAST_POINTS:
             self._fit = None
             if seconds > _LOST_S:

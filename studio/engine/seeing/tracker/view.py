@@ -29,10 +29,11 @@ _LEVEL_HEIGHT_M = 1.0
 
 @dataclass(frozen=True)
 class ImageClusters:
-    """The content of one image: its grid in the working frame and the clusters on it."""
+    """The content of one image: its grid in the working frame, its confirmed cells and the clusters on it."""
 
     points: Array
     depth: Array
+    keep: NDArray[np.bool_]
     clusters: Clusters
 
 
@@ -50,7 +51,6 @@ class CameraView:
         shape = (camera.height // self.lens.stride, camera.width // self.lens.stride)
         self.cell_angle = self.lens.stride / camera.fx
         self._background = np.zeros(shape)
-        self._keep = np.zeros(shape, dtype=bool)
         self._use = np.zeros(shape, dtype=bool)
 
     def see(self, depth_mm: NDArray[np.uint16]) -> ImageClusters:
@@ -71,16 +71,17 @@ class CameraView:
             )
         points = np.zeros((*self._background.shape, 3))
         depth = np.zeros(self._background.shape)
+        keep = np.zeros(self._background.shape, dtype=bool)
         if self.T_work_camera is None:
             self.T_work_camera = self._stand(depth_mm, points, depth)
         T = self.T_work_camera
         grid_points(depth_mm, self.lens, T[:3, :3].copy(), T[:3, 3].copy(), points, depth)
-        confirmed(depth, self._keep)
-        _candidates(points, depth, self._keep, self._background, FLOOR_M, self._use)
+        confirmed(depth, keep)
+        _candidates(points, depth, keep, self._background, FLOOR_M, self._use)
         clusters = Clusters(
             *clusters_of(points, depth, self._use, self.cell_angle, _LEAST_CELLS, _MOST_CLUSTERS)
         )
-        return ImageClusters(points, depth, clusters)
+        return ImageClusters(points, depth, keep, clusters)
 
     def _stand(self, depth_mm: NDArray[np.uint16], points: Array, depth: Array) -> Array:
         """Return `T_work_camera` on the floor of an image, or of a level camera if it shows none."""
@@ -95,7 +96,7 @@ class CameraView:
         Args:
             standing: which clusters may be people, who are no background, shape (cluster_count,).
         """
-        _learn(seen.depth, self._keep, seen.clusters.labels, standing, self._background)
+        _learn(seen.depth, seen.keep, seen.clusters.labels, standing, self._background)
 
     def points_of(
         self, seen: ImageClusters, chosen: NDArray[np.bool_], count: int, index: int

@@ -78,10 +78,12 @@ export const getTakesOf = (ids) => call("GET", `takes?${new URLSearchParams(ids.
 export const getTakeDetail = (take) => call("GET", takePath(take));
 export const getNextTake = () => call("GET", "takes/next");
 
-/** Return a page of the takes that a search finds, and how many it finds: `{takes, count}`. */
+/** Return a page of the takes that a search finds, how many it finds, and how many of all have been read: `{takes, count,
+ * reading: {done, of}}`; `reading` is null where all have. */
 export async function findTakes({ search, limit, offset }) {
   const response = await request("GET", `takes?${new URLSearchParams({ search, limit, offset })}`);
-  return { takes: await heard(response), count: Number(response.headers.get("X-Total-Count")) };
+  const [done, of] = response.headers.get("X-Takes-Read")?.split("/").map(Number) ?? [];
+  return { takes: await heard(response), count: Number(response.headers.get("X-Total-Count")), reading: of === undefined ? null : { done, of } };
 }
 export const getPresets = () => call("GET", "presets");
 export const savePreset = (name, settings) => call("PUT", `presets/${encodeURIComponent(name)}`, settings);

@@ -1,5 +1,8 @@
-// What a take without a solve holds, in words.
-import { t } from "../base/strings.js";
+// What a take without a solve holds, and how far a solve is that is still being made, in words.
+import { language, t } from "../base/strings.js";
+
+/** Seconds with one decimal, as the language writes them. */
+export const tenths = (seconds) => seconds.toLocaleString(language, { minimumFractionDigits: 1, maximumFractionDigits: 1 });
 
 /** Return the words of `holds` of the replay: skeletons and depth by camera, and whether the cameras have places. */
 export function holdsWords({ skeletons, depth, calibrated }) {
@@ -11,3 +14,6 @@ export function holdsWords({ skeletons, depth, calibrated }) {
     !calibrated && seen + deep > 1 ? t("replay.holds_apart") : "",
   ].filter(Boolean).join(" · ");
 }
+
+/** Return how much of a solve that is being made is shown, of the replay's status. */
+export const growingWords = ({ frames, rate_hz: rate, of_s: whole }) => t("replay.so_far", { done: tenths((frames - 1) / rate), of: tenths(whole) });

@@ -8,7 +8,7 @@ import { FRESH_MS } from "../base/events.js";
 import { attempt, showNote } from "../base/messages.js";
 import { t } from "../base/strings.js";
 import { valueWords, valuesAt } from "./graphs.js";
-import { holdsWords } from "./holds.js";
+import { growingWords, holdsWords } from "./holds.js";
 import { addMarker, markerList, placesToSnap, showMarkers, startMarkers, timecodeOf, useMarkers } from "./markers.js";
 import { frameWords, nextUnit, unit } from "./ruler.js";
 import { drawTimeline, frameAt, wordsAt } from "./timeline.js";
@@ -131,7 +131,7 @@ export function replayKey(event) {
 }
 
 async function loadCurves() {
-  const wanted = JSON.stringify([state.replay.take, state.replay.solve, state.joint]);
+  const wanted = JSON.stringify([state.replay.take, state.replay.solve, state.replay.frames, state.joint]);
   if (state.wanted === wanted) return;
   state.wanted = wanted;
   const shown = `${state.replay.take}|${state.replay.solve}`;
@@ -170,11 +170,12 @@ function solveChoice() {
   const { take: takeId, solve, ghost } = state.replay;
   const options = state.solves.filter((one) => one.take === takeId).map((one) => [one.solve, one.solve]);
   if (!solve) options.unshift(["", t("replay.raw")]);
+  else if (!options.some(([name]) => name === solve)) options.unshift([solve, solve]); // it is still being made
   return choice("replay-solve", t("replay.solve"), options, solve, (value) => open(takeId, value, ghost));
 }
 
 function build() {
-  const { take: takeId, solve, ghost, playing, loop, speed } = state.replay;
+  const { take: takeId, solve, ghost, playing, loop, speed, of_s: whole } = state.replay;
   const button = (id, text, label, keys, onclick, pressed) => h("button", {
     id, type: "button", class: "small", onclick, title: keys ? `${label} (${keys})` : label,
     aria: { label, ...(pressed === undefined ? {} : { pressed: String(pressed) }) },
@@ -193,10 +194,11 @@ function build() {
       h("output", { id: "replay-time", class: "timer small-timer", title: t("replay.clock") }),
       h("span", { class: "spacer" }),
       solveChoice(),
-      solve && button("replay-compare", t("compare.title"), t("compare.hint"), "", () => state.comparing(), false),
+      solve && !whole && button("replay-compare", t("compare.title"), t("compare.hint"), "", () => state.comparing(), false),
       button("replay-close", t("replay.live"), t("replay.live_hint"), "Esc", close)),
     h("div", { class: "replay-row" },
       h("strong", { class: "replay-take", title: state.replay.take }, state.replay.take.split("/").pop()),
+      whole && h("span", { id: "replay-growing", class: "fair", role: "status" }, growingWords(state.replay)),
       choice("replay-joint", t("replay.joint"), JOINTS.map((name) => [name, name]), state.joint, (value) => { state.joint = value; loadCurves(); }),
       solve && h("button", { id: "replay-curves", type: "button", class: "small", title: `${t("graphs.hint")} (C)`, aria: { expanded: String(curveListShown()), controls: "curve-list" },
         onclick: KEYS.c }, t("graphs.button")),
@@ -208,7 +210,7 @@ function build() {
       button("replay-fit", "↔", t("replay.zoom_all"), "0", KEYS[0]),
       button("replay-mark", "◆+", t("markers.add"), "M", KEYS.m),
       button("replay-markers", t("markers.title"), t("markers.hint"), "", () => { markerList.hidden = !markerList.hidden; showMarkers(state.replay, goTo); }),
-      solve && button("replay-edits", t("edits.button"), t("edits.hint"), "", toggleEdits, Boolean(state.more.edits))),
+      solve && !whole && button("replay-edits", t("edits.button"), t("edits.hint"), "", toggleEdits, Boolean(state.more.edits))),
     curveLegend,
     h("div", { class: "timeline" },
       curveList,
@@ -269,12 +271,12 @@ function run() {
 }
 
 function show() {
-  const { open: isOpen, take: takeId, solve, ghost, playing, loop, speed } = state.replay;
+  const { open: isOpen, take: takeId, solve, ghost, playing, loop, speed, of_s: whole } = state.replay;
   document.body.classList.toggle("replaying", isOpen);
   byId("replay").hidden = !isOpen;
   if (isOpen) {
     setText(byId("replay-title"), solve ? t("replay.title", { take: takeId, solve }) : t("replay.raw_title", { take: takeId }));
-    redraw(byId("replay-bar"), [takeId, solve, ghost, playing, loop, speed, state.solves], build);
+    redraw(byId("replay-bar"), [takeId, solve, ghost, playing, loop, speed, state.solves, whole && growingWords(state.replay)], build);
     loadCurves();
     useMarkers(takeId);
     besideIs(Boolean(ghost));

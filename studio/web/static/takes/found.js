@@ -4,9 +4,10 @@ import { findTakes, getTakesOf } from "../base/api.js";
 const PAGE = 60;
 const KEPT = "takes-search";
 
-const found = { search: sessionStorage.getItem(KEPT) ?? "", takes: [], others: [], count: 0, total: 0, problem: "", asked: 0 };
+const found = { search: sessionStorage.getItem(KEPT) ?? "", takes: [], others: [], count: 0, total: 0, reading: null, problem: "", asked: 0 };
 
-/** What was found: `takes` so far, how many there are in all (`count`), takes without a search (`total`), the `problem` of a search. */
+/** What was found: `takes` so far, how many there are in all (`count`), takes without a search (`total`), how
+ * many of them the server has read so far (`reading`, null where all), the `problem` of a search. */
 export const foundTakes = () => found;
 
 /** The take of an id, where it is known. */
@@ -30,11 +31,11 @@ export async function loadFound(ids) {
     found.problem = error.message; // what was found before stays until the search is understood
     return [...found.takes, ...found.others];
   }
-  const total = found.search ? (await findTakes({ search: "", limit: 0, offset: 0 })).count : answer.count;
+  const total = answer.reading?.of ?? (found.search ? (await findTakes({ search: "", limit: 0, offset: 0 })).count : answer.count);
   const known = new Set(answer.takes.map((take) => take.id));
   const missing = [...new Set(ids)].filter((id) => !known.has(id));
   const others = missing.length ? await getTakesOf(missing) : [];
-  if (asked === found.asked) Object.assign(found, { takes: answer.takes, count: answer.count, total, others, problem: "" });
+  if (asked === found.asked) Object.assign(found, { takes: answer.takes, count: answer.count, reading: answer.reading, total, others, problem: "" });
   return [...found.takes, ...found.others];
 }
 

@@ -1,6 +1,7 @@
 // A take in the list: picture, name, length, rating and star, its solves, and the form of its slate.
 import { byId, clock, h } from "../base/dom.js";
 import { askExport } from "../export/export.js";
+import { tenths } from "../replay/holds.js";
 import { open } from "../replay/replay.js";
 import { said } from "../base/said.js";
 import { askShare } from "./sharing.js";
@@ -117,15 +118,22 @@ function head(take, { acts, selected, job }) {
     mainAct(take, acts, job));
 }
 
+/** What shows the beginning of a solve that is being made. */
+function soFar(take, job) {
+  const words = t("take.so_far", { done: tenths(job.so_far_s), of: tenths(job.of_s) });
+  return h("button", { class: "small so-far", type: "button", onclick: () => open(take.id, job.name), title: t("take.so_far_hint") }, words);
+}
+
 /** Return what is done with the take that is replayed, and with the solve that is shown of it. */
 export function openTake(take, solve, { acts, job }) {
+  const made = take.solves.includes(solve); // not what is still being made, nor what the cameras saw
   return [
     h("p", { class: "open-take-name" }, h("strong", { title: take.id }, take.name), h("span", { class: "muted" }, take.session)),
     line(take),
     h("div", { class: "buttons" },
       mainAct(take, acts, job, "primary"),
-      h("button", { class: "small", type: "button", onclick: () => askExport([{ take, solve }]), aria: { label: t("take.export", { name: take.name, solve }) } }, t("export.short")),
-      h("button", { class: "small", type: "button", onclick: () => askShare(take, solve), title: t("share.hint"), aria: { label: t("share.take", { name: take.name, solve }) } }, t("share.short"))),
+      made && h("button", { class: "small", type: "button", onclick: () => askExport([{ take, solve }]), aria: { label: t("take.export", { name: take.name, solve }) } }, t("export.short")),
+      made && h("button", { class: "small", type: "button", onclick: () => askShare(take, solve), title: t("share.hint"), aria: { label: t("share.take", { name: take.name, solve }) } }, t("share.short"))),
     job && h("progress", { max: 1, value: job.progress, id: "open-progress", aria: { label: t("take.solving_label", { name: take.name }) } }),
   ].filter(Boolean);
 }
@@ -143,7 +151,8 @@ export function takeRow(take, { acts, best, editing, failed, job, picture: made,
       }, tag))),
       take.problem && h("p", { class: "fair" }, said(take.problem)),
       failed && !job && h("p", { class: "bad" }, t("take.failed", { solve: failed.name, reason: said(failed.message) })),
-      job && h("progress", { max: 1, value: job.progress, id: `progress-${take.id}`, aria: { label: t("take.solving_label", { name: take.name }) } })),
+      job && h("progress", { max: 1, value: job.progress, id: `progress-${take.id}`, aria: { label: t("take.solving_label", { name: take.name }) } }),
+      job?.of_s && soFar(take, job)),
     editing && slate(take, acts),
     take.solves.length > 0 && h("ul", { class: "solves" }, take.solves.map((solve) => solveRow(take, solve, acts, shown === `${take.id}|${solve}`))));
 }

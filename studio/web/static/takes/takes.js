@@ -13,7 +13,9 @@ import { bestSolve, freeName, openTake, takeRow } from "./take_row.js";
 
 const ALIKE = 100; // takes of which one may be borrowed from, the newest first
 
-const list = { loaded: false, jobs: {}, failed: {}, pictures: 0, settings: () => ({}), editing: "", changed: () => {}, loading: false };
+const AGAIN_MS = 1000; // while the server reads takes, the list is asked for again after so long
+
+const list = { loaded: false, jobs: {}, failed: {}, pictures: 0, settings: () => ({}), editing: "", changed: () => {}, loading: false, again: 0 };
 const rows = new Map(); // id -> {element, key}
 const texts = new WeakMap(); // a take as text
 
@@ -102,7 +104,7 @@ function rowOf(take, shown) {
   const own = shown.startsWith(`${take.id}|`) ? shown : "";
   const [job, failed] = [list.jobs[take.id], list.failed[take.id]];
   const editing = list.editing === take.id;
-  const key = JSON.stringify([texts.get(take), own, job?.id, failed?.id, editing, isSelected(take), list.pictures, language]);
+  const key = JSON.stringify([texts.get(take), own, job?.id, job?.so_far_s, failed?.id, editing, isSelected(take), list.pictures, language]);
   const before = rows.get(take.id);
   const typing = editing && before?.element.querySelector(".slate"); // what was typed stays
   if (before?.key === key || typing) return before.element;
@@ -137,14 +139,16 @@ function showOpenTake() {
 function show() {
   if (!list.loaded) return;
   showOpenTake();
-  const { takes, count, total, search: words, problem } = foundTakes();
-  setText(byId("takes-count"), words && !problem ? t("takes.found", { n: count, total }) : total ? t("takes.count", { n: total }) : "");
+  const { takes, count, total, reading, search: words, problem } = foundTakes();
+  setText(byId("takes-count"), words && !problem ? t("takes.found", { n: count, total: reading?.done ?? total }) : total ? t("takes.count", { n: total }) : "");
+  byId("takes-reading").hidden = !reading;
+  setText(byId("takes-reading"), reading ? t("takes.reading", { done: reading.done.toLocaleString(language), of: reading.of.toLocaleString(language) }) : "");
   byId("takes-find").hidden = total < 2 && !words;
   byId("takes-problem").hidden = !problem;
   setText(byId("takes-problem"), problem);
   showRows(takes);
   byId("takes-empty").hidden = takes.length > 0;
-  setText(byId("takes-empty"), t(words ? "takes.none_found" : "takes.none"));
+  setText(byId("takes-empty"), t(reading ? "takes.none_yet" : words ? "takes.none_found" : "takes.none"));
   byId("takes-more").hidden = takes.length >= count;
   setText(byId("takes-more"), t("takes.more", { shown: takes.length, n: count }));
   for (const [id, job] of Object.entries(list.jobs)) {
@@ -154,11 +158,18 @@ function show() {
   showSelection();
 }
 
+/** Ask for the list again soon, as long as the server still reads takes. */
+function askAgain() {
+  clearTimeout(list.again);
+  if (foundTakes().reading) list.again = setTimeout(() => attempt(list.changed), AGAIN_MS);
+}
+
 /** Show the takes that were found; `running`: solves under way by take id, `failed`: those that ended without a result;
  * `settings`: returns preset and switches as set. */
 export function updateTakes({ running, failed }, settings) {
   Object.assign(list, { loaded: true, jobs: running, failed, settings });
   refreshSelection(takeOf);
+  askAgain();
   show();
 }
 

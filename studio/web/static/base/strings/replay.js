@@ -1,4 +1,5 @@
 export default {
+  "replay.so_far": ["So far {done} of {of} s: this solve is still being made", "Jusqu'ici {done} s sur {of} : ce calcul est encore en cours"],
   "replay.raw": ["without a solve", "sans calcul"],
   "replay.raw_title": ["{take}, what its cameras saw", "{take}, ce que ses caméras ont vu"],
   "replay.holds_skeletons": ["raw skeletons of {n} camera|raw skeletons of {n} cameras", "squelettes bruts de {n} caméra|squelettes bruts de {n} caméras"],
