@@ -78,7 +78,7 @@ def test_what_does_not_go(studio):
     http = studio.http
     assert_error(http.post("/exports", json={"solves": [], "format": "fbx"}), 422, "invalid_request")
     wrong = {"solves": one * 2, "format": "bvh", "together": True}
-    assert_error(http.post("/exports", json=wrong), 422, "settings", "export.one_take_format")
+    assert_error(http.post("/exports", json=wrong), 422, "settings", "export.one_take_together")
     missing = {"solves": [{"take": "monday/one", "solve": "x"}], "format": "fbx"}
     assert_error(http.post("/exports", json=missing), 404, "not_found")
     astray = {"solves": [{"take": "../../etc", "solve": "x"}], "format": "fbx"}

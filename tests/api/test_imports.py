@@ -155,7 +155,8 @@ def test_a_disk_without_room(studio, monkeypatch):
     full = incoming.KEPT_FREE_BYTES + 30
     monkeypatch.setattr(incoming.shutil, "disk_usage", lambda folder: usage(full, 0, full))
     refused, taken = announced(studio, {"a.bvh": b"x" * 20, "b.bvh": b"y" * 10})
-    assert refused["job"]["state"] == "failed" and codes(refused["job"]) == ["import.no_space"]
+    assert refused["job"]["state"] == "failed"
+    assert codes(ended(studio, refused["job"]["id"])) == ["import.no_space"]
     real = Path.open
 
     def no_room(path: Path, *args: Any, **options: Any) -> Any:

@@ -124,7 +124,7 @@ def test_a_take_is_calibrated_again_or_borrows(recorded):
     assert answer.status_code == 202
     job = finished_job(recorded, answer.json())
     assert job["state"] == "failed"
-    assert codes(job) == ["calibration.reference_no_frames"]
+    assert codes(job) == ["calibration.no_such_reference"]
 
 
 def test_takes_are_searched_and_paged(recorded):

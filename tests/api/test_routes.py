@@ -158,7 +158,7 @@ def test_a_solve_that_fails_says_why(recorded):
     take.add_calibration(calibration(["another"]), use=True)
     answer = recorded.http.post("/takes/tests/one/solves", json={})
     job = finished_job(recorded, answer.json())
-    assert job["state"] == "failed" and codes(job) == ["take.no_calibrated_camera"]
+    assert job["state"] == "failed" and codes(job) == ["take.nobody_seen"]
 
 
 def test_a_take_without_calibration_cannot_be_solved(recorded):
@@ -166,7 +166,7 @@ def test_a_take_without_calibration_cannot_be_solved(recorded):
     take.meta["calibration"] = None
     take.save_meta()
     answer = recorded.http.post("/takes/tests/one/solves", json={})
-    assert_error(answer, 409, "calibration", "take.not_calibrated")
+    assert_error(answer, 409, "calibration", "take.calibration_refused")
 
 
 def test_an_export_is_downloaded(recorded):

@@ -92,7 +92,7 @@ def _search(folder: PurePosixPath, files: dict[int, PurePosixPath], groups: list
         if path.name.lower().endswith((*_ALONE, *_CAMERAS)):
             groups.append(Group(path.name, path.as_posix(), (index,)))
         elif not folder.name:
-            groups.append(Group(path.name, path.as_posix(), (index,), str(not_importable(path.name))))
+            groups.append(Group(path.name, path.as_posix(), (index,), not_importable(path.name).sentence))
     below: dict[str, dict[int, PurePosixPath]] = {}
     for index, path in files.items():
         if path.parent != folder:
@@ -100,7 +100,7 @@ def _search(folder: PurePosixPath, files: dict[int, PurePosixPath], groups: list
     for name, mine in below.items():
         _search(folder / name, mine, groups)
     if len(folder.parts) == 1 and not cameras and len(groups) == before:
-        groups.append(Group(label, root, inside, str(not_importable(label))))
+        groups.append(Group(label, root, inside, not_importable(label).sentence))
 
 
 def _has_cameras(folder: PurePosixPath, files: dict[int, PurePosixPath]) -> bool:
