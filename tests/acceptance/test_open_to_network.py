@@ -103,7 +103,7 @@ def test_encrypted(tmp_path):
                 sys.executable, "-m", "studio", "camera", "--source", "simulated:0/1", "--server", url,
                 "--token", token, "--spool", str(tmp_path / "spool"),
             ]  # fmt: skip
-            command += ["--certificate", str(certificate)]
+            command += ["--certificate", str(certificate), "--name", "other"]
             with subprocess.Popen(command, stdout=subprocess.DEVNULL) as camera:
                 try:
                     cameras = {}

@@ -1,6 +1,7 @@
 """Cameras that wait on the network, with real announcements (mDNS) and real clients: listed, called by their code,
 let go; what strangers announce or answer."""
 
+import secrets
 import socket
 import subprocess
 import sys
@@ -24,6 +25,10 @@ from tests import patient
 from tests.web.stages import serving
 
 HERE = "127.0.0.1"
+OURS = secrets.token_hex(3)
+"""Part of the names of this run: other runs on this machine announce theirs on the same interface."""
+
+FAR = f"far-{OURS}"
 
 
 class Page:
@@ -102,30 +107,30 @@ def test_a_waiting_camera_comes_by_its_code_and_waits_again_once_it_is_let_go(
     start: Callable[..., Page], tmp_path: Path
 ) -> None:
     page = start()
-    with waiting_client(tmp_path, "far", HERE) as (client, next_code):
+    with waiting_client(tmp_path, FAR, HERE) as (client, next_code):
         code = next_code()
-        camera = page.wait("far", "free")
+        camera = page.wait(FAR, "free")
         assert (camera["kind"], camera["address"]) == ("simulated", HERE)
         wrong = page.post(camera["id"], "connect", code=new_code())
         assert wrong.status_code == 422 and wrong.json()["error"]["said"][0]["code"] == "announced.wrong_code"
-        assert page.cameras()["far"]["state"] == "free" and not page.joined("far")
+        assert page.cameras()[FAR]["state"] == "free" and not page.joined(FAR)
         assert page.post(camera["id"], "connect", code=code.lower().replace("-", " ")).status_code == 201
-        page.wait("far", "connected")
-        assert page.joined("far")
+        page.wait(FAR, "connected")
+        assert page.joined(FAR)
         with patient.connect(str(page.http.base_url).replace("http", "ws") + "events") as events:
-            assert f'"id":"{camera["id"]}","camera":"far","state":"connected"' in events.recv()
+            assert f'"id":"{camera["id"]}","camera":"{FAR}","state":"connected"' in events.recv()
         assert page.post(camera["id"], "connect", code=code).status_code == 201, (
             "a second click changes nothing"
         )
         page.post(camera["id"], "disconnect").raise_for_status()
         other = next_code()
         assert other != code
-        again = page.wait("far", "free")
+        again = page.wait(FAR, "free")
         assert page.post(camera["id"], "connect", code=other).status_code == 404, "that one no longer waits"
         assert page.post(again["id"], "connect", code=code).status_code == 422, "a code is good once"
         client.terminate()
         assert client.wait() == 0
-        page.wait("far", None)
+        page.wait(FAR, None)
 
 
 def test_on_a_studio_with_tokens_the_camera_gets_one_of_its_own(
@@ -136,15 +141,15 @@ def test_on_a_studio_with_tokens_the_camera_gets_one_of_its_own(
         pytest.skip("this machine has no address in a network")
     page = start(access, discover=True)
     known = {one["id"] for one in access.camera_tokens()}
-    with waiting_client(tmp_path, "far", address) as (_, next_code):
+    with waiting_client(tmp_path, FAR, address) as (_, next_code):
         code = next_code()
-        camera = page.wait("far", "free")
+        camera = page.wait(FAR, "free")
         page.post(camera["id"], "connect", code=new_code())
         assert {one["id"] for one in access.camera_tokens()} == known, "a wrong code leaves no token"
         # the server of the test listens on the loopback alone, so the address that it tells is not reached
         assert page.post(camera["id"], "connect", code=code).status_code == 201
         (token,) = [one for one in access.camera_tokens() if one["id"] not in known]
-        assert token["label"] == "far"
+        assert token["label"] == FAR
         page.post(camera["id"], "disconnect").raise_for_status()
         assert {one["id"] for one in access.camera_tokens()} == known
 
@@ -161,8 +166,8 @@ def announced(name: str, address: str, port: int, camera: str, kind: str = "real
     with closing(Zeroconf(interfaces=[HERE], ip_version=IPVersion.V4Only)) as zeroconf:
         zeroconf.register_service(
             ServiceInfo(
-                SERVICE, f"{name}.{SERVICE}", port=port, addresses=[socket.inet_aton(address)],
-                properties={"name": camera, "kind": kind}, server=f"{name}.local.",
+                SERVICE, f"{name}-{OURS}.{SERVICE}", port=port, addresses=[socket.inet_aton(address)],
+                properties={"name": camera, "kind": kind}, server=f"{name}-{OURS}.local.",
             )
         )  # fmt: skip
         yield
@@ -172,17 +177,17 @@ def announced(name: str, address: str, port: int, camera: str, kind: str = "real
 def test_hostile_announcements_are_not_listed(start: Callable[..., Page]) -> None:
     page = start()
     with (
-        announced("one", HERE, 9, "../up"),
-        announced("two", HERE, 9, "good", "<b>x</b>"),
-        announced("three", "224.0.0.1", 9, "many"),
-        announced("four", "0.0.0.0", 9, "any"),
-        announced("five", HERE, 9, "last"),
+        announced("one", HERE, 9, f"../{OURS}"),
+        announced("two", HERE, 9, f"good-{OURS}", "<b>x</b>"),
+        announced("three", "224.0.0.1", 9, f"many-{OURS}"),
+        announced("four", "0.0.0.0", 9, f"any-{OURS}"),
+        announced("five", HERE, 9, f"last-{OURS}"),
     ):
-        camera = page.wait("last", "free")
-        assert list(page.cameras()) == ["last"]
+        camera = page.wait(f"last-{OURS}", "free")
+        assert [name for name in page.cameras() if OURS in name] == [f"last-{OURS}"]
         dead = page.post(camera["id"], "connect", code=new_code())
         assert dead.status_code == 500 and "does not answer" in dead.json()["error"]["message"]
-    page.wait("last", None)
+    page.wait(f"last-{OURS}", None)
 
 
 @pytest.mark.parametrize(
@@ -211,22 +216,22 @@ def test_a_stranger_that_does_not_know_the_code_gets_nothing(
 
         thread = threading.Thread(target=talk)
         thread.start()
-        with announced("stranger", HERE, server.getsockname()[1], "stranger"):
-            camera = page.wait("stranger", "free")
+        with announced("stranger", HERE, server.getsockname()[1], f"stranger-{OURS}"):
+            camera = page.wait(f"stranger-{OURS}", "free")
             refused = page.post(camera["id"], "connect", code=(code := new_code()))
             assert refused.status_code in (422, 500)
-            assert page.cameras()["stranger"]["state"] == "free"
+            assert page.cameras()[f"stranger-{OURS}"]["state"] == "free"
         thread.join()
     assert code.encode() not in b"".join(heard) and code.replace("-", "").encode() not in b"".join(heard)
 
 
 def test_a_caller_that_does_not_know_the_code_moves_no_camera(tmp_path: Path) -> None:
     with (
-        waiting_client(tmp_path, "far", HERE) as (client, next_code),
+        waiting_client(tmp_path, FAR, HERE) as (client, next_code),
         closing(Zeroconf(interfaces=[HERE], ip_version=IPVersion.V4Only)) as zeroconf,
     ):
         code = next_code()
-        info = zeroconf.get_service_info(SERVICE, f"far.{SERVICE}", timeout=60_000)
+        info = zeroconf.get_service_info(SERVICE, f"{FAR}.{SERVICE}", timeout=60_000)
         assert info is not None and info.port is not None
         assert code.encode() not in b"".join(info.text.split()) and set(info.properties) == {b"name", b"kind"}
         evil = "http://192.0.2.66:8000"

@@ -277,6 +277,8 @@ class Devices:
                         )
                     )
                 process = device.taking = ShortProcess("picture", device.found.source)
+                if self._closed:
+                    process.ask_to_end()
             try:
                 png, problem = picture_by(process), ""
             except StudioError as error:
@@ -301,8 +303,13 @@ class Devices:
         return picture
 
     def end(self) -> None:
-        """Ask the clients to end; does not wait."""
+        """Ask the clients to end, break a search and pictures off; does not wait."""
+        self._closed = True
+        if (search := self._search) is not None:
+            search.end()
         for device in list(self._devices.values()):
+            if (taking := device.taking) is not None:
+                taking.ask_to_end()
             if device.client is not None:
                 device.client.ask_to_end()
 

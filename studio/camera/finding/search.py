@@ -42,6 +42,10 @@ class ShortProcess:
             start_new_session=True,  # Ctrl-C is for the program, which ends it
         )
 
+    def ask_to_end(self) -> None:
+        """Have it end at once; does not wait."""
+        self._process.kill()
+
     def end(self) -> None:
         """End it at once; its devices are free afterwards."""
         self._process.kill()
@@ -82,7 +86,7 @@ class Search:
         while self._left and not self._ended:
             self._process = ShortProcess("list", *self._left)
             if self._ended:
-                self._process.end()
+                self._process.ask_to_end()
             begun = ""
             for line in self._process.lines(_KIND_S):
                 begun = line["kind"]
@@ -95,10 +99,10 @@ class Search:
                 on_found(FoundKind(broken, problem=_broke_off(broken)))
 
     def end(self) -> None:
-        """End it, with what was told so far."""
+        """Have it end with what was told so far; does not wait."""
         self._ended = True
         if self._process is not None:
-            self._process.end()
+            self._process.ask_to_end()
 
 
 def picture_by(process: ShortProcess) -> bytes:
