@@ -19,7 +19,7 @@ from PIL import Image
 
 from studio.camera.sources.registry import SOURCES, parse_source
 from studio.engine.base.errors import StudioError
-from studio.engine.base.sentences import Said
+from studio.engine.base.sentences import Said, Sentence
 from studio.engine.base.system import lower_priority
 from studio.worker.parent import end_with_parent
 
@@ -50,14 +50,14 @@ def picture(source: str) -> dict[str, Any]:
     return {"png": base64.b64encode(file.getvalue()).decode("ascii")}
 
 
-def told(error: Exception) -> str | dict[str, Any]:
+def told(error: Exception) -> str | Sentence:
     """Return what an error says as JSON."""
     if isinstance(error, StudioError):
         return _plain(error.sentence)
     return str(error) or type(error).__name__
 
 
-def _plain(text: str) -> str | dict[str, Any]:
+def _plain(text: str) -> str | Sentence:
     return text.to_json() if isinstance(text, Said) else text
 
 
