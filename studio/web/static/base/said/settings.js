@@ -24,6 +24,7 @@ export default {
   "replay.nothing": "rien n'est relu ; ouvrez d'abord une prise",
   "replay.not_replayed": "la prise {take} n'est pas relue ; ouvrez-la d'abord",
   "replay.speed": "la vitesse {speed} n'est pas permise ; permis : {low} à {high}",
+  "replay.many_curves": "{count} courbes sont demandées ; permis : {most} au plus ; retirez-en",
   "replay.range": "de {first} à {last} n'est pas une étendue ; permis : 0 à {most}, le début avant la fin",
   "replay.no_frames": "le calcul « {name} » n'a pas d'images ; recalculez la prise",
   "poses.none": "il n'y a pas de poses à {path} ; calculez d'abord la prise",
