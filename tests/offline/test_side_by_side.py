@@ -20,13 +20,22 @@ from tests.engine.seeing.cameras.hands_at_body import short_washing
 from tests.offline.depth_takes import depth_take
 
 CAMERAS = ("camera_0", "camera_1")
-SECONDS = 5.1
+SECONDS, SETS = 1.0, 160
 
 
 @pytest.fixture(scope="module")
 def take(tmp_path_factory: pytest.TempPathFactory) -> Take:
+    """A second, forth and back until it is worth several processes."""
     scene = watched(TUNING[0], short_washing(TUNING[0]), seconds=SECONDS)
-    return depth_take(tmp_path_factory.mktemp("depth") / "t", scene)
+    turns = [*scene.sets, *scene.sets[-2:0:-1]]
+    sets = [
+        {
+            name: replace(image, sequence=k, device_time_ns=1 + k * 33_333_333)
+            for name, image in turns[k % len(turns)].items()
+        }
+        for k in range(SETS)
+    ]
+    return depth_take(tmp_path_factory.mktemp("depth") / "t", replace(scene, sets=sets))
 
 
 def children() -> list[psutil.Process]:

@@ -296,12 +296,11 @@ def many_takes(sessions: Path, count: int) -> list[str]:
     """Make takes with nothing but a name, the newest last; return their ids, the newest first."""
     ids = []
     for k in range(count):
-        told = {
-            "source": "import",
-            "created": f"2026-02-01T{k // 60:02d}:{k % 60:02d}:00+00:00",
-            "notes": f"scene {k}",
-        }
-        take = Take.create(sessions / "day" / f"take_{k:03d}", session="day", name=f"take_{k:03d}", **told)
+        created = f"2026-02-01T{k // 60:02d}:{k % 60:02d}:00+00:00"
+        path = sessions / "day" / f"take_{k:03d}"
+        take = Take.create(
+            path, session="day", name=path.name, source="import", created=created, notes=f"scene {k}"
+        )
         os.utime(take.path / "take.json", ns=(k * 10**9, k * 10**9))
         ids.append(f"day/take_{k:03d}")
     return ids[::-1]

@@ -51,7 +51,7 @@ class Stale(NamedTuple):
     unread: list[str]
     unsettled: list[str]
     gone: list[str]
-    count: int
+    count: int  # pyright: ignore[reportIncompatibleMethodOverride]  # hides tuple.count
 
 
 def find_stale(db: sqlite3.Connection, sessions: Path) -> Stale:

@@ -38,12 +38,18 @@ def part_of(poses: Poses, begin: int, end: int, *, begins: bool) -> SoFar:
     return SoFar(frames_of(poses, slice(begin, end)), begins, (end - 1) / 60.0, 7.4)
 
 
+def open_growing(player: Player, take: str) -> None:
+    clip = player.growing.find(take, "new")
+    assert clip is not None
+    player.open(clip)
+
+
 def test_a_growing_solve_is_opened_grows_and_gives_way(tmp_path: Path, player: Player) -> None:
     take = take_with_solves(tmp_path / "monday" / "one")
     poses = Clip.load(take, "studio").poses
     player.grow(take, "new", part_of(poses, 0, 30, begins=True))
     assert not player.status().open and player.growing.find("monday/one", "new") is not None
-    player.open(player.growing.find("monday/one", "new"))
+    open_growing(player, "monday/one")
     player.change(frame=20)
     player.grow(take, "new", part_of(poses, 30, 60, begins=False))
     status = player.status()
@@ -66,7 +72,7 @@ def test_what_was_not_made_gives_way_to_what_the_cameras_saw(tmp_path: Path, pla
     player.grown(take, "new")
     assert player.status().take == "monday/one"  # another take stays as it is shown
     player.grow(take, "new", part_of(poses, 0, 30, begins=True))
-    player.open(player.growing.find("monday/two", "new"))
+    open_growing(player, "monday/two")
     player.grown(take, "new")
     status = player.status()
     assert (status.take, status.solve, status.of_s) == ("monday/two", "", None) and status.holds

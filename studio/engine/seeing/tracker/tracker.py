@@ -5,6 +5,7 @@ from functools import cache
 import numpy as np
 from numpy.typing import NDArray
 
+import studio.engine.base.blas  # noqa: F401, so that equal input gives equal bits
 from studio.engine.base.errors import CalibrationError
 from studio.engine.base.geometry import invert_transform, transform_points, unit
 from studio.engine.model.calibration import Performer

@@ -160,8 +160,12 @@ function show() {
 
 /** Ask for the list again soon, as long as the server still reads takes. */
 function askAgain() {
-  clearTimeout(list.again);
-  if (foundTakes().reading) list.again = setTimeout(() => attempt(list.changed), AGAIN_MS);
+  if (list.again || !foundTakes().reading) return;
+  list.again = setTimeout(async () => {
+    await attempt(list.changed);
+    list.again = 0;
+    askAgain();
+  }, AGAIN_MS);
 }
 
 /** Show the takes that were found; `running`: solves under way by take id, `failed`: those that ended without a result;
