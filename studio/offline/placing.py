@@ -7,7 +7,7 @@ import numpy as np
 
 from studio.engine.model.calibration import Calibration
 from studio.engine.model.settings import SolveSettings
-from studio.engine.model.solve_metrics import CameraMove, SolveMetrics
+from studio.engine.model.solve_metrics import CameraMoveJson, SolveMetrics
 from studio.engine.seeing.cameras.refine import Tracked, refine_cameras, with_places
 from studio.take.raw.depth import DepthRecording
 
@@ -50,7 +50,7 @@ def refined(
 
     found = refine_cameras(told(), {name: recording.cameras[name] for name in names}, calibration, tracked)
     _log.info("%s: cameras refined: %s", recording.path, found.line())
-    cameras: dict[str, CameraMove] = {
+    cameras: dict[str, CameraMoveJson] = {
         name: {
             "T_stage_camera": found.calibration.cameras[name].T_stage_camera.tolist(),
             "moved_mm": move.metres * 1e3,

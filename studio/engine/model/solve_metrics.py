@@ -5,7 +5,7 @@ from typing import TypedDict
 from studio.engine.model.spans import SpanJson
 
 
-class CameraMove(TypedDict):
+class CameraMoveJson(TypedDict):
     """How far a camera was moved [mm] and turned [deg] before depth was tracked, and where it was taken to stand."""
 
     T_stage_camera: list[list[float]]
@@ -36,7 +36,7 @@ class SolveMetrics(TypedDict, total=False):
     jumps: int
     not_followed: dict[str, dict[str, float]]
     refined_cameras: str
-    cameras_moved: dict[str, CameraMove]
+    cameras_moved: dict[str, CameraMoveJson]
     agreement: str
     disagrees: dict[str, list[SpanJson]]
     physics: str
