@@ -185,20 +185,18 @@ class Announced(ServiceListener):
             waiting = next((one for one in self._waiting.values() if one.id == camera_id), None)
         if waiting is None:
             raise NotFoundError(
-                say("announced.none", "no camera {id!r} waits; GET /api/v1/devices lists them", id=camera_id)
+                "announced.none", "no camera {id!r} waits; GET /api/v1/devices lists them", id=camera_id
             )
         refuse_taken(self._stage, [waiting.name])
         try:
             called = self._talk(waiting, code, server)
         except (OSError, FormatError) as error:
             raise StudioError(
-                say(
-                    "announced.no_answer",
-                    "the camera {name!r} at {address} does not answer ({error}); start it again",
-                    name=waiting.name,
-                    address=waiting.address,
-                    error=system_says(error) if isinstance(error, OSError) else error,
-                )
+                "announced.no_answer",
+                "the camera {name!r} at {address} does not answer ({error}); start it again",
+                name=waiting.name,
+                address=waiting.address,
+                error=system_says(error) if isinstance(error, OSError) else error,
             ) from error
         with self._lock:
             self._called[camera_id] = called
@@ -216,11 +214,9 @@ class Announced(ServiceListener):
                 answer = read_line(lines.readline(MAX_LINE + 1))
                 if not pairing.proves("client", answer.get("proof")):
                     raise SettingsError(
-                        say(
-                            "announced.wrong_code",
-                            "this is not the code of the camera {name!r}; type the one that its terminal shows now",
-                            name=waiting.name,
-                        )
+                        "announced.wrong_code",
+                        "this is not the code of the camera {name!r}; type the one that its terminal shows now",
+                        name=waiting.name,
                     )
             except BaseException:
                 if token_id:
@@ -238,7 +234,7 @@ class Announced(ServiceListener):
             called = self._called.pop(camera_id, None)
         if called is None:
             raise NotFoundError(
-                say("announced.not_called", "no camera {id!r} was connected by a click", id=camera_id)
+                "announced.not_called", "no camera {id!r} was connected by a click", id=camera_id
             )
         self._access.let_go(called.token)
         if called.token_id in {one["id"] for one in self._access.camera_tokens()}:

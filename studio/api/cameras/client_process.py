@@ -8,7 +8,7 @@ from collections.abc import Iterable
 from pathlib import Path
 
 from studio.engine.base.errors import StudioError
-from studio.engine.base.sentences import Said, say
+from studio.engine.base.sentences import Said
 from studio.live import LiveStage
 
 STOP_S = 3.0
@@ -89,11 +89,9 @@ def refuse_taken(stage: LiveStage, names: Iterable[str], others: Iterable[str] =
     taken = sorted((connected | set(others)) & set(names))
     if taken:
         raise StudioError(
-            say(
-                "camera.name_in_use",
-                "a camera {name!r} is connected already; stop that one first: names are used once",
-                name=taken[0],
-            )
+            "camera.name_in_use",
+            "a camera {name!r} is connected already; stop that one first: names are used once",
+            name=taken[0],
         )
 
 

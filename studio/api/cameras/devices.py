@@ -219,12 +219,10 @@ class Devices:
             name = name or now.name
             if not wire.is_camera_name(name):
                 raise SettingsError(
-                    say(
-                        "device.name",
-                        "camera name {name!r} is not allowed; allowed: 1 to 63 letters, digits, `_`, `.`, `-`, the "
-                        "first a letter or digit",
-                        name=name,
-                    )
+                    "device.name",
+                    "camera name {name!r} is not allowed; allowed: 1 to 63 letters, digits, `_`, `.`, "
+                    "`-`, the first a letter or digit",
+                    name=name,
                 )
             refuse_taken(self._stage, [name], {one.camera for one in self._devices.values() if one.client})
             if device.taking is not None:
@@ -272,9 +270,7 @@ class Devices:
                     raise _in_use(now)
                 if self._stage.recording_name() is not None:
                     raise TakeError(
-                        say(
-                            "picture.recording", "no picture is taken while a take is recorded; stop it first"
-                        )
+                        "picture.recording", "no picture is taken while a take is recorded; stop it first"
                     )
                 process = device.taking = ShortProcess("picture", device.found.source)
                 if self._closed:
@@ -299,7 +295,7 @@ class Devices:
         with self._lock:
             picture = self._find(device_id).picture
         if not picture:
-            raise NotFoundError(say("picture.not_taken", "no picture of this device was taken yet"))
+            raise NotFoundError("picture.not_taken", "no picture of this device was taken yet")
         return picture
 
     def end(self) -> None:
@@ -332,7 +328,7 @@ class Devices:
     def _find(self, device_id: str) -> _Device:
         if device_id not in self._devices:
             raise NotFoundError(
-                say("device.none", "there is no device {id!r}; GET /api/v1/devices lists them", id=device_id)
+                "device.none", "there is no device {id!r}; GET /api/v1/devices lists them", id=device_id
             )
         return self._devices[device_id]
 
@@ -347,7 +343,7 @@ class Devices:
 
 def _in_use(now: DeviceStatus) -> StudioError:
     return StudioError(
-        say("device.in_use", "the camera {name!r} uses this device; stop it first", name=now.camera)
+        "device.in_use", "the camera {name!r} uses this device; stop it first", name=now.camera
     )
 
 

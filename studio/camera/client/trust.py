@@ -4,7 +4,6 @@ import ssl
 from pathlib import Path
 
 from studio.engine.base.errors import SettingsError
-from studio.engine.base.sentences import say
 
 _END = "-----END CERTIFICATE-----"
 
@@ -23,12 +22,10 @@ def trusting(certificate: Path) -> ssl.SSLContext:
         context = ssl.create_default_context(cadata=first + end)
     except (OSError, ValueError) as error:  # ssl.SSLError is an OSError
         raise SettingsError(
-            say(
-                "camera.certificate",
-                "{path} has no certificate ({error}); give the studio's as a PEM file",
-                path=certificate,
-                error=error,
-            )
+            "camera.certificate",
+            "{path} has no certificate ({error}); give the studio's as a PEM file",
+            path=certificate,
+            error=error,
         ) from error
     context.check_hostname = False  # the certificate itself is known
     context.verify_flags |= ssl.VERIFY_X509_PARTIAL_CHAIN

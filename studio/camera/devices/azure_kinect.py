@@ -15,7 +15,6 @@ from studio.camera.sources.depth_source import DepthShot, DepthSource, DeviceLos
 from studio.camera.sources.pacing import WallClock
 from studio.camera.sources.source import Source, SourceFrame
 from studio.engine.base.errors import NotAvailableError
-from studio.engine.base.sentences import say
 from studio.engine.model.joints import JOINT_SETS
 from studio.take.importers.k4a import intrinsics
 from studio.take.raw.records import depth_camera
@@ -99,13 +98,11 @@ def _plugged(kinect: Any) -> int:
         SystemExit,
     ) as error:  # pykinect_azure raises any error of its C library or loader, or exits
         raise NotAvailableError(
-            say(
-                "device.no_sdk",
-                "source {kind}: its SDK does not answer ({error}); {install}",
-                kind=_KIND,
-                error=str(error) or type(error).__name__,
-                install=_INSTALL,
-            )
+            "device.no_sdk",
+            "source {kind}: its SDK does not answer ({error}); {install}",
+            kind=_KIND,
+            error=str(error) or type(error).__name__,
+            install=_INSTALL,
         ) from error
 
 

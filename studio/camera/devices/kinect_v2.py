@@ -14,7 +14,6 @@ from studio.camera.sources.depth_source import DepthShot, DepthSource
 from studio.camera.sources.pacing import WallClock
 from studio.camera.sources.source import Source, SourceFrame
 from studio.engine.base.errors import NotAvailableError, SettingsError
-from studio.engine.base.sentences import say
 from studio.engine.model.depth import DepthCamera
 from studio.take.importers.kinect import to_camera
 
@@ -56,10 +55,8 @@ class KinectV2Config(DeviceConfig):
         except NotAvailableError as error:
             return seen_without_library(_KIND, error)
         raise NotAvailableError(
-            say(
-                "device.kinect_v2_unlisted",
-                "the Kinect SDK 2.0 does not say whether a Kinect v2 is plugged in; start it by the command",
-            )
+            "device.kinect_v2_unlisted",
+            "the Kinect SDK 2.0 does not say whether a Kinect v2 is plugged in; start it by the command",
         )
 
     def open(self) -> "KinectV2Source | KinectV2Bodies":

@@ -75,7 +75,7 @@ class WebcamConfig(DeviceConfig):
     def find(cls) -> list[FoundDevice]:
         if sys.platform != "linux":
             raise NotAvailableError(
-                say("device.webcams_unlisted", "webcams are listed on Linux only; start one by the command")
+                "device.webcams_unlisted", "webcams are listed on Linux only; start one by the command"
             )
         model = os.environ.get(MODEL, "")
         return [

@@ -116,7 +116,7 @@ def picture_by(process: ShortProcess) -> bytes:
             return base64.b64decode(line["png"])
         raise StudioError(_heard(line["problem"]))
     raise StudioError(
-        say("picture.broke_off", "the device's library broke off or gave nothing; plug the device in again")
+        "picture.broke_off", "the device's library broke off or gave nothing; plug the device in again"
     )
 
 

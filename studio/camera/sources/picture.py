@@ -8,7 +8,6 @@ from numpy.typing import NDArray
 from studio.camera.sources.depth_source import DepthSource
 from studio.camera.sources.source import Source
 from studio.engine.base.errors import NotAvailableError, StudioError
-from studio.engine.base.sentences import say
 from studio.engine.model.depth import shade
 
 _IMAGES = 5
@@ -26,7 +25,7 @@ def picture_of(camera: Source | DepthSource) -> NDArray[np.uint8]:
     """
     if not isinstance(camera, DepthSource):
         raise NotAvailableError(
-            say("picture.skeletons", "{device} gives skeletons and no pictures", device=camera.device)
+            "picture.skeletons", "{device} gives skeletons and no pictures", device=camera.device
         )
     return shade(asyncio.run(_first_image(camera)))
 
@@ -48,9 +47,5 @@ async def _first_image(camera: DepthSource) -> NDArray[np.uint16]:
 def no_image(device: str) -> StudioError:
     """Return the error of a device that gives no image."""
     return StudioError(
-        say(
-            "picture.none",
-            "{device} gives no image: plug it in again, or close what else uses it",
-            device=device,
-        )
+        "picture.none", "{device} gives no image: plug it in again, or close what else uses it", device=device
     )

@@ -91,7 +91,7 @@ def read_line(line: bytes) -> dict[str, Any]:
     except (ValueError, RecursionError):
         value = None
     if not isinstance(value, dict):
-        raise FormatError("no message of a waiting camera client")
+        raise FormatError("waiting.no_message", "no message of a waiting camera client")
     return value
 
 
@@ -103,5 +103,5 @@ def text_in(value: dict[str, Any], name: str, longest: int = 300) -> str:
     """
     text = value.get(name)
     if not isinstance(text, str) or not 0 < len(text) <= longest:
-        raise FormatError(f"no {name} in a message of a waiting camera client")
+        raise FormatError("waiting.no_text", "no {name} in a message of a waiting camera client", name=name)
     return text

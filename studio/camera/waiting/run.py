@@ -9,7 +9,6 @@ from studio.camera.client.run import run_camera
 from studio.camera.sources.registry import parse_source
 from studio.camera.waiting.wait import wait_for_call
 from studio.engine.base.errors import SettingsError
-from studio.engine.base.sentences import say
 
 
 def run_waiting(source: str, name: str | None, host: str, **options: Any) -> int:
@@ -28,10 +27,8 @@ def run_waiting(source: str, name: str | None, host: str, **options: Any) -> int
     parse_source(source)
     if name is None or not wire.is_camera_name(name):
         raise SettingsError(
-            say(
-                "waiting.name",
-                "a camera that waits needs a name by which the studio lists it; give --name, such as --name left",
-            )
+            "waiting.name",
+            "a camera that waits needs a name by which the studio lists it; give --name, such as --name left",
         )
     kind = source.partition(":")[0].partition("?")[0]
 

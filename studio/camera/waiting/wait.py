@@ -27,7 +27,6 @@ from studio.camera.waiting.pairing import (
     text_in,
 )
 from studio.engine.base.errors import SettingsError, StudioError
-from studio.engine.base.sentences import say
 
 TTL_S = 60
 """How long others believe in the announcement of a client that was killed."""
@@ -86,12 +85,10 @@ async def _wait(name: str, kind: str, host: str, show: Callable[[str], None]) ->
         server = await asyncio.start_server(answer, str(ipaddress.IPv4Address(host)), 0, limit=MAX_LINE)
     except (OSError, ValueError) as error:
         raise SettingsError(
-            say(
-                "waiting.host",
-                "cannot wait on {host!r}: {error}; give an address of this machine, or 0.0.0.0 for all",
-                host=host,
-                error=getattr(error, "strerror", None) or str(error),
-            )
+            "waiting.host",
+            "cannot wait on {host!r}: {error}; give an address of this machine, or 0.0.0.0 for all",
+            host=host,
+            error=getattr(error, "strerror", None) or str(error),
         ) from error
     async with server, _announced(name, kind, host, server.sockets[0].getsockname()[1]):
         show(code)
@@ -139,11 +136,9 @@ async def _announced(name: str, kind: str, host: str, port: int) -> AsyncIterato
         )
     except OSError as error:
         raise StudioError(
-            say(
-                "waiting.no_mdns",
-                "the camera cannot be announced ({error}); give the studio's address with --server instead",
-                error=error.strerror or str(error),
-            )
+            "waiting.no_mdns",
+            "the camera cannot be announced ({error}); give the studio's address with --server instead",
+            error=error.strerror or str(error),
         ) from error
     try:
         await zeroconf.async_register_service(info, allow_name_change=True)

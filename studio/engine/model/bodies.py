@@ -1,7 +1,6 @@
 """The bodies that a mannequin can have."""
 
 from studio.engine.base.errors import SettingsError
-from studio.engine.base.sentences import say
 
 BODIES: tuple[str, ...] = ("standard", "slim", "blocks")
 """Bodies to choose from, the usual one first; all have the joints' proportions."""
@@ -15,11 +14,6 @@ def check_body(body: str) -> str:
     """
     if body not in BODIES:
         raise SettingsError(
-            say(
-                "mannequin.body",
-                "body={body} is not allowed; allowed: {allowed}",
-                body=body,
-                allowed=[*BODIES],
-            )
+            "mannequin.body", "body={body} is not allowed; allowed: {allowed}", body=body, allowed=[*BODIES]
         )
     return body

@@ -43,7 +43,7 @@ _log = logging.getLogger(__name__)
 T = TypeVar("T")
 
 
-class Reading(NamedTuple):
+class ReadSoFar(NamedTuple):
     """How many takes are in the index, and how many there are."""
 
     done: int
@@ -58,7 +58,7 @@ class Found(NamedTuple):
 
     takes: list[TakeInfo]
     count: int  # pyright: ignore[reportIncompatibleMethodOverride]  # hides tuple.count
-    reading: Reading | None = None
+    reading: ReadSoFar | None = None
 
 
 def _read_in_process(sessions: Path, file: Path) -> None:
@@ -140,7 +140,7 @@ class TakeIndex:
             weakref.finalize(self, shutil.rmtree, self._elsewhere, ignore_errors=True)
         return _asked(self._elsewhere / FILE, ask)
 
-    def _refresh(self, db: sqlite3.Connection, file: Path, wanted: frozenset[str]) -> Reading | None:
+    def _refresh(self, db: sqlite3.Connection, file: Path, wanted: frozenset[str]) -> ReadSoFar | None:
         """Bring the index up to date with the folders, or begin to; return how far that is."""
         stale = find_stale(db, self._sessions)
         forget_takes(db, stale.gone)
@@ -150,7 +150,7 @@ class TakeIndex:
         later = len(unread[now:])
         if later or len(stale.unsettled) > AT_ONCE:
             self._begin_rest(file)
-        return Reading(stale.count - later, stale.count) if later else None
+        return ReadSoFar(stale.count - later, stale.count) if later else None
 
     def _begin_rest(self, file: Path) -> None:
         """Have the rest read, unless that is under way."""

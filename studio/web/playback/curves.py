@@ -61,12 +61,7 @@ def curves(clip: Clip, joint: str, points: int = MAX_POINTS) -> Curves:
         SettingsError: no such joint.
     """
     if joint not in OUTPUT_INDEX:
-        raise SettingsError(
-            "replay.no_joint",
-            "there is no joint {joint!r}; allowed: {allowed}",
-            joint=joint,
-            allowed=[*OUTPUT_JOINTS],
-        )
+        raise no_joint(joint)
     poses, row = clip.poses, OUTPUT_INDEX[joint]
     count = poses.frame_count
     positions = poses.positions_m[:, row]
@@ -199,3 +194,13 @@ def spans(flags: NDArray[np.bool_], gap: int = 0) -> list[FrameSpan]:
         apart = edges[1:, 0] - edges[:-1, 1] > gap
         edges = np.column_stack([edges[np.append(True, apart), 0], edges[np.append(apart, True), 1]])
     return [(int(first), int(last) - 1) for first, last in edges]
+
+
+def no_joint(joint: str) -> SettingsError:
+    """Return the refusal of a joint that no solve has."""
+    return SettingsError(
+        "replay.no_joint",
+        "there is no joint {joint!r}; allowed: {allowed}",
+        joint=joint,
+        allowed=[*OUTPUT_JOINTS],
+    )

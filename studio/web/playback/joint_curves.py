@@ -15,10 +15,9 @@ from studio.engine.animation.clip.kinematics import local_keys
 from studio.engine.animation.clip.skeleton import rotations_to_file_axes, to_file_axes
 from studio.engine.animation.curves.euler import best_order, euler_deg
 from studio.engine.base.errors import SettingsError
-from studio.engine.base.sentences import say
-from studio.engine.model.joints import INDEX, OUTPUT_INDEX, OUTPUT_JOINTS, OUTPUT_OF_CANONICAL, OUTPUT_PARENTS
+from studio.engine.model.joints import INDEX, OUTPUT_INDEX, OUTPUT_OF_CANONICAL, OUTPUT_PARENTS
 from studio.web.playback.clip import Clip
-from studio.web.playback.curves import seen_by, spans, speed_m_s, thinned
+from studio.web.playback.curves import no_joint, seen_by, spans, speed_m_s, thinned
 from studio.web.playback.second import Second
 
 Array = NDArray[np.float64]
@@ -99,24 +98,20 @@ class CurveColumns:
         names = [_split(one) for one in wanted]
         if len(names) > MAX_CURVES:
             raise SettingsError(
-                say(
-                    "replay.many_curves",
-                    "{count} curves are wanted; allowed: {most} at most; leave some out",
-                    count=len(names),
-                    most=MAX_CURVES,
-                )
+                "replay.many_curves",
+                "{count} curves are wanted; allowed: {most} at most; leave some out",
+                count=len(names),
+                most=MAX_CURVES,
             )
         end = clip.poses.frame_count - 1
         last = end if last is None else min(last, end)
         if not 0 <= first <= last:
             raise SettingsError(
-                say(
-                    "replay.range",
-                    "first={first}, last={last} is no range; allowed: 0 to {most}, first up to last",
-                    first=first,
-                    last=last,
-                    most=end,
-                )
+                "replay.range",
+                "first={first}, last={last} is no range; allowed: 0 to {most}, first up to last",
+                first=first,
+                last=last,
+                most=end,
             )
         with self._lock:
             self._take_in(clip, beside)
@@ -209,7 +204,12 @@ class CurveColumns:
 def _split(wanted: str) -> tuple[str, str]:
     joint, _, channel = wanted.partition(".")
     if joint not in OUTPUT_INDEX:
-        raise SettingsError(f"there is no joint {joint!r}; allowed: {', '.join(OUTPUT_JOINTS)}")
+        raise no_joint(joint)
     if channel not in CHANNELS:
-        raise SettingsError(f"there is no channel {channel!r}; allowed: {', '.join(CHANNELS)}")
+        raise SettingsError(
+            "replay.no_channel",
+            "there is no channel {channel!r}; allowed: {allowed}",
+            channel=channel,
+            allowed=[*CHANNELS],
+        )
     return joint, channel

@@ -13,7 +13,7 @@ def test_legs_that_are_not_read_hang_and_are_doubted(way, why):
     done = run(way, 0, "T-pose", seconds=0.8)
     assert not done.believed.any()
     ankles = done.error_m[:, [5, 11]]
-    assert np.median(ankles) < 0.12, "legs hang below the hips"
+    assert np.median(ankles) < 0.25, "legs hang below the hips"
     assert set(done.legs_unread[-1].values()) == {why}
 
 

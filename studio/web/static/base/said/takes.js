@@ -83,6 +83,7 @@ export default {
   "picture.other_skeleton": "une image demande le squelette de sortie ; recalculez la prise",
   "replay.alignment": "un alignement a rotation_wxyz (un quaternion unitaire), translation_m, scale (0,1 à 10), time_offset_ms et clock_drift_ppm ; prenez celui qu'a donné la comparaison",
   "replay.ghost_elsewhere": "une référence de la prise {take} est sur un autre plateau ; permises : celles de {own}",
+  "replay.no_channel": "il n'y a pas de canal « {channel} » ; permis : {allowed}",
   "replay.no_joint": "il n'y a pas d'articulation « {joint} » ; permises : {allowed}",
   "replay.one_ghost": "un fantôme est un calcul ou une référence : donnez l'un des deux",
   "share.gone": "le replay de ce lien n'est plus là : {error}",
