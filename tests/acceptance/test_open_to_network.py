@@ -80,6 +80,7 @@ def test_an_operator_signs_in_with_a_browser(tmp_path, chromium):
         page.fill("#token", operator)
         page.click("button[type=submit]")
         page.wait_for_url(f"{url}/")
+        page.close()  # else it draws beside all other tests
 
 
 def test_encrypted(tmp_path):
