@@ -2,10 +2,12 @@
 
 import argparse
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from studio.commands.common import add_command, add_json, add_take, figure, table, write_result
-from studio.engine.model.calibration import CalibrationJson
+
+if TYPE_CHECKING:
+    from studio.engine.model.calibration import CalibrationJson
 
 _TEXT = """\
 Find the cameras' poses and clocks and the performer's proportions from a take's own frames.
@@ -53,7 +55,7 @@ def run(args: argparse.Namespace) -> int:
     return 0
 
 
-def _summary(result: CalibrationJson) -> str:
+def _summary(result: "CalibrationJson") -> str:
     """The calibration as a table, one line per camera."""
     rows = [["camera", "median mm", "p95 mm", "pairs", "clock ms", "drift ppm", "coverage", "verdict"]]
     for name, camera in result["cameras"].items():

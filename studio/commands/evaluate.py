@@ -3,10 +3,12 @@
 import argparse
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from studio.commands.common import add_command, add_json, add_take, figure, progress_bar, table, write_result
-from studio.engine.metrics.results import Evaluation
+
+if TYPE_CHECKING:
+    from studio.engine.metrics.results import Evaluation
 
 _TEXT = """\
 Measure a take's solves against a reference motion.
@@ -130,7 +132,7 @@ def run(args: argparse.Namespace) -> int:
     return 0
 
 
-def summary(solves: Mapping[str, Evaluation]) -> str:
+def summary(solves: Mapping[str, "Evaluation"]) -> str:
     """The figures as tables: one line per figure and a column per solve, then the joints."""
     rows = [["", *solves]]
     rows.append(["joints", *(str(len(figures["matched_joints"])) for figures in solves.values())])
@@ -153,7 +155,7 @@ def summary(solves: Mapping[str, Evaluation]) -> str:
     return table(rows)
 
 
-def edit_list(name: str, figures: Evaluation, begins_s: float) -> str:
+def edit_list(name: str, figures: "Evaluation", begins_s: float) -> str:
     """A solve's clean-up events, one line each; times count from the stage time `begins_s`, as the replay's do."""
     events = figures["cleanup_events"]
     if not events:

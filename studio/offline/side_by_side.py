@@ -1,11 +1,11 @@
 """Cameras of a take that are tracked each for itself: side by side in processes, or one after the other's image."""
 
-import os
 import threading
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import FIRST_EXCEPTION, Future, ThreadPoolExecutor, wait
 from functools import partial
 
+from studio.engine.base.system import core_count
 from studio.engine.model.depth import DepthFrame
 from studio.engine.model.frames import CameraFrame
 from studio.engine.seeing.tracker.skeletons import per_camera
@@ -95,13 +95,6 @@ def _over(works: dict[str, Future[list[CameraFrame]]], seconds: float) -> bool:
     """Wait for some seconds; return whether all is done, or something went wrong."""
     done, left = wait(works.values(), timeout=seconds, return_when=FIRST_EXCEPTION)
     return not left or any(work.exception() is not None for work in done)
-
-
-def core_count() -> int:
-    """Return on how many cores this process may run."""
-    if hasattr(os, "sched_getaffinity"):
-        return len(os.sched_getaffinity(0))
-    return os.cpu_count() or 1
 
 
 def told(

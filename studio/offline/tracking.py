@@ -23,9 +23,10 @@ from studio.engine.model.solve_metrics import SolveMetrics
 from studio.engine.seeing.cameras.camera_poses import MOST_SETS, refine_camera_poses
 from studio.engine.seeing.cameras.refine import Tracked as Track
 from studio.engine.seeing.tracker.skeletons import POINTS, from_points, points_calibration
+from studio.offline.first_seconds import FirstSeconds
 from studio.offline.placing import refined, refines, with_refined
 from studio.offline.side_by_side import told, track_cameras
-from studio.offline.so_far import FirstSeconds, Show
+from studio.offline.so_far import Show
 from studio.take.folder.take import Take
 from studio.take.folder.tracked import Tracked, keep_tracked, read_tracked
 from studio.take.raw.depth import DepthRecording

@@ -1,6 +1,7 @@
 """Cameras tracked in processes side by side: the same skeletons, and nothing stays when it breaks off."""
 
 import shutil
+from collections.abc import Iterator
 from dataclasses import replace
 
 import numpy as np
@@ -8,9 +9,10 @@ import psutil
 import pytest
 
 from studio.engine.base.errors import StudioError
+from studio.engine.base.system import core_count
 from studio.engine.model.settings import preset
 from studio.engine.seeing.tracker.skeletons import per_camera
-from studio.offline.side_by_side import WORTH_IMAGES, core_count, track_cameras
+from studio.offline.side_by_side import WORTH_IMAGES, track_cameras
 from studio.simulator.body.performers import TUNING
 from studio.take.folder.take import Take
 from studio.take.raw.depth import DepthRecording
@@ -38,9 +40,19 @@ def take(tmp_path_factory: pytest.TempPathFactory) -> Take:
     return depth_take(tmp_path_factory.mktemp("depth") / "t", replace(scene, sets=sets))
 
 
+@pytest.fixture(autouse=True)
+def others() -> Iterator[None]:
+    """Processes that stood ready before are none of the test's."""
+    _OTHERS[:] = psutil.Process().children(recursive=True)
+    yield
+
+
+_OTHERS: list[psutil.Process] = []
+
+
 def children() -> list[psutil.Process]:
-    """Processes of work that were started here."""
-    found = psutil.Process().children(recursive=True)
+    """Processes of work that the test started."""
+    found = [child for child in psutil.Process().children(recursive=True) if child not in _OTHERS]
     return [child for child in found if "multiprocessing.spawn" in " ".join(child.cmdline())]
 
 

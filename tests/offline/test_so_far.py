@@ -12,8 +12,9 @@ from studio.engine.model.poses import Poses
 from studio.engine.model.settings import SolveSettings, preset
 from studio.engine.seeing.fitting.cones import performer_of
 from studio.engine.seeing.search.start import shape_of_height
+from studio.offline.first_seconds import PART_S, FirstSeconds
 from studio.offline.replay import solve_take
-from studio.offline.so_far import PART_S, FirstSeconds, SoFar
+from studio.offline.so_far import SoFar
 from studio.simulator.body.performers import TUNING
 from tests.engine.seeing.cameras.given_cameras import watched
 from tests.engine.seeing.cameras.hands_at_body import short_washing

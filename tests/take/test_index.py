@@ -19,7 +19,7 @@ from studio.engine.base.errors import StudioError
 from studio.take.folder.measured import keep_measured, measured_figures
 from studio.take.folder.take import Take
 from studio.take.library import index_file
-from studio.take.library.index import AT_ONCE, FILE, Reading, TakeIndex
+from studio.take.library.index import AT_ONCE, FILE, ReadSoFar, TakeIndex
 from studio.take.library.index_file import SETTLED_NS, read_rest
 from studio.take.library.query import folded, parse_query
 from studio.take.library.sessions import TakeInfo, take_ids, take_info
@@ -328,9 +328,9 @@ def test_the_newest_takes_come_at_once_and_the_others_later(tmp_path: Path) -> N
     ids, gate = many_takes(tmp_path, count), Gated()
     takes = TakeIndex(tmp_path, read_rest=gate)
     first = takes.search(limit=10)
-    assert ids_of(first.takes) == ids[:10] and first[1:] == (AT_ONCE, Reading(AT_ONCE, count))
+    assert ids_of(first.takes) == ids[:10] and first[1:] == (AT_ONCE, ReadSoFar(AT_ONCE, count))
     oldest = takes.search(only=[ids[-1]])  # what somebody works with is read before the others
-    assert ids_of(oldest.takes) == [ids[-1]] and oldest.reading == Reading(2 * AT_ONCE, count)
+    assert ids_of(oldest.takes) == [ids[-1]] and oldest.reading == ReadSoFar(2 * AT_ONCE, count)
     found = takes.search(parse_query('note:"scene 1"'))  # each answer reads some, while the rest waits
     assert found.reading is None and gate.begun == 1
     gate.may.release()
@@ -342,7 +342,7 @@ def test_what_is_read_later_is_in_the_next_answer(tmp_path: Path) -> None:
     count = 4 * AT_ONCE
     ids, gate = many_takes(tmp_path, count), Gated()
     takes = TakeIndex(tmp_path, read_rest=gate, clock_ns=lambda: time.time_ns() + LATER_NS)
-    assert takes.search(parse_query("note:scene")).reading == Reading(AT_ONCE, count)
+    assert takes.search(parse_query("note:scene")).reading == ReadSoFar(AT_ONCE, count)
     shutil.rmtree(tmp_path / ids[-1])  # not read yet, and gone
     change_slate(tmp_path, "day", "take_001", Slate(notes="changed"))
     gate.may.release()
@@ -356,7 +356,7 @@ def test_the_rest_is_read_in_a_process(tmp_path: Path) -> None:
     count = 2 * AT_ONCE + 1
     many_takes(tmp_path, count)
     takes = TakeIndex(tmp_path)
-    assert takes.search().reading == Reading(AT_ONCE, count)
+    assert takes.search().reading == ReadSoFar(AT_ONCE, count)
     assert takes._reading is not None
     takes._reading.join(timeout=300)
     assert takes.search()[1:] == (count, None)
@@ -370,7 +370,7 @@ def test_reading_that_broke_off_goes_on_with_the_next_answer(tmp_path: Path, cap
     many_takes(tmp_path, count)
     takes = TakeIndex(tmp_path, read_rest=broken)
     for done in (AT_ONCE, 2 * AT_ONCE, count):
-        assert takes.search().reading == (Reading(done, count) if done < count else None)
+        assert takes.search().reading == (ReadSoFar(done, count) if done < count else None)
         if takes._reading is not None:
             takes._reading.join()
     assert "not all read" in caplog.text

@@ -48,9 +48,11 @@ def solved(take: Take, **switches: str) -> bytes:
 def counted(monkeypatch: pytest.MonkeyPatch) -> list[str]:
     """Which trackers run."""
     runs: list[str] = []
-    for name in ("per_camera", "from_points"):
+    for name in ("track_cameras", "from_points"):
         made = getattr(tracking, name)
-        monkeypatch.setattr(tracking, name, lambda *a, name=name, made=made: runs.append(name) or made(*a))
+        monkeypatch.setattr(
+            tracking, name, lambda *a, name=name, made=made, **k: runs.append(name) or made(*a, **k)
+        )
     return runs
 
 
@@ -62,7 +64,7 @@ def test_a_take_is_tracked_once_and_its_solves_stay_the_same(take: Take, counted
         assert solved(take, **switches) == fresh
         assert solve_part(take, SolveSettings(**switches), 0.3, 0.6).frame_count > 10
     assert solved(take, tracker="per_camera", cameras="camera_1") != fresh
-    assert counted == ["from_points", "per_camera"]
+    assert counted == ["from_points", "track_cameras"]
 
 
 def test_what_was_tracked_with_other_frames_transforms_or_code_is_tracked_again(

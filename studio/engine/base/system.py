@@ -93,6 +93,13 @@ def boot_id() -> str:
         return ""
 
 
+def core_count() -> int:
+    """Return on how many cores this process may run."""
+    if hasattr(os, "sched_getaffinity"):
+        return len(os.sched_getaffinity(0))
+    return os.cpu_count() or 1
+
+
 @contextmanager
 def one_core() -> Iterator[None]:
     """Keep this process on one core within the block, where the system can."""

@@ -123,9 +123,8 @@ def test_viewers_look_and_change_nothing(studio, access):
     key = access.sign_in(made["token"], "here")
     viewer = {"Cookie": f"studio_operator={key}"}
     assert studio.http.get("takes", headers=viewer).status_code == 200
-    assert studio.http.get("access", headers=viewer).json() == {
-        "required": True, "role": "viewer", "cameras": []
-    }  # fmt: skip
+    seen = studio.http.get("access", headers=viewer).json()
+    assert (seen["required"], seen["role"], seen["cameras"]) == (True, "viewer", [])
     for method, path in (
         ("POST", "record/start"), ("PUT", "settings"), ("POST", "access/operator"), ("DELETE", "trash"),
         ("GET", "takes/a/b/file"), ("GET", "takes/a/b/solves/c/export?format=bvh"), ("GET", "blind"),
@@ -194,7 +193,8 @@ def test_a_broken_file_is_said(tmp_path):
 def test_loopback_asks_for_nothing(start_studio, tmp_path):
     open_studio = start_studio(tmp_path / "sessions")
     assert open_studio.http.get("status").status_code == 200
-    assert open_studio.http.get("access").json() == {"required": False, "role": "operator", "cameras": []}
+    seen = open_studio.http.get("access").json()
+    assert (seen["required"], seen["role"], seen["cameras"], seen["local"]) == (False, "operator", [], True)
 
 
 def test_tokens_that_somebody_else_keeps(tmp_path):

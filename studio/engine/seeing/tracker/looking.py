@@ -4,7 +4,6 @@ What is compiled works without Python's lock, so threads do. Nothing of it depen
 camera's images come one after the other, and no two cameras share anything.
 """
 
-import os
 from collections.abc import Callable, Mapping
 from concurrent.futures import Future, ThreadPoolExecutor
 from functools import cache, partial
@@ -13,6 +12,7 @@ from typing import TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
+from studio.engine.base.system import core_count
 from studio.engine.model.depth import DepthFrame
 from studio.engine.seeing.fitting.fit import MeasuredPoints
 from studio.engine.seeing.images.silhouette import Silhouette
@@ -33,7 +33,7 @@ class Looker:
 
     def __init__(self, views: Mapping[str, CameraView]) -> None:
         self._views = views
-        count = min(len(views), _core_count())
+        count = min(len(views), core_count())
         self._pool = _pool(count) if count > 1 else None
         self._next: dict[str, DepthFrame] = {}
         self._begun: dict[str, Future[ImageClusters]] = {}
@@ -108,13 +108,6 @@ class Looker:
 def _wait(begun: Mapping[str, Future[ImageClusters]]) -> None:
     for future in begun.values():
         future.exception()
-
-
-def _core_count() -> int:
-    """Return on how many cores this process may run."""
-    if hasattr(os, "sched_getaffinity"):
-        return len(os.sched_getaffinity(0))
-    return os.cpu_count() or 1
 
 
 @cache
