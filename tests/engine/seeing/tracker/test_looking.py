@@ -37,7 +37,7 @@ def scene():
 
 def tracked(scene, monkeypatch, cores: int, *, ahead: bool):
     cameras, placed, sets = scene
-    monkeypatch.setattr(looking, "_core_count", lambda: cores)
+    monkeypatch.setattr(looking, "core_count", lambda: cores)
     tracker = Tracker(cameras, placed)
     return [tracker.track(images, following if ahead else None) for images, following in with_next(sets)]
 
@@ -54,7 +54,7 @@ def test_the_skeletons_are_the_same_on_any_number_of_cores(scene, monkeypatch):
 def test_other_images_than_were_told_of_are_looked_at(scene, monkeypatch):
     cameras, placed, sets = scene
     one = tracked((cameras, placed, sets[:4]), monkeypatch, 1, ahead=False)
-    monkeypatch.setattr(looking, "_core_count", lambda: 3)
+    monkeypatch.setattr(looking, "core_count", lambda: 3)
     tracker = Tracker(cameras, placed)
     for images, skeleton in zip(sets[:4], one, strict=True):
         found = tracker.track(images, sets[7])
@@ -63,7 +63,7 @@ def test_other_images_than_were_told_of_are_looked_at(scene, monkeypatch):
 
 def test_an_image_of_another_size_is_told_when_its_turn_comes(scene, monkeypatch):
     cameras, placed, sets = scene
-    monkeypatch.setattr(looking, "_core_count", lambda: 3)
+    monkeypatch.setattr(looking, "core_count", lambda: 3)
     tracker = Tracker(cameras, placed)
     other = {name: DepthFrame(name, 99, 0, np.zeros((4, 5), np.uint16)) for name in sets[0]}
     assert tracker.track(sets[0], other).status == "tracked"
