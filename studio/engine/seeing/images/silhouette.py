@@ -226,25 +226,35 @@ _COVERED_M = 0.25
 
 
 @compiled
+def _cell_at(seen, point):
+    """Return row and column of the cell that shows a point of the working frame, -1 outside, and its depth [m]."""
+    r, t = seen.rotation, seen.translation
+    rows, columns = seen.depth.shape
+    x, y, z = point
+    u, v, w = (
+        r[0, 0] * x + r[0, 1] * y + r[0, 2] * z + t[0],
+        r[1, 0] * x + r[1, 1] * y + r[1, 2] * z + t[1],
+        r[2, 0] * x + r[2, 1] * y + r[2, 2] * z + t[2],
+    )
+    row, column = _cell_of(seen.lens, u, v, w)
+    i, j = int(np.floor(row + 0.5)), int(np.floor(column + 0.5))
+    if row < 0 or i < 0 or j < 0 or i >= rows or j >= columns:
+        return -1, -1, w
+    return i, j, w
+
+
+@compiled
 def shown(seen, points):
     """Return what a camera shows at points of the body's axes: `SEEN`, `UNREAD`, `COVERED` or `OUTSIDE`.
 
     Args:
         points: in the working frame [m], shape (point_count, 3).
     """
-    r, t = seen.rotation, seen.translation
     rows, columns = seen.depth.shape
     out = np.empty(len(points), np.int64)
     for p in range(len(points)):
-        x, y, z = points[p]
-        u, v, w = (
-            r[0, 0] * x + r[0, 1] * y + r[0, 2] * z + t[0],
-            r[1, 0] * x + r[1, 1] * y + r[1, 2] * z + t[1],
-            r[2, 0] * x + r[2, 1] * y + r[2, 2] * z + t[2],
-        )
-        row, column = _cell_of(seen.lens, u, v, w)
-        i, j = int(np.floor(row + 0.5)), int(np.floor(column + 0.5))
-        if row < 0 or i < 0 or j < 0 or i >= rows or j >= columns:
+        i, j, w = _cell_at(seen, points[p])
+        if i < 0:
             out[p] = OUTSIDE
             continue
         unread, covered, count = 0, 0, 0
@@ -271,19 +281,11 @@ _USUAL_M = 0.07
 
 @compiled
 def _behind(seen, points, behind):
-    r, t = seen.rotation, seen.translation
     rows, columns = seen.depth.shape
     around = np.empty(9)
     for p in range(len(points)):
-        x, y, z = points[p]
-        u, v, w = (
-            r[0, 0] * x + r[0, 1] * y + r[0, 2] * z + t[0],
-            r[1, 0] * x + r[1, 1] * y + r[1, 2] * z + t[1],
-            r[2, 0] * x + r[2, 1] * y + r[2, 2] * z + t[2],
-        )
-        row, column = _cell_of(seen.lens, u, v, w)
-        i, j = int(np.floor(row + 0.5)), int(np.floor(column + 0.5))
-        if row < 0 or i < 0 or j < 0 or i >= rows or j >= columns:
+        i, j, w = _cell_at(seen, points[p])
+        if i < 0:
             behind[p] = _OUT_OF_VIEW_M
             continue
         count = 0
