@@ -137,7 +137,7 @@ export function updateTransport(now, possible) {
   recording = now;
   known = true;
   receivedAt = performance.now();
-  if (began) asked = null; // the answer may come later: who presses R again means to stop
+  if (began || ended) asked = null; // the answer may come later: who presses R again means to stop, or the next take
   if (counting && !possible && !now) cancelCount();
   showButton(possible);
   document.body.classList.toggle("recording", Boolean(now));
