@@ -12,7 +12,7 @@ from PIL import Image, ImageDraw
 from studio.camera.sources.tracked import TrackedSource
 from studio.engine.base.errors import SettingsError
 from studio.engine.base.sentences import system_says
-from studio.engine.model.depth import DepthCamera, project, shade
+from studio.engine.model.depth import DepthCamera, shade
 from studio.engine.model.joints import CANONICAL, INDEX
 
 _SHADES = " .:-=+*#%@"
@@ -74,7 +74,9 @@ def png_picture(depth_mm: NDArray[np.uint16], camera: DepthCamera, positions: ND
 
 def _pixels(camera: DepthCamera, positions: NDArray[np.float64]) -> dict[int, tuple[float, float]]:
     seen = [j for j in range(len(CANONICAL)) if np.isfinite(positions[j]).all() and positions[j, 2] > 0.1]
-    return {j: (float(c), float(r)) for j, (c, r) in zip(seen, project(camera, positions[seen]), strict=True)}
+    return {
+        j: (float(c), float(r)) for j, (c, r) in zip(seen, camera.pixels_of(positions[seen]), strict=True)
+    }
 
 
 def health(source: TrackedSource) -> str:

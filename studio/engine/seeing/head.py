@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from scipy.ndimage import uniform_filter
 
 from studio.engine.base.geometry import quaternions
-from studio.engine.model.depth import DepthCamera, project
+from studio.engine.model.depth import DepthCamera
 from studio.engine.model.joints import INDEX
 from studio.engine.seeing.images.convolution import Committee
 from studio.engine.seeing.images.depth_window import sampled
@@ -116,7 +116,7 @@ def _on_plane(
 ) -> tuple[Array, Array]:
     """Return the filled share of a plane's samples, and their distance in front of the plane along its ray [m]."""
     grid = place + _GRID_M @ R_camera_window.T
-    filled, nearer_m, _ = sampled(depth_mm, project(camera, grid), grid[..., 2], _BAND_M)
+    filled, nearer_m, _ = sampled(depth_mm, camera.pixels_of(grid), grid[..., 2], _BAND_M)
     return filled, nearer_m * np.linalg.norm(place) / grid[..., 2]
 
 

@@ -14,7 +14,7 @@ from scipy.spatial.transform import Rotation
 
 from studio.engine.animation.motion.motion import CanonicalMotion
 from studio.engine.base.geometry import invert_transform, transform_points, unit
-from studio.engine.model.depth import DepthCamera, project
+from studio.engine.model.depth import DepthCamera
 from studio.engine.model.joints import INDEX
 from studio.simulator.body.bones import BONE
 from studio.simulator.body.mesh import make_body
@@ -212,7 +212,7 @@ def _part(camera: DepthCamera, middle: Array) -> DepthCamera | None:
     """The camera of the part of the image around a place; None if it is out of view."""
     if middle[2] < 0.4:
         return None
-    column, row = np.rint(project(camera, middle)).astype(int)
+    column, row = np.rint(camera.pixels_of(middle)).astype(int)
     size = round(SIDE_M * camera.fx / middle[2])
     left, top = max(column - size // 2, 0), max(row - size // 2, 0)
     width, height = min(column + size // 2, camera.width) - left, min(row + size // 2, camera.height) - top

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from studio.engine.model.depth import DepthCamera, points, project
+from studio.engine.model.depth import DepthCamera, points
 
 
 def test_a_wall_seen_by_a_pinhole_camera():
@@ -37,6 +37,6 @@ def test_points_are_seen_at_their_pixels_where_the_lens_reaches():
     reached = camera.rays.any(axis=2)
     assert 0.9 < reached.mean() < 0.97 and not reached[0, 0] and reached[100:400, 100:400].all()
     pixels = np.stack(np.meshgrid(np.arange(512), np.arange(512)), axis=2)
-    assert np.abs(project(camera, seen[reached]) - pixels[reached]).max() < 0.51
+    assert np.abs(camera.pixels_of(seen[reached]) - pixels[reached]).max() < 0.51
     inner = (slice(100, 400), slice(100, 400))
-    assert np.abs(project(camera, seen[inner]) - pixels[inner]).max() < 1e-2
+    assert np.abs(camera.pixels_of(seen[inner]) - pixels[inner]).max() < 1e-2

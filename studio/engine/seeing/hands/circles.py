@@ -11,7 +11,7 @@ Source: Ménard 2014, section 5.4.
 import numpy as np
 from numpy.typing import NDArray
 
-from studio.engine.model.depth import DepthCamera, project
+from studio.engine.model.depth import DepthCamera
 
 OPEN, CLOSED, UNKNOWN = 0.85, 0.15, 0.5
 """Probabilities of being open for the three outcomes."""
@@ -35,7 +35,7 @@ def circles_state(camera: DepthCamera, depth_mm: NDArray[np.uint16], hand: NDArr
     """
     if not np.isfinite(hand).all() or hand[2] < 0.2:
         return UNKNOWN
-    column, row = np.rint(project(camera, hand)).astype(int)
+    column, row = np.rint(camera.pixels_of(hand)).astype(int)
     if not (0 <= column < depth_mm.shape[1] and 0 <= row < depth_mm.shape[0]):
         return UNKNOWN
     depth_m = depth_mm[row, column] * 1e-3

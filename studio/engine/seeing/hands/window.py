@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from studio.engine.model.depth import DepthCamera, project
+from studio.engine.model.depth import DepthCamera
 from studio.engine.seeing.images.depth_window import sampled
 
 SIDE = 28
@@ -72,7 +72,7 @@ def hand_window(
         return None
     way = way / length
     palm = wrist + _PALM * forearm_m * way
-    place = project(camera, palm)
+    place = camera.pixels_of(palm)
     distance_m = _distance(depth_mm, place, palm[2], forearm_m, max(palm[2], 0.2) / camera.fx)
     if distance_m is None:
         return None

@@ -29,7 +29,7 @@ from studio.engine.animation.motion.keys import FloorPath, Keys
 from studio.engine.animation.motion.motion import CanonicalMotion
 from studio.engine.animation.motion.proportions import AUTHORED_OFFSETS
 from studio.engine.base.geometry import invert_transform, transform_points
-from studio.engine.model.depth import DepthFrame, project
+from studio.engine.model.depth import DepthFrame
 from studio.engine.model.joints import INDEX
 from studio.engine.seeing.fitting.cones import PARTS
 from studio.engine.seeing.fitting.confidence import _WEIGHTS, EVIDENCE, KINDS, evidence, expected_errors
@@ -128,7 +128,7 @@ class Disturbed(Recorder):
         """Return a frame in which a board stands before joints of the stage [m], shape (n, 3)."""
         view = self._views[frame.camera]
         places = transform_points(invert_transform(view.T_work_camera), joints)
-        columns, rows = project(view.camera, places).T
+        columns, rows = view.camera.pixels_of(places).T
         depth_mm, margin = frame.depth_mm.copy(), BOARD_M * view.camera.fx / places[:, 2].mean()
         low, high = (int(max(f, 0)) for f in (rows.min() - margin, rows.max() + margin))
         left, right = (int(max(f, 0)) for f in (columns.min() - margin, columns.max() + margin))

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from studio.engine.base.geometry import invert_transform, matrices, transform_points
-from studio.engine.model.depth import DepthCamera, project
+from studio.engine.model.depth import DepthCamera
 from studio.engine.model.joints import INDEX
 from studio.engine.seeing.observer import Observer
 from studio.simulator.body.bones import BONE
@@ -69,7 +69,7 @@ def camera_at(performance: PerformerMotion, begin_s: float, distance_m: float) -
 
 def shows(camera: DepthCamera, depth_mm: NDArray[np.uint16], place: NDArray[np.float64]) -> bool:
     """Whether the image shows what is at a place of the camera frame [m]."""
-    column, row = np.rint(project(camera, place)).astype(int)
+    column, row = np.rint(camera.pixels_of(place)).astype(int)
     if not (0 <= column < depth_mm.shape[1] and 0 <= row < depth_mm.shape[0]):
         return False
     patch = depth_mm[max(row - 1, 0) : row + 2, max(column - 1, 0) : column + 2] * 1e-3

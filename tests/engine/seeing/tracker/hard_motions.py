@@ -11,7 +11,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from studio.engine.base.geometry import invert_transform, transform_points
-from studio.engine.model.depth import project
 from studio.engine.model.joints import INDEX
 from studio.engine.seeing.tracker.tracker import Tracker
 from studio.simulator.body.performers import SCORING
@@ -54,7 +53,7 @@ def run(name: str, seed: int) -> tuple[float, int, float]:
 def _in_image(camera, T_camera_stage, joints_m):
     """Whether the whole body is in the image, shape (frame_count,)."""
     points = transform_points(T_camera_stage, joints_m.reshape(-1, 3))
-    u, v = project(camera, points).T
+    u, v = camera.pixels_of(points).T
     inside = (u >= 0) & (u < camera.width) & (v >= 0) & (v < camera.height) & (points[:, 2] > 0)
     return inside.reshape(joints_m.shape[:2]).all(axis=1)
 
