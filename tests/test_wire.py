@@ -100,10 +100,47 @@ def test_a_confidence_out_of_range_is_refused(bad):
         wire.joint_arrays(wire.skeleton_frame(1, 2, np.zeros((21, 3)), confidence), "canonical")
 
 
+def landmarks(**changes):
+    """A frame of 33 landmarks, with other arrays where `changes` has them."""
+    rng = np.random.default_rng(1)
+    given = {
+        "pixels": rng.uniform(0, 720, (33, 2)), "visibility": np.ones(33), "world_m": rng.normal(size=(33, 3)),
+        "left_hand": rng.uniform(0, 720, (21, 2)), **changes,
+    }  # fmt: skip
+    return wire.landmark_frame(4, 5, (720, 1280), **given)
+
+
+def test_landmarks_arrive_as_they_were_sent():
+    frame = wire.decode(wire.encode(landmarks()))
+    assert isinstance(frame, wire.SkeletonFrame)
+    found, sent = wire.landmark_arrays(frame, "mediapipe"), np.random.default_rng(1).uniform(0, 720, (33, 2))
+    assert found is not None and found.pixels == pytest.approx(sent, abs=1e-4)
+    assert np.isfinite(found.world_m).all() and found.left_hand is not None and found.right_hand is None
+    positions, visible = wire.joint_arrays(frame, "mediapipe")
+    assert np.isnan(positions).all() and (visible == 1).all()
+
+
+@pytest.mark.parametrize("bad", [np.nan, np.inf, -4000.0, 1e30])
+def test_a_landmark_that_is_nowhere_near_its_picture_is_unseen(bad):
+    pixels = np.full((33, 2), 300.0)
+    pixels[7, 1] = bad
+    found = wire.landmark_arrays(landmarks(pixels=pixels), "mediapipe")
+    assert found is not None and np.flatnonzero(np.isnan(found.pixels).any(axis=1)).tolist() == [7]
+
+
+@pytest.mark.parametrize(
+    "change", [{"pixels": np.ones((32, 2))}, {"world_m": np.ones((33, 2))}, {"left_hand": np.ones((20, 2))}]
+)
+def test_another_number_of_landmarks_is_refused(change):
+    with refused(FormatError, "protocol.landmarks_size"):
+        wire.landmark_arrays(landmarks(**change), "mediapipe")
+
+
 def test_hello_is_checked():
+    wire.check_hello(msgspec.structs.replace(HELLO, protocol_version=2))
     wire.check_hello(HELLO)
     with refused(FormatError, "protocol.version"):
-        wire.check_hello(msgspec.structs.replace(HELLO, protocol_version=2))
+        wire.check_hello(msgspec.structs.replace(HELLO, protocol_version=3))
     with refused(FormatError, "joints.unknown_set", name="kinect"):
         wire.check_hello(msgspec.structs.replace(HELLO, joint_set="kinect"))
 

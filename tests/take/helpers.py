@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 
 from studio import wire
-from studio.engine.model.joints import CANONICAL, JOINT_COUNT
+from studio.engine.model.joints import CANONICAL, JOINT_COUNT, JOINT_SETS
 from studio.take.folder.take import Take
 from studio.take.raw.frames import RawWriter
 
@@ -17,7 +17,7 @@ def hello(name: str, joint_set: str = "canonical", boot_id: str = "boot-1", toke
 
 
 def message(k: int, seed: int = 0, joint_set: str = "canonical") -> wire.SkeletonFrame:
-    count = len(wire.JOINT_SETS[joint_set])
+    count = len(JOINT_SETS[joint_set])
     rng = np.random.default_rng([seed, k])
     positions = rng.normal(size=(count, 3))
     positions[k % count] = np.nan

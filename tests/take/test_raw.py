@@ -15,6 +15,7 @@ from mcap.reader import make_reader
 from studio import wire
 from studio.engine.base.errors import FormatError, TakeError
 from studio.engine.model.frames import ClockModel
+from studio.engine.model.joints import INDEX, JOINT_SETS
 from studio.take.folder.lock import is_held
 from studio.take.raw.frames import (
     RawCamera,
@@ -88,6 +89,28 @@ def test_device_joints_become_canonical(tmp_path: Path) -> None:
         writer.frame("k", data, arrival_ns=1, device_time_ns=2, sequence=30)
     (frame,) = camera_frames(tmp_path / "raw.mcap")["k"]
     assert frame.positions.shape == (21, 3) and np.isfinite(frame.positions[0]).all()
+
+
+def test_landmarks_of_a_picture_become_canonical(tmp_path: Path) -> None:
+    names = JOINT_SETS["mediapipe"]
+    pixels = np.column_stack([np.arange(33.0), 2 * np.arange(33.0)])
+    with RawWriter(tmp_path / "raw.mcap") as writer:
+        writer.add_camera(hello("phone", "mediapipe"))
+        for k in range(300):  # more than stay in memory as one block
+            sent = wire.landmark_frame(k, k, (640, 480 + k), pixels + k, np.full(33, 0.9))
+            writer.frame("phone", wire.encode(sent), arrival_ns=k, device_time_ns=k, sequence=k)
+    frames = camera_frames(tmp_path / "raw.mcap")["phone"]
+    for k in (0, 299):
+        frame, picture = frames[k], frames[k].picture
+        assert picture is not None and (picture.width, picture.height) == (640, 480 + k)
+        assert np.isnan(frame.positions).all() and np.isnan(picture.world_m).all()
+        wrist, hips = names.index("left_wrist"), [names.index(f"{side}_hip") for side in ("left", "right")]
+        assert picture.pixels[INDEX["left_wrist"]] == pytest.approx(pixels[wrist] + k)
+        assert picture.pixels[INDEX["hips"]] == pytest.approx(pixels[hips].mean(axis=0) + k)
+        assert (
+            frame.confidence[INDEX["hips"]] == pytest.approx(0.9, abs=1e-6)
+            and np.isnan(picture.pixels[1]).all()
+        )
 
 
 def test_camera_frames_are_ordered_and_once(tmp_path: Path) -> None:

@@ -26,7 +26,7 @@ ONLY_FOR_PROGRAMS = {"id", "file", "same", "path", "take"}
 
 
 ON_TERMINALS = (
-    *(HERE / name for name in ("camera", "commands", "lab", "library.py", "server", "simulator", "wire.py")),
+    *(HERE / name for name in ("camera", "commands", "lab", "library.py", "server", "simulator", "wire")),
     *(HERE / "live" / name for name in ("cameras/previews.py", "keeping/keeping.py")),
     HERE / "api" / "cameras" / "link.py",
     HERE / "offline" / "batch",

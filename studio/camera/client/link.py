@@ -360,6 +360,20 @@ class Link:
 
 
 def _encode(sequence: int, frame: SourceFrame) -> bytes:
+    picture = frame.picture
+    if picture is not None:
+        return wire.encode(
+            wire.landmark_frame(
+                sequence,
+                frame.device_time_ns,
+                (picture.width, picture.height),
+                picture.pixels,
+                frame.confidence,
+                picture.world_m,
+                picture.left_hand,
+                picture.right_hand,
+            )
+        )
     return wire.encode(
         wire.skeleton_frame(
             sequence,

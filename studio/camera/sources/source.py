@@ -11,6 +11,25 @@ from studio.wire import HandState, Intrinsics
 
 
 @dataclass(frozen=True)
+class SourcePicture:
+    """A performer's landmarks in a picture.
+
+    Attributes:
+        width, height: size of the picture [pixels].
+        pixels: column and row, shape (joint_count, 2); NaN = unseen. The centre of the first pixel is (0, 0).
+        world_m: about the middle of the hips, in the picture's axes, shape (joint_count, 3); None = unknown.
+        left_hand, right_hand: pixels of a hand's landmarks, shape (21, 2); None = not seen.
+    """
+
+    width: int
+    height: int
+    pixels: NDArray[np.float64]
+    world_m: NDArray[np.float64] | None = None
+    left_hand: NDArray[np.float64] | None = None
+    right_hand: NDArray[np.float64] | None = None
+
+
+@dataclass(frozen=True)
 class SourceFrame:
     """One skeleton of a source.
 
@@ -21,6 +40,8 @@ class SourceFrame:
         hands: hand states, if the source has them.
         head_wxyz: head orientation in the camera frame, where measured.
         depth_mm: its depth image, if it is to be recorded, shape (height, width).
+        picture: the landmarks of a camera without depth, whose `positions` are not sent; `confidence` is how visible
+            they are.
     """
 
     device_time_ns: int
@@ -29,6 +50,7 @@ class SourceFrame:
     hands: tuple[HandState, ...] = ()
     head_wxyz: tuple[float, float, float, float] | None = None
     depth_mm: NDArray[np.uint16] | None = None
+    picture: SourcePicture | None = None
 
 
 class Camera(ABC):

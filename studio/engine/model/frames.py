@@ -16,6 +16,23 @@ class HandSeen:
 
 
 @dataclass(frozen=True)
+class PictureJoints:
+    """Canonical joints in a picture: what a camera that sees no depth knows of them.
+
+    Attributes:
+        width, height: size of the picture [pixels].
+        pixels: column and row, shape (21, 2); NaN = unseen. The centre of the first pixel is (0, 0).
+        world_m: the joints about the middle of the hips, in the picture's axes (x right, y down, z away), as one
+            picture alone lets them be guessed, shape (21, 3); NaN = not guessed.
+    """
+
+    width: int
+    height: int
+    pixels: NDArray[np.float64]
+    world_m: NDArray[np.float64]
+
+
+@dataclass(frozen=True)
 class CameraFrame:
     """One camera's skeleton in canonical joints, in the camera frame (OpenCV axes, metres).
 
@@ -27,6 +44,8 @@ class CameraFrame:
         confidence: shape (21,), 0..1; 0 = unseen.
         hands: hand states that came with the frame.
         head_wxyz: measured head orientation in the camera frame, where known.
+        picture: the joints of a camera without depth, whose `positions` are NaN; `confidence` is how visible they
+            are.
     """
 
     camera: str
@@ -36,6 +55,7 @@ class CameraFrame:
     confidence: NDArray[np.float64]
     hands: tuple[HandSeen, ...] = ()
     head_wxyz: tuple[float, float, float, float] | None = None
+    picture: PictureJoints | None = None
 
 
 @dataclass(frozen=True)

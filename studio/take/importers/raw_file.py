@@ -7,6 +7,7 @@ import numpy as np
 from studio import wire
 from studio.engine.base.errors import FormatError
 from studio.engine.base.sentences import about, say
+from studio.engine.model.joints import JOINT_SETS
 from studio.take.importers.recording import DepthStream, Progress, ReadCamera, ReadDepth, ReadRecording
 from studio.take.raw.depth import DepthRecording
 from studio.take.raw.frames import RawCamera, RawFrame, RawReader
@@ -60,7 +61,7 @@ def read(path: Path, progress: Progress) -> ReadRecording:
 def _camera(hello: wire.Hello, messages: dict[int, wire.SkeletonFrame], depth: DepthRecording) -> ReadCamera:
     times = sorted(messages)
     joints = [wire.joint_arrays(messages[time_ns], hello.joint_set) for time_ns in times]
-    count = len(wire.JOINT_SETS[hello.joint_set])
+    count = len(JOINT_SETS[hello.joint_set])
     return ReadCamera(
         name=hello.name,
         device=hello.device,

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from studio.engine.base.records import BLOCK, Records
-from studio.engine.model.frames import CameraFrame, HandSeen
+from studio.engine.model.frames import CameraFrame, HandSeen, PictureJoints
 from studio.engine.model.joints import JOINT_COUNT
 
 _DTYPE = np.dtype(
@@ -22,6 +22,16 @@ _DTYPE = np.dtype(
         ("device_time_ns", "i8"),
         ("camera", "i2"),
         ("has_head", "?"),
+        ("picture", "i8"),
+    ],
+    align=True,
+)
+_PICTURE_DTYPE = np.dtype(
+    [
+        ("pixels", "f8", (JOINT_COUNT, 2)),
+        ("world_m", "f8", (JOINT_COUNT, 3)),
+        ("width", "i4"),
+        ("height", "i4"),
     ],
     align=True,
 )
@@ -34,11 +44,12 @@ class KeptFrames:
 
     def __init__(self) -> None:
         """Make an empty list."""
-        self._records = Records(_DTYPE)
+        self._records, self._pictures = Records(_DTYPE), Records(_PICTURE_DTYPE)
         self._cameras: dict[str, int] = {}
         self._kinds: dict[tuple[str, str], int] = {}  # kinds of hand states: side and method
         self._hands_end, self._hand_kinds, self._hand_open = array("q"), array("h"), array("d")
         self._block = lru_cache(_BLOCKS)(partial(_read_block, self._records))
+        self._picture_block = lru_cache(_BLOCKS)(partial(_read_block, self._pictures))
 
     def __len__(self) -> int:
         return len(self._records)
@@ -49,11 +60,14 @@ class KeptFrames:
         Raises:
             TakeError: the disk of the temporary folder is full.
         """
-        head = frame.head_wxyz
+        head, picture = frame.head_wxyz, frame.picture
         self._records.add((
             frame.positions, frame.confidence, (0.0,) * 4 if head is None else head, frame.sequence,
             frame.device_time_ns, self._cameras.setdefault(frame.camera, len(self._cameras)), head is not None,
+            -1 if picture is None else len(self._pictures),
         ))  # fmt: skip
+        if picture is not None:
+            self._pictures.add((picture.pixels, picture.world_m, picture.width, picture.height))
         for hand in frame.hands:
             self._hand_kinds.append(self._kinds.setdefault((hand.side, hand.method), len(self._kinds)))
             self._hand_open.append(hand.open_probability)
@@ -76,7 +90,15 @@ class KeptFrames:
             confidence=record["confidence"],
             hands=self._hands(place),
             head_wxyz=(w, x, y, z) if record["has_head"] else None,
+            picture=self._picture(int(record["picture"])),
         )
+
+    def _picture(self, place: int) -> PictureJoints | None:
+        if place < 0:
+            return None
+        block, row = divmod(place, BLOCK)
+        record = self._picture_block(block)[row]
+        return PictureJoints(int(record["width"]), int(record["height"]), record["pixels"], record["world_m"])
 
     def _hands(self, place: int) -> tuple[HandSeen, ...]:
         begin, end = self._hands_end[place - 1] if place else 0, self._hands_end[place]

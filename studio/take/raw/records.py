@@ -2,14 +2,18 @@
 
 from dataclasses import dataclass
 
+import numpy as np
+from numpy.typing import NDArray
+
 from studio import wire
 from studio.engine.model.depth import DepthCamera, DepthFrame
-from studio.engine.model.frames import CameraFrame, HandSeen
-from studio.engine.model.joints import to_canonical
+from studio.engine.model.frames import CameraFrame, HandSeen, PictureJoints
+from studio.engine.model.joints import JOINT_COUNT, to_canonical
 from studio.take.raw.live_log import LiveEvent
 
 LIVE_TOPIC = "live"
 PROFILE = "capture-studio"
+_UNSEEN = np.full((JOINT_COUNT, 3), np.nan)
 
 LATE_KEY = "late"
 """Key of a channel's metadata: its frames arrived after the live solve had passed them."""
@@ -107,13 +111,30 @@ def camera_frame(camera: str, joint_set: str, message: wire.SkeletonFrame) -> Ca
     Raises:
         FormatError: an unknown joint set, or a frame that does not fit it.
     """
-    positions, confidence = to_canonical(joint_set, *wire.joint_arrays(message, joint_set))
+    positions, confidence = wire.joint_arrays(message, joint_set)
+    picture = _picture(joint_set, message, confidence)
+    seen = to_canonical(joint_set, positions, confidence) if picture is None else (_UNSEEN.copy(), picture[1])
     return CameraFrame(
         camera=camera,
         sequence=message.sequence,
         device_time_ns=message.device_time_ns,
-        positions=positions,
-        confidence=confidence,
+        positions=seen[0],
+        confidence=seen[1],
         hands=tuple(HandSeen(hand.side, hand.method, hand.open_probability) for hand in message.hands),
         head_wxyz=message.head_wxyz,
+        picture=None if picture is None else picture[0],
     )
+
+
+def _picture(
+    joint_set: str, message: wire.SkeletonFrame, visibility: NDArray[np.float64]
+) -> tuple[PictureJoints, NDArray[np.float64]] | None:
+    """Return a frame's landmarks as canonical joints, and their confidence, shape (21,); None where it has none."""
+    landmarks = wire.landmark_arrays(message, joint_set)
+    if landmarks is None or message.landmarks is None:
+        return None
+    flat = np.concatenate([landmarks.pixels, np.zeros((len(landmarks.pixels), 1))], axis=1)
+    pixels, confidence = to_canonical(joint_set, flat, visibility)
+    world_m, _ = to_canonical(joint_set, landmarks.world_m, visibility)
+    size = message.landmarks.width, message.landmarks.height
+    return PictureJoints(*size, pixels[:, :2], world_m), confidence

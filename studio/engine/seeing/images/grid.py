@@ -18,7 +18,7 @@ _NORMAL_REACH = 4
 """Distance in cells to the neighbours from which a normal is computed."""
 
 
-class Lens(NamedTuple):
+class GridLens(NamedTuple):
     """The relation between the grid's cells and the camera's rays.
 
     Attributes:
@@ -34,11 +34,11 @@ class Lens(NamedTuple):
     reach: float
 
 
-def lens_of(camera: DepthCamera) -> Lens:
+def lens_of(camera: DepthCamera) -> GridLens:
     """Return the lens of a camera."""
     coefficients = (*camera.distortion, *(0.0,) * (8 - len(camera.distortion)))
     rays = camera.rays
-    return Lens(
+    return GridLens(
         max(1, round(camera.width / GRID_WIDTH)),
         np.array([camera.fx, camera.fy, camera.cx, camera.cy, *coefficients]),
         rays,

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from studio.engine.base.compiled import compiled
-from studio.engine.seeing.images.grid import Lens
+from studio.engine.seeing.images.grid import GridLens
 
 Array = NDArray[np.float64]
 
@@ -31,7 +31,7 @@ class Silhouette(NamedTuple):
         nearest_unread: as `nearest`, of cells of the performer and without readings; for these samples.
     """
 
-    lens: Lens
+    lens: GridLens
     rotation: Array
     translation: Array
     depth: Array

@@ -1,4 +1,4 @@
-"""The wire protocol between camera clients and the server (version 1), and the messages kept in `raw.mcap`.
+"""The messages between camera clients and the server (version 2), also kept in `raw.mcap`.
 
 A camera client opens a WebSocket at `/api/v1/link` and sends `Hello`; the server answers `Welcome` or
 `Refused` and closes. Then, in any order: `ClockRequest` -> `ClockReply` (the exchange that gives offset and
@@ -7,22 +7,23 @@ the client keeps its frames (`Kept`) until an `Ack` says that they are on the di
 (`Late`). Every message is one binary WebSocket message: a MessagePack map with a `type` key. `decode` checks it
 against its schema.
 
-A `SkeletonFrame` is written to `raw.mcap` as the very bytes that arrived.
+A `SkeletonFrame` is written to `raw.mcap` as the very bytes that arrived. Version 2 added its `landmarks`; clients of
+version 1 are welcome.
 """
 
 import re
 from typing import Annotated
 
 import msgspec
-import numpy as np
-import zstandard
 from msgspec import Meta
-from numpy.typing import NDArray
 
 from studio.engine.base.errors import FormatError
 from studio.engine.model.joints import JOINT_SETS
 
-PROTOCOL_VERSION = 1
+PROTOCOL_VERSION = 2
+KNOWN_VERSIONS = (1, PROTOCOL_VERSION)
+"""Versions of camera clients that the server understands."""
+
 MAX_MESSAGE_BYTES = 4 * 1024 * 1024
 LINK_PATH = "/api/v1/link"
 
@@ -120,11 +121,29 @@ class HandState(msgspec.Struct, forbid_unknown_fields=True):
     open_probability: Annotated[float, Meta(ge=0, le=1)]
 
 
+class Landmarks(msgspec.Struct, forbid_unknown_fields=True):
+    """Where a picture shows the joints of a performer. All numbers are little-endian float32.
+
+    `width`, `height`: size of this very picture [pixels]. `pixels`: joint_count * 2 (column, row), NaN = unseen; the
+    centre of the first pixel is (0, 0). `world`: joint_count * 3 [m] about the middle of the hips, in the picture's
+    axes (x right, y down, z away), as one picture alone lets them be guessed; empty = none. `left_hand`,
+    `right_hand`: 21 * 2 pixels of a hand's landmarks, empty = not seen.
+    """
+
+    width: Annotated[int, Meta(ge=16, le=16384)]
+    height: Annotated[int, Meta(ge=16, le=16384)]
+    pixels: bytes
+    world: bytes = b""
+    left_hand: bytes = b""
+    right_hand: bytes = b""
+
+
 class SkeletonFrame(msgspec.Struct, tag="skeleton", forbid_unknown_fields=True):
     """One skeleton in the camera frame [m], in the joint set named by `Hello`.
 
     `positions`: little-endian float32, joint_count * 3, NaN = unseen. `confidence`: float32, joint_count.
     `head_wxyz`: measured head orientation in the camera frame where known.
+    `landmarks`: of a camera that sees no depth; `positions` is empty then, and `confidence` how visible each is.
     """
 
     sequence: Sequence
@@ -133,6 +152,7 @@ class SkeletonFrame(msgspec.Struct, tag="skeleton", forbid_unknown_fields=True):
     confidence: bytes
     hands: Annotated[list[HandState], Meta(max_length=8)] = []
     head_wxyz: tuple[float, float, float, float] | None = None
+    landmarks: Landmarks | None = None
 
 
 class DepthImage(msgspec.Struct, tag="depth", forbid_unknown_fields=True):
@@ -276,7 +296,7 @@ def decode(data: bytes) -> Message:
 
 def check_hello(hello: Hello) -> None:
     """Raise FormatError for a `Hello` with another protocol version or an unknown joint set."""
-    if hello.protocol_version != PROTOCOL_VERSION:
+    if hello.protocol_version not in KNOWN_VERSIONS:
         raise FormatError(
             "protocol.version",
             "camera speaks protocol version {version}, the server version {own}; install the "
@@ -296,107 +316,3 @@ def check_hello(hello: Hello) -> None:
 def is_camera_name(name: str) -> bool:
     """Whether `name` may name a camera: 1 to 63 letters, digits, `_`, `.` or `-`, no leading mark."""
     return re.fullmatch(r"[A-Za-z0-9][A-Za-z0-9_.-]{0,62}", name) is not None
-
-
-def skeleton_frame(
-    sequence: int,
-    device_time_ns: int,
-    positions: NDArray[np.floating],
-    confidence: NDArray[np.floating],
-    hands: list[HandState] | None = None,
-    head_wxyz: tuple[float, float, float, float] | None = None,
-) -> SkeletonFrame:
-    """Return a frame of device joints [m], shape (joint_count, 3), with confidence, shape (joint_count,)."""
-    return SkeletonFrame(
-        sequence=sequence,
-        device_time_ns=device_time_ns,
-        positions=np.ascontiguousarray(positions, dtype="<f4").tobytes(),
-        confidence=np.ascontiguousarray(confidence, dtype="<f4").tobytes(),
-        hands=hands or [],
-        head_wxyz=head_wxyz,
-    )
-
-
-def depth_image(sequence: int, device_time_ns: int, depth_mm: NDArray[np.uint16]) -> DepthImage:
-    """Return a depth image [mm], uint16, shape (height, width), as a message."""
-    return DepthImage(sequence=sequence, device_time_ns=device_time_ns, data=_packed(depth_mm))
-
-
-def _packed(depth_mm: NDArray[np.uint16]) -> bytes:
-    return zstandard.ZstdCompressor(level=1).compress(np.ascontiguousarray(depth_mm, dtype="<u2").tobytes())
-
-
-def preview_image(device_time_ns: int, depth_mm: NDArray[np.uint16]) -> Preview:
-    """Return a depth image [mm], uint16, shape (height, width), as a preview of 80 pixels at most each way."""
-    step = -(-max(depth_mm.shape) * 2 // PREVIEW_PIXELS)
-    small = depth_mm[::step, ::step]
-    return Preview(device_time_ns, small.shape[1], small.shape[0], step, _packed(small))
-
-
-def depth_array(image: DepthImage, intrinsics: Intrinsics) -> NDArray[np.uint16]:
-    """Return a message's depth [mm], uint16, shape (height, width).
-
-    Raises:
-        FormatError: the data is damaged, or its size is not that of `intrinsics`.
-    """
-    return _unpacked(image.data, intrinsics.width, intrinsics.height, f"depth image {image.sequence}")
-
-
-def preview_array(preview: Preview) -> NDArray[np.uint16]:
-    """Return a preview's depth [mm], uint16, shape (height, width).
-
-    Raises:
-        FormatError: the data is damaged, or its size is not that of the message.
-    """
-    return _unpacked(preview.data, preview.width, preview.height, "a preview")
-
-
-def _unpacked(data: bytes, width: int, height: int, what: str) -> NDArray[np.uint16]:
-    size = 2 * width * height
-    try:
-        packed = zstandard.frame_content_size(data)
-        rows = b"" if packed > size else zstandard.ZstdDecompressor().decompress(data, size)
-    except zstandard.ZstdError as error:
-        raise FormatError(
-            "protocol.not_unpacked", "{what} cannot be unpacked: {error}", what=what, error=error
-        ) from error
-    if len(rows) != size:
-        raise FormatError(
-            "protocol.image_size",
-            "{what} has {n} bytes; {width} x {height} pixels need {size}",
-            what=what,
-            n=max(packed, len(rows)),
-            width=width,
-            height=height,
-            size=size,
-        )
-    return np.frombuffer(rows, dtype="<u2").reshape(height, width)
-
-
-def joint_arrays(frame: SkeletonFrame, joint_set: str) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return a frame's device joints: positions, shape (joint_count, 3), and confidence, shape (joint_count,).
-
-    Raises:
-        FormatError: the frame has another number of joints than its joint set, or a confidence out of 0..1.
-    """
-    count = len(JOINT_SETS[joint_set])
-    if len(frame.positions) != 12 * count or len(frame.confidence) != 4 * count:
-        raise FormatError(
-            "protocol.frame_size",
-            "frame {number} has {n} bytes of positions and {confidence} of confidence; joint set "
-            "{joint_set!r} needs {needed} and {least}",
-            number=frame.sequence,
-            n=len(frame.positions),
-            confidence=len(frame.confidence),
-            joint_set=joint_set,
-            needed=12 * count,
-            least=4 * count,
-        )
-    with np.errstate(invalid="ignore"):  # for any kind of NaN
-        positions = np.frombuffer(frame.positions, dtype="<f4").reshape(count, 3).astype(np.float64)
-        confidence = np.frombuffer(frame.confidence, dtype="<f4").astype(np.float64)
-    if not ((confidence >= 0) & (confidence <= 1)).all():
-        raise FormatError(
-            "protocol.confidence", "frame {number}: confidence must be within 0..1", number=frame.sequence
-        )
-    return positions, confidence

@@ -1,0 +1,53 @@
+"""The wire protocol between camera clients and the server: `messages`, and their `arrays`."""
+
+from studio.wire.arrays import (
+    HAND_LANDMARKS,
+    LandmarkArrays,
+    depth_array,
+    depth_image,
+    joint_arrays,
+    landmark_arrays,
+    landmark_frame,
+    preview_array,
+    preview_image,
+    skeleton_frame,
+)
+from studio.wire.messages import (
+    ENDED,
+    KNOWN_VERSIONS,
+    LINK_PATH,
+    MAX_MESSAGE_BYTES,
+    PREVIEW_PIXELS,
+    PROTOCOL_VERSION,
+    Ack,
+    ClockReply,
+    ClockRequest,
+    ClockSample,
+    DepthImage,
+    HandState,
+    Hello,
+    Intrinsics,
+    Kept,
+    Landmarks,
+    Late,
+    Message,
+    Preview,
+    Recording,
+    Refused,
+    SkeletonFrame,
+    Status,
+    Welcome,
+    check_hello,
+    decode,
+    encode,
+    is_camera_name,
+)
+
+__all__ = [
+    "ENDED", "HAND_LANDMARKS", "KNOWN_VERSIONS", "LINK_PATH", "MAX_MESSAGE_BYTES", "PREVIEW_PIXELS",
+    "PROTOCOL_VERSION", "Ack", "ClockReply", "ClockRequest", "ClockSample", "DepthImage", "HandState", "Hello",
+    "Intrinsics", "Kept", "LandmarkArrays", "Landmarks", "Late", "Message", "Preview", "Recording", "Refused",
+    "SkeletonFrame", "Status", "Welcome", "check_hello", "decode", "depth_array", "depth_image", "encode",
+    "is_camera_name", "joint_arrays", "landmark_arrays", "landmark_frame", "preview_array", "preview_image",
+    "skeleton_frame",
+]  # fmt: skip

@@ -1,0 +1,234 @@
+"""Arrays as messages, and messages as arrays: skeletons, landmarks, depth images, previews."""
+
+from dataclasses import dataclass
+
+import numpy as np
+import zstandard
+from numpy.typing import NDArray
+
+from studio.engine.base.errors import FormatError
+from studio.engine.model.joints import JOINT_SETS
+from studio.wire.messages import (
+    PREVIEW_PIXELS,
+    DepthImage,
+    HandState,
+    Intrinsics,
+    Landmarks,
+    Preview,
+    SkeletonFrame,
+)
+
+
+def skeleton_frame(
+    sequence: int,
+    device_time_ns: int,
+    positions: NDArray[np.floating],
+    confidence: NDArray[np.floating],
+    hands: list[HandState] | None = None,
+    head_wxyz: tuple[float, float, float, float] | None = None,
+) -> SkeletonFrame:
+    """Return a frame of device joints [m], shape (joint_count, 3), with confidence, shape (joint_count,)."""
+    return SkeletonFrame(
+        sequence=sequence,
+        device_time_ns=device_time_ns,
+        positions=_floats(positions),
+        confidence=_floats(confidence),
+        hands=hands or [],
+        head_wxyz=head_wxyz,
+    )
+
+
+def depth_image(sequence: int, device_time_ns: int, depth_mm: NDArray[np.uint16]) -> DepthImage:
+    """Return a depth image [mm], uint16, shape (height, width), as a message."""
+    return DepthImage(sequence=sequence, device_time_ns=device_time_ns, data=_packed(depth_mm))
+
+
+def _packed(depth_mm: NDArray[np.uint16]) -> bytes:
+    return zstandard.ZstdCompressor(level=1).compress(np.ascontiguousarray(depth_mm, dtype="<u2").tobytes())
+
+
+def preview_image(device_time_ns: int, depth_mm: NDArray[np.uint16]) -> Preview:
+    """Return a depth image [mm], uint16, shape (height, width), as a preview of 80 pixels at most each way."""
+    step = -(-max(depth_mm.shape) * 2 // PREVIEW_PIXELS)
+    small = depth_mm[::step, ::step]
+    return Preview(device_time_ns, small.shape[1], small.shape[0], step, _packed(small))
+
+
+def depth_array(image: DepthImage, intrinsics: Intrinsics) -> NDArray[np.uint16]:
+    """Return a message's depth [mm], uint16, shape (height, width).
+
+    Raises:
+        FormatError: the data is damaged, or its size is not that of `intrinsics`.
+    """
+    return _unpacked(image.data, intrinsics.width, intrinsics.height, f"depth image {image.sequence}")
+
+
+def preview_array(preview: Preview) -> NDArray[np.uint16]:
+    """Return a preview's depth [mm], uint16, shape (height, width).
+
+    Raises:
+        FormatError: the data is damaged, or its size is not that of the message.
+    """
+    return _unpacked(preview.data, preview.width, preview.height, "a preview")
+
+
+def _unpacked(data: bytes, width: int, height: int, what: str) -> NDArray[np.uint16]:
+    size = 2 * width * height
+    try:
+        packed = zstandard.frame_content_size(data)
+        rows = b"" if packed > size else zstandard.ZstdDecompressor().decompress(data, size)
+    except zstandard.ZstdError as error:
+        raise FormatError(
+            "protocol.not_unpacked", "{what} cannot be unpacked: {error}", what=what, error=error
+        ) from error
+    if len(rows) != size:
+        raise FormatError(
+            "protocol.image_size",
+            "{what} has {n} bytes; {width} x {height} pixels need {size}",
+            what=what,
+            n=max(packed, len(rows)),
+            width=width,
+            height=height,
+            size=size,
+        )
+    return np.frombuffer(rows, dtype="<u2").reshape(height, width)
+
+
+HAND_LANDMARKS = 21
+"""Landmarks of a hand: the wrist, then four of each finger from the thumb on, root to tip."""
+
+_OUTSIDE = 2.0
+"""A landmark further outside its picture than this many times the picture's size is an error, and unseen."""
+
+
+@dataclass(frozen=True)
+class LandmarkArrays:
+    """A frame's landmarks as arrays; NaN = unseen.
+
+    Attributes:
+        pixels: shape (joint_count, 2).
+        world_m: shape (joint_count, 3).
+        left_hand, right_hand: pixels, shape (21, 2); None = not seen.
+    """
+
+    pixels: NDArray[np.float64]
+    world_m: NDArray[np.float64]
+    left_hand: NDArray[np.float64] | None
+    right_hand: NDArray[np.float64] | None
+
+
+def landmark_frame(
+    sequence: int,
+    device_time_ns: int,
+    size: tuple[int, int],
+    pixels: NDArray[np.floating],
+    visibility: NDArray[np.floating],
+    world_m: NDArray[np.floating] | None = None,
+    left_hand: NDArray[np.floating] | None = None,
+    right_hand: NDArray[np.floating] | None = None,
+) -> SkeletonFrame:
+    """Return a frame of a camera without depth.
+
+    Args:
+        sequence: of the frame.
+        device_time_ns: capture time [ns].
+        size: width and height of the picture [pixels].
+        pixels: landmarks, shape (joint_count, 2); NaN = unseen.
+        visibility: shape (joint_count,), 0..1.
+        world_m: see `Landmarks.world`, shape (joint_count, 3).
+        left_hand, right_hand: pixels of the hands' landmarks, shape (21, 2).
+    """
+    return SkeletonFrame(
+        sequence=sequence,
+        device_time_ns=device_time_ns,
+        positions=b"",
+        confidence=_floats(visibility),
+        landmarks=Landmarks(
+            *size,
+            _floats(pixels),
+            *(b"" if a is None else _floats(a) for a in (world_m, left_hand, right_hand)),
+        ),
+    )
+
+
+def landmark_arrays(frame: SkeletonFrame, joint_set: str) -> LandmarkArrays | None:
+    """Return a frame's landmarks, None where it has none. What is far outside the picture counts as unseen.
+
+    Raises:
+        FormatError: other numbers of landmarks than the joint set or a hand has.
+    """
+    landmarks = frame.landmarks
+    if landmarks is None:
+        return None
+    count = len(JOINT_SETS[joint_set])
+    size = np.array([landmarks.width, landmarks.height], np.float64)
+    world = _numbers(frame, landmarks.world, count, 3) if landmarks.world else np.full((count, 3), np.nan)
+    return LandmarkArrays(
+        pixels=_within(_numbers(frame, landmarks.pixels, count, 2), size),
+        world_m=np.where(np.isfinite(world).all(axis=1, keepdims=True), world, np.nan),
+        left_hand=_hand(frame, landmarks.left_hand, size),
+        right_hand=_hand(frame, landmarks.right_hand, size),
+    )
+
+
+def _hand(frame: SkeletonFrame, data: bytes, size: NDArray[np.float64]) -> NDArray[np.float64] | None:
+    return _within(_numbers(frame, data, HAND_LANDMARKS, 2), size) if data else None
+
+
+def _within(pixels: NDArray[np.float64], size: NDArray[np.float64]) -> NDArray[np.float64]:
+    far = ~np.all(np.abs(pixels) <= _OUTSIDE * size, axis=1)  # not a number is far
+    pixels[far] = np.nan
+    return pixels
+
+
+def _floats(values: NDArray[np.floating]) -> bytes:
+    return np.ascontiguousarray(values, dtype="<f4").tobytes()
+
+
+def _numbers(frame: SkeletonFrame, data: bytes, count: int, each: int) -> NDArray[np.float64]:
+    """Return numbers of a frame, shape (count, each)."""
+    if len(data) != 4 * count * each:
+        raise FormatError(
+            "protocol.landmarks_size",
+            "frame {number} has {n} bytes where {count} landmarks of {each} numbers need {needed}",
+            number=frame.sequence,
+            n=len(data),
+            count=count,
+            each=each,
+            needed=4 * count * each,
+        )
+    with np.errstate(invalid="ignore"):  # for any kind of NaN
+        return np.frombuffer(data, dtype="<f4").reshape(count, each).astype(np.float64)
+
+
+def joint_arrays(frame: SkeletonFrame, joint_set: str) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return a frame's device joints: positions, shape (joint_count, 3), and confidence, shape (joint_count,).
+
+    The positions of a frame of landmarks are NaN.
+
+    Raises:
+        FormatError: the frame has another number of joints than its joint set, or a confidence out of 0..1.
+    """
+    count = len(JOINT_SETS[joint_set])
+    depthless = frame.landmarks is not None and not frame.positions
+    if (len(frame.positions) != 12 * count and not depthless) or len(frame.confidence) != 4 * count:
+        raise FormatError(
+            "protocol.frame_size",
+            "frame {number} has {n} bytes of positions and {confidence} of confidence; joint set "
+            "{joint_set!r} needs {needed} and {least}",
+            number=frame.sequence,
+            n=len(frame.positions),
+            confidence=len(frame.confidence),
+            joint_set=joint_set,
+            needed=12 * count,
+            least=4 * count,
+        )
+    with np.errstate(invalid="ignore"):  # for any kind of NaN
+        given = np.frombuffer(frame.positions, dtype="<f4") if frame.positions else np.full(3 * count, np.nan)
+        positions = given.reshape(count, 3).astype(np.float64)
+        confidence = np.frombuffer(frame.confidence, dtype="<f4").astype(np.float64)
+    if not ((confidence >= 0) & (confidence <= 1)).all():
+        raise FormatError(
+            "protocol.confidence", "frame {number}: confidence must be within 0..1", number=frame.sequence
+        )
+    return positions, confidence
