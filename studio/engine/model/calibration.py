@@ -14,6 +14,7 @@ from studio.engine.base.sentences import Sentence, about, codes_of, say, with_co
 from studio.engine.base.versions import CALIBRATION
 from studio.engine.model.frames import ClockModel
 from studio.engine.model.joints import CANONICAL, INDEX
+from studio.engine.model.lens import Lens
 from studio.engine.model.spans import Span, SpanJson
 
 
@@ -62,6 +63,7 @@ class CameraCalibration:
         verdict: `good`, `usable` or `refused`; `reasons` says why.
         disagrees: spans of stage time [s] in which the camera did not agree with the others. Neither the calibration
             nor its residuals use them.
+        lens: of a camera whose frames are landmarks in pictures; None for cameras of points.
     """
 
     T_stage_camera: NDArray[np.float64]
@@ -75,6 +77,7 @@ class CameraCalibration:
     verdict: str = "good"
     reasons: tuple[str, ...] = ()
     disagrees: tuple[Span, ...] = ()
+    lens: Lens | None = None
 
     def __post_init__(self) -> None:
         if not is_rigid(self.T_stage_camera):
@@ -91,6 +94,18 @@ class ClockJson(TypedDict):
     offset_ns: int
     drift_ppm: float
     reference_ns: int
+
+
+class LensJson(TypedDict):
+    """A `Lens` as stored [pixels]; distortion in OpenCV's order, empty = none."""
+
+    fx: float
+    fy: float
+    cx: float
+    cy: float
+    width: int
+    height: int
+    distortion: list[float]
 
 
 class CameraJson(TypedDict):
@@ -113,6 +128,7 @@ class CameraJson(TypedDict):
     reasons: list[str]
     said: list[Sentence]
     disagrees: list[SpanJson]
+    intrinsics: LensJson | None
 
 
 class PerformerJson(TypedDict):
@@ -221,7 +237,35 @@ def _camera_to_json(camera: CameraCalibration) -> CameraJson:
         "reasons": list(camera.reasons),
         "said": codes_of(camera.reasons),
         "disagrees": [span.to_json() for span in camera.disagrees],
+        "intrinsics": None if camera.lens is None else _lens_to_json(camera.lens),
     }
+
+
+def _lens_to_json(lens: Lens) -> LensJson:
+    return {
+        "fx": lens.fx,
+        "fy": lens.fy,
+        "cx": lens.cx,
+        "cy": lens.cy,
+        "width": lens.width,
+        "height": lens.height,
+        "distortion": list(lens.distortion),
+    }
+
+
+def _lens_from_json(value: dict[str, Any]) -> Lens:
+    fx, fy, cx, cy = (float(value[key]) for key in ("fx", "fy", "cx", "cy"))
+    distortion = tuple(float(number) for number in value.get("distortion", ()))
+    width, height = int(value["width"]), int(value["height"])
+    good = min(fx, fy) > 0 and min(width, height) > 0 and len(distortion) in (0, 4, 5, 6, 7, 8)
+    if not good or not np.isfinite([fx, fy, cx, cy, *distortion]).all():
+        raise ValueError(
+            say(
+                "calibration.lens",
+                "intrinsics need finite numbers, focal lengths and sizes above 0, and 0 or 4 to 8 of distortion",
+            )
+        )
+    return Lens(fx, fy, cx, cy, width, height, distortion)
 
 
 def _camera_from_json(value: dict[str, Any]) -> CameraCalibration:
@@ -244,6 +288,7 @@ def _camera_from_json(value: dict[str, Any]) -> CameraCalibration:
         verdict=str(value.get("verdict", "good")),
         reasons=tuple(with_codes(value.get("reasons", ()), value.get("said", ()))),
         disagrees=tuple(Span.from_json(span) for span in value.get("disagrees", ())),
+        lens=None if value.get("intrinsics") is None else _lens_from_json(value["intrinsics"]),
     )
 
 

@@ -89,12 +89,15 @@ class Reading:
         offset_s: its time minus that of the frame set [s].
         positions: shape (21, 3) [m]; NaN = unseen.
         confidence: shape (21,).
+        along_m: standard deviation of the positions along the camera's rays [m], of a camera that sees no depth: the
+            positions only say which ray each joint lies on. None = as depth cameras measure.
     """
 
     camera: int
     offset_s: float
     positions: NDArray[np.float64]
     confidence: NDArray[np.float64]
+    along_m: float | None = None
 
 
 @dataclass(frozen=True)
@@ -110,6 +113,8 @@ class FrameSet:
         hands: hand states of the newest frame of each camera.
         head_wxyz: head orientation in the stage frame, from the first camera that measured it.
         readings: cameras' frames around the instant that no earlier frame set contains.
+        rays: cameras that see no depth, shape (camera_count,): `positions` lie on their rays where the cameras
+            together place the joint, and are NaN where they cannot. Empty = none.
     """
 
     stage_time_ns: int
@@ -120,6 +125,7 @@ class FrameSet:
     hands: tuple[HandSeen, ...] = ()
     head_wxyz: tuple[float, float, float, float] | None = None
     readings: tuple[Reading, ...] = ()
+    rays: NDArray[np.bool_] = field(default_factory=lambda: np.zeros(0, dtype=np.bool_))
 
 
 @dataclass(frozen=True)

@@ -34,10 +34,20 @@ def covariances(
 
 
 def informations(
-    positions: NDArray[np.float64], confidence: NDArray[np.float64], camera_positions: NDArray[np.float64]
+    positions: NDArray[np.float64],
+    confidence: NDArray[np.float64],
+    camera_positions: NDArray[np.float64],
+    along_m: NDArray[np.float64] | None = None,
 ) -> NDArray[np.float64]:
-    """Return the inverses of `covariances` [1/m2]."""
+    """Return the inverses of `covariances` [1/m2].
+
+    `along_m`: standard deviation along the rays of cameras that see no depth [m], shape (camera_count,); NaN = of the
+    others.
+    """
     ray, axial, lateral = variances(positions, confidence, camera_positions)
+    if along_m is not None:
+        depthless = ~np.isnan(along_m)
+        axial[depthless] = along_m[depthless, None] ** 2
     return _along_and_across(ray, 1.0 / axial, 1.0 / lateral)
 
 

@@ -18,6 +18,7 @@ from studio.engine.solve.conditioning.bone_length import BoneLengthLimit
 from studio.engine.solve.conditioning.displacement import DisplacementLimitBefore, limits_m_s
 from studio.engine.solve.conditioning.filters import FILTERS
 from studio.engine.solve.fusion import make_fusion
+from studio.engine.solve.timing.rays import GUESSED_HEIGHT_M
 from studio.engine.solve.timing.sync import Synchroniser
 
 
@@ -44,7 +45,8 @@ class Pipeline:
         names = settings.camera_names(tuple(calibration.cameras))
         self._calibration, self._settings = calibration, settings
         cameras = {name: calibration.cameras[name] for name in names}
-        self._sync = Synchroniser(cameras, ahead_ns=settings.ahead_ns)
+        scale = calibration.performer.height_m / GUESSED_HEIGHT_M
+        self._sync = Synchroniser(cameras, ahead_ns=settings.ahead_ns, scale=scale)
         for camera, clock in self._clocks.items():
             self._sync.set_clock(camera, clock)
         self._fusion = make_fusion(settings)

@@ -120,14 +120,72 @@ def middles(positions: Array, information: Array) -> tuple[Array, Array]:
 
 
 @compiled
+def ray_middles(positions: Array, information: Array) -> tuple[Array, Array]:
+    """As `middles`, where some rows are known across their rays only: the place of the least squares."""
+    rows, count = positions.shape[:2]
+    mean, root = np.full((count, 3), np.nan), np.zeros(count)
+    for k in range(count):
+        total, side = np.zeros((3, 3)), np.zeros(3)
+        for r in range(rows):
+            for a in range(3):
+                for b in range(3):
+                    total[a, b] += information[r, k, a, b]
+                    side[a] += information[r, k, a, b] * positions[r, k, b]
+        trace = (total[0, 0] + total[1, 1] + total[2, 2]) / 3.0
+        if trace > 0.0:
+            root[k] = math.sqrt(trace)
+            mean[k] = np.linalg.solve(total, side)
+    return mean, root
+
+
+@compiled
+def on_expected(positions: Array, centres: Array, expected: Array, along_m: Array, most: Array) -> None:
+    """Move joints along their rays, in place, to where they are expected.
+
+    A joint whose depth was guessed keeps up to `most` [m] of the guess.
+
+    Args:
+        positions: shape (row_count, 21, 3) [m]; NaN = unseen.
+        centres: the cameras, shape (row_count, 3) [m].
+        expected: shape (row_count, 21, 3) [m].
+        along_m: standard deviation along the ray [m], shape (row_count,); NaN = as depth cameras measure: not moved.
+        most: shape (row_count,) [m].
+    """
+    direction = np.empty(3)
+    for r in range(len(positions)):
+        if not along_m[r] == along_m[r]:
+            continue
+        for k in range(positions.shape[1]):
+            length, along = 0.0, 0.0
+            for a in range(3):
+                direction[a] = positions[r, k, a] - centres[r, a]
+                length += direction[a] ** 2
+            length = math.sqrt(length)
+            for a in range(3):
+                along += direction[a] / length * (expected[r, k, a] - centres[r, a])
+            along = max(along, 0.1) + min(max(length - along, -most[r]), most[r])
+            for a in range(3):
+                positions[r, k, a] = centres[r, a] + direction[a] / length * along
+
+
+@compiled
 def mean_distances(
-    positions: Array, expected: Array, of: NDArray[np.int64], against: NDArray[np.int64]
+    positions: Array,
+    expected: Array,
+    of: NDArray[np.int64],
+    against: NDArray[np.int64],
+    centres: Array,
+    depthless: NDArray[np.bool_],
 ) -> Array:
     """Mean distance of seen joints to their predictions, each clipped at 0.3 m, shape (row_count,).
+
+    The joints of a depthless camera are compared across their rays.
 
     Args:
         positions: shape (row_count, 21, 3) [m]; NaN = unseen.
         expected: shape (21, 3) [m].
+        centres: the cameras, shape (row_count, 3) [m].
+        depthless: shape (row_count,).
         of: joints that are compared.
         against: the predicted joints that they are compared with.
     """
@@ -138,6 +196,13 @@ def mean_distances(
             squared = 0.0
             for a in range(3):
                 squared += (positions[r, of[n], a] - expected[against[n], a]) ** 2
+            if depthless[r]:
+                length, along = 0.0, 0.0
+                for a in range(3):
+                    ray = positions[r, of[n], a] - centres[r, a]
+                    length += ray * ray
+                    along += ray * (positions[r, of[n], a] - expected[against[n], a])
+                squared = max(squared - along * along / length, 0.0)
             if squared == squared:
                 known += 1
                 out[r] += min(math.sqrt(squared), 0.3)
@@ -160,13 +225,13 @@ def measured_blocks(
     """
     count = 0
     for k in range(len(information)):
-        if information[k, 0, 0] > least:
+        if information[k, 0, 0] + information[k, 1, 1] + information[k, 2, 2] > least:
             count += 1
     rows, wanted = np.empty(3 * count, dtype=np.int64), np.empty(3 * count)
     noise = np.empty((count, 3, 3))
     n = 0
     for k in range(len(information)):
-        if information[k, 0, 0] <= least:
+        if information[k, 0, 0] + information[k, 1, 1] + information[k, 2, 2] <= least:
             continue
         m, own = information[k], noise[n]
         own[0, 0] = m[1, 1] * m[2, 2] - m[1, 2] * m[2, 1]

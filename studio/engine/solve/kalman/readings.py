@@ -12,7 +12,8 @@ from numpy.typing import NDArray
 from studio.engine.model.frames import Reading
 from studio.engine.model.joint_noise import informations
 from studio.engine.model.joints import JOINT_COUNT, MIRROR
-from studio.engine.solve.kalman.kernels import mean_distances, middles, pulled
+from studio.engine.solve.kalman.kernels import mean_distances, middles, on_expected, pulled, ray_middles
+from studio.engine.solve.timing.rays import FREE_M
 
 Array = NDArray[np.float64]
 
@@ -36,6 +37,9 @@ LOST_SHARE, LEAST_LOST, LOST_S = 0.5, 4, 0.1
 SWAP_SHARE, SWAP_M = 0.7, 0.06
 """Left and right are exchanged if that reduces the joints' distance to this share, and the distance exceeds this."""
 
+MOST_GUESSED_M = 0.1
+"""A depth that one picture lets be guessed counts as at most this far from the expected one."""
+
 _PAIRED = np.flatnonzero(MIRROR != np.arange(JOINT_COUNT))
 _MIRRORED = MIRROR[_PAIRED]
 
@@ -50,8 +54,18 @@ class ReadingRows:
         information: inverse covariance [1/m2], shape (reading_count, 21, 3, 3); 0 where unseen or rejected.
     """
 
-    def __init__(self, positions: Array, information: Array, reach: Array) -> None:
-        """`reach`: weight of each joint, 0..1, shape (21,)."""
+    def __init__(
+        self, positions: Array, information: Array, reach: Array, *, depthless: bool = False
+    ) -> None:
+        """Keep the rows.
+
+        Args:
+            positions: NaN = unseen.
+            information: of seen and unseen joints.
+            reach: weight of each joint, 0..1, shape (21,).
+            depthless: some readings are of cameras that see no depth.
+        """
+        self._depthless = depthless
         self.seen = ~np.isnan(positions[:, :, 0]) & (reach > 0.0)
         self.positions = np.where(self.seen[:, :, None], positions, 0.0)
         self.information = information * (self.seen * reach**2)[:, :, None, None]
@@ -91,7 +105,7 @@ class ReadingRows:
         """Weighted means of the used joints, shape (21, 3), NaN where there is none; and 1 / their standard
         deviations [1/m], shape (21,), 0 where there is none.
         """
-        return middles(self.positions, self.information)
+        return (ray_middles if self._depthless else middles)(self.positions, self.information)
 
 
 class Gate:
@@ -128,15 +142,23 @@ class Gate:
         positions = np.array([r.positions for r in readings])
         confidence = np.array([r.confidence for r in readings])
         cameras = np.array([r.camera for r in readings])
+        along_m = np.array([np.nan if r.along_m is None else r.along_m for r in readings])
         late = np.array([r.offset_s for r in readings]) - at_s
-        positions -= late[:, None, None] * velocities
-        for row, exchanged in enumerate(_exchanged(positions, expected)):
+        moved, centres = late[:, None, None] * velocities, camera_positions[cameras]
+        depthless = ~np.isnan(along_m)
+        positions -= moved
+        for row, exchanged in enumerate(_exchanged(positions, expected, centres, depthless)):
             self.exchanged[cameras[row]] = exchanged
             if exchanged:
                 positions[row], confidence[row] = positions[row][MIRROR], confidence[row][MIRROR]
+        if depthless.any():
+            most = np.where(along_m < FREE_M, MOST_GUESSED_M, 0.0)
+            positions += moved
+            on_expected(positions, centres, expected + moved, along_m, most)
+            positions -= moved
         seen = np.where(np.isnan(positions), 0.0, positions)
-        known = informations(seen, confidence, camera_positions[cameras]) / INFLATION
-        return ReadingRows(positions, known, self._reach)
+        known = informations(seen, confidence, centres, along_m) / INFLATION
+        return ReadingRows(positions, known, self._reach, depthless=bool(depthless.any()))
 
     def choose(
         self, rows: ReadingRows, expected: Array, spread: Callable[[], Array], dt: float
@@ -168,10 +190,14 @@ class Gate:
         return out >= LEAST_LOST and out > LOST_SHARE * int(seen.sum())
 
 
-def _exchanged(positions: Array, expected: Array) -> NDArray[np.bool_]:
-    """Readings with left and right exchanged, shape (reading_count,)."""
-    as_is = mean_distances(positions, expected, _PAIRED, _PAIRED)
+def _exchanged(
+    positions: Array, expected: Array, centres: Array, depthless: NDArray[np.bool_]
+) -> NDArray[np.bool_]:
+    """Readings with left and right exchanged, shape (reading_count,); see `mean_distances`."""
+    as_is = mean_distances(positions, expected, _PAIRED, _PAIRED, centres, depthless)
     far = as_is > SWAP_M
     if not far.any():
         return far
-    return far & (mean_distances(positions, expected, _MIRRORED, _PAIRED) < SWAP_SHARE * as_is)
+    return far & (
+        mean_distances(positions, expected, _MIRRORED, _PAIRED, centres, depthless) < SWAP_SHARE * as_is
+    )

@@ -1,7 +1,7 @@
 """Synchronisation (step 3): camera clocks to the stage clock, and frames aligned at one instant.
 
 It also transforms joints to the stage frame, for all later steps: by the camera's transform, and by the joint's bias
-towards its camera (`depth_bias_m`), removed along the ray.
+towards its camera (`depth_bias_m`), removed along the ray. The joints of cameras that see no depth lie on `rays`.
 """
 
 from collections import deque
@@ -13,8 +13,9 @@ from numpy.typing import NDArray
 from studio.engine.base.geometry import matrices, quaternions, transform_points
 from studio.engine.calibration.cameras.noise import unbiased
 from studio.engine.model.calibration import CameraCalibration
-from studio.engine.model.frames import CameraFrame, ClockModel, FrameSet, HandSeen, Reading
+from studio.engine.model.frames import CameraFrame, ClockModel, FrameSet, HandSeen, PictureJoints, Reading
 from studio.engine.model.joints import JOINT_COUNT
+from studio.engine.solve.timing.rays import FREE_M, GUESSED_M, guessed, on_rays, placed
 
 MAX_GAP_NS = 100_000_000
 """Longest gap between two frames that is interpolated."""
@@ -49,6 +50,7 @@ class _Camera:
         self.joints: deque[NDArray[np.float64]] = deque(maxlen=HISTORY)
         self.confidence: deque[NDArray[np.float64]] = deque(maxlen=HISTORY)
         self.frames: deque[CameraFrame] = deque(maxlen=HISTORY)
+        self.along_m: float | None = None
         self._held_back_ns: int | None = None
         self._read_ns: int | None = None
 
@@ -126,9 +128,19 @@ class _Camera:
 class Synchroniser:
     """Collects camera frames and returns frame sets at stage times."""
 
-    def __init__(self, cameras: dict[str, CameraCalibration], *, ahead_ns: int = 0) -> None:
-        """`ahead_ns`: look-ahead of the readings beyond the instant of a frame set [ns]."""
+    def __init__(
+        self, cameras: dict[str, CameraCalibration], *, ahead_ns: int = 0, scale: float = 1.0
+    ) -> None:
+        """Collect frames of these cameras.
+
+        Args:
+            cameras: by name.
+            ahead_ns: look-ahead of the readings beyond the instant of a frame set [ns].
+            scale: see `rays.guessed`.
+        """
         self._calibrations = cameras
+        self._alone = len(cameras) == 1
+        self._scale = scale
         self._ahead_ns = ahead_ns
         self._clocks: dict[str, ClockModel] = {name: camera.clock for name, camera in cameras.items()}
         self._cameras: dict[str, _Camera] = {name: _Camera() for name in cameras}
@@ -148,12 +160,29 @@ class Synchroniser:
         if calibration is None:
             return
         possible = np.logical_and.reduce(np.abs(frame.positions) < FAR_M, axis=1)
-        positions = np.where(possible[:, None], frame.positions, np.nan)
+        camera = self._cameras[frame.camera]
+        if frame.picture is None:
+            possible = np.logical_and.reduce(np.abs(frame.positions) < FAR_M, axis=1)
+            positions = np.where(possible[:, None], frame.positions, np.nan)
+            joints = transform_points(
+                calibration.T_stage_camera, unbiased(positions, calibration.depth_bias_m)
+            )
+            camera.along_m = None
+        else:
+            joints = self._of_picture(calibration, frame.picture, frame.confidence)
+            possible = ~np.isnan(joints[:, 0])
+            camera.along_m = GUESSED_M if self._alone else FREE_M
         frame = replace(frame, confidence=np.where(possible, frame.confidence, 0.0))
-        joints = transform_points(calibration.T_stage_camera, unbiased(positions, calibration.depth_bias_m))
-        self._cameras[frame.camera].add(
-            self._clocks[frame.camera].stage_ns(frame.device_time_ns), joints, frame
-        )
+        camera.add(self._clocks[frame.camera].stage_ns(frame.device_time_ns), joints, frame)
+
+    def _of_picture(
+        self, calibration: CameraCalibration, picture: PictureJoints, confidence: NDArray[np.float64]
+    ) -> NDArray[np.float64]:
+        """Joints of a camera without depth in the stage frame [m], shape (21, 3): guessed where it is the only one,
+        else anywhere on their rays."""
+        if not self._alone:
+            return on_rays(calibration, picture)
+        return guessed(calibration, picture, confidence, self._scale)
 
     def newest_stage_ns(self) -> dict[str, int]:
         """Stage time of each camera's newest frame; cameras without one are left out."""
@@ -169,7 +198,7 @@ class Synchroniser:
         for i, (name, camera) in enumerate(self._cameras.items()):
             for k in camera.unread(stage_time_ns + self._ahead_ns):
                 late_s = (camera.times[k] - stage_time_ns) * 1e-9
-                readings.append(Reading(i, late_s, camera.joints[k], camera.confidence[k]))
+                readings.append(Reading(i, late_s, camera.joints[k], camera.confidence[k], camera.along_m))
             found = camera.at(stage_time_ns)
             if found is None:
                 continue
@@ -182,6 +211,10 @@ class Synchroniser:
                 )
                 w, x, y, z = (float(v) for v in quaternions(rotation))
                 head = (w, x, y, z)
+        rays = np.array([camera.along_m is not None for camera in self._cameras.values()], dtype=np.bool_)
+        if rays.any() and not self._alone:
+            positions = placed(positions, confidence, self._positions, rays)
+            confidence = np.where(np.isnan(positions[:, :, 0]), 0.0, confidence)
         return FrameSet(
             stage_time_ns,
             self.names,
@@ -191,4 +224,5 @@ class Synchroniser:
             tuple(hands),
             head,
             tuple(readings),
+            rays,
         )

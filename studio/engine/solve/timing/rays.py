@@ -1,0 +1,184 @@
+"""Joints of cameras that see no depth: each lies on a ray, and all cameras together say where on it (step 3).
+
+`placed` finds each joint's place by weighted least squares over rays and points, with weights that fall with the
+distance (Cauchy). Source: the midpoint of rays (Hartley, Sturm, "Triangulation", Computer Vision and Image
+Understanding 68, 1997), reweighted iteratively (Holland, Welsch, "Robust regression using iteratively reweighted
+least-squares", Communications in Statistics 6, 1977).
+
+A single camera has the joints about the hips only, as its picture alone lets them be guessed. `guessed` places them
+by their size in the picture.
+"""
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from studio.engine.base.compiled import compiled
+from studio.engine.model.calibration import CameraCalibration
+from studio.engine.model.frames import PictureJoints
+
+Array = NDArray[np.float64]
+
+ACROSS_PER_M = 0.0035
+"""Usual error of a landmark across its ray, per metre of distance."""
+
+POINT_M = 0.02
+"""Usual error of a depth camera's joint [m]."""
+
+CAUCHY = 2.0
+ROUNDS = 6
+"""Distance in usual errors from which a weight falls, and rounds of reweighting."""
+
+LEAST_ANGLE_RAD = 0.06
+"""Rays that meet at a smaller angle do not say where."""
+
+NEAREST_M = 0.2
+
+LEAST_VISIBLE = 0.3
+LEAST_SEEN = 6
+"""Confidence from which a joint counts for a guess, and how many must."""
+
+GUESSED_HEIGHT_M = 1.7
+"""Stature of the bodies that pose networks guess from a picture."""
+
+FREE_M = 10.0
+GUESSED_M = 0.15
+"""Standard deviation along a ray [m] of a joint whose depth nothing tells, and of a guessed one."""
+
+
+def on_rays(camera: CameraCalibration, picture: PictureJoints) -> Array:
+    """Return points on the rays of a picture's joints, 1 m from the camera, shape (21, 3), stage frame.
+
+    NaN for an unseen joint, and for all where the picture is of another shape than the camera's lens.
+    """
+    directions = _directions(camera, picture)
+    length = np.linalg.norm(directions, axis=1, keepdims=True)
+    return camera.T_stage_camera[:3, 3] + directions / length @ camera.T_stage_camera[:3, :3].T
+
+
+def guessed(camera: CameraCalibration, picture: PictureJoints, confidence: Array, scale: float) -> Array:
+    """Return the joints where one picture alone lets them be, shape (21, 3), stage frame; NaN = unknown.
+
+    The body's translation t solves `(x + tx) = u (z + tz)` and `(y + ty) = v (z + tz)` over the visible joints, with
+    u and v the rays of their pixels: linear least squares. Each joint then lies on its ray at its depth.
+
+    Args:
+        camera: with the camera's lens.
+        picture: with `world_m`.
+        confidence: shape (21,).
+        scale: the performer's size relative to the one that the guess assumes.
+    """
+    rays = _directions(camera, picture)
+    body = picture.world_m * scale
+    used = (confidence > LEAST_VISIBLE) & ~np.isnan(rays[:, 0]) & ~np.isnan(body[:, 0])
+    if used.sum() < LEAST_SEEN:
+        return np.full((len(rays), 3), np.nan)
+    rows = np.zeros((2, used.sum(), 3))
+    sides = np.empty((2, used.sum()))
+    for axis in (0, 1):
+        rows[axis, :, axis], rows[axis, :, 2] = 1.0, -rays[used, axis]
+        sides[axis] = rays[used, axis] * body[used, 2] - body[used, axis]
+    weights = np.tile(confidence[used], 2)
+    place, *_ = np.linalg.lstsq(
+        rows.reshape(-1, 3) * weights[:, None], sides.reshape(-1) * weights, rcond=None
+    )
+    depth = body[:, 2] + place[2]
+    joints = np.where(depth > NEAREST_M, depth, np.nan)[:, None] * rays
+    return camera.T_stage_camera[:3, 3] + joints @ camera.T_stage_camera[:3, :3].T
+
+
+def _directions(camera: CameraCalibration, picture: PictureJoints) -> Array:
+    """Directions of the joints' rays in the camera frame, with z = 1, shape (21, 3)."""
+    lens = None if camera.lens is None else camera.lens.sized(picture.width, picture.height)
+    directions = np.full((len(picture.pixels), 3), np.nan)
+    if lens is not None:
+        directions[:, :2] = lens.rays_of(picture.pixels)
+        directions[:, 2] = np.where(np.isnan(directions[:, :2]).any(axis=1), np.nan, 1.0)
+    return directions
+
+
+def placed(positions: Array, confidence: Array, centres: Array, rays: NDArray[np.bool_]) -> Array:
+    """Return the positions with those of ray cameras where the cameras together place the joint, NaN where they
+    cannot.
+
+    Args:
+        positions: shape (camera_count, 21, 3) [m]; of a ray camera any points on the rays.
+        confidence: shape (camera_count, 21).
+        centres: optical centres [m], shape (camera_count, 3).
+        rays: the cameras that see no depth, shape (camera_count,).
+    """
+    return _placed(positions, np.maximum(confidence, 0.05), centres, rays)
+
+
+@compiled
+def _placed(positions: Array, confidence: Array, centres: Array, rays: NDArray[np.bool_]) -> Array:
+    cameras, joints = confidence.shape
+    out = positions.copy()
+    directions = np.empty((cameras, 3))
+    for k in range(joints):
+        for c in range(cameras):
+            length = 0.0
+            for a in range(3):
+                directions[c, a] = positions[c, k, a] - centres[c, a]
+                length += directions[c, a] ** 2
+            for a in range(3):
+                directions[c, a] /= math.sqrt(length)
+        place = np.full(3, np.nan)
+        for n in range(ROUNDS):
+            matrix, side = np.zeros((3, 3)), np.zeros(3)
+            count, points = 0, 0
+            for c in range(cameras):
+                if not positions[c, k, 0] == positions[c, k, 0]:
+                    continue
+                count += 1
+                points += 0 if rays[c] else 1
+                distance, off = 1.0, 0.0
+                if n > 0:
+                    along = 0.0
+                    for a in range(3):
+                        along += directions[c, a] * (place[a] - centres[c, a])
+                    distance = max(along, NEAREST_M)
+                    for a in range(3):
+                        at = centres[c, a] + along * directions[c, a] if rays[c] else positions[c, k, a]
+                        off += (place[a] - at) ** 2
+                usual = (ACROSS_PER_M * distance if rays[c] else POINT_M) / confidence[c, k]
+                weight = 1.0 / (usual * usual)
+                if n > 0:
+                    weight /= 1.0 + off * weight / (CAUCHY * CAUCHY)
+                for a in range(3):
+                    for b in range(3):
+                        across = (1.0 if a == b else 0.0) - (
+                            directions[c, a] * directions[c, b] if rays[c] else 0.0
+                        )
+                        matrix[a, b] += weight * across
+                        side[a] += weight * across * (centres[c, b] if rays[c] else positions[c, k, b])
+            if points == 0 and (count < 2 or not _meet(directions, positions[:, k, 0])):
+                break
+            place = np.linalg.solve(matrix, side)
+        for c in range(cameras):
+            if not rays[c]:
+                continue
+            along = 0.0
+            for a in range(3):
+                along += directions[c, a] * (place[a] - centres[c, a])
+            if not along > NEAREST_M:
+                along = np.nan
+            for a in range(3):
+                out[c, k, a] = centres[c, a] + along * directions[c, a]
+    return out
+
+
+@compiled
+def _meet(directions: Array, seen: Array) -> bool:
+    """Whether any two of the seen rays meet at an angle that says where."""
+    for c in range(len(directions)):
+        for d in range(c):
+            if seen[c] == seen[c] and seen[d] == seen[d]:
+                cross = 0.0
+                for a in range(3):
+                    b, e = (a + 1) % 3, (a + 2) % 3
+                    cross += (directions[c, b] * directions[d, e] - directions[c, e] * directions[d, b]) ** 2
+                if cross > math.sin(LEAST_ANGLE_RAD) ** 2:
+                    return True
+    return False
