@@ -170,11 +170,12 @@ class Finisher:
             q[begin : begin + len(records)] = records["q"]
             expected = self._kinematics.sites(records["q"])
             positions = records["positions"].astype(np.float64)
-            turned = swapped(positions, expected)
+            cameras = store.camera_positions, ~np.isnan(store.along_m)
+            turned = swapped(positions, expected, *cameras)
             positions[turned] = positions[turned][:, MIRROR]
             far.append(far_limbs(positions, expected))
             readings = store.readings(begin, begin + len(records), self._dt)[0]
-            exchanged.append(swapped(readings, expected))
+            exchanged.append(swapped(readings, expected, *cameras))
         self._exchanged = np.concatenate(exchanged)
         return q, np.concatenate(far)
 
@@ -238,7 +239,7 @@ class Finisher:
             positions, confidence, late = self._store.readings(begin, end, self._dt)
             positions[exchanged] = positions[exchanged][:, MIRROR]
             confidence[exchanged] = confidence[exchanged][:, MIRROR]
-            found = measure(positions, confidence, late, self._store.camera_positions)
+            found = measure(positions, confidence, late, self._store.camera_positions, self._store.along_m)
             found = found.followed(self._reach)
             if self._noise is not None:
                 found = found.scaled(*self._noise)

@@ -273,6 +273,8 @@ class BodyFilter:
         exchanged = (
             self._gate.exchanged if len(self._gate.exchanged) else np.zeros(len(self._used), dtype=bool)
         )
+        if frames.rays.any():
+            exchanged = exchanged & ~frames.rays  # their frame set has left and right as they are
         mean, sure, seen, used = shown(frames.positions, frames.confidence, self._used, exchanged, MIRROR)
         known = ~np.isnan(mean[:, 0])
         reasons = {

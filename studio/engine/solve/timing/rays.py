@@ -10,6 +10,8 @@ by their size in the picture.
 """
 
 import math
+from collections.abc import Iterator
+from itertools import combinations
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,6 +19,7 @@ from numpy.typing import NDArray
 from studio.engine.base.compiled import compiled
 from studio.engine.model.calibration import CameraCalibration
 from studio.engine.model.frames import PictureJoints
+from studio.engine.model.joints import MIRROR
 
 Array = NDArray[np.float64]
 
@@ -38,6 +41,16 @@ NEAREST_M = 0.2
 LEAST_VISIBLE = 0.3
 LEAST_SEEN = 6
 """Confidence from which a joint counts for a guess, and how many must."""
+
+SWAP_SHARE, SWAP_M, MOST_M = 0.7, 0.06, 0.3
+"""Cameras exchange left and right where that brings all rays to this share of their distance from the joints' places,
+if one camera's exceeds the second; a joint counts with at most the third.
+"""
+
+MOST_TURNED = 2
+"""So many cameras exchange left and right at once, at most."""
+
+_PAIRED = np.flatnonzero(MIRROR != np.arange(len(MIRROR)))
 
 GUESSED_HEIGHT_M = 1.7
 """Stature of the bodies that pose networks guess from a picture."""
@@ -98,9 +111,28 @@ def _directions(camera: CameraCalibration, picture: PictureJoints) -> Array:
     return directions
 
 
-def placed(positions: Array, confidence: Array, centres: Array, rays: NDArray[np.bool_]) -> Array:
+def nearest_on_rays(positions: Array, centre: Array, joints: Array) -> Array:
+    """Return the points of a camera's rays that are nearest to joints, shape (..., 21, 3) [m].
+
+    Args:
+        positions: any points on the rays, shape (..., 21, 3) [m]; NaN = unseen.
+        centre: the camera, shape (..., 3) [m].
+        joints: shape (..., 21, 3) [m].
+    """
+    centre = centre[..., None, :]
+    rays = positions - centre
+    rays = rays / np.linalg.norm(rays, axis=-1, keepdims=True)
+    along = np.vecdot(rays, joints - centre)
+    return centre + np.maximum(along, NEAREST_M)[..., None] * rays
+
+
+def placed(
+    positions: Array, confidence: Array, centres: Array, rays: NDArray[np.bool_]
+) -> tuple[Array, Array]:
     """Return the positions with those of ray cameras where the cameras together place the joint, NaN where they
-    cannot.
+    cannot; and the confidence, 0 there.
+
+    A ray camera that confuses left and right has them exchanged.
 
     Args:
         positions: shape (camera_count, 21, 3) [m]; of a ray camera any points on the rays.
@@ -108,13 +140,44 @@ def placed(positions: Array, confidence: Array, centres: Array, rays: NDArray[np
         centres: optical centres [m], shape (camera_count, 3).
         rays: the cameras that see no depth, shape (camera_count,).
     """
-    return _placed(positions, np.maximum(confidence, 0.05), centres, rays)
+    sure = np.maximum(confidence, 0.05)
+    out, places = _placed(positions, sure, centres, rays)
+    missed, exchanged = _mean_missed(positions, centres, places)[rays], list[int]()
+    if (missed > SWAP_M).any():
+        best = SWAP_SHARE * missed.sum()
+        for turned in _turned(np.flatnonzero(rays)):
+            other, other_sure = positions.copy(), sure.copy()
+            other[turned], other_sure[turned] = positions[turned][:, MIRROR], sure[turned][:, MIRROR]
+            found, places = _placed(other, other_sure, centres, rays)
+            total = _mean_missed(other, centres, places)[rays].sum()
+            if total < best:
+                best, out, exchanged = total, found, turned
+    confidence = confidence.copy()
+    confidence[exchanged] = confidence[exchanged][:, MIRROR]
+    return out, np.where(np.isnan(out[:, :, 0]), 0.0, confidence)
+
+
+def _turned(cameras: NDArray[np.int64]) -> Iterator[list[int]]:
+    """Sets of cameras that may exchange left and right: up to half of them, and `MOST_TURNED`."""
+    for count in range(1, min(len(cameras) // 2, MOST_TURNED) + 1):
+        yield from (list(chosen) for chosen in combinations(cameras.tolist(), count))
+
+
+def _mean_missed(positions: Array, centres: Array, places: Array) -> Array:
+    """Mean distance at which each camera's rays miss the places of joints with a side [m], shape (camera_count,)."""
+    off = nearest_on_rays(positions[:, _PAIRED], centres, places[_PAIRED]) - places[_PAIRED]
+    length = np.minimum(np.linalg.norm(off, axis=-1), MOST_M)
+    known = ~np.isnan(length)
+    return np.where(known, length, 0.0).sum(axis=-1) / np.maximum(known.sum(axis=-1), 1)
 
 
 @compiled
-def _placed(positions: Array, confidence: Array, centres: Array, rays: NDArray[np.bool_]) -> Array:
+def _placed(
+    positions: Array, confidence: Array, centres: Array, rays: NDArray[np.bool_]
+) -> tuple[Array, Array]:
+    """`placed` without exchanges, and the joints' places, shape (21, 3), NaN = unknown."""
     cameras, joints = confidence.shape
-    out = positions.copy()
+    out, places = positions.copy(), np.full((joints, 3), np.nan)
     directions = np.empty((cameras, 3))
     for k in range(joints):
         for c in range(cameras):
@@ -156,6 +219,7 @@ def _placed(positions: Array, confidence: Array, centres: Array, rays: NDArray[n
             if points == 0 and (count < 2 or not _meet(directions, positions[:, k, 0])):
                 break
             place = np.linalg.solve(matrix, side)
+        places[k] = place
         for c in range(cameras):
             if not rays[c]:
                 continue
@@ -166,7 +230,7 @@ def _placed(positions: Array, confidence: Array, centres: Array, rays: NDArray[n
                 along = np.nan
             for a in range(3):
                 out[c, k, a] = centres[c, a] + along * directions[c, a]
-    return out
+    return out, places
 
 
 @compiled

@@ -213,8 +213,7 @@ class Synchroniser:
                 head = (w, x, y, z)
         rays = np.array([camera.along_m is not None for camera in self._cameras.values()], dtype=np.bool_)
         if rays.any() and not self._alone:
-            positions = placed(positions, confidence, self._positions, rays)
-            confidence = np.where(np.isnan(positions[:, :, 0]), 0.0, confidence)
+            positions, confidence = placed(positions, confidence, self._positions, rays)
         return FrameSet(
             stage_time_ns,
             self.names,

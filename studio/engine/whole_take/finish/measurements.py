@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 from studio.engine.model.joint_noise import variances
 from studio.engine.model.joints import JOINT_COUNT, MIRROR
+from studio.engine.solve.timing.rays import nearest_on_rays
 
 SWAP_SHARE = 0.7
 """A camera's left and right are exchanged if that reduces the distance to the first solve to this share."""
@@ -18,6 +19,9 @@ Hz."""
 CHI2_MEDIANS = np.array([0.455, 1.386])
 DIRECTIONS = np.array([1.0, 2.0])
 """Medians of chi-square, and numbers of directions: along the ray, and across it."""
+
+ALONG = 0
+"""Index of the direction along the ray."""
 
 LEAST_COUNT = 60
 SHARE = 2.0
@@ -40,6 +44,7 @@ class Measurements:
         axial: inverse variance along the ray [1/m2], shape (frame_count, camera_count, 21); 0 where unseen.
         lateral: inverse variance across the ray, same shape.
         late: time of a camera's frame minus that of the output frame [frames], shape (frame_count, camera_count).
+        depthless: cameras that see no depth, shape (camera_count,).
         sharper: factor of squared normalised differences relative to the inverse variances, shape (camera_count, 21).
             Noise that is correlated between frames carries less information than its deviation in one frame.
     """
@@ -49,6 +54,7 @@ class Measurements:
     axial: NDArray[np.float64]
     lateral: NDArray[np.float64]
     late: NDArray[np.float64]
+    depthless: NDArray[np.bool_]
     sharper: NDArray[np.float64]
 
     def off(self, sites: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -123,6 +129,7 @@ class NoiseScale:
         """
         off = measurements.off(sites)
         seen = np.repeat((measurements.axial > 0.0)[:, :, None], len(DIRECTIONS), axis=2)
+        seen[:, measurements.depthless, ALONG] = False
         self._offs.add(measurements.squared_by_direction(off), seen)
         moved = np.zeros_like(off)
         moved[lag:] = off[lag:] - off[:-lag]
@@ -179,15 +186,27 @@ class _Medians:
         return out
 
 
-def swapped(positions: NDArray[np.float64], expected: NDArray[np.float64]) -> NDArray[np.bool_]:
+def swapped(
+    positions: NDArray[np.float64],
+    expected: NDArray[np.float64],
+    camera_positions: NDArray[np.float64],
+    depthless: NDArray[np.bool_],
+) -> NDArray[np.bool_]:
     """Return the frames in which a camera exchanges left and right, shape (frame_count, camera_count).
 
     Args:
         positions: shape (frame_count, camera_count, 21, 3) [m]; NaN = unseen.
         expected: the first solve's canonical joints [m], shape (frame_count, 21, 3).
+        camera_positions: optical centres [m], shape (camera_count, 3).
+        depthless: cameras whose joints are compared across their rays, shape (camera_count,).
     """
 
     def cost(joints: NDArray[np.float64]) -> NDArray[np.float64]:
+        if depthless.any():
+            joints = joints.copy()
+            joints[:, depthless] = nearest_on_rays(
+                joints[:, depthless], camera_positions[depthless], expected[:, None]
+            )
         distance = np.minimum(np.linalg.norm(joints - expected[:, None], axis=3), 0.3)
         distance = np.where((MIRROR != np.arange(len(MIRROR))) & ~np.isnan(distance), distance, np.nan)
         count = (~np.isnan(distance)).sum(axis=2)
@@ -202,6 +221,7 @@ def measure(
     confidence: NDArray[np.float64],
     late: NDArray[np.float64],
     camera_positions: NDArray[np.float64],
+    along_m: NDArray[np.float64],
 ) -> Measurements:
     """Return the measurements of some frames, with the noise of `model.joint_noise`.
 
@@ -210,8 +230,14 @@ def measure(
         confidence: shape (frame_count, camera_count, 21).
         late: time after the output frame [frames], shape (frame_count, camera_count).
         camera_positions: optical centres [m], shape (camera_count, 3).
+        along_m: standard deviation along the rays of cameras that see no depth [m], shape (camera_count,); NaN = of
+            the others.
     """
     seen = ~np.isnan(positions[..., 0])
     positions = np.where(seen[..., None], positions, 0.0)
     rays, axial, lateral = variances(positions, confidence, camera_positions)
-    return Measurements(positions, rays, seen / axial, seen / lateral, late, np.ones(seen.shape[1:]))
+    depthless = ~np.isnan(along_m)
+    axial[:, depthless] = along_m[depthless, None] ** 2
+    return Measurements(
+        positions, rays, seen / axial, seen / lateral, late, depthless, np.ones(seen.shape[1:])
+    )

@@ -7,8 +7,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from studio.engine.base.records import Records
-from studio.engine.model.frames import FrameSet, FusedSkeleton, HandSeen, StepResult
-from studio.engine.model.joints import JOINT_COUNT
+from studio.engine.model.frames import FrameSet, FusedSkeleton, HandSeen, Reading, StepResult
+from studio.engine.model.joints import JOINT_COUNT, OUTPUT_OF_CANONICAL_INDEX
+from studio.engine.solve.timing.rays import FREE_M, nearest_on_rays
 
 NEAREST = 0.75
 """A camera's frame belongs to its nearest step, if that is within this many steps."""
@@ -20,6 +21,8 @@ class Store:
     Attributes:
         cameras: names of the cameras, in the order of the records.
         camera_positions: optical centres in the stage frame [m], shape (camera_count, 3).
+        along_m: standard deviation along their rays of cameras that see no depth [m], shape (camera_count,); NaN = of
+            the others. Their readings are kept where the first solve's joints are nearest to the rays.
     """
 
     def __init__(self, first: StepResult) -> None:
@@ -27,6 +30,7 @@ class Store:
         frames = first.frame_set
         self.cameras, self.camera_positions = frames.cameras, frames.camera_positions
         count = len(frames.cameras)
+        self.along_m = np.full(count, np.nan)
         assert first.configuration is not None
         self._dtype = np.dtype(
             [
@@ -73,12 +77,22 @@ class Store:
         ))  # fmt: skip
         self._times_ns.append(frames.stage_time_ns)
         for reading in frames.readings:
-            self._readings.add((reading.positions, reading.confidence))
+            self._readings.add((self._placed(reading, result), reading.confidence))
             self._reading_times_ns.append(frames.stage_time_ns + round(reading.offset_s * 1e9))
             self._reading_cameras.append(reading.camera)
         if frames.hands:
             last = self._hands.get(count - 1, frames.hands)
             self._hands[count] = last if last == frames.hands else frames.hands
+
+    def _placed(self, reading: Reading, result: StepResult) -> NDArray[np.float64]:
+        """A reading's joints [m], shape (21, 3); those that are known across their rays only lie near the solve's."""
+        if reading.along_m is None:
+            return reading.positions
+        self.along_m[reading.camera] = reading.along_m
+        if reading.along_m < FREE_M:
+            return reading.positions
+        solved = result.positions_m[OUTPUT_OF_CANONICAL_INDEX]
+        return nearest_on_rays(reading.positions, self.camera_positions[reading.camera], solved)
 
     def read(self, begin: int, end: int) -> NDArray[np.void]:
         """Return the records of steps from `begin` up to, but not including, `end`."""
@@ -144,6 +158,7 @@ class Store:
                     self.camera_positions,
                     self._hands.get(begin + k, ()),
                     None if np.isnan(w) else (w, x, y, z),
+                    rays=~np.isnan(self.along_m),
                 ),
                 FusedSkeleton(
                     record["fused"].astype(np.float64),

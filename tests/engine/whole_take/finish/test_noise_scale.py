@@ -18,7 +18,7 @@ def scale_of(memory: float, sigma_m: float) -> NoiseScale:
     body = np.tile([0.0, 3.0, 1.0], (FRAMES, JOINT_COUNT, 1))
     sure, now = np.full((FRAMES, 1, JOINT_COUNT), 0.95), np.zeros((FRAMES, 1))
     scale = NoiseScale(1)
-    scale.add(measure(body[:, None] + noise, sure, now, np.zeros((1, 3))), body, 1)
+    scale.add(measure(body[:, None] + noise, sure, now, np.zeros((1, 3)), np.full(1, np.nan)), body, 1)
     return scale
 
 

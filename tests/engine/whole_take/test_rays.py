@@ -1,0 +1,49 @@
+"""A walk before ordinary cameras, solved live and finished: the joints against the truth."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from studio.engine.model.settings import SolveSettings
+from studio.engine.whole_take.finisher import Finisher
+from tests.engine.whole_take.walking import PicturedWalk, read_walk
+
+
+@pytest.fixture(scope="module")
+def walk(test_data: Path) -> PicturedWalk:
+    folder = test_data / "rgb" / "walk_4_cameras"
+    if not folder.is_dir():
+        pytest.skip(f"no {folder}")
+    return read_walk(folder)
+
+
+@pytest.mark.parametrize(
+    ("names", "live_mm", "finished_mm"),
+    [
+        (("cam01", "cam02", "cam03", "cam04"), 25.0, 22.0),
+        (("cam01", "cam02"), 35.0, 32.0),
+        (("cam02", "cam04"), 40.0, 36.0),
+    ],
+    ids=["four", "two", "two others"],
+)
+def test_a_walk_is_solved_from_rays(
+    walk: PicturedWalk, names: tuple[str, ...], live_mm: float, finished_mm: float
+) -> None:
+    live = walk.solved(names)
+    assert walk.errors_mm(live).mean() < live_mm
+    finished = []
+    for segment in live:
+        finisher = Finisher(walk.performer(), SolveSettings(output_hz=30.0), floor_given=True)
+        for result in segment:
+            finisher.add(result)
+        finished.append(list(finisher.results()))
+    errors = walk.errors_mm(finished)
+    assert errors.mean() < finished_mm and np.percentile(errors, 95) < 2.6 * finished_mm
+
+
+def test_a_camera_that_exchanges_left_and_right_is_found_out(walk: PicturedWalk) -> None:
+    names = ("cam01", "cam02", "cam03")
+    as_seen = walk.errors_mm(walk.solved(names)).mean()
+    turned = walk.with_exchanged("cam02", every=5)
+    assert turned.errors_mm(turned.solved(names)).mean() < 1.15 * as_seen
