@@ -6,6 +6,7 @@ import numpy as np
 
 from studio.engine.model.calibration import Calibration
 from studio.engine.model.frames import FrameSet, FusedSkeleton, StepResult
+from studio.engine.model.guess import camera_joints
 from studio.engine.model.joints import JOINT_COUNT, OUTPUT_JOINTS
 from studio.live.cameras.roster import Roster
 
@@ -42,7 +43,9 @@ class RawSteps:
                 if now - time_ns < _RECENT_NS:
                     T_stage_camera = calibration.cameras[camera.name].T_stage_camera
                     times[camera.name] = time_ns
-                    seen[camera.name] = frame.positions @ T_stage_camera[:3, :3].T + T_stage_camera[:3, 3]
+                    seen[camera.name] = (
+                        camera_joints(frame) @ T_stage_camera[:3, :3].T + T_stage_camera[:3, 3]
+                    )
         if not seen:
             return None
         self._last_ns = now_ns

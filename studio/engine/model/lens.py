@@ -13,6 +13,9 @@ from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 
+USUAL_FIELD_DEG = 65.0
+"""Common webcams and phones have 55 to 78 degrees."""
+
 _WIDEST = 3.0
 _REACHED_PX = 0.5
 _ROUNDS = 20
@@ -83,6 +86,12 @@ class Lens:
             width=width,
             height=height,
         )
+
+
+def usual_lens(width: int, height: int) -> Lens:
+    """Return the lens that webcams and phones usually have: `USUAL_FIELD_DEG` across the longer side."""
+    focal = 0.5 * max(width, height) / np.tan(np.radians(0.5 * USUAL_FIELD_DEG))
+    return Lens(focal, focal, 0.5 * (width - 1), 0.5 * (height - 1), width, height)
 
 
 def _distortion(rays: Array, coefficients: tuple[float, ...]) -> tuple[Array, Array]:

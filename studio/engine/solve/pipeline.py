@@ -12,13 +12,13 @@ import studio.engine.base.blas  # noqa: F401, so that equal input gives equal bi
 from studio.engine.base.errors import CalibrationError
 from studio.engine.model.calibration import Calibration
 from studio.engine.model.frames import CameraFrame, ClockModel, FusedSkeleton, StepResult
+from studio.engine.model.guess import GUESSED_HEIGHT_M
 from studio.engine.model.settings import SolveSettings
 from studio.engine.solve.body import BodySolver
 from studio.engine.solve.conditioning.bone_length import BoneLengthLimit
 from studio.engine.solve.conditioning.displacement import DisplacementLimitBefore, limits_m_s
 from studio.engine.solve.conditioning.filters import FILTERS
 from studio.engine.solve.fusion import make_fusion
-from studio.engine.solve.timing.rays import GUESSED_HEIGHT_M
 from studio.engine.solve.timing.sync import Synchroniser
 
 

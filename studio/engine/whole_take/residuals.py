@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from studio.engine.model.frames import FrameSet, StepResult
 from studio.engine.model.joints import CANONICAL, JOINT_COUNT, MIRROR, OUTPUT_OF_CANONICAL_INDEX
 from studio.engine.model.solve_metrics import SolveMetrics
+from studio.engine.solve.timing.rays import nearest_on_rays
 
 NOT_FOLLOWED_M = 0.15
 """A joint further than this from every camera's report is not followed."""
@@ -31,15 +32,21 @@ NAMED = 4
 
 def distances_m(frames: FrameSet, positions_m: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return the distance of each canonical joint to the nearest camera's report [m], shape (21,); NaN = unseen. A
-    camera that exchanges left and right counts with the other side.
+    camera that exchanges left and right counts with the other side. A camera without depth reports rays.
 
     Args:
         frames: the cameras' reports.
         positions_m: the pose's output joints, shape (52, 3).
     """
     joints = positions_m[OUTPUT_OF_CANONICAL_INDEX]
-    apart = frames.positions - joints
-    exchanged = frames.positions[:, MIRROR] - joints
+    seen, mirrored = frames.positions, frames.positions[:, MIRROR]
+    if frames.rays.any():
+        seen, mirrored = seen.copy(), mirrored.copy()
+        for reports in (seen, mirrored):
+            reports[frames.rays] = nearest_on_rays(
+                reports[frames.rays], frames.camera_positions[frames.rays], joints
+            )
+    apart, exchanged = seen - joints, mirrored - joints
     squared = np.fmin(np.vecdot(apart, apart), np.vecdot(exchanged, exchanged))
     squared = np.where(np.isnan(frames.positions[:, :, 0]), np.nan, squared)
     return np.sqrt(np.fmin.reduce(squared, axis=0, initial=np.nan))

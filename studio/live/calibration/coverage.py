@@ -3,6 +3,7 @@
 import numpy as np
 
 from studio.engine.model.frames import CameraFrame
+from studio.engine.model.guess import camera_joints
 from studio.engine.model.joints import INDEX, JOINT_COUNT
 from studio.live.states import CoverageStatus
 
@@ -22,10 +23,11 @@ class Coverage:
 
     def add(self, frame: CameraFrame) -> None:
         """Add a frame."""
-        seen = ~np.isnan(frame.positions[:, 0])
+        joints = camera_joints(frame)
+        seen = ~np.isnan(joints[:, 0])
         self._points += seen
         if seen[_HIPS]:
-            x, _, z = frame.positions[_HIPS]
+            x, _, z = joints[_HIPS]
             cell = (int(np.floor(x / CELL_M)), int(np.floor(z / CELL_M)))
             self._cells[cell] = self._cells.get(cell, 0) + 1
 

@@ -9,6 +9,7 @@ from studio.engine.base.errors import StudioError, TakeError
 from studio.engine.base.geometry import make_transform
 from studio.engine.model.calibration import Calibration
 from studio.engine.model.frames import ClockModel, FrameSet, FusedSkeleton, StepResult
+from studio.engine.model.guess import camera_joints
 from studio.engine.model.joints import JOINT_COUNT, OUTPUT_JOINTS, OUTPUT_PARENTS
 from studio.engine.model.poses import Poses
 from studio.engine.whole_take.trace import TraceCollector
@@ -57,7 +58,7 @@ def load_raw(take: Take) -> RawClip:
         if calibration is not None and name in calibration.cameras
     }
     times = {name: np.array([frame.device_time_ns for frame in mine]) for name, mine in frames.items()}
-    joints = {name: np.stack([frame.positions for frame in mine]) for name, mine in frames.items()}
+    joints = {name: np.stack([camera_joints(frame) for frame in mine]) for name, mine in frames.items()}
     if not placed:
         placed = _side_by_side({**depth, **times}, joints)
     names = tuple(name for name in {**frames, **depth} if name in placed)

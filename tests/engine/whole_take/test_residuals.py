@@ -22,7 +22,8 @@ JOINTS = POSE[OUTPUT_OF_CANONICAL_INDEX]
 
 def result(frame, *reports, pose=POSE):
     """A step's result: what each camera reports, and the pose."""
-    frames = SimpleNamespace(stage_time_ns=frame * DT_NS, positions=np.array(reports))
+    seen = np.array(reports)
+    frames = SimpleNamespace(stage_time_ns=frame * DT_NS, positions=seen, rays=np.zeros(len(seen), bool))
     return SimpleNamespace(frame_set=frames, positions_m=pose)
 
 

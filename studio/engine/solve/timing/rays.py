@@ -5,8 +5,7 @@ distance (Cauchy). Source: the midpoint of rays (Hartley, Sturm, "Triangulation"
 Understanding 68, 1997), reweighted iteratively (Holland, Welsch, "Robust regression using iteratively reweighted
 least-squares", Communications in Statistics 6, 1977).
 
-A single camera has the joints about the hips only, as its picture alone lets them be guessed. `guessed` places them
-by their size in the picture.
+A single camera's joints are where its picture alone lets them be guessed.
 """
 
 import math
@@ -19,7 +18,9 @@ from numpy.typing import NDArray
 from studio.engine.base.compiled import compiled
 from studio.engine.model.calibration import CameraCalibration
 from studio.engine.model.frames import PictureJoints
+from studio.engine.model.guess import NEAREST_M, guessed_joints
 from studio.engine.model.joints import MIRROR
+from studio.engine.model.lens import Lens, usual_lens
 
 Array = NDArray[np.float64]
 
@@ -36,12 +37,6 @@ ROUNDS = 6
 LEAST_ANGLE_RAD = 0.06
 """Rays that meet at a smaller angle do not say where."""
 
-NEAREST_M = 0.2
-
-LEAST_VISIBLE = 0.3
-LEAST_SEEN = 6
-"""Confidence from which a joint counts for a guess, and how many must."""
-
 SWAP_SHARE, SWAP_M, MOST_M = 0.7, 0.06, 0.3
 """Cameras exchange left and right where that brings all rays to this share of their distance from the joints' places,
 if one camera's exceeds the second; a joint counts with at most the third.
@@ -51,9 +46,6 @@ MOST_TURNED = 2
 """So many cameras exchange left and right at once, at most."""
 
 _PAIRED = np.flatnonzero(MIRROR != np.arange(len(MIRROR)))
-
-GUESSED_HEIGHT_M = 1.7
-"""Stature of the bodies that pose networks guess from a picture."""
 
 FREE_M = 10.0
 GUESSED_M = 0.15
@@ -65,7 +57,10 @@ def on_rays(camera: CameraCalibration, picture: PictureJoints) -> Array:
 
     NaN for an unseen joint, and for all where the picture is of another shape than the camera's lens.
     """
-    directions = _directions(camera, picture)
+    lens = _lens(camera, picture)
+    if lens is None:
+        return np.full((len(picture.pixels), 3), np.nan)
+    directions = np.column_stack([lens.rays_of(picture.pixels), np.ones(len(picture.pixels))])
     length = np.linalg.norm(directions, axis=1, keepdims=True)
     return camera.T_stage_camera[:3, 3] + directions / length @ camera.T_stage_camera[:3, :3].T
 
@@ -73,42 +68,15 @@ def on_rays(camera: CameraCalibration, picture: PictureJoints) -> Array:
 def guessed(camera: CameraCalibration, picture: PictureJoints, confidence: Array, scale: float) -> Array:
     """Return the joints where one picture alone lets them be, shape (21, 3), stage frame; NaN = unknown.
 
-    The body's translation t solves `(x + tx) = u (z + tz)` and `(y + ty) = v (z + tz)` over the visible joints, with
-    u and v the rays of their pixels: linear least squares. Each joint then lies on its ray at its depth.
-
-    Args:
-        camera: with the camera's lens.
-        picture: with `world_m`.
-        confidence: shape (21,).
-        scale: the performer's size relative to the one that the guess assumes.
+    Args as of `guess.guessed_joints`; a camera whose lens is unknown has a usual one.
     """
-    rays = _directions(camera, picture)
-    body = picture.world_m * scale
-    used = (confidence > LEAST_VISIBLE) & ~np.isnan(rays[:, 0]) & ~np.isnan(body[:, 0])
-    if used.sum() < LEAST_SEEN:
-        return np.full((len(rays), 3), np.nan)
-    rows = np.zeros((2, used.sum(), 3))
-    sides = np.empty((2, used.sum()))
-    for axis in (0, 1):
-        rows[axis, :, axis], rows[axis, :, 2] = 1.0, -rays[used, axis]
-        sides[axis] = rays[used, axis] * body[used, 2] - body[used, axis]
-    weights = np.tile(confidence[used], 2)
-    place, *_ = np.linalg.lstsq(
-        rows.reshape(-1, 3) * weights[:, None], sides.reshape(-1) * weights, rcond=None
-    )
-    depth = body[:, 2] + place[2]
-    joints = np.where(depth > NEAREST_M, depth, np.nan)[:, None] * rays
+    lens = _lens(camera, picture) or usual_lens(picture.width, picture.height)
+    joints = guessed_joints(picture, confidence, lens, scale)
     return camera.T_stage_camera[:3, 3] + joints @ camera.T_stage_camera[:3, :3].T
 
 
-def _directions(camera: CameraCalibration, picture: PictureJoints) -> Array:
-    """Directions of the joints' rays in the camera frame, with z = 1, shape (21, 3)."""
-    lens = None if camera.lens is None else camera.lens.sized(picture.width, picture.height)
-    directions = np.full((len(picture.pixels), 3), np.nan)
-    if lens is not None:
-        directions[:, :2] = lens.rays_of(picture.pixels)
-        directions[:, 2] = np.where(np.isnan(directions[:, :2]).any(axis=1), np.nan, 1.0)
-    return directions
+def _lens(camera: CameraCalibration, picture: PictureJoints) -> Lens | None:
+    return None if camera.lens is None else camera.lens.sized(picture.width, picture.height)
 
 
 def nearest_on_rays(positions: Array, centre: Array, joints: Array) -> Array:

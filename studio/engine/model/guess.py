@@ -1,0 +1,56 @@
+"""A body as one picture alone lets it be guessed: posture by a pose network, place by its size in the picture."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from studio.engine.model.frames import CameraFrame, PictureJoints
+from studio.engine.model.lens import Lens, usual_lens
+
+Array = NDArray[np.float64]
+
+GUESSED_HEIGHT_M = 1.7
+"""Stature of the bodies that pose networks guess from a picture."""
+
+NEAREST_M = 0.2
+LEAST_VISIBLE = 0.3
+LEAST_SEEN = 6
+"""Confidence from which a joint counts for the place, and how many must."""
+
+
+def camera_joints(frame: CameraFrame) -> Array:
+    """Return a frame's joints in the camera frame [m], shape (21, 3); those of a camera without depth are guessed."""
+    picture = frame.picture
+    if picture is None:
+        return frame.positions
+    return guessed_joints(picture, frame.confidence, usual_lens(picture.width, picture.height))
+
+
+def guessed_joints(picture: PictureJoints, confidence: Array, lens: Lens, scale: float = 1.0) -> Array:
+    """Return the joints in the camera frame where one picture alone lets them be [m], shape (21, 3); NaN = unknown.
+
+    The body's translation t solves `(x + tx) = u (z + tz)` and `(y + ty) = v (z + tz)` over the visible joints, with
+    u and v the rays of their pixels: linear least squares. Each joint then lies on its ray at its depth.
+
+    Args:
+        picture: with `world_m`.
+        confidence: shape (21,).
+        lens: of the picture.
+        scale: the performer's size relative to the one that the guess assumes.
+    """
+    rays = lens.rays_of(picture.pixels)
+    body = picture.world_m * scale
+    used = (confidence > LEAST_VISIBLE) & ~np.isnan(rays[:, 0]) & ~np.isnan(body[:, 0])
+    if used.sum() < LEAST_SEEN:
+        return np.full((len(rays), 3), np.nan)
+    rows = np.zeros((2, used.sum(), 3))
+    sides = np.empty((2, used.sum()))
+    for axis in (0, 1):
+        rows[axis, :, axis], rows[axis, :, 2] = 1.0, -rays[used, axis]
+        sides[axis] = rays[used, axis] * body[used, 2] - body[used, axis]
+    weights = np.tile(confidence[used], 2)
+    place, *_ = np.linalg.lstsq(
+        rows.reshape(-1, 3) * weights[:, None], sides.reshape(-1) * weights, rcond=None
+    )
+    depth = body[:, 2] + place[2]
+    depth = np.where(depth > NEAREST_M, depth, np.nan)
+    return np.column_stack([rays * depth[:, None], depth])
