@@ -41,8 +41,9 @@ def add_parser(subparsers: Any) -> None:
         help="the depth sensor (default ideal); the noise of noisy-joints does not depend on it",
     )
     parser.add_argument(
-        "--tracker", choices=("depth", "noisy-joints"), default="noisy-joints",
-        help="noisy-joints: true joints with a tracker's errors; depth: depth images of a performer in a room",
+        "--tracker", choices=("depth", "noisy-joints", "rgb"), default="noisy-joints",
+        help="noisy-joints: true joints with a tracker's errors; depth: depth images of a performer in a room; "
+        "rgb: landmarks in pictures of ordinary cameras",
     )  # fmt: skip
     parser.add_argument(
         "--performer", metavar="NAME", default="tuning-average",

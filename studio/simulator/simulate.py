@@ -14,6 +14,7 @@ from studio.engine.base.value_sentences import bad_value, unknown
 from studio.engine.model.joints import CANONICAL
 from studio.simulator.joints.noisy_joints import FRAMES_PER_SECOND
 from studio.simulator.joints.seen import see
+from studio.simulator.landmarks.seen import see_landmarks
 from studio.simulator.motion import stage_motion
 from studio.simulator.rig import RigCamera, read_rig, standard_rig
 from studio.simulator.sensor import sensors
@@ -22,7 +23,7 @@ from studio.take.folder.take import Take
 from studio.take.raw.frames import RawWriter
 
 SENSORS: tuple[str, ...] = tuple(sensors.SENSORS)
-TRACKERS = ("noisy-joints", "depth")
+TRACKERS = ("noisy-joints", "depth", "rgb")
 
 
 def simulate_take(
@@ -50,7 +51,8 @@ def simulate_take(
         out: folder of the new take.
         cameras: 1 to 4 of the standard rigs; ignored with `rig`.
         sensor: of `depth`. `noisy-joints` has the same noise (see `noisy_joints`) for every sensor, also `ideal`.
-        tracker: `noisy-joints`, or `depth`: the take holds depth images, from which `solve` finds the joints.
+        tracker: `noisy-joints`; `depth`: depth images, from which `solve` finds the joints; or `rgb`: it
+            holds landmarks in pictures of ordinary cameras, see `landmarks.tracker`.
         seed: of all noise and clocks; the same seed gives the same frames.
         unit_m: metres per unit of the BVH; None = its rest pose is 1.75 m high.
         rig: JSON with the cameras instead of a standard rig; see `rig.read_rig`.
@@ -79,7 +81,9 @@ def simulate_take(
         )
     else:
         motion, calibration_s = stage_motion(motion_path, unit_m=unit_m, calibration=calibration)
-        write, truth = partial(_record, motion, stage_rig, sensor, seed, progress), _truth_csv(motion)
+        record = _record_landmarks if tracker == "rgb" else partial(_record, sensor=sensor)
+        write = partial(record, motion, stage_rig, seed=seed, progress=progress)
+        truth = _truth_csv(motion)
     try:
         with new_take(
             out, source="simulate", calibration_s=calibration_s, notes=f"simulated: {Path(motion_path).name}"
@@ -132,10 +136,11 @@ def _depth(
 def _record(
     motion: CanonicalMotion,
     rig: tuple[RigCamera, ...],
+    take: Take,
+    *,
     sensor: str,
     seed: int,
     progress: Callable[[float], None] | None,
-    take: Take,
 ) -> None:
     messages = []
     for k, seen in enumerate(see(motion, rig, seed=seed)):
@@ -146,14 +151,52 @@ def _record(
             messages.append((seen.taken_s[sequence], seen.camera, frame))
         if progress is not None:
             progress(0.9 * (k + 1) / len(rig))
+    _write(take, rig, messages, f"simulated {sensor}", "canonical", seed)
+    if progress is not None:
+        progress(1.0)
+
+
+def _record_landmarks(
+    motion: CanonicalMotion,
+    rig: tuple[RigCamera, ...],
+    take: Take,
+    *,
+    seed: int,
+    progress: Callable[[float], None] | None,
+) -> None:
+    messages = []
+    for k, seen in enumerate(see_landmarks(motion, rig, seed=seed)):
+        size = seen.lens.width, seen.lens.height
+        for sequence, (stamp, picture) in enumerate(zip(seen.device_time_ns, seen.pictures, strict=True)):
+            if picture is not None:
+                frame = wire.landmark_frame(
+                    sequence, int(stamp), size, picture.pixels, picture.visibility, picture.world_m
+                )
+                messages.append((seen.taken_s[sequence], seen.camera, frame))
+        if progress is not None:
+            progress(0.9 * (k + 1) / len(rig))
+    _write(take, rig, messages, "simulated picture", "mediapipe", seed)
+    if progress is not None:
+        progress(1.0)
+
+
+def _write(
+    take: Take,
+    rig: tuple[RigCamera, ...],
+    messages: list[tuple[float, str, wire.SkeletonFrame]],
+    device: str,
+    joint_set: str,
+    seed: int,
+) -> None:
+    """Write the cameras' messages, (true time [s], camera, frame), in the order of time."""
     messages.sort(key=lambda message: message[0])
     with RawWriter(take.raw_path) as raw:
         for camera in rig:
             hello = wire.Hello(
                 protocol_version=wire.PROTOCOL_VERSION,
                 name=camera.name,
-                device=f"simulated {sensor}",
-                joint_set="canonical",
+                device=device,
+                joint_set=joint_set,
                 boot_id=f"simulate-{seed}",
                 frames_per_second=FRAMES_PER_SECOND,
             )
@@ -167,8 +210,6 @@ def _record(
                 device_time_ns=frame.device_time_ns,
                 sequence=frame.sequence,
             )
-    if progress is not None:
-        progress(1.0)
 
 
 def _truth_csv(motion: CanonicalMotion) -> bytes:

@@ -1,0 +1,57 @@
+"""Frames of simulated cameras without depth: landmarks with a pose network's errors, on their own clocks."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from studio.engine.animation.motion.motion import CanonicalMotion
+from studio.engine.model.lens import Lens
+from studio.simulator.clock import SimulatedClock, random_clock
+from studio.simulator.instants import instants
+from studio.simulator.joints.noisy_joints import FRAMES_PER_SECOND
+from studio.simulator.landmarks.tracker import LandmarkTracker, SeenPicture, landmark_anatomy, random_lens
+from studio.simulator.rig import RigCamera
+
+
+@dataclass(frozen=True)
+class SeenLandmarks:
+    """All frames of one camera.
+
+    Attributes:
+        camera: its name.
+        lens: its true lens.
+        taken_s: true capture time of each frame [s], shape (F,).
+        device_time_ns: the same on the camera's clock, shape (F,).
+        pictures: each frame's landmarks; None = nobody.
+    """
+
+    camera: str
+    lens: Lens
+    taken_s: NDArray[np.float64]
+    device_time_ns: NDArray[np.int64]
+    pictures: list[SeenPicture | None]
+
+
+def see_landmarks(
+    motion: CanonicalMotion, rig: tuple[RigCamera, ...], *, seed: int
+) -> Iterator[SeenLandmarks]:
+    """Yield each camera's frames, by the contract of `tracker`; the same seed gives the same frames.
+
+    Args:
+        motion: on the stage.
+        rig: the cameras; the first one's clock is the stage clock.
+        seed: of all noise, lenses and clocks.
+    """
+    performer, *streams = np.random.SeedSequence(seed).spawn(1 + len(rig))
+    anatomy = landmark_anatomy(np.random.default_rng(performer))
+    for k, (camera, stream) in enumerate(zip(rig, streams, strict=True)):
+        rng = np.random.default_rng(stream)
+        clock, lens = random_clock(rng), random_lens(rng)
+        clock = SimulatedClock() if k == 0 else clock
+        taken = instants(rng, motion.duration_s, FRAMES_PER_SECOND)
+        tracker = LandmarkTracker(camera.T_stage_camera, lens, motion.offsets_m, anatomy, rng)
+        pictures = [tracker.see(motion.at(float(t))) for t in taken]
+        stamps = np.round(clock.device_s(taken) * 1e9).astype(np.int64)
+        yield SeenLandmarks(camera.name, lens, taken, stamps, pictures)
