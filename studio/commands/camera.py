@@ -16,6 +16,7 @@ Run a camera client: read a source and send its frames to the studio.
 SOURCE is one of
   simulated:INDEX/COUNT[:SEED]           a camera of a standard rig that watches the simulated performer
   simulated-depth:INDEX/COUNT[:SEED]     the same camera with depth images
+  simulated-rgb:INDEX/COUNT[:SEED]       the same camera with landmarks in pictures
   recording:PATH[#CAMERA][?speed=max]    a take or a recording, in a loop in real time, or once at full speed
   realsense[:SERIAL]  orbbec[:SERIAL]    devices; docs/devices.md lists their requirements
   openni[:NUMBER]  azure-kinect[:NUMBER]  kinect-v2[:NUMBER]  webcam:MODEL[#NUMBER]

@@ -6,6 +6,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from studio.camera.sources.registry import parse_source
+from studio.camera.sources.simulated_rgb import SimulatedRgbConfig
 from studio.engine.animation.motion.authored import stage_motion
 from studio.engine.animation.motion.motion import CanonicalMotion
 from studio.engine.base.geometry import invert_transform
@@ -89,3 +91,13 @@ def test_a_take_holds_the_landmarks(tmp_path: Path) -> None:
     picture = frames["camera_0"][10].picture
     assert picture is not None and (picture.width, picture.height) == (1440, 1080)
     assert np.isfinite(picture.pixels[INDEX["left_knee"]]).all()
+
+
+def test_a_camera_client_sends_landmarks_in_real_time() -> None:
+    config = parse_source("simulated-rgb:1/2:7")
+    assert isinstance(config, SimulatedRgbConfig)
+    source = config.open()
+    frame = source.frame_at(5_000_000_000)
+    assert source.joint_set == "mediapipe" and source.name == "camera_1"
+    assert frame is not None and frame.picture is not None and np.isnan(frame.positions).all()
+    assert np.isfinite(frame.picture.pixels).all() and frame.picture.world_m is not None

@@ -46,6 +46,7 @@ SOURCES: dict[str, Kind] = {
     "simulated-depth": Kind(
         f"{_SOURCES}.simulated_depth:SimulatedDepthConfig", "<index>/<count>[:<seed>]", found=True
     ),
+    "simulated-rgb": Kind(f"{_SOURCES}.simulated_rgb:SimulatedRgbConfig", "<index>/<count>[:<seed>]"),
     "recording": Kind(f"{_SOURCES}.recording:RecordingConfig", "<path>[#<camera>][?speed=max]"),
     "realsense": Kind(f"{_DEVICES}.realsense:RealSenseConfig", "[<serial>]", found=True),
     "orbbec": Kind(f"{_DEVICES}.orbbec:OrbbecConfig", "[<serial>]", found=True),

@@ -4,6 +4,7 @@ The performer follows the wall clock, so that clients started apart see the same
 device clock.
 """
 
+from abc import abstractmethod
 from collections.abc import AsyncIterator
 from dataclasses import dataclass
 
@@ -35,53 +36,66 @@ class SimulatedConfig(RigCameraConfig):
         return SimulatedSource(self.index, self.count, seed=self.seed)
 
 
-class SimulatedSource(Source):
-    """Camera `index` of the standard rig of `count` cameras; one `seed` for all cameras of a stage."""
+class PerformedSource(Source):
+    """Camera `index` of the standard rig of `count` cameras before the embedded performer.
 
-    device = "simulated camera"
+    One `seed` for all cameras of a stage. The performer follows the wall clock.
+    """
+
     frames_per_second = FRAMES_PER_SECOND
 
     def __init__(self, index: int, count: int, *, seed: int = 0) -> None:
-        camera = standard_rig(count)[index]
+        self.rig_camera = standard_rig(count)[index]
         performer, *streams = np.random.SeedSequence(seed).spawn(1 + count)
-        self.name = camera.name
-        self._rng = np.random.default_rng(streams[index])
+        self.name = self.rig_camera.name
+        self.performer_rng = np.random.default_rng(performer)
+        self.rng = np.random.default_rng(streams[index])
         self._wall = WallClock()
-        self._clock = random_clock(self._rng, since_s=self._wall.start_ns * 1e-9)
-        self._motion = stage_motion()
-        self._tracker = NoisyJoints(
-            camera.T_stage_camera,
-            self._motion.offsets_m,
-            anatomical_offsets(np.random.default_rng(performer)),
-            self._rng,
-        )
+        self.clock = random_clock(self.rng, since_s=self._wall.start_ns * 1e-9)
+        self.motion = stage_motion()
 
     def clock_ns(self) -> int:
-        return self._clock.device_ns(self._wall.now_ns())
+        return self.clock.device_ns(self._wall.now_ns())
 
     async def frames(self) -> AsyncIterator[SourceFrame]:
         trigger_ns = self._wall.now_ns()
         while True:
             if self._wall.now_ns() - trigger_ns > _LATE_NS:  # the machine slept
                 trigger_ns = self._wall.now_ns()
-            taken_ns = trigger_ns + round(jitter_s(self._rng) * 1e9)
+            taken_ns = trigger_ns + round(jitter_s(self.rng) * 1e9)
             await self._wall.wait_until(taken_ns)
-            yield self.frame_at(taken_ns)
+            frame = self.frame_at(taken_ns)
+            if frame is not None:
+                yield frame
             trigger_ns += _PERIOD_NS
 
+    @abstractmethod
+    def frame_at(self, time_ns: int) -> SourceFrame | None:
+        """Return the frame at a time of the wall clock [ns], None where nobody is seen; times must increase."""
+
+    def performer_s(self, time_ns: int) -> float:
+        """Return the time in the performance, which loops, at a time of the wall clock [s]."""
+        return (time_ns % round(self.motion.duration_s * 1e9)) * 1e-9
+
+
+class SimulatedSource(PerformedSource):
+    """A camera that sends skeletons, with a tracker's errors."""
+
+    device = "simulated camera"
+
+    def __init__(self, index: int, count: int, *, seed: int = 0) -> None:
+        super().__init__(index, count, seed=seed)
+        anatomy = anatomical_offsets(self.performer_rng)
+        self._tracker = NoisyJoints(self.rig_camera.T_stage_camera, self.motion.offsets_m, anatomy, self.rng)
+
     def frame_at(self, time_ns: int) -> SourceFrame:
-        """Return the frame at a time of the wall clock [ns]; times must increase."""
         performer_s = self.performer_s(time_ns)
-        positions, confidence = self._tracker.see(self._motion.at(performer_s))
-        openness = self._motion.hands_open_at(performer_s)
+        positions, confidence = self._tracker.see(self.motion.at(performer_s))
+        openness = self.motion.hands_open_at(performer_s)
         hands = tuple(
             HandState(side, method, min(max(share, 1 - _SURE), _SURE))
             for side, share in zip(("left", "right"), openness, strict=True)
             if np.isfinite(positions[INDEX[f"{side}_wrist"], 0])
             for method in _METHODS
         )
-        return SourceFrame(self._clock.device_ns(time_ns), positions, confidence, hands)
-
-    def performer_s(self, time_ns: int) -> float:
-        """Return the time in the performance, which loops, at a time of the wall clock [s]."""
-        return (time_ns % round(self._motion.duration_s * 1e9)) * 1e-9
+        return SourceFrame(self.clock.device_ns(time_ns), positions, confidence, hands)

@@ -1,0 +1,52 @@
+"""A simulated ordinary camera in real time: landmarks of the embedded performer, with a pose network's errors."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from studio.camera.sources.rig_config import RigCameraConfig
+from studio.camera.sources.simulated import PerformedSource
+from studio.camera.sources.source import SourceFrame, SourcePicture
+from studio.engine.model.joints import JOINT_SETS
+from studio.simulator.landmarks.tracker import LandmarkTracker, landmark_anatomy, random_lens
+
+_JOINTS = len(JOINT_SETS["mediapipe"])
+
+
+@dataclass(frozen=True)
+class SimulatedRgbConfig(RigCameraConfig):
+    """A simulated camera of landmarks in pictures, `simulated-rgb:<index>/<count>[:<seed>]`."""
+
+    kind = "simulated-rgb"
+
+    def open(self) -> "SimulatedRgbSource":
+        return SimulatedRgbSource(self.index, self.count, seed=self.seed)
+
+
+class SimulatedRgbSource(PerformedSource):
+    """A camera that sends landmarks; its lens is its own secret."""
+
+    device = "simulated ordinary camera"
+    joint_set = "mediapipe"
+
+    def __init__(self, index: int, count: int, *, seed: int = 0) -> None:
+        super().__init__(index, count, seed=seed)
+        self._lens = random_lens(self.rng)
+        self._tracker = LandmarkTracker(
+            self.rig_camera.T_stage_camera,
+            self._lens,
+            self.motion.offsets_m,
+            landmark_anatomy(self.performer_rng),
+            self.rng,
+        )
+
+    def frame_at(self, time_ns: int) -> SourceFrame | None:
+        seen = self._tracker.see(self.motion.at(self.performer_s(time_ns)))
+        if seen is None:
+            return None
+        return SourceFrame(
+            self.clock.device_ns(time_ns),
+            np.full((_JOINTS, 3), np.nan),
+            seen.visibility,
+            picture=SourcePicture(self._lens.width, self._lens.height, seen.pixels, seen.world_m),
+        )
