@@ -12,6 +12,7 @@ from .camera.sources.recording import RecordingConfig
 from .camera.sources.registry import SOURCES, Kind, add_source, open_source
 from .camera.sources.simulated import SimulatedConfig
 from .camera.sources.simulated_depth import SimulatedDepthConfig
+from .camera.sources.simulated_rgb import SimulatedRgbConfig
 from .camera.sources.source import Source, SourceFrame
 from .engine.animation.clip.options import ExportOptions
 from .engine.base.errors import (
@@ -79,6 +80,7 @@ __all__ = [
     "SettingsError",
     "SimulatedConfig",
     "SimulatedDepthConfig",
+    "SimulatedRgbConfig",
     "SolveSettings",
     "Source",
     "SourceConfig",

@@ -18,6 +18,7 @@ from studio.camera.sources.recording import RecordingConfig
 from studio.camera.sources.registry import SOURCES, Kind, add_source, open_source, parse_source, written
 from studio.camera.sources.simulated import SimulatedConfig, SimulatedSource
 from studio.camera.sources.simulated_depth import SimulatedDepthConfig
+from studio.camera.sources.simulated_rgb import SimulatedRgbConfig
 from studio.engine.base.errors import NotAvailableError, SettingsError
 from tests.refused import refused
 
@@ -25,6 +26,7 @@ GOOD = {
     "simulated:0/2": SimulatedConfig(0, 2),
     "simulated:3/4:7": SimulatedConfig(3, 4, seed=7),
     "simulated-depth:1/2:3": SimulatedDepthConfig(1, 2, seed=3),
+    "simulated-rgb:1/2:3": SimulatedRgbConfig(1, 2, seed=3),
     "recording:takes/walk": RecordingConfig("takes/walk"),
     "recording:a.mkv?speed=": RecordingConfig("a.mkv"),
     "recording:takes/walk#left?speed=max": RecordingConfig("takes/walk", camera="left", speed="max"),
@@ -53,6 +55,7 @@ BAD = {
     "simulated:-1/2": "source.rig",
     "simulated-depth:0/2:x": "source.rig",
     "simulated-depth:0/0": "source.rig",
+    "simulated-rgb:2/2": "source.rig",
     "recording:a?speed=fast": "value.bad",
     "openni:x": "source.number",
     "openni:100": "source.number",
@@ -136,7 +139,7 @@ def test_a_device_needs_its_library_only_to_be_opened(name, monkeypatch):
             with refused(NotAvailableError, "source.needs_module", kind=name):
                 config.open()
         else:
-            assert name in ("simulated", "simulated-depth", "recording")
+            assert name in ("simulated", "simulated-depth", "simulated-rgb", "recording")
 
 
 @dataclasses.dataclass(frozen=True)

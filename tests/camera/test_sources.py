@@ -10,6 +10,7 @@ from studio.camera.sources.recording import RecordingConfig
 from studio.camera.sources.registry import SOURCES, open_source, written
 from studio.camera.sources.simulated import SimulatedConfig, SimulatedSource
 from studio.camera.sources.simulated_depth import SimulatedDepthConfig
+from studio.camera.sources.simulated_rgb import SimulatedRgbConfig
 from studio.camera.sources.source import Source
 from studio.engine.base.errors import FormatError, NotAvailableError, SettingsError
 from studio.engine.model.depth import DepthCamera
@@ -38,7 +39,7 @@ def folder(tmp_path_factory):
         f"{name}_{part}" for name in CANONICAL for part in ("x", "y", "z", "confidence")
     )
     for k in range(2):
-        rows = [f"{1 + i / 30:.5f},0.1,0.2,3.{i},0.9" + "," * 80 for i in range(7)]
+        rows = [f"{1 + i / 30:.5f},0.1,0.2,3.{i},0.9" + "," * 80 for i in range(8)]
         (folder / f"camera_{k}").mkdir()
         (folder / f"camera_{k}" / "joints.csv").write_text("\n".join([header, *rows, ""]))
     return folder
@@ -63,6 +64,7 @@ def configurations(take, folder):
         SimulatedConfig(0, 1),
         SimulatedConfig(3, 4, seed=7),
         SimulatedDepthConfig(0, 2),
+        SimulatedRgbConfig(1, 2),
         RecordingConfig(take, "camera_1"),
         RecordingConfig(folder, "camera_0", speed="max"),
         RecordingConfig(folder / "images"),
