@@ -5,8 +5,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from studio.engine.model.settings import SolveSettings
-from studio.engine.whole_take.finisher import Finisher
 from tests.engine.whole_take.walking import PicturedWalk, read_walk
 
 
@@ -32,13 +30,7 @@ def test_a_walk_is_solved_from_rays(
 ) -> None:
     live = walk.solved(names)
     assert walk.errors_mm(live).mean() < live_mm
-    finished = []
-    for segment in live:
-        finisher = Finisher(walk.performer(), SolveSettings(output_hz=30.0), floor_given=True)
-        for result in segment:
-            finisher.add(result)
-        finished.append(list(finisher.results()))
-    errors = walk.errors_mm(finished)
+    errors = walk.errors_mm(walk.finished(live))
     assert errors.mean() < finished_mm and np.percentile(errors, 95) < 2.6 * finished_mm
 
 

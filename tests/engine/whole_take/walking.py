@@ -1,11 +1,14 @@
 """A walk before four cameras without depth: a real detector's landmarks, the true cameras and the true joints.
 
-`STUDIO_TEST_DATA/rgb/walk_4_cameras`: a person at eight places and headings, one `segment` each.
+`STUDIO_TEST_DATA/rgb/walk_4_cameras`: a person at eight places and headings, one `segment` each. Run as a program, it
+prints the errors of the solve by all groups of cameras.
 """
 
+import argparse
 import json
+import os
 from dataclasses import dataclass, replace
-from itertools import pairwise
+from itertools import combinations, pairwise
 from pathlib import Path
 
 import numpy as np
@@ -27,6 +30,7 @@ from studio.engine.model.lens import Lens
 from studio.engine.model.settings import SolveSettings
 from studio.engine.solve.pipeline import Pipeline
 from studio.engine.solve.timing.rays import on_rays, placed
+from studio.engine.whole_take.finisher import Finisher
 
 MEASURED = [INDEX[name] for name in MEASURED_JOINTS]
 _HZ = 30.0
@@ -92,6 +96,16 @@ class PicturedWalk:
         frames = [_mirrored(frame) if k % every == 0 else frame for k, frame in enumerate(self.frames[name])]
         return replace(self, frames=self.frames | {name: frames})
 
+    def finished(self, live: list[list[StepResult]]) -> list[list[StepResult]]:
+        """The segments of a live solve, finished."""
+        performer, out = self.performer(), []
+        for segment in live:
+            finisher = Finisher(performer, SolveSettings(output_hz=_HZ), floor_given=True)
+            for result in segment:
+                finisher.add(result)
+            out.append(list(finisher.results()))
+        return out
+
     def errors_mm(self, results: list[list[StepResult]]) -> NDArray[np.float64]:
         """Errors of the measured joints, shape (result_count, 15)."""
         at = {frame.device_time_ns: k for k, frame in enumerate(next(iter(self.frames.values())))}
@@ -150,3 +164,23 @@ def _frame(
     picture = PictureJoints(width, height, joints[:, :2], to_canonical("mediapipe", world, visibility)[0])
     unseen = np.full((JOINT_COUNT, 3), np.nan)
     return CameraFrame(name, k, round(k * 1e9 / _HZ), unseen, confidence, picture=picture)
+
+
+def main() -> None:
+    """Print the figures."""
+    parser = argparse.ArgumentParser(prog="python -m tests.engine.whole_take.walking", description=__doc__)
+    default = os.environ.get("STUDIO_TEST_DATA", Path(__file__).parents[4] / "shared" / "data")
+    parser.add_argument("--data", type=Path, default=default, help="folder of the outside recordings")
+    walk = read_walk(parser.parse_args().data / "rgb" / "walk_4_cameras")
+    for count in range(len(walk.cameras), 1, -1):
+        for names in combinations(walk.cameras, count):
+            live = walk.solved(names)
+            told = []
+            for results in (live, walk.finished(live)):
+                errors = walk.errors_mm(results)
+                told.append(f"{errors.mean():5.1f} mm, 95 % under {np.percentile(errors, 95):5.1f}")
+            print(f"{' '.join(names):26s} live {told[0]}; finished {told[1]}", flush=True)
+
+
+if __name__ == "__main__":
+    main()
