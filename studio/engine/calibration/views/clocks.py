@@ -1,0 +1,72 @@
+"""First clock offset between two cameras: when the network's guesses of the body move alike.
+
+For each offset the guesses, less their means over time, are brought together by one rotation; the offset with the
+highest correlation is the answer. This needs neither lens nor place of a camera.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from studio.engine.calibration.views.tracks import Track, nearest
+
+LONGEST_S = 2.0
+"""Largest offset that is looked for."""
+_STEP_S = 1.0 / 60.0
+_LEAST_FRAMES = 20
+
+
+@dataclass(frozen=True)
+class Together:
+    """How two cameras go together in time.
+
+    Attributes:
+        ahead_s: how far the moments of the second camera are ahead of its stamps, on the first one's clock [s].
+        correlation: of the motions at that offset, up to 1; 0 = nothing in common.
+        frames: number of instants that both saw.
+    """
+
+    ahead_s: float
+    correlation: float
+    frames: int
+
+
+def compare(a: Track, b: Track, longest_s: float = LONGEST_S) -> Together:
+    """Return the offset at which the second track's motion is most like the first one's."""
+    steps = np.arange(-round(longest_s / _STEP_S), round(longest_s / _STEP_S) + 1) * _STEP_S
+    values, counts = np.zeros(len(steps)), np.zeros(len(steps), dtype=np.int64)
+    for i, ahead in enumerate(steps):
+        values[i], counts[i] = _alike(a, b, float(ahead))
+    values[counts < max(_LEAST_FRAMES, counts.max() / 3)] = -1.0
+    best = int(values.argmax())
+    if counts[best] < _LEAST_FRAMES:
+        return Together(0.0, 0.0, int(counts.max()))
+    return Together(float(steps[best] + _peak(values, best) * _STEP_S), float(values[best]), int(counts[best]))
+
+
+def _alike(a: Track, b: Track, ahead_s: float) -> tuple[float, int]:
+    """Return the correlation of two motions at an offset, up to one rotation, and the number of instants."""
+    rows, near = nearest(b, a.time_s - ahead_s)
+    both = a.seen & b.seen[rows] & near[:, None]
+    count = int((both.sum(axis=1) >= 8).sum())
+    if count < _LEAST_FRAMES:
+        return 0.0, count
+    x, y = _changes(a.world_m, both), _changes(b.world_m[rows], both)
+    s = np.linalg.svd(np.einsum("fja,fjb->ab", x, y), compute_uv=False)
+    return float(s.sum() / np.sqrt((x**2).sum() * (y**2).sum() + 1e-12)), count
+
+
+def _changes(world: NDArray[np.float64], used: NDArray[np.bool_]) -> NDArray[np.float64]:
+    """Return guesses less each joint's mean over the used instants; 0 where not used."""
+    w = used[..., None]
+    return (world - (world * w).sum(axis=0) / np.maximum(w.sum(axis=0), 1)) * w
+
+
+def _peak(values: NDArray[np.float64], i: int) -> float:
+    """Return where between the neighbours of a highest value the parabola through them has its top, -0.5..0.5."""
+    if not 0 < i < len(values) - 1:
+        return 0.0
+    left, middle, right = values[i - 1 : i + 2]
+    curve = left - 2 * middle + right
+    return float(np.clip(0.5 * (left - right) / curve, -0.5, 0.5)) if curve < -1e-12 else 0.0

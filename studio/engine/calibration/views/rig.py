@@ -1,0 +1,109 @@
+"""The cameras of an adjustment, how they show points, and how that changes with each unknown."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from studio.engine.calibration.views.bodies import Array
+
+TURN, SHIFT, FOCAL, BEND, AHEAD, CENTRE = slice(0, 3), slice(3, 6), 6, 7, 8, slice(9, 11)
+"""Columns of a camera's unknowns: rotation vector, translation, logarithm of the focal length, distortion, clock,
+principal point."""
+UNKNOWNS = 11
+_LEAST_DEPTH_M = 0.2
+
+
+@dataclass(frozen=True)
+class Rig:
+    """Cameras as they are found. Points are in the frame of the first camera [m].
+
+    Attributes:
+        turns: rotation from that frame to each camera, shape (camera_count, 3, 3).
+        shifts: translation of the same transform [m], shape (camera_count, 3).
+        focals: [pixel], shape (camera_count,).
+        bends: coefficient of the radial distortion, shape (camera_count,).
+        ahead_s: how far the moments a camera shows are ahead of its stamps [s], shape (camera_count,).
+        centres: principal points from the picture's middle [pixel], shape (camera_count, 2).
+    """
+
+    turns: Array
+    shifts: Array
+    focals: Array
+    bends: Array
+    ahead_s: Array
+    centres: Array
+
+    def seen_from(self, positions: Array) -> Array:
+        """Return points, shape (..., 3), in each camera's frame [m], shape (camera_count, ..., 3)."""
+        moved = np.einsum("cab,...b->c...a", self.turns, positions)
+        return moved + self.shifts.reshape(len(self.shifts), *(1,) * (positions.ndim - 1), 3)
+
+    def show(self, positions: Array) -> tuple[Array, Array]:
+        """Return pixels from the picture's middle, shape (camera_count, ..., 2), and whether they are in front."""
+        p = self.seen_from(positions)
+        front = p[..., 2] > _LEAST_DEPTH_M
+        rays = p[..., :2] / np.where(front, p[..., 2], 1.0)[..., None]
+        return rays * self._scale(rays) + self.centres.reshape(-1, *(1,) * (rays.ndim - 2), 2), front
+
+    def _scale(self, rays: Array) -> Array:
+        ones = (1,) * (rays.ndim - 1)
+        radius = (rays**2).sum(axis=-1, keepdims=True)
+        return self.focals.reshape(-1, *ones) * (1.0 + self.bends.reshape(-1, *ones) * radius)
+
+    def rays_of(self, camera: int, points: Array) -> Array:
+        """Return x/z and y/z of pixels from a picture's middle, shape (..., 2)."""
+        target = (points - self.centres[camera]) / self.focals[camera]
+        rays = target.copy()
+        for _ in range(8):
+            rays = target / np.maximum(1.0 + self.bends[camera] * (rays**2).sum(axis=-1, keepdims=True), 0.2)
+        return rays
+
+    def changes(self, camera: int, positions: Array, speed: Array) -> tuple[Array, Array, Array]:
+        """Return a camera's pixels, shape (..., 2), and their derivatives.
+
+        Args:
+            positions: [m], shape (..., 3).
+            speed: of the observed pixels [pixel/s], shape (..., 2).
+
+        Returns:
+            Pixels; derivatives by the point, shape (..., 2, 3), and by the camera's unknowns, shape (..., 2, 11); 0 for
+            points behind the camera.
+        """
+        turn, focal, bend = self.turns[camera], self.focals[camera], self.bends[camera]
+        turned = positions @ turn.T
+        p = turned + self.shifts[camera]
+        front = p[..., 2] > _LEAST_DEPTH_M
+        z = np.where(front, p[..., 2], 1.0)
+        x, y = p[..., 0] / z, p[..., 1] / z
+        radius = x * x + y * y
+        scale = 1.0 + bend * radius
+        a, b, d = focal * (scale + 2 * bend * x * x), focal * 2 * bend * x * y, focal * (scale + 2 * bend * y * y)
+        by_place = np.stack(
+            [np.stack([a / z, b / z, -(a * x + b * y) / z], -1), np.stack([b / z, d / z, -(b * x + d * y) / z], -1)], -2
+        )
+        by_camera = np.zeros((*x.shape, 2, UNKNOWNS))
+        by_camera[..., TURN] = np.cross(turned[..., None, :], by_place)
+        by_camera[..., SHIFT] = by_place
+        pixels = np.stack([x, y], -1) * (focal * scale)[..., None]
+        by_camera[..., FOCAL] = pixels
+        by_camera[..., BEND] = np.stack([x, y], -1) * (focal * radius)[..., None]
+        by_camera[..., AHEAD] = speed
+        by_camera[..., CENTRE] = np.eye(2)
+        hide = ~front
+        by_camera[hide] = 0.0
+        by_place[hide] = 0.0
+        return pixels + self.centres[camera], by_place @ turn, by_camera
+
+    def changed(self, steps: Array) -> "Rig":
+        """Return the rig after steps of its unknowns, shape (camera_count, 11)."""
+        from scipy.spatial.transform import Rotation
+
+        turns = Rotation.from_rotvec(steps[:, TURN]).as_matrix()
+        return Rig(
+            turns @ self.turns,
+            self.shifts + steps[:, SHIFT],
+            self.focals * np.exp(np.clip(steps[:, FOCAL], -0.5, 0.5)),
+            self.bends + steps[:, BEND],
+            self.ahead_s + steps[:, AHEAD],
+            self.centres + steps[:, CENTRE],
+        )

@@ -1,0 +1,134 @@
+"""A view as the adjustment uses it: rays times a focal length, and the size of the body, by frame.
+
+A camera with a known lens is undistorted here, once. Of another camera the focal length is guessed.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from studio.engine.calibration.views.view import COLUMNS, OTHER_SIDE, View
+
+USUAL_FIELD_DEG = 65.0
+"""Field of view along the longer side of a picture, where nothing is known: phones and webcams have 55 to 80."""
+SMOOTH_S = 0.03
+"""Deviation of the kernel that landmarks are smoothed with. All cameras are smoothed alike, so that joints in fast
+motion stay where the cameras agree."""
+_REACH_S = 0.09
+_WINDOW = 9
+_NEAR_S = 0.06
+_ERROR_M = 0.011
+"""Usual error of a landmark across the line of sight: what BlazePose's authors and users find, some 1 % of a body."""
+_LOW_CONFIDENCE = 0.5
+
+
+@dataclass(frozen=True)
+class Track:
+    """Landmarks of a view, of `view.JOINTS`.
+
+    Attributes:
+        time_s: on the camera's own clock [s], shape (frame_count,).
+        points: [pixel] from the picture's middle, undistorted if the lens is known, shape (frame_count, 17, 2).
+        seen: shape (frame_count, 17).
+        sigma: usual error [pixel], shape (frame_count, 17).
+        world_m: the network's guess of the joints about the hips [m], shape (frame_count, 17, 3).
+        focal: known or first focal length [pixel].
+        known: whether it is known.
+    """
+
+    time_s: NDArray[np.float64]
+    points: NDArray[np.float64]
+    seen: NDArray[np.bool_]
+    sigma: NDArray[np.float64]
+    world_m: NDArray[np.float64]
+    focal: float
+    known: bool
+
+    def exchanged(self, swapped: NDArray[np.bool_]) -> "Track":
+        """Return the track with left and right exchanged where `swapped`, shape (frame_count, 17), says so."""
+        out = {}
+        for name in ("points", "seen", "sigma", "world_m"):
+            value = getattr(self, name)
+            mask = swapped.reshape(swapped.shape + (1,) * (value.ndim - 2))
+            out[name] = np.where(mask, value[:, OTHER_SIDE], value)
+        return Track(time_s=self.time_s, focal=self.focal, known=self.known, **out)
+
+
+@dataclass(frozen=True)
+class Sample:
+    """Landmarks of one camera at common instants.
+
+    Attributes:
+        points: [pixel], shape (instant_count, 17, 2); 0 where unseen.
+        speed: [pixel/s], same shape.
+        weight: inverse of the squared usual error [1/pixel^2], shape (instant_count, 17); 0 where unseen.
+    """
+
+    points: NDArray[np.float64]
+    speed: NDArray[np.float64]
+    weight: NDArray[np.float64]
+
+
+def first_focal(view: View) -> float:
+    """Return the focal length [pixel] of a usual lens."""
+    return max(view.width, view.height) / 2 / np.tan(np.radians(USUAL_FIELD_DEG / 2))
+
+
+def make_track(view: View) -> Track:
+    """Return the view's landmarks about the picture's middle, with the size of their usual errors."""
+    seen, pixels = view.seen[:, COLUMNS], view.pixels[:, COLUMNS]
+    pixels = np.where(seen[..., None], pixels, 0.0)
+    world = np.where(seen[..., None], view.world_m[:, COLUMNS], 0.0)
+    if view.lens is None:
+        focal, points = first_focal(view), pixels - [view.width / 2, view.height / 2]
+    else:
+        focal = (view.lens.fx + view.lens.fy) / 2
+        points = view.lens.rays_of(pixels) * focal
+    sigma = _ERROR_M * _pixels_per_metre(points, world, seen)[:, None] * np.ones(seen.shape)
+    sigma = np.where(view.confidence[:, COLUMNS] < _LOW_CONFIDENCE, 2.5 * sigma, sigma)
+    return Track(view.time_s, np.where(seen[..., None], points, 0.0), seen, sigma, world, focal, view.lens is not None)
+
+
+def _pixels_per_metre(
+    points: NDArray[np.float64], world: NDArray[np.float64], seen: NDArray[np.bool_]
+) -> NDArray[np.float64]:
+    """Return the size of the body in the picture, shape (frame_count,): spread of its points over that of the guess."""
+    count = np.maximum(seen.sum(axis=1), 1)[:, None]
+    w = seen[..., None]
+    a = (points - (points * w).sum(axis=1, keepdims=True) / count[..., None]) * w
+    b = (world[..., :2] - (world[..., :2] * w).sum(axis=1, keepdims=True) / count[..., None]) * w
+    size = np.sqrt((a**2).sum(axis=(1, 2)) / np.maximum((b**2).sum(axis=(1, 2)), 1e-6))
+    usual = float(np.median(size[seen.sum(axis=1) >= 6])) if (seen.sum(axis=1) >= 6).any() else 1.0
+    return np.clip(np.nan_to_num(size, nan=usual), usual / 4, usual * 4)
+
+
+def sample(track: Track, times_s: NDArray[np.float64]) -> Sample:
+    """Return landmarks and their speeds at times of the camera's own clock, by lines fitted around each time."""
+    count = len(track.time_s)
+    first = np.searchsorted(track.time_s, times_s) - _WINDOW // 2
+    rows = np.clip(first[:, None] + np.arange(_WINDOW), 0, count - 1)
+    fresh = first[:, None] + np.arange(_WINDOW) == rows
+    dt = track.time_s[rows] - times_s[:, None]
+    kernel = np.exp(-0.5 * (dt / SMOOTH_S) ** 2) * (np.abs(dt) < _REACH_S) * fresh
+    w = kernel[..., None] * track.seen[rows]
+    before = (w * (dt <= 1e-9)[..., None] * (dt > -_NEAR_S)[..., None]).any(axis=1)
+    after = (w * (dt >= -1e-9)[..., None] * (dt < _NEAR_S)[..., None]).any(axis=1)
+    s0, s1, s2 = (np.einsum("fkj,fk->fj", w, dt**n) for n in range(3))
+    p0, p1 = (np.einsum("fkj,fk,fkjc->fjc", w, dt**n, track.points[rows]) for n in range(2))
+    flat = s0 * s2 - s1**2
+    sure = before & after & (flat > 1e-9)
+    flat = np.where(sure, flat, 1.0)[..., None]
+    points = (s2[..., None] * p0 - s1[..., None] * p1) / flat
+    speed = (s0[..., None] * p1 - s1[..., None] * p0) / flat
+    variance = np.einsum("fkj,fkj->fj", w, track.sigma[rows] ** 2) / np.where(s0 > 0, s0, 1.0)
+    weight = np.where(sure & (variance > 0), 1.0 / np.where(variance > 0, variance, 1.0), 0.0)
+    return Sample(np.where(sure[..., None], points, 0.0), np.where(sure[..., None], speed, 0.0), weight)
+
+
+def nearest(track: Track, times_s: NDArray[np.float64]) -> tuple[NDArray[np.int64], NDArray[np.bool_]]:
+    """Return the frame nearest to each time of the camera's own clock, and whether it is near enough to be used."""
+    right = np.clip(np.searchsorted(track.time_s, times_s), 1, len(track.time_s) - 1)
+    left = right - 1
+    rows = np.where(times_s - track.time_s[left] < track.time_s[right] - times_s, left, right)
+    return rows, np.abs(track.time_s[rows] - times_s) < _NEAR_S
