@@ -57,8 +57,9 @@ def lengths(positions: Array) -> Array:
         values = each[:, LENGTH_OF == k]
         values = values[np.isfinite(values)]
         out[k] = float(np.median(values)) if len(values) else np.nan
-    usual = usual_lengths(USUAL_HEIGHT_M)
-    return np.where(np.isfinite(out), out, usual * np.nanmedian(np.append(out / usual, np.nan)))
+    known, usual = np.isfinite(out), usual_lengths(USUAL_HEIGHT_M)
+    size = float(np.median(out[known] / usual[known])) if known.any() else 1.0
+    return np.where(known, out, usual * size)
 
 
 def usual_lengths(height_m: float) -> Array:

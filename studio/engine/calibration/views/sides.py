@@ -23,53 +23,62 @@ _EXCHANGE_COST = 12.0
 """What an exchange must gain, in squared usual errors: for one camera's arms or legs of one frame."""
 
 
-def find_swaps(
-    rig: Rig, tracks: list[Track], times_s: Array, joints: Array | None
-) -> list[np.ndarray]:
+def find_swaps(rig: Rig, tracks: list[Track], times_s: Array) -> list[np.ndarray]:
     """Return for each camera which joints of which frame are exchanged, shape (frame_count, 17).
 
     Args:
         times_s: instants on the first camera's clock [s].
-        joints: what was found before [m], shape (instant_count, 17, 3), for more than five cameras.
     """
-    found = [nearest(t, times_s - ahead) for t, ahead in zip(tracks, rig.ahead_s, strict=True)]
-    points = np.stack([t.points[rows] for t, (rows, _) in zip(tracks, found, strict=True)])
-    weight = np.stack(
-        [
-            np.where(t.seen[rows] & near[:, None], t.sigma[rows] ** -2.0, 0.0)
-            for t, (rows, near) in zip(tracks, found, strict=True)
-        ]
-    )
+    points, weight = at_instants(rig, tracks, times_s)
     out = [np.zeros(t.seen.shape, dtype=np.bool_) for t in tracks]
     for group in (_ARMS, _LEGS):
-        choice = _choose(rig, points, weight, group)
+        choice, _ = _choose(rig, points, weight, group)
         for c, track in enumerate(tracks):
-            at, near = nearest_instant(times_s - rig.ahead_s[c], track.time_s)
+            at, near = _nearest_instant(times_s - rig.ahead_s[c], track.time_s)
             out[c][:, group] = (choice[at, c] & near)[:, None]
     return out
 
 
-def nearest_instant(times_s: Array, wanted_s: Array) -> tuple[np.ndarray, np.ndarray]:
+def misfit(rig: Rig, tracks: list[Track], times_s: Array, loose: float) -> float:
+    """Return how badly the rays of a rig meet, left and right exchanged where that helps: the mean of the clipped
+    squared errors, in usual ones times `loose`."""
+    points, weight = at_instants(rig, tracks, times_s)
+    cost = sum(float(_choose(rig, points, weight / loose**2, group)[1].sum()) for group in (_ARMS, _LEGS))
+    return cost / max(int((weight > 0).sum()), 1)
+
+
+def at_instants(rig: Rig, tracks: list[Track], times_s: Array) -> tuple[Array, Array]:
+    """Return the landmarks of the frames nearest to instants, shape (camera_count, instant_count, 17, 2), and their
+    weights; 0 = unseen."""
+    points, weights = [], []
+    for track, ahead in zip(tracks, rig.ahead_s, strict=True):
+        rows, near = nearest(track, times_s - ahead)
+        points.append(track.points[rows])
+        weights.append(np.where(track.seen[rows] & near[:, None], track.sigma[rows] ** -2.0, 0.0))
+    return np.stack(points), np.stack(weights)
+
+
+def _nearest_instant(times_s: Array, wanted_s: Array) -> tuple[np.ndarray, np.ndarray]:
     """Return the index of the instant nearest to each wanted time, and whether it is within 0.1 s."""
     right = np.clip(np.searchsorted(times_s, wanted_s), 1, len(times_s) - 1)
     index = np.where(wanted_s - times_s[right - 1] < times_s[right] - wanted_s, right - 1, right)
     return index, np.abs(times_s[index] - wanted_s) < 0.1
 
 
-def _choose(rig: Rig, points: Array, weight: Array, group: np.ndarray) -> np.ndarray:
-    """Return whether to exchange each camera's joints of a group, shape (instant_count, camera_count)."""
+def _choose(rig: Rig, points: Array, weight: Array, group: np.ndarray) -> tuple[np.ndarray, Array]:
+    """Return whether to exchange each camera's joints of a group, shape (instant_count, camera_count), and the cost
+    of each instant."""
     cameras = len(points)
-    ways = [way for way in product((False, True), repeat=cameras) if sum(way) <= cameras / 2]
-    if cameras > _MOST_CAMERAS:
-        ways = [way for way in ways if sum(way) <= 1]
+    most = 1 if cameras > _MOST_CAMERAS else cameras // 2
+    ways = [way for way in product((False, True), repeat=cameras) if sum(way) <= most]
     costs = np.zeros((len(ways), points.shape[1]))
     for i, way in enumerate(ways):
         columns = [OTHER_SIDE[group] if exchanged else group for exchanged in way]
         p = np.stack([points[c][:, columns[c]] for c in range(cameras)])
         w = np.stack([weight[c][:, columns[c]] for c in range(cameras)])
         found = triangulate(rig, p, w)
-        shown, _ = rig.show(np.nan_to_num(found))
-        squares = np.minimum(((shown - p) ** 2).sum(axis=-1) * w, _CLIPPED)
-        squares = np.where(np.isfinite(found).all(axis=-1), squares, 0.0)
-        costs[i] = squares.sum(axis=(0, 2)) + _EXCHANGE_COST * sum(way)
-    return np.array(ways)[costs.argmin(axis=0)]
+        known = np.isfinite(found).all(axis=-1)
+        shown, front = rig.show(np.where(known[..., None], found, 0.0))
+        squares = np.where(front, np.minimum(((shown - p) ** 2).sum(axis=-1) * w, _CLIPPED), _CLIPPED * (w > 0))
+        costs[i] = np.where(known, squares, 0.0).sum(axis=(0, 2)) + _EXCHANGE_COST * sum(way)
+    return np.array(ways)[costs.argmin(axis=0)], costs.min(axis=0)

@@ -2,14 +2,16 @@
 
 import numpy as np
 
-from studio.engine.base.geometry import fit_rigid, make_transform, rotation_between, transform_points
+from scipy.spatial.transform import Rotation
+
+from studio.engine.base.geometry import fit_rigid, make_transform, rotation_between
 from studio.engine.calibration.views.bodies import Array
 from studio.engine.calibration.views.tracks import Track, nearest
-from studio.engine.calibration.views.view import OTHER_SIDE
+from studio.engine.calibration.views.view import NUMBER
 
 _LEAST_JOINTS = 8
-_FAR_DEG = 30.0
 _FAR_M = 0.25
+_TURNS = 24
 
 
 def bodies(track: Track) -> Array:
@@ -42,34 +44,48 @@ def _place(body: Array, rays: Array) -> Array:
     return shift
 
 
-def place(a: Track, b: Track, bodies_a: Array, bodies_b: Array, ahead_s: float) -> tuple[Array, float]:
-    """Return the first transform from camera b to camera a, and the share of instants that agree with it."""
+def places(a: Track, b: Track, bodies_a: Array, bodies_b: Array, ahead_s: float) -> list[Array]:
+    """Return transforms from camera b to camera a that may be the first one, the likeliest first.
+
+    The guesses of two cameras that face each other may be turned by half a circle, or have left and right exchanged;
+    so besides the turn that most instants agree with, turns about the upright body are offered.
+    """
     rows, near = nearest(b, a.time_s - ahead_s)
     x, y = bodies_a, bodies_b[rows]
     both = np.isfinite(x).all(axis=2) & np.isfinite(y).all(axis=2) & near[:, None]
     frames = np.flatnonzero(both.sum(axis=1) >= _LEAST_JOINTS)
     if len(frames) == 0:
-        return np.eye(4), 0.0
+        return []
     turns = np.array([_turn(y[f], x[f], both[f]) for f in frames])
-    rotation = _common(turns)
-    far = _angles_deg(turns, rotation) > _FAR_DEG
-    for f in frames[far]:  # left and right may be exchanged in one of them
-        y[f] = y[f, OTHER_SIDE]
-        both[f] &= both[f, OTHER_SIDE] & np.isfinite(y[f]).all(axis=1)
-    turns = np.array([_turn(y[f], x[f], both[f]) for f in frames])
-    rotation = _common(turns)
-    fine = _angles_deg(turns, rotation) < _FAR_DEG
-    frames = frames[fine]
-    if len(frames) == 0:
-        return np.eye(4), 0.0
+    most, up_a, up_b = _common(turns), _upright(bodies_a), _upright(bodies_b)
+    level = rotation_between(up_b, up_a)
+    tried = [most] + [
+        Rotation.from_rotvec(up_a * angle).as_matrix() @ level for angle in np.arange(_TURNS) * 2 * np.pi / _TURNS
+    ]
     used = np.zeros(both.shape, dtype=np.bool_)
     used[frames] = both[frames]
-    source, target = y[used], x[used]
-    T = make_transform(rotation, np.median(target - source @ rotation.T, axis=0))
+    return [_joined(turn, y[used], x[used]) for turn in tried]
+
+
+def _joined(turn: Array, source: Array, target: Array) -> Array:
+    """Return the transform of a known turn that brings points together, robustly."""
+    shift = np.median(target - source @ turn.T, axis=0)
     for _ in range(10):
-        rest = np.linalg.norm(transform_points(T, source) - target, axis=1)
-        T = fit_rigid(source, target, 1.0 / (1.0 + (rest / _FAR_M) ** 2) ** 2)
-    return T, float(fine.mean())
+        rest = target - source @ turn.T - shift
+        weight = 1.0 / (1.0 + (rest**2).sum(axis=1) / _FAR_M**2) ** 2
+        shift = shift + weight @ rest / weight.sum()
+    return make_transform(turn, shift)
+
+
+def _upright(bodies: Array) -> Array:
+    """Return the mean direction from the feet to the shoulders, shape (3,)."""
+    top = bodies[:, [NUMBER["left_shoulder"], NUMBER["right_shoulder"]]].mean(axis=1)
+    way = top - bodies[:, [NUMBER["left_hip"], NUMBER["right_hip"]]].mean(axis=1)
+    way = way[np.isfinite(way).all(axis=1)]
+    if len(way) == 0:
+        return np.array([0.0, -1.0, 0.0])
+    mean = np.median(way / np.linalg.norm(way, axis=1, keepdims=True), axis=0)
+    return mean / np.linalg.norm(mean)
 
 
 def _turn(source: Array, target: Array, used: Array) -> Array:

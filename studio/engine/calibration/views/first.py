@@ -1,0 +1,113 @@
+"""The first rig: cameras placed two by two, then chained by the pairs that fit best."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from itertools import combinations
+
+import numpy as np
+
+from studio.engine.base.geometry import invert_transform, make_transform
+from studio.engine.calibration.views.adjust import Adjustment, Fit, Freedom
+from studio.engine.calibration.views.bodies import LIMBS, Array, lengths, usual_lengths
+from studio.engine.calibration.views.clocks import Together, compare
+from studio.engine.calibration.views.rig import Rig
+from studio.engine.calibration.views.sides import find_swaps, misfit
+from studio.engine.calibration.views.start import bodies, places
+from studio.engine.calibration.views.tracks import Track, sample
+from studio.engine.calibration.views.triangulate import triangulate
+
+_FEW = 60
+_LOOSE = 4.0
+_TRIED = 3
+_ROUNDS = 8
+
+
+@dataclass(frozen=True)
+class Pair:
+    """Two cameras placed by themselves.
+
+    Attributes:
+        together: how they go together in time.
+        T: transform from the second camera to the first [m].
+        misfit: how badly their rays meet, see `sides.misfit`; infinite if they saw nothing together.
+    """
+
+    together: Together
+    T: Array
+    misfit: float
+
+
+def first_pairs(
+    tracks: list[Track], height_m: float, told: Callable[[float], None] = lambda share: None
+) -> dict[tuple[int, int], Pair]:
+    """Return all pairs of cameras, placed by the bodies that the network guessed."""
+    guessed = [bodies(track) for track in tracks]
+    every = list(combinations(range(len(tracks)), 2))
+    out = {}
+    for k, (i, j) in enumerate(every):
+        out[i, j] = _pair([tracks[i], tracks[j]], [guessed[i], guessed[j]], height_m)
+        told((k + 1) / len(every))
+    return out
+
+
+def _pair(tracks: list[Track], guessed: list[Array], height_m: float) -> Pair:
+    together = compare(*tracks)
+    tried = places(*tracks, *guessed, together.ahead_s) if together.frames else []
+    if not tried:
+        return Pair(together, np.eye(4), np.inf)
+    times = spread(tracks[0].time_s, _FEW)
+    rigs = [_rig([np.eye(4), invert_transform(T)], tracks, [0.0, together.ahead_s]) for T in tried]
+    costs = [misfit(rig, tracks, times, 3 * _LOOSE) for rig in rigs]
+    best, least = tried[0], np.inf
+    for i in np.argsort(costs, kind="stable")[:_TRIED]:
+        fit = adjust_places(rigs[i], tracks, times, height_m, _ROUNDS)
+        cost = misfit(fit.rig, tracks, times, _LOOSE)
+        if cost < least:
+            best = invert_transform(make_transform(fit.rig.turns[1], fit.rig.shifts[1]))
+            least = cost
+    return Pair(together, best, least)
+
+
+def adjust_places(rig: Rig, tracks: list[Track], times_s: Array, height_m: float, rounds: int) -> Fit:
+    """Return the rig after an adjustment of its places alone, with all errors taken as large."""
+    count = len(tracks)
+    exchanged = [t.exchanged(s) for t, s in zip(tracks, find_swaps(rig, tracks, times_s), strict=True)]
+    samples = [sample(t, times_s - ahead) for t, ahead in zip(exchanged, rig.ahead_s, strict=True)]
+    joints = triangulate(rig, np.stack([s.points for s in samples]), np.stack([s.weight for s in samples]))
+    limbs = float(usual_lengths(height_m)[LIMBS].sum())
+    size = limbs / lengths(joints)[LIMBS].sum()
+    rig, joints = replace(rig, shifts=rig.shifts * size), joints * size
+    freedom = Freedom((-1,) * count, (False,) * count, False)
+    fit = Fit(rig, joints, lengths(joints))
+    return Adjustment(samples, rig, freedom, limbs, _LOOSE).run(fit, rounds)
+
+
+def chain(pairs: dict[tuple[int, int], Pair], tracks: list[Track]) -> Rig | None:
+    """Return the rig of the pairs that fit best, from the first camera on; None if one camera has no pair."""
+    places: dict[int, Array] = {0: np.eye(4)}
+    ahead = {0: 0.0}
+    while len(places) < len(tracks):
+        open_pairs = [(pair.misfit, key) for key, pair in pairs.items() if (key[0] in places) != (key[1] in places)]
+        cost, (i, j) = min(open_pairs)
+        if not np.isfinite(cost):
+            return None
+        pair = pairs[i, j]
+        if i in places:
+            places[j] = places[i] @ pair.T
+            ahead[j] = ahead[i] + pair.together.ahead_s
+        else:
+            places[i] = places[j] @ invert_transform(pair.T)
+            ahead[i] = ahead[j] - pair.together.ahead_s
+    order = range(len(tracks))
+    return _rig([invert_transform(places[c]) for c in order], tracks, [ahead[c] for c in order])
+
+
+def spread(times_s: Array, most: int) -> Array:
+    """Return at most so many of the times, evenly taken."""
+    return times_s[np.unique(np.linspace(0, len(times_s) - 1, min(most, len(times_s))).round().astype(int))]
+
+
+def _rig(to_cameras: list[Array], tracks: list[Track], ahead_s: list[float]) -> Rig:
+    T, count = np.stack(to_cameras), len(tracks)
+    focals = np.array([track.focal for track in tracks])
+    return Rig(T[:, :3, :3], T[:, :3, 3], focals, np.zeros(count), np.array(ahead_s), np.zeros((count, 2)))
