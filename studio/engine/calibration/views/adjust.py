@@ -23,8 +23,8 @@ _OWN_FOCAL, _COMMON_FOCAL = 0.12, 0.20
 _BEND = 0.05
 _CENTRE_SHARE = 0.012
 """Deviation of the principal point from the picture's middle, as a share of the focal length."""
-_CORRELATED = 15.0
-"""How many landmarks say as much as one: their errors last over many frames."""
+_ALIKE_S = 0.5
+"""How long errors of landmarks stay alike: what is seen in that time counts once against what is known before."""
 _AHEAD_S = 0.05
 _SMALL = 1e-5
 
@@ -83,18 +83,31 @@ def columns_of(freedom: Freedom) -> tuple[np.ndarray, int]:
     return out, used
 
 
+def repeated(times_s: Array) -> float:
+    """Return how many instants say as much as one, because errors last: by the usual step between them."""
+    step = float(np.median(np.diff(times_s))) if len(times_s) > 1 else _ALIKE_S
+    return max(1.0, _ALIKE_S / max(step, 1e-3))
+
+
 class Adjustment:
     """One bundle adjustment of samples of all cameras at common instants.
 
     Args:
         samples: by camera.
+        times_s: the instants [s].
         usual: the rig that priors of focal lengths, distortion and clocks are about.
         limbs_m: sum of the limbs' lengths [m], which gives the scale.
         loose: factor of all errors, above 1 for first rounds.
     """
 
     def __init__(
-        self, samples: list[Sample], usual: Rig, freedom: Freedom, limbs_m: float, loose: float = 1.0
+        self,
+        samples: list[Sample],
+        times_s: Array,
+        usual: Rig,
+        freedom: Freedom,
+        limbs_m: float,
+        loose: float = 1.0,
     ) -> None:
         self.points = np.stack([s.points for s in samples])
         self.speed = np.stack([s.speed for s in samples])
@@ -102,7 +115,7 @@ class Adjustment:
         self.bone_weight = 1.0 / (_BONE_M * loose) ** 2
         self.usual, self.freedom, self.limbs_m = usual, freedom, limbs_m
         self.columns, self.unknowns = columns_of(freedom)
-        self.moved = np.zeros(len(samples))
+        self.repeated = repeated(times_s)
 
     def run(self, fit: Fit, rounds: int, told: Callable[[], None] = lambda: None) -> Fit:
         """Return the fit after at most so many rounds, with its covariance."""
@@ -123,7 +136,7 @@ class Adjustment:
                 damping *= 6
             if before - fit.cost < _SMALL * before:
                 break
-        covariance = _CORRELATED * np.linalg.pinv(self._reduced(self._system(fit), 0.0)[0], hermitian=True)
+        covariance = self.repeated * np.linalg.pinv(self._reduced(self._system(fit), 0.0)[0], hermitian=True)
         joints = np.where(known[..., None], fit.joints, np.nan)
         return replace(fit, joints=joints, covariance=covariance, columns=self.columns)
 
@@ -169,7 +182,7 @@ class Adjustment:
         if count:
             mean = np.full((count, count), 1.0 / count)
             P[np.ix_(focals, focals)] = (np.eye(count) - mean) / _OWN_FOCAL**2 + mean / count / _COMMON_FOCAL**2
-        P *= _CORRELATED
+        P *= self.repeated
         b[-1] = fit.bones[LIMBS].sum() / self.limbs_m - 1.0
         P[-1, -1] = _LIMBS_SHARE**-2
         return b, P

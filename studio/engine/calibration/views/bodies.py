@@ -41,6 +41,10 @@ BONES: NDArray[np.int64] = np.array(_ENDS)
 LENGTH_OF: NDArray[np.int64] = np.array(_LENGTHS)
 """Which length each bone has, shape (bone_count,)."""
 LENGTH_COUNT = int(LENGTH_OF.max()) + 1
+BONE_NAMES: tuple[str, ...] = (
+    *(f"{a}_{b}" for a, b in _ON_BOTH_SIDES), "shoulder_shoulder", "hip_hip", "head_shoulder",
+)  # fmt: skip
+"""Name of each length: the joints at its ends."""
 LIMBS: NDArray[np.int64] = np.array([0, 1, 3, 4, 6])
 """The lengths whose sum stands for the height: upper arm, forearm, thigh, shank and trunk."""
 

@@ -13,13 +13,15 @@ from studio.engine.calibration.views.clocks import Together, compare
 from studio.engine.calibration.views.rig import Rig
 from studio.engine.calibration.views.sides import find_swaps, misfit
 from studio.engine.calibration.views.start import bodies, places
-from studio.engine.calibration.views.tracks import Track, sample
+from studio.engine.calibration.views.tracks import Track, nearest, sample
 from studio.engine.calibration.views.triangulate import triangulate
 
 _FEW = 60
 _LOOSE = 4.0
 _TRIED = 3
 _ROUNDS = 8
+_STEP_S = 1.0 / 30.0
+_LEAST_JOINTS = 8
 
 
 @dataclass(frozen=True)
@@ -55,7 +57,7 @@ def _pair(tracks: list[Track], guessed: list[Array], height_m: float) -> Pair:
     tried = places(*tracks, *guessed, together.ahead_s) if together.frames else []
     if not tried:
         return Pair(together, np.eye(4), np.inf)
-    times = spread(tracks[0].time_s, _FEW)
+    times = common_instants(tracks, np.array([0.0, together.ahead_s]), _FEW)
     rigs = [_rig([np.eye(4), invert_transform(T)], tracks, [0.0, together.ahead_s]) for T in tried]
     costs = [misfit(rig, tracks, times, 3 * _LOOSE) for rig in rigs]
     best, least = tried[0], np.inf
@@ -79,7 +81,7 @@ def adjust_places(rig: Rig, tracks: list[Track], times_s: Array, height_m: float
     rig, joints = replace(rig, shifts=rig.shifts * size), joints * size
     freedom = Freedom((-1,) * count, (False,) * count, False)
     fit = Fit(rig, joints, lengths(joints))
-    return Adjustment(samples, rig, freedom, limbs, _LOOSE).run(fit, rounds)
+    return Adjustment(samples, times_s, rig, freedom, limbs, _LOOSE).run(fit, rounds)
 
 
 def chain(pairs: dict[tuple[int, int], Pair], tracks: list[Track]) -> Rig | None:
@@ -102,9 +104,18 @@ def chain(pairs: dict[tuple[int, int], Pair], tracks: list[Track]) -> Rig | None
     return _rig([invert_transform(places[c]) for c in order], tracks, [ahead[c] for c in order])
 
 
-def spread(times_s: Array, most: int) -> Array:
-    """Return at most so many of the times, evenly taken."""
-    return times_s[np.unique(np.linspace(0, len(times_s) - 1, min(most, len(times_s))).round().astype(int))]
+def common_instants(tracks: list[Track], ahead_s: Array, most: int) -> Array:
+    """Return at most so many instants [s], on the clock that the offsets lead to, at which two cameras or more see a
+    body; evenly taken of a regular grid."""
+    starts = [track.time_s[0] + ahead for track, ahead in zip(tracks, ahead_s, strict=True)]
+    ends = [track.time_s[-1] + ahead for track, ahead in zip(tracks, ahead_s, strict=True)]
+    times = np.arange(min(starts), max(ends), _STEP_S)
+    count = np.zeros(len(times), dtype=np.int64)
+    for track, ahead in zip(tracks, ahead_s, strict=True):
+        rows, near = nearest(track, times - ahead)
+        count += near & (track.seen[rows].sum(axis=1) >= _LEAST_JOINTS)
+    times = times[count >= 2]
+    return times[np.unique(np.linspace(0, len(times) - 1, min(most, len(times))).round().astype(int))]
 
 
 def _rig(to_cameras: list[Array], tracks: list[Track], ahead_s: list[float]) -> Rig:

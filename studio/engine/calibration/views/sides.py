@@ -4,6 +4,7 @@ Every way of exchanging them between the cameras is tried; the one in which rays
 alike the one with fewer exchanges is right.
 """
 
+from collections.abc import Sequence
 from itertools import product
 
 import numpy as np
@@ -29,7 +30,7 @@ def find_swaps(rig: Rig, tracks: list[Track], times_s: Array) -> list[np.ndarray
     Args:
         times_s: instants on the first camera's clock [s].
     """
-    points, weight = at_instants(rig, tracks, times_s)
+    points, weight = at_instants(rig.ahead_s, tracks, times_s)
     out = [np.zeros(t.seen.shape, dtype=np.bool_) for t in tracks]
     for group in (_ARMS, _LEGS):
         choice, _ = _choose(rig, points, weight, group)
@@ -42,16 +43,16 @@ def find_swaps(rig: Rig, tracks: list[Track], times_s: Array) -> list[np.ndarray
 def misfit(rig: Rig, tracks: list[Track], times_s: Array, loose: float) -> float:
     """Return how badly the rays of a rig meet, left and right exchanged where that helps: the mean of the clipped
     squared errors, in usual ones times `loose`."""
-    points, weight = at_instants(rig, tracks, times_s)
+    points, weight = at_instants(rig.ahead_s, tracks, times_s)
     cost = sum(float(_choose(rig, points, weight / loose**2, group)[1].sum()) for group in (_ARMS, _LEGS))
     return cost / max(int((weight > 0).sum()), 1)
 
 
-def at_instants(rig: Rig, tracks: list[Track], times_s: Array) -> tuple[Array, Array]:
+def at_instants(ahead_s: Sequence[float] | Array, tracks: list[Track], times_s: Array) -> tuple[Array, Array]:
     """Return the landmarks of the frames nearest to instants, shape (camera_count, instant_count, 17, 2), and their
     weights; 0 = unseen."""
     points, weights = [], []
-    for track, ahead in zip(tracks, rig.ahead_s, strict=True):
+    for track, ahead in zip(tracks, ahead_s, strict=True):
         rows, near = nearest(track, times_s - ahead)
         points.append(track.points[rows])
         weights.append(np.where(track.seen[rows] & near[:, None], track.sigma[rows] ** -2.0, 0.0))

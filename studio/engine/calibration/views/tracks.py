@@ -81,7 +81,7 @@ def make_track(view: View) -> Track:
     pixels = np.where(seen[..., None], pixels, 0.0)
     world = np.where(seen[..., None], view.world_m[:, COLUMNS], 0.0)
     if view.lens is None:
-        focal, points = first_focal(view), pixels - [view.width / 2, view.height / 2]
+        focal, points = first_focal(view), pixels - [(view.width - 1) / 2, (view.height - 1) / 2]
     else:
         focal = (view.lens.fx + view.lens.fy) / 2
         points = view.lens.rays_of(pixels) * focal

@@ -1,0 +1,73 @@
+"""What is refused before any adjustment: cameras that cannot be placed by what they saw."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from studio.engine.base.sentences import Said, say
+from studio.engine.calibration.views.first import Pair
+from studio.engine.calibration.views.sides import at_instants
+from studio.engine.calibration.views.tracks import Track
+from studio.engine.calibration.views.verdict import LEAST_ALIKE, LEAST_KNEES, knees_unseen, motion_differs, same_picture
+from studio.engine.calibration.views.view import NUMBER, View
+from studio.engine.model.joints import INDEX
+
+LEAST_FRAMES = 45
+"""Pictures with a body that a camera needs: a second and a half."""
+_LEAST_JOINTS = 8
+_SURE = 0.5
+_SAME = 0.15
+"""Largest median distance of the landmarks of two streams of one camera, in usual errors."""
+
+
+def refused_early(
+    views: Sequence[View], tracks: Sequence[Track], pairs: dict[tuple[int, int], Pair]
+) -> list[list[Said]]:
+    """Return by camera why it cannot be placed; empty where nothing speaks against it."""
+    out: list[list[Said]] = [[] for _ in views]
+    for c, (view, track) in enumerate(zip(views, tracks, strict=True)):
+        frames = int((track.seen.sum(axis=1) >= _LEAST_JOINTS).sum())
+        if frames < LEAST_FRAMES:
+            out[c].append(
+                say(
+                    "views.few_frames",
+                    "a whole body is in {frames} of its pictures only, {least} are needed: walk for longer, in view of "
+                    "the camera",
+                    frames=frames,
+                    least=LEAST_FRAMES,
+                )
+            )
+        elif (knees := knees_seen(view, track)) < LEAST_KNEES:
+            out[c].append(knees_unseen(knees))
+    for c in range(len(views)):
+        mine = [pair for key, pair in pairs.items() if c in key]
+        if mine and not out[c] and max(pair.together.correlation for pair in mine) < LEAST_ALIKE:
+            out[c].append(motion_differs())
+    for (i, j), pair in pairs.items():
+        if _same(tracks[i], tracks[j], pair):
+            out[j].append(same_picture(views[i].name))
+    return out
+
+
+def knees_seen(view: View, track: Track) -> float:
+    """Return the share of the frames with a body in which a knee is surely seen; the mean of both knees."""
+    body = track.seen.sum(axis=1) >= _LEAST_JOINTS
+    if not body.any():
+        return 0.0
+    sides = ("left_knee", "right_knee")
+    seen = track.seen[:, [NUMBER[s] for s in sides]] & (view.confidence[:, [INDEX[s] for s in sides]] > _SURE)
+    return float(seen[body].mean())
+
+
+def _same(a: Track, b: Track, pair: Pair) -> bool:
+    """Whether two streams show the same landmarks, also in pictures of other sizes."""
+    if pair.together.frames == 0:
+        return False
+    grid = a.time_s[:: max(len(a.time_s) // 100, 1)]
+    points, weight = at_instants([0.0, pair.together.ahead_s], [a, b], grid)
+    both = (weight > 0).all(axis=0)
+    if not both.any():
+        return False
+    size = float(np.median(points[0][both].std(axis=0) / np.maximum(points[1][both].std(axis=0), 1e-9)))
+    apart = np.linalg.norm(points[0] - size * points[1], axis=-1)[both]
+    return float(np.median(apart * np.sqrt(weight[0][both]))) < _SAME

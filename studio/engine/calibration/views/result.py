@@ -1,0 +1,104 @@
+"""What a calibration of ordinary cameras gives."""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from studio.engine.base.sentences import about
+from studio.engine.calibration.views.bodies import Array
+from studio.engine.model.calibration import Performer
+from studio.engine.model.lens import Lens
+
+VERDICTS = ("good", "usable", "refused")
+"""From the best to the worst."""
+
+
+@dataclass(frozen=True)
+class Rests:
+    """What is left of a camera's landmarks after the adjustment: distances in the picture.
+
+    Attributes:
+        mean_mrad, median_mrad, p95_mrad: as angles [mrad].
+        mean_px, median_px, p95_px: [pixel].
+        count: number of landmarks.
+    """
+
+    mean_mrad: float = np.nan
+    median_mrad: float = np.nan
+    p95_mrad: float = np.nan
+    mean_px: float = np.nan
+    median_px: float = np.nan
+    p95_px: float = np.nan
+    count: int = 0
+
+
+@dataclass(frozen=True)
+class Uncertain:
+    """Standard deviations of what was found, from the adjustment; 0 = given.
+
+    Attributes:
+        place_m: of the camera's place relative to the first camera, the size of the whole left out [m].
+        turn_deg: of its direction relative to the first camera.
+        focal_share: of its focal length, as a share of it.
+        ahead_s: of its clock [s].
+    """
+
+    place_m: float = 0.0
+    turn_deg: float = 0.0
+    focal_share: float = 0.0
+    ahead_s: float = 0.0
+
+
+@dataclass(frozen=True)
+class PlacedView:
+    """One calibrated camera.
+
+    Attributes:
+        T_stage_camera: 4x4, camera points to stage points [m]; the stage has z up and its floor at z = 0.
+        lens: as given, or as found.
+        ahead_s: what is added to the camera's stamps gives the first camera's clock [s].
+        rests: what is left of its landmarks.
+        uncertain: how far all this may be off.
+        swapped: share of its frames in which arms or legs had left and right exchanged.
+        verdict: `good`, `usable` or `refused`; `reasons` says why.
+    """
+
+    T_stage_camera: Array
+    lens: Lens
+    ahead_s: float = 0.0
+    rests: Rests = field(default_factory=Rests)
+    uncertain: Uncertain = field(default_factory=Uncertain)
+    swapped: float = 0.0
+    verdict: str = "good"
+    reasons: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class ViewsResult:
+    """Calibrated cameras and the performer that they saw.
+
+    Attributes:
+        cameras: by name, in the order given.
+        times_s: instants on the first camera's clock [s], shape (instant_count,).
+        joints_m: canonical joints at the instants, stage frame [m], shape (instant_count, 21, 3); NaN = unknown.
+        bones_m: length of the bones that were held constant [m], by name.
+        performer: his proportions; None where too little of him was seen.
+        scale_known: whether the performer's height was given; else 1.75 m was taken.
+    """
+
+    cameras: dict[str, PlacedView]
+    times_s: Array
+    joints_m: Array
+    bones_m: dict[str, float]
+    performer: Performer | None
+    scale_known: bool
+
+    @property
+    def verdict(self) -> str:
+        """The worst of the cameras' verdicts."""
+        return max((camera.verdict for camera in self.cameras.values()), key=VERDICTS.index)
+
+    @property
+    def reasons(self) -> tuple[str, ...]:
+        """All cameras' reasons, each with the camera's name."""
+        return tuple(about(name, one) for name, camera in self.cameras.items() for one in camera.reasons)
