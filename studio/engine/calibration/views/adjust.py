@@ -26,6 +26,8 @@ _CENTRE_SHARE = 0.012
 _ALIKE_S = 0.5
 """How long errors of landmarks stay alike: what is seen in that time counts once against what is known before."""
 _AHEAD_S = 0.05
+_BEHIND = 0.1
+"""What is left of a landmark of a joint behind the camera, as a share of the focal length."""
 _SMALL = 1e-5
 
 
@@ -144,7 +146,8 @@ class Adjustment:
         """Return what is left of each landmark [pixel], shape (camera_count, instant_count, 17, 2)."""
         shown, front = fit.rig.show(fit.joints)
         rest = shown - self.points + self.speed * (fit.rig.ahead_s - self.usual.ahead_s)[:, None, None, None]
-        return np.where(front[..., None], rest, 1e4)
+        behind = _BEHIND * fit.rig.focals[:, None, None, None]
+        return np.where(front[..., None], rest, behind)
 
     def cost(self, fit: Fit) -> float:
         rest = self.rests(fit)

@@ -5,10 +5,20 @@ from collections.abc import Sequence
 import numpy as np
 
 from studio.engine.base.sentences import Said, say
+from studio.engine.calibration.views.bodies import Array
 from studio.engine.calibration.views.first import Pair
 from studio.engine.calibration.views.sides import at_instants
-from studio.engine.calibration.views.tracks import Track
-from studio.engine.calibration.views.verdict import LEAST_ALIKE, LEAST_KNEES, knees_unseen, motion_differs, same_picture
+from studio.engine.calibration.views.tracks import ERROR_M, Track
+from studio.engine.calibration.views.verdict import (
+    LEAST_ALIKE,
+    LEAST_KNEES,
+    LEAST_LIMBS_M,
+    LEAST_TRAVEL_M,
+    knees_unseen,
+    motion_differs,
+    same_picture,
+    still,
+)
 from studio.engine.calibration.views.view import NUMBER, View
 from studio.engine.model.joints import INDEX
 
@@ -16,6 +26,7 @@ LEAST_FRAMES = 45
 """Pictures with a body that a camera needs: a second and a half."""
 _LEAST_JOINTS = 8
 _SURE = 0.5
+_STEADY = 8
 _SAME = 0.15
 """Largest median distance of the landmarks of two streams of one camera, in usual errors."""
 
@@ -39,6 +50,8 @@ def refused_early(
             )
         elif (knees := knees_seen(view, track)) < LEAST_KNEES:
             out[c].append(knees_unseen(knees))
+        elif hardly_moves(track):
+            out[c].append(still())
     for c in range(len(views)):
         mine = [pair for key, pair in pairs.items() if c in key]
         if mine and not out[c] and max(pair.together.correlation for pair in mine) < LEAST_ALIKE:
@@ -57,6 +70,26 @@ def knees_seen(view: View, track: Track) -> float:
     sides = ("left_knee", "right_knee")
     seen = track.seen[:, [NUMBER[s] for s in sides]] & (view.confidence[:, [INDEX[s] for s in sides]] > _SURE)
     return float(seen[body].mean())
+
+
+def hardly_moves(track: Track) -> bool:
+    """Whether neither the limbs of the guessed body nor its place in the picture change, jitter left out."""
+    limbs = [track.world_m[:, NUMBER[f"{side}_{name}"]] for side in ("left", "right") for name in ("wrist", "ankle")]
+    seen = [track.seen[:, NUMBER[f"{side}_{name}"]] for side in ("left", "right") for name in ("wrist", "ankle")]
+    moved = max(_spread(limb[sure]) for limb, sure in zip(limbs, seen, strict=True))
+    body = track.seen.sum(axis=1) >= _LEAST_JOINTS
+    middle = np.array([np.median(p[s], axis=0) for p, s in zip(track.points[body], track.seen[body], strict=True)])
+    metre = float(np.median(track.sigma[body])) / ERROR_M
+    return moved < LEAST_LIMBS_M and _spread(middle / metre) < LEAST_TRAVEL_M / 3
+
+
+def _spread(points: Array) -> float:
+    """Return the mean distance of running means over `_STEADY` frames from the middle of all."""
+    if len(points) < _STEADY:
+        return 0.0
+    total = np.cumsum(np.concatenate([np.zeros((1, points.shape[1])), points]), axis=0)
+    means = (total[_STEADY:] - total[:-_STEADY]) / _STEADY
+    return float(np.linalg.norm(means - np.median(means, axis=0), axis=1).mean())
 
 
 def _same(a: Track, b: Track, pair: Pair) -> bool:

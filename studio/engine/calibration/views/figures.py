@@ -7,8 +7,10 @@ import numpy as np
 from studio.engine.calibration.views.adjust import Fit
 from studio.engine.calibration.views.bodies import Array
 from studio.engine.calibration.views.result import Rests, Uncertain
-from studio.engine.calibration.views.rig import AHEAD, FOCAL, SHIFT, TURN
+from studio.engine.calibration.views.rig import AHEAD, FOCAL, SHIFT, TURN, Rig
 from studio.engine.calibration.views.view import NUMBER
+
+_SAME_PLACE_M, _SAME_DEG = 0.05, 2.0
 
 
 @dataclass(frozen=True)
@@ -109,3 +111,18 @@ def _spread(points: Array) -> float:
     if len(points) == 0:
         return 0.0
     return float(np.linalg.norm(points - np.median(points, axis=0), axis=1).mean())
+
+
+def twins(rig: Rig) -> list[int | None]:
+    """Return for each camera an earlier one with its place and direction, or None."""
+    centres = -np.einsum("cba,cb->ca", rig.turns, rig.shifts)
+    out: list[int | None] = []
+    for c in range(len(centres)):
+        near = [
+            b
+            for b in range(c)
+            if np.linalg.norm(centres[b] - centres[c]) < _SAME_PLACE_M
+            and np.trace(rig.turns[b] @ rig.turns[c].T) > 1.0 + 2.0 * np.cos(np.radians(_SAME_DEG))
+        ]
+        out.append(near[0] if near else None)
+    return out

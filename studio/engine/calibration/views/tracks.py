@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from studio.engine.calibration.views.view import COLUMNS, OTHER_SIDE, View
+from studio.engine.model.lens import Lens
 
 USUAL_FIELD_DEG = 65.0
 """Field of view along the longer side of a picture, where nothing is known: phones and webcams have 55 to 80."""
@@ -18,7 +19,7 @@ motion stay where the cameras agree."""
 _REACH_S = 0.09
 _WINDOW = 9
 _NEAR_S = 0.06
-_ERROR_M = 0.011
+ERROR_M = 0.011
 """Usual error of a landmark across the line of sight: what BlazePose's authors and users find, some 1 % of a body."""
 _LOW_CONFIDENCE = 0.5
 
@@ -75,6 +76,12 @@ def first_focal(view: View) -> float:
     return max(view.width, view.height) / 2 / np.tan(np.radians(USUAL_FIELD_DEG / 2))
 
 
+def usual_lens(view: View) -> Lens:
+    """Return the lens that is taken where nothing is known."""
+    focal = first_focal(view)
+    return Lens(focal, focal, (view.width - 1) / 2, (view.height - 1) / 2, view.width, view.height)
+
+
 def make_track(view: View) -> Track:
     """Return the view's landmarks about the picture's middle, with the size of their usual errors."""
     seen, pixels = view.seen[:, COLUMNS], view.pixels[:, COLUMNS]
@@ -85,7 +92,8 @@ def make_track(view: View) -> Track:
     else:
         focal = (view.lens.fx + view.lens.fy) / 2
         points = view.lens.rays_of(pixels) * focal
-    sigma = _ERROR_M * _pixels_per_metre(points, world, seen)[:, None] * np.ones(seen.shape)
+        seen = seen & np.isfinite(points).all(axis=2)
+    sigma = ERROR_M * _pixels_per_metre(points, world, seen)[:, None] * np.ones(seen.shape)
     sigma = np.where(view.confidence[:, COLUMNS] < _LOW_CONFIDENCE, 2.5 * sigma, sigma)
     return Track(view.time_s, np.where(seen[..., None], points, 0.0), seen, sigma, world, focal, view.lens is not None)
 

@@ -34,6 +34,7 @@ class Facts:
         parallax_deg: largest angle, seen from the performer, to another camera.
         motion: the performer's.
         cameras: how many there are.
+        twin: an earlier camera with the same place and direction.
     """
 
     rests: Rests
@@ -44,6 +45,7 @@ class Facts:
     parallax_deg: float
     motion: Motion
     cameras: int
+    twin: str | None = None
 
 
 def verdict(facts: Facts) -> tuple[str, tuple[Said, ...]]:
@@ -51,6 +53,8 @@ def verdict(facts: Facts) -> tuple[str, tuple[Said, ...]]:
     refused, doubts = _of_performer(facts), []
     if facts.alike < LEAST_ALIKE:
         refused.append(motion_differs())
+    if facts.twin is not None:
+        refused.append(same_picture(facts.twin))
     if facts.parallax_deg < LEAST_PARALLAX_DEG:
         refused.append(
             say(

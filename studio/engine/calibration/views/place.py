@@ -1,0 +1,136 @@
+"""Places ordinary cameras that see the same performer: adjustment, stage, figures and verdicts."""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from studio.engine.calibration.views.adjust import Adjustment, Fit, Freedom
+from studio.engine.calibration.views.bodies import BONE_NAMES, USUAL_HEIGHT_M, Array, limbs_m
+from studio.engine.calibration.views.early import knees_seen
+from studio.engine.calibration.views.figures import motion_of, parallax_deg, rests_of, twins, uncertain_of
+from studio.engine.calibration.views.first import Pair, adjust_places, common_instants
+from studio.engine.calibration.views.result import PlacedView, ViewsResult
+from studio.engine.calibration.views.rig import Rig
+from studio.engine.calibration.views.sides import find_swaps
+from studio.engine.calibration.views.stage import camera_on_stage, to_stage
+from studio.engine.calibration.views.tracks import Track, sample, usual_lens
+from studio.engine.calibration.views.triangulate import triangulate
+from studio.engine.calibration.views.verdict import Facts, verdict
+from studio.engine.calibration.views.view import NUMBER, View
+from studio.engine.model.lens import Lens
+
+MOST_INSTANTS = 300
+"""Instants that are adjusted; a longer walk is taken at evenly spread ones."""
+_STAGES = ((False, 2.0, 20), (True, 1.0, 20), (True, 1.0, 20))
+"""Of the rounds: whether distortion and principal points are sought, factor of the errors, steps at most."""
+_PLACE_STEPS = 15
+
+
+def place(
+    views: Sequence[View],
+    tracks: list[Track],
+    pairs: Mapping[tuple[int, int], Pair],
+    rig: Rig,
+    height_m: float | None,
+    shared_focal: bool,
+    told: Callable[[float], None],
+) -> ViewsResult:
+    """Return the cameras on the stage.
+
+    Args:
+        views: two at least; tracks: theirs; pairs: by two of their indices.
+        rig: their first places.
+        height_m, shared_focal: as for `calibrate_views`.
+        told: called with the share that is done, 0..1.
+    """
+    times = common_instants(tracks, rig.ahead_s, MOST_INSTANTS)
+    fit, adjustment, swapped = _adjust(rig, tracks, times, shared_focal, told)
+    T, size, joints, performer = to_stage(times, fit.joints, height_m)
+    facts = _facts(views, tracks, pairs, fit, adjustment, T, size)
+    cameras = {}
+    for c, view in enumerate(views):
+        word, reasons = verdict(facts[c])
+        cameras[view.name] = PlacedView(
+            camera_on_stage(T, size, fit.rig.turns[c], fit.rig.shifts[c]),
+            _lens(view, fit.rig, c),
+            float(fit.rig.ahead_s[c] - fit.rig.ahead_s[0]),
+            facts[c].rests,
+            facts[c].uncertain,
+            float(swapped[c].any(axis=1).mean()),
+            word,
+            reasons,
+        )
+    bones = dict(zip(BONE_NAMES, (fit.bones * size).tolist(), strict=True))
+    return ViewsResult(cameras, times, joints, bones, performer, height_m is not None)
+
+
+def _adjust(
+    rig: Rig, tracks: list[Track], times: Array, shared_focal: bool, told: Callable[[float], None]
+) -> tuple[Fit, Adjustment, list[np.ndarray]]:
+    """Return the adjusted cameras and joints, the last adjustment and what was exchanged in each frame."""
+    usual, limbs = rig, limbs_m(USUAL_HEIGHT_M)
+    fit = adjust_places(rig, tracks, times, USUAL_HEIGHT_M, _PLACE_STEPS)
+    free = [not track.known for track in tracks]
+    numbers = np.where(free, 0 if shared_focal else np.cumsum(free) - 1, -1)
+    adjustment, swapped = None, []
+    for k, (lenses, loose, steps) in enumerate(_STAGES):
+        told((k + 1) / (len(_STAGES) + 1))
+        rig = fit.rig
+        swapped = find_swaps(rig, tracks, times)
+        exchanged = [track.exchanged(swap) for track, swap in zip(tracks, swapped, strict=True)]
+        samples = [sample(track, times - ahead) for track, ahead in zip(exchanged, rig.ahead_s, strict=True)]
+        joints = triangulate(rig, np.stack([s.points for s in samples]), np.stack([s.weight for s in samples]))
+        freedom = Freedom(tuple(numbers.tolist()), tuple(lenses and one for one in free), True)
+        near = replace(usual, ahead_s=rig.ahead_s)
+        adjustment = Adjustment(samples, times, near, freedom, limbs, loose)
+        fit = adjustment.run(Fit(rig, joints, fit.bones), steps)
+    assert adjustment is not None
+    return fit, adjustment, swapped
+
+
+def _facts(
+    views: Sequence[View],
+    tracks: list[Track],
+    pairs: Mapping[tuple[int, int], Pair],
+    fit: Fit,
+    adjustment: Adjustment,
+    T: Array,
+    size: float,
+) -> list[Facts]:
+    """Return what the verdict on each camera is made of."""
+    motion = motion_of(fit.joints * size, T[2, :3])
+    centres = -np.einsum("cba,cb->ca", fit.rig.turns, fit.rig.shifts)
+    hips = (fit.joints[:, NUMBER["left_hip"]] + fit.joints[:, NUMBER["right_hip"]]) / 2
+    angles = parallax_deg(centres, hips)
+    same = twins(fit.rig)
+    rests, uncertain = adjustment.rests(fit), uncertain_of(fit)
+    return [
+        Facts(
+            rests_of(rests[c], adjustment.weight[c], float(fit.rig.focals[c])),
+            replace(uncertain[c], place_m=uncertain[c].place_m * size),
+            view.lens is None,
+            knees_seen(view, tracks[c]),
+            max(pair.together.correlation for key, pair in pairs.items() if c in key),
+            float(angles[c].max()),
+            motion,
+            len(views),
+            None if same[c] is None else views[same[c]].name,
+        )
+        for c, view in enumerate(views)
+    ]
+
+
+def _lens(view: View, rig: Rig, c: int) -> Lens:
+    if view.lens is not None:
+        return view.lens
+    usual = usual_lens(view)
+    focal, (x, y) = float(rig.focals[c]), rig.centres[c].tolist()
+    return replace(
+        usual,
+        fx=focal,
+        fy=focal,
+        cx=usual.cx + x,
+        cy=usual.cy + y,
+        distortion=(float(rig.bends[c]), 0.0, 0.0, 0.0),
+    )
