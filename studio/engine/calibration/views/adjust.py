@@ -18,8 +18,10 @@ from studio.engine.calibration.views.tracks import Sample
 _CAUCHY = 2.0
 _BONE_M = 0.025
 _LIMBS_SHARE = 1e-3
-_OWN_FOCAL, _COMMON_FOCAL = 0.12, 0.20
-"""What is known of free focal lengths, in logarithms: cameras are alike (12 %), and near the usual one (20 %)."""
+_OWN_FOCAL, _ALIKE_FOCAL, _COMMON_FOCAL = 0.12, 0.05, 0.20
+"""What is known of free focal lengths, in logarithms: how far cameras are from their mean, the same if all pictures
+have one size, as those of one model have, and how far the mean is from the usual one."""
+_SAME_SIZE = 1.02
 _BEND = 0.05
 _CENTRE_SHARE = 0.012
 """Deviation of the principal point from the picture's middle, as a share of the focal length."""
@@ -117,6 +119,9 @@ class Adjustment:
         self.bone_weight = 1.0 / (_BONE_M * loose) ** 2
         self.usual, self.freedom, self.limbs_m = usual, freedom, limbs_m
         self.columns, self.unknowns = columns_of(freedom)
+        sought = usual.focals[self.columns[:, FOCAL] >= 0]
+        alike = len(sought) > 0 and sought.max() < _SAME_SIZE * sought.min()
+        self.own_focal = _ALIKE_FOCAL if alike else _OWN_FOCAL
         self.repeated = repeated(times_s)
 
     def run(self, fit: Fit, rounds: int, told: Callable[[], None] = lambda: None) -> Fit:
@@ -184,7 +189,7 @@ class Adjustment:
                 P[row[AHEAD], row[AHEAD]] = _AHEAD_S**-2
         if count:
             mean = np.full((count, count), 1.0 / count)
-            P[np.ix_(focals, focals)] = (np.eye(count) - mean) / _OWN_FOCAL**2 + mean / count / _COMMON_FOCAL**2
+            P[np.ix_(focals, focals)] = (np.eye(count) - mean) / self.own_focal**2 + mean / count / _COMMON_FOCAL**2
         P *= self.repeated
         b[-1] = fit.bones[LIMBS].sum() / self.limbs_m - 1.0
         P[-1, -1] = _LIMBS_SHARE**-2

@@ -38,11 +38,12 @@ def compare(a: Track, b: Track, longest_s: float = LONGEST_S) -> Together:
     values, counts = np.zeros(len(steps)), np.zeros(len(steps), dtype=np.int64)
     for i, ahead in enumerate(steps):
         values[i], counts[i] = _alike(a, b, float(ahead))
-    values[counts < max(_LEAST_FRAMES, counts.max() / 3)] = -1.0
-    best = int(values.argmax())
+    values[counts < _LEAST_FRAMES] = 0.0
+    weighed = values * np.sqrt(counts / max(int(counts.max()), 1))  # a gait repeats itself: the longer overlap counts
+    best = int(weighed.argmax())
     if counts[best] < _LEAST_FRAMES:
         return Together(0.0, 0.0, int(counts.max()))
-    return Together(float(steps[best] + _peak(values, best) * _STEP_S), float(values[best]), int(counts[best]))
+    return Together(float(steps[best] + _peak(weighed, best) * _STEP_S), float(values[best]), int(counts[best]))
 
 
 def _alike(a: Track, b: Track, ahead_s: float) -> tuple[float, int]:

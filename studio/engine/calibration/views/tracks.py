@@ -16,7 +16,8 @@ USUAL_FIELD_DEG = 65.0
 SMOOTH_S = 0.03
 """Deviation of the kernel that landmarks are smoothed with. All cameras are smoothed alike, so that joints in fast
 motion stay where the cameras agree."""
-_REACH_S = 0.09
+_SMOOTH_STEPS, _NEAR_STEPS = 0.9, 1.3
+"""The same, and how near a frame must be to count, in steps between frames of slow cameras."""
 _WINDOW = 9
 _NEAR_S = 0.06
 ERROR_M = 0.011
@@ -45,6 +46,16 @@ class Track:
     world_m: NDArray[np.float64]
     focal: float
     known: bool
+
+    @property
+    def step_s(self) -> float:
+        """Usual time between two frames [s]."""
+        return float(np.median(np.diff(self.time_s))) if len(self.time_s) > 1 else 0.0
+
+    @property
+    def near_s(self) -> float:
+        """How near a frame must be to an instant to count for it [s]."""
+        return max(_NEAR_S, _NEAR_STEPS * self.step_s)
 
     def exchanged(self, swapped: NDArray[np.bool_]) -> "Track":
         """Return the track with left and right exchanged where `swapped`, shape (frame_count, 17), says so."""
@@ -118,10 +129,11 @@ def sample(track: Track, times_s: NDArray[np.float64]) -> Sample:
     rows = np.clip(first[:, None] + np.arange(_WINDOW), 0, count - 1)
     fresh = first[:, None] + np.arange(_WINDOW) == rows
     dt = track.time_s[rows] - times_s[:, None]
-    kernel = np.exp(-0.5 * (dt / SMOOTH_S) ** 2) * (np.abs(dt) < _REACH_S) * fresh
+    smooth_s, near_s = max(SMOOTH_S, _SMOOTH_STEPS * track.step_s), track.near_s
+    kernel = np.exp(-0.5 * (dt / smooth_s) ** 2) * (np.abs(dt) < 3 * smooth_s) * fresh
     w = kernel[..., None] * track.seen[rows]
-    before = (w * (dt <= 1e-9)[..., None] * (dt > -_NEAR_S)[..., None]).any(axis=1)
-    after = (w * (dt >= -1e-9)[..., None] * (dt < _NEAR_S)[..., None]).any(axis=1)
+    before = (w * (dt <= 1e-9)[..., None] * (dt > -near_s)[..., None]).any(axis=1)
+    after = (w * (dt >= -1e-9)[..., None] * (dt < near_s)[..., None]).any(axis=1)
     s0, s1, s2 = (np.einsum("fkj,fk->fj", w, dt**n) for n in range(3))
     p0, p1 = (np.einsum("fkj,fk,fkjc->fjc", w, dt**n, track.points[rows]) for n in range(2))
     flat = s0 * s2 - s1**2
@@ -139,4 +151,4 @@ def nearest(track: Track, times_s: NDArray[np.float64]) -> tuple[NDArray[np.int6
     right = np.clip(np.searchsorted(track.time_s, times_s), 1, len(track.time_s) - 1)
     left = right - 1
     rows = np.where(times_s - track.time_s[left] < track.time_s[right] - times_s, left, right)
-    return rows, np.abs(track.time_s[rows] - times_s) < _NEAR_S
+    return rows, np.abs(track.time_s[rows] - times_s) < track.near_s

@@ -8,10 +8,10 @@ from studio.engine.calibration.views.result import Rests, Uncertain
 
 GOOD_MRAD, MOST_MRAD = 9.0, 15.0
 """Mean residual of a camera: 7 mrad is usual, 26 and more come of people whose landmarks are guessed."""
-GOOD_PLACE_M, MOST_PLACE_M, MOST_OF_TWO_M = 0.06, 0.15, 0.09
+GOOD_PLACE_M, MOST_PLACE_M, MOST_OF_TWO_M = 0.06, 0.25, 0.09
 """Two cameras must be surer: no third one shows where their landmarks err alike."""
 GOOD_TURN_DEG, MOST_TURN_DEG = 1.5, 3.0
-GOOD_FOCAL, MOST_FOCAL = 0.04, 0.15
+GOOD_FOCAL, GOOD_FOCAL_ON_SPOT, MOST_FOCAL = 0.03, 0.02, 0.15
 GOOD_AHEAD_S = 0.01
 LEAST_KNEES = 0.4
 LEAST_ALIKE = 0.25
@@ -97,7 +97,8 @@ def _of_performer(facts: Facts) -> list[Said]:
 
 def _judge_uncertain(facts: Facts, refused: list[Said], doubts: list[Said]) -> None:
     uncertain = facts.uncertain
-    if facts.focal_sought and uncertain.focal_share > GOOD_FOCAL:
+    on_spot = facts.motion.travel_m < LEAST_TRAVEL_M
+    if facts.focal_sought and uncertain.focal_share > (GOOD_FOCAL_ON_SPOT if on_spot else GOOD_FOCAL):
         values = {"percent": uncertain.focal_share * 100}
         (refused if uncertain.focal_share > MOST_FOCAL else doubts).append(
             say(
@@ -106,7 +107,7 @@ def _judge_uncertain(facts: Facts, refused: list[Said], doubts: list[Said]) -> N
                 "the whole stage, near to the camera and far from it",
                 **values,
             )
-            if facts.motion.travel_m < LEAST_TRAVEL_M
+            if on_spot
             else say(
                 "views.focal_uncertain",
                 "the focal length is known to {percent:.0f} % only: walk for longer, near to the camera and far from it",
