@@ -5,7 +5,6 @@ the cameras only, so each frame's block is eliminated by itself (Schur's complem
 adjustment: a modern synthesis", 2000). Cauchy's cost keeps wrong landmarks from bending the cameras.
 """
 
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -30,7 +29,6 @@ _ALIKE_S = 0.5
 _AHEAD_S = 0.05
 _BEHIND = 0.1
 """What is left of a landmark of a joint behind the camera, as a share of the focal length."""
-_SMALL = 1e-5
 
 
 @dataclass(frozen=True)
@@ -124,15 +122,15 @@ class Adjustment:
         self.own_focal = _ALIKE_FOCAL if alike else _OWN_FOCAL
         self.repeated = repeated(times_s)
 
-    def run(self, fit: Fit, rounds: int, told: Callable[[], None] = lambda: None) -> Fit:
-        """Return the fit after at most so many rounds, with its covariance."""
+    def run(self, fit: Fit, rounds: int, small: float) -> Fit:
+        """Return the fit, with its covariance, after at most so many rounds, or the first one that lowers the cost by
+        less than the share `small`."""
         known = np.isfinite(fit.joints).all(axis=2)
         self.weight = np.where(known, self.weight, 0.0)
         self.known = known
         fit = replace(fit, joints=np.where(known[..., None], fit.joints, 0.0))
         fit, damping = replace(fit, cost=self.cost(fit)), 1e-3
         for _ in range(rounds):
-            told()
             system = self._system(fit)
             before = fit.cost
             for _ in range(6):
@@ -141,7 +139,7 @@ class Adjustment:
                     fit, damping = trial, max(damping / 5, 1e-7)
                     break
                 damping *= 6
-            if before - fit.cost < _SMALL * before:
+            if before - fit.cost < small * before:
                 break
         covariance = self.repeated * np.linalg.pinv(self._reduced(self._system(fit), 0.0)[0], hermitian=True)
         joints = np.where(known[..., None], fit.joints, np.nan)

@@ -20,6 +20,7 @@ _FEW = 60
 _LOOSE = 4.0
 _TRIED = 3
 _ROUNDS = 8
+_SMALL = 1e-3
 _STEP_S = 1.0 / 30.0
 _LEAST_JOINTS = 8
 
@@ -81,7 +82,7 @@ def adjust_places(rig: Rig, tracks: list[Track], times_s: Array, height_m: float
     rig, joints = replace(rig, shifts=rig.shifts * size), joints * size
     freedom = Freedom((-1,) * count, (False,) * count, False)
     fit = Fit(rig, joints, lengths(joints))
-    return Adjustment(samples, times_s, rig, freedom, limbs, _LOOSE).run(fit, rounds)
+    return Adjustment(samples, times_s, rig, freedom, limbs, _LOOSE).run(fit, rounds, _SMALL)
 
 
 def chain(pairs: dict[tuple[int, int], Pair], tracks: list[Track]) -> Rig | None:

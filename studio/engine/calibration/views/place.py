@@ -20,10 +20,12 @@ from studio.engine.calibration.views.verdict import Facts, verdict
 from studio.engine.calibration.views.view import NUMBER, View
 from studio.engine.model.lens import Lens
 
-MOST_INSTANTS = 300
+MOST_INSTANTS = 240
 """Instants that are adjusted; a longer walk is taken at evenly spread ones."""
-_STAGES = ((False, 2.0, 20), (True, 1.0, 20), (True, 1.0, 20))
-"""Of the rounds: whether distortion and principal points are sought, factor of the errors, steps at most."""
+_STAGES = ((False, 2.0, 1e-3), (True, 1.0, 1e-4), (True, 1.0, 3e-5))
+"""Of the three adjustments: whether distortion and principal points are sought, factor of the errors, and the share of
+the cost by which a step must lower it."""
+_STEPS = 25
 _PLACE_STEPS = 15
 
 
@@ -74,7 +76,7 @@ def _adjust(
     free = [not track.known for track in tracks]
     numbers = np.where(free, 0 if shared_focal else np.cumsum(free) - 1, -1)
     adjustment, swapped = None, []
-    for k, (lenses, loose, steps) in enumerate(_STAGES):
+    for k, (lenses, loose, small) in enumerate(_STAGES):
         told((k + 1) / (len(_STAGES) + 1))
         rig = fit.rig
         swapped = find_swaps(rig, tracks, times)
@@ -84,7 +86,7 @@ def _adjust(
         freedom = Freedom(tuple(numbers.tolist()), tuple(lenses and one for one in free), True)
         near = replace(usual, ahead_s=rig.ahead_s)
         adjustment = Adjustment(samples, times, near, freedom, limbs, loose)
-        fit = adjustment.run(Fit(rig, joints, fit.bones), steps)
+        fit = adjustment.run(Fit(rig, joints, fit.bones), _STEPS, small)
     assert adjustment is not None
     return fit, adjustment, swapped
 
