@@ -5,4 +5,6 @@ the motion (`time_offset`) and first transforms (`rigid`), `swaps` corrects left
 clocks and the depth bias at once (with the noise of `noise`), `merge` makes one skeleton, and `drift` follows the
 clocks through the rest of a take. In `performer`: `stage` finds the stage frame (`floor`, `tpose`) and the performer
 (`proportions`). In `quality`: `residuals` gives the figures, `handedness` finds mirrored streams, `verdict` judges.
+
+`views` does the same for ordinary cameras, which see no depth.
 """

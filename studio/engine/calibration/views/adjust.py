@@ -8,9 +8,8 @@ adjustment: a modern synthesis", 2000). Cauchy's cost keeps wrong landmarks from
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.linalg import cho_factor, cho_solve
 
-from studio.engine.calibration.views.bodies import BONES, LENGTH_COUNT, LENGTH_OF, LIMBS, Array
+from studio.engine.calibration.views.bodies import BONES, LENGTH_COUNT, LENGTH_OF, LIMBS, Array, known_of
 from studio.engine.calibration.views.rig import AHEAD, BEND, CENTRE, FOCAL, UNKNOWNS, Rig
 from studio.engine.calibration.views.tracks import Sample
 
@@ -117,6 +116,7 @@ class Adjustment:
         self.bone_weight = 1.0 / (_BONE_M * loose) ** 2
         self.usual, self.freedom, self.limbs_m = usual, freedom, limbs_m
         self.columns, self.unknowns = columns_of(freedom)
+        self.known = np.zeros(self.weight.shape[1:], dtype=np.bool_)
         sought = usual.focals[self.columns[:, FOCAL] >= 0]
         alike = len(sought) > 0 and sought.max() < _SAME_SIZE * sought.min()
         self.own_focal = _ALIKE_FOCAL if alike else _OWN_FOCAL
@@ -125,7 +125,7 @@ class Adjustment:
     def run(self, fit: Fit, rounds: int, small: float) -> Fit:
         """Return the fit, with its covariance, after at most so many rounds, or the first one that lowers the cost by
         less than the share `small`."""
-        known = np.isfinite(fit.joints).all(axis=2)
+        known = known_of(fit.joints)
         self.weight = np.where(known, self.weight, 0.0)
         self.known = known
         fit = replace(fit, joints=np.where(known[..., None], fit.joints, 0.0))
@@ -187,7 +187,9 @@ class Adjustment:
                 P[row[AHEAD], row[AHEAD]] = _AHEAD_S**-2
         if count:
             mean = np.full((count, count), 1.0 / count)
-            P[np.ix_(focals, focals)] = (np.eye(count) - mean) / self.own_focal**2 + mean / count / _COMMON_FOCAL**2
+            P[np.ix_(focals, focals)] = (
+                np.eye(count) - mean
+            ) / self.own_focal**2 + mean / count / _COMMON_FOCAL**2
         P *= self.repeated
         b[-1] = fit.bones[LIMBS].sum() / self.limbs_m - 1.0
         P[-1, -1] = _LIMBS_SHARE**-2
@@ -200,7 +202,11 @@ class Adjustment:
         size = self.unknowns + LENGTH_COUNT
         own = np.zeros((frames, joints, 3, joints, 3))
         cross = np.zeros((frames, joints, 3, size + 1))  # the last column takes what is not sought
-        shared, b_own, b_shared = np.zeros((size + 1, size + 1)), np.zeros((frames, joints, 3)), np.zeros(size + 1)
+        shared, b_own, b_shared = (
+            np.zeros((size + 1, size + 1)),
+            np.zeros((frames, joints, 3)),
+            np.zeros(size + 1),
+        )
         rest = self.rests(fit)
         every = np.arange(joints)
         for camera in range(len(self.points)):
@@ -257,18 +263,20 @@ class Adjustment:
         own = own.copy()
         diagonal = own[:, every, every]
         own[:, every, every] = diagonal * (1.0 + damping) + 1e-3
-        solved = np.linalg.solve(own, np.concatenate([cross, b_own[..., None]], axis=2))
+        right_sides = np.concatenate([cross, b_own[..., None]], axis=2)
+        solved = np.asarray(np.linalg.solve(own, right_sides), dtype=np.float64)
         flat = cross.reshape(-1, cross.shape[2])
         reduced = shared - flat.T @ solved[..., :-1].reshape(flat.shape)
         right = b_shared - flat.T @ solved[..., -1].ravel()
-        reduced = (reduced + reduced.T) / 2
+        reduced = np.asarray((reduced + reduced.T) / 2, dtype=np.float64)
         reduced[np.diag_indices_from(reduced)] += damping * np.diag(shared) + 1e-9
         return reduced, right, solved[..., :-1], solved[..., -1]
 
     def _step(self, fit: Fit, system: tuple[Array, ...], damping: float) -> Fit:
         reduced, right, solved, free = self._reduced(system, damping)
         try:
-            step = cho_solve(cho_factor(reduced), right)
+            np.linalg.cholesky(reduced)
+            step = np.linalg.solve(reduced, right)
         except np.linalg.LinAlgError:
             return replace(fit, cost=np.inf)
         joints = fit.joints + (free - solved @ step).reshape(fit.joints.shape)

@@ -49,6 +49,11 @@ LIMBS: NDArray[np.int64] = np.array([0, 1, 3, 4, 6])
 """The lengths whose sum stands for the height: upper arm, forearm, thigh, shank and trunk."""
 
 
+def known_of(points: Array) -> NDArray[np.bool_]:
+    """Return which points, shape (..., 3), are finite."""
+    return np.asarray(np.isfinite(points).all(axis=-1))
+
+
 def lengths(positions: Array) -> Array:
     """Return the usual length of each bone [m], both sides together, shape (LENGTH_COUNT,).
 

@@ -1,8 +1,8 @@
 """Calibrates ordinary cameras from one performer's landmarks while he walks: no board, no depth.
 
 The steps: `tracks` (rays and their errors) -> `clocks` (first offsets) -> `start` and `first` (first places by the
-guessed bodies) -> `early` (what cannot be placed) -> `place`: `sides` (left and right) and `adjust` (all at once), three
-times, then `stage` (vertical, floor, size), `figures` and `verdict`.
+guessed bodies) -> `early` (what cannot be placed) -> `place`: `sides` (left and right) and `adjust` (all at once),
+three times, then `stage` (vertical, floor, size), `figures` and `verdict`.
 """
 
 from collections.abc import Callable, Sequence
@@ -24,7 +24,9 @@ from studio.engine.calibration.views.tracks import Track, make_track, usual_lens
 from studio.engine.calibration.views.view import View
 
 _FIRST_SHARE = 0.4
-_NOWHERE = make_transform(np.array([[1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, -1.0, 0.0]]), np.array([0.0, 0.0, 1.2]))
+_NOWHERE = make_transform(
+    np.array([[1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, -1.0, 0.0]]), np.array([0.0, 0.0, 1.2])
+)
 """The place of a camera that was refused at once: upright at eye level, over the stage's origin."""
 
 
@@ -54,7 +56,9 @@ def calibrate_views(
     names = [view.name for view in views]
     if not names or len({*names}) < len(names):
         raise CalibrationError(
-            "views.names", "calibration needs cameras of different names; got {names}", names=names or ["none"]
+            "views.names",
+            "calibration needs cameras of different names; got {names}",
+            names=names or ["none"],
         )
     tracks = [make_track(view) for view in views]
     pairs = first_pairs(tracks, USUAL_HEIGHT_M, lambda share: told(_FIRST_SHARE * share))

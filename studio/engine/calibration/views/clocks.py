@@ -39,11 +39,15 @@ def compare(a: Track, b: Track, longest_s: float = LONGEST_S) -> Together:
     for i, ahead in enumerate(steps):
         values[i], counts[i] = _alike(a, b, float(ahead))
     values[counts < _LEAST_FRAMES] = 0.0
-    weighed = values * np.sqrt(counts / max(int(counts.max()), 1))  # a gait repeats itself: the longer overlap counts
+    weighed = values * np.sqrt(
+        counts / max(int(counts.max()), 1)
+    )  # a gait repeats itself: the longer overlap counts
     best = int(weighed.argmax())
     if counts[best] < _LEAST_FRAMES:
         return Together(0.0, 0.0, int(counts.max()))
-    return Together(float(steps[best] + _peak(weighed, best) * _STEP_S), float(values[best]), int(counts[best]))
+    return Together(
+        float(steps[best] + _peak(weighed, best) * _STEP_S), float(values[best]), int(counts[best])
+    )
 
 
 def _alike(a: Track, b: Track, ahead_s: float) -> tuple[float, int]:

@@ -42,8 +42,8 @@ def refused_early(
             out[c].append(
                 say(
                     "views.few_frames",
-                    "a whole body is in {frames} of its pictures only, {least} are needed: walk for longer, in view of "
-                    "the camera",
+                    "a whole body is in {frames} of its pictures only, {least} are needed: walk for longer, in "
+                    "view of the camera",
                     frames=frames,
                     least=LEAST_FRAMES,
                 )
@@ -74,11 +74,19 @@ def knees_seen(view: View, track: Track) -> float:
 
 def hardly_moves(track: Track) -> bool:
     """Whether neither the limbs of the guessed body nor its place in the picture change, jitter left out."""
-    limbs = [track.world_m[:, NUMBER[f"{side}_{name}"]] for side in ("left", "right") for name in ("wrist", "ankle")]
-    seen = [track.seen[:, NUMBER[f"{side}_{name}"]] for side in ("left", "right") for name in ("wrist", "ankle")]
+    limbs = [
+        track.world_m[:, NUMBER[f"{side}_{name}"]]
+        for side in ("left", "right")
+        for name in ("wrist", "ankle")
+    ]
+    seen = [
+        track.seen[:, NUMBER[f"{side}_{name}"]] for side in ("left", "right") for name in ("wrist", "ankle")
+    ]
     moved = max(_spread(limb[sure]) for limb, sure in zip(limbs, seen, strict=True))
     body = track.seen.sum(axis=1) >= _LEAST_JOINTS
-    middle = np.array([np.median(p[s], axis=0) for p, s in zip(track.points[body], track.seen[body], strict=True)])
+    middle = np.array(
+        [np.median(p[s], axis=0) for p, s in zip(track.points[body], track.seen[body], strict=True)]
+    )
     metre = float(np.median(track.sigma[body])) / ERROR_M
     return moved < LEAST_LIMBS_M and _spread(middle / metre) < LEAST_TRAVEL_M / 3
 

@@ -54,8 +54,8 @@ def first_pairs(
 
 
 def _pair(tracks: list[Track], guessed: list[Array], height_m: float) -> Pair:
-    together = compare(*tracks)
-    tried = places(*tracks, *guessed, together.ahead_s) if together.frames else []
+    together = compare(tracks[0], tracks[1])
+    tried = places(tracks[0], tracks[1], guessed[0], guessed[1], together.ahead_s) if together.frames else []
     if not tried:
         return Pair(together, np.eye(4), np.inf)
     times = common_instants(tracks, np.array([0.0, together.ahead_s]), _FEW)
@@ -90,7 +90,9 @@ def chain(pairs: dict[tuple[int, int], Pair], tracks: list[Track]) -> Rig | None
     places: dict[int, Array] = {0: np.eye(4)}
     ahead = {0: 0.0}
     while len(places) < len(tracks):
-        open_pairs = [(pair.misfit, key) for key, pair in pairs.items() if (key[0] in places) != (key[1] in places)]
+        open_pairs = [
+            (pair.misfit, key) for key, pair in pairs.items() if (key[0] in places) != (key[1] in places)
+        ]
         cost, (i, j) = min(open_pairs)
         if not np.isfinite(cost):
             return None

@@ -23,8 +23,8 @@ from studio.engine.model.lens import Lens
 MOST_INSTANTS = 240
 """Instants that are adjusted; a longer walk is taken at evenly spread ones."""
 _STAGES = ((False, 2.0, 1e-3), (True, 1.0, 1e-4), (True, 1.0, 3e-5))
-"""Of the three adjustments: whether distortion and principal points are sought, factor of the errors, and the share of
-the cost by which a step must lower it."""
+"""Of the three adjustments: whether distortion and principal points are sought, factor of the errors, and the share
+of the cost by which a step must lower it."""
 _STEPS = 25
 _PLACE_STEPS = 15
 
@@ -82,7 +82,9 @@ def _adjust(
         swapped = find_swaps(rig, tracks, times)
         exchanged = [track.exchanged(swap) for track, swap in zip(tracks, swapped, strict=True)]
         samples = [sample(track, times - ahead) for track, ahead in zip(exchanged, rig.ahead_s, strict=True)]
-        joints = triangulate(rig, np.stack([s.points for s in samples]), np.stack([s.weight for s in samples]))
+        joints = triangulate(
+            rig, np.stack([s.points for s in samples]), np.stack([s.weight for s in samples])
+        )
         freedom = Freedom(tuple(numbers.tolist()), tuple(lenses and one for one in free), True)
         near = replace(usual, ahead_s=rig.ahead_s)
         adjustment = Adjustment(samples, times, near, freedom, limbs, loose)
@@ -117,7 +119,7 @@ def _facts(
             float(angles[c].max()),
             motion,
             len(views),
-            None if same[c] is None else views[same[c]].name,
+            None if (twin := same[c]) is None else views[twin].name,
         )
         for c, view in enumerate(views)
     ]

@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from studio.engine.calibration.views.bodies import Array
 
@@ -38,7 +39,7 @@ class Rig:
         moved = np.einsum("cab,...b->c...a", self.turns, positions)
         return moved + self.shifts.reshape(len(self.shifts), *(1,) * (positions.ndim - 1), 3)
 
-    def show(self, positions: Array) -> tuple[Array, Array]:
+    def show(self, positions: Array) -> tuple[Array, NDArray[np.bool_]]:
         """Return pixels from the picture's middle, shape (camera_count, ..., 2), and whether they are in front."""
         p = self.seen_from(positions)
         front = p[..., 2] > _LEAST_DEPTH_M
@@ -66,8 +67,8 @@ class Rig:
             speed: of the observed pixels [pixel/s], shape (..., 2).
 
         Returns:
-            Pixels; derivatives by the point, shape (..., 2, 3), and by the camera's unknowns, shape (..., 2, 11); 0 for
-            points behind the camera.
+            Pixels; derivatives by the point, shape (..., 2, 3), and by the camera's unknowns, shape (..., 2, 11); 0
+            for points behind the camera.
         """
         turn, focal, bend = self.turns[camera], self.focals[camera], self.bends[camera]
         turned = positions @ turn.T
@@ -77,10 +78,14 @@ class Rig:
         x, y = p[..., 0] / z, p[..., 1] / z
         radius = x * x + y * y
         scale = 1.0 + bend * radius
-        a, b, d = focal * (scale + 2 * bend * x * x), focal * 2 * bend * x * y, focal * (scale + 2 * bend * y * y)
-        by_place = np.stack(
-            [np.stack([a / z, b / z, -(a * x + b * y) / z], -1), np.stack([b / z, d / z, -(b * x + d * y) / z], -1)], -2
+        a, b, d = (
+            focal * (scale + 2 * bend * x * x),
+            focal * 2 * bend * x * y,
+            focal * (scale + 2 * bend * y * y),
         )
+        across = np.stack([a / z, b / z, -(a * x + b * y) / z], -1)
+        down = np.stack([b / z, d / z, -(b * x + d * y) / z], -1)
+        by_place = np.stack([across, down], -2)
         by_camera = np.zeros((*x.shape, 2, UNKNOWNS))
         by_camera[..., TURN] = np.cross(turned[..., None, :], by_place)
         by_camera[..., SHIFT] = by_place

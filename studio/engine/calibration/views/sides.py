@@ -9,13 +9,15 @@ from itertools import product
 
 import numpy as np
 
-from studio.engine.calibration.views.bodies import Array
+from studio.engine.calibration.views.bodies import Array, known_of
 from studio.engine.calibration.views.rig import Rig
 from studio.engine.calibration.views.tracks import Track, nearest
 from studio.engine.calibration.views.triangulate import triangulate
 from studio.engine.calibration.views.view import JOINTS, OTHER_SIDE
 
-_ARMS = np.array([i for i, n in enumerate(JOINTS) if n.split("_")[-1] in ("shoulder", "elbow", "wrist", "hand")])
+_ARMS = np.array(
+    [i for i, n in enumerate(JOINTS) if n.split("_")[-1] in ("shoulder", "elbow", "wrist", "hand")]
+)
 _LEGS = np.array([i for i, n in enumerate(JOINTS) if n.split("_")[-1] in ("hip", "knee", "ankle", "toe")])
 _MOST_CAMERAS = 5
 _CLIPPED = 25.0
@@ -78,8 +80,10 @@ def _choose(rig: Rig, points: Array, weight: Array, group: np.ndarray) -> tuple[
         p = np.stack([points[c][:, columns[c]] for c in range(cameras)])
         w = np.stack([weight[c][:, columns[c]] for c in range(cameras)])
         found = triangulate(rig, p, w)
-        known = np.isfinite(found).all(axis=-1)
+        known = known_of(found)
         shown, front = rig.show(np.where(known[..., None], found, 0.0))
-        squares = np.where(front, np.minimum(((shown - p) ** 2).sum(axis=-1) * w, _CLIPPED), _CLIPPED * (w > 0))
+        squares = np.where(
+            front, np.minimum(((shown - p) ** 2).sum(axis=-1) * w, _CLIPPED), _CLIPPED * (w > 0)
+        )
         costs[i] = np.where(known, squares, 0.0).sum(axis=(0, 2)) + _EXCHANGE_COST * sum(way)
     return np.array(ways)[costs.argmin(axis=0)], costs.min(axis=0)

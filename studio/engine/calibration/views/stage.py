@@ -6,7 +6,7 @@ import numpy as np
 from studio.engine.base.geometry import make_transform, transform_points
 from studio.engine.calibration.cameras.merge import Walk
 from studio.engine.calibration.performer.stage import find_stage
-from studio.engine.calibration.views.bodies import USUAL_HEIGHT_M, Array
+from studio.engine.calibration.views.bodies import USUAL_HEIGHT_M, Array, known_of
 from studio.engine.calibration.views.view import COLUMNS
 from studio.engine.model.calibration import Performer
 from studio.engine.model.joints import INDEX, JOINT_COUNT
@@ -20,7 +20,9 @@ def canonical(joints: Array) -> Array:
     out = np.full((*joints.shape[:-2], JOINT_COUNT, 3), np.nan)
     out[..., COLUMNS, :] = joints
     for middle, side in (("hips", "hip"), ("neck", "shoulder")):
-        out[..., INDEX[middle], :] = (out[..., INDEX[f"left_{side}"], :] + out[..., INDEX[f"right_{side}"], :]) / 2
+        out[..., INDEX[middle], :] = (
+            out[..., INDEX[f"left_{side}"], :] + out[..., INDEX[f"right_{side}"], :]
+        ) / 2
     return out
 
 
@@ -52,7 +54,7 @@ def to_stage(
 
 def _walk(times_s: Array, joints: Array) -> Walk:
     """Return joints as the walk that one sure camera saw."""
-    known = np.isfinite(joints).all(axis=-1)
+    known = known_of(joints)
     return Walk(times_s, joints[None], known[None].astype(np.float64), joints)
 
 

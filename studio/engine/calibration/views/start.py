@@ -1,7 +1,7 @@
-"""First places of the cameras: the network's guesses of the body put in front of each camera, then brought together."""
+"""First places of the cameras: the guessed bodies put in front of each camera, then brought together."""
 
 import numpy as np
-
+from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from studio.engine.base.geometry import fit_rigid, make_transform, rotation_between
@@ -24,7 +24,10 @@ def bodies(track: Track) -> Array:
     for f in np.flatnonzero(track.seen.sum(axis=1) >= _LEAST_JOINTS):
         seen = track.seen[f]
         middle = np.append(np.median(rays[f, seen], axis=0), 1.0)
-        body = track.world_m[f, seen] @ rotation_between(np.array([0.0, 0.0, 1.0]), middle / np.linalg.norm(middle)).T
+        body = (
+            track.world_m[f, seen]
+            @ rotation_between(np.array([0.0, 0.0, 1.0]), middle / np.linalg.norm(middle)).T
+        )
         out[f, seen] = body + _place(body, rays[f, seen])
     out[~(out[..., 2] > 0.1)] = np.nan
     return out
@@ -37,9 +40,9 @@ def _place(body: Array, rays: Array) -> Array:
     A = np.concatenate([np.stack([one, zero, -x], axis=1), np.stack([zero, one, -y], axis=1)])
     b = np.concatenate([x * body[:, 2] - body[:, 0], y * body[:, 2] - body[:, 1]])
     weight = np.ones(len(b))
-    shift = np.zeros(3)
+    shift: Array = np.zeros(3)
     for _ in range(5):
-        shift = np.linalg.lstsq(A * weight[:, None], b * weight, rcond=None)[0]
+        shift[:] = np.linalg.lstsq(A * weight[:, None], b * weight, rcond=None)[0]
         weight = 1.0 / (1.0 + ((A @ shift - b) / 0.05) ** 2)
     return shift
 
@@ -60,7 +63,8 @@ def places(a: Track, b: Track, bodies_a: Array, bodies_b: Array, ahead_s: float)
     most, up_a, up_b = _common(turns), _upright(bodies_a), _upright(bodies_b)
     level = rotation_between(up_b, up_a)
     tried = [most] + [
-        Rotation.from_rotvec(up_a * angle).as_matrix() @ level for angle in np.arange(_TURNS) * 2 * np.pi / _TURNS
+        Rotation.from_rotvec(up_a * angle).as_matrix() @ level
+        for angle in np.arange(_TURNS) * 2 * np.pi / _TURNS
     ]
     used = np.zeros(both.shape, dtype=np.bool_)
     used[frames] = both[frames]
@@ -88,7 +92,7 @@ def _upright(bodies: Array) -> Array:
     return mean / np.linalg.norm(mean)
 
 
-def _turn(source: Array, target: Array, used: Array) -> Array:
+def _turn(source: Array, target: Array, used: NDArray[np.bool_]) -> Array:
     return fit_rigid(source[used], target[used])[:3, :3]
 
 

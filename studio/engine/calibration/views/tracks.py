@@ -106,13 +106,15 @@ def make_track(view: View) -> Track:
         seen = seen & np.isfinite(points).all(axis=2)
     sigma = ERROR_M * _pixels_per_metre(points, world, seen)[:, None] * np.ones(seen.shape)
     sigma = np.where(view.confidence[:, COLUMNS] < _LOW_CONFIDENCE, 2.5 * sigma, sigma)
-    return Track(view.time_s, np.where(seen[..., None], points, 0.0), seen, sigma, world, focal, view.lens is not None)
+    return Track(
+        view.time_s, np.where(seen[..., None], points, 0.0), seen, sigma, world, focal, view.lens is not None
+    )
 
 
 def _pixels_per_metre(
     points: NDArray[np.float64], world: NDArray[np.float64], seen: NDArray[np.bool_]
 ) -> NDArray[np.float64]:
-    """Return the size of the body in the picture, shape (frame_count,): spread of its points over that of the guess."""
+    """Return the size of the body in the picture, shape (frame_count,): its spread over that of the guess."""
     count = np.maximum(seen.sum(axis=1), 1)[:, None]
     w = seen[..., None]
     a = (points - (points * w).sum(axis=1, keepdims=True) / count[..., None]) * w

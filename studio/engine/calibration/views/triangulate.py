@@ -20,7 +20,9 @@ def triangulate(rig: Rig, points: Array, weight: Array, rounds: int = _ROUNDS) -
     ways = np.concatenate([rays, np.ones((*rays.shape[:-1], 1))], axis=-1)
     ways /= np.linalg.norm(ways, axis=-1, keepdims=True)
     ways = np.einsum("cba,c...b->c...a", rig.turns, ways)
-    centres = -np.einsum("cba,cb->ca", rig.turns, rig.shifts).reshape(len(points), *(1,) * (weight.ndim - 1), 3)
+    centres = -np.einsum("cba,cb->ca", rig.turns, rig.shifts).reshape(
+        len(points), *(1,) * (weight.ndim - 1), 3
+    )
     across = np.eye(3) - ways[..., :, None] * ways[..., None, :]
     used = weight * rig.focals.reshape(-1, *(1,) * (weight.ndim - 1)) ** 2
     robust = np.ones_like(weight)

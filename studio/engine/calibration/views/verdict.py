@@ -59,8 +59,8 @@ def verdict(facts: Facts) -> tuple[str, tuple[Said, ...]]:
         refused.append(
             say(
                 "views.beside",
-                "it stands beside the other camera ({degrees:.0f} degrees, seen from the performer): place the cameras "
-                "further apart, a quarter of a circle is best",
+                "it stands beside the other camera ({degrees:.0f} degrees, seen from the performer): place the "
+                "cameras further apart, a quarter of a circle is best",
                 degrees=facts.parallax_deg,
             )
         )
@@ -69,8 +69,8 @@ def verdict(facts: Facts) -> tuple[str, tuple[Said, ...]]:
         (refused if wrong else doubts).append(
             say(
                 "views.disagrees",
-                "its landmarks miss the performer found by all cameras by {mrad:.0f} mrad ({most:.0f} at most): let one "
-                "performer alone walk, the whole body in every picture",
+                "its landmarks miss the performer found by all cameras by {mrad:.0f} mrad ({most:.0f} at most): let "
+                "one performer alone walk, the whole body in every picture",
                 mrad=facts.rests.mean_mrad,
                 most=MOST_MRAD,
             )
@@ -103,14 +103,15 @@ def _judge_uncertain(facts: Facts, refused: list[Said], doubts: list[Said]) -> N
         (refused if uncertain.focal_share > MOST_FOCAL else doubts).append(
             say(
                 "views.focal_on_spot",
-                "the performer stayed on one spot, so the focal length is known to {percent:.0f} % only: walk through "
-                "the whole stage, near to the camera and far from it",
+                "the performer stayed on one spot, so the focal length is known to {percent:.0f} % only: walk "
+                "through the whole stage, near to the camera and far from it",
                 **values,
             )
             if on_spot
             else say(
                 "views.focal_uncertain",
-                "the focal length is known to {percent:.0f} % only: walk for longer, near to the camera and far from it",
+                "the focal length is known to {percent:.0f} % only: walk for longer, near to the camera and far "
+                "from it",
                 **values,
             )
         )
@@ -139,8 +140,8 @@ def _judge_uncertain(facts: Facts, refused: list[Said], doubts: list[Said]) -> N
 def knees_unseen(share: float) -> Said:
     return say(
         "views.knees_unseen",
-        "the knees are seen in {percent:.0f} % of its pictures only: place the camera so that the whole body, standing, "
-        "is in the picture",
+        "the knees are seen in {percent:.0f} % of its pictures only: place the camera so that the whole body, "
+        "standing, is in the picture",
         percent=share * 100,
     )
 
@@ -152,7 +153,8 @@ def still() -> Said:
 def motion_differs() -> Said:
     return say(
         "views.motion_differs",
-        "the motion in its pictures is not that of the other cameras: let all cameras see one performer at the same time",
+        "the motion in its pictures is not that of the other cameras: let all cameras see one performer at the same "
+        "time",
     )
 
 

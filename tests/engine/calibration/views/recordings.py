@@ -1,4 +1,4 @@
-"""The recordings of ordinary cameras among the outside data, as views, and how far found cameras are from the truth."""
+"""Recordings of ordinary cameras among the outside data, as views, and how far found cameras are from the truth."""
 
 import json
 from collections.abc import Sequence
@@ -88,8 +88,10 @@ def truth_of(test_data: Path, name: str, size: Sequence[int] = (1088, 1920)) -> 
     lenses, places, ahead = {}, {}, {}
     for camera, value in cameras.items():
         (fx, _, cx), (_, fy, cy), _ = value["K"]
-        lenses[camera] = Lens(fx, fy, cx, cy, *size, tuple(value.get("distortion", ())))
-        places[camera] = make_transform(np.array(value["R_camera_world"]), np.array(value["t_camera_world_m"]))
+        lenses[camera] = Lens(fx, fy, cx, cy, size[0], size[1], tuple(value.get("distortion", ())))
+        places[camera] = make_transform(
+            np.array(value["R_camera_world"]), np.array(value["t_camera_world_m"])
+        )
         ahead[camera] = float(value.get("clock_ahead_s", 0.0))
     return Truth(lenses, places, ahead)
 
@@ -110,7 +112,10 @@ def error_of(result: ViewsResult, truth: Truth, landmarks: Array) -> Error:
     scale = float((places * true_places).sum() / (places**2).sum())
     turns = [np.trace(a[:3, :3].T @ b[:3, :3]) for a, b in zip(found, true, strict=True)]
     ahead = [
-        result.cameras[n].ahead_s - result.cameras[names[0]].ahead_s - truth.ahead_s[n] + truth.ahead_s[names[0]]
+        result.cameras[n].ahead_s
+        - result.cameras[names[0]].ahead_s
+        - truth.ahead_s[n]
+        + truth.ahead_s[names[0]]
         for n in names
     ]
     return Error(
@@ -131,7 +136,7 @@ def _induced(result: ViewsResult, truth: Truth, points: Array) -> float:
         across = np.eye(3) - ways[:, :, None] * ways[:, None, :]
         A += across
         b += across @ camera.T_stage_camera[:3, 3]
-    found = np.linalg.solve(A, b[..., None])[..., 0]
+    found: Array = np.asarray(np.linalg.solve(A, b[..., None])[..., 0], dtype=np.float64)
     T = fit_rigid(found, points)
     turned = (found - found.mean(axis=0)) @ T[:3, :3].T
     centred = points - points.mean(axis=0)

@@ -24,7 +24,7 @@ def walker(times_s: Array, *, radius_m: float = 1.2, swing: float = 0.5, seated:
         body = rest.copy()
         for name in arms:  # hanging arms
             shoulder = rest[INDEX[f"{name.split('_')[0]}_shoulder"]]
-            body[INDEX[name]] = shoulder + [0.0, 0.0, -np.linalg.norm(rest[INDEX[name]] - shoulder)]
+            body[INDEX[name]] = shoulder - np.array([0.0, 0.0, np.linalg.norm(rest[INDEX[name]] - shoulder)])
         for side, sign in (("left", 1.0), ("right", -1.0)):
             phase = swing * sign * np.sin(2 * np.pi * 0.9 * t)
             bend = max(0.0, -phase) * 0.8
@@ -74,7 +74,8 @@ def view_of(
     error_m: float = 0.01,
     guess_deg: float = 8.0,
     knows_lens: bool = False,
-    **walk: float,
+    radius_m: float = 1.2,
+    seated: bool = False,
 ) -> View:
     """Return what a camera sees.
 
@@ -84,7 +85,9 @@ def view_of(
     """
     rng = np.random.default_rng(seed)
     times = np.arange(0.0, seconds, 1.0 / RATE_HZ)
-    local = transform_points(invert_transform(T_stage_camera), walker(times + ahead_s, **walk))
+    local = transform_points(
+        invert_transform(T_stage_camera), walker(times + ahead_s, radius_m=radius_m, seated=seated)
+    )
     noise = np.zeros(local.shape)
     for f in range(len(times)):
         fresh = rng.normal(0.0, error_m, local.shape[1:])

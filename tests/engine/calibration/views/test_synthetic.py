@@ -17,12 +17,14 @@ from tests.engine.calibration.views.synthetic import HEIGHT_M, LENS, camera_at, 
 ANGLES = (0.0, 80.0, 200.0)
 
 
-def rig(*, knows_lens: bool = False, seconds: float = 10.0, **walk: float) -> list[View]:
+def rig(
+    *, knows_lens: bool = False, seconds: float = 10.0, radius_m: float = 1.2, seated: bool = False
+) -> list[View]:
     ahead = (0.0, 0.12, -0.2)
     return [
         view_of(
             f"camera_{k}", camera_at(a, height_m=1.2 + 0.3 * k), seed=k + 1, seconds=seconds, ahead_s=ahead[k],
-            knows_lens=knows_lens, **walk,
+            knows_lens=knows_lens, radius_m=radius_m, seated=seated,
         )
         for k, a in enumerate(ANGLES)
     ]  # fmt: skip
@@ -137,7 +139,9 @@ def test_pictures_without_knees_are_refused() -> None:
 def test_other_motions_are_refused() -> None:
     views = rig()[:2]
     back = views[1]
-    other = replace(back, pixels=back.pixels[::-1], world_m=back.world_m[::-1], confidence=back.confidence[::-1])
+    other = replace(
+        back, pixels=back.pixels[::-1], world_m=back.world_m[::-1], confidence=back.confidence[::-1]
+    )
     assert calibrate_views([views[0], other]).verdict == "refused"
 
 

@@ -74,5 +74,19 @@ export default {
   "depth.none_readable": "aucune image de profondeur de {name} ne peut être lue",
   "depth.not_tracked": "la profondeur de {take} n'a pas été suivie avec ces réglages ; calculez la prise une fois",
   "tracker.no_transform": "pas de transformation pour la caméra {names} ; calibrez à nouveau",
-  "tracker.no_transforms": "plusieurs caméras ne font un squelette qu'avec leurs transformations ; calibrez d'abord"
-};
+  "tracker.no_transforms": "plusieurs caméras ne font un squelette qu'avec leurs transformations ; calibrez d'abord",
+  "views.names": "la calibration a besoin de caméras de noms différents ; reçu : {names}",
+  "views.alone": "une caméra seule ne voit pas la profondeur : l'interprète est placé par estimation, à 10 ou 20 cm près ; ajoutez une seconde caméra",
+  "views.nothing_together": "aucune autre caméra n'a vu l'interprète en même temps : marchez là où deux caméras vous voient",
+  "views.few_frames": "un corps entier n'est que dans {frames} de ses images, il en faut {least} : marchez plus longtemps, en vue de la caméra",
+  "views.knees_unseen": "les genoux ne se voient que dans {percent} % de ses images : placez la caméra de sorte que le corps entier, debout, soit dans l'image",
+  "views.seated": "l'interprète est assis ou accroupi : levez-vous et parcourez tout le plateau",
+  "views.still": "l'interprète est resté immobile : parcourez tout le plateau",
+  "views.motion_differs": "le mouvement dans ses images n'est pas celui des autres caméras : que toutes les caméras voient un seul interprète en même temps",
+  "views.same_picture": "elle montre les mêmes images que {other} : donnez à chaque client sa propre caméra",
+  "views.beside": "elle est à côté de l'autre caméra ({degrees} degrés, vus de l'interprète) : éloignez les caméras l'une de l'autre, un quart de cercle est le mieux",
+  "views.disagrees": "ses points manquent de {mrad} mrad l'interprète trouvé par toutes les caméras ({most} au plus) : qu'un seul interprète marche, le corps entier dans chaque image",
+  "views.focal_on_spot": "l'interprète est resté sur place, la focale n'est donc connue qu'à {percent} % : parcourez tout le plateau, près de la caméra et loin d'elle",
+  "views.focal_uncertain": "la focale n'est connue qu'à {percent} % : marchez plus longtemps, près de la caméra et loin d'elle",
+  "views.place_uncertain": "sa place n'est connue qu'à {cm} cm et {degrees} degrés : marchez plus longtemps sur tout le plateau, ajoutez une caméra ou donnez les focales",
+}
