@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from studio.engine.calibration.views.bodies import BONES, LENGTH_COUNT, LENGTH_OF, LIMBS, Array, known_of
-from studio.engine.calibration.views.rig import AHEAD, BEND, CENTRE, FOCAL, UNKNOWNS, Rig
+from studio.engine.calibration.views.rig import AHEAD, BEND, CENTRE, FOCAL, UNKNOWNS, CameraRig
 from studio.engine.calibration.views.tracks import Sample
 
 _CAUCHY = 2.0
@@ -46,7 +46,7 @@ class Freedom:
 
 
 @dataclass(frozen=True)
-class Fit:
+class FittedRig:
     """Where an adjustment stands.
 
     Attributes:
@@ -58,7 +58,7 @@ class Fit:
         columns: of each camera's unknowns in it, shape (camera_count, 11); -1 = not sought.
     """
 
-    rig: Rig
+    rig: CameraRig
     joints: Array
     bones: Array
     cost: float = np.inf
@@ -105,7 +105,7 @@ class Adjustment:
         self,
         samples: list[Sample],
         times_s: Array,
-        usual: Rig,
+        usual: CameraRig,
         freedom: Freedom,
         limbs_m: float,
         loose: float = 1.0,
@@ -122,7 +122,7 @@ class Adjustment:
         self.own_focal = _ALIKE_FOCAL if alike else _OWN_FOCAL
         self.repeated = repeated(times_s)
 
-    def run(self, fit: Fit, rounds: int, small: float) -> Fit:
+    def run(self, fit: FittedRig, rounds: int, small: float) -> FittedRig:
         """Return the fit, with its covariance, after at most so many rounds, or the first one that lowers the cost by
         less than the share `small`."""
         known = known_of(fit.joints)
@@ -145,14 +145,14 @@ class Adjustment:
         joints = np.where(known[..., None], fit.joints, np.nan)
         return replace(fit, joints=joints, covariance=covariance, columns=self.columns)
 
-    def rests(self, fit: Fit) -> Array:
+    def rests(self, fit: FittedRig) -> Array:
         """Return what is left of each landmark [pixel], shape (camera_count, instant_count, 17, 2)."""
         shown, front = fit.rig.show(fit.joints)
         rest = shown - self.points + self.speed * (fit.rig.ahead_s - self.usual.ahead_s)[:, None, None, None]
         behind = _BEHIND * fit.rig.focals[:, None, None, None]
         return np.where(front[..., None], rest, behind)
 
-    def cost(self, fit: Fit) -> float:
+    def cost(self, fit: FittedRig) -> float:
         rest = self.rests(fit)
         landmarks = _cauchy((rest**2).sum(axis=-1) * self.weight).sum()
         bones = _cauchy(self._stretch(fit)[0] ** 2 * self.bone_weight)[self._whole()].sum()
@@ -163,13 +163,13 @@ class Adjustment:
         """Whether both ends of each bone are known, shape (instant_count, bone_count)."""
         return self.known[:, BONES[:, 0]] & self.known[:, BONES[:, 1]]
 
-    def _stretch(self, fit: Fit) -> tuple[Array, Array]:
+    def _stretch(self, fit: FittedRig) -> tuple[Array, Array]:
         """Return how much longer each bone is than usual [m], and its direction."""
         bone = fit.joints[:, BONES[:, 0]] - fit.joints[:, BONES[:, 1]]
         length = np.maximum(np.linalg.norm(bone, axis=2), 1e-3)
         return length - fit.bones[LENGTH_OF], bone / length[..., None]
 
-    def _prior(self, fit: Fit) -> tuple[Array, Array]:
+    def _prior(self, fit: FittedRig) -> tuple[Array, Array]:
         """Return how far the global unknowns are from what is usual, and the inverse covariance of that."""
         size = self.unknowns + LENGTH_COUNT
         b, P = np.zeros(size + 1), np.zeros((size + 1, size + 1))
@@ -195,7 +195,7 @@ class Adjustment:
         P[-1, -1] = _LIMBS_SHARE**-2
         return b, P
 
-    def _system(self, fit: Fit) -> tuple[Array, ...]:
+    def _system(self, fit: FittedRig) -> tuple[Array, ...]:
         """Return the normal equations: frames' blocks, their coupling with the globals, the globals' block, and
         both right sides."""
         frames, joints = fit.joints.shape[:2]
@@ -236,7 +236,7 @@ class Adjustment:
         )  # fmt: skip
 
     def _add_bones(
-        self, fit: Fit, own: Array, cross: Array, shared: Array, b_own: Array, b_shared: Array
+        self, fit: FittedRig, own: Array, cross: Array, shared: Array, b_own: Array, b_shared: Array
     ) -> None:
         stretch, way = self._stretch(fit)
         w = np.where(self._whole(), self.bone_weight, 0.0)
@@ -272,7 +272,7 @@ class Adjustment:
         reduced[np.diag_indices_from(reduced)] += damping * np.diag(shared) + 1e-9
         return reduced, right, solved[..., :-1], solved[..., -1]
 
-    def _step(self, fit: Fit, system: tuple[Array, ...], damping: float) -> Fit:
+    def _step(self, fit: FittedRig, system: tuple[Array, ...], damping: float) -> FittedRig:
         reduced, right, solved, free = self._reduced(system, damping)
         try:
             np.linalg.cholesky(reduced)
@@ -281,7 +281,7 @@ class Adjustment:
             return replace(fit, cost=np.inf)
         joints = fit.joints + (free - solved @ step).reshape(fit.joints.shape)
         each = np.append(step, 0.0)[self.columns]
-        out = Fit(fit.rig.changed(each), joints, fit.bones + step[self.unknowns :])
+        out = FittedRig(fit.rig.changed(each), joints, fit.bones + step[self.unknowns :])
         return replace(out, cost=self.cost(out))
 
 

@@ -20,7 +20,7 @@ from studio.engine.calibration.views.place import place
 from studio.engine.calibration.views.result import PlacedView, ViewsResult
 from studio.engine.calibration.views.stage import to_stage
 from studio.engine.calibration.views.start import bodies
-from studio.engine.calibration.views.tracks import Track, make_track, usual_lens
+from studio.engine.calibration.views.tracks import ViewTrack, make_track, usual_lens
 from studio.engine.calibration.views.view import View
 
 _FIRST_SHARE = 0.4
@@ -87,7 +87,7 @@ def _untold(share: float) -> None:
     pass
 
 
-def _alone(view: View, track: Track, height_m: float | None) -> ViewsResult:
+def _alone(view: View, track: ViewTrack, height_m: float | None) -> ViewsResult:
     """Return the only camera, placed by the bodies that the network guessed."""
     T, _, joints, performer = to_stage(track.time_s, bodies(track), height_m)
     reason = say(

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from studio.engine.calibration.views.tracks import Track, nearest
+from studio.engine.calibration.views.tracks import ViewTrack, nearest
 
 LONGEST_S = 2.0
 """Largest offset that is looked for."""
@@ -32,7 +32,7 @@ class Together:
     frames: int
 
 
-def compare(a: Track, b: Track, longest_s: float = LONGEST_S) -> Together:
+def compare(a: ViewTrack, b: ViewTrack, longest_s: float = LONGEST_S) -> Together:
     """Return the offset at which the second track's motion is most like the first one's."""
     steps = np.arange(-round(longest_s / _STEP_S), round(longest_s / _STEP_S) + 1) * _STEP_S
     values, counts = np.zeros(len(steps)), np.zeros(len(steps), dtype=np.int64)
@@ -50,7 +50,7 @@ def compare(a: Track, b: Track, longest_s: float = LONGEST_S) -> Together:
     )
 
 
-def _alike(a: Track, b: Track, ahead_s: float) -> tuple[float, int]:
+def _alike(a: ViewTrack, b: ViewTrack, ahead_s: float) -> tuple[float, int]:
     """Return the correlation of two motions at an offset, up to one rotation, and the number of instants."""
     rows, near = nearest(b, a.time_s - ahead_s)
     both = a.seen & b.seen[rows] & near[:, None]

@@ -6,9 +6,9 @@ import numpy as np
 
 from studio.engine.base.sentences import Said, say
 from studio.engine.calibration.views.bodies import Array
-from studio.engine.calibration.views.first import Pair
+from studio.engine.calibration.views.first import ViewPair
 from studio.engine.calibration.views.sides import at_instants
-from studio.engine.calibration.views.tracks import ERROR_M, Track
+from studio.engine.calibration.views.tracks import ERROR_M, ViewTrack
 from studio.engine.calibration.views.verdict import (
     LEAST_ALIKE,
     LEAST_KNEES,
@@ -32,7 +32,7 @@ _SAME = 0.15
 
 
 def refused_early(
-    views: Sequence[View], tracks: Sequence[Track], pairs: dict[tuple[int, int], Pair]
+    views: Sequence[View], tracks: Sequence[ViewTrack], pairs: dict[tuple[int, int], ViewPair]
 ) -> list[list[Said]]:
     """Return by camera why it cannot be placed; empty where nothing speaks against it."""
     out: list[list[Said]] = [[] for _ in views]
@@ -62,7 +62,7 @@ def refused_early(
     return out
 
 
-def knees_seen(view: View, track: Track) -> float:
+def knees_seen(view: View, track: ViewTrack) -> float:
     """Return the share of the frames with a body in which a knee is surely seen; the mean of both knees."""
     body = track.seen.sum(axis=1) >= _LEAST_JOINTS
     if not body.any():
@@ -72,7 +72,7 @@ def knees_seen(view: View, track: Track) -> float:
     return float(seen[body].mean())
 
 
-def hardly_moves(track: Track) -> bool:
+def hardly_moves(track: ViewTrack) -> bool:
     """Whether neither the limbs of the guessed body nor its place in the picture change, jitter left out."""
     limbs = [
         track.world_m[:, NUMBER[f"{side}_{name}"]]
@@ -100,7 +100,7 @@ def _spread(points: Array) -> float:
     return float(np.linalg.norm(means - np.median(means, axis=0), axis=1).mean())
 
 
-def _same(a: Track, b: Track, pair: Pair) -> bool:
+def _same(a: ViewTrack, b: ViewTrack, pair: ViewPair) -> bool:
     """Whether two streams show the same landmarks, also in pictures of other sizes."""
     if pair.together.frames == 0:
         return False

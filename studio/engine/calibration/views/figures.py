@@ -4,17 +4,17 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from studio.engine.calibration.views.adjust import Fit
+from studio.engine.calibration.views.adjust import FittedRig
 from studio.engine.calibration.views.bodies import Array
 from studio.engine.calibration.views.result import Rests, Uncertain
-from studio.engine.calibration.views.rig import AHEAD, FOCAL, SHIFT, TURN, Rig
+from studio.engine.calibration.views.rig import AHEAD, FOCAL, SHIFT, TURN, CameraRig
 from studio.engine.calibration.views.view import NUMBER
 
 _SAME_PLACE_M, _SAME_DEG = 0.05, 2.0
 
 
 @dataclass(frozen=True)
-class Motion:
+class PerformerMotion:
     """How the performer moved, in metres unless said.
 
     Attributes:
@@ -42,7 +42,7 @@ def rests_of(rest: Array, weight: Array, focal: float) -> Rests:
     return Rests(mean * to_mrad, median * to_mrad, p95 * to_mrad, mean, median, p95, len(distance))
 
 
-def uncertain_of(fit: Fit) -> list[Uncertain]:
+def uncertain_of(fit: FittedRig) -> list[Uncertain]:
     """Return how sure each camera is, from the covariance of a finished fit."""
     assert fit.covariance is not None and fit.columns is not None
     rig, covariance, columns = fit.rig, fit.covariance, fit.columns
@@ -76,7 +76,7 @@ def uncertain_of(fit: Fit) -> list[Uncertain]:
     return out
 
 
-def motion_of(joints: Array, up: Array) -> Motion:
+def motion_of(joints: Array, up: Array) -> PerformerMotion:
     """Return how a performer moved.
 
     Args:
@@ -91,7 +91,7 @@ def motion_of(joints: Array, up: Array) -> Motion:
         fall = thigh @ up / np.maximum(np.linalg.norm(thigh, axis=1), 1e-6)
         fall = fall[np.isfinite(fall)]
         falls.append(float(np.median(fall)) if len(fall) else 0.0)
-    return Motion(_spread(hips), float(np.mean([_spread(limb) for limb in limbs])), max(falls))
+    return PerformerMotion(_spread(hips), float(np.mean([_spread(limb) for limb in limbs])), max(falls))
 
 
 def parallax_deg(rig_centres: Array, hips: Array) -> Array:
@@ -113,7 +113,7 @@ def _spread(points: Array) -> float:
     return float(np.linalg.norm(points - np.median(points, axis=0), axis=1).mean())
 
 
-def twins(rig: Rig) -> list[int | None]:
+def twins(rig: CameraRig) -> list[int | None]:
     """Return for each camera an earlier one with its place and direction, or None."""
     centres = -np.einsum("cba,cb->ca", rig.turns, rig.shifts)
     out: list[int | None] = []

@@ -7,13 +7,13 @@ from itertools import combinations
 import numpy as np
 
 from studio.engine.base.geometry import invert_transform, make_transform
-from studio.engine.calibration.views.adjust import Adjustment, Fit, Freedom
+from studio.engine.calibration.views.adjust import Adjustment, FittedRig, Freedom
 from studio.engine.calibration.views.bodies import LIMBS, Array, lengths, usual_lengths
 from studio.engine.calibration.views.clocks import Together, compare
-from studio.engine.calibration.views.rig import Rig
+from studio.engine.calibration.views.rig import CameraRig
 from studio.engine.calibration.views.sides import find_swaps, misfit
 from studio.engine.calibration.views.start import bodies, places
-from studio.engine.calibration.views.tracks import Track, nearest, sample
+from studio.engine.calibration.views.tracks import ViewTrack, nearest, sample
 from studio.engine.calibration.views.triangulate import triangulate
 
 _FEW = 60
@@ -26,7 +26,7 @@ _LEAST_JOINTS = 8
 
 
 @dataclass(frozen=True)
-class Pair:
+class ViewPair:
     """Two cameras placed by themselves.
 
     Attributes:
@@ -41,8 +41,8 @@ class Pair:
 
 
 def first_pairs(
-    tracks: list[Track], height_m: float, told: Callable[[float], None] = lambda share: None
-) -> dict[tuple[int, int], Pair]:
+    tracks: list[ViewTrack], height_m: float, told: Callable[[float], None] = lambda share: None
+) -> dict[tuple[int, int], ViewPair]:
     """Return all pairs of cameras, placed by the bodies that the network guessed."""
     guessed = [bodies(track) for track in tracks]
     every = list(combinations(range(len(tracks)), 2))
@@ -53,11 +53,11 @@ def first_pairs(
     return out
 
 
-def _pair(tracks: list[Track], guessed: list[Array], height_m: float) -> Pair:
+def _pair(tracks: list[ViewTrack], guessed: list[Array], height_m: float) -> ViewPair:
     together = compare(tracks[0], tracks[1])
     tried = places(tracks[0], tracks[1], guessed[0], guessed[1], together.ahead_s) if together.frames else []
     if not tried:
-        return Pair(together, np.eye(4), np.inf)
+        return ViewPair(together, np.eye(4), np.inf)
     times = common_instants(tracks, np.array([0.0, together.ahead_s]), _FEW)
     rigs = [_rig([np.eye(4), invert_transform(T)], tracks, [0.0, together.ahead_s]) for T in tried]
     costs = [misfit(rig, tracks, times, 3 * _LOOSE) for rig in rigs]
@@ -68,10 +68,12 @@ def _pair(tracks: list[Track], guessed: list[Array], height_m: float) -> Pair:
         if cost < least:
             best = invert_transform(make_transform(fit.rig.turns[1], fit.rig.shifts[1]))
             least = cost
-    return Pair(together, best, least)
+    return ViewPair(together, best, least)
 
 
-def adjust_places(rig: Rig, tracks: list[Track], times_s: Array, height_m: float, rounds: int) -> Fit:
+def adjust_places(
+    rig: CameraRig, tracks: list[ViewTrack], times_s: Array, height_m: float, rounds: int
+) -> FittedRig:
     """Return the rig after an adjustment of its places alone, with all errors taken as large."""
     count = len(tracks)
     exchanged = [t.exchanged(s) for t, s in zip(tracks, find_swaps(rig, tracks, times_s), strict=True)]
@@ -81,11 +83,11 @@ def adjust_places(rig: Rig, tracks: list[Track], times_s: Array, height_m: float
     size = limbs / lengths(joints)[LIMBS].sum()
     rig, joints = replace(rig, shifts=rig.shifts * size), joints * size
     freedom = Freedom((-1,) * count, (False,) * count, False)
-    fit = Fit(rig, joints, lengths(joints))
+    fit = FittedRig(rig, joints, lengths(joints))
     return Adjustment(samples, times_s, rig, freedom, limbs, _LOOSE).run(fit, rounds, _SMALL)
 
 
-def chain(pairs: dict[tuple[int, int], Pair], tracks: list[Track]) -> Rig | None:
+def chain(pairs: dict[tuple[int, int], ViewPair], tracks: list[ViewTrack]) -> CameraRig | None:
     """Return the rig of the pairs that fit best, from the first camera on; None if one camera has no pair."""
     places: dict[int, Array] = {0: np.eye(4)}
     ahead = {0: 0.0}
@@ -107,7 +109,7 @@ def chain(pairs: dict[tuple[int, int], Pair], tracks: list[Track]) -> Rig | None
     return _rig([invert_transform(places[c]) for c in order], tracks, [ahead[c] for c in order])
 
 
-def common_instants(tracks: list[Track], ahead_s: Array, most: int) -> Array:
+def common_instants(tracks: list[ViewTrack], ahead_s: Array, most: int) -> Array:
     """Return at most so many instants [s], on the clock that the offsets lead to, at which two cameras or more see a
     body; evenly taken of a regular grid."""
     starts = [track.time_s[0] + ahead for track, ahead in zip(tracks, ahead_s, strict=True)]
@@ -121,7 +123,9 @@ def common_instants(tracks: list[Track], ahead_s: Array, most: int) -> Array:
     return times[np.unique(np.linspace(0, len(times) - 1, min(most, len(times))).round().astype(int))]
 
 
-def _rig(to_cameras: list[Array], tracks: list[Track], ahead_s: list[float]) -> Rig:
+def _rig(to_cameras: list[Array], tracks: list[ViewTrack], ahead_s: list[float]) -> CameraRig:
     T, count = np.stack(to_cameras), len(tracks)
     focals = np.array([track.focal for track in tracks])
-    return Rig(T[:, :3, :3], T[:, :3, 3], focals, np.zeros(count), np.array(ahead_s), np.zeros((count, 2)))
+    return CameraRig(
+        T[:, :3, :3], T[:, :3, 3], focals, np.zeros(count), np.array(ahead_s), np.zeros((count, 2))
+    )

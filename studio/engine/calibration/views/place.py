@@ -5,18 +5,18 @@ from dataclasses import replace
 
 import numpy as np
 
-from studio.engine.calibration.views.adjust import Adjustment, Fit, Freedom
+from studio.engine.calibration.views.adjust import Adjustment, FittedRig, Freedom
 from studio.engine.calibration.views.bodies import BONE_NAMES, USUAL_HEIGHT_M, Array, limbs_m
 from studio.engine.calibration.views.early import knees_seen
 from studio.engine.calibration.views.figures import motion_of, parallax_deg, rests_of, twins, uncertain_of
-from studio.engine.calibration.views.first import Pair, adjust_places, common_instants
+from studio.engine.calibration.views.first import ViewPair, adjust_places, common_instants
 from studio.engine.calibration.views.result import PlacedView, ViewsResult
-from studio.engine.calibration.views.rig import Rig
+from studio.engine.calibration.views.rig import CameraRig
 from studio.engine.calibration.views.sides import find_swaps
 from studio.engine.calibration.views.stage import camera_on_stage, to_stage
-from studio.engine.calibration.views.tracks import Track, sample, usual_lens
+from studio.engine.calibration.views.tracks import ViewTrack, sample, usual_lens
 from studio.engine.calibration.views.triangulate import triangulate
-from studio.engine.calibration.views.verdict import Facts, verdict
+from studio.engine.calibration.views.verdict import ViewFacts, verdict
 from studio.engine.calibration.views.view import NUMBER, View
 from studio.engine.model.lens import Lens
 
@@ -31,9 +31,9 @@ _PLACE_STEPS = 15
 
 def place(
     views: Sequence[View],
-    tracks: list[Track],
-    pairs: Mapping[tuple[int, int], Pair],
-    rig: Rig,
+    tracks: list[ViewTrack],
+    pairs: Mapping[tuple[int, int], ViewPair],
+    rig: CameraRig,
     height_m: float | None,
     shared_focal: bool,
     told: Callable[[float], None],
@@ -68,8 +68,8 @@ def place(
 
 
 def _adjust(
-    rig: Rig, tracks: list[Track], times: Array, shared_focal: bool, told: Callable[[float], None]
-) -> tuple[Fit, Adjustment, list[np.ndarray]]:
+    rig: CameraRig, tracks: list[ViewTrack], times: Array, shared_focal: bool, told: Callable[[float], None]
+) -> tuple[FittedRig, Adjustment, list[np.ndarray]]:
     """Return the adjusted cameras and joints, the last adjustment and what was exchanged in each frame."""
     usual, limbs = rig, limbs_m(USUAL_HEIGHT_M)
     fit = adjust_places(rig, tracks, times, USUAL_HEIGHT_M, _PLACE_STEPS)
@@ -88,20 +88,20 @@ def _adjust(
         freedom = Freedom(tuple(numbers.tolist()), tuple(lenses and one for one in free), True)
         near = replace(usual, ahead_s=rig.ahead_s)
         adjustment = Adjustment(samples, times, near, freedom, limbs, loose)
-        fit = adjustment.run(Fit(rig, joints, fit.bones), _STEPS, small)
+        fit = adjustment.run(FittedRig(rig, joints, fit.bones), _STEPS, small)
     assert adjustment is not None
     return fit, adjustment, swapped
 
 
 def _facts(
     views: Sequence[View],
-    tracks: list[Track],
-    pairs: Mapping[tuple[int, int], Pair],
-    fit: Fit,
+    tracks: list[ViewTrack],
+    pairs: Mapping[tuple[int, int], ViewPair],
+    fit: FittedRig,
     adjustment: Adjustment,
     T: Array,
     size: float,
-) -> list[Facts]:
+) -> list[ViewFacts]:
     """Return what the verdict on each camera is made of."""
     motion = motion_of(fit.joints * size, T[2, :3])
     centres = -np.einsum("cba,cb->ca", fit.rig.turns, fit.rig.shifts)
@@ -110,7 +110,7 @@ def _facts(
     same = twins(fit.rig)
     rests, uncertain = adjustment.rests(fit), uncertain_of(fit)
     return [
-        Facts(
+        ViewFacts(
             rests_of(rests[c], adjustment.weight[c], float(fit.rig.focals[c])),
             replace(uncertain[c], place_m=uncertain[c].place_m * size),
             view.lens is None,
@@ -125,7 +125,7 @@ def _facts(
     ]
 
 
-def _lens(view: View, rig: Rig, c: int) -> Lens:
+def _lens(view: View, rig: CameraRig, c: int) -> Lens:
     if view.lens is not None:
         return view.lens
     usual = usual_lens(view)

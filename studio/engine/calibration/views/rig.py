@@ -15,7 +15,7 @@ _LEAST_DEPTH_M = 0.2
 
 
 @dataclass(frozen=True)
-class Rig:
+class CameraRig:
     """Cameras as they are found. Points are in the frame of the first camera [m].
 
     Attributes:
@@ -99,12 +99,12 @@ class Rig:
         by_place[hide] = 0.0
         return pixels + self.centres[camera], by_place @ turn, by_camera
 
-    def changed(self, steps: Array) -> "Rig":
+    def changed(self, steps: Array) -> "CameraRig":
         """Return the rig after steps of its unknowns, shape (camera_count, 11)."""
         from scipy.spatial.transform import Rotation
 
         turns = Rotation.from_rotvec(steps[:, TURN]).as_matrix()
-        return Rig(
+        return CameraRig(
             turns @ self.turns,
             self.shifts + steps[:, SHIFT],
             self.focals * np.exp(np.clip(steps[:, FOCAL], -0.5, 0.5)),

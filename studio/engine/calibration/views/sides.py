@@ -10,8 +10,8 @@ from itertools import product
 import numpy as np
 
 from studio.engine.calibration.views.bodies import Array, known_of
-from studio.engine.calibration.views.rig import Rig
-from studio.engine.calibration.views.tracks import Track, nearest
+from studio.engine.calibration.views.rig import CameraRig
+from studio.engine.calibration.views.tracks import ViewTrack, nearest
 from studio.engine.calibration.views.triangulate import triangulate
 from studio.engine.calibration.views.view import JOINTS, OTHER_SIDE
 
@@ -26,7 +26,7 @@ _EXCHANGE_COST = 12.0
 """What an exchange must gain, in squared usual errors: for one camera's arms or legs of one frame."""
 
 
-def find_swaps(rig: Rig, tracks: list[Track], times_s: Array) -> list[np.ndarray]:
+def find_swaps(rig: CameraRig, tracks: list[ViewTrack], times_s: Array) -> list[np.ndarray]:
     """Return for each camera which joints of which frame are exchanged, shape (frame_count, 17).
 
     Args:
@@ -42,7 +42,7 @@ def find_swaps(rig: Rig, tracks: list[Track], times_s: Array) -> list[np.ndarray
     return out
 
 
-def misfit(rig: Rig, tracks: list[Track], times_s: Array, loose: float) -> float:
+def misfit(rig: CameraRig, tracks: list[ViewTrack], times_s: Array, loose: float) -> float:
     """Return how badly the rays of a rig meet, left and right exchanged where that helps: the mean of the clipped
     squared errors, in usual ones times `loose`."""
     points, weight = at_instants(rig.ahead_s, tracks, times_s)
@@ -50,7 +50,9 @@ def misfit(rig: Rig, tracks: list[Track], times_s: Array, loose: float) -> float
     return cost / max(int((weight > 0).sum()), 1)
 
 
-def at_instants(ahead_s: Sequence[float] | Array, tracks: list[Track], times_s: Array) -> tuple[Array, Array]:
+def at_instants(
+    ahead_s: Sequence[float] | Array, tracks: list[ViewTrack], times_s: Array
+) -> tuple[Array, Array]:
     """Return the landmarks of the frames nearest to instants, shape (camera_count, instant_count, 17, 2), and their
     weights; 0 = unseen."""
     points, weights = [], []
@@ -68,7 +70,7 @@ def _nearest_instant(times_s: Array, wanted_s: Array) -> tuple[np.ndarray, np.nd
     return index, np.abs(times_s[index] - wanted_s) < 0.1
 
 
-def _choose(rig: Rig, points: Array, weight: Array, group: np.ndarray) -> tuple[np.ndarray, Array]:
+def _choose(rig: CameraRig, points: Array, weight: Array, group: np.ndarray) -> tuple[np.ndarray, Array]:
     """Return whether to exchange each camera's joints of a group, shape (instant_count, camera_count), and the cost
     of each instant."""
     cameras = len(points)

@@ -6,7 +6,7 @@ from scipy.spatial.transform import Rotation
 
 from studio.engine.base.geometry import fit_rigid, make_transform, rotation_between
 from studio.engine.calibration.views.bodies import Array
-from studio.engine.calibration.views.tracks import Track, nearest
+from studio.engine.calibration.views.tracks import ViewTrack, nearest
 from studio.engine.calibration.views.view import NUMBER
 
 _LEAST_JOINTS = 8
@@ -14,7 +14,7 @@ _FAR_M = 0.25
 _TURNS = 24
 
 
-def bodies(track: Track) -> Array:
+def bodies(track: ViewTrack) -> Array:
     """Return the guessed bodies where the picture shows them [m], in the camera's frame, shape (frame_count, 17, 3).
 
     NaN where too little is seen. The guess lies along the line of sight to the body.
@@ -47,7 +47,7 @@ def _place(body: Array, rays: Array) -> Array:
     return shift
 
 
-def places(a: Track, b: Track, bodies_a: Array, bodies_b: Array, ahead_s: float) -> list[Array]:
+def places(a: ViewTrack, b: ViewTrack, bodies_a: Array, bodies_b: Array, ahead_s: float) -> list[Array]:
     """Return transforms from camera b to camera a that may be the first one, the likeliest first.
 
     The guesses of two cameras that face each other may be turned by half a circle, or have left and right exchanged;

@@ -26,7 +26,7 @@ _LOW_CONFIDENCE = 0.5
 
 
 @dataclass(frozen=True)
-class Track:
+class ViewTrack:
     """Landmarks of a view, of `view.JOINTS`.
 
     Attributes:
@@ -57,14 +57,14 @@ class Track:
         """How near a frame must be to an instant to count for it [s]."""
         return max(_NEAR_S, _NEAR_STEPS * self.step_s)
 
-    def exchanged(self, swapped: NDArray[np.bool_]) -> "Track":
+    def exchanged(self, swapped: NDArray[np.bool_]) -> "ViewTrack":
         """Return the track with left and right exchanged where `swapped`, shape (frame_count, 17), says so."""
         out = {}
         for name in ("points", "seen", "sigma", "world_m"):
             value = getattr(self, name)
             mask = swapped.reshape(swapped.shape + (1,) * (value.ndim - 2))
             out[name] = np.where(mask, value[:, OTHER_SIDE], value)
-        return Track(time_s=self.time_s, focal=self.focal, known=self.known, **out)
+        return ViewTrack(time_s=self.time_s, focal=self.focal, known=self.known, **out)
 
 
 @dataclass(frozen=True)
@@ -93,7 +93,7 @@ def usual_lens(view: View) -> Lens:
     return Lens(focal, focal, (view.width - 1) / 2, (view.height - 1) / 2, view.width, view.height)
 
 
-def make_track(view: View) -> Track:
+def make_track(view: View) -> ViewTrack:
     """Return the view's landmarks about the picture's middle, with the size of their usual errors."""
     seen, pixels = view.seen[:, COLUMNS], view.pixels[:, COLUMNS]
     pixels = np.where(seen[..., None], pixels, 0.0)
@@ -106,7 +106,7 @@ def make_track(view: View) -> Track:
         seen = seen & np.isfinite(points).all(axis=2)
     sigma = ERROR_M * _pixels_per_metre(points, world, seen)[:, None] * np.ones(seen.shape)
     sigma = np.where(view.confidence[:, COLUMNS] < _LOW_CONFIDENCE, 2.5 * sigma, sigma)
-    return Track(
+    return ViewTrack(
         view.time_s, np.where(seen[..., None], points, 0.0), seen, sigma, world, focal, view.lens is not None
     )
 
@@ -124,7 +124,7 @@ def _pixels_per_metre(
     return np.clip(np.nan_to_num(size, nan=usual), usual / 4, usual * 4)
 
 
-def sample(track: Track, times_s: NDArray[np.float64]) -> Sample:
+def sample(track: ViewTrack, times_s: NDArray[np.float64]) -> Sample:
     """Return landmarks and their speeds at times of the camera's own clock, by lines fitted around each time."""
     count = len(track.time_s)
     first = np.searchsorted(track.time_s, times_s) - _WINDOW // 2
@@ -148,7 +148,7 @@ def sample(track: Track, times_s: NDArray[np.float64]) -> Sample:
     return Sample(np.where(sure[..., None], points, 0.0), np.where(sure[..., None], speed, 0.0), weight)
 
 
-def nearest(track: Track, times_s: NDArray[np.float64]) -> tuple[NDArray[np.int64], NDArray[np.bool_]]:
+def nearest(track: ViewTrack, times_s: NDArray[np.float64]) -> tuple[NDArray[np.int64], NDArray[np.bool_]]:
     """Return the frame nearest to each time of the camera's own clock, and whether it is near enough to be used."""
     right = np.clip(np.searchsorted(track.time_s, times_s), 1, len(track.time_s) - 1)
     left = right - 1

@@ -3,12 +3,12 @@
 import numpy as np
 
 from studio.engine.calibration.views.bodies import Array
-from studio.engine.calibration.views.rig import Rig
+from studio.engine.calibration.views.rig import CameraRig
 
 _ROUNDS = 4
 
 
-def triangulate(rig: Rig, points: Array, weight: Array, rounds: int = _ROUNDS) -> Array:
+def triangulate(rig: CameraRig, points: Array, weight: Array, rounds: int = _ROUNDS) -> Array:
     """Return the points nearest to the rays [m], shape (..., 3); NaN where fewer than two cameras see one.
 
     Args:

@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 
 from studio.engine.base.sentences import Said, say
-from studio.engine.calibration.views.figures import Motion
+from studio.engine.calibration.views.figures import PerformerMotion
 from studio.engine.calibration.views.result import Rests, Uncertain
 
 GOOD_MRAD, MOST_MRAD = 9.0, 15.0
@@ -22,7 +22,7 @@ LEAST_UPRIGHT = 0.6
 
 
 @dataclass(frozen=True)
-class Facts:
+class ViewFacts:
     """What a camera's verdict is made of.
 
     Attributes:
@@ -43,12 +43,12 @@ class Facts:
     knees: float
     alike: float
     parallax_deg: float
-    motion: Motion
+    motion: PerformerMotion
     cameras: int
     twin: str | None = None
 
 
-def verdict(facts: Facts) -> tuple[str, tuple[Said, ...]]:
+def verdict(facts: ViewFacts) -> tuple[str, tuple[Said, ...]]:
     """Return `good`, `usable` or `refused`, and the reasons, for one camera."""
     refused, doubts = _of_performer(facts), []
     if facts.alike < LEAST_ALIKE:
@@ -81,7 +81,7 @@ def verdict(facts: Facts) -> tuple[str, tuple[Said, ...]]:
     return ("usable", tuple(doubts)) if doubts else ("good", ())
 
 
-def _of_performer(facts: Facts) -> list[Said]:
+def _of_performer(facts: ViewFacts) -> list[Said]:
     """Return what the performer did that gives no calibration."""
     reasons = []
     if facts.knees < LEAST_KNEES:
@@ -95,24 +95,24 @@ def _of_performer(facts: Facts) -> list[Said]:
     return reasons
 
 
-def _judge_uncertain(facts: Facts, refused: list[Said], doubts: list[Said]) -> None:
+def _judge_uncertain(facts: ViewFacts, refused: list[Said], doubts: list[Said]) -> None:
     uncertain = facts.uncertain
     on_spot = facts.motion.travel_m < LEAST_TRAVEL_M
     if facts.focal_sought and uncertain.focal_share > (GOOD_FOCAL_ON_SPOT if on_spot else GOOD_FOCAL):
-        values = {"percent": uncertain.focal_share * 100}
+        percent = uncertain.focal_share * 100
         (refused if uncertain.focal_share > MOST_FOCAL else doubts).append(
             say(
                 "views.focal_on_spot",
                 "the performer stayed on one spot, so the focal length is known to {percent:.0f} % only: walk "
                 "through the whole stage, near to the camera and far from it",
-                **values,
+                percent=percent,
             )
             if on_spot
             else say(
                 "views.focal_uncertain",
                 "the focal length is known to {percent:.0f} % only: walk for longer, near to the camera and far "
                 "from it",
-                **values,
+                percent=percent,
             )
         )
     if uncertain.place_m > GOOD_PLACE_M or uncertain.turn_deg > GOOD_TURN_DEG:

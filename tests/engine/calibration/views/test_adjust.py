@@ -7,7 +7,7 @@ import pytest
 
 from studio.engine.base.geometry import invert_transform
 from studio.engine.calibration.views.clocks import compare
-from studio.engine.calibration.views.rig import UNKNOWNS, Rig
+from studio.engine.calibration.views.rig import UNKNOWNS, CameraRig
 from studio.engine.calibration.views.sides import find_swaps
 from studio.engine.calibration.views.tracks import first_focal, make_track, sample
 from studio.engine.calibration.views.triangulate import triangulate
@@ -18,10 +18,10 @@ from tests.engine.calibration.views.synthetic import LENS, camera_at, view_of, w
 ANGLES = (0.0, 95.0, 190.0)
 
 
-def true_rig(*, ahead_s: float = 0.0) -> Rig:
+def true_rig(*, ahead_s: float = 0.0) -> CameraRig:
     T = np.stack([invert_transform(camera_at(angle)) for angle in ANGLES])
     count = len(ANGLES)
-    return Rig(
+    return CameraRig(
         T[:, :3, :3], T[:, :3, 3], np.full(count, LENS.fx), np.zeros(count), np.full(count, ahead_s),
         np.zeros((count, 2)),
     )  # fmt: skip
@@ -52,7 +52,7 @@ def test_rays_meet_in_the_point_that_cameras_show_in_spite_of_one_wrong_landmark
     shown, _ = rig.show(points)
     weight = np.full(shown.shape[:-1], 1 / 25.0)
     assert triangulate(rig, shown, weight) == pytest.approx(points, abs=1e-6)
-    rig4 = Rig(*(np.concatenate([value, value[:1]]) for value in vars(rig).values()))
+    rig4 = CameraRig(*(np.concatenate([value, value[:1]]) for value in vars(rig).values()))
     shown4 = np.concatenate([shown, shown[:1] + 80.0])
     found = triangulate(rig4, shown4, np.concatenate([weight, weight[:1]]), rounds=10)
     assert np.linalg.norm(found - points, axis=-1).max() < 0.06  # 80 pixels are 0.36 m

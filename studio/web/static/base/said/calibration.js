@@ -89,4 +89,4 @@ export default {
   "views.focal_on_spot": "l'interprète est resté sur place, la focale n'est donc connue qu'à {percent} % : parcourez tout le plateau, près de la caméra et loin d'elle",
   "views.focal_uncertain": "la focale n'est connue qu'à {percent} % : marchez plus longtemps, près de la caméra et loin d'elle",
   "views.place_uncertain": "sa place n'est connue qu'à {cm} cm et {degrees} degrés : marchez plus longtemps sur tout le plateau, ajoutez une caméra ou donnez les focales",
-}
+};
