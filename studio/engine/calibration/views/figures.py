@@ -14,7 +14,7 @@ _SAME_PLACE_M, _SAME_DEG = 0.05, 2.0
 
 
 @dataclass(frozen=True)
-class PerformerMotion:
+class BodyMotion:
     """How the performer moved, in metres unless said.
 
     Attributes:
@@ -76,7 +76,7 @@ def uncertain_of(fit: FittedRig) -> list[Uncertain]:
     return out
 
 
-def motion_of(joints: Array, up: Array) -> PerformerMotion:
+def motion_of(joints: Array, up: Array) -> BodyMotion:
     """Return how a performer moved.
 
     Args:
@@ -91,7 +91,7 @@ def motion_of(joints: Array, up: Array) -> PerformerMotion:
         fall = thigh @ up / np.maximum(np.linalg.norm(thigh, axis=1), 1e-6)
         fall = fall[np.isfinite(fall)]
         falls.append(float(np.median(fall)) if len(fall) else 0.0)
-    return PerformerMotion(_spread(hips), float(np.mean([_spread(limb) for limb in limbs])), max(falls))
+    return BodyMotion(_spread(hips), float(np.mean([_spread(limb) for limb in limbs])), max(falls))
 
 
 def parallax_deg(rig_centres: Array, hips: Array) -> Array:

@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 
 from studio.engine.base.sentences import Said, say
-from studio.engine.calibration.views.figures import PerformerMotion
+from studio.engine.calibration.views.figures import BodyMotion
 from studio.engine.calibration.views.result import Rests, Uncertain
 
 GOOD_MRAD, MOST_MRAD = 9.0, 15.0
@@ -43,7 +43,7 @@ class ViewFacts:
     knees: float
     alike: float
     parallax_deg: float
-    motion: PerformerMotion
+    motion: BodyMotion
     cameras: int
     twin: str | None = None
 
