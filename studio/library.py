@@ -71,12 +71,19 @@ def simulate(motion: PathText, out: PathText, **options: Any) -> Take:
     return Take.open(simulate_take(motion, out, **options))
 
 
-def calibrate(take: Take, *, reference: str | None = None, progress: Progress | None = None) -> Calibration:
+def calibrate(
+    take: Take,
+    *,
+    reference: str | None = None,
+    height_m: float | None = None,
+    progress: Progress | None = None,
+) -> Calibration:
     """Return the calibration from a take's frames; it is stored in the take and used from now on.
 
     Args:
         take: with raw frames.
         reference: the camera whose clock is the stage clock; None = the first.
+        height_m: the performer's; where no camera sees depth it gives the size of the stage (1.75 where None).
         progress: receives the share done.
 
     Raises:
@@ -85,7 +92,7 @@ def calibrate(take: Take, *, reference: str | None = None, progress: Progress | 
     """
     from studio.offline.tracking import calibrate_take, keep_calibration
 
-    calibration = calibrate_take(take, reference=reference, progress=progress)
+    calibration = calibrate_take(take, reference=reference, height_m=height_m, progress=progress)
     keep_calibration(take, calibration)
     return calibration
 

@@ -26,6 +26,12 @@ def add_parser(subparsers: Any) -> None:
         "--reference", metavar="CAMERA", help="the camera whose clock is the stage clock (default: the first)"
     )
     parser.add_argument(
+        "--height-m",
+        metavar="M",
+        type=float,
+        help="the performer's height; where no camera sees depth, it gives the size of the stage (default: 1.75)",
+    )
+    parser.add_argument(
         "--from",
         dest="borrow",
         metavar="OTHER",
@@ -46,7 +52,7 @@ def run(args: argparse.Namespace) -> int:
         write_result(args, take.calibration().to_json())
         print(f"calibration {number} is in use, from {args.borrow}: {take.calibration_path(number)}")
         return 0
-    calibration = calibrate_take(take, reference=args.reference)
+    calibration = calibrate_take(take, reference=args.reference, height_m=args.height_m)
     result = calibration.to_json()
     write_result(args, result)
     print(_summary(result))

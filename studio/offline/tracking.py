@@ -198,7 +198,11 @@ def _check_may_track(take: Take, only_kept: bool) -> None:
 
 
 def calibrate_take(
-    take: Take, *, reference: str | None = None, progress: Progress | None = None
+    take: Take,
+    *,
+    reference: str | None = None,
+    height_m: float | None = None,
+    progress: Progress | None = None,
 ) -> Calibration:
     """Return the calibration from a take's frames; a bad one has the verdict `refused` and reasons.
 
@@ -206,6 +210,10 @@ def calibrate_take(
     the rest is solved with it. Received skeletons are used, and the floor is the one seen in depth. A take with only
     depth is tracked camera by camera, reported by `progress`, and the cameras are then refined on the body and the
     floor. All of the take is used if its calibration part is too short for a walk.
+
+    Args:
+        height_m: the performer's; without depth it gives the size of the stage, else it is compared with what is
+            measured.
 
     Raises:
         CalibrationError: no frames at all.
@@ -231,9 +239,13 @@ def calibrate_take(
         frames,
         reference=reference,
         until_s=until_s,
+        height_m=height_m,
         floors=floors,
         must_hold="somewhere" if until_s is None else "at_end",
+        progress=progress if only_depth is None else None,
     )
+    if all(camera.lens is not None for camera in calibration.cameras.values()):
+        return calibration
     calibration = follow_clocks(calibration, frames, until_s)
     if only_depth is None or len(frames) < 2:
         return calibration

@@ -3,10 +3,10 @@
 The steps: `first` (first clocks by `time_offset`, first transforms by `rigid`) -> `swaps` (left and right) ->
 `refine` (all at once) -> `merge` (one skeleton) -> `stage` (`floor`, `tpose`, `proportions`) -> `residuals`,
 `halves`, `handedness` and `verdict`. `together` runs the steps from `swaps` to `merge`; `holding` repeats them
-without spans that do not agree, where that is allowed.
+without spans that do not agree, where that is allowed. Cameras that see no depth go another way: `views`.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -27,6 +27,7 @@ from studio.engine.calibration.quality.halves import Halves, compare_halves
 from studio.engine.calibration.quality.handedness import mirrored_bodies
 from studio.engine.calibration.quality.verdict import Facts, verdict
 from studio.engine.calibration.together import Placements, swaps_between
+from studio.engine.calibration.views.pictures import calibrate_pictures, sees_no_depth
 from studio.engine.model.calibration import Calibration, CameraCalibration, Performer
 from studio.engine.model.frames import CameraFrame, ClockModel
 from studio.engine.model.spans import Span
@@ -46,6 +47,7 @@ def calibrate(
     height_m: float | None = None,
     floors: Mapping[str, Floor] | None = None,
     must_hold: MustHold = "always",
+    progress: Callable[[float], None] | None = None,
 ) -> Calibration:
     """Return the calibration from the frames; a bad one has the verdict `refused` and reasons.
 
@@ -56,14 +58,20 @@ def calibrate(
         frames: by camera, in device time order, each on its own clock.
         reference: the reference camera; the first where None.
         until_s: use only the reference camera's frames up to this time on its clock [s].
-        height_m: the performer's, where it was measured before; a height that disagrees is refused.
+        height_m: the performer's, where it was measured before; a height that disagrees is refused. To cameras that
+            see no depth it gives the size of the stage.
         floors: by camera, the floor that it sees, in its own frame (`depth_floor.seen_floors`).
         must_hold: when the cameras must agree. Unless they must throughout, spans without agreement are left out and
             reported (`CameraCalibration.disagrees`); all figures are then of the rest.
+        progress: of cameras that see no depth, called with the share that is done, 0..1.
 
     Raises:
         CalibrationError: no frames at all, or a reference camera without frames.
     """
+    if any(frames.values()) and all(sees_no_depth(mine) for mine in frames.values() if mine):
+        return calibrate_pictures(
+            frames, reference=reference, until_s=until_s, height_m=height_m, progress=progress
+        )
     cameras = first_placements(frames, reference, until_s)
     kept, fit, spans = fit_holding([camera for camera in cameras if not camera.problem], must_hold)
     epoch_s = kept[0].track.epoch_ns * 1e-9
@@ -95,7 +103,7 @@ def with_performer(calibration: Calibration, frames: Mapping[str, Sequence[Camer
 
     If only the performer's soles were not measured, only they are. Cameras and their clocks do not change.
     """
-    known = [name for name in calibration.cameras if frames.get(name)]
+    known = [name for name in calibration.cameras if frames.get(name) and not sees_no_depth(frames[name])]
     performer = calibration.performer
     if (performer is not None and performer.soles_measured) or not known:
         return calibration

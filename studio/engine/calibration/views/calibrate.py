@@ -10,9 +10,11 @@ from dataclasses import replace
 
 import numpy as np
 
-from studio.engine.base.errors import CalibrationError
+from studio.engine.base.errors import CalibrationError, SettingsError
 from studio.engine.base.geometry import make_transform
 from studio.engine.base.sentences import Said, say
+from studio.engine.base.value_sentences import bad_value
+from studio.engine.calibration.quality.verdict import HEIGHTS_M
 from studio.engine.calibration.views.bodies import USUAL_HEIGHT_M
 from studio.engine.calibration.views.early import refused_early
 from studio.engine.calibration.views.first import chain, first_pairs
@@ -51,6 +53,7 @@ def calibrate_views(
 
     Raises:
         CalibrationError: no view, or two of one name.
+        SettingsError: a height that no performer has.
     """
     told = progress or _untold
     names = [view.name for view in views]
@@ -60,6 +63,9 @@ def calibrate_views(
             "calibration needs cameras of different names; got {names}",
             names=names or ["none"],
         )
+    if height_m is not None and not HEIGHTS_M[0] <= height_m <= HEIGHTS_M[1]:
+        allowed = f"{HEIGHTS_M[0]} to {HEIGHTS_M[1]}, the performer's height in metres"
+        raise SettingsError(bad_value("height_m", height_m, allowed))
     tracks = [make_track(view) for view in views]
     pairs = first_pairs(tracks, USUAL_HEIGHT_M, lambda share: told(_FIRST_SHARE * share))
     refused = refused_early(views, tracks, pairs)

@@ -12,8 +12,11 @@ from numpy.typing import NDArray
 from studio.engine.calibration.views.tracks import ViewTrack, nearest
 
 LONGEST_S = 2.0
-"""Largest offset that is looked for."""
-_STEP_S = 1.0 / 60.0
+"""Largest offset that is looked for at first."""
+FARTHEST_S, FARTHEST_SHARE = 20.0, 0.4
+"""Largest one that is looked for where none so near is found, also as a share of the shorter stream."""
+_SURE = 0.35
+_STEP_S, _COARSE_S = 1.0 / 60.0, 1.0 / 15.0
 _LEAST_FRAMES = 20
 
 
@@ -32,22 +35,37 @@ class Together:
     frames: int
 
 
-def compare(a: ViewTrack, b: ViewTrack, longest_s: float = LONGEST_S) -> Together:
+def compare(a: ViewTrack, b: ViewTrack) -> Together:
     """Return the offset at which the second track's motion is most like the first one's."""
-    steps = np.arange(-round(longest_s / _STEP_S), round(longest_s / _STEP_S) + 1) * _STEP_S
+    if min(len(a.time_s), len(b.time_s)) < _LEAST_FRAMES:
+        return Together(0.0, 0.0, 0)
+    near = _best(a, b, _steps(0.0, LONGEST_S, _STEP_S))
+    shorter = min(a.time_s[-1] - a.time_s[0], b.time_s[-1] - b.time_s[0])
+    farthest = min(FARTHEST_S, FARTHEST_SHARE * shorter)
+    if near.correlation > _SURE or farthest <= LONGEST_S:
+        return near
+    coarse = _best(a, b, _steps(0.0, farthest, _COARSE_S))
+    far = _best(a, b, _steps(coarse.ahead_s, 2 * _COARSE_S, _STEP_S))
+    return far if far.correlation > near.correlation else near
+
+
+def _steps(middle_s: float, longest_s: float, step_s: float) -> NDArray[np.float64]:
+    return middle_s + np.arange(-round(longest_s / step_s), round(longest_s / step_s) + 1) * step_s
+
+
+def _best(a: ViewTrack, b: ViewTrack, steps: NDArray[np.float64]) -> Together:
+    """Return the best of evenly spaced offsets [s]."""
     values, counts = np.zeros(len(steps)), np.zeros(len(steps), dtype=np.int64)
     for i, ahead in enumerate(steps):
         values[i], counts[i] = _alike(a, b, float(ahead))
     values[counts < _LEAST_FRAMES] = 0.0
-    weighed = values * np.sqrt(
-        counts / max(int(counts.max()), 1)
-    )  # a gait repeats itself: the longer overlap counts
+    # a gait repeats itself: the longer overlap counts
+    weighed = values * np.sqrt(counts / max(int(counts.max()), 1))
     best = int(weighed.argmax())
     if counts[best] < _LEAST_FRAMES:
         return Together(0.0, 0.0, int(counts.max()))
-    return Together(
-        float(steps[best] + _peak(weighed, best) * _STEP_S), float(values[best]), int(counts[best])
-    )
+    ahead = float(steps[best] + _peak(weighed, best) * (steps[1] - steps[0]))
+    return Together(ahead, float(values[best]), int(counts[best]))
 
 
 def _alike(a: ViewTrack, b: ViewTrack, ahead_s: float) -> tuple[float, int]:

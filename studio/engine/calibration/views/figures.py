@@ -28,18 +28,32 @@ class BodyMotion:
     upright: float
 
 
-def rests_of(rest: Array, weight: Array, focal: float) -> Rests:
+def rests_of(rest: Array, weight: Array, depth_m: Array, focal: float) -> Rests:
     """Return the figures of one camera.
 
     Args:
-        rest: [pixel], shape (instant_count, 17, 2); weight: 0 where a landmark was not used.
+        rest: [pixel], shape (instant_count, 17, 2).
+        weight: 0 where a landmark was not used; depth_m: of the joints before the camera [m], same shape less 2.
+        focal: [pixel].
     """
-    distance = np.linalg.norm(rest, axis=-1)[weight > 0]
+    used = weight > 0
+    distance = np.linalg.norm(rest, axis=-1)[used]
     if len(distance) == 0:
         return Rests()
-    mean, median, p95 = float(distance.mean()), float(np.median(distance)), float(np.percentile(distance, 95))
-    to_mrad = 1e3 / focal
-    return Rests(mean * to_mrad, median * to_mrad, p95 * to_mrad, mean, median, p95, len(distance))
+    angle_mrad = distance / focal * 1e3
+    across_mm = angle_mrad * np.maximum(depth_m[used], 0.0)
+    (median_mrad, p95_mrad), (median_px, p95_px) = _usual(angle_mrad), _usual(distance)
+    median_mm, p95_mm = _usual(across_mm)
+    return Rests(
+        float(angle_mrad.mean()), median_mrad, p95_mrad,
+        float(distance.mean()), median_px, p95_px,
+        median_mm, p95_mm, len(distance),
+    )  # fmt: skip
+
+
+def _usual(values: Array) -> tuple[float, float]:
+    """Return median and 95th percentile."""
+    return float(np.median(values)), float(np.percentile(values, 95))
 
 
 def uncertain_of(fit: FittedRig) -> list[Uncertain]:

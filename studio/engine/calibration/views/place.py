@@ -60,6 +60,7 @@ def place(
             facts[c].rests,
             facts[c].uncertain,
             float(swapped[c].any(axis=1).mean()),
+            float((adjustment.weight[c] > 0).any(axis=1).mean()),
             word,
             reasons,
         )
@@ -109,9 +110,10 @@ def _facts(
     angles = parallax_deg(centres, hips)
     same = twins(fit.rig)
     rests, uncertain = adjustment.rests(fit), uncertain_of(fit)
+    depths = fit.rig.seen_from(fit.joints)[..., 2] * size
     return [
         ViewFacts(
-            rests_of(rests[c], adjustment.weight[c], float(fit.rig.focals[c])),
+            rests_of(rests[c], adjustment.weight[c], depths[c], float(fit.rig.focals[c])),
             replace(uncertain[c], place_m=uncertain[c].place_m * size),
             view.lens is None,
             knees_seen(view, tracks[c]),

@@ -20,6 +20,7 @@ class Rests:
     Attributes:
         mean_mrad, median_mrad, p95_mrad: as angles [mrad].
         mean_px, median_px, p95_px: [pixel].
+        median_mm, p95_mm: across the line of sight, at the joint [mm].
         count: number of landmarks.
     """
 
@@ -29,6 +30,8 @@ class Rests:
     mean_px: float = np.nan
     median_px: float = np.nan
     p95_px: float = np.nan
+    median_mm: float = np.nan
+    p95_mm: float = np.nan
     count: int = 0
 
 
@@ -60,6 +63,7 @@ class PlacedView:
         rests: what is left of its landmarks.
         uncertain: how far all this may be off.
         swapped: share of its frames in which arms or legs had left and right exchanged.
+        coverage: share of the instants at which it saw the performer; None = not known.
         verdict: `good`, `usable` or `refused`; `reasons` says why.
     """
 
@@ -69,6 +73,7 @@ class PlacedView:
     rests: Rests = field(default_factory=Rests)
     uncertain: Uncertain = field(default_factory=Uncertain)
     swapped: float = 0.0
+    coverage: float | None = None
     verdict: str = "good"
     reasons: tuple[str, ...] = ()
 

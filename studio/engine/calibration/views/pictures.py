@@ -1,0 +1,122 @@
+"""Ordinary cameras in a take or on the stage: their frames as views, and what was found as a `Calibration`."""
+
+from collections.abc import Callable, Mapping, Sequence
+
+import numpy as np
+
+from studio.engine.base.errors import CalibrationError
+from studio.engine.calibration.views.calibrate import calibrate_views
+from studio.engine.calibration.views.result import PlacedView
+from studio.engine.calibration.views.view import View
+from studio.engine.model.calibration import Calibration, CameraCalibration
+from studio.engine.model.frames import CameraFrame, ClockModel
+from studio.engine.model.joints import JOINT_COUNT
+
+_MARGIN_S = 2.0
+_ONE_CLOCK = 0.5
+"""Share of the shorter stream for which device times overlap where cameras have a common clock."""
+
+
+def sees_no_depth(frames: Sequence[CameraFrame]) -> bool:
+    """Whether a camera's frames are landmarks in pictures."""
+    return len(frames) > 0 and all(frame.picture is not None for frame in frames)
+
+
+def calibrate_pictures(
+    frames: Mapping[str, Sequence[CameraFrame]],
+    *,
+    reference: str | None = None,
+    until_s: float | None = None,
+    height_m: float | None = None,
+    progress: Callable[[float], None] | None = None,
+) -> Calibration:
+    """Return the calibration of cameras that see no depth; a bad one has the verdict `refused` and reasons.
+
+    The stage clock is the reference camera's.
+
+    Args:
+        frames: by camera, in device time order; see `sees_no_depth`.
+        reference: the first camera with frames where None.
+        until_s: use only the reference camera's frames up to this time on its clock [s].
+        height_m: the performer's, which gives the size; 1.75 m where None.
+        progress: called with the share that is done, 0..1.
+
+    Raises:
+        CalibrationError: the reference camera has no frames.
+    """
+    seen = {name: mine for name, mine in frames.items() if mine}
+    first = reference if reference is not None else next(iter(seen), "")
+    if first not in seen:
+        raise CalibrationError(
+            "calibration.reference_no_frames",
+            "reference camera {name!r} has no frames; cameras: {names}",
+            name=first,
+            names=[*frames],
+        )
+    starts = _starts_ns(seen, first)
+    ends_s = np.inf if until_s is None else until_s - starts[first] * 1e-9
+    order = [first, *(name for name in seen if name != first)]
+    views = [
+        _view(name, seen[name], starts[name], ends_s + (_MARGIN_S if name != first else 0.0))
+        for name in order
+    ]
+    result = calibrate_views(views, height_m=height_m, progress=progress)
+    cameras = {name: _camera(result.cameras[name], starts[first] - starts[name]) for name in order}
+    return Calibration(first, cameras, result.performer)
+
+
+def _starts_ns(frames: Mapping[str, Sequence[CameraFrame]], first: str) -> dict[str, int]:
+    """Return the device time of each camera that counts as the beginning [ns].
+
+    It is the reference's own where clocks run together, else the camera's first frame.
+    """
+    begin, end = (frames[first][i].device_time_ns for i in (0, -1))
+    out = {}
+    for name, mine in frames.items():
+        here, there = mine[0].device_time_ns, mine[-1].device_time_ns
+        overlap = min(end, there) - max(begin, here)
+        out[name] = begin if overlap > _ONE_CLOCK * min(end - begin, there - here) else here
+    return out
+
+
+def _view(name: str, frames: Sequence[CameraFrame], start_ns: int, until_s: float) -> View:
+    """Return a camera's frames as a view; those whose picture has not the last one's size are left out."""
+    last = frames[-1].picture
+    assert last is not None
+    used = [
+        (frame, frame.picture, (frame.device_time_ns - start_ns) * 1e-9)
+        for frame in frames
+        if frame.picture is not None
+        and (frame.picture.width, frame.picture.height) == (last.width, last.height)
+    ]
+    used = [one for one in used if one[2] <= until_s]
+    joints = (len(used), JOINT_COUNT)
+    return View(
+        name,
+        np.array([time_s for _, _, time_s in used]),
+        np.array([picture.pixels for _, picture, _ in used]).reshape(*joints, 2),
+        np.array([frame.confidence for frame, _, _ in used]).reshape(joints),
+        np.array([picture.world_m for _, picture, _ in used]).reshape(*joints, 3),
+        last.width,
+        last.height,
+    )
+
+
+def _camera(placed: PlacedView, begins_before_ns: int) -> CameraCalibration:
+    """Return a placed camera as part of a calibration.
+
+    Args:
+        begins_before_ns: what is added to its device times, besides `ahead_s`, to give the reference's [ns].
+    """
+    rests = placed.rests
+    return CameraCalibration(
+        placed.T_stage_camera,
+        clock=ClockModel(begins_before_ns + round(placed.ahead_s * 1e9)),
+        residual_median_mm=rests.median_mm if rests.count else None,
+        residual_p95_mm=rests.p95_mm if rests.count else None,
+        residual_pairs=rests.count,
+        coverage=placed.coverage,
+        verdict=placed.verdict,
+        reasons=placed.reasons,
+        lens=placed.lens,
+    )
