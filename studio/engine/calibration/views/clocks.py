@@ -50,7 +50,8 @@ def compare(a: ViewTrack, b: ViewTrack) -> Together:
 
 
 def _steps(middle_s: float, longest_s: float, step_s: float) -> NDArray[np.float64]:
-    return middle_s + np.arange(-round(longest_s / step_s), round(longest_s / step_s) + 1) * step_s
+    count = round(longest_s / step_s)
+    return middle_s + np.arange(-count, count + 1, dtype=np.float64) * step_s
 
 
 def _best(a: ViewTrack, b: ViewTrack, steps: NDArray[np.float64]) -> Together:

@@ -1,0 +1,91 @@
+"""Takes and stages of ordinary cameras: their frames are calibrated as views."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import studio
+from studio.__main__ import main
+from studio.engine.base.errors import CalibrationError, SettingsError
+from studio.engine.calibration.calibrate import calibrate, with_performer
+from studio.engine.calibration.views.view import View
+from studio.engine.model.calibration import Calibration
+from studio.engine.model.frames import CameraFrame, PictureJoints
+from studio.engine.model.joints import JOINT_COUNT
+from tests.engine.calibration.views.synthetic import HEIGHT_M, camera_at, view_of
+
+EPOCH_NS = 1_700_000_000_000_000_000
+LATER_NS = 3_600_000_000_000
+"""The second camera's clock is an hour ahead."""
+
+
+def frames_of(view: View, epoch_ns: int) -> list[CameraFrame]:
+    return [
+        CameraFrame(
+            view.name, k, epoch_ns + round(t * 1e9), np.full((JOINT_COUNT, 3), np.nan), view.confidence[k],
+            picture=PictureJoints(view.width, view.height, view.pixels[k], view.world_m[k]),
+        )
+        for k, t in enumerate(view.time_s)
+    ]  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def frames() -> dict[str, list[CameraFrame]]:
+    a = view_of("left", camera_at(0.0), seed=1, seconds=10.0)
+    b = view_of("right", camera_at(85.0), seed=2, seconds=10.0, ahead_s=0.3)
+    return {"left": frames_of(a, EPOCH_NS), "right": frames_of(b, EPOCH_NS + LATER_NS)}
+
+
+@pytest.fixture(scope="module")
+def found(frames: dict[str, list[CameraFrame]]) -> Calibration:
+    return calibrate(frames, height_m=HEIGHT_M)
+
+
+def test_frames_with_pictures_give_lenses_clocks_and_a_performer(
+    frames: dict[str, list[CameraFrame]], found: Calibration
+) -> None:
+    assert not found.refused, found.reasons
+    assert found.reference == "left"
+    assert found.performer is not None and found.performer.height_m == pytest.approx(HEIGHT_M, abs=0.02)
+    right = found.cameras["right"]
+    assert right.clock.stage_ns(EPOCH_NS + LATER_NS) == pytest.approx(EPOCH_NS + 0.3e9, abs=10e6)
+    assert right.lens is not None and right.lens.fx == pytest.approx(1000.0, rel=0.05)
+    assert right.residual_median_mm is not None and 1.0 < right.residual_median_mm < 40.0
+    assert right.coverage is not None and right.coverage > 0.9
+    assert (
+        with_performer(replace(found, performer=None), frames).performer is None
+    )  # there are no points to measure
+
+
+def test_a_calibration_with_lenses_is_stored_and_read(found: Calibration) -> None:
+    again = Calibration.from_json(dict(found.to_json()))
+    assert again.cameras["right"].lens == found.cameras["right"].lens
+    assert [*again.cameras["right"].reasons] == [*found.cameras["right"].reasons]
+
+
+def test_the_reference_is_chosen_and_must_have_frames(frames: dict[str, list[CameraFrame]]) -> None:
+    assert (
+        calibrate(frames, reference="right", until_s=(EPOCH_NS + LATER_NS) * 1e-9 + 6.0).reference == "right"
+    )
+    with pytest.raises(CalibrationError, match="reference camera 'up'"):
+        calibrate(frames, reference="up")
+
+
+def test_a_height_that_nobody_has_is_an_error(frames: dict[str, list[CameraFrame]]) -> None:
+    with pytest.raises(SettingsError, match="height_m 175"):
+        calibrate(frames, height_m=175.0)
+
+
+def test_a_take_of_simulated_ordinary_cameras(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    take = studio.simulate("demo", tmp_path / "take", cameras=2, tracker="rgb", seed=2)
+    assert main(["calibrate", str(take.path), "--height-m", "1.75"]) == 0
+    assert "calibration 1 is in use" in capsys.readouterr().out
+    stored = take.calibration().to_json()
+    assert stored["performer"] is not None and stored["performer"]["height_m"] == pytest.approx(
+        1.75, abs=0.01
+    )
+    for camera in stored["cameras"].values():
+        assert camera["intrinsics"] is not None and camera["intrinsics"]["fx"] > 500
+        assert camera["verdict"] != "refused"
