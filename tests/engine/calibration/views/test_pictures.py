@@ -79,10 +79,10 @@ def test_a_height_that_nobody_has_is_an_error(frames: dict[str, list[CameraFrame
 
 
 def test_a_take_of_simulated_ordinary_cameras(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    take = studio.simulate("demo", tmp_path / "take", cameras=2, tracker="rgb", seed=2)
-    assert main(["calibrate", str(take.path), "--height-m", "1.75"]) == 0
+    studio.simulate("demo", tmp_path / "take", cameras=2, tracker="rgb", seed=2)
+    assert main(["calibrate", str(tmp_path / "take"), "--height-m", "1.75"]) == 0
     assert "calibration 1 is in use" in capsys.readouterr().out
-    stored = take.calibration().to_json()
+    stored = studio.open_take(tmp_path / "take").calibration().to_json()
     assert stored["performer"] is not None and stored["performer"]["height_m"] == pytest.approx(
         1.75, abs=0.01
     )
