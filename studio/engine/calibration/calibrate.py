@@ -27,7 +27,7 @@ from studio.engine.calibration.quality.halves import Halves, compare_halves
 from studio.engine.calibration.quality.handedness import mirrored_bodies
 from studio.engine.calibration.quality.verdict import Facts, verdict
 from studio.engine.calibration.together import Placements, swaps_between
-from studio.engine.calibration.views.pictures import calibrate_pictures, sees_no_depth
+from studio.engine.calibration.views.pictures import calibrate_pictures, refused_beside_depth, sees_no_depth
 from studio.engine.model.calibration import Calibration, CameraCalibration, Performer
 from studio.engine.model.frames import CameraFrame, ClockModel
 from studio.engine.model.spans import Span
@@ -72,6 +72,13 @@ def calibrate(
         return calibrate_pictures(
             frames, reference=reference, until_s=until_s, height_m=height_m, progress=progress
         )
+    flat = [name for name, mine in frames.items() if sees_no_depth(mine)]
+    if flat:
+        deep = {name: mine for name, mine in frames.items() if name not in flat}
+        found = calibrate(
+            deep, reference=reference, until_s=until_s, height_m=height_m, floors=floors, must_hold=must_hold
+        )
+        return replace(found, cameras=found.cameras | {name: refused_beside_depth() for name in flat})
     cameras = first_placements(frames, reference, until_s)
     kept, fit, spans = fit_holding([camera for camera in cameras if not camera.problem], must_hold)
     epoch_s = kept[0].track.epoch_ns * 1e-9

@@ -26,7 +26,7 @@ from studio.engine.calibration.views.tracks import ViewTrack, make_track, usual_
 from studio.engine.calibration.views.view import View
 
 _FIRST_SHARE = 0.4
-_NOWHERE = make_transform(
+NOWHERE = make_transform(
     np.array([[1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, -1.0, 0.0]]), np.array([0.0, 0.0, 1.2])
 )
 """The place of a camera that was refused at once: upright at eye level, over the stage's origin."""
@@ -121,6 +121,6 @@ def _with_refused(
     for view, reasons in zip(views, refused, strict=True):
         lens = view.lens or usual_lens(view)
         cameras[view.name] = placed.cameras.get(view.name) or PlacedView(
-            _NOWHERE, lens, verdict="refused", reasons=tuple(reasons)
+            NOWHERE, lens, verdict="refused", reasons=tuple(reasons)
         )
     return replace(placed, cameras=cameras)

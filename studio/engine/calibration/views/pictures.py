@@ -5,7 +5,8 @@ from collections.abc import Callable, Mapping, Sequence
 import numpy as np
 
 from studio.engine.base.errors import CalibrationError
-from studio.engine.calibration.views.calibrate import calibrate_views
+from studio.engine.base.sentences import say
+from studio.engine.calibration.views.calibrate import NOWHERE, calibrate_views
 from studio.engine.calibration.views.result import PlacedView
 from studio.engine.calibration.views.view import View
 from studio.engine.model.calibration import Calibration, CameraCalibration
@@ -63,6 +64,16 @@ def calibrate_pictures(
     result = calibrate_views(views, height_m=height_m, progress=progress)
     cameras = {name: _camera(result.cameras[name], starts[first] - starts[name]) for name in order}
     return Calibration(first, cameras, result.performer)
+
+
+def refused_beside_depth() -> CameraCalibration:
+    """Return the calibration of a camera without depth among cameras with depth."""
+    reason = say(
+        "views.beside_depth",
+        "it sees no depth and other cameras do; cameras of both kinds are not calibrated together yet: connect one "
+        "kind only",
+    )
+    return CameraCalibration(NOWHERE, verdict="refused", reasons=(reason,))
 
 
 def _starts_ns(frames: Mapping[str, Sequence[CameraFrame]], first: str) -> dict[str, int]:
