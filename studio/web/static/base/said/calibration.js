@@ -78,6 +78,7 @@ export default {
   "views.names": "la calibration a besoin de caméras de noms différents ; reçu : {names}",
   "views.beside_depth": "elle ne voit pas la profondeur et d'autres caméras la voient ; les caméras des deux sortes ne se calibrent pas encore ensemble : connectez une seule sorte",
   "views.alone": "une caméra seule ne voit pas la profondeur : l'interprète est placé par estimation, à 10 ou 20 cm près ; ajoutez une seconde caméra",
+  "views.nothing_beside": "elle et les caméras de profondeur ont vu l'interprète ensemble trop peu de temps : marchez là où toutes vous voient",
   "views.nothing_together": "aucune autre caméra n'a vu l'interprète en même temps : marchez là où deux caméras vous voient",
   "views.few_frames": "un corps entier n'est que dans {frames} de ses images, il en faut {least} : marchez plus longtemps, en vue de la caméra",
   "views.knees_unseen": "les genoux ne se voient que dans {percent} % de ses images : placez la caméra de sorte que le corps entier, debout, soit dans l'image",
