@@ -141,7 +141,13 @@ def _start(track: ViewTrack, seen: Sample, joints: Array, turn: Array, ahead_s: 
         missed = np.median(np.linalg.norm(placed[:, :2] / depth - rays, axis=1)) * np.exp(log_focal)
         if missed < best:
             best = missed
-            out = _Found(Rotation.from_matrix(turn).as_rotvec(), shift, float(log_focal), 0.0, ahead_s)
+            out = _Found(
+                Rotation.from_matrix(turn).as_rotvec(),
+                np.asarray(shift, np.float64),
+                float(log_focal),
+                0.0,
+                ahead_s,
+            )
     assert out is not None
     return out
 
