@@ -3,7 +3,8 @@
 The steps: `first` (first clocks by `time_offset`, first transforms by `rigid`) -> `swaps` (left and right) ->
 `refine` (all at once) -> `merge` (one skeleton) -> `stage` (`floor`, `tpose`, `proportions`) -> `residuals`,
 `halves`, `handedness` and `verdict`. `together` runs the steps from `swaps` to `merge`; `holding` repeats them
-without spans that do not agree, where that is allowed. Cameras that see no depth go another way: `views`.
+without spans that do not agree, where that is allowed. Cameras that see no depth go another way (`views`), beside
+depth cameras by the skeleton that those see.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -27,7 +28,7 @@ from studio.engine.calibration.quality.halves import Halves, compare_halves
 from studio.engine.calibration.quality.handedness import mirrored_bodies
 from studio.engine.calibration.quality.verdict import Facts, verdict
 from studio.engine.calibration.together import Placements, swaps_between
-from studio.engine.calibration.views.pictures import calibrate_pictures, refused_beside_depth, sees_no_depth
+from studio.engine.calibration.views.pictures import calibrate_beside, calibrate_pictures, sees_no_depth
 from studio.engine.model.calibration import Calibration, CameraCalibration, Performer
 from studio.engine.model.frames import CameraFrame, ClockModel
 from studio.engine.model.spans import Span
@@ -72,13 +73,8 @@ def calibrate(
         return calibrate_pictures(
             frames, reference=reference, until_s=until_s, height_m=height_m, progress=progress
         )
-    flat = [name for name, mine in frames.items() if sees_no_depth(mine)]
-    if flat:
-        deep = {name: mine for name, mine in frames.items() if name not in flat}
-        found = calibrate(
-            deep, reference=reference, until_s=until_s, height_m=height_m, floors=floors, must_hold=must_hold
-        )
-        return replace(found, cameras=found.cameras | {name: refused_beside_depth() for name in flat})
+    flat = {name: mine for name, mine in frames.items() if sees_no_depth(mine)}
+    frames = {name: mine for name, mine in frames.items() if name not in flat}
     cameras = first_placements(frames, reference, until_s)
     kept, fit, spans = fit_holding([camera for camera in cameras if not camera.problem], must_hold)
     epoch_s = kept[0].track.epoch_ns * 1e-9
@@ -102,6 +98,9 @@ def calibrate(
                 camera, i, fit, walk, T_stage, performer, float(coverage[i]), halves[i], height_m, spans[i]
             )
             results[camera.name] = replace(result, disagrees=tuple(span.later(epoch_s) for span in spans[i]))
+    if flat:
+        own = cameras[0].name, frames[cameras[0].name]
+        results |= calibrate_beside(flat, own, epoch_s + walk.times_s, walk.merged)
     return Calibration(cameras[0].name, results, performer, floor_given=floor_given)
 
 

@@ -17,7 +17,7 @@ from studio.engine.base.geometry import make_transform
 from studio.engine.base.sentences import say
 from studio.engine.calibration.views.bodies import Array
 from studio.engine.calibration.views.figures import motion_of, rests_of
-from studio.engine.calibration.views.result import PlacedView, Uncertain
+from studio.engine.calibration.views.result import NOWHERE, PlacedView, Uncertain
 from studio.engine.calibration.views.tracks import Sample, ViewTrack, make_track, nearest, sample, usual_lens
 from studio.engine.calibration.views.verdict import ViewFacts, verdict
 from studio.engine.calibration.views.view import COLUMNS, NUMBER, View
@@ -79,12 +79,12 @@ def place_beside(
         return _refused(view)
     start = _start(track, sample(track, times_s - ahead_s), joints, turn, ahead_s)
     found, covariance, seen = _adjusted(track, times_s, joints, start)
-    rest, weight = _rest(found, track, seen, joints, view)
+    rest, weight, depth_m = _rest(found, track, seen, joints)
     focal = track.focal * np.exp(found.log_focal)
     uncertain = _uncertain(found, covariance, track.known)
     knees = [NUMBER["left_knee"], NUMBER["right_knee"]]
     body = track.seen.any(axis=1)
-    rests = rests_of(rest, weight, focal)
+    rests = rests_of(rest, weight, depth_m, focal)
     facts = ViewFacts(
         rests=replace(rests, mean_mrad=rests.median_mrad),  # hidden and exchanged joints are among them
         uncertain=uncertain,
@@ -102,6 +102,7 @@ def place_beside(
         ahead_s=found.ahead_s,
         rests=rests,
         uncertain=uncertain,
+        coverage=float((seen.weight > 0).any(axis=1).mean()),
         verdict=word,
         reasons=reasons,
     )
@@ -205,10 +206,13 @@ def _seen_at(found: _Found, focal: float, points: Array) -> Array:
     return focal * np.exp(found.log_focal) * rays * (1.0 + found.bend * (rays**2).sum(axis=1, keepdims=True))
 
 
-def _rest(found: _Found, track: ViewTrack, seen: Sample, joints: Array, view: View) -> tuple[Array, Array]:
+def _rest(found: _Found, track: ViewTrack, seen: Sample, joints: Array) -> tuple[Array, Array, Array]:
+    """Differences in pixels, their weights, and the joints' distance before the camera [m]."""
     known = np.isfinite(joints[..., 0])
-    at = _seen_at(found, track.focal, np.where(known[..., None], joints, 1.0).reshape(-1, 3))
-    return at.reshape(seen.points.shape) - seen.points, seen.weight * known
+    points = np.where(known[..., None], joints, 1.0).reshape(-1, 3)
+    at = _seen_at(found, track.focal, points)
+    depth = points @ Rotation.from_rotvec(found.turn).as_matrix()[2] + found.shift[2]
+    return at.reshape(seen.points.shape) - seen.points, seen.weight * known, depth.reshape(known.shape)
 
 
 def _uncertain(found: _Found, covariance: Array, known: bool) -> Uncertain:
@@ -242,5 +246,4 @@ def _refused(view: View) -> PlacedView:
         "views.nothing_beside",
         "it and the depth cameras saw the performer together for too short: walk where both see you",
     )
-    T = make_transform(np.array([[1.0, 0, 0], [0, 0, 1], [0, -1, 0]]), np.array([0.0, 0.0, 1.2]))
-    return PlacedView(T, view.lens or usual_lens(view), verdict="refused", reasons=(reason,))
+    return PlacedView(NOWHERE, view.lens or usual_lens(view), verdict="refused", reasons=(reason,))

@@ -11,7 +11,6 @@ from dataclasses import replace
 import numpy as np
 
 from studio.engine.base.errors import CalibrationError, SettingsError
-from studio.engine.base.geometry import make_transform
 from studio.engine.base.sentences import Said, say
 from studio.engine.base.value_sentences import bad_value
 from studio.engine.calibration.quality.verdict import HEIGHTS_M
@@ -19,17 +18,13 @@ from studio.engine.calibration.views.bodies import USUAL_HEIGHT_M
 from studio.engine.calibration.views.early import refused_early
 from studio.engine.calibration.views.first import chain, first_pairs
 from studio.engine.calibration.views.place import place
-from studio.engine.calibration.views.result import PlacedView, ViewsResult
+from studio.engine.calibration.views.result import NOWHERE, PlacedView, ViewsResult
 from studio.engine.calibration.views.stage import to_stage
 from studio.engine.calibration.views.start import bodies
 from studio.engine.calibration.views.tracks import ViewTrack, make_track, usual_lens
 from studio.engine.calibration.views.view import View
 
 _FIRST_SHARE = 0.4
-NOWHERE = make_transform(
-    np.array([[1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, -1.0, 0.0]]), np.array([0.0, 0.0, 1.2])
-)
-"""The place of a camera that was refused at once: upright at eye level, over the stage's origin."""
 
 
 def calibrate_views(

@@ -3,10 +3,11 @@
 from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
+from numpy.typing import NDArray
 
 from studio.engine.base.errors import CalibrationError
-from studio.engine.base.sentences import say
-from studio.engine.calibration.views.calibrate import NOWHERE, calibrate_views
+from studio.engine.calibration.views.beside import place_beside
+from studio.engine.calibration.views.calibrate import calibrate_views
 from studio.engine.calibration.views.result import PlacedView
 from studio.engine.calibration.views.view import View
 from studio.engine.model.calibration import Calibration, CameraCalibration
@@ -66,14 +67,28 @@ def calibrate_pictures(
     return Calibration(first, cameras, result.performer)
 
 
-def refused_beside_depth() -> CameraCalibration:
-    """Return the calibration of a camera without depth among cameras with depth."""
-    reason = say(
-        "views.beside_depth",
-        "it sees no depth and other cameras do; cameras of both kinds are not calibrated together yet: connect one "
-        "kind only",
-    )
-    return CameraCalibration(NOWHERE, verdict="refused", reasons=(reason,))
+def calibrate_beside(
+    frames: Mapping[str, Sequence[CameraFrame]],
+    reference: tuple[str, Sequence[CameraFrame]],
+    device_s: NDArray[np.float64],
+    joints_m: NDArray[np.float64],
+) -> dict[str, CameraCalibration]:
+    """Return cameras without depth, placed by the skeleton that depth cameras see; a bad one is `refused`.
+
+    Args:
+        frames: by camera, in device time order; see `sees_no_depth`.
+        reference: the reference camera's name and frames.
+        device_s: instants on the reference camera's clock [s], shape (instant_count,).
+        joints_m: canonical joints at the instants, stage frame [m], shape (instant_count, 21, 3); NaN = unknown.
+    """
+    name, own = reference
+    starts = _starts_ns({name: own, **frames}, name)
+    times_s = device_s - starts[name] * 1e-9
+    placed = {
+        camera: place_beside(_view(camera, mine, starts[camera], np.inf), times_s, joints_m)
+        for camera, mine in frames.items()
+    }
+    return {camera: _camera(one, starts[name] - starts[camera]) for camera, one in placed.items()}
 
 
 def _starts_ns(frames: Mapping[str, Sequence[CameraFrame]], first: str) -> dict[str, int]:

@@ -4,10 +4,16 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from studio.engine.base.geometry import make_transform
 from studio.engine.base.sentences import about
 from studio.engine.calibration.views.bodies import Array
 from studio.engine.model.calibration import Performer
 from studio.engine.model.lens import Lens
+
+NOWHERE = make_transform(
+    np.array([[1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, -1.0, 0.0]]), np.array([0.0, 0.0, 1.2])
+)
+"""The place of a camera that was refused at once: upright at eye level, over the stage's origin."""
 
 VERDICTS = ("good", "usable", "refused")
 """From the best to the worst."""

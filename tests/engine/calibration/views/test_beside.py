@@ -8,9 +8,12 @@ import pytest
 
 from studio.engine.animation.motion.authored import stage_motion
 from studio.engine.animation.motion.motion import CanonicalMotion
+from studio.engine.calibration.calibrate import calibrate
 from studio.engine.calibration.views.beside import place_beside
 from studio.engine.calibration.views.view import View
-from studio.engine.model.joints import to_canonical
+from studio.engine.model.frames import CameraFrame, PictureJoints
+from studio.engine.model.joints import JOINT_COUNT, to_canonical
+from studio.simulator.joints.seen import see
 from studio.simulator.landmarks.seen import SeenLandmarks, see_landmarks
 from studio.simulator.rig import standard_rig
 
@@ -79,3 +82,40 @@ def test_nobody_together_is_refused(seen: list[SeenLandmarks]) -> None:
     assert placed.verdict == "refused" and [reason.code for reason in placed.reasons] == [
         "views.nothing_beside"
     ]
+
+
+def test_both_kinds_of_cameras_are_calibrated_on_one_stage(seen: list[SeenLandmarks]) -> None:
+    deep = next(iter(see(walker(), standard_rig(2), seed=5)))
+    flat = seen[1]
+    frames = {
+        "deep": [
+            CameraFrame("deep", k, int(stamp), deep.positions_m[k], deep.confidence[k])
+            for k, stamp in enumerate(deep.device_time_ns)
+        ],
+        "flat": frames_of("flat", flat),
+    }
+    result = calibrate(frames)
+    assert result.reference == "deep" and not result.refused, result.reasons()
+    lens = result.cameras["flat"].lens
+    assert lens is not None and lens.fx == pytest.approx(flat.lens.fx, rel=0.05)
+    wanted = [rig.T_stage_camera for rig in standard_rig(2)]
+    between = np.linalg.inv(wanted[0]) @ wanted[1]
+    found = np.linalg.inv(result.cameras["deep"].T_stage_camera) @ result.cameras["flat"].T_stage_camera
+    off = np.linalg.inv(between) @ found
+    assert np.degrees(np.arccos((np.trace(off[:3, :3]) - 1.0) / 2.0)) < 1.5
+    assert np.linalg.norm(off[:3, 3]) < 0.12
+    late_s = 1e-9 * result.cameras["flat"].clock.stage_ns(int(flat.device_time_ns[50])) - flat.taken_s[50]
+    assert abs(late_s) < 0.015
+
+
+def frames_of(name: str, camera: SeenLandmarks) -> list[CameraFrame]:
+    view = view_of(camera)
+    used = [k for k, picture in enumerate(camera.pictures) if picture is not None]
+    unseen = np.full((JOINT_COUNT, 3), np.nan)
+    return [
+        CameraFrame(
+            name, k, int(camera.device_time_ns[k]), unseen, view.confidence[row],
+            picture=PictureJoints(view.width, view.height, view.pixels[row], view.world_m[row]),
+        )
+        for row, k in enumerate(used)
+    ]  # fmt: skip

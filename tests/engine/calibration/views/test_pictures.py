@@ -9,7 +9,6 @@ import pytest
 import studio
 from studio.__main__ import main
 from studio.engine.base.errors import CalibrationError, SettingsError
-from studio.engine.base.sentences import Said
 from studio.engine.calibration.calibrate import calibrate, with_performer
 from studio.engine.calibration.views.view import View
 from studio.engine.model.calibration import Calibration
@@ -77,18 +76,6 @@ def test_the_reference_is_chosen_and_must_have_frames(frames: dict[str, list[Cam
 def test_a_height_that_nobody_has_is_an_error(frames: dict[str, list[CameraFrame]]) -> None:
     with pytest.raises(SettingsError, match="height_m 175"):
         calibrate(frames, height_m=175.0)
-
-
-def test_beside_cameras_with_depth_it_is_refused_and_they_are_calibrated(
-    frames: dict[str, list[CameraFrame]],
-) -> None:
-    points = np.full((JOINT_COUNT, 3), np.nan)
-    deep = [replace(frame, camera="deep", positions=points, picture=None) for frame in frames["left"]]
-    result = calibrate({"deep": deep, "right": frames["right"]})
-    assert result.reference == "deep"
-    assert [one.code for one in result.cameras["right"].reasons if isinstance(one, Said)] == [
-        "views.beside_depth"
-    ]
 
 
 def test_a_take_of_simulated_ordinary_cameras(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
