@@ -59,7 +59,9 @@ class PeopleDetector:
         whole = Region.whole(*picture.size)
         image = whole.cut(picture, side).astype(np.float32) / np.float32(127.5) - np.float32(1.0)
         values, scores = self._network(image)
-        sure = 1.0 / (1.0 + np.exp(-np.clip(scores.ravel().astype(np.float64), -_LARGEST_SCORE, _LARGEST_SCORE)))
+        sure = 1.0 / (
+            1.0 + np.exp(-np.clip(scores.ravel().astype(np.float64), -_LARGEST_SCORE, _LARGEST_SCORE))
+        )
         some = np.flatnonzero(sure >= _LEAST_SURE)
         some = some[np.argsort(-sure[some], kind="stable")]
         rows = values.reshape(-1, _VALUES)[some].astype(np.float64) / side
@@ -67,7 +69,9 @@ class PeopleDetector:
         boxes = np.concatenate([middles - 0.5 * rows[:, 2:4], middles + 0.5 * rows[:, 2:4]], axis=1)
         points = rows[:, 4:8].reshape(-1, 2, 2) + self._anchors[some][:, None]
         return [
-            Person(Region.about(*whole.placed(np.average(points[same], axis=0, weights=sure[some][same]))), best)
+            Person(
+                Region.about(*whole.placed(np.average(points[same], axis=0, weights=sure[some][same]))), best
+            )
             for same, best in _groups(boxes, sure[some])
         ]
 
