@@ -2,8 +2,8 @@
 
 `recording` holds the result of an importer and writes it as a take. The importers are `camera_folders` (which reads
 `joints_csv` and `depth_folder`), `kinect_pair`, `kinect_states`, `k4a_mkv`, `ros_bag` (on `bag_files`),
-`recording_files` and `raw_file`. `kinect` is shared by the two Kinect kinds, `table` reads their CSV, and `k4a` the
-metadata of Azure Kinect files. `animation` makes takes of animations, which have no raw.
+`recording_files`, `raw_file` and `videos`, which finds landmarks. `kinect` is shared by the two Kinect kinds, `table`
+reads their CSV, and `k4a` the metadata of Azure Kinect files. `animation` makes takes of animations, without raw.
 """
 
 from collections.abc import Callable
@@ -21,6 +21,7 @@ from studio.take.importers import (
     raw_file,
     recording_files,
     ros_bag,
+    videos,
 )
 from studio.take.importers.animation import ANIMATIONS, import_animation, is_animation
 from studio.take.importers.recording import Progress, ReadRecording, write_recording
@@ -33,6 +34,8 @@ class Importer:
     description: str
     matches: Callable[[Path], bool]
     read: Callable[[Path, Progress], ReadRecording]
+    share: float = 0.3
+    """Of an import's time, the part for reading; the rest is for writing."""
 
 
 IMPORTERS: dict[str, Importer] = {
@@ -56,6 +59,12 @@ IMPORTERS: dict[str, Importer] = {
         ),
         kinect_states.matches,
         kinect_states.read,
+    ),
+    "videos": Importer(
+        say("import.kind_videos", "a video, or a folder of videos, one per camera"),
+        videos.matches,
+        videos.read,
+        share=0.97,
     ),
     "k4a-mkv": Importer(
         say("import.kind_k4a", "an Azure Kinect recording (.mkv)"), k4a_mkv.matches, k4a_mkv.read
@@ -102,8 +111,9 @@ def import_recording(
     importer = _importer(path)
     check_free(out)
     report = progress or _silent
-    recording = importer.read(path, lambda share: report(0.3 * share))
-    take = write_recording(recording, out, lambda share: report(0.3 + 0.7 * share))
+    reading = importer.share
+    recording = importer.read(path, lambda done: report(reading * done))
+    take = write_recording(recording, out, lambda done: report(reading + (1.0 - reading) * done))
     report(1.0)
     return take
 

@@ -1,0 +1,111 @@
+"""Videos of one performance: a folder with a file per camera, or one file. They become landmarks."""
+
+import re
+from pathlib import Path
+
+import numpy as np
+
+from studio.engine.base.errors import FormatError
+from studio.engine.base.sentences import say
+from studio.engine.base.system import core_count
+from studio.engine.model.joints import JOINT_SETS
+from studio.take.importers.camera_folders import read_beside
+from studio.take.importers.recording import Progress, ReadCamera, ReadLandmarks, ReadRecording
+from studio.take.video.file import is_video
+from studio.take.video.landmarks import JOINT_SET, VideoLandmarks
+from studio.wire import is_camera_name
+from studio.worker.several import run_several
+
+DEVICE = "video, BlazePose"
+
+
+def matches(path: Path) -> bool:
+    """Whether `path` is a video or a folder with one."""
+    return is_video(path) or (path.is_dir() and any(is_video(file) for file in path.iterdir()))
+
+
+def video_files(path: Path) -> dict[str, Path]:
+    """Return the videos at a path by the names of their cameras, those of the files.
+
+    Raises:
+        FormatError: two cameras would have one name.
+    """
+    files = sorted(file for file in path.iterdir() if is_video(file)) if path.is_dir() else [path]
+    named = [(_camera_name(file), file) for file in files]
+    if len(dict(named)) < len(named):
+        raise FormatError(
+            "import.one_name",
+            "{path}: two cameras would have one name of {names}; rename the files",
+            path=path,
+            names=[name for name, _ in named],
+        )
+    return dict(named)
+
+
+def read(path: Path, progress: Progress) -> ReadRecording:
+    """Return the landmarks of videos; several are read at once where there are cores.
+
+    Every video begins at the same time: how far apart they began, a calibration finds by the motion.
+
+    Raises:
+        FormatError: a file that is no video, two cameras of one name, or nobody in any video.
+        NotAvailableError: LiteRT is not installed.
+    """
+    files = video_files(path)
+    found: dict[str, VideoLandmarks] = run_several(
+        "studio.take.video.landmarks:landmarks_of",
+        {name: (file,) for name, file in files.items()},
+        processes=core_count(),
+        progress=progress,
+    )
+    notes = [note for name, one in found.items() for note in _notes(name, one)]
+    if not any(np.isfinite(one.pixels).any() for one in found.values()):
+        raise FormatError("import.nobody", "nobody was found in the videos at {path}", path=path)
+    cameras = tuple(_camera(name, one) for name, one in found.items())
+    created = min((one.video.created for one in found.values() if one.video.created), default=None)
+    if len(cameras) > 1:
+        notes.append("the videos begin together here; calibrate to find how far apart they began")
+    return read_beside(path if path.is_dir() else path.parent, cameras, notes, created=created)
+
+
+def _camera(name: str, found: VideoLandmarks) -> ReadCamera:
+    count = len(JOINT_SETS[JOINT_SET])
+    return ReadCamera(
+        name=name,
+        device=DEVICE,
+        joint_set=JOINT_SET,
+        times_ns=found.times_ns,
+        positions=np.full((len(found.times_ns), count, 3), np.nan),
+        confidence=found.visibility,
+        landmarks=ReadLandmarks(found.sizes, found.pixels, found.world_m),
+    )
+
+
+def _notes(name: str, found: VideoLandmarks) -> list[str]:
+    video = found.video
+    there = np.isfinite(found.pixels[:, 0, 0])
+    width, height = found.sizes[0]
+    gaps_s = np.diff(found.times_ns) * 1e-9
+    rate = 1.0 / np.median(gaps_s) if len(gaps_s) else video.frames_per_second
+    facts = [
+        f"{name}: {video.path.name}, {len(there)} frames of {width} x {height} at {rate:.4g} Hz, "
+        f"somebody in {there.mean():.0%}",
+    ]
+    facts += [f"{name}: recorded at {video.created}"] if video.created else []
+    facts += [f"{name}: begins at timecode {video.timecode}"] if video.timecode else []
+    facts += [video.damage] if video.damage else []
+    if found.most_people > 1:
+        facts.append(
+            say(
+                "import.several_people",
+                "{name}: {n} people are in the picture; the one nearest to its middle was followed",
+                name=name,
+                n=found.most_people,
+            )
+        )
+    return facts
+
+
+def _camera_name(file: Path) -> str:
+    name = re.sub(r"[^A-Za-z0-9_.-]+", "_", file.stem).lstrip("_.-")[:63]
+    return name if is_camera_name(name) else f"camera_{file.stem.encode().hex()[:16]}"
