@@ -11,8 +11,8 @@ Turn camera recordings, or an animation, into a take.
 
 PATH is a video, or a folder of videos, one per camera; a folder of camera_0, camera_1, ... each with joints.csv, or
 with depth.txt and camera.json; an Azure Kinect .mkv, a RealSense or ROS .bag or .db3, or a folder of these, a camera
-each; a raw.mcap; or a CSV with the skeletons of Kinects. The readable part of a truncated file is imported. An existing
-take is never overwritten, and a failed import leaves no files.
+each; a raw.mcap; or a CSV with the skeletons of Kinects. The readable part of a truncated file is imported. An
+existing take is never overwritten, and a failed import leaves no files.
 
 A .bvh, .fbx, .glb, .c3d or .trc is an animation: its take has no raw, and the solve `imported`."""
 

@@ -135,3 +135,12 @@ def test_a_take_of_videos_plays_as_a_camera(person, tmp_path):
         (camera,) = read_cameras(Path(path)).values()
         pictures = [frame.picture for frame in camera.frames]
         assert all(one is not None and (one.width, one.height) == (360, 640) for one in pictures)
+
+
+def test_a_player_that_is_late_goes_on_at_a_key_frame(person, tmp_path):
+    from studio.take.video.file import VideoFile
+
+    path = write_video(tmp_path / "long.mkv", person * 6, gop=5)
+    times = [time_ns for time_ns, _ in VideoFile.open(path).frames(lambda: 300_000_000)]
+    every = [time_ns for time_ns, _ in VideoFile.open(path).frames()]
+    assert len(every) == 24 and times == every[10:]

@@ -30,6 +30,7 @@ def write_video(
     *,
     tags: dict[str, str] | None = None,
     options: dict[str, str] | None = None,
+    gop: int = 12,
 ) -> Path:
     """Write pictures as a video; by default at 30 frames a second."""
     times_ms = times_ms or [round(k * 1000 / 30) for k in range(len(pictures))]
@@ -38,7 +39,7 @@ def write_video(
         stream = container.add_stream("libvpx" if path.suffix == ".webm" else "mpeg4", rate=1000)
         stream.height, stream.width = pictures[0].shape[:2]
         stream.pix_fmt, stream.bit_rate = "yuv420p", 8_000_000
-        stream.time_base = Fraction(1, 1000)
+        stream.time_base, stream.gop_size = Fraction(1, 1000), gop
         for picture, time_ms in zip(pictures, times_ms, strict=True):
             frame = av.VideoFrame.from_ndarray(picture, format="rgb24")
             frame.pts, frame.time_base = time_ms, Fraction(1, 1000)

@@ -31,7 +31,7 @@ def video_files(path: Path) -> dict[str, Path]:
         FormatError: two cameras would have one name.
     """
     files = sorted(file for file in path.iterdir() if is_video(file)) if path.is_dir() else [path]
-    named = [(_camera_name(file), file) for file in files]
+    named = [(camera_name(file), file) for file in files]
     if len(dict(named)) < len(named):
         raise FormatError(
             "import.one_name",
@@ -106,6 +106,7 @@ def _notes(name: str, found: VideoLandmarks) -> list[str]:
     return facts
 
 
-def _camera_name(file: Path) -> str:
+def camera_name(file: Path) -> str:
+    """Return a file's name without its ending, as the name of a camera."""
     name = re.sub(r"[^A-Za-z0-9_.-]+", "_", file.stem).lstrip("_.-")[:63]
     return name if is_camera_name(name) else f"camera_{file.stem.encode().hex()[:16]}"

@@ -1,9 +1,10 @@
 """Video files, read with PyAV."""
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from datetime import UTC, datetime
+from fractions import Fraction
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -76,26 +77,25 @@ class VideoFile:
                 timecode=tags.get("timecode", "") or next(filter(None, timecode), ""),
             )
 
-    def frames(self, from_s: float = 0.0) -> "Iterator[tuple[int, av.VideoFrame]]":
+    def frames(self, past_ns: Callable[[], int] | None = None) -> "Iterator[tuple[int, av.VideoFrame]]":
         """Yield time since the beginning of the video [ns], increasing, and frame.
 
         A damaged frame is left out; a file that is cut off ends early. `damage` says so afterwards.
 
         Args:
-            from_s: frames before this time may be left out; those just before it may come.
+            past_ns: the time [ns] before which frames are no longer wanted; they are skipped up to the next key
+                frame. None = all are wanted.
 
         Raises:
             FormatError: it can no longer be opened.
         """
         from av.error import FFmpegError
 
-        damaged, newest_ns, cut = 0, -1, ""
+        damaged, newest_ns, cut, skipping = 0, -1, "", False
         with _opened(self.path) as container:
             track = _track(self.path, container)
             track.thread_type = "AUTO"
-            start, unit = track.start_time or 0, track.time_base or 1
-            if from_s > 0:
-                container.seek(start + int(from_s / unit), stream=track)
+            start, unit = track.start_time or 0, (track.time_base or Fraction(1)) * 10**9
             packets = container.demux(track)
             while True:
                 try:
@@ -105,19 +105,23 @@ class VideoFile:
                     break
                 if packet is None:
                     break
+                if past_ns is not None and packet.pts is not None:
+                    late = (packet.pts - start) * unit < past_ns()
+                    skipping = late if packet.is_keyframe else skipping or late
+                    if skipping:
+                        continue
                 try:
                     decoded = packet.decode()
                 except FFmpegError:
                     damaged += 1
                     continue
                 for frame in decoded:
-                    time_ns = (
-                        newest_ns + 1 if frame.pts is None else round((frame.pts - start) * unit * 10**9)
-                    )
+                    time_ns = newest_ns + 1 if frame.pts is None else round((frame.pts - start) * unit)
                     if time_ns > newest_ns and min(frame.width, frame.height) >= _SMALLEST:
                         newest_ns = time_ns
                         yield time_ns, frame
-        self.damage = self._said(damaged, cut, newest_ns)
+        if not skipping:
+            self.damage = self._said(damaged, cut, newest_ns)
 
     def _said(self, damaged: int, cut: str, newest_ns: int) -> str:
         if cut or (self.duration_s and newest_ns * 1e-9 < 0.9 * self.duration_s - 1.0):

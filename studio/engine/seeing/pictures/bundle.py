@@ -3,7 +3,7 @@
 import zipfile
 from pathlib import Path
 
-from studio.engine.base.errors import FormatError, NotAvailableError
+from studio.engine.base.errors import FormatError, NotAvailableError, SettingsError
 from studio.engine.base.value_sentences import unknown
 
 MODELS = Path(__file__).parents[3] / "models"
@@ -12,11 +12,9 @@ MODELS = Path(__file__).parents[3] / "models"
 POSE_MODELS = {
     "lite": "pose_landmarker_lite.task",
     "full": "pose_landmarker_full.task",
-    "heavy": "pose_landmarker_heavy.task",
+    "heavy": "pose_landmark_heavy.tflite",
 }
 """Files of the pose models by name; the heavy one does not come with the studio."""
-
-DETECTOR, LANDMARKS = "pose_detector.tflite", "pose_landmarks_detector.tflite"
 
 _MOST_BYTES = 200_000_000
 
@@ -25,11 +23,11 @@ def model_file(model: str | Path) -> Path:
     """Return the file of a pose model.
 
     Args:
-        model: `lite`, `full` or `heavy`, or the path of a bundle.
+        model: `lite`, `full` or `heavy`, or the path of a bundle (`.task`) or of a network of landmarks (`.tflite`).
 
     Raises:
         NotAvailableError: the heavy model is not there.
-        FormatError: no file of this name, and no model of this name.
+        SettingsError: no model and no file of this name.
     """
     path = MODELS / POSE_MODELS[str(model)] if str(model) in POSE_MODELS else Path(model)
     if path.is_file():
@@ -40,20 +38,32 @@ def model_file(model: str | Path) -> Path:
             "the heavy model is not here: it does not come with the studio; use full, or fetch it as "
             "docs/devices.md says",
         )
-    raise FormatError(unknown("model", str(model), [*POSE_MODELS, "a file (.task)"]))
+    raise SettingsError(unknown("model", str(model), [*POSE_MODELS, "a file (.task, .tflite)"]))
 
 
-def networks_in(path: Path, names: tuple[str, ...] = (DETECTOR, LANDMARKS)) -> tuple[bytes, ...]:
-    """Return the networks of a bundle by their names in it.
+def pose_networks(path: Path) -> tuple[bytes, bytes]:
+    """Return the networks of a pose model: the detector of people, and the landmarks.
+
+    A network of landmarks alone (`.tflite`) is used with the detector that comes with the studio.
 
     Raises:
         FormatError: it cannot be read, is no bundle, or lacks a network.
     """
+    if path.suffix.lower() != ".tflite":
+        return _member(path, "pose_detector.tflite"), _member(path, "pose_landmarks_detector.tflite")
+    try:
+        landmarks = path.read_bytes()
+    except OSError as error:
+        raise broken(path, error) from error
+    return _member(MODELS / POSE_MODELS["lite"], "pose_detector.tflite"), landmarks
+
+
+def _member(path: Path, name: str) -> bytes:
     try:
         with zipfile.ZipFile(path) as bundle:
-            if sum(one.file_size for one in bundle.infolist()) > _MOST_BYTES:
-                raise broken(path, f"it unpacks to more than {_MOST_BYTES >> 20} MB")
-            return tuple(bundle.read(name) for name in names)
+            if bundle.getinfo(name).file_size > _MOST_BYTES:
+                raise broken(path, f"{name} is larger than {_MOST_BYTES >> 20} MB")
+            return bundle.read(name)
     except (OSError, zipfile.BadZipFile, KeyError, NotImplementedError, RuntimeError, EOFError) as error:
         raise broken(path, error) from error
 

@@ -9,7 +9,7 @@ from PIL import Image
 
 from studio.engine.base.errors import SettingsError
 from studio.engine.base.value_sentences import bad_value
-from studio.engine.seeing.pictures.bundle import model_file, networks_in
+from studio.engine.seeing.pictures.bundle import model_file, pose_networks
 from studio.engine.seeing.pictures.landmarks import LandmarkNetwork, Landmarks
 from studio.engine.seeing.pictures.people import PeopleDetector, Person
 from studio.engine.seeing.pictures.region import Region
@@ -52,17 +52,18 @@ class PoseFinder:
     picture's middle is taken, among those that are about as large as the largest; then that one is followed.
 
     Args:
-        model: `lite`, `full` or `heavy`, or the path of a bundle (`.task`).
+        model: `lite`, `full` or `heavy`, or a file, see `model_file`.
         threads: on which the networks run.
 
     Raises:
-        FormatError: no such model, or a file that is none.
+        SettingsError: no such model.
+        FormatError: a file that is no model.
         NotAvailableError: the model, or LiteRT, is not here.
     """
 
     def __init__(self, model: str | Path = "full", threads: int = 1) -> None:
         path = model_file(model)
-        detector, landmarks = networks_in(path)
+        detector, landmarks = pose_networks(path)
         self._detector = PeopleDetector(detector, path, threads)
         self._landmarks = LandmarkNetwork(landmarks, path, threads)
         self._region: Region | None = None

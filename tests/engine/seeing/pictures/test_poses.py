@@ -140,7 +140,7 @@ def test_models_that_are_none_are_said(tmp_path):
     for path in (cut, text, MODELS / "hand_landmarker.task"):
         with refused(FormatError, "model.broken"):
             PoseFinder(path)
-    with refused(FormatError, "value.unknown"):
+    with refused(SettingsError, "value.unknown"):
         PoseFinder("missing.task")
     with refused(NotAvailableError, "model.no_heavy"):
         PoseFinder("heavy")
