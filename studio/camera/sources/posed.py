@@ -26,8 +26,9 @@ if TYPE_CHECKING:
 
 _RATE_FRAMES = 60
 _COUNT = len(JOINT_SETS[JOINT_SET])
-_TOO_FEW = 0.75
-"""Share of the camera's pictures below which it is told that some are skipped."""
+_ENOUGH_HZ = 15.0
+_ENOUGH = 0.75
+"""It is told that pictures are skipped where fewer than this share of them, and fewer than enough, are read."""
 
 
 class PictureSource(Camera):
@@ -97,7 +98,7 @@ class PosedSource(Source):
         if self._people > 1:
             return several(self._people)
         many = len(self._done_ns) == _RATE_FRAMES and self.realtime
-        if many and self.measured_rate < _TOO_FEW * self.frames_per_second:
+        if many and self.measured_rate < min(_ENOUGH * self.frames_per_second, _ENOUGH_HZ):
             return too_many_pictures(self.measured_rate, self.frames_per_second)
         return ""
 
