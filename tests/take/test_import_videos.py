@@ -40,6 +40,7 @@ def test_a_folder_of_videos_becomes_a_take(person, test_data, tmp_path):
     write_video(folder / "left.mp4", person, tags={"creation_time": "2024-05-06T07:08:09.000000Z"})
     write_video(folder / "my phone.mov", other, [0, 40, 95])
     (folder / "notes.txt").write_text("no video", encoding="utf-8")
+    (folder / "depth.bag").write_bytes(b"")
     shares: list[float] = []
     take = import_recording(folder, tmp_path / "take", progress=shares.append)
     assert [*take.camera_names] == ["left", "my_phone"]
@@ -52,6 +53,7 @@ def test_a_folder_of_videos_becomes_a_take(person, test_data, tmp_path):
             assert np.isfinite(arrays.pixels).all() and np.isfinite(arrays.world_m).all()
     assert take.meta["created"].startswith("2024-05-06T07:08:09")
     assert "left: recorded at 2024-05-06T07:08:09" in take.meta["notes"]
+    assert "no videos: depth.bag" in take.meta["notes"]
 
 
 def test_one_video_is_a_take_too(person, tmp_path):

@@ -11,7 +11,7 @@ from studio.engine.base.system import core_count
 from studio.engine.model.joints import JOINT_SETS
 from studio.take.importers.camera_folders import read_beside
 from studio.take.importers.recording import Progress, ReadCamera, ReadLandmarks, ReadRecording
-from studio.take.video.file import is_video
+from studio.take.video.file import ENDINGS, is_video
 from studio.take.video.landmarks import JOINT_SET, VideoLandmarks
 from studio.wire import is_camera_name
 from studio.worker.several import run_several
@@ -63,9 +63,21 @@ def read(path: Path, progress: Progress) -> ReadRecording:
         raise FormatError("import.nobody", "nobody was found in the videos at {path}", path=path)
     cameras = tuple(_camera(name, one) for name, one in found.items())
     created = min((one.video.created for one in found.values() if one.video.created), default=None)
+    others = _others(path, files)
+    if others:
+        notes.append(f"left out, as they are no videos: {', '.join(others)}; import them apart")
     if len(cameras) > 1:
         notes.append("the videos begin together here; calibrate to find how far apart they began")
     return read_beside(path if path.is_dir() else path.parent, cameras, notes, created=created)
+
+
+def _others(path: Path, files: dict[str, Path]) -> list[str]:
+    """Return the names of recordings beside the videos that are of another kind."""
+    if not path.is_dir():
+        return []
+    taken = set(files.values())
+    kinds = (*ENDINGS, ".bag", ".db3", ".mcap")
+    return sorted(file.name for file in path.iterdir() if file.suffix.lower() in kinds and file not in taken)
 
 
 def _camera(name: str, found: VideoLandmarks) -> ReadCamera:
