@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from studio import wire
-from studio.engine.base.errors import FormatError
+from studio.engine.base.errors import FormatError, SettingsError
 from studio.take.importers import import_recording
 from studio.take.raw.frames import RawCamera, RawFrame, read_raw
 from tests.refused import refused
@@ -57,7 +57,12 @@ def test_a_folder_of_videos_becomes_a_take(person, test_data, tmp_path):
 
 
 def test_one_video_is_a_take_too(person, tmp_path):
-    take = import_recording(write_video(tmp_path / "one.mkv", person[:2]), tmp_path / "take")
+    video = write_video(tmp_path / "one.mkv", person[:2])
+    with refused(SettingsError, "value.unknown"):
+        import_recording(video, tmp_path / "take", model="huge")
+    take = import_recording(video, tmp_path / "take", model="lite")
+    with refused(SettingsError, "import.model"):
+        import_recording(take.raw_path, tmp_path / "other", model="lite")
     assert [len(frames) for frames in landmarks(take).values()] == [2]
 
 

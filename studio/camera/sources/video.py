@@ -12,10 +12,10 @@ from numpy.typing import NDArray
 from studio.camera.sources.pacing import WallClock
 from studio.camera.sources.picture_options import PictureConfig
 from studio.camera.sources.posed import PictureSource, PosedSource
-from studio.engine.base.errors import FormatError, SettingsError
+from studio.engine.base.errors import SettingsError
 from studio.engine.base.value_sentences import bad_value
 from studio.take.importers.videos import camera_name
-from studio.take.video.file import VideoFile
+from studio.take.video.file import VideoFile, no_frame
 from studio.take.video.picture import small_picture
 
 if TYPE_CHECKING:
@@ -65,9 +65,7 @@ class VideoConfig(PictureConfig):
     def picture(self) -> NDArray[np.uint8]:
         for _, frame in VideoFile.open(self.path).frames():
             return small_picture(frame, mirrored=self.mirrored).image
-        raise FormatError(
-            "video.no_frame", "no frame of {path} can be read; is the file whole?", path=self.path
-        )
+        raise no_frame(Path(self.path))
 
 
 class PlayedVideo(PictureSource):

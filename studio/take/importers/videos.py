@@ -9,6 +9,7 @@ from studio.engine.base.errors import FormatError
 from studio.engine.base.sentences import say
 from studio.engine.base.system import core_count
 from studio.engine.model.joints import JOINT_SETS
+from studio.engine.seeing.pictures.bundle import model_file
 from studio.take.importers.camera_folders import read_beside
 from studio.take.importers.recording import Progress, ReadCamera, ReadLandmarks, ReadRecording
 from studio.take.video.file import ENDINGS, is_video
@@ -17,6 +18,8 @@ from studio.wire import is_camera_name
 from studio.worker.several import run_several
 
 DEVICE = "video, BlazePose"
+MODEL = "full"
+"""The model, unless another one is asked for."""
 
 
 def matches(path: Path) -> bool:
@@ -42,19 +45,26 @@ def video_files(path: Path) -> dict[str, Path]:
     return dict(named)
 
 
-def read(path: Path, progress: Progress) -> ReadRecording:
+def read(path: Path, progress: Progress, model: str | Path = MODEL) -> ReadRecording:
     """Return the landmarks of videos; several are read at once where there are cores.
 
     Every video begins at the same time: how far apart they began, a calibration finds by the motion.
 
+    Args:
+        path: a video, or a folder of them.
+        progress: receives the share done.
+        model: see `PoseFinder`.
+
     Raises:
+        SettingsError: no such model.
         FormatError: a file that is no video, two cameras of one name, or nobody in any video.
         NotAvailableError: LiteRT is not installed.
     """
+    model_file(model)
     files = video_files(path)
     found: dict[str, VideoLandmarks] = run_several(
         "studio.take.video.landmarks:landmarks_of",
-        {name: (file,) for name, file in files.items()},
+        {name: (file, model) for name, file in files.items()},
         processes=core_count(),
         progress=progress,
     )

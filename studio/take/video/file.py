@@ -1,5 +1,6 @@
 """Video files, read with PyAV."""
 
+import contextlib
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -7,6 +8,9 @@ from datetime import UTC, datetime
 from fractions import Fraction
 from pathlib import Path
 from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
 
 from studio.engine.base.errors import FormatError
 from studio.engine.base.sentences import say
@@ -123,6 +127,34 @@ class VideoFile:
         if not skipping:
             self.damage = self._said(damaged, cut, newest_ns)
 
+    def times_ns(self) -> NDArray[np.int64]:
+        """Return the times of the frames since the beginning of the video [ns], without decoding them.
+
+        Raises:
+            FormatError: it can no longer be opened.
+        """
+        from av.error import FFmpegError
+
+        found: list[int] = []
+        with _opened(self.path) as container, contextlib.suppress(FFmpegError):
+            track = _track(self.path, container)
+            start, unit = track.start_time or 0, (track.time_base or Fraction(1)) * 10**9
+            for packet in container.demux(track):
+                if packet.pts is not None and packet.size:
+                    found.append(round((packet.pts - start) * unit))
+        return np.unique(np.array(found, np.int64))
+
+    def size(self) -> tuple[int, int]:
+        """Return width and height of the pictures, upright [pixels].
+
+        Raises:
+            FormatError: no frame can be read.
+        """
+        for _, frame in self.frames():
+            turned = round(frame.rotation / 90) % 2
+            return (frame.height, frame.width) if turned else (frame.width, frame.height)
+        raise no_frame(self.path)
+
     def _said(self, damaged: int, cut: str, newest_ns: int) -> str:
         if cut or (self.duration_s and newest_ns * 1e-9 < 0.9 * self.duration_s - 1.0):
             return say(
@@ -140,6 +172,11 @@ class VideoFile:
                 n=damaged,
             )
         return ""
+
+
+def no_frame(path: Path) -> FormatError:
+    """Return the error of a video of which nothing can be read."""
+    return FormatError("video.no_frame", "no frame of {path} can be read; is the file whole?", path=path)
 
 
 @contextmanager

@@ -7,10 +7,9 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from studio.engine.base.errors import FormatError
 from studio.engine.model.joints import JOINT_SETS
 from studio.engine.seeing.pictures.poses import PoseFinder
-from studio.take.video.file import VideoFile
+from studio.take.video.file import VideoFile, no_frame
 from studio.take.video.picture import small_picture
 
 JOINT_SET = "mediapipe"
@@ -39,7 +38,9 @@ class VideoLandmarks:
     video: VideoFile
 
 
-def landmarks_of(path: Path, model: str = "full", *, progress: Callable[[float], None]) -> VideoLandmarks:
+def landmarks_of(
+    path: Path, model: str | Path = "full", *, progress: Callable[[float], None]
+) -> VideoLandmarks:
     """Return the landmarks of a video file.
 
     Args:
@@ -69,7 +70,7 @@ def landmarks_of(path: Path, model: str = "full", *, progress: Callable[[float],
         people = max(people, 0 if pose is None else pose.people)
         progress(min(time_ns * 1e-9 / video.duration_s, 1.0) if video.duration_s else 0.0)
     if not times_ns:
-        raise FormatError("video.no_frame", "no frame of {path} can be read; is the file whole?", path=path)
+        raise no_frame(path)
     return VideoLandmarks(
         np.array(times_ns, np.int64),
         np.array(sizes, np.int64),
