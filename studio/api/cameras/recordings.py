@@ -10,7 +10,7 @@ from pathlib import Path
 
 from studio.api.errors import NotFoundError
 from studio.engine.base.errors import SettingsError, StudioError
-from studio.take.importers import IMPORTERS, videos
+from studio.take.importers import IMPORTERS, keypoint_folders, videos
 from studio.take.library.sessions import take_ids, take_info
 
 TAKES = "takes"
@@ -128,6 +128,8 @@ class Recordings:
             for name, importer in IMPORTERS.items():
                 if importer.matches(path) and name == "videos":
                     return tuple(videos.video_files(path))
+                if importer.matches(path) and name == "keypoint-folders":
+                    return tuple(keypoint_folders.camera_folders(path))
                 if importer.matches(path):
                     return _cameras_of_folder(path) if name == "camera-folders" or path.is_dir() else ()
         except (OSError, StudioError, ValueError):

@@ -1,8 +1,8 @@
 """Landmarks that another program found: OpenPose's JSON files, a folder per camera with a file per frame.
 
-OpenPose writes them (BODY_25), and so do Pose2Sim and Sports2D with RTMPose (COCO_17, HALPE_26, COCO_133), in the folder
-`pose` of a project. The points become those of BlazePose that are at the same places. Times and picture sizes are those
-of the videos of the same names; without videos `recording.json` says them.
+OpenPose writes them (BODY_25), and so do Pose2Sim and Sports2D with RTMPose (COCO_17, HALPE_26, COCO_133), in
+the folder `pose` of a project. The points become those of BlazePose that are at the same places. Times and
+picture sizes are those of the videos of the same names; without videos `recording.json` says them.
 """
 
 import json
@@ -61,7 +61,7 @@ class _Film:
 
 def matches(path: Path) -> bool:
     """Whether `path` is a folder with a folder of such files, or has such folders in `pose`."""
-    return path.is_dir() and bool(_folders(path))
+    return path.is_dir() and bool(camera_folders(path))
 
 
 def read(path: Path, progress: Progress) -> ReadRecording:
@@ -70,7 +70,7 @@ def read(path: Path, progress: Progress) -> ReadRecording:
     Raises:
         FormatError: a damaged file, points of an unknown kind, or no video and no word on the times.
     """
-    folders = _folders(path)
+    folders = camera_folders(path)
     notes: list[str] = []
     cameras = []
     for k, (name, folder) in enumerate(folders.items()):
@@ -79,7 +79,7 @@ def read(path: Path, progress: Progress) -> ReadRecording:
     return read_beside(path, tuple(cameras), notes)
 
 
-def _folders(path: Path) -> dict[str, Path]:
+def camera_folders(path: Path) -> dict[str, Path]:
     """Return the folders of cameras by the cameras' names."""
     for place in (path, path / "pose"):
         found = {

@@ -20,7 +20,7 @@ _LEAST_SURE = 0.5
 
 
 @dataclass(frozen=True)
-class Landmarks:
+class RegionPose:
     """What the network reads in one square.
 
     Attributes:
@@ -56,7 +56,7 @@ class LandmarkNetwork:
         sizes = (_POINTS * 5, 1, _POINTS * _MAP * _MAP, _POINTS * 3)
         self._network = Network(content, path, sizes, threads)
 
-    def read(self, picture: Image.Image, region: Region) -> Landmarks:
+    def read(self, picture: Image.Image, region: Region) -> RegionPose:
         """Return the landmarks in a square of an RGB picture."""
         side = self._network.side
         image = region.cut(picture, side).astype(np.float32) / np.float32(255.0)
@@ -67,7 +67,7 @@ class LandmarkNetwork:
         metres = world.reshape(_POINTS, 3)[:LANDMARKS].astype(np.float64)
         metres[:, :2] = metres[:, :2] @ region.turn().T
         sure = _sigmoid(rows[:LANDMARKS, 3:])
-        return Landmarks(
+        return RegionPose(
             present=float(present.ravel()[0]),
             places=places[:LANDMARKS],
             visibility=sure[:, 0],

@@ -10,7 +10,7 @@ from PIL import Image
 from studio.engine.base.errors import SettingsError
 from studio.engine.base.value_sentences import bad_value
 from studio.engine.seeing.pictures.bundle import model_file, pose_networks
-from studio.engine.seeing.pictures.landmarks import LandmarkNetwork, Landmarks
+from studio.engine.seeing.pictures.landmarks import LandmarkNetwork, RegionPose
 from studio.engine.seeing.pictures.people import PeopleDetector, Person
 from studio.engine.seeing.pictures.region import Region
 
@@ -94,7 +94,7 @@ class PoseFinder:
             seen.places * factor - 0.5, seen.visibility, seen.presence, seen.world_m, max(self._people, 1)
         )
 
-    def _followed(self, image: Image.Image) -> Landmarks | None:
+    def _followed(self, image: Image.Image) -> RegionPose | None:
         """Return the landmarks of the person of the picture before; None = lost, or there was none."""
         if self._region is None or not self._region.usable(*image.size):
             return None
@@ -106,7 +106,7 @@ class PoseFinder:
             self._count(self._detector.people(image))
         return seen
 
-    def _looked_for(self, image: Image.Image) -> Landmarks | None:
+    def _looked_for(self, image: Image.Image) -> RegionPose | None:
         people = self._detector.people(image)
         self._count(people)
         self._region = None
