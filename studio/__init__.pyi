@@ -14,6 +14,7 @@ from .camera.sources.simulated import SimulatedConfig
 from .camera.sources.simulated_depth import SimulatedDepthConfig
 from .camera.sources.simulated_rgb import SimulatedRgbConfig
 from .camera.sources.source import Source, SourceFrame
+from .camera.sources.video import VideoConfig
 from .engine.animation.clip.options import ExportOptions
 from .engine.base.errors import (
     CalibrationError,
@@ -90,6 +91,7 @@ __all__ = [
     "StudioError",
     "Take",
     "TakeError",
+    "VideoConfig",
     "WebcamConfig",
     "add_filter",
     "add_source",

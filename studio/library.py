@@ -33,7 +33,12 @@ def open_take(path: PathText) -> Take:
 
 
 def import_take(
-    path: PathText, out: PathText, *, unit_m: float | None = None, progress: Progress | None = None
+    path: PathText,
+    out: PathText,
+    *,
+    unit_m: float | None = None,
+    model: PathText | None = None,
+    progress: Progress | None = None,
 ) -> Take:
     """Return a new take from another recording or an animation.
 
@@ -41,6 +46,7 @@ def import_take(
         path: a file or folder of a kind that `studio import` reads.
         out: folder of the new take; it must not exist.
         unit_m: metres per unit of an animation that has no unit; None = by a height of 1.75 m.
+        model: finds the landmarks in videos: `lite`, `full`, `heavy`, or a file; None = `full`.
         progress: receives the share done.
 
     Raises:
@@ -49,7 +55,7 @@ def import_take(
     """
     from studio.take.importers import import_recording
 
-    return import_recording(Path(path), Path(out), unit_m=unit_m, progress=progress)
+    return import_recording(Path(path), Path(out), unit_m=unit_m, model=model, progress=progress)
 
 
 def simulate(motion: PathText, out: PathText, **options: Any) -> Take:

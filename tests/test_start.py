@@ -26,7 +26,7 @@ NOT_BEFORE_THE_FIRST_ANSWER = (
     "av",
     "rosbags",
     "distributed",
-    "mediapipe",
+    "ai_edge_litert",
     "ufbx",
     "pxr",
 )

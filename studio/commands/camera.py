@@ -19,9 +19,12 @@ SOURCE is one of
   simulated-rgb:INDEX/COUNT[:SEED]       the same camera with landmarks in pictures
   recording:PATH[#CAMERA][?speed=max]    a take or a recording, in a loop in real time, or once at full speed
   realsense[:SERIAL]  orbbec[:SERIAL]    devices; docs/devices.md lists their requirements
-  openni[:NUMBER]  azure-kinect[:NUMBER]  kinect-v2[:NUMBER]  webcam:MODEL[#NUMBER]
+  openni[:NUMBER]  azure-kinect[:NUMBER]  kinect-v2[:NUMBER]
+  webcam[:NUMBER][?model=MODEL][&mirrored]                 a webcam; MODEL is lite, full (default), heavy or a file
+  video:PATH[?speed=max][&model=MODEL][&mirrored]          a video file, in a loop in real time, or once
 
-This machine finds skeleton, hand states and head orientation in depth images. It waits for an unplugged device.
+This machine finds skeleton, hand states and head orientation in depth images. In pictures it
+finds landmarks. It waits for an unplugged device.
 During a recording, every frame is also kept in a spool on this machine until the studio has it on its disk. After a
 drop-out of the link, missing frames are sent again, also by the next start. Stop it with Ctrl-C."""
 

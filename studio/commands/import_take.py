@@ -9,10 +9,11 @@ from studio.commands.common import add_command, progress_bar
 _TEXT = """\
 Turn camera recordings, or an animation, into a take.
 
-PATH is a folder of camera_0, camera_1, ... each with joints.csv, or with depth.txt and camera.json; an Azure Kinect
-.mkv, a RealSense or ROS .bag or .db3, or a folder of these, a camera each; a raw.mcap; or a CSV with the skeletons
-of Kinects. The readable part of a truncated file is imported. An existing take is never overwritten, and a failed
-import leaves no files.
+PATH is a video, or a folder of videos, one per camera; a folder of camera_0, camera_1, ... each with joints.csv, or
+with depth.txt and camera.json; an Azure Kinect .mkv, a RealSense or ROS .bag or .db3, or a folder of these, a
+camera each; a raw.mcap; a CSV with the skeletons of Kinects; or a folder of OpenPose's JSON files per camera. The
+readable part of a truncated file is imported. An existing take is never overwritten, and a failed import leaves no
+files.
 
 A .bvh, .fbx, .glb, .c3d or .trc is an animation: its take has no raw, and the solve `imported`."""
 
@@ -23,6 +24,11 @@ def add_parser(subparsers: Any) -> None:
     parser.add_argument(
         "--unit-m", metavar="M", type=float, help="metres per unit of a BVH (default: by a height of 1.75 m)"
     )
+    parser.add_argument(
+        "--model",
+        metavar="MODEL",
+        help="finds the landmarks in videos: lite, full (default), heavy, or a file",
+    )
     parser.add_argument("--out", metavar="TAKE", type=Path, required=True, help="folder of the new take")
 
 
@@ -30,7 +36,7 @@ def run(args: argparse.Namespace) -> int:
     from studio.take.importers import import_recording
 
     with progress_bar("import") as progress:
-        take = import_recording(args.path, args.out, unit_m=args.unit_m, progress=progress)
+        take = import_recording(args.path, args.out, unit_m=args.unit_m, model=args.model, progress=progress)
     cameras = ", ".join(take.camera_names)
     what = f"{len(take.camera_names)} cameras ({cameras})" if cameras else "an animation, solve imported"
     print(f"{take.path}: {what}")

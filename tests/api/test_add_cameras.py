@@ -35,6 +35,23 @@ def recordings(tmp_path: Path) -> Recordings:
     return Recordings(sessions, folder)
 
 
+def test_videos_and_landmarks_are_found_with_their_cameras(tmp_path: Path) -> None:
+    for name in ("left.mp4", "right side.mov"):
+        (tmp_path / "shoot").mkdir(exist_ok=True)
+        (tmp_path / "shoot" / name).touch()
+    for name in ("a_json", "b_json"):
+        (tmp_path / "points" / name).mkdir(parents=True)
+        (tmp_path / "points" / name / "a_0_keypoints.json").write_text('{"people": []}')
+    found = {one.id: one.sources() for one in Recordings(tmp_path / "sessions", tmp_path).list()}
+    assert found == {
+        "recordings/points": {name: f"recording:{tmp_path / 'points'}#{name}" for name in ("a", "b")},
+        "recordings/shoot": {
+            "left": f"video:{tmp_path / 'shoot' / 'left.mp4'}",
+            "right_side": f"video:{tmp_path / 'shoot' / 'right side.mov'}",
+        },
+    }
+
+
 def test_recordings_are_found_with_their_cameras(recordings: Recordings) -> None:
     found = {one.id: one.cameras for one in recordings.list()}
     assert found["recordings/june/walk"] == ("camera_0", "camera_1")

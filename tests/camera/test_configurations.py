@@ -19,6 +19,7 @@ from studio.camera.sources.registry import SOURCES, Kind, add_source, open_sourc
 from studio.camera.sources.simulated import SimulatedConfig, SimulatedSource
 from studio.camera.sources.simulated_depth import SimulatedDepthConfig
 from studio.camera.sources.simulated_rgb import SimulatedRgbConfig
+from studio.camera.sources.video import VideoConfig
 from studio.engine.base.errors import NotAvailableError, SettingsError
 from tests.refused import refused
 
@@ -44,8 +45,14 @@ GOOD = {
     "kinect-v2": KinectV2Config(),
     "kinect-v2:0": KinectV2Config(),
     "kinect-v2?bodies": KinectV2Config(bodies=True),
-    f"webcam:{__file__}": WebcamConfig(__file__),
-    f"webcam:{__file__}#1": WebcamConfig(__file__, number=1),
+    "webcam": WebcamConfig(),
+    "webcam:1": WebcamConfig(1),
+    "webcam?mirrored": WebcamConfig(mirrored=True),
+    "webcam:1?model=lite&mirrored": WebcamConfig(1, model="lite", mirrored=True),
+    "video:shoot/a.mp4": VideoConfig("shoot/a.mp4"),
+    "video:C:\\shoot\\a #1.mp4?speed=max&model=lite": VideoConfig(
+        "C:\\shoot\\a #1.mp4", speed="max", model="lite"
+    ),
 }
 
 BAD = {
@@ -65,9 +72,13 @@ BAD = {
     "azure-kinect?bones": "source.flag",
     "kinect-v2:1": "source.one_kinect",
     "kinect-v2?bones": "source.flag",
-    "webcam": "source.no_model",
-    "webcam:/no/m.task#1": "source.no_model",
-    f"webcam:{__file__}#x": "source.number",
+    "webcam:x": "source.number",
+    "webcam:-1": "source.number",
+    "webcam?colour": "value.bad",
+    "webcam?speed=max": "value.bad",
+    "webcam?model=missing.task": "value.unknown",
+    "video:": "value.bad",
+    "video:a.mp4?speed=fast": "value.bad",
 }
 
 SDKS = (
@@ -76,7 +87,6 @@ SDKS = (
     "primesense.openni2",
     "pykinect_azure",
     "pykinect2.PyKinectV2",
-    "mediapipe",
 )
 
 
@@ -112,12 +122,13 @@ def test_a_text_that_is_not_allowed_says_what_is(text):
         lambda: RecordingConfig("takes/walk", speed="2"),
         lambda: OpenNIConfig(-1),
         lambda: AzureKinectConfig(100),
-        lambda: WebcamConfig("missing.task"),
-        lambda: WebcamConfig(__file__, number=-1),
+        lambda: WebcamConfig(model="missing.task"),
+        lambda: WebcamConfig(-1),
+        lambda: VideoConfig(""),
     ],
 )
 def test_values_that_are_not_allowed_are_refused_like_texts(make):
-    with refused(SettingsError, "value.bad", *(f"source.{flaw}" for flaw in ("rig", "number", "no_model"))):
+    with refused(SettingsError, "value.bad", "value.unknown", "source.rig", "source.number"):
         make()
 
 
@@ -135,11 +146,11 @@ def test_a_device_needs_its_library_only_to_be_opened(name, monkeypatch):
     for text, config in GOOD.items():
         if kind_of(text) != name:
             continue
-        if isinstance(config, DeviceConfig):
+        if isinstance(config, DeviceConfig) and name != "webcam":
             with refused(NotAvailableError, "source.needs_module", kind=name):
                 config.open()
         else:
-            assert name in ("simulated", "simulated-depth", "simulated-rgb", "recording")
+            assert name in ("simulated", "simulated-depth", "simulated-rgb", "recording", "webcam", "video")
 
 
 @dataclasses.dataclass(frozen=True)

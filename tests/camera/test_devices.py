@@ -12,7 +12,7 @@ from types import ModuleType, SimpleNamespace
 import numpy as np
 import pytest
 
-from studio.camera.devices import azure_kinect, kinect_v2, openni, orbbec, webcam
+from studio.camera.devices import azure_kinect, kinect_v2, openni, orbbec
 from studio.camera.devices.realsense import RealSenseConfig, RealSenseSource
 from studio.camera.sources.depth_source import DepthSource, DeviceLostError
 from studio.camera.sources.source import Source
@@ -260,18 +260,6 @@ def test_kinect_v2(monkeypatch: pytest.MonkeyPatch) -> None:
         kinect_v2.KinectV2Config.parse("1")
 
 
-def test_a_body_before_a_webcam_is_placed_by_its_size() -> None:
-    rng = np.random.default_rng(2)
-    body, place = rng.normal(0, 0.4, (33, 3)), np.array([0.3, -0.1, 2.6])
-    focal = 320 / np.tan(np.radians(0.5 * webcam.FIELD_OF_VIEW_DEG))
-    there = body + place
-    pixels = focal * there[:, :2] / there[:, 2:] + [320, 240]
-    positions, confidence = webcam.placed(body, pixels, np.ones(33), 640, 480)
-    np.testing.assert_allclose(positions, there, atol=1e-9)
-    assert (confidence == 1).all()
-    assert np.isnan(webcam.placed(body, pixels, np.zeros(33), 640, 480)[0]).all()
-
-
 @pytest.mark.parametrize(
     ("module", "config"),
     [
@@ -280,7 +268,6 @@ def test_a_body_before_a_webcam_is_placed_by_its_size() -> None:
         ("primesense.openni2", openni.OpenNIConfig()),
         ("pykinect_azure", azure_kinect.AzureKinectConfig(bodies=True)),
         ("pykinect2.PyKinectV2", kinect_v2.KinectV2Config()),
-        ("mediapipe", webcam.WebcamConfig(__file__)),
     ],
 )
 def test_a_library_that_is_not_installed_is_told(monkeypatch, module, config) -> None:

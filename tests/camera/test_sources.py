@@ -5,13 +5,14 @@ import numpy as np
 import pytest
 
 from studio.camera.sources.config import DeviceConfig
-from studio.camera.sources.depth_source import DepthSource
+from studio.camera.sources.depth_source import DepthSource, DeviceLostError
 from studio.camera.sources.recording import RecordingConfig
 from studio.camera.sources.registry import SOURCES, open_source, written
 from studio.camera.sources.simulated import SimulatedConfig, SimulatedSource
 from studio.camera.sources.simulated_depth import SimulatedDepthConfig
 from studio.camera.sources.simulated_rgb import SimulatedRgbConfig
 from studio.camera.sources.source import Source
+from studio.camera.sources.video import VideoConfig
 from studio.engine.base.errors import FormatError, NotAvailableError, SettingsError
 from studio.engine.model.depth import DepthCamera
 from studio.engine.model.joints import CANONICAL, JOINT_SETS
@@ -73,9 +74,10 @@ def configurations(take, folder):
 
 
 def test_the_contract_runs_every_kind_but_devices(take, tmp_path):
+    """Videos need a real person: `test_pictures.py` runs them."""
     kinds = {kind.config() for kind in SOURCES.values()}
     tried = {type(config) for config in configurations(take, tmp_path)}
-    assert tried == {kind for kind in kinds if not issubclass(kind, DeviceConfig)}
+    assert tried | {VideoConfig} == {kind for kind in kinds if not issubclass(kind, DeviceConfig)}
 
 
 @pytest.mark.parametrize("index", range(7))
@@ -122,8 +124,10 @@ def test_the_registry_names_its_kinds():
     ("text", "error"),
     [
         ("", SettingsError),
-        ("webcam", SettingsError),
-        ("webcam:/nowhere.task", SettingsError),
+        ("webcam:x", SettingsError),
+        ("webcam:99", DeviceLostError),
+        ("video:/nowhere.mp4", FormatError),
+        ("video:/etc/hostname", FormatError),
         ("openni:x", SettingsError),
         ("kinect-v2?bones", SettingsError),
         ("orbbec", NotAvailableError),

@@ -42,6 +42,11 @@ def test_loose_recordings_of_single_cameras_are_one_take_and_others_one_each():
     assert made("left.bag") == {"left.bag": ("left.bag",)}
 
 
+def test_videos_given_together_are_the_cameras_of_one_take():
+    assert list(made("left.mp4", "right.MOV").values()) == [("left.mp4", "right.MOV")]
+    assert made("shoot/a.webm", "shoot/b.mp4", "shoot/notes.txt").keys() == {"shoot"}
+
+
 def test_a_folder_that_is_a_take_is_one():
     paths = ("one/take.json", "one/raw.mcap", "one/solves/live/poses.npz")
     assert made(*paths) == {"one": paths}

@@ -10,7 +10,7 @@ from pathlib import Path
 
 from studio.api.errors import NotFoundError
 from studio.engine.base.errors import SettingsError, StudioError
-from studio.take.importers import IMPORTERS
+from studio.take.importers import IMPORTERS, keypoint_folders, videos
 from studio.take.library.sessions import take_ids, take_info
 
 TAKES = "takes"
@@ -37,6 +37,8 @@ class FoundRecording:
 
     def sources(self) -> dict[str, str]:
         """Return arguments of `studio camera --source`, by camera."""
+        if videos.matches(self.path) and not (self.path / "take.json").is_file():
+            return {name: f"video:{file}" for name, file in videos.video_files(self.path).items()}
         if not self.cameras:
             return {_plain_name(self.path.stem): f"recording:{self.path}"}
         return {name: f"recording:{self.path}#{name}" for name in self.cameras}
@@ -124,6 +126,10 @@ class Recordings:
             if (path / "take.json").is_file():
                 return _cameras_of_take(path)
             for name, importer in IMPORTERS.items():
+                if importer.matches(path) and name == "videos":
+                    return tuple(videos.video_files(path))
+                if importer.matches(path) and name == "keypoint-folders":
+                    return tuple(keypoint_folders.camera_folders(path))
                 if importer.matches(path):
                     return _cameras_of_folder(path) if name == "camera-folders" or path.is_dir() else ()
         except (OSError, StudioError, ValueError):

@@ -1,214 +1,189 @@
-"""A webcam, with MediaPipe's pose landmarker and a model file from the user.
+"""A webcam, read with PyAV; its pictures become landmarks on this machine."""
 
-MediaPipe gives the body in metres about the middle of the hips, and its place in the image. Its distance follows
-from both, by the size of the body in the image. The lens is assumed to have a usual webcam's field of view.
-"""
-
-import os
 import sys
+import threading
 from collections.abc import AsyncIterator
 from dataclasses import dataclass
-from pathlib import Path
-from typing import Any, Self
+from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
 from numpy.typing import NDArray
 
-from studio.camera.devices.common import checked_number, device_number, library, polled
+from studio.camera.devices.common import checked_number, device_number, polled
 from studio.camera.devices.plugged import camera_name, video_devices
 from studio.camera.sources.config import DeviceConfig, FoundDevice
 from studio.camera.sources.depth_source import DeviceLostError
 from studio.camera.sources.pacing import WallClock
 from studio.camera.sources.picture import no_image
-from studio.camera.sources.source import Source, SourceFrame
-from studio.engine.base.errors import NotAvailableError, SettingsError
-from studio.engine.base.sentences import say
-from studio.engine.model.joints import JOINT_SETS
+from studio.camera.sources.picture_options import PictureConfig
+from studio.camera.sources.posed import PictureSource, PosedSource
+from studio.engine.base.system import VIDEO_NODE
+from studio.take.video.picture import small_picture
 
-FIELD_OF_VIEW_DEG = 65.0
-"""Across the image; common webcams have 55 to 78 degrees."""
+if TYPE_CHECKING:
+    import av
+    from av.container import InputContainer
+
+    from studio.camera.sources.posed import PictureShot
 
 _KIND = "webcam"
-_INSTALL = "install the extra: uv sync --extra webcam"
-_LEAST_VISIBLE = 0.3
 _DARK_FRAMES = 5
-"""Frames in which a webcam finds its exposure."""
+"""Pictures in which a webcam finds its exposure."""
 
-MODEL = "STUDIO_WEBCAM_MODEL"
-"""Environment variable with the model file for webcams that are connected from the page."""
+_SILENT_S = 5.0
+_WISHES = {"video_size": "1280x720", "framerate": "30"}
 
 
 @dataclass(frozen=True)
-class WebcamConfig(DeviceConfig):
-    """A webcam, `webcam:<model file>[#<number>]`.
+class WebcamConfig(PictureConfig, DeviceConfig):
+    """A webcam, `webcam[:<number>][?model=...][&mirrored]`.
 
     Attributes:
-        model: file of a pose landmarker of MediaPipe.
         number: of the webcam, from 0.
 
     Raises:
-        SettingsError: a number that no device has, or no model file.
+        SettingsError: a number that no device has.
     """
 
-    model: str | Path
     number: int = 0
 
     def __post_init__(self) -> None:
+        super().__post_init__()
         checked_number(self.number, _KIND)
-        if not self.model or not Path(self.model).is_file():
-            argument = f"{self.model}#{self.number}" if self.number else self.model
-            raise SettingsError(
-                "source.no_model",
-                "source webcam:{argument}: no model file {model!r}; get a pose landmarker "
-                "(pose_landmarker_full.task) from MediaPipe's documentation and give its path, as "
-                "webcam:<model file>",
-                argument=argument,
-                model=str(self.model),
-            )
 
     @classmethod
-    def parse(cls, text: str) -> Self:
-        model, _, number = text.partition("#")
-        return cls(model, device_number(number, _KIND))
+    def of(cls, text: str, **options: Any) -> Self:
+        return cls(device_number(text, _KIND), **options)
 
     @classmethod
     def find(cls) -> list[FoundDevice]:
-        if sys.platform != "linux":
-            raise NotAvailableError(
-                "device.webcams_unlisted", "webcams are listed on Linux only; start one by the command"
-            )
-        model = os.environ.get(MODEL, "")
         return [
-            FoundDevice(
-                f"{_KIND}:{model or 'MODEL'}#{number}",
-                name,
-                camera_name(_KIND, str(number)),
-                needs=_needs(model),
-            )
-            for number, name in video_devices()
+            FoundDevice(f"{_KIND}:{number}", name, camera_name(_KIND, str(number)))
+            for number, name in listed()
         ]
 
     def picture(self) -> NDArray[np.uint8]:
-        cv2 = library("cv2", kind=_KIND, install=_INSTALL)
-        camera = cv2.VideoCapture(self.number)
+        with opened(self.number) as container:
+            for count, frame in enumerate(container.decode(video=0)):
+                if count + 1 == _DARK_FRAMES:
+                    return small_picture(frame, mirrored=self.mirrored).image
+        raise no_image(f"webcam {self.number}")
+
+    def open(self) -> PosedSource:
+        return PosedSource(WebcamPictures(self.number), self.model, mirrored=self.mirrored)
+
+
+def listed() -> list[tuple[int, str]]:
+    """Return number and name of the webcams of this machine."""
+    if sys.platform == "linux":
+        return video_devices()
+    return [(number, name) for number, (_, name) in enumerate(_by_system())]
+
+
+def _by_system() -> list[tuple[str, str]]:
+    """Return address and name of the webcams that macOS or Windows names."""
+    from av.device import enumerate_input_devices
+
+    devices = enumerate_input_devices("avfoundation" if sys.platform == "darwin" else "dshow")
+    return [(one.name, one.description or one.name) for one in devices if "video" in one.media_types]
+
+
+def _address(number: int) -> tuple[str, str, list[dict[str, str]]]:
+    """Return a webcam's address, the name of its driver, and the settings to try in turn."""
+    if sys.platform == "linux":
+        packed = {"input_format": "mjpeg", **_WISHES}  # most webcams give large pictures fast only packed
+        return VIDEO_NODE.format(number=number), "v4l2", [packed, _WISHES, {}]
+    if sys.platform == "darwin":
+        return f"{number}:none", "avfoundation", [_WISHES, {"framerate": "30"}]
+    names = [address for address, _ in _by_system()]
+    if number >= len(names):
+        raise _missing(number)
+    address = names[number]
+    return address if address.startswith("video=") else f"video={address}", "dshow", [_WISHES, {}]
+
+
+def opened(number: int) -> "InputContainer":
+    """Return a webcam, opened.
+
+    Raises:
+        DeviceLostError: there is none of this number, or it cannot be opened.
+    """
+    import av
+    from av.error import FFmpegError
+
+    address, driver, settings = _address(number)
+    error: Exception | None = None
+    for options in settings:
         try:
-            shots = [camera.read() for _ in range(_DARK_FRAMES)]
-        finally:
-            camera.release()
-        found, image = shots[-1]
-        if not found:
-            raise no_image(f"webcam {self.number}")
-        return cv2.cvtColor(image, cv2.COLOR_BGR2RGB)
-
-    def open(self) -> "WebcamSource":
-        mediapipe = library("mediapipe", kind=_KIND, install=_INSTALL)
-        vision = library("mediapipe.tasks.python.vision", kind=_KIND, install=_INSTALL)
-        tasks = library("mediapipe.tasks.python", kind=_KIND, install=_INSTALL)
-        cv2 = library("cv2", kind=_KIND, install=_INSTALL)
-        options = vision.PoseLandmarkerOptions(
-            base_options=tasks.BaseOptions(model_asset_path=str(self.model)),
-            running_mode=vision.RunningMode.VIDEO,
-        )
-        try:
-            landmarker = vision.PoseLandmarker.create_from_options(options)
-        except (RuntimeError, ValueError) as error:
-            raise SettingsError(
-                "source.not_a_model",
-                "{model} is no pose landmarker model of MediaPipe ({error})",
-                model=self.model,
-                error=error,
-            ) from error
-        camera = cv2.VideoCapture(self.number)
-        if not camera.isOpened():
-            raise DeviceLostError(
-                "device.no_webcam", "no webcam number {number} is plugged in", number=self.number
-            )
-        return WebcamSource(mediapipe, cv2, landmarker, camera)
+            container = av.open(address, "r", format=driver, options=options, timeout=_SILENT_S)
+        except FileNotFoundError:
+            raise _missing(number) from None
+        except (FFmpegError, OSError, ValueError) as failed:
+            error = failed
+            continue
+        if container.streams.video:
+            return container
+        container.close()
+    raise DeviceLostError(
+        "device.webcam_closed",
+        "webcam {number} cannot be opened ({error}); close what else uses it, and let this user read it",
+        number=number,
+        error=getattr(error, "strerror", "") or str(error or "it gives no pictures"),
+    )
 
 
-def _needs(model: str) -> str:
-    """Return what webcams lack before they can be opened; "" = nothing."""
-    try:
-        library("mediapipe", kind=_KIND, install=_INSTALL)
-    except NotAvailableError as error:
-        return error.sentence
-    if not Path(model).is_file():
-        return say(
-            "device.webcam_model",
-            "webcams need a pose landmarker of MediaPipe: start the studio with its file as {variable}",
-            variable=MODEL,
-        )
-    return ""
+def _missing(number: int) -> DeviceLostError:
+    return DeviceLostError(
+        "device.no_webcam",
+        "no webcam number {number} is plugged in; plug one in, or give another number",
+        number=number,
+    )
 
 
-class WebcamSource(Source):
-    """The pose of one person in front of a webcam."""
+class WebcamPictures(PictureSource):
+    """The pictures of a webcam.
 
-    name, device, joint_set = "webcam", "webcam, MediaPipe", "mediapipe"
+    Args:
+        number: of the webcam, from 0.
 
-    def __init__(self, mediapipe: Any, cv2: Any, landmarker: Any, camera: Any) -> None:
-        self._mediapipe, self._cv2 = mediapipe, cv2
-        self._landmarker, self._camera = landmarker, camera
+    Raises:
+        DeviceLostError: as for `opened`.
+    """
+
+    def __init__(self, number: int) -> None:
+        self._container = opened(number)
+        track = self._container.streams.video[0]
+        size = f"{track.codec_context.width} x {track.codec_context.height}"
+        self.name, self.device = camera_name(_KIND, str(number)), f"webcam {number}, {size}"
+        self.frames_per_second = float(track.average_rate or track.guessed_rate or 30)
         self._wall = WallClock()
 
     def clock_ns(self) -> int:
         return self._wall.now_ns()
 
-    async def frames(self) -> AsyncIterator[SourceFrame]:
-        def wait() -> SourceFrame | None:
-            found, image = self._camera.read()
-            time_ns = self._wall.now_ns()
-            if not found:
-                raise OSError("the webcam gives no more images")
-            colours = self._cv2.cvtColor(image, self._cv2.COLOR_BGR2RGB)
-            picture = self._mediapipe.Image(image_format=self._mediapipe.ImageFormat.SRGB, data=colours)
-            result = self._landmarker.detect_for_video(picture, time_ns // 1_000_000)
-            if not result.pose_landmarks:
-                return None
-            seen, body = result.pose_landmarks[0], result.pose_world_landmarks[0]
-            pixels = np.array([[p.x, p.y] for p in seen]) * [image.shape[1], image.shape[0]]
-            metres = np.array([[p.x, p.y, p.z] for p in body])
-            visible = np.clip([p.visibility for p in seen], 0.0, 1.0)
-            return SourceFrame(time_ns, *placed(metres, pixels, visible, image.shape[1], image.shape[0]))
+    async def frames(self) -> "AsyncIterator[PictureShot]":
+        from av.error import FFmpegError
+
+        decoded = self._container.decode(video=0)
+        at_work = (
+            threading.Lock()
+        )  # a picture that is still being read is waited for before the device is closed
+
+        def wait() -> "PictureShot":
+            with at_work:
+                frame: av.VideoFrame | None = next(decoded, None)
+                now_ns = self._wall.now_ns()
+            if frame is None:
+                raise OSError("the webcam gives no more pictures")
+            return now_ns if frame.pts is None else _stamp_ns(frame), frame
 
         def close() -> None:
-            self._camera.release()
-            self._landmarker.close()
+            with at_work:
+                self._container.close()
 
-        async for frame in polled(wait, close):
-            yield frame
+        async for shot in polled(wait, close, (FFmpegError, OSError, RuntimeError)):
+            yield shot
 
 
-def placed(
-    metres: NDArray[np.float64],
-    pixels: NDArray[np.float64],
-    visible: NDArray[np.float64],
-    width: int,
-    height: int,
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return joints in the camera frame [m], shape (33, 3), and confidence, from a body without a position.
-
-    The body's translation t solves `(x + tx) = u (z + tz)` and `(y + ty) = v (z + tz)` over all visible joints, with
-    u and v the rays of their pixels: linear least squares.
-
-    Args:
-        metres: joints about the middle of the hips, image axes, shape (33, 3).
-        pixels: their places in the image, shape (33, 2).
-        visible: 0..1, shape (33,).
-        width, height: of the image [pixels].
-    """
-    focal = 0.5 * width / np.tan(np.radians(0.5 * FIELD_OF_VIEW_DEG))
-    rays = (pixels - 0.5 * np.array([width, height])) / focal
-    used = visible > _LEAST_VISIBLE
-    if used.sum() < 4:
-        return np.full((len(JOINT_SETS["mediapipe"]), 3), np.nan), np.zeros(len(JOINT_SETS["mediapipe"]))
-    rows, sides = [], []
-    for axis in (0, 1):
-        row = np.zeros((used.sum(), 3))
-        row[:, axis], row[:, 2] = 1.0, -rays[used, axis]
-        rows.append(row * visible[used, None])
-        sides.append((rays[used, axis] * metres[used, 2] - metres[used, axis]) * visible[used])
-    place, *_ = np.linalg.lstsq(np.concatenate(rows), np.concatenate(sides), rcond=None)
-    if place[2] < 0.3:
-        return np.full(metres.shape, np.nan), np.zeros(len(metres))
-    return metres + place, visible
+def _stamp_ns(frame: "av.VideoFrame") -> int:
+    return round((frame.pts or 0) * (frame.time_base or 0) * 10**9)

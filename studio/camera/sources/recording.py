@@ -2,7 +2,7 @@
 
 import asyncio
 from collections.abc import AsyncIterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Self
 
@@ -12,13 +12,13 @@ from studio import wire
 from studio.camera.sources.config import SourceConfig
 from studio.camera.sources.depth_recording import DepthRecordingSource
 from studio.camera.sources.pacing import WallClock
-from studio.camera.sources.source import Source, SourceFrame
+from studio.camera.sources.source import Source, SourceFrame, SourcePicture
 from studio.engine.base.errors import FormatError, SettingsError
 from studio.engine.base.value_sentences import bad_value
 from studio.take.folder.take import Take
 from studio.take.importers import IMPORTERS
 from studio.take.importers.raw_file import raw_depth
-from studio.take.importers.recording import ReadDepth
+from studio.take.importers.recording import ReadCamera, ReadDepth
 from studio.take.raw.depth import DepthRecording
 from studio.take.raw.frames import RawCamera, RawFrame, read_raw
 
@@ -121,13 +121,27 @@ def _from_take(path: Path) -> dict[str, RecordedCamera]:
             positions, confidence = wire.joint_arrays(message, camera.hello.joint_set)
             camera.frames.append(
                 SourceFrame(
-                    message.device_time_ns, positions, confidence, tuple(message.hands), message.head_wxyz
+                    message.device_time_ns,
+                    positions,
+                    confidence,
+                    tuple(message.hands),
+                    message.head_wxyz,
+                    picture=_picture(message, camera.hello.joint_set),
                 )
             )
     recording = DepthRecording(raw_path)
     for name in recording.cameras:
         cameras[name].depth = raw_depth(cameras[name].hello, recording)
     return cameras
+
+
+def _picture(message: wire.SkeletonFrame, joint_set: str) -> SourcePicture | None:
+    """Return the landmarks of a frame; None = of a camera with depth."""
+    found = wire.landmark_arrays(message, joint_set)
+    if found is None or message.landmarks is None:
+        return None
+    size = message.landmarks.width, message.landmarks.height
+    return SourcePicture(*size, found.pixels, found.world_m, found.left_hand, found.right_hand)
 
 
 def _from_import(path: Path) -> dict[str, RecordedCamera]:
@@ -146,16 +160,20 @@ def _from_import(path: Path) -> dict[str, RecordedCamera]:
     return {
         camera.name: RecordedCamera(
             camera.hello(),
-            [
-                SourceFrame(int(time_ns), positions, confidence)
-                for time_ns, positions, confidence in zip(
-                    camera.times_ns, camera.positions, camera.confidence, strict=True
-                )
-            ],
+            [_frame(camera, k, int(time_ns)) for k, time_ns in enumerate(camera.times_ns)],
             camera.depth,
         )
         for camera in recording.cameras
     }
+
+
+def _frame(camera: ReadCamera, k: int, time_ns: int) -> SourceFrame:
+    seen = camera.landmarks
+    if seen is None:
+        return SourceFrame(time_ns, camera.positions[k], camera.confidence[k])
+    width, height = seen.sizes[k].tolist()
+    picture = SourcePicture(width, height, seen.pixels[k], None if seen.world_m is None else seen.world_m[k])
+    return SourceFrame(time_ns, camera.positions[k], camera.confidence[k], picture=picture)
 
 
 class RecordingSource(Source):
@@ -203,6 +221,5 @@ class RecordingSource(Source):
             for k in range(index, len(times)):
                 stamp = round_ns + int(times[k])
                 await self._wall.wait_until(stamp)
-                frame = self._frames[k]
-                yield SourceFrame(stamp, frame.positions, frame.confidence, frame.hands, frame.head_wxyz)
+                yield replace(self._frames[k], device_time_ns=stamp)
             index, round_ns = 0, round_ns + self._period_ns

@@ -53,7 +53,8 @@ SOURCES: dict[str, Kind] = {
     "openni": Kind(f"{_DEVICES}.openni:OpenNIConfig", "[<number>]", found=True),
     "azure-kinect": Kind(f"{_DEVICES}.azure_kinect:AzureKinectConfig", "[<number>][?bodies]", found=True),
     "kinect-v2": Kind(f"{_DEVICES}.kinect_v2:KinectV2Config", "[?bodies]", found=True),
-    "webcam": Kind(f"{_DEVICES}.webcam:WebcamConfig", "<model file>[#<number>]", found=True),
+    "webcam": Kind(f"{_DEVICES}.webcam:WebcamConfig", "[<number>][?model=<model>][&mirrored]", found=True),
+    "video": Kind(f"{_SOURCES}.video:VideoConfig", "<path>[?speed=max][&model=<model>][&mirrored]"),
 }
 """The kinds of sources by name, `<kind>[:<argument>]`."""
 

@@ -70,7 +70,7 @@ class _Steady(Camera, Generic[_Device]):
 
     @property
     def problem(self) -> str:
-        return self._problem
+        return self._problem or ("" if self._opened is None else self._opened.problem)
 
     def clock_ns(self) -> int:
         return self._wall.now_ns()

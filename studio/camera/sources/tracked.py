@@ -19,7 +19,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from studio import wire
-from studio.camera.sources.depth_source import DepthShot, DepthSource
+from studio.camera.sources.depth_source import DepthSource
+from studio.camera.sources.newest import newest_of
 from studio.camera.sources.source import Source, SourceFrame
 from studio.engine.base.errors import StudioError
 from studio.engine.base.sentences import say
@@ -95,7 +96,8 @@ class TrackedSource(Source):
         """
         with ObserverProcess(self.name, self.depth.camera) as process:
             await asyncio.to_thread(process.wait_ready)
-            images = self._newest() if self.realtime else aiter(self.depth.frames())
+            shots = self.depth.frames()
+            images = newest_of(shots, self._passed) if self.realtime else shots
             async for time_ns, depth_mm in images:
                 self._observing_since_ns = time.monotonic_ns()
                 seen = await asyncio.to_thread(process.observe, time_ns, depth_mm)
@@ -111,33 +113,8 @@ class TrackedSource(Source):
                     depth_mm if self.keep_depth else None,
                 )
 
-    async def _newest(self) -> AsyncIterator[DepthShot]:
-        """Yield the newest image on demand; those in between are skipped."""
-        slot: list[DepthShot] = []
-        came = asyncio.Event()
-
-        async def read() -> None:
-            try:
-                async for shot in self.depth.frames():
-                    self.passed_over += len(slot)
-                    slot[:] = [shot]
-                    came.set()
-            finally:
-                came.set()
-
-        reader = asyncio.create_task(read())
-        try:
-            while True:
-                await came.wait()
-                came.clear()
-                if slot:
-                    yield slot.pop()
-                elif reader.done():
-                    reader.result()
-                    return
-        finally:
-            reader.cancel()
-            await asyncio.gather(reader, return_exceptions=True)
+    def _passed(self, count: int) -> None:
+        self.passed_over += count
 
 
 class ObserverProcess:

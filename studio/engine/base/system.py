@@ -22,6 +22,9 @@ USB_DEVICES = Path("/sys/bus/usb/devices")
 VIDEO_DEVICES = Path("/sys/class/video4linux")
 """Where Linux lists video devices; missing on other systems."""
 
+VIDEO_NODE = "/dev/video{number}"
+"""Linux's address of a video device."""
+
 _STATUS = Path("/proc/self/status")
 _SCHEDULED = Path("/proc/self/schedstat")
 _BOOT_ID = Path("/proc/sys/kernel/random/boot_id")

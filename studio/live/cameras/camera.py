@@ -9,6 +9,7 @@ import numpy as np
 from studio.engine.base.errors import StudioError
 from studio.engine.base.sentences import Said, say
 from studio.engine.model.frames import CameraFrame, ClockModel
+from studio.engine.seeing.pictures.problems import NOBODY
 from studio.engine.solve.timing.clock import ClockEstimator
 from studio.live.states import CameraStatus, ClockStatus
 from studio.wire import Hello, Status
@@ -258,7 +259,7 @@ class LiveCamera:
                     percent=100 * loss,
                 ),
             )
-        if self.client is not None and self.client.message:
+        if self.client is not None and self.client.message and self.client.message_code != NOBODY.code:
             return "trouble", "", client_says(self.client)
         if self.slow(now_ns):
             return (
@@ -272,7 +273,7 @@ class LiveCamera:
                 ),
             )
         if self._seen_ns is None or now_ns - self._seen_ns > NOBODY_NS:
-            return "live", "no_performer", say("camera.nobody", "it sees no performer")
+            return "live", "no_performer", NOBODY
         if not calibrated:
             text = say(
                 "camera.not_calibrated",

@@ -2,12 +2,14 @@
 
 `recording` holds the result of an importer and writes it as a take. The importers are `camera_folders` (which reads
 `joints_csv` and `depth_folder`), `kinect_pair`, `kinect_states`, `k4a_mkv`, `ros_bag` (on `bag_files`),
-`recording_files` and `raw_file`. `kinect` is shared by the two Kinect kinds, `table` reads their CSV, and `k4a` the
-metadata of Azure Kinect files. `animation` makes takes of animations, which have no raw.
+`recording_files`, `raw_file` `videos`, which finds landmarks, and `keypoint_folders`,
+which reads those of others. `kinect` is shared by the two Kinect kinds, `table`
+reads their CSV, and `k4a` the metadata of Azure Kinect files. `animation` makes takes of animations, without raw.
 """
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
 from studio.engine.base.errors import FormatError, SettingsError, TakeError
@@ -16,11 +18,13 @@ from studio.take.folder.take import Take, check_free
 from studio.take.importers import (
     camera_folders,
     k4a_mkv,
+    keypoint_folders,
     kinect_pair,
     kinect_states,
     raw_file,
     recording_files,
     ros_bag,
+    videos,
 )
 from studio.take.importers.animation import ANIMATIONS, import_animation, is_animation
 from studio.take.importers.recording import Progress, ReadRecording, write_recording
@@ -33,6 +37,8 @@ class Importer:
     description: str
     matches: Callable[[Path], bool]
     read: Callable[[Path, Progress], ReadRecording]
+    share: float = 0.3
+    """Of an import's time, the part for reading; the rest is for writing."""
 
 
 IMPORTERS: dict[str, Importer] = {
@@ -57,6 +63,20 @@ IMPORTERS: dict[str, Importer] = {
         kinect_states.matches,
         kinect_states.read,
     ),
+    "keypoint-folders": Importer(
+        say(
+            "import.kind_keypoints",
+            "a folder with a folder of OpenPose's JSON files per camera, or a project of Pose2Sim",
+        ),
+        keypoint_folders.matches,
+        keypoint_folders.read,
+    ),
+    "videos": Importer(
+        say("import.kind_videos", "a video, or a folder of videos, one per camera"),
+        videos.matches,
+        videos.read,
+        share=0.97,
+    ),
     "k4a-mkv": Importer(
         say("import.kind_k4a", "an Azure Kinect recording (.mkv)"), k4a_mkv.matches, k4a_mkv.read
     ),
@@ -76,7 +96,12 @@ IMPORTERS: dict[str, Importer] = {
 
 
 def import_recording(
-    path: str | Path, out: str | Path, *, unit_m: float | None = None, progress: Progress | None = None
+    path: str | Path,
+    out: str | Path,
+    *,
+    unit_m: float | None = None,
+    model: str | Path | None = None,
+    progress: Progress | None = None,
 ) -> Take:
     """Return a new take at `out` with the recording or animation at `path`; its notes state the choices made.
 
@@ -86,26 +111,39 @@ def import_recording(
         path: a file or folder of a kind in `IMPORTERS`, or a file for which `animation.is_animation` is true.
         out: the take's folder; must not exist or be empty.
         unit_m: metres per unit of a BVH; None = its rest pose is 1.75 m high.
+        model: finds the landmarks in videos: `lite`, `full`, `heavy`, or a file; None = `full`.
         progress: called with 0..1.
 
     Raises:
         FormatError: no recording there, of no known kind, or damaged; names the file, line and column.
         NotAvailableError: the package of an optional reader is not installed.
-        SettingsError: a unit for a file that states its own.
+        SettingsError: a unit for a file that states its own, or a model for what is no video.
         TakeError: `out` is not empty. No error leaves files behind.
     """
     path, out = Path(path), Path(out)
     if path.is_file() and is_animation(path):
+        if model is not None:
+            raise _no_model(model)
         return import_animation(path, out, unit_m=unit_m, progress=progress or _silent)
     if unit_m is not None:
         raise SettingsError("import.unit", "a unit of {m:g} m: only a BVH takes one; leave it out", m=unit_m)
     importer = _importer(path)
+    reader = importer.read
+    if model is not None:
+        if reader is not videos.read:
+            raise _no_model(model)
+        reader = partial(videos.read, model=model)
     check_free(out)
     report = progress or _silent
-    recording = importer.read(path, lambda share: report(0.3 * share))
-    take = write_recording(recording, out, lambda share: report(0.3 + 0.7 * share))
+    reading = importer.share
+    recording = reader(path, lambda done: report(reading * done))
+    take = write_recording(recording, out, lambda done: report(reading + (1.0 - reading) * done))
     report(1.0)
     return take
+
+
+def _no_model(model: str | Path) -> SettingsError:
+    return SettingsError("import.model", "a model {m}: only videos take one; leave it out", m=model)
 
 
 def _silent(_share: float) -> None:

@@ -8,7 +8,14 @@ from studio import wire
 from studio.engine.base.errors import FormatError
 from studio.engine.base.sentences import about, say
 from studio.engine.model.joints import JOINT_SETS
-from studio.take.importers.recording import DepthStream, Progress, ReadCamera, ReadDepth, ReadRecording
+from studio.take.importers.recording import (
+    DepthStream,
+    Progress,
+    ReadCamera,
+    ReadDepth,
+    ReadLandmarks,
+    ReadRecording,
+)
 from studio.take.raw.depth import DepthRecording
 from studio.take.raw.frames import RawCamera, RawFrame, RawReader
 from studio.take.raw.records import intrinsics_of
@@ -71,7 +78,21 @@ def _camera(hello: wire.Hello, messages: dict[int, wire.SkeletonFrame], depth: D
         confidence=np.array([confidence for _, confidence in joints]).reshape(-1, count),
         serial=hello.serial,
         depth=raw_depth(hello, depth) if hello.name in depth.cameras else None,
+        landmarks=_landmarks(hello, [messages[time_ns] for time_ns in times]),
     )
+
+
+def _landmarks(hello: wire.Hello, messages: list[wire.SkeletonFrame]) -> ReadLandmarks | None:
+    """Return the landmarks of a camera without depth; None = it has depth."""
+    found = [
+        (one.landmarks.width, one.landmarks.height, arrays.pixels, arrays.world_m)
+        for one in messages
+        if one.landmarks is not None and (arrays := wire.landmark_arrays(one, hello.joint_set)) is not None
+    ]
+    if not found or len(found) < len(messages):
+        return None
+    widths, heights, pixels, world_m = zip(*found, strict=True)
+    return ReadLandmarks(np.array([widths, heights]).T, np.array(pixels), np.array(world_m))
 
 
 def raw_depth(hello: wire.Hello, depth: DepthRecording) -> ReadDepth:

@@ -12,13 +12,14 @@ from studio.engine.base.sentences import say
 from studio.take.folder.names import is_safe_name
 from studio.take.importers import not_importable
 from studio.take.library.bundle import ENDING
+from studio.take.video import file as videos
 
 MAX_DEPTH = 12
 MAX_FILE_NAME = 200
 """Characters of a file's or folder's name."""
 
 _OF_A_CAMERA = ("joints.csv", "depth.txt")
-_CAMERAS = (".mkv", ".bag", ".db3")
+_CAMERAS = (".bag", ".db3", *videos.ENDINGS)
 _BESIDE = ("calibration.json", "recording.json")
 _ALONE = (".csv", ".mcap", ENDING, *ENDINGS)
 

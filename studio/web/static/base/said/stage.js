@@ -4,6 +4,8 @@ export default {
   "camera.legs_no_depth": "les jambes ne lui donnent pas de profondeur et pendent comme d'habitude : c'est l'effet d'habits sombres ou brillants, mettez-en d'autres",
   "camera.legs_covered": "quelque chose cache les jambes, qui pendent comme d'habitude : déplacez-le, ou la caméra",
   "camera.legs_outside": "les jambes sont hors de son image et pendent comme d'habitude : inclinez-la vers le bas, ou reculez",
+  "camera.several": "{n} personnes sont dans l'image : la plus proche du milieu est suivie, les autres devraient en sortir",
+  "camera.skips": "cette machine lit {read} des {given} images par seconde et saute les autres : choisissez le modèle lite, moins de caméras sur cette machine, ou une caméra aux images moins nombreuses ou plus petites",
   "camera.left": "le client est parti",
   "camera.no_frames": "le client est là, sa caméra n'en donne pas",
   "camera.not_heard": "le client ne se fait pas entendre",

@@ -6,7 +6,7 @@ export default {
   "import.files": ["Choose files", "Choisir des fichiers"],
   "import.folder": ["Choose a folder", "Choisir un dossier"],
   "import.recordings": ["Recordings", "Enregistrements"],
-  "import.recordings_kinds": ["a folder of camera_0, camera_1, ... with joints.csv or depth.txt; Azure Kinect .mkv, RealSense or ROS .bag and .db3 (together: the cameras of one take); a CSV of Kinects; raw.mcap", "un dossier de camera_0, camera_1, ... avec joints.csv ou depth.txt ; .mkv d'Azure Kinect, .bag et .db3 de RealSense ou ROS (ensemble : les caméras d'une prise) ; un CSV de Kinect ; raw.mcap"],
+  "import.recordings_kinds": ["a folder of camera_0, camera_1, ... with joints.csv or depth.txt; Azure Kinect .mkv, RealSense or ROS .bag and .db3 (together: the cameras of one take); a CSV of Kinects; raw.mcap; videos of one performance (together: the cameras of one take)", "un dossier de camera_0, camera_1, ... avec joints.csv ou depth.txt ; .mkv d'Azure Kinect, .bag et .db3 de RealSense ou ROS (ensemble : les caméras d'une prise) ; un CSV de Kinect ; raw.mcap ; des vidéos d'une même prestation (ensemble : les caméras d'une prise)"],
   "import.animations": ["Animations", "Animations"],
   "import.animations_kinds": [".bvh, .fbx, .glb, .c3d, .trc: a take with the solve “imported”. Dropped on a take in the list: a reference of that take", ".bvh, .fbx, .glb, .c3d, .trc : une prise avec le calcul « imported ». Déposée sur une prise de la liste : une référence de cette prise"],
   "import.takes": ["Takes", "Prises"],

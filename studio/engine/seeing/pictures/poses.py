@@ -1,0 +1,126 @@
+"""The pose of one person, picture after picture."""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+from PIL import Image
+
+from studio.engine.base.errors import SettingsError
+from studio.engine.base.value_sentences import bad_value
+from studio.engine.seeing.pictures.bundle import model_file, pose_networks
+from studio.engine.seeing.pictures.landmarks import LandmarkNetwork, RegionPose
+from studio.engine.seeing.pictures.people import PeopleDetector, Person
+from studio.engine.seeing.pictures.region import Region
+
+WORKING_SIDE = 960
+"""Larger pictures are reduced towards this longer side first: landmarks lose nothing by it."""
+
+_LEAST_PRESENT = 0.5
+_LOOK_ABOUT = 60
+"""Every so many pictures the detector counts the people, though the person is not lost."""
+
+_COMPARABLE = 0.6
+"""Of several people, those at least this size of the largest one are as near to the camera."""
+
+
+@dataclass(frozen=True)
+class FoundPose:
+    """The pose of a person in one picture.
+
+    Attributes:
+        pixels: the 33 landmarks of BlazePose, shape (33, 2); the centre of the first pixel is at (0, 0).
+            They may be outside the picture.
+        visibility: how sure each is in sight, 0..1, shape (33,).
+        presence: how sure each is within the picture, 0..1, shape (33,).
+        world_m: about the middle of the hips, axes of the camera (right, down, away) [m], shape (33, 3).
+        people: number of people in the picture, as last counted.
+    """
+
+    pixels: NDArray[np.float64]
+    visibility: NDArray[np.float64]
+    presence: NDArray[np.float64]
+    world_m: NDArray[np.float64]
+    people: int = 1
+
+
+class PoseFinder:
+    """Finds the pose of one person in the pictures of one camera, in their order; used by one thread at a time.
+
+    The detector looks for people at the start and when the person is lost. Of several people, the one nearest to the
+    picture's middle is taken, among those that are about as large as the largest; then that one is followed.
+
+    Args:
+        model: `lite`, `full` or `heavy`, or a file, see `model_file`.
+        threads: on which the networks run.
+
+    Raises:
+        SettingsError: no such model.
+        FormatError: a file that is no model.
+        NotAvailableError: the model, or LiteRT, is not here.
+    """
+
+    def __init__(self, model: str | Path = "full", threads: int = 1) -> None:
+        path = model_file(model)
+        detector, landmarks = pose_networks(path)
+        self._detector = PeopleDetector(detector, path, threads)
+        self._landmarks = LandmarkNetwork(landmarks, path, threads)
+        self._region: Region | None = None
+        self._since_count = 0
+        self._people = 0
+
+    def find(self, picture: NDArray[np.uint8]) -> FoundPose | None:
+        """Return the pose in a picture; None = nobody is there.
+
+        Args:
+            picture: RGB, shape (height, width, 3), any size.
+
+        Raises:
+            SettingsError: an array of another shape or type.
+        """
+        if picture.ndim != 3 or picture.shape[2] != 3 or picture.dtype != np.uint8 or picture.size == 0:
+            given = f"{picture.dtype} {picture.shape}"
+            raise SettingsError(bad_value("picture", given, "uint8, shape (height, width, 3)"))
+        image = Image.fromarray(np.ascontiguousarray(picture))
+        factor = max(1, max(image.size) // WORKING_SIDE)
+        image = image.reduce(factor) if factor > 1 else image
+        seen = self._followed(image) or self._looked_for(image)
+        if seen is None:
+            self._people = 0
+            return None
+        self._region = seen.next_region if self._region is None else self._region.towards(seen.next_region)
+        return FoundPose(
+            seen.places * factor - 0.5, seen.visibility, seen.presence, seen.world_m, max(self._people, 1)
+        )
+
+    def _followed(self, image: Image.Image) -> RegionPose | None:
+        """Return the landmarks of the person of the picture before; None = lost, or there was none."""
+        if self._region is None or not self._region.usable(*image.size):
+            return None
+        seen = self._landmarks.read(image, self._region)
+        if seen.present < _LEAST_PRESENT:
+            return None
+        self._since_count += 1
+        if self._since_count >= _LOOK_ABOUT:
+            self._count(self._detector.people(image))
+        return seen
+
+    def _looked_for(self, image: Image.Image) -> RegionPose | None:
+        people = self._detector.people(image)
+        self._count(people)
+        self._region = None
+        if not people:
+            return None
+        seen = self._landmarks.read(image, nearest(people, *image.size).region)
+        return seen if seen.present >= _LEAST_PRESENT else None
+
+    def _count(self, people: list[Person]) -> None:
+        self._people, self._since_count = len(people), 0
+
+
+def nearest(people: list[Person], width: int, height: int) -> Person:
+    """Return who is nearest to the middle of a picture, among those about as large as the largest."""
+    largest = max(one.region.side for one in people)
+    near = [one for one in people if one.region.side >= _COMPARABLE * largest]
+    return min(near, key=lambda one: np.hypot(one.region.x - 0.5 * width, one.region.y - 0.5 * height))
