@@ -1,0 +1,104 @@
+// The landmarks of the nearest person in each picture. `lite` is tried first: where it is fast, `full` takes its place.
+const SMALL = 640; // pixels of the longer side: larger pictures gain nothing
+const TRIED = 12, FIRST = 3; // images that are measured, and the first of them, which are slower
+const FAST_MS = 20, BEARABLE_MS = 33;
+const SIMD = new Uint8Array([0, 97, 115, 109, 1, 0, 0, 0, 1, 5, 1, 96, 0, 1, 123, 3, 2, 1, 0, 10, 10, 1, 8, 0, 65, 0, 253, 15, 253, 98, 11]);
+
+/** Whether this browser can run the models: WebAssembly with SIMD, and threads that are modules. */
+export const canFind = () => typeof WebAssembly === "object" && typeof Worker === "function" && WebAssembly.validate(SIMD);
+
+const median = (values) => [...values].sort((a, b) => a - b)[values.length >> 1];
+
+class Thread {
+  constructor() { this.worker = new Worker(new URL("pose_worker.js", import.meta.url), { type: "module" }); }
+
+  ask(message, given = []) {
+    return new Promise((resolve, reject) => {
+      this.worker.onmessage = ({ data }) => (data.kind === "failed" ? reject(new Error(data.reason)) : resolve(data));
+      this.worker.onerror = (event) => { event.preventDefault(); reject(new Error(event.message || "the thread ended")); };
+      this.worker.postMessage(message, given);
+    });
+  }
+
+  end() { this.worker.terminate(); }
+}
+
+/** How large a person is in the picture, as a share of its width times its height. */
+function sizeOf(landmarks) {
+  const xs = landmarks.map(({ x }) => x), ys = landmarks.map(({ y }) => y);
+  return (Math.max(...xs) - Math.min(...xs)) * (Math.max(...ys) - Math.min(...ys));
+}
+
+/** The largest of several people: the nearest. */
+function nearest(people) {
+  return people.reduce((best, one, i) => (sizeOf(one) > sizeOf(people[best]) ? i : best), 0);
+}
+
+export class Pose {
+  /** `changed()`: another model is in use. */
+  constructor(changed) {
+    this.changed = changed;
+    this.thread = null;
+    this.model = "";
+    this.delegate = "";
+    this.busyMs = 0; // in all
+    this.times = [];
+    this.wanted = "auto";
+    this.settled = false;
+  }
+
+  /** Load a model: `auto`, `lite` or `full`. Rejects where it cannot run. */
+  async load(wanted = "auto") {
+    this.wanted = wanted;
+    this.settled = wanted !== "auto";
+    await this.#use(wanted === "full" ? "full" : "lite");
+  }
+
+  async #use(model) {
+    const thread = new Thread();
+    const { delegate } = await thread.ask({ kind: "load", model });
+    this.thread?.end();
+    Object.assign(this, { thread, model, delegate, times: [] });
+    this.changed();
+  }
+
+  /** The median time of an image [ms]; null before some were measured. */
+  get ms() { return this.times.length > FIRST ? median(this.times.slice(FIRST)) : null; }
+
+  /** Return {landmarks, world, people, width, height} of a picture; landmarks in shares of it, null where nobody is. */
+  async find(video, at_ms) {
+    const { videoWidth: width, videoHeight: height } = video;
+    const scale = Math.min(1, SMALL / Math.max(width, height));
+    const picture = await createImageBitmap(video, { resizeWidth: Math.round(scale * width), resizeHeight: Math.round(scale * height), resizeQuality: "medium" });
+    const { landmarks, worldLandmarks, took_ms } = await this.thread.ask({ kind: "frame", picture, at_ms }, [picture]);
+    this.busyMs += took_ms;
+    this.#measured(took_ms);
+    const one = landmarks.length ? nearest(landmarks) : null;
+    return { landmarks: one === null ? null : landmarks[one], world: one === null ? null : worldLandmarks[one], people: landmarks.length, width, height };
+  }
+
+  #measured(took_ms) {
+    this.times.push(took_ms);
+    if (this.times.length > FIRST + TRIED) this.times.splice(FIRST, 1);
+    if (this.settled || this.times.length < FIRST + TRIED) return;
+    this.settled = true;
+    if (this.model === "lite" && this.ms < FAST_MS) this.#upgrade();
+  }
+
+  /** Take the better model where this phone is fast, and leave it again if it is too slow. */
+  async #upgrade() {
+    try {
+      await this.#use("full");
+    } catch (error) {
+      console.info(`the full model does not run here: ${error.message}`);
+      return;
+    }
+    const look = setInterval(async () => {
+      if (this.times.length < FIRST + TRIED) return;
+      clearInterval(look);
+      if (this.wanted === "auto" && this.ms > BEARABLE_MS) await this.#use("lite");
+    }, 500);
+  }
+
+  end() { this.thread?.end(); }
+}
