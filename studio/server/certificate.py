@@ -60,7 +60,7 @@ class OwnCertificate:
         if missing:
             return say(
                 "certificate.other_address",
-                "the certificate {path} is not for {address}, which this machine has now; run `studio certificate` again",
+                "the certificate {path} is not for {address}, now this machine's; run `studio certificate` again",
                 path=self.certificate,
                 address=missing[0],
             )

@@ -1,5 +1,7 @@
-"""The pages (Jinja2): `/`, `/signin`, `/blind`, `/remote`, `/camera`, `/phone`, `/vote/TOKEN`; their files: ES modules;
-and the models that find bodies in pictures, for the browsers of phones."""
+"""The pages (Jinja2): `/`, `/signin`, `/blind`, `/remote`, `/camera`, `/phone`, `/vote/TOKEN`; the files.
+
+Browsers of phones get the models too that find bodies in pictures.
+"""
 
 import secrets
 from importlib import metadata

@@ -128,7 +128,7 @@ export class Link {
 
   #pump() {
     clearTimeout(this.pumping);
-    if (!this.welcomed) return;
+    if (!this.welcomed || this.socket.readyState !== WebSocket.OPEN) return;
     while (this.queue.length && this.socket.bufferedAmount < SLOW_BYTES) {
       const [sequence, data] = this.queue.shift();
       this.socket.send(data);

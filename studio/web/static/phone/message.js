@@ -1,4 +1,4 @@
-// What was found in a picture as the message `landmarks` of the protocol (docs/protocol.md).
+// What was found in a picture as a message of the protocol (docs/protocol.md): a skeleton with landmarks.
 const JOINTS = 33;
 const NONE = new Uint8Array(0);
 
@@ -16,12 +16,14 @@ export function unmirrored(found) {
 
 /** Return the message of one frame; `time_ns` on the phone's clock. Nobody in the picture: all landmarks are unseen. */
 export function landmarkMessage(sequence, time_ns, { landmarks, world, width, height }) {
-  const none = new Array(JOINTS).fill(null);
+  const points = landmarks ?? new Array(JOINTS).fill({ x: NaN, y: NaN, visibility: 0 });
   return {
-    type: "landmarks", sequence, device_time_ns: time_ns, width, height,
-    pixels: bytes((landmarks ?? none).flatMap((one) => (one ? [one.x * width - 0.5, one.y * height - 0.5] : [NaN, NaN]))),
-    visibility: bytes((landmarks ?? none).map((one) => Math.min(1, Math.max(0, one?.visibility ?? 0)))),
-    world: world ? bytes(world.flatMap(({ x, y, z }) => [x, y, z])) : NONE,
-    left_hand: NONE, right_hand: NONE, head_wxyz: null,
+    type: "skeleton", sequence, device_time_ns: time_ns, positions: NONE,
+    confidence: bytes(points.map(({ visibility }) => Math.min(1, Math.max(0, visibility ?? 0)))),
+    landmarks: {
+      width, height,
+      pixels: bytes(points.flatMap(({ x, y }) => [x * width - 0.5, y * height - 0.5])), // the first pixel's centre is (0, 0)
+      world: world ? bytes(world.flatMap(({ x, y, z }) => [x, y, z])) : NONE,
+    },
   };
 }
