@@ -254,3 +254,13 @@ def test_the_operator_is_told_how_a_phone_comes_in(studio, chromium):
         place = page.locator("#phone-invitation")
         expect(place.locator("code")).to_have_text("studio certificate && studio serve --host 0.0.0.0")
         expect(place.locator("a")).to_have_attribute("href", f"{studio[0]}/phone")
+
+
+def test_models_are_served_and_nothing_beside_them(studio):
+    url, http, _ = studio
+    assert http.head(f"{url}/models/pose_landmarker_lite.task").status_code == 200
+    for path in ("README.md", "LICENSE", "../__init__.py", "%2e%2e/__init__.py", "none.task"):
+        assert http.get(f"{url}/models/{path}").status_code == 404, path
+    policy = http.get(f"{url}/static/phone/pose_worker.js").headers["Content-Security-Policy"]
+    assert "script-src 'self' 'wasm-unsafe-eval';" in policy
+    assert http.get(f"{url}/phone").headers["Content-Security-Policy"] == policy

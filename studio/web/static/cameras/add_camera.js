@@ -56,7 +56,7 @@ export async function showAddCamera() {
   dialog.replaceChildren(
     h("h2", {}, t("cameras.add")),
     devicesPart(),
-    part(t("phones.title"), phonePart()),
+    phonePart(),
     announcedPart(),
     h("div", { class: "add-camera" },
       part(t("cameras.elsewhere"), elsewhere(invitation)),

@@ -43,5 +43,5 @@ export function phonePart() {
   };
   place.append(h("p", { class: "muted" }, t("phones.words")),
     h("div", { class: "buttons" }, h("button", { id: "invite-phone", type: "button", onclick: show }, t("phones.show"))));
-  return place;
+  return h("section", { class: "devices" }, h("h3", {}, t("phones.title")), place);
 }
