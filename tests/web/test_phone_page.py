@@ -17,6 +17,7 @@ from studio.take.raw.frames import RawFrame, read_raw
 from studio.web import mount
 from studio.wire import landmark_arrays
 from tests import patient
+from tests.acceptance.processes import wait_until
 from tests.acceptance.test_open_to_network import open_program
 from tests.web.browser import quiet_page
 from tests.web.phones import SIZE, as_camera, phone, until
@@ -234,16 +235,19 @@ def test_what_a_phone_lacks_is_said(studio, chromium):
             page.close()
 
 
+def is_told(page, http, what: str) -> bool:
+    """Whether the studio knows that this holds of a phone."""
+    page.evaluate("1")  # lets the browser's events pass
+    return f"phone_says.{what}" in [sentence["code"] for sentence in http.get("/status").json()["said"]]
+
+
 def test_two_people_are_told_at_once(studio, chromium, test_data, tmp_path):
     url, http, _ = studio
     video = as_camera(test_data / "rgb" / "pose2sim_two" / "cam01.mp4", tmp_path / "two.mjpeg")
     with phone(chromium, video) as one:
         one.start(f"{url}/phone")
         expect(one.page.locator("#advice")).to_contain_text("Several people")
-        told = []
-        while "phone_says.two_people" not in told:
-            one.page.evaluate("1")  # lets the browser's events pass
-            told = [sentence["code"] for sentence in http.get("/status").json()["said"]]
+        wait_until(lambda: is_told(one.page, http, "two_people"), "the studio knows of two people")
 
 
 def test_the_operator_is_told_how_a_phone_comes_in(studio, chromium):
@@ -264,3 +268,44 @@ def test_models_are_served_and_nothing_beside_them(studio):
     policy = http.get(f"{url}/static/phone/pose_worker.js").headers["Content-Security-Policy"]
     assert "script-src 'self' 'wasm-unsafe-eval';" in policy
     assert http.get(f"{url}/phone").headers["Content-Security-Policy"] == policy
+
+
+CANVAS = """
+const canvas = document.createElement('canvas');
+canvas.width = 320;
+canvas.height = 240;
+setInterval(() => {
+  const pen = canvas.getContext('2d');
+  pen.fillStyle = canvas.width % 3 ? '#888' : '#999';
+  pen.fillRect(0, 0, canvas.width, canvas.height);
+}, 50);
+window.turn = () => Object.assign(canvas, { width: 240, height: 320 });
+navigator.mediaDevices.getUserMedia = async () => (window.stream = canvas.captureStream(15));
+Object.defineProperty(document, 'hidden', { get: () => Boolean(window.away) });
+window.look = (away) => { window.away = away; document.dispatchEvent(new Event('visibilitychange')); };
+"""
+"""A camera whose picture is a grey canvas, and a page that can be put aside."""
+
+
+def test_what_happens_to_a_phone_is_told_at_once(studio, chromium):
+    url, http, _ = studio
+
+    def told(what: str) -> None:
+        wait_until(lambda: is_told(page, http, what), f"the studio knows that it is {what}")
+
+    with phone(chromium) as one:
+        page = one.page
+        page.add_init_script(CANVAS)
+        one.start(f"{url}/phone")
+        told("nobody")
+        expect(page.locator("#advice")).to_have_text("Nobody in the picture")
+        page.evaluate("turn()")
+        told("rotated")
+        page.evaluate("look(true)")
+        told("hidden")
+        page.evaluate("look(false)")
+        page.evaluate("stream.getVideoTracks()[0].dispatchEvent(new Event('ended'))")
+        told("interrupted")
+        page.click("#stop")
+        expect(page.locator("#start")).to_be_visible()
+        assert one.complaints == []
