@@ -37,7 +37,8 @@ FEED = """async ([name, boot_id]) => {
   const url = location.origin.replace("http", "ws") + "/api/v1/link";
   window.link = new Link({ url, hello, spool, status: () => ({}), changed: (state) => { window.state = state; } });
   const landmarks = Array.from({ length: 33 }, (_, i) => ({ x: 0.3 + i / 100, y: i / 40, visibility: 0.9 }));
-  const found = { landmarks, world: landmarks.map(() => ({ x: 0, y: 0, z: 0 })), width: 360, height: 640 };
+  const hands = { left: null, right: landmarks.slice(0, 21) }, world = landmarks.map(() => ({ x: 0, y: 0, z: 0 }));
+  const found = { landmarks, world, hands, width: 360, height: 640 };
   let sequence = 0;
   window.feed = (count) => {
     for (let i = 0; i < count; i += 1) link.frame(sequence, pack(landmarkMessage(sequence++, nowNs() + i, found)));
@@ -139,7 +140,10 @@ def test_a_cut_link_and_a_closed_page_lose_no_frame(studio, chromium):
         until(page, "link.framesSent === 5 && link.keeper.spool.owed === 0")
         http.post("/record/stop").raise_for_status()
         until(page, "link.keeper.spool.origins.size === 0")
-    sequences = sorted(r.frame.sequence for r in frames_of(sessions)["stand"])
+    records = frames_of(sessions)["stand"]
+    right = landmark_arrays(records[0].message, "mediapipe").right_hand
+    assert right.shape == (21, 2) and np.allclose(right[0], [0.3 * 360 - 0.5, -0.5], atol=1e-4)
+    sequences = sorted(r.frame.sequence for r in records)
     assert sequences == sorted([*range(50), *range(5)])
 
 
@@ -170,7 +174,9 @@ def test_messages_are_read_as_they_were_meant(studio, chromium):
 TURNED = """async () => {
   const { unmirrored } = await import("/static/phone/message.js");
   const landmarks = Array.from({ length: 33 }, (_, i) => ({ x: i / 100, y: 0.5, visibility: 1 }));
-  const found = unmirrored({ landmarks, world: landmarks, width: 100, height: 100 });
+  const hands = { left: null, right: landmarks.slice(0, 21) };
+  const found = unmirrored({ landmarks, world: landmarks, hands, width: 100, height: 100 });
+  if (found.hands.right || found.hands.left[0].x !== 1) throw new Error("hands are not exchanged");
   return [11, 12, 0, 7].map((joint) => [found.landmarks[joint].x, found.world[joint].x]);
 }"""
 ADVICE = """async (cases) => {

@@ -9,11 +9,12 @@ const SEEN = 0.5;
 
 const colourOf = (a, b) => (a % 2 !== b % 2 || a === 0 ? MIDDLE : a % 2 ? LEFT : RIGHT); // odd numbers are the left side
 
-/** Draw a body into a canvas as large as the picture; what is hardly seen is faint. */
-export function draw(canvas, { landmarks, width, height }) {
+/** Draw a picture and the body that was found in it, so that they match however slow the phone is; what is hardly seen is faint. */
+export function draw(canvas, { picture, landmarks, hands }) {
+  const { width, height } = picture;
   if (canvas.width !== width || canvas.height !== height) Object.assign(canvas, { width, height });
   const pen = canvas.getContext("2d");
-  pen.clearRect(0, 0, width, height);
+  pen.drawImage(picture, 0, 0);
   if (!landmarks) return;
   const thick = Math.max(width, height) / 160;
   const at = (joint) => [landmarks[joint].x * width, landmarks[joint].y * height];
@@ -35,5 +36,10 @@ export function draw(canvas, { landmarks, width, height }) {
     pen.beginPath();
     pen.arc(...at(joint), 0.9 * thick, 0, 2 * Math.PI);
     pen.fill();
+  }
+  pen.globalAlpha = 1;
+  for (const [colour, hand] of [[LEFT, hands.left], [RIGHT, hands.right]]) {
+    pen.fillStyle = colour;
+    for (const { x, y } of hand ?? []) pen.fillRect(x * width - thick / 3, y * height - thick / 3, thick / 1.5, thick / 1.5);
   }
 }

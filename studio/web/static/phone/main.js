@@ -89,6 +89,7 @@ async function take(begin, frame) {
 /** Show what was found, and note what changed. */
 function see(found) {
   draw(overlay, found);
+  found.picture.close();
   const size = [found.width, found.height];
   if (now.size && now.size.join() !== size.join()) watch.pass("rotated", { width: size[0], height: size[1] });
   Object.assign(now, { found, size });
@@ -174,7 +175,7 @@ async function start() {
     showAdvice();
     video.requestVideoFrameCallback(take);
     looking = setInterval(look, LOOK_MS);
-    await pose.load(byId("model").value).catch((error) => { throw new NoCamera("model", error.message); });
+    await pose.load(byId("model").value, byId("hands").checked).catch((error) => { throw new NoCamera("model", error.message); });
   } catch (error) {
     stop(error instanceof NoCamera ? t(`phone_camera.no.${error.why}`, { detail: error.message }) : error.message);
   } finally {
@@ -231,7 +232,9 @@ byId("start").addEventListener("click", start);
 byId("stop").addEventListener("click", () => stop());
 byId("open-settings").addEventListener("click", () => byId("settings").showModal());
 byId("lens").addEventListener("change", (event) => use(event.currentTarget.value).catch((error) => stop(t(`phone_camera.no.${error.why ?? "other"}`, { detail: error.message }))));
-byId("model").addEventListener("change", (event) => pose.load(event.currentTarget.value).catch((error) => stop(t("phone_camera.no.model", { detail: error.message }))));
+for (const id of ["model", "hands"]) {
+  byId(id).addEventListener("change", () => pose.load(byId("model").value, byId("hands").checked).catch((error) => stop(t("phone_camera.no.model", { detail: error.message }))));
+}
 document.addEventListener("visibilitychange", hidden);
 addEventListener("pagehide", () => { if (link && now.running) watch.begin("closed"); link?.keeper.spool.write(); });
 followBattery(showBattery);

@@ -11,19 +11,24 @@ const bytes = (values) => new Uint8Array(Float32Array.from(values).buffer);
 export function unmirrored(found) {
   if (!found.landmarks) return found;
   const turned = (points, far) => OTHER.map((other) => ({ ...points[other], x: far - points[other].x }));
-  return { ...found, landmarks: turned(found.landmarks, 1), world: turned(found.world, 0) };
+  const hand = (points) => points?.map((one) => ({ ...one, x: 1 - one.x })) ?? null;
+  const hands = { left: hand(found.hands.right), right: hand(found.hands.left) };
+  return { ...found, landmarks: turned(found.landmarks, 1), world: turned(found.world, 0), hands };
 }
 
 /** Return the message of one frame; `time_ns` on the phone's clock. Nobody in the picture: all landmarks are unseen. */
-export function landmarkMessage(sequence, time_ns, { landmarks, world, width, height }) {
+export function landmarkMessage(sequence, time_ns, { landmarks, world, hands, width, height }) {
+  const pixels = (points) => bytes(points.flatMap(({ x, y }) => [x * width - 0.5, y * height - 0.5])); // the first pixel's centre is (0, 0)
   const points = landmarks ?? new Array(JOINTS).fill({ x: NaN, y: NaN, visibility: 0 });
   return {
     type: "skeleton", sequence, device_time_ns: time_ns, positions: NONE,
     confidence: bytes(points.map(({ visibility }) => Math.min(1, Math.max(0, visibility ?? 0)))),
     landmarks: {
       width, height,
-      pixels: bytes(points.flatMap(({ x, y }) => [x * width - 0.5, y * height - 0.5])), // the first pixel's centre is (0, 0)
+      pixels: pixels(points),
       world: world ? bytes(world.flatMap(({ x, y, z }) => [x, y, z])) : NONE,
+      left_hand: hands.left ? pixels(hands.left) : NONE,
+      right_hand: hands.right ? pixels(hands.right) : NONE,
     },
   };
 }

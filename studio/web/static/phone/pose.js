@@ -1,5 +1,5 @@
 // The landmarks of the nearest person in each picture. `lite` is tried first: where it is fast, `full` takes its place.
-const SMALL = 640; // pixels of the longer side: larger pictures gain nothing
+const SMALL = 640, LARGE = 1280; // pixels of the longer side: for a body alone larger pictures gain nothing, hands need them
 const TRIED = 12, FIRST = 3; // images that are measured, and the first of them, which are slower
 const FAST_MS = 20, BEARABLE_MS = 33;
 const SIMD = new Uint8Array([0, 97, 115, 109, 1, 0, 0, 0, 1, 5, 1, 96, 0, 1, 123, 3, 2, 1, 0, 10, 10, 1, 8, 0, 65, 0, 253, 15, 253, 98, 11]);
@@ -23,17 +23,6 @@ class Thread {
   end() { this.worker.terminate(); }
 }
 
-/** How large a person is in the picture, as a share of its width times its height. */
-function sizeOf(landmarks) {
-  const xs = landmarks.map(({ x }) => x), ys = landmarks.map(({ y }) => y);
-  return (Math.max(...xs) - Math.min(...xs)) * (Math.max(...ys) - Math.min(...ys));
-}
-
-/** The largest of several people: the nearest. */
-function nearest(people) {
-  return people.reduce((best, one, i) => (sizeOf(one) > sizeOf(people[best]) ? i : best), 0);
-}
-
 export class Pose {
   /** `changed()`: another model is in use. */
   constructor(changed) {
@@ -44,19 +33,20 @@ export class Pose {
     this.busyMs = 0; // in all
     this.times = [];
     this.wanted = "auto";
+    this.hands = false;
     this.settled = false;
   }
 
-  /** Load a model: `auto`, `lite` or `full`. Rejects where it cannot run. */
-  async load(wanted = "auto") {
-    this.wanted = wanted;
+  /** Load a model: `auto`, `lite` or `full`; with `hands` that of the hands too. Rejects where it cannot run. */
+  async load(wanted = "auto", hands = false) {
+    Object.assign(this, { wanted, hands });
     this.settled = wanted !== "auto";
     await this.#use(wanted === "full" ? "full" : "lite");
   }
 
   async #use(model) {
     const thread = new Thread();
-    const { delegate } = await thread.ask({ kind: "load", model });
+    const { delegate } = await thread.ask({ kind: "load", model, hands: this.hands });
     this.thread?.end();
     Object.assign(this, { thread, model, delegate, times: [] });
     this.changed();
@@ -65,16 +55,16 @@ export class Pose {
   /** The median time of an image [ms]; null before some were measured. */
   get ms() { return this.times.length > FIRST ? median(this.times.slice(FIRST)) : null; }
 
-  /** Return {landmarks, world, people, width, height} of a picture; landmarks in shares of it, null where nobody is. */
+  /** Return {landmarks, world, people, hands: {left, right}, width, height, picture}: landmarks in shares of the picture, null
+   * where nobody is, or no hand is found; the size of the whole picture; the picture as it was looked at, to be closed. */
   async find(video, at_ms) {
     const { videoWidth: width, videoHeight: height } = video;
-    const scale = Math.min(1, SMALL / Math.max(width, height));
+    const scale = Math.min(1, (this.hands ? LARGE : SMALL) / Math.max(width, height));
     const picture = await createImageBitmap(video, { resizeWidth: Math.round(scale * width), resizeHeight: Math.round(scale * height), resizeQuality: "medium" });
-    const { landmarks, worldLandmarks, took_ms } = await this.thread.ask({ kind: "frame", picture, at_ms }, [picture]);
+    const { took_ms, ...found } = await this.thread.ask({ kind: "frame", picture, at_ms }, [picture]);
     this.busyMs += took_ms;
     this.#measured(took_ms);
-    const one = landmarks.length ? nearest(landmarks) : null;
-    return { landmarks: one === null ? null : landmarks[one], world: one === null ? null : worldLandmarks[one], people: landmarks.length, width, height };
+    return { ...found, width, height };
   }
 
   #measured(took_ms) {

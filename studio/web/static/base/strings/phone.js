@@ -17,6 +17,7 @@ export default {
   "phone_camera.model.auto": ["Automatic", "Automatique"],
   "phone_camera.model.lite": ["Lite: fast", "Léger : rapide"],
   "phone_camera.model.full": ["Full: more exact", "Complet : plus précis"],
+  "phone_camera.hands": ["Fingers too, where a hand is large enough (slower)", "Les doigts aussi, là où une main est assez grande (plus lent)"],
   "phone_camera.mirrored": ["The picture is mirrored (writing in it reads backwards)", "L'image est en miroir (l'écriture s'y lit à l'envers)"],
   "phone_camera.language": ["Language", "Langue"],
   "phone_camera.theme": ["Light or dark", "Clair ou sombre"],
