@@ -7,6 +7,9 @@ const HEAD = [0, 7, 8], FEET = [27, 28, 29, 30, 31, 32], TRUNK = [11, 12, 23, 24
 
 const inside = ({ x, y, visibility }) => visibility > SEEN && x > EDGE && x < 1 - EDGE && y > EDGE && y < 1 - EDGE;
 
+/** Whether a picture of this brightness is too dark. */
+export const isDark = (brightness) => brightness !== null && brightness < DARK;
+
 /** Return {key, values, tone} of the first thing to change, or that all is good.
  *
  * `found`: what was found in the last picture, null before the first; `brightness`: of the picture; `held`: {slanted_deg,
@@ -14,7 +17,7 @@ const inside = ({ x, y, visibility }) => visibility > SEEN && x > EDGE && x < 1 
 export function advice({ found, brightness, held, wide }) {
   const say = (key, tone = "fair", values = {}) => ({ key: `phone_camera.advice.${key}`, tone, values });
   if (!found) return say("starting", "plain");
-  if (brightness !== null && brightness < DARK) return say("dark", "bad");
+  if (isDark(brightness)) return say("dark", "bad");
   if (!found.landmarks) return say("nobody", "bad");
   if (found.people > 1) return say("two", "fair");
   const { landmarks } = found;

@@ -1,10 +1,10 @@
 // A phone as a camera: its picture with the skeleton in it, advice how to stand it, and its link to the studio.
 import { byId, h, setText } from "../base/dom.js";
 import { startFrame } from "../base/frame.js";
-import { number, t, template } from "../base/strings.js";
+import { hasText, number, t, template } from "../base/strings.js";
 import { NoCamera, exposureOf, followBattery, isSelfie, isWide, keepAwake, lensOf, listCameras, openCamera } from "./camera.js";
 import { draw } from "./drawing.js";
-import { advice, brightnessOf } from "./framing.js";
+import { advice, brightnessOf, isDark } from "./framing.js";
 import { Held } from "./held.js";
 import { Link } from "./link.js";
 import { landmarkMessage, unmirrored } from "./message.js";
@@ -45,7 +45,7 @@ function showLink(state, detail) {
   setText(byId("link-state"), t(`phone_camera.link.${state}`));
   if (state !== "refused") return;
   if (detail.code === "token") forgetEntry();
-  stop(detail.reason);
+  stop(hasText(`phone_camera.refused.${detail.code}`) ? t(`phone_camera.refused.${detail.code}`) : detail.reason);
 }
 
 function showFigures() {
@@ -110,7 +110,7 @@ function look() {
     if (ratio > EXPOSED || ratio < 1 / EXPOSED) watch.pass("exposure");
     Object.assign(now, { lens, exposure });
     showAdvice();
-    watch.set("dark", byId("advice").dataset.tone === "bad" && now.brightness < 45);
+    watch.set("dark", isDark(now.brightness));
   }
   watch.set("no_space", link.keeper.spool.full);
   showFigures();
