@@ -29,7 +29,7 @@ function shown(invitation, again) {
         h("p", {}, t("phones.scan"), " ", link),
         minutes > 0 && h("p", { class: "muted" }, t("phones.once", { minutes })),
         fingerprint && h("p", { class: "muted" }, t("phones.warning")),
-        fingerprint && h("p", { class: "fingerprint" }, h("code", {}, fingerprint)))),
+        fingerprint && h("p", { class: "fingerprint" }, h("code", {}, fingerprint.split(":").flatMap((pair, i) => (i ? [":", h("wbr"), pair] : [pair])))))),
     minutes > 0 && h("div", { class: "buttons" }, h("button", { class: "small", type: "button", onclick: again }, t("phones.next"))),
   ];
 }

@@ -17,11 +17,12 @@ import { Watch } from "./watch.js";
 const LOOK_MS = 1000;
 const EXPOSED = 1.5; // times as much or as little light as before: told
 const SLOW_FPS = 10;
+const SKIPPED = 0.1; // pictures left out for each that was looked at: with more, this phone is as busy as it can be
 
 const video = byId("video"), overlay = byId("overlay"), small = h("canvas", { width: 32, height: 32 });
 const now = {
   running: false, found: null, brightness: null, lens: null, exposure: null, size: null, shown: 0, sequence: 0, last: 0,
-  fps: null, sent: 0, looked: 0, busyMs: 0,
+  fps: null, sent: 0, skipped: 0, looked: 0, busyMs: 0, load: 0,
 };
 let link = null, stream = null, busy = false, letSleep = null, looking = null;
 
@@ -29,13 +30,12 @@ const watch = new Watch(() => link?.sendStatus());
 const held = new Held((degrees) => watch.pass("moved", { degrees: Math.round(degrees) }));
 const pose = new Pose(showFigures);
 
-/** The content of the status message: what the operator is to know, and how busy this phone is. */
+/** The content of the status message: what the operator is to know, and how busy this phone is [%]. */
 function status() {
-  const spent = performance.now() - now.looked, load = spent > 100 ? (pose.busyMs - now.busyMs) / spent : 0;
   const [what, values] = watch.worst ?? ["", {}];
   const words = what && template(`phone_says.${what}`, true).replace(/\{(\w+)\}/g, (_, name) => values[name]);
   return {
-    processor_percent: Math.min(100, Math.round(100 * load)), sending_percent: 0,
+    processor_percent: now.load, sending_percent: 0,
     message: words, message_code: what && `phone_says.${what}`, message_values: values,
   };
 }
@@ -66,7 +66,8 @@ const track = () => stream.getVideoTracks()[0];
 async function take(begin, frame) {
   if (!now.running) return;
   video.requestVideoFrameCallback(take);
-  if (busy || !pose.thread || document.hidden) return; // the newest picture, always: what came meanwhile is left out
+  if (busy) now.skipped += 1; // the newest picture, always: what came meanwhile is left out
+  if (busy || !pose.thread || document.hidden) return;
   busy = true;
   try {
     const time_ns = Math.max(now.last + 1, Math.round(1e6 * (frame.captureTime ?? begin)));
@@ -93,14 +94,16 @@ function see(found) {
   const size = [found.width, found.height];
   if (now.size && now.size.join() !== size.join()) watch.pass("rotated", { width: size[0], height: size[1] });
   Object.assign(now, { found, size });
-  watch.set("nobody", !found.landmarks);
   watch.set("two_people", found.people > 1, { people: found.people });
 }
 
 /** Once a second: light, lens, figures, advice. */
 function look() {
   const time = performance.now(), passed = (time - now.looked) / 1000;
-  if (now.looked && passed > 0.5) now.fps = now.sent / passed;
+  if (now.looked && passed > 0.5) {
+    now.fps = now.sent / passed;
+    now.load = now.skipped > SKIPPED * now.sent ? 100 : Math.min(100, Math.round((pose.busyMs - now.busyMs) / (10 * passed)));
+  }
   watch.set("slow", now.fps !== null && now.fps < SLOW_FPS && !document.hidden && Boolean(now.found), { fps: Math.round(now.fps ?? 0) });
   if (!document.hidden && video.videoWidth) {
     now.brightness = brightnessOf(video, small);
@@ -116,7 +119,7 @@ function look() {
   showFigures();
   showKept();
   link.sendStatus();
-  Object.assign(now, { sent: 0, looked: time, busyMs: pose.busyMs });
+  Object.assign(now, { sent: 0, skipped: 0, looked: time, busyMs: pose.busyMs });
 }
 
 function showKept() {

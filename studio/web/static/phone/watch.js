@@ -1,5 +1,5 @@
 // What the operator is to know of this phone at once: one thing at a time, the worst first.
-const ORDER = ["closed", "hidden", "interrupted", "no_space", "rotated", "lens", "moved", "exposure", "mirrored", "two_people", "nobody", "dark", "slow"];
+const ORDER = ["closed", "hidden", "interrupted", "no_space", "rotated", "lens", "moved", "exposure", "two_people", "dark", "slow"];
 const PASSING_MS = 10_000;
 
 export class Watch {
@@ -15,8 +15,8 @@ export class Watch {
   /** It holds no longer. */
   end(what) { this.#change(() => this.standing.delete(what)); }
 
-  /** Begin or end it. */
-  set(what, holds, values = {}) { if (holds !== this.standing.has(what)) this.#change(() => (holds ? this.standing.set(what, values) : this.standing.delete(what))); }
+  /** It holds now, with these values, or not. */
+  set(what, holds, values = {}) { if (holds) this.begin(what, values); else this.end(what); }
 
   /** It happened: told for some seconds. */
   pass(what, values = {}) {

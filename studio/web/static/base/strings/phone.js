@@ -72,7 +72,6 @@ export default {
   "phone_says.moved": ["the phone was moved by {degrees} degrees; calibrate again", "le téléphone a été déplacé de {degrees} degrés ; calibrez à nouveau"],
   "phone_says.exposure": ["the phone's exposure has changed", "l'exposition du téléphone a changé"],
   "phone_says.two_people": ["{people} people in the phone's picture; the nearest is taken", "{people} personnes dans l'image du téléphone ; la plus proche est prise"],
-  "phone_says.nobody": ["nobody is in the phone's picture", "personne n'est dans l'image du téléphone"],
   "phone_says.dark": ["too dark for the phone's camera; put light on the performer", "trop sombre pour la caméra du téléphone ; éclairez l'interprète"],
   "phone_says.slow": ["the phone is slow: {fps} frames a second; choose the lite model, or cool it", "le téléphone est lent : {fps} images par seconde ; choisissez le modèle léger, ou laissez-le refroidir"],
   "phones.title": ["Phone", "Téléphone"],
