@@ -73,7 +73,7 @@ export default {
   "phone_says.exposure": ["the phone's exposure has changed", "l'exposition du téléphone a changé"],
   "phone_says.two_people": ["{people} people in the phone's picture; the nearest is taken", "{people} personnes dans l'image du téléphone ; la plus proche est prise"],
   "phone_says.dark": ["too dark for the phone's camera; put light on the performer", "trop sombre pour la caméra du téléphone ; éclairez l'interprète"],
-  "phone_says.slow": ["the phone is slow: {fps} frames a second; choose the lite model, or cool it", "le téléphone est lent : {fps} images par seconde ; choisissez le modèle léger, ou laissez-le refroidir"],
+  "phone_says.slow": ["the phone is slow: {fps} frames a second; choose the lite model, close its other apps, or let it cool", "le téléphone est lent : {fps} images par seconde ; choisissez le modèle léger, fermez ses autres applications, ou laissez-le refroidir"],
   "phones.title": ["Phone", "Téléphone"],
   "phones.words": ["A phone is a camera by its browser: nothing is installed.", "Un téléphone est une caméra par son navigateur : rien n'est installé."],
   "phones.show": ["Add a phone", "Ajouter un téléphone"],
