@@ -4,8 +4,9 @@ const TRIED = 12, FIRST = 3; // images that are measured, and the first of them,
 const FAST_MS = 20, BEARABLE_MS = 33;
 const SIMD = new Uint8Array([0, 97, 115, 109, 1, 0, 0, 0, 1, 5, 1, 96, 0, 1, 123, 3, 2, 1, 0, 10, 10, 1, 8, 0, 65, 0, 253, 15, 253, 98, 11]);
 
-/** Whether this browser can run the models: WebAssembly with SIMD, and threads that are modules. */
-export const canFind = () => typeof WebAssembly === "object" && typeof Worker === "function" && WebAssembly.validate(SIMD);
+/** Whether this browser can run the models: WebAssembly with SIMD, and WebGL 2 in a thread. */
+export const canFind = () => typeof WebAssembly === "object" && WebAssembly.validate(SIMD)
+  && typeof OffscreenCanvas === "function" && Boolean(new OffscreenCanvas(1, 1).getContext("webgl2"));
 
 const median = (values) => [...values].sort((a, b) => a - b)[values.length >> 1];
 
