@@ -36,6 +36,7 @@ NAVIGATION = {
     "Guide": [
         "docs/guide/README",
         "docs/guide/cameras",
+        "docs/guide/phones",
         "docs/guide/calibrate",
         "docs/guide/record",
         "docs/guide/import",

@@ -19,6 +19,7 @@ ERRORS = "STUDIO_ERRORS"
 
 COMMANDS = (
     "serve",
+    "certificate",
     "camera",
     "simulate",
     "import",

@@ -16,6 +16,7 @@ from studio.api.cameras.device_routes import devices_router
 from studio.api.cameras.devices import Devices
 from studio.api.cameras.link import HELLO_TIMEOUT_S, link_router
 from studio.api.cameras.local_cameras import LocalCameras
+from studio.api.cameras.phones import phones_router
 from studio.api.cameras.recordings import Recordings
 from studio.api.cameras.remote import remote_router
 from studio.api.errors import add_error_handlers
@@ -103,6 +104,7 @@ def create_app(
     add_routes(app, remote_router(access))
     app.state.local_cameras = LocalCameras(stage, access.own_camera_token, certificate)
     add_routes(app, add_cameras_router(access, app.state.local_cameras, Recordings(sessions, recordings)))
+    add_routes(app, phones_router(access, stage, certificate))
     app.state.devices = Devices(stage, access.own_camera_token, certificate)
     app.state.announced = Announced(stage, access, on=not access.required if discover is None else discover)
     add_routes(app, devices_router(app.state.devices, app.state.announced))

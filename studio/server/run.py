@@ -7,16 +7,14 @@ import multiprocessing
 import os
 import signal
 import socket
-import ssl
 import sys
 import threading
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
-from pathlib import Path
 from types import FrameType
 from typing import Any, NoReturn
+from urllib.parse import urlsplit
 
 import uvicorn
 from starlette.middleware.trustedhost import TrustedHostMiddleware
@@ -33,6 +31,7 @@ from studio.engine.base.sentences import system_says
 from studio.live import LiveStage
 from studio.server.config import Config, read_token
 from studio.server.logs import set_up_logging
+from studio.server.tls import Tls, chosen_tls, tls_lines
 from studio.web import mount
 from studio.wire import MAX_MESSAGE_BYTES
 
@@ -102,30 +101,9 @@ def open_socket(host: str, port: int) -> socket.socket:
 
 
 PLAIN_WARNING = (
-    "tokens and motion can be read by others on this network; give --tls-cert and --tls-key to encrypt them"
+    "tokens and motion can be read by others on this network, and no phone can be a camera; run `studio certificate` "
+    "and start again, or give --tls-cert and --tls-key"
 )
-
-
-@dataclass(frozen=True)
-class Tls:
-    """Files of a certificate chain and its private key, PEM."""
-
-    certificate: Path
-    key: Path
-
-    def check(self) -> None:
-        """Raise StudioError if the files cannot be used together."""
-        try:
-            ssl.SSLContext(ssl.PROTOCOL_TLS_SERVER).load_cert_chain(self.certificate, self.key)
-        except (OSError, ValueError) as error:  # ssl.SSLError is an OSError
-            raise StudioError(
-                "server.certificate",
-                "cannot use certificate {certificate} with key {key}: {error}; give the PEM files of "
-                "a certificate and its own key, without a password",
-                certificate=self.certificate,
-                key=self.key,
-                error=error,
-            ) from error
 
 
 def serve(config: Config, *, demo: bool = False) -> int:
@@ -140,9 +118,7 @@ def serve(config: Config, *, demo: bool = False) -> int:
     """
     set_up_logging(config.log_format, config.log_level)
     host, port, sessions = config.host, config.port, config.sessions
-    tls = None if config.tls_cert is None or config.tls_key is None else Tls(config.tls_cert, config.tls_key)
-    if tls is not None:
-        tls.check()
+    tls = chosen_tls(config, open_to_others=host not in LOOPBACK)
     operator_token = read_token(config.operator_token_file, "operator_token_file")
     camera_token = read_token(config.camera_token_file, "camera_token_file")
     listening = open_socket(host, port)
@@ -167,7 +143,7 @@ def serve(config: Config, *, demo: bool = False) -> int:
             access=access,
             recordings=config.recordings,
             discover=_DISCOVER[config.discover],
-            certificate=config.tls_cert,
+            certificate=None if tls is None else tls.certificate,
         )
         view = mount(app, stage, sessions=sessions, takes=Finder(stage, sessions))
         if host in LOOPBACK:  # refuses a page that maps its own host name to 127.0.0.1
@@ -183,7 +159,7 @@ def serve(config: Config, *, demo: bool = False) -> int:
         with _stopped_by_signals(server, app.state.local_cameras, app.state.devices):
             print(f"Capture Studio is open on {url} (Ctrl-C stops it)", flush=True)
             if access.required:
-                _say_how_to_sign_in(access, _url_for_others(url, host), config)
+                _say_how_to_sign_in(access, _url_for_others(url, host), config, tls)
             server.run(sockets=[listening])
     finally:
         worker.cool_down()
@@ -221,7 +197,7 @@ def _url_for_others(url: str, host: str) -> str:
     return url.replace(in_url(host), in_url(own_address() or "127.0.0.1"), 1) if is_any(host) else url
 
 
-def _say_how_to_sign_in(access: Access, url: str, config: Config) -> None:
+def _say_how_to_sign_in(access: Access, url: str, config: Config, tls: Tls | None) -> None:
     """Print the operator's token and, if no camera was paired yet, a first token for cameras.
 
     Tokens from files are not printed, because output may end up in a log.
@@ -241,8 +217,10 @@ def _say_how_to_sign_in(access: Access, url: str, config: Config) -> None:
         _, token = access.add_camera("made at the first start")
         print(f"cameras: studio camera --source SOURCE --server {url} --token {token}", flush=True)
     print(f"other machines open it on {url}", flush=True)
-    if config.tls_cert is None:
+    if tls is None:
         print(f"warning: {PLAIN_WARNING}", file=sys.stderr, flush=True)
+    for line in [] if tls is None else tls_lines(tls, urlsplit(url).hostname or ""):
+        print(line, flush=True)
 
 
 def _prepare_for_work(stage: LiveStage) -> None:

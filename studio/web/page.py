@@ -1,22 +1,33 @@
-"""The pages (Jinja2): `/`, `/signin`, `/blind`, `/remote`, `/camera`, `/vote/TOKEN`; their files: ES modules."""
+"""The pages (Jinja2): `/`, `/signin`, `/blind`, `/remote`, `/camera`, `/phone`, `/vote/TOKEN`; the files.
+
+Browsers of phones get the models too that find bodies in pictures.
+"""
 
 import secrets
 from importlib import metadata
 from pathlib import Path
 from typing import Any
 
-from fastapi import APIRouter, FastAPI, Request
-from fastapi.responses import HTMLResponse
+from fastapi import APIRouter, FastAPI, HTTPException, Request
+from fastapi.responses import HTMLResponse, Response
 from fastapi.staticfiles import StaticFiles
 from fastapi.templating import Jinja2Templates
+from starlette.types import Scope
 
 from studio.api.add_routes import add_routes
 
 _HERE = Path(__file__).parent
+_MODELS = _HERE.parent / "models"
 _POLICY = (
     "default-src 'self'; connect-src 'self' ws: wss:; style-src 'self' 'unsafe-inline'; img-src 'self' data:; "
     "frame-ancestors 'self'"
 )
+
+_PHONE_POLICY = (
+    "default-src 'self'; script-src 'self' 'wasm-unsafe-eval'; style-src 'self'; img-src 'self' data:; "
+    "frame-ancestors 'none'"
+)
+"""Of the page of a phone and of its thread, which has a policy of its own: no other host, WebAssembly allowed."""
 
 
 class _FreshFiles(StaticFiles):
@@ -25,7 +36,18 @@ class _FreshFiles(StaticFiles):
     def file_response(self, *args, **kwargs):
         response = super().file_response(*args, **kwargs)
         response.headers["Cache-Control"] = "no-cache"
+        if Path(kwargs.get("full_path") or args[0]).parent.name == "phone":
+            response.headers["Content-Security-Policy"] = _PHONE_POLICY
         return response
+
+
+class _Models(_FreshFiles):
+    """The models of a folder, and nothing else in it."""
+
+    async def get_response(self, path: str, scope: Scope) -> Response:
+        if not path.endswith(".task"):
+            raise HTTPException(404)
+        return await super().get_response(path, scope)
 
 
 def add_page(app: FastAPI, *, sessions: Path) -> None:
@@ -53,6 +75,12 @@ def add_page(app: FastAPI, *, sessions: Path) -> None:
     async def remote_page(request: Request) -> HTMLResponse:
         return page(request, "remote.html", {})
 
+    @router.get("/phone")
+    async def phone_page(request: Request) -> HTMLResponse:
+        response = page(request, "phone.html", {})
+        response.headers["Content-Security-Policy"] = _PHONE_POLICY
+        return response
+
     @router.get("/vote/{token}")
     async def voting_page(request: Request) -> HTMLResponse:
         return page(request, "vote.html", {})  # the same for every link; its content comes from the API
@@ -69,4 +97,5 @@ def add_page(app: FastAPI, *, sessions: Path) -> None:
         return templates.TemplateResponse(request, template, context, headers=headers)
 
     add_routes(app, router)
+    app.mount("/models", _Models(directory=_MODELS), name="models")
     app.mount("/static", _FreshFiles(directory=_HERE / "static"), name="static")

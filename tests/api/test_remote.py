@@ -2,7 +2,7 @@
 
 import base64
 
-from studio.api.access.tokens import INVITATION_S
+from studio.api.access.invitations import INVITATION_S
 from tests import patient
 
 

@@ -12,6 +12,7 @@ DESIGNED = ("serve", "camera", "simulate", "import", "calibrate", "solve", "eval
 
 OPTIONS = {
     "serve": ("--host", "--port", "--sessions", "--demo"),
+    "certificate": ("--sessions", "--name"),
     "camera": ("--source", "--server", "--name", "--token"),
     "simulate": (
         "--out",

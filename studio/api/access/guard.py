@@ -19,6 +19,7 @@ _OPEN = {SIGN_IN_PATH, SIGN_IN_API, LINK_PATH, "/static/access/signin.js", "/sta
 _OPEN |= {f"/static/cameras/{name}" for name in ("camera_page.js", "camera_command.js", "cameras.css")} | {
     "/camera"
 }
+_OPEN |= {"/phone", "/api/v1/phones"}
 _OPEN_BELOW = (
     "/vote/",
     "/share/",
@@ -26,8 +27,10 @@ _OPEN_BELOW = (
     "/static/vendor/",
     "/static/vote/",
     "/static/base/",
+    "/static/phone/",
+    "/models/",
 )
-"""Paths for voters of blind tests and readers of replays; the routes behind them check the link's token."""
+"""Paths for voters of blind tests, readers of replays and phones; the routes behind them check the link's token."""
 
 _LOOKS = {"GET", "HEAD", "OPTIONS"}
 _SIGN_OUT_API = "/api/v1/access/signout"
@@ -36,6 +39,7 @@ _NOT_FOR_VIEWERS = (
     "/api/v1/blind",
     "/api/v1/devices",
     "/api/v1/exports",
+    "/api/v1/phones/",
     "/api/v1/recordings",
     "/api/v1/reference-files",
     "/api/v1/remote",

@@ -5,7 +5,6 @@ once, when it is made. Every start of the server makes a new operator's token; a
 request; a camera's is valid until it is revoked.
 """
 
-import hashlib
 import hmac
 import json
 import secrets
@@ -15,6 +14,7 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any, Literal
 
+from studio.api.access.invitations import Invitations, hash_of
 from studio.api.errors import NotFoundError
 from studio.engine.base.errors import FormatError, StudioError
 from studio.engine.base.files import write_atomically
@@ -24,9 +24,6 @@ from studio.take.folder.take import utc_now
 FILE_NAME = "access.json"
 MAX_FAILURES, FAILURES_OVER_S = 10, 60.0
 """Most wrong tokens of one address within this time; beyond it, the address must wait."""
-
-INVITATION_S = 600.0
-"""Validity of an invitation."""
 
 Role = Literal["operator", "viewer"]
 """Operators may do everything, viewers may only read."""
@@ -53,6 +50,7 @@ class Access:
         operator_token: with which operators sign in.
         viewer_token: with which viewers sign in; empty before `renew_viewer`.
         own_camera_token: for the cameras that the server starts itself; never stored.
+        phone_invitations: what lets a phone make a camera's token for itself.
     """
 
     def __init__(
@@ -81,7 +79,8 @@ class Access:
         self._lock = threading.Lock()
         self._signed_in: dict[str, Role] = {}
         self._failures: dict[str, list[float]] = {}
-        self._invitations: dict[str, float] = {}
+        self._invitations = Invitations(now_s)
+        self.phone_invitations = Invitations(now_s)
         self._let_go: set[str] = set()
         self._cameras = _read(self._file)
         self.own_camera_token = secrets.token_urlsafe(_TOKEN_BYTES)
@@ -96,6 +95,7 @@ class Access:
             self.operator_token, self.viewer_token = secrets.token_urlsafe(_TOKEN_BYTES), ""
             self._signed_in.clear()
             self._invitations.clear()
+            self.phone_invitations.clear()
             return self.operator_token
 
     def renew_viewer(self) -> str:
@@ -107,17 +107,7 @@ class Access:
 
     def invite(self) -> str:
         """Return a token that signs in one operator's browser, once, within `INVITATION_S`."""
-        token = secrets.token_urlsafe(_TOKEN_BYTES)
-        with self._lock:
-            now = self._now_s()
-            self._invitations = {key: until for key, until in self._invitations.items() if until > now}
-            self._invitations[_hash(token)] = now + INVITATION_S
-        return token
-
-    def _is_invited(self, token: str) -> bool:
-        """Whether a token is an unused invitation; it is used up by this call."""
-        with self._lock:
-            return self._invitations.pop(_hash(token), 0.0) > self._now_s()
+        return self._invitations.make()
 
     def may_try(self, address: str) -> bool:
         """Whether an address may try a token; not after too many wrong ones."""
@@ -128,9 +118,13 @@ class Access:
         """Return the role of a token; a wrong one has none, and counts against the address."""
         role = self.role_of_token(token)
         if role is None:
-            with self._lock:
-                self._failures[address] = [*self._recent(address), self._now_s()]
+            self.count_failure(address)
         return role
+
+    def count_failure(self, address: str) -> None:
+        """Count a wrong token against an address."""
+        with self._lock:
+            self._failures[address] = [*self._recent(address), self._now_s()]
 
     def role_of_token(self, token: str) -> Role | None:
         """Return the role of a token, None for a wrong one."""
@@ -141,7 +135,7 @@ class Access:
 
     def sign_in(self, token: str, address: str) -> str | None:
         """Return the key of a signed-in browser, or None if the token is wrong."""
-        role: Role | None = "operator" if self._is_invited(token) else self.check_token(token, address)
+        role: Role | None = "operator" if self._invitations.use(token) else self.check_token(token, address)
         if role is None:
             return None
         with self._lock:
@@ -176,7 +170,7 @@ class Access:
         """
         token = token or secrets.token_urlsafe(_TOKEN_BYTES)
         with self._lock:
-            made = CameraToken(secrets.token_hex(4), label, utc_now(), _hash(token))
+            made = CameraToken(secrets.token_hex(4), label, utc_now(), hash_of(token))
             self._write([*self._cameras, made])
         return made.id, token
 
@@ -199,12 +193,12 @@ class Access:
     def let_go(self, token: str) -> None:
         """Refuse a camera's token from now on, also where none is required."""
         with self._lock:
-            self._let_go.add(_hash(token))
+            self._let_go.add(hash_of(token))
 
     def is_let_go(self, token: str) -> bool:
         """Whether a camera's token is refused."""
         with self._lock:
-            return bool(self._let_go) and _hash(token) in self._let_go
+            return bool(self._let_go) and hash_of(token) in self._let_go
 
     def camera_tokens(self) -> list[dict[str, str]]:
         """Return the cameras' tokens without their hashes: `id`, `label`, `created`."""
@@ -217,7 +211,7 @@ class Access:
             return "own"
         if _same(token, self._camera_token):
             return "given"
-        given = _hash(token)
+        given = hash_of(token)
         with self._lock:
             return next((c.id for c in self._cameras if hmac.compare_digest(c.hash, given)), None)
 
@@ -245,10 +239,6 @@ def _read(file: Path) -> list[CameraToken]:
             path=file,
             error=error,
         ) from error
-
-
-def _hash(token: str) -> str:
-    return hashlib.sha256(token.encode()).hexdigest()
 
 
 def _same(given: str, right: str) -> bool:

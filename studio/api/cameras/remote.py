@@ -8,7 +8,7 @@ from pydantic import BaseModel, Field
 
 from studio.api.access import Access
 from studio.api.access.guard import SIGN_IN_PATH
-from studio.api.access.tokens import INVITATION_S
+from studio.api.access.invitations import INVITATION_S
 from studio.api.address import address_for_others
 from studio.api.cameras.qr import qr_picture
 from studio.api.errors import RESPONSES

@@ -60,6 +60,7 @@ export const getAnnounced = () => call("GET", "devices/announced");
 export const callCamera = (id, code) => call("POST", `devices/announced/${id}/connect`, { code });
 export const letCameraGo = (id) => call("POST", `devices/announced/${id}/disconnect`);
 export const inviteCamera = () => call("POST", "cameras/invite", {});
+export const invitePhoneCamera = () => call("POST", "phones/invite");
 export const chooseReference = (name) => call("PUT", `cameras/${encodeURIComponent(name)}/reference`);
 export const startRecording = (take) => call("POST", "record/start", take ? { take } : {});
 export const stopRecording = () => call("POST", "record/stop");

@@ -2,7 +2,8 @@
 //
 // An answer or event has beside its texts a list `said`: each sentence in it with its code and its values. `said/*.js`
 // holds the French by code, `{name}` for a value, `{name:.1f}` for a number with so many digits after the point.
-// A value may be a sentence itself, or a list. What has no French is shown as it came.
+// A value may be a sentence itself, or a list. What phones say stands in the page's own words (`phone_says`). What has no
+// French is shown as it came.
 import blind from "./said/blind.js";
 import calibration from "./said/calibration.js";
 import devices from "./said/devices.js";
@@ -13,7 +14,7 @@ import settings from "./said/settings.js";
 import stage from "./said/stage.js";
 import takes from "./said/takes.js";
 import { remember } from "./retell.js";
-import { language, number, unbroken } from "./strings.js";
+import { language, number, template, unbroken } from "./strings.js";
 
 const FRENCH = { ...stage, ...calibration, ...takes, ...exporting, ...settings, ...files, ...recordings, ...devices, ...blind };
 const KEPT = 1000;
@@ -44,7 +45,7 @@ function worded(value, format) {
 }
 
 const translated = ({ text, code, values }) =>
-  FRENCH[code]?.replace(/\{(\w+)(?::([^}]*))?\}/g, (all, name, format) => worded(values[name], format)) ?? text;
+  (FRENCH[code] ?? template(code))?.replace(/\{(\w+)(?::([^}]*))?\}/g, (all, name, format) => worded(values[name], format)) ?? text;
 
 /** Return in the language of the page what the server says. */
 export function said(text) {

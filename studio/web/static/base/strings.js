@@ -16,6 +16,7 @@ import graphs from "./strings/graphs.js";
 import help from "./strings/help.js";
 import importing from "./strings/import.js";
 import page from "./strings/page.js";
+import phone from "./strings/phone.js";
 import points from "./strings/points.js";
 import record from "./strings/record.js";
 import replay from "./strings/replay.js";
@@ -26,7 +27,7 @@ import view from "./strings/view.js";
 import wizard from "./strings/wizard.js";
 import work from "./strings/work.js";
 
-const TEXTS = { ...access, ...blind, ...calibration, ...cameras, ...compare, ...curves, ...exporting, ...graphs, ...help, ...importing, ...page, ...points, ...record, ...replay, ...share, ...switches, ...takes, ...view, ...wizard, ...work };
+const TEXTS = { ...access, ...blind, ...calibration, ...cameras, ...compare, ...curves, ...exporting, ...graphs, ...help, ...importing, ...page, ...phone, ...points, ...record, ...replay, ...share, ...switches, ...takes, ...view, ...wizard, ...work };
 const KEPT = "language";
 const ATTRIBUTES = { t: null, tTitle: "title", tAria: "aria-label", tPlaceholder: "placeholder", tAlt: "alt" };
 
@@ -74,6 +75,9 @@ export function t(key, values = {}) {
   const again = () => (hasText(key) ? t(key, Object.fromEntries(Object.entries(values).map(([name, value]) => [name, retold(value)]))) : words);
   return remember(words, again, Object.keys(values).length > 0);
 }
+
+/** Return a text as it stands, its values not filled in: that of the page's language, or the English one; undefined where there is none. */
+export const template = (key, english = false) => TEXTS[key]?.[english ? 0 : column];
 
 /** Return a text without accents and capitals, as people search. */
 export const plain = (text) => text.normalize("NFD").replace(/\p{Diacritic}/gu, "").toLowerCase();

@@ -3,6 +3,7 @@
 import { getRecordings, inviteCamera, openLocalCameras } from "../base/api.js";
 import { commandFor } from "./camera_command.js";
 import { announcedPart } from "./announced.js";
+import { phonePart } from "./phone_part.js";
 import { devicesPart, showDevices } from "./devices.js";
 import { byId, h } from "../base/dom.js";
 import { attempt, showNote } from "../base/messages.js";
@@ -55,6 +56,7 @@ export async function showAddCamera() {
   dialog.replaceChildren(
     h("h2", {}, t("cameras.add")),
     devicesPart(),
+    phonePart(),
     announcedPart(),
     h("div", { class: "add-camera" },
       part(t("cameras.elsewhere"), elsewhere(invitation)),

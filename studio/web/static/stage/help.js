@@ -5,7 +5,7 @@ import { showPanel } from "./panels.js";
 
 /** Topics in the order of the work, each with the title of the panel or the control that it is about. */
 const TOPICS = {
-  cameras: "cameras-title", calibrate: "calibration-title", tpose: "performer-title", record: "record", remote: "remote-link",
+  cameras: "cameras-title", phones: "cameras-title", calibrate: "calibration-title", tpose: "performer-title", record: "record", remote: "remote-link",
   replay: "takes-title", points: "view-layers", solve: "solve-title", compare: "takes-title", reference: "takes-title", blind: "takes-title",
   export: "takes-title", rig: "takes-title", share: "takes-title", outputs: "outputs-title", access: "access-title", undo: "undo",
   quality: "cameras-title",

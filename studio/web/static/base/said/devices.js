@@ -12,6 +12,8 @@ export default {
   "waiting.name": "une caméra qui attend a besoin d'un nom sous lequel le studio la liste ; donnez --name, comme --name left",
   "waiting.no_mdns": "la caméra ne peut être annoncée ({error}) ; donnez l'adresse du studio par --server",
   "waiting.no_server": "--wait n'est pas permis avec --server ou un jeton : le studio qui appelle donne les deux ; omettez-les",
+  "phone.too_many": "trop de codes faux ; attendez {seconds} s et réessayez",
+  "phone.used": "ce code a déjà servi, ou est trop ancien ; montrez-en un nouveau dans le studio sous Ajouter une caméra",
   "device.none": "il n'y a pas d'appareil {id}",
   "device.name": "le nom de caméra « {name} » n'est pas permis ; permis : 1 à 63 lettres, chiffres, `_`, `.`, `-`, en commençant par une lettre ou un chiffre",
   "device.in_use": "la caméra « {name} » utilise cet appareil ; arrêtez-la d'abord",

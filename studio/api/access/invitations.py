@@ -1,0 +1,48 @@
+"""Invitations: tokens for a QR code, each good once and for a short time. Only hashes are kept, in memory."""
+
+import hashlib
+import secrets
+import threading
+from collections.abc import Callable
+
+INVITATION_S = 600.0
+"""Validity of an invitation."""
+
+_TOKEN_BYTES = 24
+
+
+class Invitations:
+    """Invitations to one thing. All methods may be called from any thread.
+
+    Args:
+        now_s: a monotonic clock [s].
+    """
+
+    def __init__(self, now_s: Callable[[], float]) -> None:
+        self._now_s = now_s
+        self._lock = threading.Lock()
+        self._until: dict[str, float] = {}
+
+    def make(self) -> str:
+        """Return a token that is good once within `INVITATION_S`."""
+        token = secrets.token_urlsafe(_TOKEN_BYTES)
+        with self._lock:
+            now = self._now_s()
+            self._until = {key: until for key, until in self._until.items() if until > now}
+            self._until[hash_of(token)] = now + INVITATION_S
+        return token
+
+    def use(self, token: str) -> bool:
+        """Whether a token is an unused invitation; it is used up by this call."""
+        with self._lock:
+            return self._until.pop(hash_of(token), 0.0) > self._now_s()
+
+    def clear(self) -> None:
+        """Take all invitations back."""
+        with self._lock:
+            self._until.clear()
+
+
+def hash_of(token: str) -> str:
+    """Return what is kept of a token."""
+    return hashlib.sha256(token.encode()).hexdigest()

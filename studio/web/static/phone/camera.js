@@ -1,0 +1,81 @@
+// The phone's camera: asking for it, choosing among lenses, and what its track really gives.
+
+/** Why no picture is to be had, as the end of a key `phone_camera.no.*`. */
+export class NoCamera extends Error {
+  constructor(why, detail = "") {
+    super(detail || why);
+    this.why = why;
+  }
+}
+
+const REASONS = { NotAllowedError: "permission", SecurityError: "permission", NotFoundError: "camera", NotReadableError: "busy", AbortError: "busy" };
+
+// No cropping, no scaling: Chromium would cut a portrait picture to fit, and the focal length would not be the lens's.
+const WANTED = { width: { ideal: 1280 }, height: { ideal: 720 }, frameRate: { ideal: 30 }, resizeMode: { ideal: "none" } };
+
+/** Return the stream of a camera: that of `deviceId`, or the one that looks away from the screen. */
+export async function openCamera(deviceId) {
+  if (!isSecureContext || !navigator.mediaDevices?.getUserMedia) throw new NoCamera(isSecureContext ? "support" : "secure");
+  const which = deviceId ? { deviceId: { exact: deviceId } } : { facingMode: { ideal: "environment" } };
+  try {
+    return await navigator.mediaDevices.getUserMedia({ audio: false, video: { ...WANTED, ...which } });
+  } catch (error) {
+    if (deviceId && (error.name === "OverconstrainedError" || error.name === "NotFoundError")) return openCamera(null); // it has gone
+    throw new NoCamera(REASONS[error.name] ?? "other", error.message);
+  }
+}
+
+/** Return the cameras that can be chosen: [{deviceId, label}]. */
+export async function listCameras() {
+  const devices = await navigator.mediaDevices.enumerateDevices();
+  return devices.filter(({ kind }) => kind === "videoinput").map(({ deviceId, label }) => ({ deviceId, label }));
+}
+
+/** Whether a lens is a wide one, by what the phone calls it or by its zoom. */
+export const isWide = (track) => /ultra|0[.,]5|grand.angle|weitwinkel/i.test(track.label) || track.getSettings().zoom < 1;
+
+/** Whether a camera looks where the screen does. */
+export const isSelfie = (track) => track.getSettings().facingMode === "user";
+
+/** What of a track's settings must not change while it records. */
+export function lensOf(track) {
+  const { deviceId, zoom } = track.getSettings();
+  return JSON.stringify([deviceId, zoom ?? null]);
+}
+
+/** The exposure of a track, where the browser tells it: seconds times sensitivity, else null. */
+export function exposureOf(track) {
+  const { exposureTime, iso } = track.getSettings();
+  return exposureTime > 0 ? exposureTime * (iso || 1) : null;
+}
+
+/** Keep the screen on while the page is shown; `changed(on)` hears whether it stays on. */
+export function keepAwake(changed) {
+  let lock = null;
+  const ask = async () => {
+    if (document.hidden || (lock && !lock.released)) return;
+    try {
+      lock = await navigator.wakeLock.request("screen");
+      lock.addEventListener("release", () => changed(false));
+      changed(true);
+    } catch {
+      changed(false); // no such function, or the phone saves its battery
+    }
+  };
+  document.addEventListener("visibilitychange", ask);
+  ask();
+  return () => {
+    document.removeEventListener("visibilitychange", ask);
+    lock?.release();
+  };
+}
+
+/** Call `changed({percent, charging})` with the battery, where the browser tells it. */
+export async function followBattery(changed) {
+  const battery = await navigator.getBattery?.();
+  if (!battery) return;
+  const tell = () => changed({ percent: Math.round(100 * battery.level), charging: battery.charging });
+  battery.addEventListener("levelchange", tell);
+  battery.addEventListener("chargingchange", tell);
+  tell();
+}

@@ -1,0 +1,75 @@
+"""Chromium as a phone: a real video is its camera."""
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import av
+from playwright.sync_api import Browser, Page
+
+from tests.acceptance.processes import wait_until
+from tests.web.browser import CHROMIUM, FLAGS, WAIT_MS
+
+SIZE = (360, 640)
+_IN_WORKER = ("gl_context", "landmark_projection", "inference_feedback", "XNNPACK", "Graph successfully")
+"""Of what the library for poses writes to the console while all is well."""
+
+
+def as_camera(video: Path, out: Path) -> Path:
+    """Write a video as the pictures of a camera, 360 x 640 at 30 Hz, and return `out`."""
+    with av.open(str(video)) as source, out.open("wb") as file:
+        for number, frame in enumerate(source.decode(video=0)):
+            if number % 2 == 0:  # the videos have 60 Hz
+                frame.to_image().resize(SIZE).save(file, "JPEG", quality=88)
+    return out
+
+
+def until(page: Page, condition: str) -> None:
+    """Wait until a condition holds in a page whose policy allows no `eval`, which Playwright's own waiting needs."""
+    wait_until(lambda: page.evaluate(condition), condition)
+
+
+class Phone:
+    """A page in a browser of its own, its requests and its complaints."""
+
+    def __init__(self, page: Page) -> None:
+        self.page = page
+        self.requests: list[str] = []
+        self.complaints: list[str] = []
+        page.context.on("request", lambda request: self.requests.append(request.url))
+        page.on("websocket", lambda socket: self.requests.append(socket.url))
+        page.on("pageerror", lambda error: self.complaints.append(f"{error} {error.stack}"))
+        page.on("console", self._heard)
+
+    def _heard(self, message: object) -> None:
+        text = message.text  # type: ignore[attr-defined]
+        noisy = any(one in text for one in _IN_WORKER) or "GL Driver Message" in text
+        if message.type in ("error", "warning") and not noisy:  # type: ignore[attr-defined]
+            self.complaints.append(text)
+
+    def start(self, url: str, name: str = "") -> None:
+        """Open the page and press the button."""
+        self.page.goto(url)
+        if name:
+            self.page.fill("#name", name)
+        self.page.click("#start")
+
+    def sends(self, frames: int) -> None:
+        """Wait until so many frames were made."""
+        until(self.page, f"Number(document.body.dataset.frames) >= {frames}")
+
+
+@contextmanager
+def phone(chromium: Browser, video: Path | None = None, *flags: str) -> Iterator[Phone]:
+    """A phone with a video as its camera, or none but Chromium's test picture."""
+    camera = ["--use-fake-device-for-media-stream", "--use-fake-ui-for-media-stream"]
+    camera += [f"--use-file-for-fake-video-capture={video}"] if video else []
+    browser = chromium.browser_type.launch(executable_path=str(CHROMIUM), args=[*FLAGS, *camera, *flags])
+    context = browser.new_context(
+        viewport={"width": 390, "height": 844}, has_touch=True, ignore_https_errors=True
+    )
+    context.set_default_timeout(WAIT_MS)
+    try:
+        yield Phone(context.new_page())
+    finally:
+        browser.close()
