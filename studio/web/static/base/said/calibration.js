@@ -89,5 +89,5 @@ export default {
   "views.disagrees": "ses points manquent de {mrad} mrad l'interprète trouvé par toutes les caméras ({most} au plus) : qu'un seul interprète marche, le corps entier dans chaque image",
   "views.focal_on_spot": "l'interprète est resté sur place, la focale n'est donc connue qu'à {percent} % : parcourez tout le plateau, près de la caméra et loin d'elle",
   "views.focal_uncertain": "la focale n'est connue qu'à {percent} % : marchez plus longtemps, près de la caméra et loin d'elle",
-  "views.place_uncertain": "sa place n'est connue qu'à {cm} cm et {degrees} degrés : marchez plus longtemps sur tout le plateau, ajoutez une caméra ou donnez les focales"
+  "views.place_uncertain": "sa place n'est connue qu'à {cm} cm et {degrees:.1f} degrés : marchez plus longtemps sur tout le plateau, ajoutez une caméra ou donnez les focales"
 };
