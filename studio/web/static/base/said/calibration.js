@@ -1,4 +1,5 @@
 export default {
+  "calibration.lens": "les paramètres internes demandent des nombres finis, des focales et des tailles au-dessus de 0, et 0 ou 4 à 8 coefficients de distorsion",
   "calibration.camera_added": "{name} est arrivée après la calibration et ne sert pas : recalibrez",
   "calibration.camera_missing": "{name} est dans la calibration et n'est pas connectée : connectez-la ou continuez sans elle",
   "calibration.camera_exchanged": "{name} est un autre appareil (numéro de série {serial}, calibré avec {was}) : rendez aux caméras leurs anciens noms ou recalibrez",
