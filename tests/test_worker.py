@@ -27,7 +27,7 @@ from studio.worker import process
 from tests.refused import refused
 
 SOURCE = Path(worker.__file__).parents[1]
-PASSED_ON = ("api/jobs.py", "worker/__init__.py")
+PASSED_ON = ("api/jobs.py", "worker/__init__.py", "worker/several.py")
 """Files that hand on a name that they were given."""
 
 BELOW = ("engine", "take", "offline", "review", "library")

@@ -10,7 +10,6 @@ from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import least_squares
 from scipy.spatial.transform import Rotation
 
 from studio.engine.base.geometry import make_transform
@@ -155,6 +154,8 @@ def _start(track: ViewTrack, seen: Sample, joints: Array, turn: Array, ahead_s: 
 
 def _adjusted(track: ViewTrack, times_s: Array, joints: Array, start: _Found) -> tuple[_Found, Array, Sample]:
     """The camera by robust least squares over all that can be known, its covariance, and the landmarks used."""
+    from scipy.optimize import least_squares  # slow to load: not at the start of the server
+
     found, known = start, np.isfinite(joints[..., 0])
     seen = sample(track, times_s - found.ahead_s)
     covariance = np.eye(9)
