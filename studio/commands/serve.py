@@ -14,13 +14,19 @@ Open the studio: the server, its page and the browser view.
 
 Camera clients connect to it (`studio camera`), also from other machines if --host allows it. Operators then sign in
 with the token that is printed here, and cameras need their own token. With --demo, two simulated cameras
-watch a simulated performer. Stop it with Ctrl-C."""
+watch a simulated performer; with --cameras rgb, three that see pictures, as webcams and phones do. Stop it with
+Ctrl-C."""
 
 
 def add_parser(subparsers: Any) -> None:
     parser = add_command(subparsers, "serve", run, _TEXT)
     add_server_options(parser)
     parser.add_argument("--demo", action="store_true", help="start a simulated stage of two cameras")
+    parser.add_argument(
+        "--cameras",
+        choices=("skeletons", "rgb"),
+        help="start the simulated stage with this kind of cameras (--demo: skeletons)",
+    )
     parser.add_argument("--demo-on-first-run", action="store_true", help=argparse.SUPPRESS)
 
 
@@ -82,7 +88,7 @@ def run(args: argparse.Namespace) -> int:
 
     config = chosen_config(args).config
     demo = args.demo or (args.demo_on_first_run and is_first_run(config.sessions))
-    leave(serve(config, demo=demo))
+    leave(serve(config, demo=args.cameras or ("skeletons" if demo else None)))
 
 
 def is_first_run(sessions: Path) -> bool:

@@ -106,12 +106,12 @@ PLAIN_WARNING = (
 )
 
 
-def serve(config: Config, *, demo: bool = False) -> int:
+def serve(config: Config, *, demo: str | None = None) -> int:
     """Run the studio until Ctrl-C or SIGTERM, then save a recording under way; return the exit code 0.
 
     Args:
         config: address and folder of takes (made if missing); a loopback address keeps other machines out.
-        demo: start two simulated cameras, and calibrate if there is no calibration yet.
+        demo: start simulated cameras of this kind (`DEMO_CAMERAS`), and calibrate if there is no calibration yet.
 
     Raises:
         StudioError: the port is in use, the folder cannot be made, or the certificate or a token cannot be used.
@@ -151,9 +151,9 @@ def serve(config: Config, *, demo: bool = False) -> int:
         server = make_server(app, tls, on_ready=lambda: _prepare_for_work(stage))
         scheme = "http" if tls is None else "https"
         url = f"{scheme}://{'localhost' if host == '::1' else in_url(host)}:{listening.getsockname()[1]}"
-        if demo:
+        if demo is not None:
             app.state.local_cameras.start_simulated(
-                url.replace("0.0.0.0", "127.0.0.1").replace("[::]", "[::1]")
+                url.replace("0.0.0.0", "127.0.0.1").replace("[::]", "[::1]"), demo
             )
         sys.setswitchinterval(SWITCH_S)
         with _stopped_by_signals(server, app.state.local_cameras, app.state.devices):

@@ -18,7 +18,11 @@ from studio.live import LiveStage
 _log = logging.getLogger(__name__)
 
 SIMULATED = "simulated"
-SIMULATED_CAMERAS = 2
+DEMO_CAMERAS: dict[str, tuple[str, int]] = {"skeletons": ("simulated", 2), "rgb": ("simulated-rgb", 3)}
+"""The simulated stage's kinds of cameras, each with its source and number: they send skeletons, as depth cameras do,
+or landmarks in pictures, as webcams and phones do.
+"""
+
 CHECK_S = 0.5
 SLOWEST_RESTART_S = 10.0
 
@@ -61,10 +65,15 @@ class LocalCameras:
         self._stopped = threading.Event()
         self._thread: threading.Thread | None = None
 
-    def start_simulated(self, url: str) -> None:
-        """Start the simulated stage, and calibrate it if there is no calibration yet; `url`: the server's."""
-        count = SIMULATED_CAMERAS
-        sources = {f"camera_{i}": f"simulated:{i}/{count}" for i in range(count)}
+    def start_simulated(self, url: str, cameras: str = "skeletons") -> None:
+        """Start the simulated stage, and calibrate it if there is no calibration yet.
+
+        Args:
+            url: the server's.
+            cameras: a kind of `DEMO_CAMERAS`.
+        """
+        source, count = DEMO_CAMERAS[cameras]
+        sources = {f"camera_{i}": f"{source}:{i}/{count}" for i in range(count)}
         self.start(sources, SIMULATED, url)
 
     def start(
