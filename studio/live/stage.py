@@ -11,6 +11,8 @@ from msgspec import structs
 
 from studio.engine.base.errors import FormatError, SettingsError, StudioError, TakeError
 from studio.engine.base.sentences import say, system_says
+from studio.engine.base.value_sentences import bad_value
+from studio.engine.calibration.quality.verdict import HEIGHTS_M
 from studio.engine.model.calibration import Calibration
 from studio.engine.model.frames import StepResult
 from studio.engine.model.settings import SolveSettings, preset
@@ -270,13 +272,16 @@ class LiveStage:
 
     # --- calibration
 
-    def start_calibration(self, seconds: float = CALIBRATION_S, performer: str = "") -> None:
+    def start_calibration(
+        self, seconds: float = CALIBRATION_S, performer: str = "", height_m: float | None = None
+    ) -> None:
         """Gather frames for this long, then calibrate with them; the status shows the progress. Waits.
 
-        With a performer's name, a walk of somebody of another height is refused.
+        With a height, or the name of a performer who was measured, a walk of somebody of another height is refused.
+        To cameras that see no depth the height gives the size of the stage.
 
         Raises:
-            SettingsError: a length that is not allowed.
+            SettingsError: a length or height that is not allowed.
             TakeError: there is no such performer.
             CalibrationError: no camera, or one is under way.
         """
@@ -288,7 +293,16 @@ class LiveStage:
                 most=MAX_CALIBRATION_S,
                 usual=CALIBRATION_S,
             )
-        height_m = load_profile(self.sessions, performer).performer.height_m if performer else None
+        if height_m is not None and not HEIGHTS_M[0] <= height_m <= HEIGHTS_M[1]:
+            raise SettingsError(
+                bad_value(
+                    "height_m",
+                    height_m,
+                    f"{HEIGHTS_M[0]} to {HEIGHTS_M[1]}, the performer's height in metres",
+                )
+            )
+        if height_m is None and performer:
+            height_m = load_profile(self.sessions, performer).performer.height_m
         self._engine.call(lambda: self._engine.start_calibration(seconds, height_m))
 
     def finish_calibration(self) -> None:

@@ -105,6 +105,8 @@ def test_a_recording_that_cannot_begin_leaves_the_stage_going(studio):
 
 
 def test_calibration_without_cameras_is_told(studio):
+    tall = studio.http.post("/calibration/start", json={"height_m": 175})
+    assert_error(tall, 422, "settings", "value.bad")
     answer = studio.http.post("/calibration/start", json={"seconds": 0})
     assert_error(answer, 422, "settings", "settings.seconds")
     assert_error(

@@ -47,6 +47,10 @@ class CalibrationRequest(Request):
         default=CALIBRATION_S, description="how long frames are gathered: a T-pose, then a walk"
     )
     performer: str = Field(default="", description="who walks; somebody of another height is refused")
+    height_m: float | None = Field(
+        default=None,
+        description="the performer's height; where no camera sees depth, it gives the size of the stage",
+    )
 
 
 class CalibrationInUse(CalibrationStatus, kw_only=True):
@@ -114,7 +118,7 @@ def stage_router(stage: LiveStage, presets: Presets) -> APIRouter:
     def start_calibration(request: CalibrationRequest | None = None) -> CalibrationStatus:
         """Gather frames of all cameras, then calibrate; `calibration.attempt` of the status shows the progress."""
         request = request or CalibrationRequest()
-        stage.start_calibration(request.seconds, request.performer)
+        stage.start_calibration(request.seconds, request.performer, request.height_m)
         return stage.status().calibration
 
     @router.post("/calibration/finish", status_code=202)

@@ -1,12 +1,15 @@
 """Ordinary cameras in a take or on the stage: their frames as views, and what was found as a `Calibration`."""
 
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from studio.engine.base.errors import CalibrationError
+from studio.engine.base.sentences import Said, say
 from studio.engine.calibration.views.beside import place_beside
+from studio.engine.calibration.views.bodies import USUAL_HEIGHT_M
 from studio.engine.calibration.views.calibrate import calibrate_views
 from studio.engine.calibration.views.result import PlacedView
 from studio.engine.calibration.views.view import View
@@ -64,7 +67,18 @@ def calibrate_pictures(
     ]
     result = calibrate_views(views, height_m=height_m, progress=progress)
     cameras = {name: _camera(result.cameras[name], starts[first] - starts[name]) for name in order}
+    if not result.scale_known:
+        cameras[first] = replace(cameras[first], reasons=(*cameras[first].reasons, _size_guessed()))
     return Calibration(first, cameras, result.performer)
+
+
+def _size_guessed() -> Said:
+    return say(
+        "views.size_guessed",
+        "the size of the stage is a guess: the performer was taken to be {m:.2f} m tall; give the height and "
+        "calibrate again",
+        m=USUAL_HEIGHT_M,
+    )
 
 
 def calibrate_beside(

@@ -64,7 +64,7 @@ export const invitePhoneCamera = () => call("POST", "phones/invite");
 export const chooseReference = (name) => call("PUT", `cameras/${encodeURIComponent(name)}/reference`);
 export const startRecording = (take) => call("POST", "record/start", take ? { take } : {});
 export const stopRecording = () => call("POST", "record/stop");
-export const startCalibration = () => call("POST", "calibration/start");
+export const startCalibration = (height) => call("POST", "calibration/start", height ? { height_m: height } : {});
 export const finishCalibration = () => call("POST", "calibration/finish");
 export const startTPose = (performer) => call("POST", "tpose/start", { performer });
 export const cancelTPose = () => call("POST", "tpose/cancel");

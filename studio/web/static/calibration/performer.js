@@ -7,9 +7,11 @@ import { said } from "../base/said.js";
 import { number, t } from "../base/strings.js";
 import { startWizard } from "./wizard.js";
 
+const LANDMARKS = "mediapipe"; // the joints of cameras that see no depth
 const BUSY = ["countdown", "holding", "computing"];
-const panel = { profiles: [], state: "idle", name: "" };
+const panel = { profiles: [], state: "idle", name: "", height: "" };
 
+const heightNow = () => Number(byId("performer-tall")?.value ?? 0);
 const nameNow = () => byId("performer-name")?.value.trim() ?? "";
 
 function measure() {
@@ -28,7 +30,15 @@ async function choose(event) {
   showNote(t("performer.working", { name }));
 }
 
-function build(busy, ready) {
+/** The performer's height: cameras that see no depth do not measure it. */
+function tall() {
+  return h("label", { class: "pair", title: t("performer.tall_hint") }, t("performer.tall"), h("input", {
+    id: "performer-tall", type: "number", min: 0.8, max: 2.3, step: 0.01, placeholder: "1.75", value: panel.height,
+    oninput: (event) => { panel.height = event.currentTarget.value; },
+  }));
+}
+
+function build(busy, ready, flat) {
   const input = h("input", {
     id: "performer-name", type: "text", maxLength: 60, placeholder: t("performer.name"), value: panel.name, spellcheck: false,
     aria: { label: t("performer.name_label") }, title: t("performer.name_hint"),
@@ -41,7 +51,7 @@ function build(busy, ready) {
   const known = h("select", { id: "performer-known", onchange: choose, aria: { label: t("performer.known_label") } },
     h("option", { value: "" }, t("performer.known")),
     panel.profiles.map(({ name, height }) => h("option", { value: name }, `${name}, ${number(height, 2)} m`)));
-  return [h("div", { class: "pair" }, input, button), panel.profiles.length > 0 && known].filter(Boolean);
+  return [flat && tall(), h("div", { class: "pair" }, input, button), panel.profiles.length > 0 && known].filter(Boolean);
 }
 
 function words(tpose) {
@@ -52,7 +62,7 @@ function words(tpose) {
 }
 
 /** Show the status' T-pose; `ready`: whether a camera is connected. */
-export function updatePerformer({ calibration, stale }, ready) {
+export function updatePerformer({ calibration, cameras, stale }, ready) {
   const { tpose } = calibration;
   const busy = BUSY.includes(tpose.state);
   if (tpose.state !== panel.state) {
@@ -60,7 +70,8 @@ export function updatePerformer({ calibration, stale }, ready) {
     if (tpose.state === "done") attempt(loadProfiles);
   }
   setText(byId("performer-height"), calibration.height_m ? `${number(calibration.height_m, 2)} m` : "");
-  redraw(byId("performer"), [busy, ready, panel.profiles], () => build(busy, ready));
+  const flat = Object.values(cameras).some((camera) => camera.joint_set === LANDMARKS);
+  redraw(byId("performer"), [busy, ready, flat, panel.profiles], () => build(busy, ready, flat));
   setText(byId("tpose-words"), stale ? "" : words(tpose));
   byId("tpose-words").className = `tpose ${busy ? "large" : ""} ${tpose.state === "failed" ? "bad" : ""}`;
 }
@@ -68,7 +79,7 @@ export function updatePerformer({ calibration, stale }, ready) {
 /** Ask for the profiles, and listen for the T key. */
 export function startPerformer() {
   attempt(loadProfiles);
-  startWizard(nameNow);
+  startWizard(nameNow, heightNow);
   document.addEventListener("keydown", (event) => {
     const typing = event.target.closest("input, select, textarea, [contenteditable]");
     if (event.key.toLowerCase() !== "t" || typing || event.ctrlKey || event.metaKey || event.altKey || event.repeat) return;

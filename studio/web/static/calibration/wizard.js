@@ -13,7 +13,7 @@ const TICK_MS = 100;
 const TICKED = { countdown: Infinity, hold: Infinity, pose: Infinity, walk: 3.5 }; // seconds left under which they tick
 const CLOSE_MS = 6000; // a wizard that opened by itself leaves by itself
 
-const state = { step: "cameras", status: null, colours: {}, heardAt: 0, second: null, byItself: false, leaving: 0, name: () => "" };
+const state = { step: "cameras", status: null, colours: {}, heardAt: 0, second: null, byItself: false, leaving: 0, name: () => "", height: () => 0 };
 
 const isOpen = () => Boolean(byId("wizard")?.open);
 
@@ -21,7 +21,7 @@ function button(id, text, onclick, { primary = false, disabled = false, key = ""
   return h("button", { id, type: "button", class: primary ? "primary" : "", disabled, onclick }, text, key && h("kbd", {}, key));
 }
 
-const startWalk = () => attempt(() => startCalibration());
+const startWalk = () => attempt(() => startCalibration(state.height()));
 const startPose = () => attempt(() => startTPose(state.name()));
 
 function go(step) {
@@ -184,9 +184,10 @@ export function updateWizard(status, colours) {
   show();
 }
 
-/** Begin; `name` returns the performer's name for a T-pose. */
-export function startWizard(name) {
+/** Begin; `name` and `height` return what is typed of the performer, for the T-pose and for the walk. */
+export function startWizard(name, height) {
   state.name = name;
+  state.height = height;
   byId("remote-link").addEventListener("click", (event) => {
     event.preventDefault();
     showPhone();

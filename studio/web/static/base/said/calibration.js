@@ -79,6 +79,7 @@ export default {
   "views.names": "la calibration a besoin de caméras de noms différents ; reçu : {names}",
   "views.alone": "une caméra seule ne voit pas la profondeur : l'interprète est placé par estimation, à 10 ou 20 cm près ; ajoutez une seconde caméra",
   "views.nothing_beside": "elle et les caméras de profondeur ont vu l'interprète ensemble trop peu de temps : marchez là où toutes vous voient",
+  "views.size_guessed": "la taille du plateau est supposée : l'interprète a été pris pour {m:.2f} m de haut ; indiquez la taille et recalibrez",
   "views.nothing_together": "aucune autre caméra n'a vu l'interprète en même temps : marchez là où deux caméras vous voient",
   "views.few_frames": "un corps entier n'est que dans {frames} de ses images, il en faut {least} : marchez plus longtemps, en vue de la caméra",
   "views.knees_unseen": "les genoux ne se voient que dans {percent} % de ses images : placez la caméra de sorte que le corps entier, debout, soit dans l'image",

@@ -32,6 +32,8 @@ export default {
   "performer.name_hint": ["With a name, the proportions are kept for later sessions", "Avec un nom, les proportions sont gardées pour d'autres sessions"],
   "performer.t_pose": ["T-pose", "Pose en T"],
   "performer.t_pose_hint": ["Counts down, then measures the performer in a T-pose that is held for 2 s", "Compte à rebours, puis mesure l'interprète dans une pose en T tenue 2 s"],
+  "performer.tall": ["Height [m]", "Taille [m]"],
+  "performer.tall_hint": ["These cameras see no depth: the performer's height gives the size of the stage", "Ces caméras ne voient pas la profondeur : la taille de l'interprète donne celle du plateau"],
   "performer.known": ["Measured before", "Déjà mesurés"],
   "performer.known_label": ["Performers measured before", "Interprètes déjà mesurés"],
   "performer.countdown": ["T-pose in {seconds}", "Pose en T dans {seconds}"],
