@@ -29,6 +29,7 @@ from studio.engine.calibration.quality.handedness import mirrored_bodies
 from studio.engine.calibration.quality.verdict import Facts, verdict
 from studio.engine.calibration.together import Placements, swaps_between
 from studio.engine.calibration.views.pictures import calibrate_beside, calibrate_pictures, sees_no_depth
+from studio.engine.calibration.views.points import with_points
 from studio.engine.model.calibration import Calibration, CameraCalibration, Performer
 from studio.engine.model.frames import CameraFrame, ClockModel
 from studio.engine.model.spans import Span
@@ -109,13 +110,14 @@ def with_performer(calibration: Calibration, frames: Mapping[str, Sequence[Camer
 
     If only the performer's soles were not measured, only they are. Cameras and their clocks do not change.
     """
-    known = [name for name in calibration.cameras if frames.get(name) and not sees_no_depth(frames[name])]
+    known = [name for name in calibration.cameras if frames.get(name)]
     performer = calibration.performer
     if (performer is not None and performer.soles_measured) or not known:
         return calibration
+    points = with_points(calibration, {name: frames[name][:_ENOUGH_FRAMES] for name in known})
     known.sort(key=lambda name: name != calibration.reference)  # the reference first
     cameras = [calibration.cameras[name] for name in known]
-    tracks = [make_track(frames[name][:_ENOUGH_FRAMES]) for name in known]
+    tracks = [make_track(points[name]) for name in known]
     starts_ns = [c.clock.stage_ns(track.epoch_ns) for c, track in zip(cameras, tracks, strict=True)]
     placed = [
         PlacedCamera(

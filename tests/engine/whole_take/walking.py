@@ -27,9 +27,9 @@ from studio.engine.model.joints import (
     to_canonical,
 )
 from studio.engine.model.lens import Lens
+from studio.engine.model.rays import on_rays, placed
 from studio.engine.model.settings import SolveSettings
 from studio.engine.solve.pipeline import Pipeline
-from studio.engine.solve.timing.rays import on_rays, placed
 from studio.engine.whole_take.finisher import Finisher
 
 MEASURED = [INDEX[name] for name in MEASURED_JOINTS]

@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 from studio.engine.model.frames import Reading
 from studio.engine.model.joint_noise import informations
 from studio.engine.model.joints import JOINT_COUNT, MIRROR
+from studio.engine.model.rays import FREE_M
 from studio.engine.solve.kalman.kernels import mean_distances, middles, on_expected, pulled, ray_middles
-from studio.engine.solve.timing.rays import FREE_M
 
 Array = NDArray[np.float64]
 

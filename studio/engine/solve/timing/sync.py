@@ -15,7 +15,7 @@ from studio.engine.calibration.cameras.noise import unbiased
 from studio.engine.model.calibration import CameraCalibration
 from studio.engine.model.frames import CameraFrame, ClockModel, FrameSet, HandSeen, PictureJoints, Reading
 from studio.engine.model.joints import JOINT_COUNT
-from studio.engine.solve.timing.rays import FREE_M, GUESSED_M, guessed, on_rays, placed
+from studio.engine.model.rays import FREE_M, GUESSED_M, guessed, on_rays, placed
 
 MAX_GAP_NS = 100_000_000
 """Longest gap between two frames that is interpolated."""

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from studio.engine.base.records import Records
 from studio.engine.model.frames import FrameSet, FusedSkeleton, HandSeen, Reading, StepResult
 from studio.engine.model.joints import JOINT_COUNT, OUTPUT_OF_CANONICAL_INDEX
-from studio.engine.solve.timing.rays import FREE_M, nearest_on_rays
+from studio.engine.model.rays import FREE_M, nearest_on_rays
 
 NEAREST = 0.75
 """A camera's frame belongs to its nearest step, if that is within this many steps."""

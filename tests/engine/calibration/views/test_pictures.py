@@ -11,8 +11,9 @@ from studio.__main__ import main
 from studio.engine.base.errors import CalibrationError, SettingsError
 from studio.engine.calibration.calibrate import calibrate, with_performer
 from studio.engine.calibration.views.view import View
-from studio.engine.model.calibration import Calibration
+from studio.engine.model.calibration import Calibration, CameraCalibration
 from studio.engine.model.frames import CameraFrame, PictureJoints
+from studio.engine.model.human.anthropometry import anthropometric_positions
 from studio.engine.model.joints import JOINT_COUNT
 from tests.engine.calibration.views.synthetic import HEIGHT_M, camera_at, view_of
 
@@ -54,9 +55,8 @@ def test_frames_with_pictures_give_lenses_clocks_and_a_performer(
     assert right.lens is not None and right.lens.fx == pytest.approx(1000.0, rel=0.05)
     assert right.residual_median_mm is not None and 1.0 < right.residual_median_mm < 40.0
     assert right.coverage is not None and right.coverage > 0.9
-    assert (
-        with_performer(replace(found, performer=None), frames).performer is None
-    )  # there are no points to measure
+    again = with_performer(replace(found, performer=None), frames).performer
+    assert again is not None and again.height_m == pytest.approx(HEIGHT_M, rel=0.02)
 
 
 def test_a_calibration_with_lenses_is_stored_and_read(found: Calibration) -> None:
@@ -71,6 +71,28 @@ def test_the_reference_is_chosen_and_must_have_frames(frames: dict[str, list[Cam
     )
     with pytest.raises(CalibrationError, match="reference camera 'up'"):
         calibrate(frames, reference="up")
+
+
+def test_a_t_pose_is_measured_by_all_cameras_together(found: Calibration) -> None:
+    still = {name: [seen_in(found.cameras[name], name, k) for k in range(60)] for name in ("left", "right")}
+    measured = with_performer(replace(found, performer=None), still).performer
+    assert measured is not None and measured.height_m == pytest.approx(TALL_M, rel=0.03)
+
+
+TALL_M = 1.62
+
+
+def seen_in(camera: CameraCalibration, name: str, k: int) -> CameraFrame:
+    """A T-pose before the middle of a calibrated stage, in a picture with a little noise."""
+    assert camera.lens is not None
+    T = np.linalg.inv(camera.T_stage_camera)
+    local = anthropometric_positions(TALL_M) @ T[:3, :3].T + T[:3, 3]
+    pixels = camera.lens.pixels_of(local) + np.random.default_rng(k).normal(0.0, 1.0, (JOINT_COUNT, 2))
+    picture = PictureJoints(camera.lens.width, camera.lens.height, pixels, local - local[0])
+    device_ns = k * 33_000_000 - camera.clock.offset_ns
+    return CameraFrame(
+        name, k, device_ns, np.full((JOINT_COUNT, 3), np.nan), np.ones(JOINT_COUNT), picture=picture
+    )
 
 
 def test_a_height_that_nobody_has_is_an_error(frames: dict[str, list[CameraFrame]]) -> None:
