@@ -1,0 +1,60 @@
+"""The whole way of ordinary cameras, against the truth: simulated, calibrated by the walk, finished.
+
+Each motion of `STUDIO_TEST_DATA/mocap` and some seeds before the standard rigs of 2, 3 and 4 cameras; the height is
+given, nothing else of the performer or the cameras.
+"""
+
+import argparse
+import os
+import tempfile
+from itertools import product
+from pathlib import Path
+
+import numpy as np
+
+import studio
+
+HEIGHT_M = 1.75
+"""That of the motions' performer, by which their unit is chosen."""
+
+SEEDS = (1, 2, 3)
+RIGS = (2, 3, 4)
+
+
+def error_mm(motion: Path, cameras: int, seed: int, folder: Path) -> float:
+    """Return the finished solve's mean error of the joints, aligned as a whole."""
+    take = studio.simulate(motion, folder / "take", cameras=cameras, tracker="rgb", seed=seed)
+    studio.calibrate(take, height_m=HEIGHT_M)
+    studio.solve(take, "finish", name="finish")
+    found = studio.evaluate(take, folder / "take.truth.csv", ["finish"])
+    return float(found["finish"]["mpjpe_mm"])
+
+
+def main() -> None:
+    """Print the errors by rig."""
+    parser = argparse.ArgumentParser(prog="python -m tests.simulator.rgb_figures", description=__doc__)
+    default = os.environ.get("STUDIO_TEST_DATA", Path(__file__).parents[3] / "shared" / "data")
+    parser.add_argument("--data", type=Path, default=default, help="folder of the outside recordings")
+    parser.add_argument("--seeds", type=int, default=len(SEEDS), help="how many seeds")
+    parser.add_argument("--cameras", type=int, nargs="*", default=RIGS, help="the rigs")
+    chosen = parser.parse_args()
+    motions = sorted((chosen.data / "mocap").glob("*.bvh"))
+    for cameras in chosen.cameras:
+        errors = []
+        for motion, seed in product(motions, SEEDS[: chosen.seeds]):
+            with tempfile.TemporaryDirectory() as folder:
+                try:
+                    errors.append(error_mm(motion, cameras, seed, Path(folder)))
+                    told = f"{errors[-1]:.1f} mm"
+                except studio.StudioError as error:
+                    told = f"refused: {error}"
+                print(f"{cameras} cameras, {motion.stem}, seed {seed}: {told}", flush=True)
+        print(
+            f"{cameras} cameras: mean {np.mean(errors):.1f} mm, worst {np.max(errors):.1f}, "
+            f"{len(errors)} of {len(motions) * chosen.seeds} solved",
+            flush=True,
+        )
+
+
+if __name__ == "__main__":
+    main()
