@@ -38,7 +38,7 @@ COMMANDS = (
 )
 
 _DESCRIPTION = """\
-Markerless motion capture from several depth cameras, in the browser.
+Markerless motion capture from several cameras, in the browser.
 
 Without a command the studio opens on http://127.0.0.1:8000, on first run with a simulated stage; options are then
 those of `serve`."""
