@@ -19,6 +19,7 @@ LOOPBACK = {"127.0.0.1", "::1"}
 MAY_CONNECT = {
     "api/cameras/announced.py": "a camera that announced itself, once an operator typed its code; hears mDNS",
     "camera/waiting/wait.py": "announces a camera by mDNS, where its operator asked for it",
+    "server/certificate.py": "asks the system for this machine's own name; nothing is sent",
     "api/address.py": "asks the system for this machine's own address; nothing is sent",
     "camera/client/link.py": "a camera's link to the server that its operator named",
     "web/proxy.py": "viser, on the loopback",

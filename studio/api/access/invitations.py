@@ -25,7 +25,7 @@ class Invitations:
 
     def make(self) -> str:
         """Return a token that is good once within `INVITATION_S`."""
-        token = secrets.token_urlsafe(_TOKEN_BYTES)
+        token = new_token()
         with self._lock:
             now = self._now_s()
             self._until = {key: until for key, until in self._until.items() if until > now}
@@ -41,6 +41,13 @@ class Invitations:
         """Take all invitations back."""
         with self._lock:
             self._until.clear()
+
+
+def new_token() -> str:
+    """Return a token of letters, digits, `_` and `-`. It begins with no `-`: commands take that for an option."""
+    while (token := secrets.token_urlsafe(_TOKEN_BYTES)).startswith("-"):
+        pass
+    return token
 
 
 def hash_of(token: str) -> str:

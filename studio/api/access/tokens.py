@@ -14,7 +14,7 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any, Literal
 
-from studio.api.access.invitations import Invitations, hash_of
+from studio.api.access.invitations import Invitations, hash_of, new_token
 from studio.api.errors import NotFoundError
 from studio.engine.base.errors import FormatError, StudioError
 from studio.engine.base.files import write_atomically
@@ -28,7 +28,6 @@ MAX_FAILURES, FAILURES_OVER_S = 10, 60.0
 Role = Literal["operator", "viewer"]
 """Operators may do everything, viewers may only read."""
 
-_TOKEN_BYTES = 24
 _MAX_SIGNED_IN = 100
 
 
@@ -83,7 +82,7 @@ class Access:
         self.phone_invitations = Invitations(now_s)
         self._let_go: set[str] = set()
         self._cameras = _read(self._file)
-        self.own_camera_token = secrets.token_urlsafe(_TOKEN_BYTES)
+        self.own_camera_token = new_token()
         self.operator_token = self.viewer_token = ""
         self.renew_operator()
         self.operator_token = operator_token or self.operator_token
@@ -92,7 +91,7 @@ class Access:
     def renew_operator(self) -> str:
         """Return a new operator's token; everybody is signed out, viewers too."""
         with self._lock:
-            self.operator_token, self.viewer_token = secrets.token_urlsafe(_TOKEN_BYTES), ""
+            self.operator_token, self.viewer_token = new_token(), ""
             self._signed_in.clear()
             self._invitations.clear()
             self.phone_invitations.clear()
@@ -101,7 +100,7 @@ class Access:
     def renew_viewer(self) -> str:
         """Return a new viewer's token; the old one becomes invalid and its viewers are signed out."""
         with self._lock:
-            self.viewer_token = secrets.token_urlsafe(_TOKEN_BYTES)
+            self.viewer_token = new_token()
             self._signed_in = {key: role for key, role in self._signed_in.items() if role != "viewer"}
             return self.viewer_token
 
@@ -139,7 +138,7 @@ class Access:
         if role is None:
             return None
         with self._lock:
-            key = secrets.token_urlsafe(_TOKEN_BYTES)
+            key = new_token()
             self._signed_in[key] = role
             while len(self._signed_in) > _MAX_SIGNED_IN:
                 del self._signed_in[next(iter(self._signed_in))]
@@ -168,7 +167,7 @@ class Access:
         Raises:
             StudioError: the file cannot be written.
         """
-        token = token or secrets.token_urlsafe(_TOKEN_BYTES)
+        token = token or new_token()
         with self._lock:
             made = CameraToken(secrets.token_hex(4), label, utc_now(), hash_of(token))
             self._write([*self._cameras, made])

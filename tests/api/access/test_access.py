@@ -8,6 +8,7 @@ from websockets.exceptions import InvalidStatus, WebSocketException
 
 from studio import wire
 from studio.api.access import Access
+from studio.api.access.invitations import new_token
 from studio.api.access.tokens import FAILURES_OVER_S, FILE_NAME, MAX_FAILURES
 from studio.engine.base.errors import StudioError
 from tests import patient
@@ -206,3 +207,8 @@ def test_tokens_that_somebody_else_keeps(tmp_path):
     assert given.renew_operator() != "o" * 20 and given.sign_in("o" * 20, "here") is None
     without = Access(tmp_path, required=True, now_s=time.monotonic)
     assert without.camera_token_id("") is None and without.camera_token_id("c" * 20) is None
+
+
+def test_a_token_is_never_an_option_of_a_command():
+    tokens = [new_token() for _ in range(1000)]  # one of 64 began with a hyphen
+    assert len({*tokens}) == 1000 and not any(token.startswith("-") for token in tokens)

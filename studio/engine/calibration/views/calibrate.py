@@ -93,7 +93,7 @@ def _alone(view: View, track: ViewTrack, height_m: float | None) -> ViewsResult:
     T, _, joints, performer = to_stage(track.time_s, bodies(track), height_m)
     reason = say(
         "views.alone",
-        "one camera alone sees no depth: the performer is placed by a guess, 10 to 20 cm off; add a second camera",
+        "one camera alone sees no depth: the performer is placed by a guess, 20 to 40 cm off; add a second camera",
     )
     camera = PlacedView(T, view.lens or usual_lens(view), verdict="usable", reasons=(reason,))
     return ViewsResult({view.name: camera}, track.time_s, joints, {}, performer, height_m is not None)

@@ -77,7 +77,7 @@ export default {
   "tracker.no_transform": "pas de transformation pour la caméra {names} ; calibrez à nouveau",
   "tracker.no_transforms": "plusieurs caméras ne font un squelette qu'avec leurs transformations ; calibrez d'abord",
   "views.names": "la calibration a besoin de caméras de noms différents ; reçu : {names}",
-  "views.alone": "une caméra seule ne voit pas la profondeur : l'interprète est placé par estimation, à 10 ou 20 cm près ; ajoutez une seconde caméra",
+  "views.alone": "une caméra seule ne voit pas la profondeur : l'interprète est placé par estimation, à 20 ou 40 cm près ; ajoutez une seconde caméra",
   "views.nothing_beside": "elle et les caméras de profondeur ont vu l'interprète ensemble trop peu de temps : marchez là où toutes vous voient",
   "views.size_guessed": "la taille du plateau est supposée : l'interprète a été pris pour {m:.2f} m de haut ; indiquez la taille et recalibrez",
   "views.nothing_together": "aucune autre caméra n'a vu l'interprète en même temps : marchez là où deux caméras vous voient",
