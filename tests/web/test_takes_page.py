@@ -124,6 +124,7 @@ def test_several_takes_are_tagged_compared_and_thrown_away(address: str, page: P
     page.locator("#selected-compare").click()
     expect(page.locator("#compare")).to_be_visible()
     expect(page.locator("#compare-b")).to_have_value("monday/two|studio")
+    expect(page.locator("#compare table").first).to_be_visible()  # both are loaded and measured
     page.locator("#compare-close").click()
     page.locator("#selected-trash").click()
     expect(page.locator("#takes-empty")).to_be_visible()
