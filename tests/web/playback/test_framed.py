@@ -83,7 +83,7 @@ def test_the_performer_is_framed(address: str, page: Page, width: int, height: i
         page.keyboard.press(key)
         page.wait_for_timeout(1500)
         left, top, right, bottom = figure_px(page, address)
-        sizes.append(bottom - top)
+        sizes.append(bottom - top + 1)
         assert 0 < left and right < box["width"] - 1 and 0 < top and bottom < box["height"] - 1, key
     print(f"{width}x{height}: the view {box['width']:.0f}x{box['height']:.0f}, figure {sizes} px high")
     assert min(sizes[:2]) > least
