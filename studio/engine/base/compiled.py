@@ -1,11 +1,14 @@
 """Functions compiled by numba and cached on disk where a folder is writable."""
 
+import contextlib
 import functools
+import logging
 import threading
 from collections.abc import Callable
 from typing import Any
 
 _lock = threading.Lock()
+_log = logging.getLogger(__name__)
 
 
 class Compiled:
@@ -40,10 +43,22 @@ class Compiled:
             import numba
 
             try:
-                self._dispatcher = numba.njit(cache=True, nogil=True)(self._function)
+                self._dispatcher = _readable(numba.njit(cache=True, nogil=True)(self._function))
             except RuntimeError:  # numba found no writable folder
                 self._dispatcher = numba.njit(nogil=True)(self._function)
         return self._dispatcher
+
+
+def _readable(dispatcher: Any) -> Callable[..., Any]:
+    """Empty the cache of a function if it cannot be read: an earlier version's classes may have had other names."""
+    kept = dispatcher._cache._cache_file
+    try:
+        kept._load_index()
+    except Exception as error:  # whatever unpickling raises
+        _log.info("the cache of %s is made anew: %s", dispatcher, error)
+        with contextlib.suppress(OSError):
+            kept.flush()
+    return dispatcher
 
 
 def compiled(function: Callable[..., Any]) -> Compiled:

@@ -1,6 +1,9 @@
 """Compiled functions work where there is no place to keep them, and let other threads run."""
 
+import pickle
+
 import numba
+import pytest
 
 from studio.engine.base.compiled import compiled
 
@@ -11,6 +14,18 @@ def double(x: float) -> float:
 
 def test_a_function_is_compiled():
     assert compiled(double)(2.5) == 5.0
+
+
+def test_a_cache_that_names_classes_of_an_earlier_version_is_made_anew():
+    compiled(double)(2.5)
+    kept = compiled(double).dispatcher()._cache._cache_file  # pyright: ignore[reportAttributeAccessIssue]
+    with open(kept._index_path, "wb") as file:
+        pickle.dump(kept._version, file)
+        file.write(b"ctests.engine.base.test_compiled\nGone\n.")
+    with pytest.raises(AttributeError):
+        kept._load_index()
+    assert compiled(double)(2.5) == 5.0
+    assert len(kept._load_index()) == 1
 
 
 def test_without_a_cache_folder_it_is_compiled_anew(monkeypatch):
