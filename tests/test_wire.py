@@ -104,10 +104,10 @@ def landmarks(**changes):
     """A frame of 33 landmarks, with other arrays where `changes` has them."""
     rng = np.random.default_rng(1)
     given = {
-        "pixels": rng.uniform(0, 720, (33, 2)), "visibility": np.ones(33), "world_m": rng.normal(size=(33, 3)),
+        "pixels": rng.uniform(0, 720, (33, 2)), "world_m": rng.normal(size=(33, 3)),
         "left_hand": rng.uniform(0, 720, (21, 2)), **changes,
     }  # fmt: skip
-    return wire.landmark_frame(4, 5, (720, 1280), **given)
+    return wire.landmark_frame(4, 5, wire.LandmarkArrays(720, 1280, **given), np.ones(33))
 
 
 def test_landmarks_arrive_as_they_were_sent():

@@ -169,9 +169,8 @@ def _record_landmarks(
         size = seen.lens.width, seen.lens.height
         for sequence, (stamp, picture) in enumerate(zip(seen.device_time_ns, seen.pictures, strict=True)):
             if picture is not None:
-                frame = wire.landmark_frame(
-                    sequence, int(stamp), size, picture.pixels, picture.visibility, picture.world_m
-                )
+                arrays = wire.LandmarkArrays(*size, picture.pixels, picture.world_m)
+                frame = wire.landmark_frame(sequence, int(stamp), arrays, picture.visibility)
                 messages.append((seen.taken_s[sequence], seen.camera, frame))
         if progress is not None:
             progress(0.9 * (k + 1) / len(rig))

@@ -103,50 +103,38 @@ _OUTSIDE = 2.0
 
 @dataclass(frozen=True)
 class LandmarkArrays:
-    """A frame's landmarks as arrays; NaN = unseen.
+    """A performer's landmarks in a picture; NaN = unseen.
 
     Attributes:
-        pixels: shape (joint_count, 2).
-        world_m: shape (joint_count, 3).
-        left_hand, right_hand: pixels, shape (21, 2); None = not seen.
+        width, height: size of the picture [pixels].
+        pixels: column and row, shape (joint_count, 2). The centre of the first pixel is (0, 0).
+        world_m: about the middle of the hips, in the picture's axes, shape (joint_count, 3); None = unknown.
+        left_hand, right_hand: pixels of a hand's landmarks, shape (21, 2); None = not seen.
     """
 
+    width: int
+    height: int
     pixels: NDArray[np.float64]
-    world_m: NDArray[np.float64]
-    left_hand: NDArray[np.float64] | None
-    right_hand: NDArray[np.float64] | None
+    world_m: NDArray[np.float64] | None = None
+    left_hand: NDArray[np.float64] | None = None
+    right_hand: NDArray[np.float64] | None = None
 
 
 def landmark_frame(
-    sequence: int,
-    device_time_ns: int,
-    size: tuple[int, int],
-    pixels: NDArray[np.floating],
-    visibility: NDArray[np.floating],
-    world_m: NDArray[np.floating] | None = None,
-    left_hand: NDArray[np.floating] | None = None,
-    right_hand: NDArray[np.floating] | None = None,
+    sequence: int, device_time_ns: int, seen: LandmarkArrays, visibility: NDArray[np.floating]
 ) -> SkeletonFrame:
-    """Return a frame of a camera without depth.
-
-    Args:
-        sequence: of the frame.
-        device_time_ns: capture time [ns].
-        size: width and height of the picture [pixels].
-        pixels: landmarks, shape (joint_count, 2); NaN = unseen.
-        visibility: shape (joint_count,), 0..1.
-        world_m: see `Landmarks.world`, shape (joint_count, 3).
-        left_hand, right_hand: pixels of the hands' landmarks, shape (21, 2).
-    """
+    """Return a frame of a camera without depth; `visibility` of the landmarks, shape (joint_count,), is 0..1."""
+    optional = (seen.world_m, seen.left_hand, seen.right_hand)
     return SkeletonFrame(
         sequence=sequence,
         device_time_ns=device_time_ns,
         positions=b"",
         confidence=_floats(visibility),
         landmarks=Landmarks(
-            *size,
-            _floats(pixels),
-            *(b"" if a is None else _floats(a) for a in (world_m, left_hand, right_hand)),
+            seen.width,
+            seen.height,
+            _floats(seen.pixels),
+            *(b"" if values is None else _floats(values) for values in optional),
         ),
     )
 
@@ -162,10 +150,15 @@ def landmark_arrays(frame: SkeletonFrame, joint_set: str) -> LandmarkArrays | No
         return None
     count = len(JOINT_SETS[joint_set])
     size = np.array([landmarks.width, landmarks.height], np.float64)
-    world = _numbers(frame, landmarks.world, count, 3) if landmarks.world else np.full((count, 3), np.nan)
+    world_m = None
+    if landmarks.world:
+        world_m = _numbers(frame, landmarks.world, count, 3)
+        world_m[~np.isfinite(world_m).all(axis=1)] = np.nan
     return LandmarkArrays(
-        pixels=_within(_numbers(frame, landmarks.pixels, count, 2), size),
-        world_m=np.where(np.isfinite(world).all(axis=1, keepdims=True), world, np.nan),
+        landmarks.width,
+        landmarks.height,
+        _within(_numbers(frame, landmarks.pixels, count, 2), size),
+        world_m,
         left_hand=_hand(frame, landmarks.left_hand, size),
         right_hand=_hand(frame, landmarks.right_hand, size),
     )

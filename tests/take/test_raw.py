@@ -97,7 +97,8 @@ def test_landmarks_of_a_picture_become_canonical(tmp_path: Path) -> None:
     with RawWriter(tmp_path / "raw.mcap") as writer:
         writer.add_camera(hello("phone", "mediapipe"))
         for k in range(300):  # more than stay in memory as one block
-            sent = wire.landmark_frame(k, k, (640, 480 + k), pixels + k, np.full(33, 0.9))
+            seen = wire.LandmarkArrays(640, 480 + k, pixels + k)
+            sent = wire.landmark_frame(k, k, seen, np.full(33, 0.9))
             writer.frame("phone", wire.encode(sent), arrival_ns=k, device_time_ns=k, sequence=k)
     frames = camera_frames(tmp_path / "raw.mcap")["phone"]
     for k in (0, 299):

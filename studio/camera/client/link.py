@@ -360,24 +360,13 @@ class Link:
 
 
 def _encode(sequence: int, frame: SourceFrame) -> bytes:
-    picture = frame.picture
-    if picture is not None:
-        return wire.encode(
-            wire.landmark_frame(
-                sequence,
-                frame.device_time_ns,
-                (picture.width, picture.height),
-                picture.pixels,
-                frame.confidence,
-                picture.world_m,
-                picture.left_hand,
-                picture.right_hand,
-            )
-        )
+    time_ns = frame.device_time_ns
+    if frame.picture is not None:
+        return wire.encode(wire.landmark_frame(sequence, time_ns, frame.picture, frame.confidence))
     return wire.encode(
         wire.skeleton_frame(
             sequence,
-            frame.device_time_ns,
+            time_ns,
             frame.positions,
             frame.confidence,
             list(frame.hands),

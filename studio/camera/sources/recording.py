@@ -12,7 +12,7 @@ from studio import wire
 from studio.camera.sources.config import SourceConfig
 from studio.camera.sources.depth_recording import DepthRecordingSource
 from studio.camera.sources.pacing import WallClock
-from studio.camera.sources.source import Source, SourceFrame, SourcePicture
+from studio.camera.sources.source import Source, SourceFrame
 from studio.engine.base.errors import FormatError, SettingsError
 from studio.engine.base.value_sentences import bad_value
 from studio.take.folder.take import Take
@@ -126,22 +126,13 @@ def _from_take(path: Path) -> dict[str, RecordedCamera]:
                     confidence,
                     tuple(message.hands),
                     message.head_wxyz,
-                    picture=_picture(message, camera.hello.joint_set),
+                    picture=wire.landmark_arrays(message, camera.hello.joint_set),
                 )
             )
     recording = DepthRecording(raw_path)
     for name in recording.cameras:
         cameras[name].depth = raw_depth(cameras[name].hello, recording)
     return cameras
-
-
-def _picture(message: wire.SkeletonFrame, joint_set: str) -> SourcePicture | None:
-    """Return the landmarks of a frame; None = of a camera with depth."""
-    found = wire.landmark_arrays(message, joint_set)
-    if found is None or message.landmarks is None:
-        return None
-    size = message.landmarks.width, message.landmarks.height
-    return SourcePicture(*size, found.pixels, found.world_m, found.left_hand, found.right_hand)
 
 
 def _from_import(path: Path) -> dict[str, RecordedCamera]:
@@ -168,11 +159,7 @@ def _from_import(path: Path) -> dict[str, RecordedCamera]:
 
 
 def _frame(camera: ReadCamera, k: int, time_ns: int) -> SourceFrame:
-    seen = camera.landmarks
-    if seen is None:
-        return SourceFrame(time_ns, camera.positions[k], camera.confidence[k])
-    width, height = seen.sizes[k].tolist()
-    picture = SourcePicture(width, height, seen.pixels[k], None if seen.world_m is None else seen.world_m[k])
+    picture = None if camera.landmarks is None else camera.landmarks[k]
     return SourceFrame(time_ns, camera.positions[k], camera.confidence[k], picture=picture)
 
 

@@ -6,9 +6,10 @@ import numpy as np
 
 from studio.camera.sources.rig_config import RigCameraConfig
 from studio.camera.sources.simulated import PerformedSource
-from studio.camera.sources.source import SourceFrame, SourcePicture
+from studio.camera.sources.source import SourceFrame
 from studio.engine.model.joints import JOINT_SETS
 from studio.simulator.landmarks.tracker import LandmarkTracker, landmark_anatomy, random_lens
+from studio.wire import LandmarkArrays
 
 _JOINTS = len(JOINT_SETS["mediapipe"])
 
@@ -48,5 +49,5 @@ class SimulatedRgbSource(PerformedSource):
             self.clock.device_ns(time_ns),
             np.full((_JOINTS, 3), np.nan),
             seen.visibility,
-            picture=SourcePicture(self._lens.width, self._lens.height, seen.pixels, seen.world_m),
+            picture=LandmarkArrays(self._lens.width, self._lens.height, seen.pixels, seen.world_m),
         )

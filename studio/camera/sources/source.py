@@ -7,26 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from studio.wire import HandState, Intrinsics
-
-
-@dataclass(frozen=True)
-class SourcePicture:
-    """A performer's landmarks in a picture.
-
-    Attributes:
-        width, height: size of the picture [pixels].
-        pixels: column and row, shape (joint_count, 2); NaN = unseen. The centre of the first pixel is (0, 0).
-        world_m: about the middle of the hips, in the picture's axes, shape (joint_count, 3); None = unknown.
-        left_hand, right_hand: pixels of a hand's landmarks, shape (21, 2); None = not seen.
-    """
-
-    width: int
-    height: int
-    pixels: NDArray[np.float64]
-    world_m: NDArray[np.float64] | None = None
-    left_hand: NDArray[np.float64] | None = None
-    right_hand: NDArray[np.float64] | None = None
+from studio.wire import HandState, Intrinsics, LandmarkArrays
 
 
 @dataclass(frozen=True)
@@ -50,7 +31,7 @@ class SourceFrame:
     hands: tuple[HandState, ...] = ()
     head_wxyz: tuple[float, float, float, float] | None = None
     depth_mm: NDArray[np.uint16] | None = None
-    picture: SourcePicture | None = None
+    picture: LandmarkArrays | None = None
 
 
 class Camera(ABC):

@@ -1,16 +1,10 @@
-"""A depth camera as a source of skeletons: the engine's observer runs in a separate process.
-
-Of a camera in real time the newest image is used: images that come while the observer is busy are skipped and
-counted.
-"""
+"""A depth camera as a source of skeletons: the engine's observer runs in a separate process."""
 
 import asyncio
 import logging
 import multiprocessing
 import signal
-import time
 import traceback
-from collections import deque
 from collections.abc import AsyncIterator, Callable
 from multiprocessing.connection import Connection
 from typing import Any
@@ -20,8 +14,8 @@ from numpy.typing import NDArray
 
 from studio import wire
 from studio.camera.sources.depth_source import DepthSource
-from studio.camera.sources.newest import newest_of
-from studio.camera.sources.source import Source, SourceFrame
+from studio.camera.sources.reading import ReadingSource
+from studio.camera.sources.source import SourceFrame
 from studio.engine.base.errors import StudioError
 from studio.engine.base.sentences import say
 from studio.engine.model.depth import DepthCamera
@@ -29,13 +23,12 @@ from studio.engine.model.observation import Observation
 from studio.take.raw.records import intrinsics_of
 from studio.worker.parent import end_with_parent
 
-_RATE_FRAMES = 60
 _ENDED = say("tracker.ended", "the tracker's process has ended; start the camera again")
 
 log = logging.getLogger(__name__)
 
 
-class TrackedSource(Source):
+class TrackedSource(ReadingSource[NDArray[np.uint16]]):
     """A source of skeletons, hand states and head orientations made from depth.
 
     Args:
@@ -44,7 +37,6 @@ class TrackedSource(Source):
 
     Attributes:
         keep_depth: the frames include their image, to be recorded.
-        passed_over: number of images that came while the observer was busy.
         status: the observer's status for the newest image.
         latest: the newest image and its observation, for a preview; None at the beginning.
     """
@@ -52,30 +44,12 @@ class TrackedSource(Source):
     joint_set = "canonical"
 
     def __init__(self, depth: DepthSource, *, keep_depth: bool = False) -> None:
-        self.depth = depth
-        self.name, self.device = depth.name, depth.device
-        self.serial, self.intrinsics = depth.serial, intrinsics_of(depth.camera)
-        self.frames_per_second, self.realtime = depth.frames_per_second, depth.realtime
-        self._tracked_ns = 0
-        self._observing_since_ns: int | None = None
-        self.passed_over = 0
+        super().__init__(depth)
+        self.depth, self.intrinsics = depth, intrinsics_of(depth.camera)
         self.status = "starting"
         self.latest: tuple[NDArray[np.uint16], Observation] | None = None
         self.keep_depth = keep_depth
-        self._done_ns: deque[int] = deque(maxlen=_RATE_FRAMES)
-
-    @property
-    def tracked_ns(self) -> int:
-        """Total busy time of the observer, including the present image [ns]."""
-        since_ns = self._observing_since_ns
-        return self._tracked_ns + (0 if since_ns is None else time.monotonic_ns() - since_ns)
-
-    @property
-    def measured_rate(self) -> float:
-        """Frame rate of the last frames, by their stamps; 0 before the second."""
-        if len(self._done_ns) < 2 or self._done_ns[-1] <= self._done_ns[0]:
-            return 0.0
-        return (len(self._done_ns) - 1) * 1e9 / (self._done_ns[-1] - self._done_ns[0])
+        self._process: ObserverProcess | None = None
 
     @property
     def problem(self) -> str:
@@ -85,36 +59,29 @@ class TrackedSource(Source):
     def newest_depth(self) -> tuple[int, NDArray[np.uint16]] | None:
         return None if self.latest is None else (self.latest[1].time_ns, self.latest[0])
 
-    def clock_ns(self) -> int:
-        return self.depth.clock_ns()
-
     async def frames(self) -> AsyncIterator[SourceFrame]:
         """Yield a frame per image.
 
         Raises:
             StudioError: the observer ended, or the camera failed for good.
         """
-        with ObserverProcess(self.name, self.depth.camera) as process:
-            await asyncio.to_thread(process.wait_ready)
-            shots = self.depth.frames()
-            images = newest_of(shots, self._passed) if self.realtime else shots
-            async for time_ns, depth_mm in images:
-                self._observing_since_ns = time.monotonic_ns()
-                seen = await asyncio.to_thread(process.observe, time_ns, depth_mm)
-                self._tracked_ns, self._observing_since_ns = self.tracked_ns, None
-                self.status, self.latest = seen.status, (depth_mm, seen)
-                self._done_ns.append(time_ns)
-                yield SourceFrame(
-                    time_ns,
-                    seen.positions,
-                    seen.confidence,
-                    tuple(wire.HandState(h.side, h.method, h.open_probability) for h in seen.hands),
-                    seen.head_wxyz,
-                    depth_mm if self.keep_depth else None,
-                )
+        with ObserverProcess(self.name, self.depth.camera) as self._process:
+            await asyncio.to_thread(self._process.wait_ready)
+            async for frame in self.read_all(self.depth.frames()):
+                yield frame
 
-    def _passed(self, count: int) -> None:
-        self.passed_over += count
+    def read(self, time_ns: int, image: NDArray[np.uint16]) -> SourceFrame:
+        assert self._process is not None
+        seen = self._process.observe(time_ns, image)
+        self.status, self.latest = seen.status, (image, seen)
+        return SourceFrame(
+            time_ns,
+            seen.positions,
+            seen.confidence,
+            tuple(wire.HandState(h.side, h.method, h.open_probability) for h in seen.hands),
+            seen.head_wxyz,
+            image if self.keep_depth else None,
+        )
 
 
 class ObserverProcess:

@@ -17,10 +17,11 @@ from numpy.typing import NDArray
 from studio.engine.base.errors import FormatError
 from studio.engine.model.joints import JOINT_SETS
 from studio.take.importers.camera_folders import read_beside
-from studio.take.importers.recording import Progress, ReadCamera, ReadLandmarks, ReadRecording
+from studio.take.importers.recording import Progress, ReadCamera, ReadRecording
 from studio.take.importers.videos import camera_name
 from studio.take.video.file import VideoFile, is_video
 from studio.take.video.landmarks import JOINT_SET
+from studio.wire import LandmarkArrays
 
 DEVICE = "landmarks of another program"
 
@@ -134,7 +135,7 @@ def _camera(path: Path, name: str, folder: Path, notes: list[str]) -> ReadCamera
         times_ns=film.times_ns[np.array(frames, np.int64) - first],
         positions=np.full((len(frames), count, 3), np.nan),
         confidence=visibility,
-        landmarks=ReadLandmarks(np.tile([film.width, film.height], (len(frames), 1)), pixels),
+        landmarks=[LandmarkArrays(film.width, film.height, one) for one in pixels],
     )
 
 

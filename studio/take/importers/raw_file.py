@@ -13,7 +13,6 @@ from studio.take.importers.recording import (
     Progress,
     ReadCamera,
     ReadDepth,
-    ReadLandmarks,
     ReadRecording,
 )
 from studio.take.raw.depth import DepthRecording
@@ -82,17 +81,11 @@ def _camera(hello: wire.Hello, messages: dict[int, wire.SkeletonFrame], depth: D
     )
 
 
-def _landmarks(hello: wire.Hello, messages: list[wire.SkeletonFrame]) -> ReadLandmarks | None:
+def _landmarks(hello: wire.Hello, messages: list[wire.SkeletonFrame]) -> list[wire.LandmarkArrays] | None:
     """Return the landmarks of a camera without depth; None = it has depth."""
-    found = [
-        (one.landmarks.width, one.landmarks.height, arrays.pixels, arrays.world_m)
-        for one in messages
-        if one.landmarks is not None and (arrays := wire.landmark_arrays(one, hello.joint_set)) is not None
-    ]
-    if not found or len(found) < len(messages):
-        return None
-    widths, heights, pixels, world_m = zip(*found, strict=True)
-    return ReadLandmarks(np.array([widths, heights]).T, np.array(pixels), np.array(world_m))
+    found = [wire.landmark_arrays(one, hello.joint_set) for one in messages]
+    known = [one for one in found if one is not None]
+    return known if known and len(known) == len(found) else None
 
 
 def raw_depth(hello: wire.Hello, depth: DepthRecording) -> ReadDepth:

@@ -1,7 +1,7 @@
 """The result of an importer, and its conversion to a take."""
 
 import heapq
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -48,22 +48,6 @@ class ReadDepth:
 
 
 @dataclass(frozen=True)
-class ReadLandmarks:
-    """Where the pictures of a camera without depth show the joints.
-
-    Attributes:
-        sizes: width and height of each picture [pixels], shape (frame_count, 2).
-        pixels: shape (frame_count, joint_count, 2); NaN = unseen. The centre of the first pixel is (0, 0).
-        world_m: about the middle of the hips, in the picture's axes, shape (frame_count, joint_count, 3);
-            None = unknown.
-    """
-
-    sizes: NDArray[np.int64]
-    pixels: NDArray[np.float64]
-    world_m: NDArray[np.float64] | None = None
-
-
-@dataclass(frozen=True)
 class ReadCamera:
     """One camera of a recording: skeletons, depth images, both, or landmarks in pictures.
 
@@ -75,7 +59,8 @@ class ReadCamera:
             NaN = unseen.
         confidence: 0..1, shape (frame_count, joint_count).
         depth: its depth images, where it has any.
-        landmarks: of a camera without depth, whose `positions` are NaN; `confidence` is how visible they are.
+        landmarks: of each frame of a camera without depth, whose `positions` are NaN; `confidence` is how visible
+            they are.
     """
 
     name: str
@@ -86,7 +71,7 @@ class ReadCamera:
     confidence: NDArray[np.float64]
     serial: str = ""
     depth: ReadDepth | None = None
-    landmarks: ReadLandmarks | None = None
+    landmarks: Sequence[wire.LandmarkArrays] | None = None
 
     @staticmethod
     def of_depth(name: str, depth: ReadDepth) -> "ReadCamera":
@@ -224,12 +209,9 @@ def _skeletons(number: int, camera: ReadCamera) -> Iterator[_Item]:
 
 
 def _frame(k: int, time_ns: int, camera: ReadCamera) -> wire.SkeletonFrame:
-    seen = camera.landmarks
-    if seen is None:
+    if camera.landmarks is None:
         return wire.skeleton_frame(k, time_ns, camera.positions[k], camera.confidence[k])
-    width, height = seen.sizes[k].tolist()
-    world_m = None if seen.world_m is None else seen.world_m[k]
-    return wire.landmark_frame(k, time_ns, (width, height), seen.pixels[k], camera.confidence[k], world_m)
+    return wire.landmark_frame(k, time_ns, camera.landmarks[k], camera.confidence[k])
 
 
 def _depth_images(number: int, camera: ReadCamera) -> Iterator[_Item]:

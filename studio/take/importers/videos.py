@@ -11,7 +11,7 @@ from studio.engine.base.system import core_count
 from studio.engine.model.joints import JOINT_SETS
 from studio.engine.seeing.pictures.bundle import model_file
 from studio.take.importers.camera_folders import read_beside
-from studio.take.importers.recording import Progress, ReadCamera, ReadLandmarks, ReadRecording
+from studio.take.importers.recording import Progress, ReadCamera, ReadRecording
 from studio.take.video.file import ENDINGS, is_video
 from studio.take.video.landmarks import JOINT_SET, VideoLandmarks
 from studio.wire import is_camera_name
@@ -69,7 +69,7 @@ def read(path: Path, progress: Progress, model: str | Path = MODEL) -> ReadRecor
         progress=progress,
     )
     notes = [note for name, one in found.items() for note in _notes(name, one)]
-    if not any(np.isfinite(one.pixels).any() for one in found.values()):
+    if not any(one.somebody.any() for one in found.values()):
         raise FormatError("import.nobody", "nobody was found in the videos at {path}", path=path)
     cameras = tuple(_camera(name, one) for name, one in found.items())
     created = min((one.video.created for one in found.values() if one.video.created), default=None)
@@ -99,19 +99,18 @@ def _camera(name: str, found: VideoLandmarks) -> ReadCamera:
         times_ns=found.times_ns,
         positions=np.full((len(found.times_ns), count, 3), np.nan),
         confidence=found.visibility,
-        landmarks=ReadLandmarks(found.sizes, found.pixels, found.world_m),
+        landmarks=found.pictures,
     )
 
 
 def _notes(name: str, found: VideoLandmarks) -> list[str]:
     video = found.video
-    there = np.isfinite(found.pixels[:, 0, 0])
-    width, height = found.sizes[0]
+    width, height = found.pictures[0].width, found.pictures[0].height
     gaps_s = np.diff(found.times_ns) * 1e-9
     rate = 1.0 / np.median(gaps_s) if len(gaps_s) else video.frames_per_second
     facts = [
-        f"{name}: {video.path.name}, {len(there)} frames of {width} x {height} at {rate:.4g} Hz, "
-        f"somebody in {there.mean():.0%}",
+        f"{name}: {video.path.name}, {len(found.pictures)} frames of {width} x {height} at {rate:.4g} Hz, "
+        f"somebody in {found.somebody.mean():.0%}",
     ]
     facts += [f"{name}: recorded at {video.created}"] if video.created else []
     facts += [f"{name}: begins at timecode {video.timecode}"] if video.timecode else []

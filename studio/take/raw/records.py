@@ -130,11 +130,12 @@ def _picture(
     joint_set: str, message: wire.SkeletonFrame, visibility: NDArray[np.float64]
 ) -> tuple[PictureJoints, NDArray[np.float64]] | None:
     """Return a frame's landmarks as canonical joints, and their confidence, shape (21,); None where it has none."""
-    landmarks = wire.landmark_arrays(message, joint_set)
-    if landmarks is None or message.landmarks is None:
+    seen = wire.landmark_arrays(message, joint_set)
+    if seen is None:
         return None
-    flat = np.concatenate([landmarks.pixels, np.zeros((len(landmarks.pixels), 1))], axis=1)
+    flat = np.concatenate([seen.pixels, np.zeros((len(seen.pixels), 1))], axis=1)
     pixels, confidence = to_canonical(joint_set, flat, visibility)
-    world_m, _ = to_canonical(joint_set, landmarks.world_m, visibility)
-    size = message.landmarks.width, message.landmarks.height
-    return PictureJoints(*size, pixels[:, :2], world_m), confidence
+    world_m = _UNSEEN.copy()
+    if seen.world_m is not None:
+        world_m, _ = to_canonical(joint_set, seen.world_m, visibility)
+    return PictureJoints(seen.width, seen.height, pixels[:, :2], world_m), confidence

@@ -8,11 +8,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from studio.engine.model.joints import JOINT_SETS
-from studio.engine.seeing.pictures.poses import PoseFinder
+from studio.engine.seeing.pictures.poses import FoundPose, PoseFinder
 from studio.take.video.file import VideoFile, no_frame
-from studio.take.video.picture import small_picture
+from studio.take.video.picture import SmallPicture, small_picture
+from studio.wire import LandmarkArrays
 
 JOINT_SET = "mediapipe"
+LANDMARKS = len(JOINT_SETS[JOINT_SET])
 
 
 @dataclass(frozen=True)
@@ -21,21 +23,22 @@ class VideoLandmarks:
 
     Attributes:
         times_ns: since the video's beginning [ns], increasing, shape (frame_count,).
-        sizes: width and height of each picture [pixels], shape (frame_count, 2).
-        pixels: shape (frame_count, 33, 2), as in `FoundPose`; NaN = nobody is there.
+        pictures: of 33 landmarks each; all are unseen where nobody is there.
         visibility: 0..1, shape (frame_count, 33).
-        world_m: shape (frame_count, 33, 3), as in `FoundPose`; NaN = nobody is there.
         most_people: largest number of people in a picture.
         video: what its file says.
     """
 
     times_ns: NDArray[np.int64]
-    sizes: NDArray[np.int64]
-    pixels: NDArray[np.float64]
+    pictures: list[LandmarkArrays]
     visibility: NDArray[np.float64]
-    world_m: NDArray[np.float64]
     most_people: int
     video: VideoFile
+
+    @property
+    def somebody(self) -> NDArray[np.bool_]:
+        """In which frames there is somebody, shape (frame_count,)."""
+        return np.array([np.isfinite(picture.pixels).any() for picture in self.pictures])
 
 
 def landmarks_of(
@@ -54,29 +57,25 @@ def landmarks_of(
     """
     video = VideoFile.open(path)
     finder = PoseFinder(model)
-    count = len(JOINT_SETS[JOINT_SET])
     times_ns: list[int] = []
-    sizes: list[tuple[int, int]] = []
-    pixels, visibility, world_m = ([] for _ in range(3))
+    pictures: list[LandmarkArrays] = []
+    visibility: list[NDArray[np.float64]] = []
     people = 0
     for time_ns, frame in video.frames():
         picture = small_picture(frame)
         pose = finder.find(picture.image)
         times_ns.append(time_ns)
-        sizes.append((picture.width, picture.height))
-        pixels.append(np.full((count, 2), np.nan) if pose is None else picture.whole(pose.pixels))
-        visibility.append(np.zeros(count) if pose is None else pose.visibility)
-        world_m.append(np.full((count, 3), np.nan) if pose is None else pose.world_m)
+        pictures.append(landmarks_in(picture, pose))
+        visibility.append(np.zeros(LANDMARKS) if pose is None else pose.visibility)
         people = max(people, 0 if pose is None else pose.people)
         progress(min(time_ns * 1e-9 / video.duration_s, 1.0) if video.duration_s else 0.0)
     if not times_ns:
         raise no_frame(path)
-    return VideoLandmarks(
-        np.array(times_ns, np.int64),
-        np.array(sizes, np.int64),
-        np.array(pixels),
-        np.array(visibility),
-        np.array(world_m),
-        people,
-        video,
-    )
+    return VideoLandmarks(np.array(times_ns, np.int64), pictures, np.array(visibility), people, video)
+
+
+def landmarks_in(picture: SmallPicture, pose: FoundPose | None) -> LandmarkArrays:
+    """Return the landmarks of a pose in the whole picture; all are unseen where there is none."""
+    if pose is None:
+        return LandmarkArrays(picture.width, picture.height, np.full((LANDMARKS, 2), np.nan))
+    return LandmarkArrays(picture.width, picture.height, picture.whole(pose.pixels), pose.world_m)
