@@ -29,6 +29,7 @@ NOT_BEFORE_THE_FIRST_ANSWER = (
     "ai_edge_litert",
     "ufbx",
     "pxr",
+    "cryptography",
 )
 NOT_FOR_A_WORD = ("numpy", "scipy", "mujoco", "fastapi", "mcap", "tqdm", "studio.engine.model.frames")
 READY_S = 3.0

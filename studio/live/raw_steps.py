@@ -4,6 +4,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
+from studio.engine.base.geometry import transform_points
 from studio.engine.model.calibration import Calibration
 from studio.engine.model.frames import FrameSet, FusedSkeleton, StepResult
 from studio.engine.model.guess import camera_joints
@@ -43,9 +44,7 @@ class RawSteps:
                 if now - time_ns < _RECENT_NS:
                     T_stage_camera = calibration.cameras[camera.name].T_stage_camera
                     times[camera.name] = time_ns
-                    seen[camera.name] = (
-                        camera_joints(frame) @ T_stage_camera[:3, :3].T + T_stage_camera[:3, 3]
-                    )
+                    seen[camera.name] = transform_points(T_stage_camera, camera_joints(frame))
         if not seen:
             return None
         self._last_ns = now_ns

@@ -11,8 +11,7 @@ from msgspec import structs
 
 from studio.engine.base.errors import FormatError, SettingsError, StudioError, TakeError
 from studio.engine.base.sentences import say, system_says
-from studio.engine.base.value_sentences import bad_value
-from studio.engine.calibration.quality.verdict import HEIGHTS_M
+from studio.engine.calibration.quality.verdict import check_height
 from studio.engine.model.calibration import Calibration
 from studio.engine.model.frames import StepResult
 from studio.engine.model.settings import SolveSettings, preset
@@ -293,14 +292,7 @@ class LiveStage:
                 most=MAX_CALIBRATION_S,
                 usual=CALIBRATION_S,
             )
-        if height_m is not None and not HEIGHTS_M[0] <= height_m <= HEIGHTS_M[1]:
-            raise SettingsError(
-                bad_value(
-                    "height_m",
-                    height_m,
-                    f"{HEIGHTS_M[0]} to {HEIGHTS_M[1]}, the performer's height in metres",
-                )
-            )
+        check_height(height_m)
         if height_m is None and performer:
             height_m = load_profile(self.sessions, performer).performer.height_m
         self._engine.call(lambda: self._engine.start_calibration(seconds, height_m))

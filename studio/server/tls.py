@@ -4,11 +4,14 @@ import datetime
 import ssl
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from studio.api.access.fingerprint import fingerprint
 from studio.engine.base.errors import StudioError
-from studio.server.certificate import OwnCertificate, own_certificate
 from studio.server.config import Config
+
+if TYPE_CHECKING:
+    from studio.server.certificate import OwnCertificate
 
 
 @dataclass(frozen=True)
@@ -17,7 +20,7 @@ class Tls:
 
     certificate: Path
     key: Path
-    own: OwnCertificate | None = None
+    own: "OwnCertificate | None" = None
 
     def check(self) -> None:
         """Raise StudioError if the files cannot be used together."""
@@ -42,11 +45,15 @@ def chosen_tls(config: Config, *, open_to_others: bool) -> Tls | None:
     """
     if config.tls_cert is not None and config.tls_key is not None:
         tls = Tls(config.tls_cert, config.tls_key)
-    else:
-        own = own_certificate(config.sessions) if open_to_others else None
+    elif open_to_others:
+        from studio.server.certificate import own_certificate  # its cryptography is slow to load
+
+        own = own_certificate(config.sessions)
         if own is None:
             return None
         tls = Tls(own.certificate, own.key, own)
+    else:
+        return None
     tls.check()
     return tls
 

@@ -15,9 +15,9 @@ from fastapi.templating import Jinja2Templates
 from starlette.types import Scope
 
 from studio.api.add_routes import add_routes
+from studio.engine.seeing.pictures.bundle import MODELS
 
 _HERE = Path(__file__).parent
-_MODELS = _HERE.parent / "models"
 _POLICY = (
     "default-src 'self'; connect-src 'self' ws: wss:; style-src 'self' 'unsafe-inline'; img-src 'self' data:; "
     "frame-ancestors 'self'"
@@ -97,5 +97,5 @@ def add_page(app: FastAPI, *, sessions: Path) -> None:
         return templates.TemplateResponse(request, template, context, headers=headers)
 
     add_routes(app, router)
-    app.mount("/models", _Models(directory=_MODELS), name="models")
+    app.mount("/models", _Models(directory=MODELS), name="models")
     app.mount("/static", _FreshFiles(directory=_HERE / "static"), name="static")

@@ -125,16 +125,16 @@ class Recordings:
         try:
             if (path / "take.json").is_file():
                 return _cameras_of_take(path)
-            for name, importer in IMPORTERS.items():
-                if importer.matches(path) and name == "videos":
-                    return tuple(videos.video_files(path))
-                if importer.matches(path) and name == "keypoint-folders":
-                    return tuple(keypoint_folders.camera_folders(path))
-                if importer.matches(path):
-                    return _cameras_of_folder(path) if name == "camera-folders" or path.is_dir() else ()
+            kind = next((name for name, one in IMPORTERS.items() if one.matches(path)), None)
+            if kind is None:
+                return None
+            if kind == "videos":
+                return tuple(videos.video_files(path))
+            if kind == "keypoint-folders":
+                return tuple(keypoint_folders.camera_folders(path))
+            return _cameras_of_folder(path) if path.is_dir() else ()
         except (OSError, StudioError, ValueError):
             return None
-        return None
 
 
 def _cameras_of_take(path: Path) -> tuple[str, ...] | None:

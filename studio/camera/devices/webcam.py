@@ -165,9 +165,7 @@ class WebcamPictures(PictureSource):
         from av.error import FFmpegError
 
         decoded = self._container.decode(video=0)
-        at_work = (
-            threading.Lock()
-        )  # a picture that is still being read is waited for before the device is closed
+        at_work = threading.Lock()  # a picture still being read is waited for before the device is closed
 
         def wait() -> "PictureShot":
             with at_work:

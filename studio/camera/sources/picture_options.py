@@ -1,5 +1,6 @@
 """Options of sources of pictures in the text of `--source`: `?model=lite&mirrored`."""
 
+from abc import abstractmethod
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Self
@@ -50,10 +51,10 @@ class PictureConfig(SourceConfig):
         return ("model",)
 
     @classmethod
+    @abstractmethod
     def of(cls, text: str, **options: object) -> Self:
         """Return the configuration for the text before the options.
 
         Raises:
             SettingsError: this kind does not allow the text.
         """
-        raise NotImplementedError

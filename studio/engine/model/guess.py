@@ -28,8 +28,8 @@ def camera_joints(frame: CameraFrame) -> Array:
 def guessed_joints(picture: PictureJoints, confidence: Array, lens: Lens, scale: float = 1.0) -> Array:
     """Return the joints in the camera frame where one picture alone lets them be [m], shape (21, 3); NaN = unknown.
 
-    The body's translation t solves `(x + tx) = u (z + tz)` and `(y + ty) = v (z + tz)` over the visible joints, with
-    u and v the rays of their pixels: linear least squares. Each joint then lies on its ray at its depth.
+    The body's place is found by linear least squares over the visible joints. Each joint then lies on its ray at its
+    depth.
 
     Args:
         picture: with `world_m`.
@@ -42,15 +42,25 @@ def guessed_joints(picture: PictureJoints, confidence: Array, lens: Lens, scale:
     used = (confidence > LEAST_VISIBLE) & ~np.isnan(rays[:, 0]) & ~np.isnan(body[:, 0])
     if used.sum() < LEAST_SEEN:
         return np.full((len(rays), 3), np.nan)
-    rows = np.zeros((2, used.sum(), 3))
-    sides = np.empty((2, used.sum()))
-    for axis in (0, 1):
-        rows[axis, :, axis], rows[axis, :, 2] = 1.0, -rays[used, axis]
-        sides[axis] = rays[used, axis] * body[used, 2] - body[used, axis]
+    rows, sides = shift_equations(body[used], rays[used])
     weights = np.tile(confidence[used], 2)
-    place, *_ = np.linalg.lstsq(
-        rows.reshape(-1, 3) * weights[:, None], sides.reshape(-1) * weights, rcond=None
-    )
+    place, *_ = np.linalg.lstsq(rows * weights[:, None], sides * weights, rcond=None)
     depth = body[:, 2] + place[2]
     depth = np.where(depth > NEAREST_M, depth, np.nan)
     return np.column_stack([rays * depth[:, None], depth])
+
+
+def shift_equations(points: Array, rays: Array) -> tuple[Array, Array]:
+    """Return the linear equations of the shift t that puts points on rays: `x + tx = u (z + tz)`, then y with v.
+
+    Args:
+        points: in the camera frame [m], shape (n, 3).
+        rays: u = x/z and v = y/z, shape (n, 2).
+
+    Returns:
+        Rows, shape (2n, 3), and right sides, shape (2n,): first all of x, then all of y.
+    """
+    rows = np.zeros((2, len(points), 3))
+    rows[0, :, 0] = rows[1, :, 1] = 1.0
+    rows[:, :, 2] = -rays.T
+    return rows.reshape(-1, 3), (rays * points[:, 2:] - points[:, :2]).T.ravel()

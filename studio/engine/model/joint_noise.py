@@ -39,24 +39,23 @@ def informations(
     camera_positions: NDArray[np.float64],
     along_m: NDArray[np.float64] | None = None,
 ) -> NDArray[np.float64]:
-    """Return the inverses of `covariances` [1/m2].
-
-    `along_m`: standard deviation along the rays of cameras that see no depth [m], shape (camera_count,); NaN = of the
-    others.
-    """
-    ray, axial, lateral = variances(positions, confidence, camera_positions)
-    if along_m is not None:
-        depthless = ~np.isnan(along_m)
-        axial[depthless] = along_m[depthless, None] ** 2
+    """Return the inverses of `covariances` [1/m2]; `along_m` as for `variances`."""
+    ray, axial, lateral = variances(positions, confidence, camera_positions, along_m)
     return _along_and_across(ray, 1.0 / axial, 1.0 / lateral)
 
 
 def variances(
-    positions: NDArray[np.float64], confidence: NDArray[np.float64], camera_positions: NDArray[np.float64]
+    positions: NDArray[np.float64],
+    confidence: NDArray[np.float64],
+    camera_positions: NDArray[np.float64],
+    along_m: NDArray[np.float64] | None = None,
 ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
     """Return the rays' directions, shape (..., camera_count, 21, 3), and the variances along and across them [m2].
 
-    Args as for `covariances`. A leading axis stands for many instants.
+    Args:
+        positions, confidence, camera_positions: as for `covariances`; a leading axis stands for many instants.
+        along_m: standard deviation along the rays of cameras that see no depth [m], shape (camera_count,); NaN = of
+            the others.
     """
     ray, axial, lateral = _variances(
         positions.reshape(-1, *positions.shape[-2:]),
@@ -64,7 +63,11 @@ def variances(
         camera_positions,
         JOINT_FACTOR,
     )
-    return ray.reshape(positions.shape), axial.reshape(confidence.shape), lateral.reshape(confidence.shape)
+    axial = axial.reshape(confidence.shape)
+    if along_m is not None:
+        depthless = ~np.isnan(along_m)
+        axial[..., depthless, :] = along_m[depthless, None] ** 2
+    return ray.reshape(positions.shape), axial, lateral.reshape(confidence.shape)
 
 
 @compiled

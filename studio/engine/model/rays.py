@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from studio.engine.base.compiled import compiled
+from studio.engine.base.geometry import transform_points
 from studio.engine.model.calibration import CameraCalibration
 from studio.engine.model.frames import PictureJoints
 from studio.engine.model.guess import NEAREST_M, guessed_joints
@@ -62,7 +63,7 @@ def on_rays(camera: CameraCalibration, picture: PictureJoints) -> Array:
         return np.full((len(picture.pixels), 3), np.nan)
     directions = np.column_stack([lens.rays_of(picture.pixels), np.ones(len(picture.pixels))])
     length = np.linalg.norm(directions, axis=1, keepdims=True)
-    return camera.T_stage_camera[:3, 3] + directions / length @ camera.T_stage_camera[:3, :3].T
+    return transform_points(camera.T_stage_camera, directions / length)
 
 
 def guessed(camera: CameraCalibration, picture: PictureJoints, confidence: Array, scale: float) -> Array:
@@ -71,8 +72,7 @@ def guessed(camera: CameraCalibration, picture: PictureJoints, confidence: Array
     Args as of `guess.guessed_joints`; a camera whose lens is unknown has a usual one.
     """
     lens = _lens(camera, picture) or usual_lens(picture.width, picture.height)
-    joints = guessed_joints(picture, confidence, lens, scale)
-    return camera.T_stage_camera[:3, 3] + joints @ camera.T_stage_camera[:3, :3].T
+    return transform_points(camera.T_stage_camera, guessed_joints(picture, confidence, lens, scale))
 
 
 def _lens(camera: CameraCalibration, picture: PictureJoints) -> Lens | None:

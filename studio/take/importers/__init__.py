@@ -2,9 +2,9 @@
 
 `recording` holds the result of an importer and writes it as a take. The importers are `camera_folders` (which reads
 `joints_csv` and `depth_folder`), `kinect_pair`, `kinect_states`, `k4a_mkv`, `ros_bag` (on `bag_files`),
-`recording_files`, `raw_file` `videos`, which finds landmarks, and `keypoint_folders`,
-which reads those of others. `kinect` is shared by the two Kinect kinds, `table`
-reads their CSV, and `k4a` the metadata of Azure Kinect files. `animation` makes takes of animations, without raw.
+`recording_files`, `raw_file`, `videos`, which finds landmarks, and `keypoint_folders`, which reads those of others.
+`kinect` is shared by the two Kinect kinds, `table` reads their CSV, and `k4a` the metadata of Azure Kinect files.
+`animation` makes takes of animations, without raw.
 """
 
 from collections.abc import Callable

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from studio.engine.base.errors import StudioError, TakeError
-from studio.engine.base.geometry import make_transform
+from studio.engine.base.geometry import make_transform, transform_points
 from studio.engine.model.calibration import Calibration
 from studio.engine.model.frames import ClockModel, FrameSet, FusedSkeleton, StepResult
 from studio.engine.model.guess import camera_joints
@@ -74,8 +74,7 @@ def load_raw(take: Take) -> RawClip:
     seen = np.full((len(grid_s), len(names), JOINT_COUNT, 3), np.nan)
     for k, name in enumerate(names):
         if name in joints:
-            T_stage_camera = placed[name][0]
-            on_stage = joints[name] @ T_stage_camera[:3, :3].T + T_stage_camera[:3, 3]
+            on_stage = transform_points(placed[name][0], joints[name])
             nearest, near = _nearest(stage_s[name], grid_s)
             seen[near, k] = on_stage[nearest[near]]
     trace = TraceCollector()

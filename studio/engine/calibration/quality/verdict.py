@@ -5,7 +5,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from studio.engine.base.sentences import say
+from studio.engine.base.errors import SettingsError
+from studio.engine.base.sentences import Said, say
+from studio.engine.base.value_sentences import bad_value
 from studio.engine.calibration.quality.halves import Halves
 from studio.engine.calibration.quality.steadiness import MOVED_M, CameraShift
 from studio.engine.model.spans import Span
@@ -111,13 +113,7 @@ def verdict(facts: Facts) -> tuple[str, tuple[str, ...]]:
             )
         )
     elif facts.offset_sd_s > GOOD_OFFSET_SD_S:
-        doubts.append(
-            say(
-                "verdict.clock_uncertain",
-                "clock offset known to {ms:.0f} ms only: move livelier",
-                ms=facts.offset_sd_s * 1000.0,
-            )
-        )
+        doubts.append(clock_uncertain(facts.offset_sd_s))
     if refused:
         return "refused", tuple(refused + doubts)
     return ("usable", tuple(doubts)) if doubts else ("good", ())
@@ -209,3 +205,23 @@ def _place_refusals(facts: Facts) -> list[str]:
             )
         )
     return reasons
+
+
+def check_height(height_m: float | None) -> None:
+    """Check a performer's height [m]; None = not given.
+
+    Raises:
+        SettingsError: no performer has it.
+    """
+    if height_m is not None and not HEIGHTS_M[0] <= height_m <= HEIGHTS_M[1]:
+        allowed = f"{HEIGHTS_M[0]} to {HEIGHTS_M[1]}, the performer's height in metres"
+        raise SettingsError(bad_value("height_m", height_m, allowed))
+
+
+def clock_uncertain(offset_sd_s: float) -> Said:
+    """Return the doubt about a clock offset of this standard deviation [s]."""
+    return say(
+        "verdict.clock_uncertain",
+        "clock offset known to {ms:.0f} ms only: move livelier",
+        ms=offset_sd_s * 1000.0,
+    )

@@ -15,12 +15,14 @@ from scipy.spatial.transform import Rotation
 from studio.engine.base.geometry import make_transform
 from studio.engine.base.sentences import say
 from studio.engine.calibration.views.bodies import Array
+from studio.engine.calibration.views.early import knees_seen
 from studio.engine.calibration.views.figures import motion_of, rests_of
 from studio.engine.calibration.views.result import NOWHERE, PlacedView, Uncertain
-from studio.engine.calibration.views.tracks import Sample, ViewTrack, make_track, nearest, sample, usual_lens
+from studio.engine.calibration.views.tracks import Sample, ViewTrack, make_track, nearest, sample
 from studio.engine.calibration.views.verdict import ViewFacts, verdict
 from studio.engine.calibration.views.view import COLUMNS, NUMBER, View
-from studio.engine.model.lens import Lens
+from studio.engine.model.guess import shift_equations
+from studio.engine.model.lens import Lens, usual_lens
 
 LONGEST_S = 2.0
 """Largest clock offset that is looked for, about the expected one."""
@@ -81,14 +83,12 @@ def place_beside(
     rest, weight, depth_m = _rest(found, track, seen, joints)
     focal = track.focal * np.exp(found.log_focal)
     uncertain = _uncertain(found, covariance, track.known)
-    knees = [NUMBER["left_knee"], NUMBER["right_knee"]]
-    body = track.seen.any(axis=1)
     rests = rests_of(rest, weight, depth_m, focal)
     facts = ViewFacts(
         rests=replace(rests, mean_mrad=rests.median_mrad),  # hidden and exchanged joints are among them
         uncertain=uncertain,
         focal_sought=not track.known,
-        knees=float(track.seen[body][:, knees].mean()) if body.any() else 0.0,
+        knees=knees_seen(view, track),
         alike=alike,
         parallax_deg=_APART_DEG,  # depth cameras know the place without it
         motion=motion_of(joints, np.array([0.0, 0.0, 1.0])),
@@ -126,16 +126,12 @@ def _turned(track: ViewTrack, times_s: Array, joints: Array) -> tuple[float, Arr
 def _start(track: ViewTrack, seen: Sample, joints: Array, turn: Array, ahead_s: float) -> _Found:
     """The camera by linear least squares at the best of some focal lengths."""
     used = (seen.weight > 0) & np.isfinite(joints[..., 0])
-    local, weight = joints[used] @ turn.T, np.sqrt(seen.weight[used])
+    local, weight = joints[used] @ turn.T, np.tile(np.sqrt(seen.weight[used]), 2)
     best, out = np.inf, None
     for log_focal in [0.0] if track.known else np.log(_FOCALS).tolist():
         rays = seen.points[used] / (track.focal * np.exp(log_focal))
-        rows = np.zeros((2, len(rays), 3))
-        sides = np.empty((2, len(rays)))
-        for axis in (0, 1):
-            rows[axis, :, axis], rows[axis, :, 2] = weight, -weight * rays[:, axis]
-            sides[axis] = weight * (rays[:, axis] * local[:, 2] - local[:, axis])
-        shift, *_ = np.linalg.lstsq(rows.reshape(-1, 3), sides.reshape(-1), rcond=None)
+        rows, sides = shift_equations(local, rays)
+        shift, *_ = np.linalg.lstsq(rows * weight[:, None], sides * weight, rcond=None)
         placed = local + shift
         depth = np.maximum(placed[:, 2:], 0.1)
         missed = np.median(np.linalg.norm(placed[:, :2] / depth - rays, axis=1)) * np.exp(log_focal)
@@ -238,7 +234,7 @@ def _to_stage(found: _Found) -> Array:
 def _lens(found: _Found, track: ViewTrack, view: View) -> Lens:
     if view.lens is not None:
         return view.lens
-    usual, focal = usual_lens(view), track.focal * float(np.exp(found.log_focal))
+    usual, focal = usual_lens(view.width, view.height), track.focal * float(np.exp(found.log_focal))
     return replace(usual, fx=focal, fy=focal, distortion=(found.bend, 0.0, 0.0, 0.0))
 
 
@@ -247,4 +243,6 @@ def _refused(view: View) -> PlacedView:
         "views.nothing_beside",
         "it and the depth cameras saw the performer together for too short: walk where both see you",
     )
-    return PlacedView(NOWHERE, view.lens or usual_lens(view), verdict="refused", reasons=(reason,))
+    return PlacedView(
+        NOWHERE, view.lens or usual_lens(view.width, view.height), verdict="refused", reasons=(reason,)
+    )

@@ -10,10 +10,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from studio.engine.base.errors import CalibrationError, SettingsError
+from studio.engine.base.errors import CalibrationError
 from studio.engine.base.sentences import Said, say
-from studio.engine.base.value_sentences import bad_value
-from studio.engine.calibration.quality.verdict import HEIGHTS_M
+from studio.engine.calibration.quality.verdict import check_height
 from studio.engine.calibration.views.bodies import USUAL_HEIGHT_M
 from studio.engine.calibration.views.early import refused_early
 from studio.engine.calibration.views.first import chain, first_pairs
@@ -21,8 +20,9 @@ from studio.engine.calibration.views.place import place
 from studio.engine.calibration.views.result import NOWHERE, PlacedView, ViewsResult
 from studio.engine.calibration.views.stage import to_stage
 from studio.engine.calibration.views.start import bodies
-from studio.engine.calibration.views.tracks import ViewTrack, make_track, usual_lens
+from studio.engine.calibration.views.tracks import ViewTrack, make_track
 from studio.engine.calibration.views.view import View
+from studio.engine.model.lens import usual_lens
 
 _FIRST_SHARE = 0.4
 
@@ -58,9 +58,7 @@ def calibrate_views(
             "calibration needs cameras of different names; got {names}",
             names=names or ["none"],
         )
-    if height_m is not None and not HEIGHTS_M[0] <= height_m <= HEIGHTS_M[1]:
-        allowed = f"{HEIGHTS_M[0]} to {HEIGHTS_M[1]}, the performer's height in metres"
-        raise SettingsError(bad_value("height_m", height_m, allowed))
+    check_height(height_m)
     tracks = [make_track(view) for view in views]
     pairs = first_pairs(tracks, USUAL_HEIGHT_M, lambda share: told(_FIRST_SHARE * share))
     refused = refused_early(views, tracks, pairs)
@@ -95,7 +93,9 @@ def _alone(view: View, track: ViewTrack, height_m: float | None) -> ViewsResult:
         "views.alone",
         "one camera alone sees no depth: the performer is placed by a guess, 20 to 40 cm off; add a second camera",
     )
-    camera = PlacedView(T, view.lens or usual_lens(view), verdict="usable", reasons=(reason,))
+    camera = PlacedView(
+        T, view.lens or usual_lens(view.width, view.height), verdict="usable", reasons=(reason,)
+    )
     return ViewsResult({view.name: camera}, track.time_s, joints, {}, performer, height_m is not None)
 
 
@@ -114,7 +114,7 @@ def _with_refused(
         placed = ViewsResult({}, np.zeros(0), np.zeros((0, 21, 3)), {}, None, height_m is not None)
     cameras = {}
     for view, reasons in zip(views, refused, strict=True):
-        lens = view.lens or usual_lens(view)
+        lens = view.lens or usual_lens(view.width, view.height)
         cameras[view.name] = placed.cameras.get(view.name) or PlacedView(
             NOWHERE, lens, verdict="refused", reasons=tuple(reasons)
         )

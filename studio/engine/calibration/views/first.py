@@ -8,13 +8,12 @@ import numpy as np
 
 from studio.engine.base.geometry import invert_transform, make_transform
 from studio.engine.calibration.views.adjust import Adjustment, FittedRig, Freedom
-from studio.engine.calibration.views.bodies import LIMBS, Array, lengths, usual_lengths
+from studio.engine.calibration.views.bodies import LIMBS, Array, lengths, limbs_m
 from studio.engine.calibration.views.clocks import Together, compare
 from studio.engine.calibration.views.rig import CameraRig
-from studio.engine.calibration.views.sides import find_swaps, misfit
+from studio.engine.calibration.views.sides import brought_together, misfit
 from studio.engine.calibration.views.start import bodies, places
-from studio.engine.calibration.views.tracks import ViewTrack, nearest, sample
-from studio.engine.calibration.views.triangulate import triangulate
+from studio.engine.calibration.views.tracks import ViewTrack, nearest
 
 _FEW = 60
 _LOOSE = 4.0
@@ -76,10 +75,8 @@ def adjust_places(
 ) -> FittedRig:
     """Return the rig after an adjustment of its places alone, with all errors taken as large."""
     count = len(tracks)
-    exchanged = [t.exchanged(s) for t, s in zip(tracks, find_swaps(rig, tracks, times_s), strict=True)]
-    samples = [sample(t, times_s - ahead) for t, ahead in zip(exchanged, rig.ahead_s, strict=True)]
-    joints = triangulate(rig, np.stack([s.points for s in samples]), np.stack([s.weight for s in samples]))
-    limbs = float(usual_lengths(height_m)[LIMBS].sum())
+    _, samples, joints = brought_together(rig, tracks, times_s)
+    limbs = limbs_m(height_m)
     size = limbs / lengths(joints)[LIMBS].sum()
     rig, joints = replace(rig, shifts=rig.shifts * size), joints * size
     freedom = Freedom((-1,) * count, (False,) * count, False)

@@ -12,13 +12,12 @@ from studio.engine.calibration.views.figures import motion_of, parallax_deg, res
 from studio.engine.calibration.views.first import ViewPair, adjust_places, common_instants
 from studio.engine.calibration.views.result import PlacedView, ViewsResult
 from studio.engine.calibration.views.rig import CameraRig
-from studio.engine.calibration.views.sides import find_swaps
+from studio.engine.calibration.views.sides import brought_together
 from studio.engine.calibration.views.stage import camera_on_stage, to_stage
-from studio.engine.calibration.views.tracks import ViewTrack, sample, usual_lens
-from studio.engine.calibration.views.triangulate import triangulate
+from studio.engine.calibration.views.tracks import ViewTrack
 from studio.engine.calibration.views.verdict import ViewFacts, verdict
 from studio.engine.calibration.views.view import NUMBER, View
-from studio.engine.model.lens import Lens
+from studio.engine.model.lens import Lens, usual_lens
 
 MOST_INSTANTS = 240
 """Instants that are adjusted; a longer walk is taken at evenly spread ones."""
@@ -80,12 +79,7 @@ def _adjust(
     for k, (lenses, loose, small) in enumerate(_STAGES):
         told((k + 1) / (len(_STAGES) + 1))
         rig = fit.rig
-        swapped = find_swaps(rig, tracks, times)
-        exchanged = [track.exchanged(swap) for track, swap in zip(tracks, swapped, strict=True)]
-        samples = [sample(track, times - ahead) for track, ahead in zip(exchanged, rig.ahead_s, strict=True)]
-        joints = triangulate(
-            rig, np.stack([s.points for s in samples]), np.stack([s.weight for s in samples])
-        )
+        swapped, samples, joints = brought_together(rig, tracks, times)
         freedom = Freedom(tuple(numbers.tolist()), tuple(lenses and one for one in free), True)
         near = replace(usual, ahead_s=rig.ahead_s)
         adjustment = Adjustment(samples, times, near, freedom, limbs, loose)
@@ -130,7 +124,7 @@ def _facts(
 def _lens(view: View, rig: CameraRig, c: int) -> Lens:
     if view.lens is not None:
         return view.lens
-    usual = usual_lens(view)
+    usual = usual_lens(view.width, view.height)
     focal, (x, y) = float(rig.focals[c]), rig.centres[c].tolist()
     return replace(
         usual,

@@ -11,7 +11,7 @@ import numpy as np
 
 from studio.engine.calibration.views.bodies import Array, known_of
 from studio.engine.calibration.views.rig import CameraRig
-from studio.engine.calibration.views.tracks import ViewTrack, nearest
+from studio.engine.calibration.views.tracks import Sample, ViewTrack, nearest, nearest_time, sample
 from studio.engine.calibration.views.triangulate import triangulate
 from studio.engine.calibration.views.view import JOINTS, OTHER_SIDE
 
@@ -24,6 +24,8 @@ _CLIPPED = 25.0
 """Largest cost of one landmark, in squared usual errors."""
 _EXCHANGE_COST = 12.0
 """What an exchange must gain, in squared usual errors: for one camera's arms or legs of one frame."""
+_NEAR_S = 0.1
+"""A frame is exchanged as the instant nearest to it, if it is so near."""
 
 
 def find_swaps(rig: CameraRig, tracks: list[ViewTrack], times_s: Array) -> list[np.ndarray]:
@@ -37,9 +39,25 @@ def find_swaps(rig: CameraRig, tracks: list[ViewTrack], times_s: Array) -> list[
     for group in (_ARMS, _LEGS):
         choice, _ = _choose(rig, points, weight, group)
         for c, track in enumerate(tracks):
-            at, near = _nearest_instant(times_s - rig.ahead_s[c], track.time_s)
-            out[c][:, group] = (choice[at, c] & near)[:, None]
+            at, away_s = nearest_time(times_s - rig.ahead_s[c], track.time_s)
+            out[c][:, group] = (choice[at, c] & (away_s < _NEAR_S))[:, None]
     return out
+
+
+def brought_together(
+    rig: CameraRig, tracks: list[ViewTrack], times_s: Array
+) -> tuple[list[np.ndarray], list[Sample], Array]:
+    """Return what `find_swaps` returns, the landmarks at the instants with that mended, and where their rays meet.
+
+    The places [m] have the shape (instant_count, 17, 3); NaN = unknown.
+    """
+    swapped = find_swaps(rig, tracks, times_s)
+    samples = [
+        sample(track.exchanged(swap), times_s - ahead)
+        for track, swap, ahead in zip(tracks, swapped, rig.ahead_s, strict=True)
+    ]
+    joints = triangulate(rig, np.stack([s.points for s in samples]), np.stack([s.weight for s in samples]))
+    return swapped, samples, joints
 
 
 def misfit(rig: CameraRig, tracks: list[ViewTrack], times_s: Array, loose: float) -> float:
@@ -61,13 +79,6 @@ def at_instants(
         points.append(track.points[rows])
         weights.append(np.where(track.seen[rows] & near[:, None], track.sigma[rows] ** -2.0, 0.0))
     return np.stack(points), np.stack(weights)
-
-
-def _nearest_instant(times_s: Array, wanted_s: Array) -> tuple[np.ndarray, np.ndarray]:
-    """Return the index of the instant nearest to each wanted time, and whether it is within 0.1 s."""
-    right = np.clip(np.searchsorted(times_s, wanted_s), 1, len(times_s) - 1)
-    index = np.where(wanted_s - times_s[right - 1] < times_s[right] - wanted_s, right - 1, right)
-    return index, np.abs(times_s[index] - wanted_s) < 0.1
 
 
 def _choose(rig: CameraRig, points: Array, weight: Array, group: np.ndarray) -> tuple[np.ndarray, Array]:

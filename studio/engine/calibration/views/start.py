@@ -8,6 +8,7 @@ from studio.engine.base.geometry import fit_rigid, make_transform, rotation_betw
 from studio.engine.calibration.views.bodies import Array
 from studio.engine.calibration.views.tracks import ViewTrack, nearest
 from studio.engine.calibration.views.view import NUMBER
+from studio.engine.model.guess import shift_equations
 
 _LEAST_JOINTS = 8
 _FAR_M = 0.25
@@ -35,10 +36,7 @@ def bodies(track: ViewTrack) -> Array:
 
 def _place(body: Array, rays: Array) -> Array:
     """Return the shift of a body [m], shape (3,), that puts it on its rays; robust."""
-    zero, one = np.zeros(len(body)), np.ones(len(body))
-    x, y = rays.T
-    A = np.concatenate([np.stack([one, zero, -x], axis=1), np.stack([zero, one, -y], axis=1)])
-    b = np.concatenate([x * body[:, 2] - body[:, 0], y * body[:, 2] - body[:, 1]])
+    A, b = shift_equations(body, rays)
     weight = np.ones(len(b))
     shift: Array = np.zeros(3)
     for _ in range(5):

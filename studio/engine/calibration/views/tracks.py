@@ -9,10 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from studio.engine.calibration.views.view import COLUMNS, OTHER_SIDE, View
-from studio.engine.model.lens import Lens
+from studio.engine.model.lens import usual_lens
 
-USUAL_FIELD_DEG = 65.0
-"""Field of view along the longer side of a picture, where nothing is known: phones and webcams have 55 to 80."""
 SMOOTH_S = 0.03
 """Deviation of the kernel that landmarks are smoothed with. All cameras are smoothed alike, so that joints in fast
 motion stay where the cameras agree."""
@@ -82,24 +80,14 @@ class Sample:
     weight: NDArray[np.float64]
 
 
-def first_focal(view: View) -> float:
-    """Return the focal length [pixel] of a usual lens."""
-    return max(view.width, view.height) / 2 / np.tan(np.radians(USUAL_FIELD_DEG / 2))
-
-
-def usual_lens(view: View) -> Lens:
-    """Return the lens that is taken where nothing is known."""
-    focal = first_focal(view)
-    return Lens(focal, focal, (view.width - 1) / 2, (view.height - 1) / 2, view.width, view.height)
-
-
 def make_track(view: View) -> ViewTrack:
     """Return the view's landmarks about the picture's middle, with the size of their usual errors."""
     seen, pixels = view.seen[:, COLUMNS], view.pixels[:, COLUMNS]
     pixels = np.where(seen[..., None], pixels, 0.0)
     world = np.where(seen[..., None], view.world_m[:, COLUMNS], 0.0)
     if view.lens is None:
-        focal, points = first_focal(view), pixels - [(view.width - 1) / 2, (view.height - 1) / 2]
+        usual = usual_lens(view.width, view.height)
+        focal, points = usual.fx, pixels - [usual.cx, usual.cy]
     else:
         focal = (view.lens.fx + view.lens.fy) / 2
         points = view.lens.rays_of(pixels) * focal
@@ -150,7 +138,15 @@ def sample(track: ViewTrack, times_s: NDArray[np.float64]) -> Sample:
 
 def nearest(track: ViewTrack, times_s: NDArray[np.float64]) -> tuple[NDArray[np.int64], NDArray[np.bool_]]:
     """Return the frame nearest to each time of the camera's own clock, and whether it is near enough to be used."""
-    right = np.clip(np.searchsorted(track.time_s, times_s), 1, len(track.time_s) - 1)
+    rows, away_s = nearest_time(track.time_s, times_s)
+    return rows, away_s < track.near_s
+
+
+def nearest_time(
+    times_s: NDArray[np.float64], wanted_s: NDArray[np.float64]
+) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
+    """Return the index of the time nearest to each wanted one, and how far it is from it [s]."""
+    right = np.clip(np.searchsorted(times_s, wanted_s), 1, len(times_s) - 1)
     left = right - 1
-    rows = np.where(times_s - track.time_s[left] < track.time_s[right] - times_s, left, right)
-    return rows, np.abs(track.time_s[rows] - times_s) < track.near_s
+    rows = np.where(wanted_s - times_s[left] < times_s[right] - wanted_s, left, right)
+    return rows, np.abs(times_s[rows] - wanted_s)

@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 
 from studio.engine.base.sentences import Said, say
+from studio.engine.calibration.quality.verdict import GOOD_OFFSET_SD_S, clock_uncertain
 from studio.engine.calibration.views.figures import BodyMotion
 from studio.engine.calibration.views.result import Rests, Uncertain
 
@@ -12,7 +13,6 @@ GOOD_PLACE_M, MOST_PLACE_M, MOST_OF_TWO_M = 0.06, 0.25, 0.09
 """Two cameras must be surer: no third one shows where their landmarks err alike."""
 GOOD_TURN_DEG, MOST_TURN_DEG = 1.5, 3.0
 GOOD_FOCAL, GOOD_FOCAL_ON_SPOT, MOST_FOCAL = 0.03, 0.02, 0.15
-GOOD_AHEAD_S = 0.01
 LEAST_KNEES = 0.4
 LEAST_ALIKE = 0.25
 LEAST_PARALLAX_DEG = 10.0
@@ -127,14 +127,8 @@ def _judge_uncertain(facts: ViewFacts, refused: list[Said], doubts: list[Said]) 
                 degrees=uncertain.turn_deg,
             )
         )
-    if uncertain.ahead_s > GOOD_AHEAD_S:
-        doubts.append(
-            say(
-                "verdict.clock_uncertain",
-                "clock offset known to {ms:.0f} ms only: move livelier",
-                ms=uncertain.ahead_s * 1000.0,
-            )
-        )
+    if uncertain.ahead_s > GOOD_OFFSET_SD_S:
+        doubts.append(clock_uncertain(uncertain.ahead_s))
 
 
 def knees_unseen(share: float) -> Said:

@@ -159,7 +159,6 @@ class Synchroniser:
         calibration = self._calibrations.get(frame.camera)
         if calibration is None:
             return
-        possible = np.logical_and.reduce(np.abs(frame.positions) < FAR_M, axis=1)
         camera = self._cameras[frame.camera]
         if frame.picture is None:
             possible = np.logical_and.reduce(np.abs(frame.positions) < FAR_M, axis=1)

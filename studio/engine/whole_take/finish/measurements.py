@@ -235,9 +235,7 @@ def measure(
     """
     seen = ~np.isnan(positions[..., 0])
     positions = np.where(seen[..., None], positions, 0.0)
-    rays, axial, lateral = variances(positions, confidence, camera_positions)
-    depthless = ~np.isnan(along_m)
-    axial[:, depthless] = along_m[depthless, None] ** 2
+    rays, axial, lateral = variances(positions, confidence, camera_positions, along_m)
     return Measurements(
-        positions, rays, seen / axial, seen / lateral, late, depthless, np.ones(seen.shape[1:])
+        positions, rays, seen / axial, seen / lateral, late, ~np.isnan(along_m), np.ones(seen.shape[1:])
     )

@@ -9,10 +9,11 @@ from studio.engine.base.geometry import invert_transform
 from studio.engine.calibration.views.clocks import compare
 from studio.engine.calibration.views.rig import UNKNOWNS, CameraRig
 from studio.engine.calibration.views.sides import find_swaps
-from studio.engine.calibration.views.tracks import first_focal, make_track, sample
+from studio.engine.calibration.views.tracks import make_track, sample
 from studio.engine.calibration.views.triangulate import triangulate
 from studio.engine.calibration.views.view import COLUMNS, NUMBER, OTHER_SIDE
 from studio.engine.model.joints import MIRROR
+from studio.engine.model.lens import usual_lens
 from tests.engine.calibration.views.synthetic import LENS, camera_at, view_of, walker
 
 ANGLES = (0.0, 95.0, 190.0)
@@ -101,4 +102,4 @@ def test_the_other_side_of_each_joint_is_the_canonical_mirror() -> None:
 
 def test_a_usual_lens_sees_65_degrees_along_the_longer_side() -> None:
     view = view_of("a", camera_at(0.0), seconds=1.0)
-    assert first_focal(view) == pytest.approx(640 / np.tan(np.radians(32.5)))
+    assert usual_lens(view.width, view.height).fx == pytest.approx(640 / np.tan(np.radians(32.5)))
