@@ -156,6 +156,11 @@ def test_the_timeline_zooms_snaps_and_takes_a_range(address: str, page: Page) ->
     until(lambda: replay(address)["first"] == 1)
 
 
+def _ends_above(page: Page, which: str, y: float) -> bool:
+    box = page.locator(which).bounding_box()  # None for a moment where it is drawn anew
+    return box is not None and box["y"] + box["height"] < y
+
+
 def test_what_concerns_the_open_take_stands_first(address: str, page: Page) -> None:
     page.goto(address)
     expect(page.locator("#cameras-title")).to_be_visible()
@@ -164,8 +169,7 @@ def test_what_concerns_the_open_take_stands_first(address: str, page: Page) -> N
     expect(page.locator("#cameras-title")).to_be_hidden()
     for which in ("#open-take .primary", "#preset"):
         expect(page.locator(which)).to_be_visible()
-        box = page.locator(which).bounding_box()
-        assert box is not None and box["y"] + box["height"] < 720, which
+        until(lambda which=which: _ends_above(page, which, 720))
     page.locator("#live-panels").click()
     expect(page.locator("#cameras-title")).to_be_visible()
     page.keyboard.press("Escape")
