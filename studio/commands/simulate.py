@@ -65,6 +65,7 @@ def add_parser(subparsers: Any) -> None:
 
 def run(args: argparse.Namespace) -> int:
     from studio.simulator.simulate import simulate_take
+    from studio.take.folder.take import Take
 
     with progress_bar("simulate") as progress:
         path = simulate_take(
@@ -81,6 +82,6 @@ def run(args: argparse.Namespace) -> int:
             furniture=args.furniture,
             progress=progress,
         )
-    print(f"{path}: the take")
+    print(f"{path}: the take; {Take.open(path).meta['notes']}")
     print(f"{path}.truth.csv: the true joints, for `studio evaluate --reference` alone")
     return 0

@@ -14,6 +14,7 @@ from studio.engine.base.value_sentences import bad_value, unknown
 from studio.engine.model.joints import CANONICAL
 from studio.simulator.joints.noisy_joints import FRAMES_PER_SECOND
 from studio.simulator.joints.seen import see
+from studio.simulator.landmarks.body import stature_m
 from studio.simulator.landmarks.seen import see_landmarks
 from studio.simulator.motion import stage_motion
 from studio.simulator.rig import RigCamera, read_rig, standard_rig
@@ -42,6 +43,8 @@ def simulate_take(
     progress: Callable[[float], None] | None = None,
 ) -> Path:
     """Record a motion with simulated cameras; return the path of the take.
+
+    A take of landmarks says in its notes how tall the performer is, for its calibration.
 
     The true joint centres go to `<out>.truth.csv`, on the clock of the reference camera (the first), 120 Hz.
 
@@ -74,6 +77,7 @@ def simulate_take(
             "simulator.truth_exists", "{path} exists; choose another take, or delete it", path=truth_path
         )
     stage_rig = standard_rig(cameras) if rig is None else read_rig(rig)
+    notes = f"simulated: {Path(motion_path).name}"
     write: Callable[[Take], None]
     if tracker == "depth":
         write, truth, calibration_s = _depth(
@@ -84,10 +88,10 @@ def simulate_take(
         record = _record_landmarks if tracker == "rgb" else partial(_record, sensor=sensor)
         write = partial(record, motion, stage_rig, seed=seed, progress=progress)
         truth = _truth_csv(motion)
+        if tracker == "rgb":
+            notes += f"; the performer is {stature_m(motion.offsets_m):.2f} m tall"
     try:
-        with new_take(
-            out, source="simulate", calibration_s=calibration_s, notes=f"simulated: {Path(motion_path).name}"
-        ) as take:
+        with new_take(out, source="simulate", calibration_s=calibration_s, notes=notes) as take:
             write(take)
             with write_atomically(truth_path) as file:
                 file.write(truth)

@@ -1,7 +1,7 @@
 """The whole way of ordinary cameras, against the truth: simulated, calibrated by the walk, finished.
 
-Each motion of `STUDIO_TEST_DATA/mocap` and some seeds before the standard rigs of 2, 3 and 4 cameras; the height is
-given, nothing else of the performer or the cameras.
+Each motion of `STUDIO_TEST_DATA/mocap` and some seeds before the standard rigs of 2, 3 and 4 cameras; the performer's
+height is given, nothing else of the body or the cameras.
 """
 
 import argparse
@@ -13,9 +13,8 @@ from pathlib import Path
 import numpy as np
 
 import studio
-
-HEIGHT_M = 1.75
-"""That of the motions' performer, by which their unit is chosen."""
+from studio.simulator.landmarks.body import stature_m
+from studio.simulator.motion import stage_motion
 
 SEEDS = (1, 2, 3)
 RIGS = (2, 3, 4)
@@ -24,7 +23,7 @@ RIGS = (2, 3, 4)
 def error_mm(motion: Path, cameras: int, seed: int, folder: Path) -> float:
     """Return the finished solve's mean error of the joints, aligned as a whole."""
     take = studio.simulate(motion, folder / "take", cameras=cameras, tracker="rgb", seed=seed)
-    studio.calibrate(take, height_m=HEIGHT_M)
+    studio.calibrate(take, height_m=stature_m(stage_motion(motion)[0].offsets_m))
     studio.solve(take, "finish", name="finish")
     found = studio.evaluate(take, folder / "take.truth.csv", ["finish"])
     return float(found["finish"]["mpjpe_mm"])

@@ -7,7 +7,7 @@ and face", 1994, and NASA STD-3000, 1995.
 import numpy as np
 from numpy.typing import NDArray
 
-from studio.engine.model.joints import INDEX, JOINT_COUNT, JOINT_SETS
+from studio.engine.model.joints import INDEX, JOINT_COUNT, JOINT_SETS, PARENTS
 from studio.simulator.joints.bone_frames import bone_frames
 
 NAMES = JOINT_SETS["mediapipe"]
@@ -54,6 +54,19 @@ def _fixed() -> tuple[NDArray[np.int64], NDArray[np.float64]]:
 
 JOINT_OF, _PLACES = _fixed()
 """The canonical joint that each landmark is fixed to, shape (33,)."""
+
+
+_VERTEX_M = 0.13
+"""Top of the head over the ears."""
+
+
+def stature_m(body_m: NDArray[np.float64]) -> float:
+    """Return the height of a performer [m], to the top of the head, by the T-pose offsets, shape (21, 3)."""
+    joint, height = INDEX["head"], _VERTEX_M
+    while joint >= 0:
+        height += float(body_m[joint, 2])
+        joint = int(PARENTS[joint])
+    return height
 
 
 def landmarks_of(
