@@ -82,6 +82,6 @@ def run(args: argparse.Namespace) -> int:
             furniture=args.furniture,
             progress=progress,
         )
-    print(f"{path}: the take; {Take.open(path).meta['notes']}")
+    print(f"{path}: the take; {Take.open(path).meta.get('notes', '')}")
     print(f"{path}.truth.csv: the true joints, for `studio evaluate --reference` alone")
     return 0
