@@ -5,7 +5,15 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tests.engine.whole_take.walking import PicturedWalk, read_walk
+from tests.engine.whole_take.walking import PicturedWalk, read_treadmill, read_walk
+
+
+@pytest.fixture(scope="module")
+def treadmill(test_data: Path) -> PicturedWalk:
+    folder = test_data / "rgb" / "pose2sim_single"
+    if not folder.is_dir():
+        pytest.skip(f"no {folder}")
+    return read_treadmill(folder)
 
 
 @pytest.fixture(scope="module")
@@ -32,6 +40,17 @@ def test_a_walk_is_solved_from_rays(
     assert walk.errors_mm(live).mean() < live_mm
     errors = walk.errors_mm(walk.finished(live))
     assert errors.mean() < finished_mm and np.percentile(errors, 95) < 2.6 * finished_mm
+
+
+@pytest.mark.parametrize(
+    ("names", "live_mm"),
+    [(("cam01", "cam02", "cam03", "cam04"), 25.0), (("cam01", "cam04"), 50.0), (("cam02", "cam04"), 50.0)],
+    ids=["four", "two", "two others"],
+)
+def test_videos_of_a_treadmill_are_solved_live(
+    treadmill: PicturedWalk, names: tuple[str, ...], live_mm: float
+) -> None:
+    assert treadmill.errors_mm(treadmill.solved(names)).mean() < live_mm
 
 
 def test_a_camera_that_exchanges_left_and_right_is_found_out(walk: PicturedWalk) -> None:

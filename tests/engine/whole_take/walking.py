@@ -1,7 +1,10 @@
-"""A walk before four cameras without depth: a real detector's landmarks, the true cameras and the true joints.
+"""A walk before four cameras without depth: a real detector's landmarks, the true cameras and the joints.
 
-`STUDIO_TEST_DATA/rgb/walk_4_cameras`: a person at eight places and headings, one `segment` each. Run as a program, it
-prints the errors of the solve by all groups of cameras.
+Recordings of `STUDIO_TEST_DATA/rgb`: `walk_4_cameras`, a person at eight places and headings, one `segment` each, with
+true joints; and `pose2sim_single`, videos of a person on a treadmill, whose joints are those that all four cameras
+place, smoothed as usual in gait analysis (Butterworth, 6 Hz).
+
+Run as a program, it prints the errors of the solve by all groups of cameras.
 """
 
 import argparse
@@ -13,7 +16,9 @@ from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.signal import butter, sosfiltfilt
 
+from studio.engine.base.geometry import make_transform
 from studio.engine.calibration.cameras.merge import Walk
 from studio.engine.calibration.performer.proportions import measure
 from studio.engine.model.calibration import Calibration, CameraCalibration, Performer
@@ -31,9 +36,11 @@ from studio.engine.model.rays import on_rays, placed
 from studio.engine.model.settings import SolveSettings
 from studio.engine.solve.pipeline import Pipeline
 from studio.engine.whole_take.finisher import Finisher
+from studio.take.video.landmarks import landmarks_of
+from studio.wire import LandmarkArrays
 
 MEASURED = [INDEX[name] for name in MEASURED_JOINTS]
-_HZ = 30.0
+_CUTOFF_HZ = 6.0
 
 
 @dataclass(frozen=True)
@@ -45,15 +52,17 @@ class PicturedWalk:
         frames: of each camera, at the same instants.
         segment: shape (frame_count,).
         true_m: canonical joints, shape (frame_count, 21, 3).
+        hz: frames a second.
     """
 
     cameras: dict[str, CameraCalibration]
     frames: dict[str, list[CameraFrame]]
     segment: NDArray[np.int64]
     true_m: NDArray[np.float64]
+    hz: float = 30.0
 
-    def performer(self) -> Performer:
-        """The performer, measured from joints that all cameras place together."""
+    def placed_m(self) -> NDArray[np.float64]:
+        """The joints where all cameras place them, by camera, shape (camera_count, frame_count, 21, 3)."""
         centres = np.array([camera.T_stage_camera[:3, 3] for camera in self.cameras.values()])
         joints = []
         for frames in zip(*self.frames.values(), strict=True):
@@ -62,10 +71,13 @@ class PicturedWalk:
             )
             sure = np.array([f.confidence for f in frames])
             joints.append(placed(found, sure, centres, np.ones(len(centres), bool))[0])
-        by_camera = np.swapaxes(np.array(joints), 0, 1)
-        merged = _mean(by_camera)
+        return np.swapaxes(np.array(joints), 0, 1)
+
+    def performer(self) -> Performer:
+        """The performer, measured from joints that all cameras place together."""
+        merged = _mean(self.placed_m())
         weights = np.isfinite(merged[None, :, :, 0]).astype(float)
-        times_s = np.arange(len(merged)) / _HZ
+        times_s = np.arange(len(merged)) / self.hz
         found = measure(Walk(times_s, merged[None], weights, merged))
         assert found is not None
         return found
@@ -80,7 +92,7 @@ class PicturedWalk:
     def _segment(
         self, calibration: Calibration, names: tuple[str, ...], begin: int, end: int
     ) -> list[StepResult]:
-        pipeline = Pipeline(calibration, SolveSettings(output_hz=_HZ))
+        pipeline = Pipeline(calibration, SolveSettings(output_hz=self.hz))
         results = []
         for k in range(begin, end):
             for name in names:
@@ -100,7 +112,7 @@ class PicturedWalk:
         """The segments of a live solve, finished."""
         performer, out = self.performer(), []
         for segment in live:
-            finisher = Finisher(performer, SolveSettings(output_hz=_HZ), floor_given=True)
+            finisher = Finisher(performer, SolveSettings(output_hz=self.hz), floor_given=True)
             for result in segment:
                 finisher.add(result)
             out.append(list(finisher.results()))
@@ -141,29 +153,65 @@ def read_walk(folder: Path) -> PicturedWalk:
     """Read the walk of `rgb/walk_4_cameras`."""
     found = np.load(folder / "landmarks.npz")
     width, height = (int(number) for number in found["image_size"])
-    cameras, frames = {}, {}
-    for c, (name, about) in enumerate(json.loads((folder / "truth" / "cameras.json").read_text()).items()):
-        K, R = np.array(about["K"]), np.array(about["R_camera_world"])
-        T = np.eye(4)
-        T[:3, :3], T[:3, 3] = R.T, -R.T @ np.array(about["t_camera_world_m"])
-        cameras[name] = CameraCalibration(T, lens=Lens(K[0, 0], K[1, 1], K[0, 2], K[1, 2], width, height))
-        frames[name] = [
-            _frame(name, k, width, height, *(found[key][c, k] for key in ("pixels", "visibility", "world_m")))
-            for k in range(found["pixels"].shape[1])
+    cameras = _cameras(folder, width, height)
+    frames = {
+        name: [
+            _frame(name, round(k * 1e9 / 30.0), LandmarkArrays(width, height, pixels, world), visible)
+            for k, (pixels, world, visible) in enumerate(zip(*by_camera, strict=True))
         ]
+        for name, *by_camera in zip(
+            cameras, found["pixels"], found["world_m"], found["visibility"], strict=True
+        )
+    }
     truth = np.load(folder / "truth" / "landmarks_m.npz")["positions"]
     true_m = np.array([to_canonical("mediapipe", row, np.ones(len(row)))[0] for row in truth])
     return PicturedWalk(cameras, frames, found["segment"], true_m)
 
 
-def _frame(
-    name: str, k: int, width: int, height: int, pixels: np.ndarray, visibility: np.ndarray, world: np.ndarray
-) -> CameraFrame:
-    flat = np.column_stack([pixels, np.zeros(len(pixels))])
+def read_treadmill(folder: Path) -> PicturedWalk:
+    """Read the videos of `rgb/pose2sim_single`."""
+    frames = {}
+    for path in sorted(folder.glob("cam*.mp4")):
+        found = landmarks_of(path, progress=lambda share: None)
+        seen = zip(found.times_ns.tolist(), found.pictures, found.visibility, strict=True)
+        frames[path.stem] = [_frame(path.stem, *one) for one in seen]
+    times_ns = np.array([frame.device_time_ns for frame in next(iter(frames.values()))])
+    cameras = _cameras(folder, found.pictures[0].width, found.pictures[0].height)
+    whole = PicturedWalk(
+        cameras, frames, np.zeros(len(times_ns)), np.empty(0), 1e9 / np.diff(times_ns).mean()
+    )
+    joints = _mean(whole.placed_m())
+    filled = np.apply_along_axis(_filled, 0, joints)
+    smooth = sosfiltfilt(butter(4, _CUTOFF_HZ, fs=whole.hz, output="sos"), filled, axis=0)
+    return replace(whole, true_m=smooth)
+
+
+def _filled(values: NDArray[np.float64]) -> NDArray[np.float64]:
+    known = np.isfinite(values)
+    if not known.any():
+        return values
+    return np.interp(np.arange(len(values)), np.flatnonzero(known), values[known])
+
+
+def _cameras(folder: Path, width: int, height: int) -> dict[str, CameraCalibration]:
+    cameras = {}
+    for name, about in json.loads((folder / "truth" / "cameras.json").read_text()).items():
+        K, R = np.array(about["K"]), np.array(about["R_camera_world"])
+        T = make_transform(R.T, -R.T @ np.array(about["t_camera_world_m"]))
+        lens = Lens(K[0, 0], K[1, 1], K[0, 2], K[1, 2], width, height, tuple(about.get("distortion", ())))
+        cameras[name] = CameraCalibration(T, lens=lens)
+    return cameras
+
+
+def _frame(name: str, time_ns: int, seen: LandmarkArrays, visibility: NDArray[np.float64]) -> CameraFrame:
+    flat = np.column_stack([seen.pixels, np.zeros(len(seen.pixels))])
     joints, confidence = to_canonical("mediapipe", flat, visibility)
-    picture = PictureJoints(width, height, joints[:, :2], to_canonical("mediapipe", world, visibility)[0])
+    world_m = np.full((JOINT_COUNT, 3), np.nan)
+    if seen.world_m is not None:
+        world_m, _ = to_canonical("mediapipe", seen.world_m, visibility)
+    picture = PictureJoints(seen.width, seen.height, joints[:, :2], world_m)
     unseen = np.full((JOINT_COUNT, 3), np.nan)
-    return CameraFrame(name, k, round(k * 1e9 / _HZ), unseen, confidence, picture=picture)
+    return CameraFrame(name, time_ns, time_ns, unseen, confidence, picture=picture)
 
 
 def main() -> None:
@@ -171,15 +219,19 @@ def main() -> None:
     parser = argparse.ArgumentParser(prog="python -m tests.engine.whole_take.walking", description=__doc__)
     default = os.environ.get("STUDIO_TEST_DATA", Path(__file__).parents[4] / "shared" / "data")
     parser.add_argument("--data", type=Path, default=default, help="folder of the outside recordings")
-    walk = read_walk(parser.parse_args().data / "rgb" / "walk_4_cameras")
-    for count in range(len(walk.cameras), 1, -1):
-        for names in combinations(walk.cameras, count):
-            live = walk.solved(names)
-            told = []
-            for results in (live, walk.finished(live)):
-                errors = walk.errors_mm(results)
-                told.append(f"{errors.mean():5.1f} mm, 95 % under {np.percentile(errors, 95):5.1f}")
-            print(f"{' '.join(names):26s} live {told[0]}; finished {told[1]}", flush=True)
+    data = parser.parse_args().data / "rgb"
+    for title, walk in (
+        ("treadmill", read_treadmill(data / "pose2sim_single")),
+        ("walk", read_walk(data / "walk_4_cameras")),
+    ):
+        for count in range(len(walk.cameras), 1, -1):
+            for names in combinations(walk.cameras, count):
+                live = walk.solved(names)
+                told = []
+                for results in (live, walk.finished(live)):
+                    errors = walk.errors_mm(results)
+                    told.append(f"{errors.mean():5.1f} mm, 95 % under {np.percentile(errors, 95):5.1f}")
+                print(f"{title} {' '.join(names):26s} live {told[0]}; finished {told[1]}", flush=True)
 
 
 if __name__ == "__main__":
