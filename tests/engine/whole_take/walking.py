@@ -1,6 +1,6 @@
 """A walk before four cameras without depth: a real detector's landmarks, the true cameras and the joints.
 
-Recordings of `STUDIO_TEST_DATA/rgb`: `walk_4_cameras`, a person at eight places and headings, one `segment` each, with
+Recordings of `STUDIO_TEST_DATA/rgb`: `walk_4_cameras`, a person at eight places and headings, one `segment` each,
 true joints; and `pose2sim_single`, videos of a person on a treadmill, whose joints are those that all four cameras
 place, smoothed as usual in gait analysis (Butterworth, 6 Hz).
 
