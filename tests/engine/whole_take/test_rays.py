@@ -5,6 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from studio.engine.calibration.quality.watch import CameraWatch
 from tests.engine.whole_take.walking import PicturedWalk, read_treadmill, read_walk
 
 
@@ -51,6 +52,17 @@ def test_videos_of_a_treadmill_are_solved_live(
     treadmill: PicturedWalk, names: tuple[str, ...], live_mm: float
 ) -> None:
     assert treadmill.errors_mm(treadmill.solved(names)).mean() < live_mm
+
+
+@pytest.mark.parametrize("turned", [None, "cam02"], ids=["none", "one"])
+def test_a_camera_that_was_turned_is_named(walk: PicturedWalk, turned: str | None) -> None:
+    watch, moved = CameraWatch(), set[str]()
+    seen = walk if turned is None else walk.with_turned(turned, 3.0)
+    for segment in seen.solved(("cam01", "cam02", "cam03")):
+        for result in segment:
+            watch.add(result.frame_set)
+            moved |= watch.moved().keys()
+    assert moved == (set() if turned is None else {turned})
 
 
 def test_a_camera_that_exchanges_left_and_right_is_found_out(walk: PicturedWalk) -> None:

@@ -108,6 +108,17 @@ class PicturedWalk:
         frames = [_mirrored(frame) if k % every == 0 else frame for k, frame in enumerate(self.frames[name])]
         return replace(self, frames=self.frames | {name: frames})
 
+    def with_turned(self, name: str, degrees: float) -> "PicturedWalk":
+        """The walk with a camera taken for one that looks further up than it does."""
+        angle = np.radians(degrees)
+        up = make_transform(
+            np.array([[1, 0, 0], [0, np.cos(angle), -np.sin(angle)], [0, np.sin(angle), np.cos(angle)]]),
+            np.zeros(3),
+        )
+        camera = self.cameras[name]
+        turned = replace(camera, T_stage_camera=camera.T_stage_camera @ up)
+        return replace(self, cameras=self.cameras | {name: turned})
+
     def finished(self, live: list[list[StepResult]]) -> list[list[StepResult]]:
         """The segments of a live solve, finished."""
         performer, out = self.performer(), []
