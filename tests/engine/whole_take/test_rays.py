@@ -54,6 +54,13 @@ def test_videos_of_a_treadmill_are_solved_live(
     assert treadmill.errors_mm(treadmill.solved(names)).mean() < live_mm
 
 
+def test_a_solve_does_not_start_from_what_is_no_body(walk: PicturedWalk) -> None:
+    names = ("cam01", "cam02")
+    as_seen = walk.errors_mm(walk.solved(names)).mean()
+    turned = walk.with_exchanged_at_first("cam02", frames=6)
+    assert turned.errors_mm(turned.solved(names)).mean() < 1.15 * as_seen
+
+
 @pytest.mark.parametrize("turned", [None, "cam02"], ids=["none", "one"])
 def test_a_camera_that_was_turned_is_named(walk: PicturedWalk, turned: str | None) -> None:
     watch, moved = CameraWatch(), set[str]()

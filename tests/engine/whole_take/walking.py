@@ -99,14 +99,25 @@ class PicturedWalk:
                 pipeline.add_frame(self.frames[name][k])
             if k > begin:
                 result = pipeline.step(self.frames[names[0]][k - 1].device_time_ns)
-                assert result is not None
-                results.append(result)
+                if result is not None:  # the first frames may show nobody
+                    results.append(result)
         return results
 
     def with_exchanged(self, name: str, *, every: int) -> "PicturedWalk":
         """The walk with left and right exchanged in each so many-th frame of a camera."""
         frames = [_mirrored(frame) if k % every == 0 else frame for k, frame in enumerate(self.frames[name])]
         return replace(self, frames=self.frames | {name: frames})
+
+    def with_exchanged_at_first(self, name: str, *, frames: int) -> "PicturedWalk":
+        """The walk with left and right exchanged in a camera's first so many frames of each segment."""
+        began = np.flatnonzero(np.diff(self.segment, prepend=-1))
+        first = (np.arange(len(self.segment)) - began[:, None] >= 0) & (
+            np.arange(len(self.segment)) - began[:, None] < frames
+        )
+        mine = zip(self.frames[name], first.any(axis=0), strict=True)
+        return replace(
+            self, frames=self.frames | {name: [_mirrored(frame) if turn else frame for frame, turn in mine]}
+        )
 
     def with_turned(self, name: str, degrees: float) -> "PicturedWalk":
         """The walk with a camera taken for one that looks further up than it does."""

@@ -35,6 +35,9 @@ FACING_S = 0.1
 FORGET_S = 0.5
 """The filter restarts after this long without a joint."""
 
+NO_BODY_M, DOUBTED_S = 0.05, 0.5
+"""Joints that rays place are not the performer's if half of them are further than this from any pose; so long."""
+
 LONGEST_S = 0.2
 """Longest prediction in one step [s]."""
 
@@ -75,6 +78,7 @@ class BodyFilter:
         self._since_rows_s, self._unwatched_s = 0.0, 0.0
         self._lost = False
         self._started = False
+        self._doubted_s = 0.0
         self._ahead_s = settings.ahead_ns * 1e-9
 
     @property
@@ -93,8 +97,9 @@ class BodyFilter:
         """
         if len(self._used) != len(frames.cameras):
             self._used = np.zeros((len(frames.cameras), JOINT_COUNT), dtype=bool)
-        if self._needs_start(bool(frames.readings), dt):
-            fused = RobustFusion().fuse(frames)
+        starts = self._needs_start(bool(frames.readings), dt)
+        fused = RobustFusion().fuse(frames) if starts else None
+        if fused is not None and (not frames.rays.any() or self._is_body(fused, dt)):
             if self._begin(fused.positions, fused.sigma):
                 self._used = fused.used.copy()
         elif self._started:
@@ -130,6 +135,21 @@ class BodyFilter:
         """Whether to start now: joints are shown, and the state is missing, too old or lost."""
         late = self._since_rows_s + dt > FORGET_S
         return shown and (not self._started or late or self._lost)
+
+    def _is_body(self, fused: FusedSkeleton, dt: float) -> bool:
+        """Whether joints that were placed by rays can be the performer's; after `DOUBTED_S` they are taken anyway.
+
+        Cameras side by side whose left and right differ place joints where the rays meet, in no human shape.
+        """
+        self._doubted_s += dt
+        q = Solver(self.humanoid, self._settings).solve(fused.positions, fused.sigma, 0.0)
+        if q is None:
+            return False
+        off = np.linalg.norm(self._kinematics.place(q) - fused.positions, axis=1)
+        if np.nanmedian(off) > NO_BODY_M and self._doubted_s < DOUBTED_S:
+            return False
+        self._doubted_s = 0.0
+        return True
 
     def _begin(self, joints: Array, sigma: Array) -> bool:
         """Restart from joints; return False where the trunk is unseen."""
