@@ -54,6 +54,10 @@ class Phone:
             self.page.fill("#name", name)
         self.page.click("#start")
 
+    def frames(self) -> int:
+        """How many frames were made so far."""
+        return int(self.page.evaluate("document.body.dataset.frames"))
+
     def sends(self, frames: int) -> None:
         """Wait until so many frames were made."""
         until(self.page, f"Number(document.body.dataset.frames) >= {frames}")

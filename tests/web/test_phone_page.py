@@ -100,7 +100,7 @@ def test_two_phones_from_the_code_to_the_take(tmp_path, chromium, test_data, cap
         http.post("record/start", json={}).raise_for_status()
         for one in phones.values():
             expect(one.page.locator("#recording")).to_be_visible()
-            one.sends(int(one.page.evaluate("document.body.dataset.frames")) + 15)
+            one.sends(one.frames() + 15)
         http.post("record/stop").raise_for_status()
         for one in phones.values():
             expect(one.page.locator("#recording")).to_be_hidden()
@@ -119,6 +119,26 @@ def test_two_phones_from_the_code_to_the_take(tmp_path, chromium, test_data, cap
         assert np.mean(whole) >= 0.95, name
         middle = np.median([a.pixels[[11, 12, 23, 24]] for a in arrays], axis=(0, 1))
         assert (0.2 * np.array(SIZE) < middle).all() and (middle < 0.8 * np.array(SIZE)).all()
+
+
+def test_a_phone_goes_on_after_another_model_and_after_a_stop(studio, chromium):
+    """Also where a picture is being looked at just then, which is nearly always."""
+    url, _, _ = studio
+    with phone(chromium) as one:
+        one.start(f"{url}/phone", "stand")
+        one.sends(3)
+        one.page.click("#open-settings")
+        for model in ("full", "lite"):
+            made = one.frames()
+            one.page.select_option("#model", model)
+            until(one.page, f"document.querySelector('#figures').textContent.includes({model!r})")
+            one.sends(made + 4)
+        one.page.keyboard.press("Escape")
+        one.page.click("#stop")
+        until(one.page, "document.body.dataset.view === 'start'")
+        made = one.frames()
+        one.page.click("#start")
+        one.sends(made + 4)
 
 
 def test_a_cut_link_and_a_closed_page_lose_no_frame(studio, chromium):

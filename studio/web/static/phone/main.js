@@ -9,7 +9,7 @@ import { Held } from "./held.js";
 import { Link } from "./link.js";
 import { landmarkMessage, unmirrored } from "./message.js";
 import { pack } from "./msgpack.js";
-import { Pose, canFind } from "./pose.js";
+import { Ended, Pose, canFind } from "./pose.js";
 import { enter, forgetEntry, isName, known } from "./entry.js";
 import { Spool } from "./spool.js";
 import { Watch } from "./watch.js";
@@ -81,7 +81,7 @@ async function take(begin, frame) {
     see(raw);
     document.body.dataset.frames = String(now.sequence);
   } catch (error) {
-    if (now.running) stop(t("phone_camera.no.model", { detail: error.message }));
+    if (now.running && !(error instanceof Ended)) stop(t("phone_camera.no.model", { detail: error.message }));
   } finally {
     busy = false;
   }

@@ -10,18 +10,28 @@ export const canFind = () => typeof WebAssembly === "object" && WebAssembly.vali
 
 const median = (values) => [...values].sort((a, b) => a - b)[values.length >> 1];
 
+/** The thread was ended before it answered. */
+export class Ended extends Error {}
+
 class Thread {
-  constructor() { this.worker = new Worker(new URL("pose_worker.js", import.meta.url), { type: "module" }); }
+  constructor() {
+    this.worker = new Worker(new URL("pose_worker.js", import.meta.url), { type: "module" });
+    this.refuse = () => {};
+  }
 
   ask(message, given = []) {
     return new Promise((resolve, reject) => {
+      this.refuse = reject;
       this.worker.onmessage = ({ data }) => (data.kind === "failed" ? reject(new Error(data.reason)) : resolve(data));
       this.worker.onerror = (event) => { event.preventDefault(); reject(new Error(event.message || "the thread ended")); };
       this.worker.postMessage(message, given);
     });
   }
 
-  end() { this.worker.terminate(); }
+  end() {
+    this.worker.terminate();
+    this.refuse(new Ended("the thread was ended")); // who waits for its answer would wait for ever
+  }
 }
 
 export class Pose {
@@ -57,7 +67,8 @@ export class Pose {
   get ms() { return this.times.length > FIRST ? median(this.times.slice(FIRST)) : null; }
 
   /** Return {landmarks, world, people, hands: {left, right}, width, height, picture}: landmarks in shares of the picture, null
-   * where nobody is, or no hand is found; the size of the whole picture; the picture as it was looked at, to be closed. */
+   * where nobody is, or no hand is found; the size of the whole picture; the picture as it was looked at, to be closed.
+   * Rejects with `Ended` where another model takes over, or all ends. */
   async find(video, at_ms) {
     const { videoWidth: width, videoHeight: height } = video;
     const scale = Math.min(1, (this.hands ? LARGE : SMALL) / Math.max(width, height));
