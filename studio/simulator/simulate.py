@@ -15,6 +15,7 @@ from studio.engine.model.joints import CANONICAL
 from studio.simulator.joints.noisy_joints import FRAMES_PER_SECOND
 from studio.simulator.joints.seen import see
 from studio.simulator.landmarks.body import stature_m
+from studio.simulator.landmarks.fingers import LANDMARKS, SimulatedHands
 from studio.simulator.landmarks.seen import see_landmarks
 from studio.simulator.motion import stage_motion
 from studio.simulator.rig import RigCamera, read_rig, standard_rig
@@ -46,7 +47,8 @@ def simulate_take(
 
     A take of landmarks says in its notes how tall the performer is, for its calibration.
 
-    The true joint centres go to `<out>.truth.csv`, on the clock of the reference camera (the first), 120 Hz.
+    The true joint centres go to `<out>.truth.csv`, on the clock of the reference camera (the first), 120 Hz; with `rgb`
+    also the 21 places of each hand, `left_hand_0` (the wrist) and so on.
 
     Args:
         motion_path: an animation that `animation.read.files` reads; the first frame of a BVH, a rest pose, is
@@ -87,7 +89,7 @@ def simulate_take(
         motion, calibration_s = stage_motion(motion_path, unit_m=unit_m, calibration=calibration)
         record = _record_landmarks if tracker == "rgb" else partial(_record, sensor=sensor)
         write = partial(record, motion, stage_rig, seed=seed, progress=progress)
-        truth = _truth_csv(motion)
+        truth = _truth_csv(motion, SimulatedHands(motion.offsets_m, seed) if tracker == "rgb" else None)
         if tracker == "rgb":
             notes += f"; the performer is {stature_m(motion.offsets_m):.2f} m tall"
     try:
@@ -173,7 +175,8 @@ def _record_landmarks(
         size = seen.lens.width, seen.lens.height
         for sequence, (stamp, picture) in enumerate(zip(seen.device_time_ns, seen.pictures, strict=True)):
             if picture is not None:
-                arrays = wire.LandmarkArrays(*size, picture.pixels, picture.world_m)
+                hands = picture.hand(0), picture.hand(1)
+                arrays = wire.LandmarkArrays(*size, picture.pixels, picture.world_m, *hands)
                 frame = wire.landmark_frame(sequence, int(stamp), arrays, picture.visibility)
                 messages.append((seen.taken_s[sequence], seen.camera, frame))
         if progress is not None:
@@ -215,8 +218,14 @@ def _write(
             )
 
 
-def _truth_csv(motion: CanonicalMotion) -> bytes:
-    header = "time_s," + ",".join(f"{name}_{axis}" for name in CANONICAL for axis in "xyz")
-    rows = np.column_stack([motion.times_s(), motion.positions_m.reshape(motion.frame_count, -1)])
+def _truth_csv(motion: CanonicalMotion, hands: SimulatedHands | None) -> bytes:
+    names, positions = list(CANONICAL), motion.positions_m
+    if hands is not None:
+        names += [f"{side}_hand_{k}" for side in ("left", "right") for k in range(LANDMARKS)]
+        times = motion.times_s().tolist()
+        fingers = [hands.points(joints, time_s) for joints, time_s in zip(positions, times, strict=True)]
+        positions = np.concatenate([positions, np.reshape(fingers, (len(positions), -1, 3))], axis=1)
+    header = "time_s," + ",".join(f"{name}_{axis}" for name in names for axis in "xyz")
+    rows = np.column_stack([motion.times_s(), positions.reshape(motion.frame_count, -1)])
     lines = (",".join([f"{row[0]:.5f}", *(f"{value:.4f}" for value in row[1:])]) for row in rows)
     return "\n".join([header, *lines, ""]).encode()

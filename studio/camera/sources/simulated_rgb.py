@@ -8,6 +8,8 @@ from studio.camera.sources.rig_config import RigCameraConfig
 from studio.camera.sources.simulated import PerformedSource
 from studio.camera.sources.source import SourceFrame
 from studio.engine.model.joints import JOINT_SETS
+from studio.simulator.landmarks.fingers import SimulatedHands
+from studio.simulator.landmarks.hand_tracker import HandTracker
 from studio.simulator.landmarks.tracker import LandmarkTracker, landmark_anatomy, random_lens
 from studio.wire import LandmarkArrays
 
@@ -33,21 +35,26 @@ class SimulatedRgbSource(PerformedSource):
     def __init__(self, index: int, count: int, *, seed: int = 0) -> None:
         super().__init__(index, count, seed=seed)
         self._lens = random_lens(self.rng)
+        at, hands = self.rig_camera.T_stage_camera, SimulatedHands(self.motion.offsets_m, seed)
         self._tracker = LandmarkTracker(
-            self.rig_camera.T_stage_camera,
+            at,
             self._lens,
             self.motion.offsets_m,
             landmark_anatomy(self.performer_rng),
             self.rng,
+            HandTracker(at, self._lens, hands, seed=seed, camera=index),
         )
 
     def frame_at(self, time_ns: int) -> SourceFrame | None:
-        seen = self._tracker.see(self.motion.at(self.performer_s(time_ns)))
+        time_s = self.performer_s(time_ns)
+        seen = self._tracker.see(self.motion.at(time_s), time_s)
         if seen is None:
             return None
         return SourceFrame(
             self.clock.device_ns(time_ns),
             np.full((_JOINTS, 3), np.nan),
             seen.visibility,
-            picture=LandmarkArrays(self._lens.width, self._lens.height, seen.pixels, seen.world_m),
+            picture=LandmarkArrays(
+                self._lens.width, self._lens.height, seen.pixels, seen.world_m, seen.hand(0), seen.hand(1)
+            ),
         )

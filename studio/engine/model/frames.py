@@ -24,12 +24,15 @@ class PictureJoints:
         pixels: column and row, shape (21, 2); NaN = unseen. The centre of the first pixel is (0, 0).
         world_m: the joints about the middle of the hips, in the picture's axes (x right, y down, z away), as one
             picture alone lets them be guessed, shape (21, 3); NaN = not guessed.
+        hands: pixels of the 21 landmarks of the left and the right hand, shape (2, 21, 2), NaN = not seen; None =
+            neither is.
     """
 
     width: int
     height: int
     pixels: NDArray[np.float64]
     world_m: NDArray[np.float64]
+    hands: NDArray[np.float64] | None = None
 
 
 @dataclass(frozen=True)
@@ -115,6 +118,8 @@ class FrameSet:
         readings: cameras' frames around the instant that no earlier frame set contains.
         rays: cameras that see no depth, shape (camera_count,): `positions` lie on their rays where the cameras
             together place the joint, and are NaN where they cannot. Empty = none.
+        hand_rays: points on the rays of the hands' landmarks, left and right, shape (camera_count, 2, 21, 3) [m],
+            NaN = unseen; None = no camera sees a hand's landmarks.
     """
 
     stage_time_ns: int
@@ -126,6 +131,7 @@ class FrameSet:
     head_wxyz: tuple[float, float, float, float] | None = None
     readings: tuple[Reading, ...] = ()
     rays: NDArray[np.bool_] = field(default_factory=lambda: np.zeros(0, dtype=np.bool_))
+    hand_rays: NDArray[np.float64] | None = None
 
 
 @dataclass(frozen=True)

@@ -58,10 +58,21 @@ def on_rays(camera: CameraCalibration, picture: PictureJoints) -> Array:
 
     NaN for an unseen joint, and for all where the picture is of another shape than the camera's lens.
     """
+    return _points_on_rays(camera, picture, picture.pixels)
+
+
+def hands_on_rays(camera: CameraCalibration, picture: PictureJoints) -> Array | None:
+    """Return points on the rays of the hands' landmarks as `on_rays` does, shape (2, 21, 3); None = no hand is seen."""
+    if picture.hands is None:
+        return None
+    return _points_on_rays(camera, picture, picture.hands.reshape(-1, 2)).reshape(2, -1, 3)
+
+
+def _points_on_rays(camera: CameraCalibration, picture: PictureJoints, pixels: Array) -> Array:
     lens = _lens(camera, picture)
     if lens is None:
-        return np.full((len(picture.pixels), 3), np.nan)
-    directions = np.column_stack([lens.rays_of(picture.pixels), np.ones(len(picture.pixels))])
+        return np.full((len(pixels), 3), np.nan)
+    directions = np.column_stack([lens.rays_of(pixels), np.ones(len(pixels))])
     length = np.linalg.norm(directions, axis=1, keepdims=True)
     return transform_points(camera.T_stage_camera, directions / length)
 

@@ -134,6 +134,13 @@ _TABLE: tuple[Switch, ...] = (
         values=("off", "circles", "shape"),
     ),
     Choice(
+        "fingers",
+        Defaults("off", "off", "on", "on"),
+        "Fingers, wrists and forearms follow the hands' landmarks of two or more ordinary cameras where they are seen.",
+        "0.3 ms a hand and frame that is seen",
+        values=_ON_OFF,
+    ),
+    Choice(
         "floor_contact",
         Defaults("off", "off", "on", "on"),
         "Keeps feet above the floor and holds a standing foot in place.",
@@ -201,6 +208,7 @@ class SolveSettings:
     look_at: str = _default("look_at")
     look_at_point_m: tuple[float, float, float] = _default("look_at_point_m")
     hands: str = _default("hands")
+    fingers: str = _default("fingers")
     floor_contact: str = _default("floor_contact")
     physics: str = _default("physics")
     finish: str = _default("finish")

@@ -18,6 +18,7 @@ from studio.engine.model.joints import (
     OUTPUT_PARENTS,
 )
 from studio.engine.model.settings import SolveSettings
+from studio.engine.solve.completion.fingers import Fingers, FingerSmoother, HandStates, hand_models
 from studio.engine.solve.completion.floor import FloorContact
 from studio.engine.solve.completion.hands import Hands
 from studio.engine.solve.completion.look_at import LookAt
@@ -65,6 +66,9 @@ class BodySolver:
         self._hands = None
         if settings.hands != "off":
             self._hands = Hands(settings.hands, flexibility=settings.flexibility)
+        self._fingers = None
+        if settings.fingers == "on":
+            self._fingers = Fingers(hand_models(self._skeleton, settings))
         direct = settings.solves_cameras_joints
         self._filter = self._solver if isinstance(self._solver, BodyFilter) and direct else None
         self._uncertainty = Uncertainty(
@@ -99,11 +103,21 @@ class BodySolver:
         return None if posed is None else self._completed(*posed, fused, frames, dt)
 
     def pose_of(
-        self, q: NDArray[np.float64], fused: FusedSkeleton, frames: FrameSet, dt: float
+        self,
+        q: NDArray[np.float64],
+        fused: FusedSkeleton,
+        frames: FrameSet,
+        dt: float,
+        states: HandStates | None = None,
     ) -> PoseArrays:
-        """Return the completed pose of a configuration that finishing found."""
+        """Return the completed pose of a configuration that finishing found; `states` = of the hands it found."""
         assert self._solver is not None
-        return self._completed(*self._posed(self._solver, q), fused, frames, dt)
+        return self._completed(*self._posed(self._solver, q), fused, frames, dt, states)
+
+    def add_to(self, smoother: FingerSmoother, q: NDArray[np.float64], frames: FrameSet, dt: float) -> None:
+        """Give a configuration that finishing found, and what the cameras saw then, to the fingers' smoother."""
+        assert self._solver is not None
+        smoother.add(*self._posed(self._solver, q), frames, dt)
 
     def _completed(
         self,
@@ -112,6 +126,7 @@ class BodySolver:
         fused: FusedSkeleton,
         frames: FrameSet,
         dt: float,
+        states: HandStates | None = None,
     ) -> PoseArrays:
         """Steps 8 and 9 on positions (52, 3) and world rotations (52, 3, 3)."""
         free = self._solver is None
@@ -120,6 +135,10 @@ class BodySolver:
             self._look_at.apply(positions, rotations, frames.head_wxyz, dt)
         if self._hands is not None:
             self._hands.apply(rotations, frames.hands, dt)
+        if self._fingers is not None:
+            if states is None:
+                states = self._fingers.follow_states(positions, rotations, frames, self._hands, dt)
+            self._fingers.turn(rotations, states)
         if free:
             positions[OUTPUT_OF_CANONICAL_INDEX] = self._after.joints(
                 positions[OUTPUT_OF_CANONICAL_INDEX], dt

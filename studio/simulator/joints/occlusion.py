@@ -47,11 +47,11 @@ def hidden_joints(joints: NDArray[np.float64], eye: NDArray[np.float64]) -> NDAr
     length = np.linalg.norm(way, axis=-1, keepdims=True)
     sight = way * np.maximum(1 - _SKIN_M / length, 0.0)  # from the eye to just before the joint
     start, part = joints[:, _FROM], joints[:, _TO] - joints[:, _FROM]
-    distance = _segment_distance(eye, sight[:, :, None, :], start[:, None], part[:, None])
+    distance = segment_distance(eye, sight[:, :, None, :], start[:, None], part[:, None])
     return np.logical_or.reduce((distance < _RADIUS) & ~_SPARED, axis=-1)
 
 
-def _segment_distance(
+def segment_distance(
     eye: NDArray[np.float64], d1: NDArray[np.float64], p2: NDArray[np.float64], d2: NDArray[np.float64]
 ) -> NDArray[np.float64]:
     """Distance between segments eye..eye+d1 and p2..p2+d2, broadcast.

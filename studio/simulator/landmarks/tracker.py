@@ -25,6 +25,7 @@ from studio.engine.model.joints import INDEX
 from studio.engine.model.lens import Lens
 from studio.simulator.joints.occlusion import hidden_joints
 from studio.simulator.landmarks.body import JOINT_OF, NAMES, landmarks_of
+from studio.simulator.landmarks.hand_tracker import HandTracker
 
 WIDTH, HEIGHT = 1440, 1080
 _FIELD_DEG = (58.0, 74.0)
@@ -52,11 +53,18 @@ _MIRROR = np.array(
 
 @dataclass(frozen=True)
 class SeenPicture:
-    """One frame of a camera: pixels, shape (33, 2); visibility, shape (33,); world landmarks [m], shape (33, 3)."""
+    """One frame of a camera: pixels, shape (33, 2); visibility, shape (33,); world landmarks [m], shape (33, 3); and
+    pixels of the left and the right hand, shape (2, 21, 2), NaN = not seen.
+    """
 
     pixels: NDArray[np.float64]
     visibility: NDArray[np.float64]
     world_m: NDArray[np.float64]
+    hands: NDArray[np.float64]
+
+    def hand(self, side: int) -> NDArray[np.float64] | None:
+        """Return the pixels of the left (0) or the right (1) hand, shape (21, 2); None = not seen."""
+        return None if np.isnan(self.hands[side]).all() else self.hands[side]
 
 
 def landmark_anatomy(rng: np.random.Generator) -> NDArray[np.float64]:
@@ -80,6 +88,7 @@ class LandmarkTracker:
         body_m: T-pose offsets of the performer, shape (21, 3); see `CanonicalMotion`.
         anatomy_m: see `landmark_anatomy`; the same for all cameras.
         rng: this camera's own stream.
+        hands: the hand network of the same camera.
     """
 
     def __init__(
@@ -89,9 +98,11 @@ class LandmarkTracker:
         body_m: NDArray[np.float64],
         anatomy_m: NDArray[np.float64],
         rng: np.random.Generator,
+        hands: HandTracker,
     ) -> None:
         self._T_camera_stage, self._eye = invert_transform(T_stage_camera), T_stage_camera[:3, 3]
         self._lens, self._body, self._anatomy, self._rng = lens, body_m, anatomy_m, rng
+        self._hands = hands
         legs = sum(np.linalg.norm(body_m[INDEX[f"left_{name}"]]) for name in ("knee", "ankle"))
         self._guess_scale = _STATURE_M * 0.49 / float(legs) * (1.0 + 0.03 * rng.normal())
         self._shift, self._noise = rng.normal(size=(2, _COUNT, 3))
@@ -99,12 +110,14 @@ class LandmarkTracker:
         self._off_left, self._off_m = np.zeros(_COUNT, dtype=np.int64), np.zeros((_COUNT, 3))
         self._exchanged_left = np.zeros(1, dtype=np.int64)
 
-    def see(self, joints_m: NDArray[np.float64]) -> SeenPicture | None:
+    def see(self, joints_m: NDArray[np.float64], time_s: float) -> SeenPicture | None:
         """Return the next frame; None where the picture shows nobody.
 
         Args:
             joints_m: true joint centres in the stage frame at the frame's instant, shape (21, 3).
+            time_s: the instant.
         """
+        hands = self._hands.see(joints_m, time_s)
         rng = self._rng  # every frame draws the same count, whatever its content
         for state, kept in ((self._shift, _SHIFT_AR), (self._noise, _NOISE_AR), (self._turn, _SHIFT_AR)):
             state[:] = kept * state + np.sqrt(1.0 - kept**2) * rng.normal(size=state.shape)
@@ -130,7 +143,8 @@ class LandmarkTracker:
         world_m = self._guess(true, draw)
         if self._exchanged_left[0] > 0:
             pixels, visibility, world_m = pixels[_MIRROR], visibility[_MIRROR], world_m[_MIRROR]
-        return SeenPicture(pixels, visibility, world_m)
+            hands = hands[::-1]
+        return SeenPicture(pixels, visibility, world_m, hands)
 
     def _sees_back(self, joints: NDArray[np.float64]) -> bool:
         left = joints[INDEX["left_shoulder"]] - joints[INDEX["right_shoulder"]]

@@ -32,9 +32,11 @@ _PICTURE_DTYPE = np.dtype(
         ("world_m", "f8", (JOINT_COUNT, 3)),
         ("width", "i4"),
         ("height", "i4"),
+        ("hands", "i8"),
     ],
     align=True,
 )
+_HANDS_DTYPE = np.dtype(("f8", (2, 21, 2)))
 _BLOCKS = 8
 """Cached blocks of records, because frames that are adjacent in a recording are needed together."""
 
@@ -45,11 +47,13 @@ class KeptFrames:
     def __init__(self) -> None:
         """Make an empty list."""
         self._records, self._pictures = Records(_DTYPE), Records(_PICTURE_DTYPE)
+        self._hand_pixels = Records(_HANDS_DTYPE)
         self._cameras: dict[str, int] = {}
         self._kinds: dict[tuple[str, str], int] = {}  # kinds of hand states: side and method
         self._hands_end, self._hand_kinds, self._hand_open = array("q"), array("h"), array("d")
         self._block = lru_cache(_BLOCKS)(partial(_read_block, self._records))
         self._picture_block = lru_cache(_BLOCKS)(partial(_read_block, self._pictures))
+        self._hands_block = lru_cache(_BLOCKS)(partial(_read_block, self._hand_pixels))
 
     def __len__(self) -> int:
         return len(self._records)
@@ -67,7 +71,10 @@ class KeptFrames:
             -1 if picture is None else len(self._pictures),
         ))  # fmt: skip
         if picture is not None:
-            self._pictures.add((picture.pixels, picture.world_m, picture.width, picture.height))
+            place = -1 if picture.hands is None else len(self._hand_pixels)
+            self._pictures.add((picture.pixels, picture.world_m, picture.width, picture.height, place))
+            if picture.hands is not None:
+                self._hand_pixels.add(picture.hands)
         for hand in frame.hands:
             self._hand_kinds.append(self._kinds.setdefault((hand.side, hand.method), len(self._kinds)))
             self._hand_open.append(hand.open_probability)
@@ -98,7 +105,12 @@ class KeptFrames:
             return None
         block, row = divmod(place, BLOCK)
         record = self._picture_block(block)[row]
-        return PictureJoints(int(record["width"]), int(record["height"]), record["pixels"], record["world_m"])
+        size, place = (int(record["width"]), int(record["height"])), int(record["hands"])
+        hands = None
+        if place >= 0:
+            block, row = divmod(place, BLOCK)
+            hands = self._hands_block(block)[row]
+        return PictureJoints(*size, record["pixels"], record["world_m"], hands)
 
     def _hands(self, place: int) -> tuple[HandSeen, ...]:
         begin, end = self._hands_end[place - 1] if place else 0, self._hands_end[place]

@@ -138,4 +138,12 @@ def _picture(
     world_m = _UNSEEN.copy()
     if seen.world_m is not None:
         world_m, _ = to_canonical(joint_set, seen.world_m, visibility)
-    return PictureJoints(seen.width, seen.height, pixels[:, :2], world_m), confidence
+    return PictureJoints(seen.width, seen.height, pixels[:, :2], world_m, _hands(seen)), confidence
+
+
+def _hands(seen: wire.LandmarkArrays) -> NDArray[np.float64] | None:
+    """Return the pixels of the left and the right hand, shape (2, 21, 2); None where neither is seen."""
+    both = seen.left_hand, seen.right_hand
+    if all(hand is None or np.isnan(hand).all() for hand in both):
+        return None
+    return np.array([np.full((wire.HAND_LANDMARKS, 2), np.nan) if hand is None else hand for hand in both])

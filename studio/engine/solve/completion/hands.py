@@ -79,6 +79,11 @@ class Hands:
         A hand's state is the mean over cameras, each weighted by its distance from 0.5. Without any certain camera,
         method `circles` (the thesis's) keeps the last state and `shape` relaxes slowly.
         """
+        self.follow(seen, dt)
+        _turn_fingers(rotations, _JOINTS, _PARENTS, self._turns)
+
+    def follow(self, seen: tuple[HandSeen, ...], dt: float) -> None:
+        """Open and close the hands by the states of the next frame; see `apply`."""
         wanted = np.array([self._wanted(side, seen) for side in _SIDES])
         unknown = np.isnan(wanted)
         wanted[unknown] = RELAXED if self._method == "shape" else self._closed[unknown]
@@ -86,7 +91,11 @@ class Hands:
             step = (1.0 - np.exp(-dt / np.where(unknown, RELAX_S, CLOSE_S))) * (wanted - self._closed)
             self._closed += np.clip(step, -FASTEST_PER_S * dt, FASTEST_PER_S * dt)
             self._turns = self._turned()
-        _turn_fingers(rotations, _JOINTS, _PARENTS, self._turns)
+
+    def bends_rad(self, side: int) -> NDArray[np.float64]:
+        """Return the present bends of one hand's finger joints [rad], left (0) or right (1), shape (3, 5)."""
+        own = slice(side * len(FINGERS), (side + 1) * len(FINGERS))
+        return self._closed[side] * self._fist_rad[:, own]
 
     def _wanted(self, side: str, seen: tuple[HandSeen, ...]) -> float:
         """Measured closure of the hand, 0..1; NaN = unknown."""

@@ -15,7 +15,7 @@ from studio.engine.calibration.cameras.noise import unbiased
 from studio.engine.model.calibration import CameraCalibration
 from studio.engine.model.frames import CameraFrame, ClockModel, FrameSet, HandSeen, PictureJoints, Reading
 from studio.engine.model.joints import JOINT_COUNT
-from studio.engine.model.rays import FREE_M, GUESSED_M, guessed, on_rays, placed
+from studio.engine.model.rays import FREE_M, GUESSED_M, guessed, hands_on_rays, on_rays, placed
 
 MAX_GAP_NS = 100_000_000
 """Longest gap between two frames that is interpolated."""
@@ -50,11 +50,18 @@ class _Camera:
         self.joints: deque[NDArray[np.float64]] = deque(maxlen=HISTORY)
         self.confidence: deque[NDArray[np.float64]] = deque(maxlen=HISTORY)
         self.frames: deque[CameraFrame] = deque(maxlen=HISTORY)
+        self.hands: deque[NDArray[np.float64] | None] = deque(maxlen=HISTORY)
         self.along_m: float | None = None
         self._held_back_ns: int | None = None
         self._read_ns: int | None = None
 
-    def add(self, stage_ns: int, joints: NDArray[np.float64], frame: CameraFrame) -> None:
+    def add(
+        self,
+        stage_ns: int,
+        joints: NDArray[np.float64],
+        frame: CameraFrame,
+        hands: NDArray[np.float64] | None,
+    ) -> None:
         """Keep a frame. A frame that is not newer than the last is dropped (a clock that went back), and so is the
         first that is far ahead of it.
         """
@@ -66,27 +73,48 @@ class _Camera:
         if self.times and stage_ns <= self.times[-1]:
             if stage_ns > self.times[-1] - 1_000_000_000:
                 return
-            for kept in (self.times, self.joints, self.confidence, self.frames):
+            for kept in (self.times, self.joints, self.confidence, self.frames, self.hands):
                 kept.clear()
             self._read_ns = None
         self.times.append(stage_ns)
         self.joints.append(joints)
         self.confidence.append(frame.confidence)
         self.frames.append(frame)
+        self.hands.append(hands)
 
     def at(self, stage_ns: int) -> tuple[NDArray[np.float64], NDArray[np.float64]] | None:
         """Joints and confidence at an instant: interpolated between the frames around it, else the nearest."""
+        places = self._about(stage_ns)
+        if not places:
+            return None
+        if len(places) == 2:
+            return self._between(*places, stage_ns)
+        return self.joints[places[0]], self.confidence[places[0]]
+
+    def _about(self, stage_ns: int) -> list[int]:
+        """The two frames around an instant between which is interpolated, else the nearest; empty = none is near."""
         after = len(self.times)
         while after > 0 and self.times[after - 1] >= stage_ns:
             after -= 1
         if 0 < after < len(self.times) and self.times[after] - self.times[after - 1] <= MAX_GAP_NS:
-            return self._between(after - 1, after, stage_ns)
+            return [after - 1, after]
         near = [i for i in (after - 1, after) if 0 <= i < len(self.times)]
         near = [i for i in near if abs(self.times[i] - stage_ns) <= MAX_AGE_NS]
-        if not near:
+        return [min(near, key=lambda i: abs(self.times[i] - stage_ns))] if near else []
+
+    def hands_at(self, stage_ns: int) -> NDArray[np.float64] | None:
+        """Points on the rays of the hands' landmarks at an instant, shape (2, 21, 3); None = not seen."""
+        places = self._about(stage_ns)
+        seen = [i for i in places if self.hands[i] is not None]
+        if not seen:
             return None
-        nearest = min(near, key=lambda i: abs(self.times[i] - stage_ns))
-        return self.joints[nearest], self.confidence[nearest]
+        first, last = self.hands[seen[0]], self.hands[seen[-1]]
+        assert first is not None and last is not None
+        if len(seen) == 1:
+            return first
+        share = (stage_ns - self.times[seen[0]]) / (self.times[seen[1]] - self.times[seen[0]])
+        between = (1.0 - share) * first + share * last
+        return np.where(np.isnan(between), first if share < 0.5 else last, between)
 
     def unread(self, stage_ns: int) -> list[int]:
         """Indices of unread frames, oldest first, up to the first after an instant.
@@ -159,7 +187,7 @@ class Synchroniser:
         calibration = self._calibrations.get(frame.camera)
         if calibration is None:
             return
-        camera = self._cameras[frame.camera]
+        camera, hands = self._cameras[frame.camera], None
         if frame.picture is None:
             possible = np.logical_and.reduce(np.abs(frame.positions) < FAR_M, axis=1)
             positions = np.where(possible[:, None], frame.positions, np.nan)
@@ -171,8 +199,9 @@ class Synchroniser:
             joints = self._of_picture(calibration, frame.picture, frame.confidence)
             possible = ~np.isnan(joints[:, 0])
             camera.along_m = GUESSED_M if self._alone else FREE_M
+            hands = None if self._alone else hands_on_rays(calibration, frame.picture)
         frame = replace(frame, confidence=np.where(possible, frame.confidence, 0.0))
-        camera.add(self._clocks[frame.camera].stage_ns(frame.device_time_ns), joints, frame)
+        camera.add(self._clocks[frame.camera].stage_ns(frame.device_time_ns), joints, frame, hands)
 
     def _of_picture(
         self, calibration: CameraCalibration, picture: PictureJoints, confidence: NDArray[np.float64]
@@ -194,6 +223,7 @@ class Synchroniser:
         hands: list[HandSeen] = []
         head: tuple[float, float, float, float] | None = None
         readings: list[Reading] = []
+        hand_rays: NDArray[np.float64] | None = None
         for i, (name, camera) in enumerate(self._cameras.items()):
             for k in camera.unread(stage_time_ns + self._ahead_ns):
                 late_s = (camera.times[k] - stage_time_ns) * 1e-9
@@ -202,6 +232,11 @@ class Synchroniser:
             if found is None:
                 continue
             positions[i], confidence[i] = found
+            own_rays = camera.hands_at(stage_time_ns)
+            if own_rays is not None:
+                if hand_rays is None:
+                    hand_rays = np.full((len(self.names), *own_rays.shape), np.nan)
+                hand_rays[i] = own_rays
             newest = camera.frames[-1]
             hands.extend(newest.hands)
             if newest.head_wxyz is not None and head is None and _is_rotation(newest.head_wxyz):
@@ -223,4 +258,5 @@ class Synchroniser:
             head,
             tuple(readings),
             rays,
+            hand_rays,
         )

@@ -1,0 +1,167 @@
+"""One hand that follows its landmarks: an iterated Kalman filter of its state (`human.hand`), and its smoother.
+
+Between pictures the state drifts back to what the body and the hand states say, so that a hand that is no longer seen
+comes to rest. A filter's frames can be smoothed afterwards (Rauch, Tung, Striebel, AIAA J. 3, 1965).
+"""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from studio.engine.model.human.hand import HINGES, SHIFT, SIZE, STATE, WRIST, HandModel
+from studio.engine.solve.completion.finger_kernels import (
+    COLD_ROUNDS,
+    ROUNDS,
+    corrected,
+    hand_points,
+    missed_m,
+)
+
+Array = NDArray[np.float64]
+
+BACK_S = 0.4
+"""Time constant with which the state returns to what the body says [s]."""
+
+FORGET_S = 3.0
+"""A hand that no camera has seen for this long is no longer followed."""
+
+FAR_M = 0.15
+"""A camera whose rays miss the expected hand by more than this on average sees another hand, or none."""
+
+_SHIFT_M, _TWIST, _BENDS, _SIZE = 0.04, math.radians(50.0), math.radians(18.0), 0.1
+_ACROSS, _CLOSING, _THUMB = math.radians(8.0), math.radians(45.0), math.radians(22.0)
+
+
+def _spreads() -> Array:
+    """Usual distance of the state from what the body says, shape (STATE,)."""
+    out = np.empty(STATE)
+    out[SHIFT], out[WRIST], out[SIZE] = _SHIFT_M, (_TWIST, _BENDS, _BENDS), _SIZE
+    out[HINGES] = [_THUMB] * 4 + [_CLOSING, _ACROSS, _CLOSING] * 4
+    return out
+
+
+SPREADS = _spreads()
+_UNMOVED = np.arange(STATE) == SIZE
+
+
+@dataclass(frozen=True)
+class Arm:
+    """What the body says of a hand.
+
+    Attributes:
+        forearm: the forearm's world rotation without its twist, 3x3.
+        wrist_m: place of the wrist, stage frame, shape (3,).
+        resting: the hand's state by the body and the hand states, shape (STATE,).
+    """
+
+    forearm: Array
+    wrist_m: Array
+    resting: Array
+
+
+@dataclass(frozen=True)
+class Step:
+    """A frame of a filter: state and covariance before and after the rays, and the share of the state that stayed."""
+
+    expected: Array
+    before: Array
+    state: Array
+    after: Array
+    stays: Array
+
+
+class HandFollower:
+    """Follows one hand, frame by frame.
+
+    Attributes:
+        model: the hand.
+        last: the last frame; None = not followed.
+    """
+
+    def __init__(self, model: HandModel) -> None:
+        self.model = model
+        self.last: Step | None = None
+        self._chain = (model.offsets_m, model.axes, model.places, model.ratios, model.wrist_axes)
+        self._size, self._size_variance = 0.0, _SIZE**2
+        self._unseen_s = 0.0
+
+    def expected_points(self, arm: Arm, dt: float) -> Array:
+        """Return where the hand's landmarks are expected [m], shape (21, 3)."""
+        return hand_points(self._predicted(arm, dt)[0], arm.forearm, arm.wrist_m, *self._chain)[0]
+
+    def follow(self, arm: Arm, rays: Array, centres: Array, dt: float) -> Step | None:
+        """Return the hand in the next frame; None = it is not followed.
+
+        Args:
+            arm: what the body says.
+            rays: unit directions of the landmarks, shape (camera_count, 21, 3); NaN = unseen.
+            centres: of the cameras [m], shape (camera_count, 3).
+            dt: time since the last frame [s].
+        """
+        seen = ~np.isnan(rays[:, :, 0]).all()
+        self._unseen_s = 0.0 if seen else self._unseen_s + dt
+        if self._unseen_s > FORGET_S or (self.last is None and not seen):
+            self.last = None
+            return None
+        expected, before, stays = self._predicted(arm, dt)
+        state, after = expected, before
+        if seen:
+            rounds = COLD_ROUNDS if self.last is None else ROUNDS
+            state, after = corrected(
+                expected, before, rays, centres, arm.forearm, arm.wrist_m, *self._chain,
+                self.model.low, self.model.high, rounds,
+            )  # fmt: skip
+            self._size, self._size_variance = float(state[SIZE]), float(after[SIZE, SIZE])
+        self.last = Step(expected, before, state, after, stays)
+        return self.last
+
+    def _predicted(self, arm: Arm, dt: float) -> tuple[Array, Array, Array]:
+        """State and covariance before the rays, and the share of the last state in it, shape (STATE,)."""
+        resting = arm.resting.copy()
+        resting[SIZE] = self._size
+        if self.last is None:
+            spread = SPREADS**2
+            spread[SIZE] = self._size_variance
+            return resting, np.diag(spread), np.zeros(STATE)
+        stays = np.where(_UNMOVED, 1.0, math.exp(-dt / BACK_S))
+        expected = resting + stays * (self.last.state - resting)
+        covariance = self.last.after * stays * stays[:, None] + np.diag((1.0 - stays**2) * SPREADS**2)
+        return expected, covariance, stays
+
+
+def smoothed(steps: list[Step], last: Array | None = None) -> list[Array]:
+    """Return the states of frames in a row with what came after them; None = the last one has nothing after it.
+
+    Args:
+        steps: of the frames.
+        last: the smoothed state of the last frame.
+    """
+    out = [steps[-1].state if last is None else last]
+    for step, after in zip(steps[-2::-1], steps[:0:-1], strict=True):
+        gain = np.linalg.solve(after.before, after.stays[:, None] * step.after).T
+        out.append(step.state + gain @ (out[-1] - after.expected))
+    return out[::-1]
+
+
+def sorted_rays(
+    rays: Array, centres: Array, expected: tuple[Array, Array]
+) -> NDArray[np.float64]:
+    """Return the rays of each hand that fit it: a camera may exchange left and right, or see something else.
+
+    Args:
+        rays: unit directions, shape (camera_count, 2, 21, 3); NaN = unseen.
+        centres: of the cameras [m], shape (camera_count, 3).
+        expected: landmarks of the left and the right hand [m], shape (21, 3) each.
+    """
+    out = np.full(rays.shape, np.nan)
+    for c, centre in enumerate(centres):
+        for side, points in enumerate(expected):
+            own, other = (missed_m(points, rays[c, k], centre) for k in (side, 1 - side))
+            if own < FAR_M:
+                out[c, side] = rays[c, side]
+            elif other < FAR_M and other < 0.5 * own:
+                out[c, side] = rays[c, 1 - side]
+    return out
+
