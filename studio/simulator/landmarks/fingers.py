@@ -10,6 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from studio.engine.base.geometry import unit
 from studio.engine.model.joints import INDEX
 from studio.simulator.joints.bone_frames import bone_frames
 
@@ -52,6 +53,12 @@ _SEEN_OFF = 0.015
 _BENT_BACK = 0.08
 STREAM = 0x48
 """Of the random numbers of hands, so that those of bodies stay as they are."""
+
+_PRONATION = 0.8
+"""The forearms turn this far to either side [rad]."""
+
+_STRAIGHT, _BENT = 0.2, 0.5
+"""Sines of the elbow's angle between which it begins to say how the forearm is turned."""
 
 _ROUND_S = 60.0
 """The gestures repeat after this time."""
@@ -124,12 +131,15 @@ class SimulatedHands:
         frames = bone_frames(joints_m[None], self._body)[0]
         out = np.empty((2, LANDMARKS, 3))
         for k, side in enumerate(("left", "right")):
-            local = self._in_hand(self._courses[k].at(time_s))
-            turn = 0.6 * np.sin(6.283 * self._turn_hz[k] * time_s + self._turn_phase[k])
-            c, s = np.cos(turn), np.sin(turn)
-            local = local @ np.array([[1.0, 0.0, 0.0], [0.0, c, s], [0.0, -s, c]])
-            local = local * ([1.0, -1.0, 1.0] if k == 0 else [-1.0, -1.0, 1.0])
-            out[k] = joints_m[INDEX[f"{side}_wrist"]] + local @ frames[INDEX[f"{side}_wrist"]].T
+            turn = _PRONATION * np.sin(6.283 * self._turn_hz[k] * time_s + self._turn_phase[k])
+            shoulder, elbow, wrist, hand = (
+                joints_m[INDEX[f"{side}_{joint}"]] for joint in ("shoulder", "elbow", "wrist", "hand")
+            )
+            along = unit(hand - wrist)
+            thumb = _thumb_side(-frames[INDEX[f"{side}_wrist"], :, 1], along, shoulder - elbow, wrist - elbow)
+            back = np.cross(thumb, along) * (1.0 if k == 0 else -1.0)
+            axes = np.array([along, np.cos(turn) * thumb + np.sin(turn) * back, np.cos(turn) * back - np.sin(turn) * thumb])
+            out[k] = wrist + self._in_hand(self._courses[k].at(time_s)) @ axes
         return out
 
     def _in_hand(self, angles: Array) -> Array:
@@ -157,3 +167,23 @@ class SimulatedHands:
                 at = at + self._bones[f, k] * (np.cos(bend) * way + np.sin(bend) * down)
                 points[2 + 4 * f + k] = at
         return points
+
+
+def _thumb_side(straight: Array, along: Array, upper: Array, fore: Array) -> Array:
+    """Return where the thumb's side of a hand points whose forearm is neither pronated nor supinated, shape (3,).
+
+    A bent elbow moves the hand to that side (Kapandji, "The physiology of the joints", vol. 1); of a straight one it is
+    the side that it has without any twist of the arm.
+
+    Args:
+        straight: side of a straight arm.
+        along: unit vector from the wrist to the knuckles.
+        upper, fore: from the elbow to shoulder and wrist.
+    """
+    straight = unit(straight - (straight @ along) * along)
+    bent = upper - (upper @ along) * along
+    share = np.clip((np.linalg.norm(np.cross(unit(upper), unit(fore))) - _STRAIGHT) / (_BENT - _STRAIGHT), 0.0, 1.0)
+    if share == 0.0 or np.linalg.norm(bent) < 1e-6:
+        return straight
+    angle = share * np.arctan2(np.cross(straight, unit(bent)) @ along, straight @ unit(bent))
+    return np.cos(angle) * straight + np.sin(angle) * np.cross(along, straight)

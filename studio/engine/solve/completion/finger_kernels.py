@@ -12,8 +12,18 @@ Array = NDArray[np.float64]
 ACROSS_M = 0.012
 """Usual error of a hand's landmark across its ray [m]: lasting errors count as often as they are seen."""
 
+TIMES = np.array([1.0, 2.5, 2.5, 1.5, 1.5] + [1.0, 1.3, 1.3, 1.5] * 4)
+"""Times this for each landmark: a thumb's root is no clear place and moves in more ways than the model's, and the
+fingers tell less of the palm than its knuckles do."""
+
+ALONE_M = 0.03
+"""The same where one camera alone sees the hand: its errors then turn the whole hand."""
+
 CAUCHY = 2.0
 """Distance in usual errors from which a landmark's weight falls."""
+
+MOST_M = 0.06
+"""A ray misses a landmark by at most this much, for `missed`."""
 
 ROUNDS, COLD_ROUNDS = 4, 12
 """Gauss-Newton steps of a hand that was seen just before, and of another."""
@@ -138,8 +148,9 @@ def corrected(
     low: Array,
     high: Array,
     rounds: int,
-) -> tuple[Array, Array]:
-    """Return a hand's state and its covariance after the cameras' rays: a robust iterated Kalman update.
+) -> tuple[Array, Array, float]:
+    """Return a hand's state and its covariance after the cameras' rays: a robust iterated Kalman update; and the mean
+    distance at which the rays then miss the hand [m], of which each counts with at most `MOST_M`.
 
     Args:
         expected: the state before, shape (STATE,), and its covariance, (STATE, STATE).
@@ -154,7 +165,13 @@ def corrected(
     prior = np.linalg.inv(covariance)
     state = np.minimum(np.maximum(expected, low), high)
     matrix = prior.copy()
+    cameras = 0
+    for c in range(len(rays)):
+        cameras += 0 if np.isnan(rays[c, :, 0]).all() else 1
+    usual = ACROSS_M if cameras > 1 else ALONE_M
+    missed = 0.0
     for _ in range(rounds):
+        total, seen = 0.0, 0
         points, jacobian = hand_points(state, forearm, wrist, offsets, axes, places, ratios, wrist_axes)
         matrix, side = prior.copy(), prior @ (expected - state)
         for row in range(21):
@@ -169,7 +186,9 @@ def corrected(
                 for a in range(3):
                     away[a] -= along * u[a]
                     off += away[a] * away[a]
-                weight = 1.0 / (ACROSS_M * ACROSS_M)
+                total += min(math.sqrt(off), MOST_M)
+                seen += 1
+                weight = 1.0 / (usual * TIMES[row]) ** 2
                 weight /= 1.0 + off * weight / (CAUCHY * CAUCHY)
                 for a in range(3):
                     pull[a] -= weight * away[a]
@@ -186,12 +205,13 @@ def corrected(
                     side[i] += j_a * pull[a]
                     for j in range(count):
                         matrix[i, j] += j_a * weighted[a, j]
+        missed = total / max(seen, 1)
         step = np.linalg.solve(matrix, side)
         last = state
         state = np.minimum(np.maximum(state + step, low), high)
         if np.abs(state - last).max() < ENOUGH:
             break
-    return state, np.linalg.inv(matrix)
+    return state, np.linalg.inv(matrix), missed
 
 
 @compiled

@@ -59,7 +59,7 @@ class Fingers:
             directions = rays - centres[:, None, None]
             directions /= np.linalg.norm(directions, axis=-1, keepdims=True)
             left, right = (
-                one.expected_points(arm, dt) for one, arm in zip(self._followers, arms, strict=True)
+                one.resting_points(arm) for one, arm in zip(self._followers, arms, strict=True)
             )
             directions = sorted_rays(directions, centres, (left, right))
         return [

@@ -27,8 +27,15 @@ BACK_S = 0.4
 FORGET_S = 3.0
 """A hand that no camera has seen for this long is no longer followed."""
 
-FAR_M = 0.15
-"""A camera whose rays miss the expected hand by more than this on average sees another hand, or none."""
+PALM = [0, 5, 9, 13, 17]
+"""Landmarks of the wrist and the fingers' knuckles."""
+
+FAR_M = 0.12
+"""A camera whose rays miss the body's palm by more than this on average sees another hand, or none."""
+
+LOST_M, FOUND_SHARE = 0.02, 0.8
+"""A hand that the rays miss by this much on average is sought anew from what the body says, and taken from there if
+they then miss it by this share."""
 
 _SHIFT_M, _TWIST, _BENDS, _SIZE = 0.04, math.radians(50.0), math.radians(18.0), 0.1
 _ACROSS, _CLOSING, _THUMB = math.radians(8.0), math.radians(45.0), math.radians(22.0)
@@ -87,9 +94,9 @@ class HandFollower:
         self._size, self._size_variance = 0.0, _SIZE**2
         self._unseen_s = 0.0
 
-    def expected_points(self, arm: Arm, dt: float) -> Array:
-        """Return where the hand's landmarks are expected [m], shape (21, 3)."""
-        return hand_points(self._predicted(arm, dt)[0], arm.forearm, arm.wrist_m, *self._chain)[0]
+    def resting_points(self, arm: Arm) -> Array:
+        """Return where the body has the hand's landmarks [m], shape (21, 3)."""
+        return hand_points(arm.resting, arm.forearm, arm.wrist_m, *self._chain)[0]
 
     def follow(self, arm: Arm, rays: Array, centres: Array, dt: float) -> Step | None:
         """Return the hand in the next frame; None = it is not followed.
@@ -109,13 +116,24 @@ class HandFollower:
         state, after = expected, before
         if seen:
             rounds = COLD_ROUNDS if self.last is None else ROUNDS
-            state, after = corrected(
-                expected, before, rays, centres, arm.forearm, arm.wrist_m, *self._chain,
-                self.model.low, self.model.high, rounds,
-            )  # fmt: skip
+            state, after, missed = self._corrected(expected, before, arm, rays, centres, rounds)
+            if missed > LOST_M and self.last is not None:
+                self.last = None
+                anew = self._predicted(arm, dt)
+                found = self._corrected(*anew[:2], arm, rays, centres, COLD_ROUNDS)
+                if found[2] < FOUND_SHARE * missed:
+                    (expected, before, stays), (state, after, _) = anew, found
             self._size, self._size_variance = float(state[SIZE]), float(after[SIZE, SIZE])
         self.last = Step(expected, before, state, after, stays)
         return self.last
+
+    def _corrected(
+        self, expected: Array, before: Array, arm: Arm, rays: Array, centres: Array, rounds: int
+    ) -> tuple[Array, Array, float]:
+        return corrected(
+            expected, before, rays, centres, arm.forearm, arm.wrist_m, *self._chain,
+            self.model.low, self.model.high, rounds,
+        )  # fmt: skip
 
     def _predicted(self, arm: Arm, dt: float) -> tuple[Array, Array, Array]:
         """State and covariance before the rays, and the share of the last state in it, shape (STATE,)."""
@@ -153,12 +171,12 @@ def sorted_rays(
     Args:
         rays: unit directions, shape (camera_count, 2, 21, 3); NaN = unseen.
         centres: of the cameras [m], shape (camera_count, 3).
-        expected: landmarks of the left and the right hand [m], shape (21, 3) each.
+        expected: landmarks of the left and the right hand by the body [m], shape (21, 3) each.
     """
     out = np.full(rays.shape, np.nan)
     for c, centre in enumerate(centres):
         for side, points in enumerate(expected):
-            own, other = (missed_m(points, rays[c, k], centre) for k in (side, 1 - side))
+            own, other = (missed_m(points[PALM], rays[c, k][PALM], centre) for k in (side, 1 - side))
             if own < FAR_M:
                 out[c, side] = rays[c, side]
             elif other < FAR_M and other < 0.5 * own:
