@@ -136,8 +136,8 @@ _TABLE: tuple[Switch, ...] = (
     Choice(
         "fingers",
         Defaults("off", "off", "on", "on"),
-        "Fingers, wrists and forearms follow the hands' landmarks of two or more ordinary cameras where they are seen.",
-        "0.3 ms a hand and frame that is seen",
+        "Fingers and wrists follow the landmarks of the hands that two or more ordinary cameras see.",
+        "0.3 ms a frame and hand that is seen",
         values=_ON_OFF,
     ),
     Choice(

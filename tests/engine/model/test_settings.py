@@ -32,6 +32,7 @@ DESIGN = {
     "smoothing": ("none", "holt:before", "holt:after", "one_euro:before", "one_euro:after"),
     "look_at": ("off", "hands", "far", "near", "point", "measured"),
     "hands": ("off", "circles", "shape"),
+    "fingers": ("on", "off"),
     "floor_contact": ("on", "off"),
     "physics": ("on", "off"),
     "finish": ("on", "off"),

@@ -8,7 +8,7 @@ const GROUPS = [
   ["input", ["cameras", "tracker", "refine_cameras", "confidence_threshold", "output_hz"]],
   ["solve", ["fusion", "ik", "human_limits", "flexibility", "relax_pose"]],
   ["conditioning", ["bone_length_limit", "displacement_limit", "smoothing"]],
-  ["completion", ["look_at", "look_at_point_m", "hands", "floor_contact"]],
+  ["completion", ["look_at", "look_at_point_m", "hands", "fingers", "floor_contact"]],
   ["whole", ["finish", "physics"]],
 ];
 
