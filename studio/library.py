@@ -38,6 +38,7 @@ def import_take(
     *,
     unit_m: float | None = None,
     model: PathText | None = None,
+    hands: bool = True,
     progress: Progress | None = None,
 ) -> Take:
     """Return a new take from another recording or an animation.
@@ -47,6 +48,7 @@ def import_take(
         out: folder of the new take; it must not exist.
         unit_m: metres per unit of an animation that has no unit; None = by a height of 1.75 m.
         model: finds the landmarks in videos: `lite`, `full`, `heavy`, or a file; None = `full`.
+        hands: look for the hands in videos too.
         progress: receives the share done.
 
     Raises:
@@ -55,7 +57,7 @@ def import_take(
     """
     from studio.take.importers import import_recording
 
-    return import_recording(Path(path), Path(out), unit_m=unit_m, model=model, progress=progress)
+    return import_recording(Path(path), Path(out), unit_m=unit_m, model=model, hands=hands, progress=progress)
 
 
 def simulate(motion: PathText, out: PathText, **options: Any) -> Take:

@@ -20,8 +20,8 @@ SOURCE is one of
   recording:PATH[#CAMERA][?speed=max]    a take or a recording, in a loop in real time, or once at full speed
   realsense[:SERIAL]  orbbec[:SERIAL]    devices; docs/devices.md lists their requirements
   openni[:NUMBER]  azure-kinect[:NUMBER]  kinect-v2[:NUMBER]
-  webcam[:NUMBER][?model=MODEL][&mirrored]                 a webcam; MODEL is lite, full (default), heavy or a file
-  video:PATH[?speed=max][&model=MODEL][&mirrored]          a video file, in a loop in real time, or once
+  webcam[:NUMBER][?model=MODEL][&mirrored][&no-hands]      a webcam; MODEL is lite, full (default), heavy or a file
+  video:PATH[?speed=max][&model=MODEL][&mirrored][&no-hands]  a video file, in a loop in real time, or once
 
 This machine finds skeleton, hand states and head orientation in depth images. In pictures it
 finds landmarks. It waits for an unplugged device.

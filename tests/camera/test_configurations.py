@@ -49,6 +49,7 @@ GOOD = {
     "webcam:1": WebcamConfig(1),
     "webcam?mirrored": WebcamConfig(mirrored=True),
     "webcam:1?model=lite&mirrored": WebcamConfig(1, model="lite", mirrored=True),
+    "webcam?no-hands": WebcamConfig(hands=False),
     "video:shoot/a.mp4": VideoConfig("shoot/a.mp4"),
     "video:C:\\shoot\\a #1.mp4?speed=max&model=lite": VideoConfig(
         "C:\\shoot\\a #1.mp4", speed="max", model="lite"

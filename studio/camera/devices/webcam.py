@@ -36,7 +36,7 @@ _WISHES = {"video_size": "1280x720", "framerate": "30"}
 
 @dataclass(frozen=True)
 class WebcamConfig(PictureConfig, DeviceConfig):
-    """A webcam, `webcam[:<number>][?model=...][&mirrored]`.
+    """A webcam, `webcam[:<number>][?model=...][&mirrored][&no-hands]`.
 
     Attributes:
         number: of the webcam, from 0.
@@ -70,7 +70,8 @@ class WebcamConfig(PictureConfig, DeviceConfig):
         raise no_image(f"webcam {self.number}")
 
     def open(self) -> PosedSource:
-        return PosedSource(WebcamPictures(self.number), self.model, mirrored=self.mirrored)
+        pictures = WebcamPictures(self.number)
+        return PosedSource(pictures, self.model, mirrored=self.mirrored, hands=self.hands)
 
 
 def listed() -> list[tuple[int, str]]:

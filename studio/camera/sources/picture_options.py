@@ -10,7 +10,7 @@ from studio.engine.base.errors import SettingsError
 from studio.engine.base.value_sentences import bad_value
 from studio.engine.seeing.pictures.bundle import model_file
 
-_FLAGS = ("model=lite|full|heavy|FILE", "mirrored")
+_FLAGS = ("model=lite|full|heavy|FILE", "mirrored", "no-hands")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -20,6 +20,7 @@ class PictureConfig(SourceConfig):
     Attributes:
         model: `lite`, `full`, `heavy`, or the path of a bundle (`.task`).
         mirrored: the camera exchanges left and right, as selfie cameras do.
+        hands: look for the hands too, `no-hands` in a text = not.
 
     Raises:
         SettingsError, NotAvailableError: there is no such model.
@@ -27,6 +28,7 @@ class PictureConfig(SourceConfig):
 
     model: str | Path = "full"
     mirrored: bool = False
+    hands: bool = True
 
     def __post_init__(self) -> None:
         model_file(self.model)
@@ -41,6 +43,8 @@ class PictureConfig(SourceConfig):
                 options[name] = value
             elif part == "mirrored":
                 options[name] = True
+            elif part == "no-hands":
+                options["hands"] = False
             else:
                 raise SettingsError(bad_value("source", repr(part), [*_FLAGS, *cls.texts()[1:]]))
         return cls.of(text, **options)

@@ -9,9 +9,8 @@ import numpy as np
 
 from studio.camera.sources.reading import ReadingSource
 from studio.camera.sources.source import Camera, SourceFrame
-from studio.engine.seeing.pictures.poses import PoseFinder
 from studio.engine.seeing.pictures.problems import NOBODY, several, too_many_pictures
-from studio.take.video.landmarks import JOINT_SET, LANDMARKS, landmarks_in
+from studio.take.video.landmarks import JOINT_SET, LANDMARKS, LandmarkReader
 from studio.take.video.picture import small_picture
 
 if TYPE_CHECKING:
@@ -46,6 +45,7 @@ class PosedSource(ReadingSource["av.VideoFrame"]):
         pictures: the camera.
         model: see `PoseFinder`.
         mirrored: the camera exchanges left and right, as selfie cameras do.
+        hands: look for the hands too.
 
     Raises:
         FormatError, NotAvailableError: as for `PoseFinder`.
@@ -54,11 +54,16 @@ class PosedSource(ReadingSource["av.VideoFrame"]):
     joint_set = JOINT_SET
 
     def __init__(
-        self, pictures: PictureSource, model: str | Path = "full", *, mirrored: bool = False
+        self,
+        pictures: PictureSource,
+        model: str | Path = "full",
+        *,
+        mirrored: bool = False,
+        hands: bool = True,
     ) -> None:
         super().__init__(pictures)
         self._pictures, self._mirrored = pictures, mirrored
-        self._finder = PoseFinder(model)
+        self._reader = LandmarkReader(model, hands=hands)
         self._people = 1
 
     @property
@@ -78,12 +83,11 @@ class PosedSource(ReadingSource["av.VideoFrame"]):
         return self.read_all(self._pictures.frames())
 
     def read(self, time_ns: int, image: "av.VideoFrame") -> SourceFrame:
-        picture = small_picture(image, mirrored=self._mirrored)
-        pose = self._finder.find(picture.image)
+        seen, pose = self._reader.read(small_picture(image, mirrored=self._mirrored))
         self._people = 0 if pose is None else pose.people
         return SourceFrame(
             time_ns,
             np.full((LANDMARKS, 3), np.nan),
             np.zeros(LANDMARKS) if pose is None else pose.visibility,
-            picture=landmarks_in(picture, pose),
+            picture=seen,
         )

@@ -30,7 +30,7 @@ _LATE_NS = 1_000_000_000
 
 @dataclass(frozen=True)
 class VideoConfig(PictureConfig):
-    """A video, `video:<path>[?speed=max][&model=...][&mirrored]`.
+    """A video, `video:<path>[?speed=max][&model=...][&mirrored][&no-hands]`.
 
     Attributes:
         path: its file.
@@ -60,7 +60,7 @@ class VideoConfig(PictureConfig):
 
     def open(self) -> PosedSource:
         played = PlayedVideo(VideoFile.open(self.path), realtime=self.speed != "max")
-        return PosedSource(played, self.model, mirrored=self.mirrored)
+        return PosedSource(played, self.model, mirrored=self.mirrored, hands=self.hands)
 
     def picture(self) -> NDArray[np.uint8]:
         for _, frame in VideoFile.open(self.path).frames():

@@ -101,6 +101,7 @@ def import_recording(
     *,
     unit_m: float | None = None,
     model: str | Path | None = None,
+    hands: bool = True,
     progress: Progress | None = None,
 ) -> Take:
     """Return a new take at `out` with the recording or animation at `path`; its notes state the choices made.
@@ -112,6 +113,7 @@ def import_recording(
         out: the take's folder; must not exist or be empty.
         unit_m: metres per unit of a BVH; None = its rest pose is 1.75 m high.
         model: finds the landmarks in videos: `lite`, `full`, `heavy`, or a file; None = `full`.
+        hands: look for the hands in videos too.
         progress: called with 0..1.
 
     Raises:
@@ -129,10 +131,10 @@ def import_recording(
         raise SettingsError("import.unit", "a unit of {m:g} m: only a BVH takes one; leave it out", m=unit_m)
     importer = _importer(path)
     reader = importer.read
-    if model is not None:
-        if reader is not videos.read:
-            raise _no_model(model)
-        reader = partial(videos.read, model=model)
+    if reader is videos.read:
+        reader = partial(videos.read, model=model or videos.MODEL, hands=hands)
+    elif model is not None:
+        raise _no_model(model)
     check_free(out)
     report = progress or _silent
     reading = importer.share

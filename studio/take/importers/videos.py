@@ -45,7 +45,9 @@ def video_files(path: Path) -> dict[str, Path]:
     return dict(named)
 
 
-def read(path: Path, progress: Progress, model: str | Path = MODEL) -> ReadRecording:
+def read(
+    path: Path, progress: Progress, model: str | Path = MODEL, hands: bool = True
+) -> ReadRecording:
     """Return the landmarks of videos; several are read at once where there are cores.
 
     Every video begins at the same time: how far apart they began, a calibration finds by the motion.
@@ -54,6 +56,7 @@ def read(path: Path, progress: Progress, model: str | Path = MODEL) -> ReadRecor
         path: a video, or a folder of them.
         progress: receives the share done.
         model: see `PoseFinder`.
+        hands: look for the hands too.
 
     Raises:
         SettingsError: no such model.
@@ -64,7 +67,7 @@ def read(path: Path, progress: Progress, model: str | Path = MODEL) -> ReadRecor
     files = video_files(path)
     found: dict[str, VideoLandmarks] = run_several(
         "studio.take.video.landmarks:landmarks_of",
-        {name: (file, model) for name, file in files.items()},
+        {name: (file, model, hands) for name, file in files.items()},
         processes=core_count(),
         progress=progress,
     )

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from studio.engine.model.joints import JOINT_SETS
+from studio.engine.seeing.pictures.hands import HandFinder
 from studio.engine.seeing.pictures.poses import FoundPose, PoseFinder
 from studio.take.video.file import VideoFile, no_frame
 from studio.take.video.picture import SmallPicture, small_picture
@@ -42,13 +43,14 @@ class VideoLandmarks:
 
 
 def landmarks_of(
-    path: Path, model: str | Path = "full", *, progress: Callable[[float], None]
+    path: Path, model: str | Path = "full", hands: bool = True, *, progress: Callable[[float], None]
 ) -> VideoLandmarks:
     """Return the landmarks of a video file.
 
     Args:
         path: of the video.
         model: see `PoseFinder`.
+        hands: look for the hands too.
         progress: receives the share done.
 
     Raises:
@@ -56,16 +58,15 @@ def landmarks_of(
         NotAvailableError: as for `PoseFinder`.
     """
     video = VideoFile.open(path)
-    finder = PoseFinder(model)
+    reader = LandmarkReader(model, hands=hands)
     times_ns: list[int] = []
     pictures: list[LandmarkArrays] = []
     visibility: list[NDArray[np.float64]] = []
     people = 0
     for time_ns, frame in video.frames():
-        picture = small_picture(frame)
-        pose = finder.find(picture.image)
+        seen, pose = reader.read(small_picture(frame))
         times_ns.append(time_ns)
-        pictures.append(landmarks_in(picture, pose))
+        pictures.append(seen)
         visibility.append(np.zeros(LANDMARKS) if pose is None else pose.visibility)
         people = max(people, 0 if pose is None else pose.people)
         progress(min(time_ns * 1e-9 / video.duration_s, 1.0) if video.duration_s else 0.0)
@@ -74,8 +75,31 @@ def landmarks_of(
     return VideoLandmarks(np.array(times_ns, np.int64), pictures, np.array(visibility), people, video)
 
 
-def landmarks_in(picture: SmallPicture, pose: FoundPose | None) -> LandmarkArrays:
-    """Return the landmarks of a pose in the whole picture; all are unseen where there is none."""
-    if pose is None:
-        return LandmarkArrays(picture.width, picture.height, np.full((LANDMARKS, 2), np.nan))
-    return LandmarkArrays(picture.width, picture.height, picture.whole(pose.pixels), pose.world_m)
+class LandmarkReader:
+    """Finds the landmarks of one person in the pictures of one camera, in their order; used by one thread at a time.
+
+    Args:
+        model: see `PoseFinder`.
+        hands: look for the hands too.
+
+    Raises:
+        SettingsError, FormatError, NotAvailableError: as for `PoseFinder`.
+    """
+
+    def __init__(self, model: str | Path = "full", *, hands: bool = True) -> None:
+        self._finder = PoseFinder(model)
+        self._hands = HandFinder() if hands else None
+
+    def read(self, picture: SmallPicture) -> tuple[LandmarkArrays, FoundPose | None]:
+        """Return the landmarks in the whole picture, all unseen where nobody is there, and the pose; None = nobody."""
+        pose = self._finder.find(picture.image)
+        if pose is None:
+            if self._hands is not None:
+                self._hands.forget()
+            return LandmarkArrays(picture.width, picture.height, np.full((LANDMARKS, 2), np.nan)), None
+        hands: list[NDArray[np.float64] | None] = [None, None]
+        if self._hands is not None:
+            hands = self._hands.find(picture.image, pose.pixels, pose.visibility, reduced=picture.reduced)
+        left, right = (None if hand is None else picture.whole(hand) for hand in hands)
+        size = picture.width, picture.height
+        return LandmarkArrays(*size, picture.whole(pose.pixels), pose.world_m, left, right), pose

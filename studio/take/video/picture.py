@@ -25,6 +25,11 @@ class SmallPicture:
     width: int
     height: int
 
+    @property
+    def reduced(self) -> float:
+        """How many pixels of the whole picture one of `image` is wide."""
+        return self.width / self.image.shape[1]
+
     def whole(self, pixels: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return pixels of `image` as pixels of the whole picture, shape (..., 2)."""
         rows, columns = self.image.shape[:2]

@@ -58,6 +58,15 @@ def pose_networks(path: Path) -> tuple[bytes, bytes]:
     return _member(MODELS / POSE_MODELS["lite"], "pose_detector.tflite"), landmarks
 
 
+def hand_network(path: Path) -> bytes:
+    """Return the network of a hand's landmarks in a bundle.
+
+    Raises:
+        FormatError: it cannot be read, is no bundle, or lacks the network.
+    """
+    return _member(path, "hand_landmarks_detector.tflite")
+
+
 def _member(path: Path, name: str) -> bytes:
     try:
         with zipfile.ZipFile(path) as bundle:

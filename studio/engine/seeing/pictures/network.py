@@ -22,7 +22,7 @@ class Network:
     Args:
         content: a file of LiteRT (`.tflite`).
         path: where it came from, for errors.
-        outputs: the sizes of the outputs that are wanted: number of elements each.
+        outputs: the sizes of the outputs that are wanted: number of elements each; of several the first.
         threads: on which it runs.
 
     Attributes:
@@ -47,7 +47,9 @@ class Network:
             raise broken(path, "its network has another input than one image")
         self.side = int(shape[1])
         self._input = inputs[0]["index"]
-        by_size = {int(np.prod(one["shape"])): one["index"] for one in self._interpreter.get_output_details()}
+        by_size: dict[int, int] = {}
+        for one in self._interpreter.get_output_details():
+            by_size.setdefault(int(np.prod(one["shape"])), one["index"])
         if any(size not in by_size for size in outputs):
             raise broken(path, "its network has other outputs")
         self._outputs = [by_size[size] for size in outputs]

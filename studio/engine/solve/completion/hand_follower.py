@@ -37,7 +37,7 @@ LOST_M, FOUND_SHARE = 0.02, 0.8
 """A hand that the rays miss by this much on average is sought anew from what the body says, and taken from there if
 they then miss it by this share."""
 
-_SHIFT_M, _TWIST, _BENDS, _SIZE = 0.04, math.radians(50.0), math.radians(18.0), 0.1
+_SHIFT_M, _TWIST, _BENDS, _SIZE = 0.04, math.radians(50.0), math.radians(12.0), 0.1
 _ACROSS, _CLOSING, _THUMB = math.radians(8.0), math.radians(45.0), math.radians(22.0)
 
 
