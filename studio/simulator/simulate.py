@@ -47,8 +47,8 @@ def simulate_take(
 
     A take of landmarks says in its notes how tall the performer is, for its calibration.
 
-    The true joint centres go to `<out>.truth.csv`, on the clock of the reference camera (the first), 120 Hz; with `rgb`
-    also the 21 places of each hand, `left_hand_0` (the wrist) and so on.
+    The true joint centres go to `<out>.truth.csv`, on the clock of the reference camera (the first), 120 Hz; with
+    `rgb` also the 21 places of each hand, `left_hand_0` (the wrist) and so on.
 
     Args:
         motion_path: an animation that `animation.read.files` reads; the first frame of a BVH, a rest pose, is

@@ -41,7 +41,10 @@ def rig() -> tuple[RigCamera, ...]:
     return tuple(
         RigCamera(
             f"camera_{k}",
-            look_at(np.array([DISTANCE_M * np.sin(a), -DISTANCE_M * np.cos(a), 1.1 + 0.3 * k]), np.array([0.0, 0.0, 1.0])),
+            look_at(
+                np.array([DISTANCE_M * np.sin(a), -DISTANCE_M * np.cos(a), 1.1 + 0.3 * k]),
+                np.array([0.0, 0.0, 1.0]),
+            ),
         )
         for k, a in enumerate(np.radians(ANGLES_DEG))
     )
@@ -138,7 +141,9 @@ def main() -> None:
     """Print the errors by preset and seed."""
     parser = argparse.ArgumentParser(prog="python -m tests.simulator.finger_figures", description=__doc__)
     parser.add_argument("--seconds", type=float, default=40.0, help="length of the performance")
-    parser.add_argument("--seeds", type=int, nargs="*", default=(1, 2, 3, 4), help="performers, hands and noise")
+    parser.add_argument(
+        "--seeds", type=int, nargs="*", default=(1, 2, 3, 4), help="performers, hands and noise"
+    )
     chosen = parser.parse_args()
     solves = {"live": ("studio", []), "finished": ("finish", []), "without": ("studio", ["fingers=off"])}
     found: dict[str, list[NDArray[np.float64]]] = {name: [] for name in solves}

@@ -53,8 +53,12 @@ SOURCES: dict[str, Kind] = {
     "openni": Kind(f"{_DEVICES}.openni:OpenNIConfig", "[<number>]", found=True),
     "azure-kinect": Kind(f"{_DEVICES}.azure_kinect:AzureKinectConfig", "[<number>][?bodies]", found=True),
     "kinect-v2": Kind(f"{_DEVICES}.kinect_v2:KinectV2Config", "[?bodies]", found=True),
-    "webcam": Kind(f"{_DEVICES}.webcam:WebcamConfig", "[<number>][?model=<model>][&mirrored][&no-hands]", found=True),
-    "video": Kind(f"{_SOURCES}.video:VideoConfig", "<path>[?speed=max][&model=<model>][&mirrored][&no-hands]"),
+    "webcam": Kind(
+        f"{_DEVICES}.webcam:WebcamConfig", "[<number>][?model=<model>][&mirrored][&no-hands]", found=True
+    ),
+    "video": Kind(
+        f"{_SOURCES}.video:VideoConfig", "<path>[?speed=max][&model=<model>][&mirrored][&no-hands]"
+    ),
 }
 """The kinds of sources by name, `<kind>[:<argument>]`."""
 

@@ -62,7 +62,7 @@ def on_rays(camera: CameraCalibration, picture: PictureJoints) -> Array:
 
 
 def hands_on_rays(camera: CameraCalibration, picture: PictureJoints) -> Array | None:
-    """Return points on the rays of the hands' landmarks as `on_rays` does, shape (2, 21, 3); None = no hand is seen."""
+    """Return points on the rays of the hands' landmarks as `on_rays` does, shape (2, 21, 3); None = none is seen."""
     if picture.hands is None:
         return None
     return _points_on_rays(camera, picture, picture.hands.reshape(-1, 2)).reshape(2, -1, 3)

@@ -1,8 +1,8 @@
 """True hands of simulated performers: their proportions, and fingers that go from gesture to gesture.
 
-Bones are those of X-rays: Buryanov & Kotiuk, "Proportions of hand segments", Int. J. Morphol. 28(3), 2010; each varies
-with the performer, and so do the ratios of the fingers' last joints and the axes of the thumb. Nothing of it is known
-to a solver.
+Bones are those of X-rays: Buryanov & Kotiuk, "Proportions of hand segments", Int. J. Morphol. 28(3), 2010; each
+varies with the performer, and so do the ratios of the fingers' last joints and the axes of the thumb. Nothing of it is
+known to a solver.
 """
 
 from dataclasses import dataclass
@@ -111,7 +111,9 @@ class SimulatedHands:
         rng = np.random.default_rng([seed, STREAM])
         self._body = body_m
         scale = float(np.linalg.norm(body_m[INDEX["left_hand"]])) / _KNUCKLE
-        self._roots = scale * np.array([root for root, _, _ in _TABLE]) * rng.normal(1.0, 0.5 * _VARIES, (5, 1))
+        self._roots = (
+            scale * np.array([root for root, _, _ in _TABLE]) * rng.normal(1.0, 0.5 * _VARIES, (5, 1))
+        )
         self._bones = scale * np.array([bones for _, bones, _ in _TABLE]) * rng.normal(1.0, _VARIES, (5, 3))
         self._spread = np.array([spread for _, _, spread in _TABLE]) + rng.normal(0.0, 0.03, 5)
         self._follows = rng.uniform(0.5, 0.85, 5)
@@ -138,7 +140,13 @@ class SimulatedHands:
             along = unit(hand - wrist)
             thumb = _thumb_side(-frames[INDEX[f"{side}_wrist"], :, 1], along, shoulder - elbow, wrist - elbow)
             back = np.cross(thumb, along) * (1.0 if k == 0 else -1.0)
-            axes = np.array([along, np.cos(turn) * thumb + np.sin(turn) * back, np.cos(turn) * back - np.sin(turn) * thumb])
+            axes = np.array(
+                [
+                    along,
+                    np.cos(turn) * thumb + np.sin(turn) * back,
+                    np.cos(turn) * back - np.sin(turn) * thumb,
+                ]
+            )
             out[k] = wrist + self._in_hand(self._courses[k].at(time_s)) @ axes
         return out
 
@@ -159,7 +167,9 @@ class SimulatedHands:
                 spread = self._spread[f] + side
                 bends = (first, max(second, 0.0), self._follows[f] * max(second, 0.0))
                 way = np.array([np.cos(spread), np.sin(spread), 0.0])
-                down = np.array([0.0, 0.0, -1.0]) + 0.5 * spread * np.array([np.sin(spread), -np.cos(spread), 0.0])
+                down = np.array([0.0, 0.0, -1.0]) + 0.5 * spread * np.array(
+                    [np.sin(spread), -np.cos(spread), 0.0]
+                )
             down = down / np.linalg.norm(down)
             bend = 0.0
             for k in range(3):
@@ -172,8 +182,8 @@ class SimulatedHands:
 def _thumb_side(straight: Array, along: Array, upper: Array, fore: Array) -> Array:
     """Return where the thumb's side of a hand points whose forearm is neither pronated nor supinated, shape (3,).
 
-    A bent elbow moves the hand to that side (Kapandji, "The physiology of the joints", vol. 1); of a straight one it is
-    the side that it has without any twist of the arm.
+    A bent elbow moves the hand to that side (Kapandji, "The physiology of the joints", vol. 1); of a straight one it
+    is the side that it has without any twist of the arm.
 
     Args:
         straight: side of a straight arm.
@@ -182,7 +192,9 @@ def _thumb_side(straight: Array, along: Array, upper: Array, fore: Array) -> Arr
     """
     straight = unit(straight - (straight @ along) * along)
     bent = upper - (upper @ along) * along
-    share = np.clip((np.linalg.norm(np.cross(unit(upper), unit(fore))) - _STRAIGHT) / (_BENT - _STRAIGHT), 0.0, 1.0)
+    share = np.clip(
+        (np.linalg.norm(np.cross(unit(upper), unit(fore))) - _STRAIGHT) / (_BENT - _STRAIGHT), 0.0, 1.0
+    )
     if share == 0.0 or np.linalg.norm(bent) < 1e-6:
         return straight
     angle = share * np.arctan2(np.cross(straight, unit(bent)) @ along, straight @ unit(bent))

@@ -1,12 +1,12 @@
 """A hand network's errors over true hands, for `studio simulate --tracker rgb`.
 
-Sizes are those that its authors give (F. Zhang et al., "MediaPipe Hands", arXiv 2006.10214: a tenth of the palm's size)
-and those of the pose network beside it:
-- an offset fixed in the hand, a shift of each landmark and one of the whole hand that stay for a second, and noise from
-  frame to frame; all in shares of the hand's length;
+Sizes are those that its authors give (F. Zhang et al., "MediaPipe Hands", arXiv 2006.10214: a tenth of the palm's
+size) and those of the pose network beside it:
+- an offset fixed in the hand, a shift of each landmark and one of the whole hand that stay for a second, and noise
+  from frame to frame; all in shares of the hand's length;
 - three times as much where another finger or the palm hides the landmark;
-- a quarter of the hands is missed, in bursts of 1 to 8 frames, more where the hand itself is hidden; 2 % are turned and
-  off by centimetres, in bursts of 1 to 5;
+- a quarter of the hands is missed, in bursts of 1 to 8 frames, more where the hand itself is hidden; 2 % are turned
+  and off by centimetres, in bursts of 1 to 5;
 - hands of fewer than 60 pixels are not looked for.
 """
 
@@ -96,7 +96,9 @@ class HandTracker:
             if self._wrong_left[k] > 0:
                 c, s = np.cos(self._wrong_turn[k]), np.sin(self._wrong_turn[k])
                 middle = pixels.mean(axis=0)
-                pixels = (pixels - middle) @ np.array([[c, s], [-s, c]]) + middle + 20.0 * self._whole[k, 0, :2]
+                pixels = (
+                    (pixels - middle) @ np.array([[c, s], [-s, c]]) + middle + 20.0 * self._whole[k, 0, :2]
+                )
             inside = ((pixels > 0.0) & (pixels < [self._lens.width, self._lens.height])).all(axis=1)
             if inside.mean() > 0.7:
                 out[k] = pixels
@@ -115,7 +117,7 @@ def hidden_in_hand(points: Array, eye: Array) -> NDArray[np.bool_]:
     sight = way * np.maximum(1.0 - _BEFORE_M / length, 0.0)
     start, bone = points[_BONES[:, 0]], points[_BONES[:, 1]] - points[_BONES[:, 0]]
     distance = segment_distance(eye, sight[:, None], start[None], bone[None])
-    return ((distance < _FINGER_M) & ~_OWN).any(axis=1)
+    return np.logical_or.reduce((distance < _FINGER_M) & ~_OWN, axis=1)
 
 
 def _burst(

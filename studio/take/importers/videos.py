@@ -45,9 +45,7 @@ def video_files(path: Path) -> dict[str, Path]:
     return dict(named)
 
 
-def read(
-    path: Path, progress: Progress, model: str | Path = MODEL, hands: bool = True
-) -> ReadRecording:
+def read(path: Path, progress: Progress, model: str | Path = MODEL, hands: bool = True) -> ReadRecording:
     """Return the landmarks of videos; several are read at once where there are cores.
 
     Every video begins at the same time: how far apart they began, a calibration finds by the motion.

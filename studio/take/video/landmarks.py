@@ -91,7 +91,7 @@ class LandmarkReader:
         self._hands = HandFinder() if hands else None
 
     def read(self, picture: SmallPicture) -> tuple[LandmarkArrays, FoundPose | None]:
-        """Return the landmarks in the whole picture, all unseen where nobody is there, and the pose; None = nobody."""
+        """Return the landmarks in the whole picture, all unseen where nobody is, and the pose; None = nobody."""
         pose = self._finder.find(picture.image)
         if pose is None:
             if self._hands is not None:

@@ -50,7 +50,9 @@ class HandModel:
     arm: tuple[int, int, int]
 
     @classmethod
-    def of(cls, skeleton: Skeleton, side: str, *, limited: bool = True, flexibility: float = 1.0) -> "HandModel":
+    def of(
+        cls, skeleton: Skeleton, side: str, *, limited: bool = True, flexibility: float = 1.0
+    ) -> "HandModel":
         """Return a hand.
 
         Args:

@@ -54,8 +54,8 @@ class _FoundHand:
 class HandFinder:
     """Finds the hands of one person in the pictures of one camera, in their order; used by one thread at a time.
 
-    A hand is looked for in a square at the end of its arm, or where it was in the picture before. The arm says whether
-    it is the left one.
+    A hand is looked for in a square at the end of its arm, or where it was in the picture before. The arm says
+    whether it is the left one.
 
     Args:
         threads: on which the network runs.
@@ -82,13 +82,17 @@ class HandFinder:
             reduced: how many pixels of the camera's picture one of this is wide; `LEAST_PIXELS` are the camera's.
         """
         image, least = Image.fromarray(np.ascontiguousarray(picture)), LEAST_PIXELS / reduced
-        return [self._hand(image, k, pixels[arm] + 0.5, visibility[arm], least) for k, arm in enumerate(_ARMS)]
+        return [
+            self._hand(image, k, pixels[arm] + 0.5, visibility[arm], least) for k, arm in enumerate(_ARMS)
+        ]
 
     def forget(self) -> None:
         """Begin anew: nobody is in the picture."""
         self._last = [None, None]
 
-    def _hand(self, image: Image.Image, side: int, arm: Array, visibility: Array, least: float) -> Array | None:
+    def _hand(
+        self, image: Image.Image, side: int, arm: Array, visibility: Array, least: float
+    ) -> Array | None:
         last, self._last[side] = self._last[side], None
         length = hand_length(arm)
         square = square_of(arm)

@@ -67,7 +67,9 @@ def _turned(a: Array, v: Array) -> Array:
 
 
 @compiled
-def _moves(jacobian: Array, row: int, column: int, axis: Array, anchor: Array, point: Array, ratio: float) -> None:
+def _moves(
+    jacobian: Array, row: int, column: int, axis: Array, anchor: Array, point: Array, ratio: float
+) -> None:
     """Add how a hinge moves a landmark to the Jacobian."""
     for a in range(3):
         b, c = (a + 1) % 3, (a + 2) % 3
@@ -163,7 +165,7 @@ def corrected(
     """
     count = len(expected)
     prior = np.linalg.inv(covariance)
-    state = np.minimum(np.maximum(expected, low), high)
+    state: Array = np.minimum(np.maximum(expected, low), high)
     matrix = prior.copy()
     cameras = 0
     for c in range(len(rays)):
@@ -211,7 +213,8 @@ def corrected(
         state = np.minimum(np.maximum(state + step, low), high)
         if np.abs(state - last).max() < ENOUGH:
             break
-    return state, np.linalg.inv(matrix), missed
+    after: Array = np.linalg.inv(matrix)
+    return state, after, missed
 
 
 @compiled

@@ -58,9 +58,7 @@ class Fingers:
         else:
             directions = rays - centres[:, None, None]
             directions /= np.linalg.norm(directions, axis=-1, keepdims=True)
-            left, right = (
-                one.resting_points(arm) for one, arm in zip(self._followers, arms, strict=True)
-            )
+            left, right = (one.resting_points(arm) for one, arm in zip(self._followers, arms, strict=True))
             directions = sorted_rays(directions, centres, (left, right))
         return [
             one.follow(arm, np.ascontiguousarray(directions[:, k]), centres, dt)
@@ -148,7 +146,11 @@ def arm_of(model: HandModel, positions: Array, rotations: Array, hands: Hands | 
     turn = rotations[fore].T @ rotations[hand]
     sign = model.wrist_axes[1, 1]  # the right hand's axes are mirrored
     resting = np.zeros(STATE)
-    resting[WRIST] = twist, sign * math.atan2(turn[0, 2], turn[2, 2]), sign * math.atan2(turn[1, 0], turn[1, 1])
+    resting[WRIST] = (
+        twist,
+        sign * math.atan2(turn[0, 2], turn[2, 2]),
+        sign * math.atan2(turn[1, 0], turn[1, 1]),
+    )
     if hands is not None:
         bends = hands.bends_rad(0 if sign > 0 else 1)
         resting[HINGES] = [0.0, *bends[:, 0], *np.insert(bends[:2, 1:], 1, 0.0, axis=0).T.ravel()]

@@ -163,9 +163,7 @@ def smoothed(steps: list[Step], last: Array | None = None) -> list[Array]:
     return out[::-1]
 
 
-def sorted_rays(
-    rays: Array, centres: Array, expected: tuple[Array, Array]
-) -> NDArray[np.float64]:
+def sorted_rays(rays: Array, centres: Array, expected: tuple[Array, Array]) -> NDArray[np.float64]:
     """Return the rays of each hand that fit it: a camera may exchange left and right, or see something else.
 
     Args:
@@ -182,4 +180,3 @@ def sorted_rays(
             elif other < FAR_M and other < 0.5 * own:
                 out[c, side] = rays[c, 1 - side]
     return out
-

@@ -88,7 +88,7 @@ class _Camera:
         if not places:
             return None
         if len(places) == 2:
-            return self._between(*places, stage_ns)
+            return self._between(places[0], places[1], stage_ns)
         return self.joints[places[0]], self.confidence[places[0]]
 
     def _about(self, stage_ns: int) -> list[int]:

@@ -47,7 +47,7 @@ def test_nothing_is_found_where_no_hand_is(seen):
     finder = HandFinder()
     assert finder.find(np.zeros_like(picture), pose.pixels, pose.visibility) == [None, None]
     assert finder.find(picture, pose.pixels, np.zeros(len(NAMES))) == [None, None]
-    outside = pose.pixels + [3.0 * picture.shape[1], 0.0]
+    outside = pose.pixels + np.array([3.0 * picture.shape[1], 0.0])
     assert finder.find(picture, outside, pose.visibility) == [None, None]
 
 

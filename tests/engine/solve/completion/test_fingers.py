@@ -49,7 +49,9 @@ def frames(points: np.ndarray | None, *, exchanged: int | None = None) -> FrameS
             rays[exchanged] = rays[exchanged, ::-1]
     unseen = np.full((3, JOINT_COUNT, 3), np.nan)
     names = ("a", "b", "c")
-    return FrameSet(0, names, unseen, np.zeros((3, JOINT_COUNT)), CENTRES, rays=np.ones(3, bool), hand_rays=rays)
+    return FrameSet(
+        0, names, unseen, np.zeros((3, JOINT_COUNT)), CENTRES, rays=np.ones(3, bool), hand_rays=rays
+    )
 
 
 def states(seed: int) -> list[np.ndarray]:
@@ -103,12 +105,14 @@ def test_a_hand_that_is_no_longer_seen_comes_to_rest() -> None:
 
 def test_ranges_hold_whatever_is_seen() -> None:
     rng = np.random.default_rng(1)
-    wild = [frames(np.array([points_of(model, np.zeros(STATE)) for model in MODELS]) + rng.normal(0.0, 0.05, (2, 21, 3)))
-            for _ in range(20)]  # fmt: skip
+    flat = np.array([points_of(model, np.zeros(STATE)) for model in MODELS])
+    wild = [frames(flat + rng.normal(0.0, 0.05, (2, 21, 3))) for _ in range(20)]
     fingers = Fingers(MODELS)
     for one in wild:
         for model, state in zip(MODELS, fingers.follow_states(*body(), one, None, DT), strict=True):
-            assert state is not None and (state >= model.low - 1e-9).all() and (state <= model.high + 1e-9).all()
+            assert (
+                state is not None and (state >= model.low - 1e-9).all() and (state <= model.high + 1e-9).all()
+            )
 
 
 def test_smoothing_bridges_a_gap() -> None:
