@@ -1,8 +1,8 @@
 """True hands of simulated performers: their proportions, and fingers that go from gesture to gesture.
 
 Bones are those of X-rays: Buryanov & Kotiuk, "Proportions of hand segments", Int. J. Morphol. 28(3), 2010; each
-varies with the performer, and so do the ratios of the fingers' last joints and the axes of the thumb. Nothing of it is
-known to a solver.
+varies with the performer, and so do the ratios of the fingers' last joints and the axes of the thumb. Nothing of it
+is known to a solver.
 """
 
 from dataclasses import dataclass

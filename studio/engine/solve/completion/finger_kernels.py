@@ -213,7 +213,7 @@ def corrected(
         state = np.minimum(np.maximum(state + step, low), high)
         if np.abs(state - last).max() < ENOUGH:
             break
-    after: Array = np.linalg.inv(matrix)
+    after = np.linalg.inv(matrix).astype(np.float64)
     return state, after, missed
 
 
