@@ -31,7 +31,9 @@ ANGLES_DEG = (0.0, -50.0, 50.0)
 START_S = 4.0
 """The demo begins with a T-pose."""
 
-BAR_MM = 12.0
+BAR_MM, LIVE_BAR_MM = 12.0, 13.0
+"""Of a finished take, and live."""
+
 JOINTS = [4 * finger + k for finger in range(5) for k in range(3)]
 """The landmarks but the wrist and the tips, of those after the wrist."""
 

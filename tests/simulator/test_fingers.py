@@ -7,7 +7,7 @@ from studio.engine.animation.motion.authored import stage_motion
 from studio.engine.model.joints import INDEX
 from studio.simulator.landmarks.fingers import SimulatedHands
 from studio.simulator.landmarks.hand_tracker import LEAST_PIXELS, HandTracker
-from tests.simulator.finger_figures import BAR_MM, SeenStage, figures, rig, seen_stage
+from tests.simulator.finger_figures import BAR_MM, LIVE_BAR_MM, SeenStage, figures, rig, seen_stage
 
 
 @pytest.fixture(scope="module")
@@ -41,17 +41,17 @@ def test_only_large_hands_are_seen_and_not_always(stage: SeenStage) -> None:
         assert 0.2 < found / (2 * len(seen.pictures)) < 0.85
 
 
-@pytest.mark.parametrize("preset", ["studio", "finish"])
-def test_finger_joints_are_within_the_bar(stage: SeenStage, preset: str) -> None:
+@pytest.mark.parametrize(("preset", "most_mm"), [("studio", LIVE_BAR_MM), ("finish", BAR_MM)])
+def test_finger_joints_are_within_the_bar(stage: SeenStage, preset: str, most_mm: float) -> None:
     errors = figures(stage, preset)
     assert np.isfinite(errors).sum() > 200
-    assert np.nanmean(errors) < BAR_MM
+    assert np.nanmean(errors) < most_mm
     if preset == "studio":
         assert np.nanmean(figures(stage, preset, ["fingers=off"])) > 2.0 * BAR_MM
 
 
 @pytest.mark.long
-@pytest.mark.parametrize("preset", ["studio", "finish"])
-def test_finger_joints_are_within_the_bar_for_other_hands(preset: str) -> None:
+@pytest.mark.parametrize(("preset", "most_mm"), [("studio", LIVE_BAR_MM), ("finish", BAR_MM)])
+def test_finger_joints_are_within_the_bar_for_other_hands(preset: str, most_mm: float) -> None:
     errors = [figures(seen_stage(30.0, seed), preset) for seed in range(21, 27)]
-    assert np.mean([np.nanmean(one) for one in errors]) < BAR_MM
+    assert np.mean([np.nanmean(one) for one in errors]) < most_mm
