@@ -65,7 +65,7 @@ _ROUND_S = 60.0
 
 
 @dataclass(frozen=True)
-class _Course:
+class _GestureCourse:
     """Gestures of one hand: each is reached at `reached_s` and kept until `left_s`; angles, shape (n, 5, 4)."""
 
     reached_s: Array
@@ -73,7 +73,7 @@ class _Course:
     angles: Array
 
     @classmethod
-    def random(cls, rng: np.random.Generator) -> "_Course":
+    def random(cls, rng: np.random.Generator) -> "_GestureCourse":
         reached, left, angles, time_s = [], [], [], 0.0
         table = np.array([[(*values, 0.0)[:4] for values in gesture] for gesture in _GESTURES])
         while time_s < _ROUND_S:
@@ -118,7 +118,7 @@ class SimulatedHands:
         self._spread = np.array([spread for _, _, spread in _TABLE]) + rng.normal(0.0, 0.03, 5)
         self._follows = rng.uniform(0.5, 0.85, 5)
         self._across = np.array([0.55, -0.6, -0.58]) + rng.normal(0.0, 0.08, 3)
-        self._courses = tuple(_Course.random(rng) for _ in range(2))
+        self._courses = tuple(_GestureCourse.random(rng) for _ in range(2))
         self._turn_phase, self._turn_hz = rng.uniform(0.0, 6.28, 2), rng.uniform(0.08, 0.2, 2)
         self.seen_off = rng.normal(0.0, _SEEN_OFF, (2, LANDMARKS, 3))
         self.length_m = float(self._roots[2, 0] + self._bones[2].sum())

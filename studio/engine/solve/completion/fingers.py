@@ -11,7 +11,7 @@ from studio.engine.model.human.hand import HINGES, SIDES, STATE, WRIST, HandMode
 from studio.engine.model.human.skeleton import Skeleton
 from studio.engine.model.settings import SolveSettings
 from studio.engine.solve.completion.finger_kernels import turn_hand
-from studio.engine.solve.completion.hand_follower import Arm, HandFollower, Step, smoothed, sorted_rays
+from studio.engine.solve.completion.hand_follower import Arm, HandFollower, HandStep, smoothed, sorted_rays
 from studio.engine.solve.completion.hands import Hands
 
 Array = NDArray[np.float64]
@@ -38,7 +38,7 @@ class Fingers:
 
     def follow(
         self, positions: Array, rotations: Array, frames: FrameSet, hands: Hands | None, dt: float
-    ) -> list[Step | None]:
+    ) -> list[HandStep | None]:
         """Return both hands in the next frame; None = a hand is not followed.
 
         Args:
@@ -92,7 +92,7 @@ class FingerSmoother:
         self._hands = None
         if settings.hands != "off":
             self._hands = Hands(settings.hands, flexibility=settings.flexibility)
-        self._steps: list[list[Step | None]] = []
+        self._steps: list[list[HandStep | None]] = []
 
     def add(self, positions: Array, rotations: Array, frames: FrameSet, dt: float) -> None:
         """Add a frame; see `Fingers.follow`."""
@@ -111,10 +111,10 @@ class FingerSmoother:
         return [list(states) for states in zip(*sides, strict=True)]
 
 
-def _smoothed_pieces(steps: list[Step | None]) -> list[Array | None]:
+def _smoothed_pieces(steps: list[HandStep | None]) -> list[Array | None]:
     """Smoothed states of one hand; each piece in which it is followed by itself."""
     out: list[Array | None] = []
-    piece: list[Step] = []
+    piece: list[HandStep] = []
     for step in [*steps, None]:
         if step is not None:
             piece.append(step)

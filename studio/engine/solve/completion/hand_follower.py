@@ -69,7 +69,7 @@ class Arm:
 
 
 @dataclass(frozen=True)
-class Step:
+class HandStep:
     """A frame of a filter: state and covariance before and after the rays, and the share of the state that stayed."""
 
     expected: Array
@@ -89,7 +89,7 @@ class HandFollower:
 
     def __init__(self, model: HandModel) -> None:
         self.model = model
-        self.last: Step | None = None
+        self.last: HandStep | None = None
         self._chain = (model.offsets_m, model.axes, model.places, model.ratios, model.wrist_axes)
         self._size, self._size_variance = 0.0, _SIZE**2
         self._unseen_s = 0.0
@@ -98,7 +98,7 @@ class HandFollower:
         """Return where the body has the hand's landmarks [m], shape (21, 3)."""
         return hand_points(arm.resting, arm.forearm, arm.wrist_m, *self._chain)[0]
 
-    def follow(self, arm: Arm, rays: Array, centres: Array, dt: float) -> Step | None:
+    def follow(self, arm: Arm, rays: Array, centres: Array, dt: float) -> HandStep | None:
         """Return the hand in the next frame; None = it is not followed.
 
         Args:
@@ -124,7 +124,7 @@ class HandFollower:
                 if found[2] < FOUND_SHARE * missed:
                     (expected, before, stays), (state, after, _) = anew, found
             self._size, self._size_variance = float(state[SIZE]), float(after[SIZE, SIZE])
-        self.last = Step(expected, before, state, after, stays)
+        self.last = HandStep(expected, before, state, after, stays)
         return self.last
 
     def _corrected(
@@ -149,7 +149,7 @@ class HandFollower:
         return expected, covariance, stays
 
 
-def smoothed(steps: list[Step], last: Array | None = None) -> list[Array]:
+def smoothed(steps: list[HandStep], last: Array | None = None) -> list[Array]:
     """Return the states of frames in a row with what came after them; None = the last one has nothing after it.
 
     Args:
