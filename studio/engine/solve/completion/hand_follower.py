@@ -149,14 +149,9 @@ class HandFollower:
         return expected, covariance, stays
 
 
-def smoothed(steps: list[HandStep], last: Array | None = None) -> list[Array]:
-    """Return the states of frames in a row with what came after them; None = the last one has nothing after it.
-
-    Args:
-        steps: of the frames.
-        last: the smoothed state of the last frame.
-    """
-    out = [steps[-1].state if last is None else last]
+def smoothed(steps: list[HandStep]) -> list[Array]:
+    """Return the states of frames in a row with what came after them."""
+    out = [steps[-1].state]
     for step, after in zip(steps[-2::-1], steps[:0:-1], strict=True):
         gain = np.linalg.solve(after.before, after.stays[:, None] * step.after).T
         out.append(step.state + gain @ (out[-1] - after.expected))
