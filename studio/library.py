@@ -39,6 +39,8 @@ def import_take(
     unit_m: float | None = None,
     model: PathText | None = None,
     hands: bool = True,
+    sync: str | None = None,
+    clap_at_s: Mapping[str, float] | None = None,
     progress: Progress | None = None,
 ) -> Take:
     """Return a new take from another recording or an animation.
@@ -49,15 +51,19 @@ def import_take(
         unit_m: metres per unit of an animation that has no unit; None = by a height of 1.75 m.
         model: finds the landmarks in videos: `lite`, `full`, `heavy`, or a file; None = `full`.
         hands: look for the hands in videos too.
+        sync: brings videos to one clock: `auto`, `audio`, `clap`, `timecode`, `motion`, `none`; None = `auto`.
+        clap_at_s: about when a clap is heard in a camera's video [s]; the name "" is for all others.
         progress: receives the share done.
 
     Raises:
-        FormatError: nothing that can be read.
+        FormatError: nothing that can be read, or videos that `sync` cannot bring to one clock.
         TakeError: `out` exists.
     """
     from studio.take.importers import import_recording
 
-    return import_recording(Path(path), Path(out), unit_m=unit_m, model=model, hands=hands, progress=progress)
+    return import_recording(
+        Path(path), Path(out), unit_m=unit_m, model=model, hands=hands, sync=sync, clap_at_s=clap_at_s, progress=progress
+    )
 
 
 def simulate(motion: PathText, out: PathText, **options: Any) -> Take:

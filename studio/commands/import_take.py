@@ -30,18 +30,56 @@ def add_parser(subparsers: Any) -> None:
         help="finds the landmarks in videos: lite, full (default), heavy, or a file",
     )
     parser.add_argument("--no-hands", action="store_true", help="do not look for the hands in videos")
+    parser.add_argument(
+        "--sync",
+        metavar="WAY",
+        help="brings videos to one clock: audio, clap, timecode, motion (left to calibrate), none (they begin "
+        "together), or auto (default: the first that is clear)",
+    )
+    parser.add_argument(
+        "--clap-at",
+        metavar="[CAMERA=]SECOND",
+        action="append",
+        default=[],
+        help="about when the clap is heard, in a camera's video or in all; may be given several times",
+    )
     parser.add_argument("--out", metavar="TAKE", type=Path, required=True, help="folder of the new take")
 
 
 def run(args: argparse.Namespace) -> int:
     from studio.take.importers import import_recording
 
+    clap_at_s = _seconds(args.clap_at)
     with progress_bar("import") as progress:
-        chosen = {"unit_m": args.unit_m, "model": args.model, "hands": not args.no_hands}
-        take = import_recording(args.path, args.out, **chosen, progress=progress)
+        take = import_recording(
+            args.path,
+            args.out,
+            unit_m=args.unit_m,
+            model=args.model,
+            hands=not args.no_hands,
+            sync=args.sync,
+            clap_at_s=clap_at_s,
+            progress=progress,
+        )
     cameras = ", ".join(take.camera_names)
     what = f"{len(take.camera_names)} cameras ({cameras})" if cameras else "an animation, solve imported"
     print(f"{take.path}: {what}")
     for note in take.meta.get("notes", "").splitlines():
         print(f"  {note}")
     return 0
+
+
+def _seconds(texts: list[str]) -> dict[str, float]:
+    """Return seconds by camera, "" for all; raise where a text says no second."""
+    from studio.engine.base.errors import SettingsError
+    from studio.engine.base.value_sentences import bad_value
+
+    found: dict[str, float] = {}
+    for text in texts:
+        camera, _, second = text.rpartition("=")
+        try:
+            found[camera] = float(second)
+        except ValueError as error:
+            allowed = "SECOND or CAMERA=SECOND, such as 3.5 or left=3.5"
+            raise SettingsError(bad_value("--clap-at", text, allowed)) from error
+    return found

@@ -241,6 +241,7 @@ def calibrate_take(
         until_s=until_s,
         height_m=height_m,
         floors=floors,
+        clocks_within_s=take.common_clocks(),
         must_hold="somewhere" if until_s is None else "at_end",
         progress=progress if only_depth is None else None,
     )

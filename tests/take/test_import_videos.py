@@ -10,6 +10,7 @@ from studio.engine.base.errors import FormatError, SettingsError
 from studio.take.importers import import_recording
 from studio.take.raw.frames import RawCamera, RawFrame, read_raw
 from tests.refused import refused
+from tests.take.sync_videos import heard, voices, write_film
 from tests.take.video_files import real_pictures, turn, write_video
 
 LIMBS = slice(11, 29)
@@ -56,12 +57,31 @@ def test_a_folder_of_videos_becomes_a_take(person, test_data, tmp_path):
     assert "no videos: depth.bag" in take.meta["notes"]
 
 
+def test_videos_with_sound_are_brought_to_one_clock(person, tmp_path):
+    """Frames have the times of that clock, and the take says how sure it is."""
+    folder, scene = tmp_path / "shoot", voices(12)
+    folder.mkdir()
+    for name, start_s in (("a", 0.0), ("b", 1.5)):
+        sound = heard(scene, start_s, 6.0, seed=len(name))
+        write_film(folder / f"{name}.mp4", 0.0, sound, pictures=person[:3])
+    write_film(folder / "mute.mp4", 0.0, pictures=person[:2])
+    take = import_recording(folder, tmp_path / "take", model="lite", sync="audio")
+    found = landmarks(take)
+    ahead_s = (found["b"][0][0] - found["a"][0][0]) * 1e-9
+    assert ahead_s == pytest.approx(1.5, abs=0.003) and found["mute"][0][0] == 0
+    assert take.common_clocks() == {"a": 0.1, "b": 0.1}
+    assert "brought to one clock by audio: a 0.000 s, b 1.500 s" in take.meta["notes"]
+    assert "mute has no sound" in take.meta["notes"]
+    with refused(SettingsError, "import.only_videos"):
+        import_recording(take.raw_path, tmp_path / "other", sync="audio")
+
+
 def test_one_video_is_a_take_too(person, tmp_path):
     video = write_video(tmp_path / "one.mkv", person[:2])
     with refused(SettingsError, "value.unknown"):
         import_recording(video, tmp_path / "take", model="huge")
     take = import_recording(video, tmp_path / "take", model="lite")
-    with refused(SettingsError, "import.model"):
+    with refused(SettingsError, "import.only_videos"):
         import_recording(take.raw_path, tmp_path / "other", model="lite")
     assert [len(frames) for frames in landmarks(take).values()] == [2]
 

@@ -23,6 +23,7 @@ from studio.engine.base.errors import FormatError, StudioError
 from studio.engine.base.sentences import say
 from studio.take.library.dropped import Group, group_files
 from studio.take.library.incoming import Incoming, check_room, clear_left, free_path
+from studio.take.video.sync.find import WAYS, check_way
 from studio.worker import Stopped, run_in_process
 
 MAX_FILES = 50_000
@@ -46,6 +47,10 @@ class ImportRequest(Body):
     """Files that were given at once."""
 
     files: list[FileRequest] = Field(min_length=1, max_length=MAX_FILES)
+    sync: Annotated[
+        str | None,
+        Field(description="brings videos to one clock: " + ", ".join(WAYS) + "; null = auto"),
+    ] = None
 
 
 class AnnouncedImport(Struct):
@@ -62,6 +67,7 @@ class _Awaited:
     job: Job
     group: Group
     files: list[tuple[str, int]]
+    sync: str | None
     batch: "_Batch"
 
 
@@ -82,8 +88,18 @@ class Imports:
         self._watching = False
         clear_left(sessions)
 
-    def announce(self, files: list[tuple[str, int]]) -> list[AnnouncedImport]:
-        """List what files will make; return by import its job and the places of its files."""
+    def announce(self, files: list[tuple[str, int]], sync: str | None = None) -> list[AnnouncedImport]:
+        """List what files will make; return by import its job and the places of its files.
+
+        Args:
+            files: path and size [bytes] of each.
+            sync: brings videos to one clock, see `find_sync`.
+
+        Raises:
+            SettingsError: no such way.
+        """
+        if sync is not None:
+            check_way(sync)
         batch = _Batch(time.monotonic())
         answer: list[AnnouncedImport] = []
         for group in group_files([path for path, _ in files]):
@@ -94,7 +110,7 @@ class Imports:
                     raise FormatError(group.problem)
                 check_room(self._sessions, sum(size for _, size in mine))
                 with self._lock:
-                    self._awaited[job.id] = _Awaited(job, group, mine, batch)
+                    self._awaited[job.id] = _Awaited(job, group, mine, sync, batch)
             except StudioError as error:
                 job.end("failed", error.sentence)
             answer.append(AnnouncedImport(job.status(), list(group.files)))
@@ -156,7 +172,7 @@ class Imports:
             try:
                 run_in_process(
                     "studio.take.library.incoming:import_incoming",
-                    incoming.folder, group.root, group.label, out,
+                    incoming.folder, group.root, group.label, out, awaited.sync,
                     on_progress=progress, should_stop=lambda: is_stopped(job),
                 )  # fmt: skip
             except StudioError:
@@ -217,7 +233,7 @@ def imports_router(sessions: Path, jobs: Jobs) -> APIRouter:
     def announce(request: ImportRequest) -> dict[str, list[AnnouncedImport]]:
         """Announce files; answers the `imports` that they make, one a take: the `job`, and the places in the list of
         the `files` whose bytes `PUT /imports/{job}` takes. What cannot be imported by its name has failed at once."""
-        return {"imports": imports.announce([(file.path, file.size) for file in request.files])}
+        return {"imports": imports.announce([(file.path, file.size) for file in request.files], request.sync)}
 
     @router.put("/{job_id}", status_code=202)
     async def send(job_id: str, request: Request) -> JobStatus:

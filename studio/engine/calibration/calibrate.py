@@ -49,6 +49,7 @@ def calibrate(
     height_m: float | None = None,
     floors: Mapping[str, Floor] | None = None,
     must_hold: MustHold = "always",
+    clocks_within_s: Mapping[str, float] | None = None,
     progress: Callable[[float], None] | None = None,
 ) -> Calibration:
     """Return the calibration from the frames; a bad one has the verdict `refused` and reasons.
@@ -65,6 +66,8 @@ def calibrate(
         floors: by camera, the floor that it sees, in its own frame (`depth_floor.seen_floors`).
         must_hold: when the cameras must agree. Unless they must throughout, spans without agreement are left out and
             reported (`CameraCalibration.disagrees`); all figures are then of the rest.
+        clocks_within_s: of cameras that see no depth and were brought to one clock before, how far theirs may be from
+            it [s]; None = none were.
         progress: of cameras that see no depth, called with the share that is done, 0..1.
 
     Raises:
@@ -72,7 +75,12 @@ def calibrate(
     """
     if any(frames.values()) and all(sees_no_depth(mine) for mine in frames.values() if mine):
         return calibrate_pictures(
-            frames, reference=reference, until_s=until_s, height_m=height_m, progress=progress
+            frames,
+            reference=reference,
+            until_s=until_s,
+            height_m=height_m,
+            clocks_within_s=clocks_within_s,
+            progress=progress,
         )
     flat = {name: mine for name, mine in frames.items() if sees_no_depth(mine)}
     frames = {name: mine for name, mine in frames.items() if name not in flat}

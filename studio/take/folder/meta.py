@@ -4,7 +4,12 @@ from typing import NotRequired, TypedDict
 
 
 class CameraMeta(TypedDict):
-    """A camera of a take: its device, and the client's starts (`boot_ids`)."""
+    """A camera of a take: its device, and the client's starts (`boot_ids`).
+
+    Attributes:
+        clock_within_s: how far its clock may be from that of the other cameras with this key [s]; missing: it has a
+            clock of its own.
+    """
 
     name: str
     device: str
@@ -13,6 +18,7 @@ class CameraMeta(TypedDict):
     frames_per_second: float
     intrinsics: dict[str, float | list[float]] | None
     boot_ids: list[str]
+    clock_within_s: NotRequired[float]
 
 
 class MarkerMeta(TypedDict):

@@ -210,14 +210,30 @@ class Take:
     def camera_names(self) -> tuple[str, ...]:
         return tuple(camera["name"] for camera in self.meta["cameras"])
 
-    def add_camera(self, hello: Hello) -> None:
-        """Add a camera to `meta`; a known one only gets its new `boot_id`. Then call `save_meta`."""
+    def add_camera(self, hello: Hello, *, clock_within_s: float | None = None) -> None:
+        """Add a camera to `meta`; a known one only gets its new `boot_id`. Then call `save_meta`.
+
+        Args:
+            hello: of its client.
+            clock_within_s: see `CameraMeta`.
+        """
         for camera in self.meta["cameras"]:
             if camera["name"] == hello.name:
                 if hello.boot_id not in camera["boot_ids"]:
                     camera["boot_ids"].append(hello.boot_id)
                 return
-        self.meta["cameras"].append(camera_json(hello))
+        camera = camera_json(hello)
+        if clock_within_s is not None:
+            camera["clock_within_s"] = clock_within_s
+        self.meta["cameras"].append(camera)
+
+    def common_clocks(self) -> dict[str, float]:
+        """Return how far the clocks of cameras that were brought to one clock may be apart [s], by camera."""
+        return {
+            camera["name"]: camera["clock_within_s"]
+            for camera in self.meta["cameras"]
+            if camera.get("clock_within_s") is not None
+        }
 
     def calibration(self) -> Calibration:
         """Return the calibration in use.

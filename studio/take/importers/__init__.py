@@ -7,7 +7,7 @@
 `animation` makes takes of animations, without raw.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -102,6 +102,8 @@ def import_recording(
     unit_m: float | None = None,
     model: str | Path | None = None,
     hands: bool = True,
+    sync: str | None = None,
+    clap_at_s: Mapping[str, float] | None = None,
     progress: Progress | None = None,
 ) -> Take:
     """Return a new take at `out` with the recording or animation at `path`; its notes state the choices made.
@@ -114,27 +116,33 @@ def import_recording(
         unit_m: metres per unit of a BVH; None = its rest pose is 1.75 m high.
         model: finds the landmarks in videos: `lite`, `full`, `heavy`, or a file; None = `full`.
         hands: look for the hands in videos too.
+        sync: how videos are brought to one clock, see `find_sync`; None = `auto`.
+        clap_at_s: about when a clap is heard in a camera's video [s], see `find_sync`.
         progress: called with 0..1.
 
     Raises:
         FormatError: no recording there, of no known kind, or damaged; names the file, line and column.
         NotAvailableError: the package of an optional reader is not installed.
-        SettingsError: a unit for a file that states its own, or a model for what is no video.
+        SettingsError: a unit for a file that states its own, or an option of videos for what is none.
         TakeError: `out` is not empty. No error leaves files behind.
     """
     path, out = Path(path), Path(out)
+    options = {"model": model, "sync": sync, "clap_at_s": clap_at_s or None}
+    options = {name: value for name, value in options.items() if value is not None}
     if path.is_file() and is_animation(path):
-        if model is not None:
-            raise _no_model(model)
+        if options:
+            raise _only_videos(options)
         return import_animation(path, out, unit_m=unit_m, progress=progress or _silent)
     if unit_m is not None:
         raise SettingsError("import.unit", "a unit of {m:g} m: only a BVH takes one; leave it out", m=unit_m)
     importer = _importer(path)
     reader = importer.read
-    if reader is videos.read:
-        reader = partial(videos.read, model=model or videos.MODEL, hands=hands)
-    elif model is not None:
-        raise _no_model(model)
+    if options:
+        if reader is not videos.read:
+            raise _only_videos(options)
+        reader = partial(videos.read, **options)
+    if importer.read is videos.read:
+        reader = partial(reader, hands=hands)
     check_free(out)
     report = progress or _silent
     reading = importer.share
@@ -144,8 +152,18 @@ def import_recording(
     return take
 
 
-def _no_model(model: str | Path) -> SettingsError:
-    return SettingsError("import.model", "a model {m}: only videos take one; leave it out", m=model)
+def are_videos(path: Path) -> bool:
+    """Whether an import reads a path as videos."""
+    return next((one for one in IMPORTERS.values() if one.matches(path)), None) is IMPORTERS["videos"]
+
+
+def _only_videos(options: Mapping[str, object]) -> SettingsError:
+    names = {"model": "--model", "sync": "--sync", "clap_at_s": "--clap-at"}
+    return SettingsError(
+        "import.only_videos",
+        "{options}: only for videos; leave it out",
+        options=[names[name] for name in options],
+    )
 
 
 def _silent(_share: float) -> None:

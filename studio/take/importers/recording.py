@@ -61,6 +61,7 @@ class ReadCamera:
         depth: its depth images, where it has any.
         landmarks: of each frame of a camera without depth, whose `positions` are NaN; `confidence` is how visible
             they are.
+        clock_within_s: how far its clock may be from that of the other cameras with this [s]; None = it is its own.
     """
 
     name: str
@@ -72,6 +73,7 @@ class ReadCamera:
     serial: str = ""
     depth: ReadDepth | None = None
     landmarks: Sequence[wire.LandmarkArrays] | None = None
+    clock_within_s: float | None = None
 
     @staticmethod
     def of_depth(name: str, depth: ReadDepth) -> "ReadCamera":
@@ -162,7 +164,7 @@ def write_recording(recording: ReadRecording, out: Path, progress: Progress) -> 
         created=recording.created,
     ) as take:
         for camera in recording.cameras:
-            take.add_camera(camera.hello())
+            take.add_camera(camera.hello(), clock_within_s=camera.clock_within_s)
         with RawWriter(take.raw_path) as writer:
             _write_frames(recording, writer, progress)
         take.meta["notes"] = "\n".join(recording.notes)

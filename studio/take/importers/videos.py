@@ -1,6 +1,7 @@
 """Videos of one performance: a folder with a file per camera, or one file. They become landmarks."""
 
 import re
+from collections.abc import Mapping
 from pathlib import Path
 
 import numpy as np
@@ -14,12 +15,17 @@ from studio.take.importers.camera_folders import read_beside
 from studio.take.importers.recording import Progress, ReadCamera, ReadRecording
 from studio.take.video.file import ENDINGS, is_video
 from studio.take.video.landmarks import JOINT_SET, VideoLandmarks
+from studio.take.video.sync.clocks import VideoClock
+from studio.take.video.sync.find import find_sync
 from studio.wire import is_camera_name
 from studio.worker.several import run_several
 
 DEVICE = "video, BlazePose"
 MODEL = "full"
 """The model, unless another one is asked for."""
+
+_SYNC_SHARE = 0.05
+"""Of the time for reading, the part for bringing videos to one clock."""
 
 
 def matches(path: Path) -> bool:
@@ -45,40 +51,49 @@ def video_files(path: Path) -> dict[str, Path]:
     return dict(named)
 
 
-def read(path: Path, progress: Progress, model: str | Path = MODEL, hands: bool = True) -> ReadRecording:
+def read(
+    path: Path,
+    progress: Progress,
+    model: str | Path = MODEL,
+    hands: bool = True,
+    sync: str = "auto",
+    clap_at_s: Mapping[str, float] | None = None,
+) -> ReadRecording:
     """Return the landmarks of videos; several are read at once where there are cores.
-
-    Every video begins at the same time: how far apart they began, a calibration finds by the motion.
 
     Args:
         path: a video, or a folder of them.
         progress: receives the share done.
         model: see `PoseFinder`.
         hands: look for the hands too.
+        sync, clap_at_s: see `find_sync`.
 
     Raises:
-        SettingsError: no such model.
-        FormatError: a file that is no video, two cameras of one name, or nobody in any video.
+        SettingsError: no such model, or no such way of bringing videos to one clock.
+        FormatError: a file that is no video, two cameras of one name, videos that cannot be brought to one clock in
+            the way asked for, or nobody in any video.
         NotAvailableError: LiteRT is not installed.
     """
     model_file(model)
     files = video_files(path)
+    found_sync = find_sync(
+        files, sync, clap_at_s=clap_at_s, progress=lambda share: progress(_SYNC_SHARE * share)
+    )
     found: dict[str, VideoLandmarks] = run_several(
         "studio.take.video.landmarks:landmarks_of",
         {name: (file, model, hands) for name, file in files.items()},
         processes=core_count(),
-        progress=progress,
+        progress=lambda share: progress(_SYNC_SHARE + (1.0 - _SYNC_SHARE) * share),
     )
-    notes = [note for name, one in found.items() for note in _notes(name, one)]
+    notes: list[str] = [note for name, one in found.items() for note in _notes(name, one)]
     if not any(one.somebody.any() for one in found.values()):
         raise FormatError("import.nobody", "nobody was found in the videos at {path}", path=path)
-    cameras = tuple(_camera(name, one) for name, one in found.items())
+    cameras = tuple(_camera(name, one, found_sync.clocks[name]) for name, one in found.items())
     created = min((one.video.created for one in found.values() if one.video.created), default=None)
     others = _others(path, files)
     if others:
         notes.append(f"left out, as they are no videos: {', '.join(others)}; import them apart")
-    if len(cameras) > 1:
-        notes.append("the videos begin together here; calibrate to find how far apart they began")
+    notes += found_sync.notes
     return read_beside(path if path.is_dir() else path.parent, cameras, notes, created=created)
 
 
@@ -91,16 +106,17 @@ def _others(path: Path, files: dict[str, Path]) -> list[str]:
     return sorted(file.name for file in path.iterdir() if file.suffix.lower() in kinds and file not in taken)
 
 
-def _camera(name: str, found: VideoLandmarks) -> ReadCamera:
+def _camera(name: str, found: VideoLandmarks, clock: VideoClock) -> ReadCamera:
     count = len(JOINT_SETS[JOINT_SET])
     return ReadCamera(
         name=name,
         device=DEVICE,
         joint_set=JOINT_SET,
-        times_ns=found.times_ns,
+        times_ns=clock.of(found.times_ns),
         positions=np.full((len(found.times_ns), count, 3), np.nan),
         confidence=found.visibility,
         landmarks=found.pictures,
+        clock_within_s=clock.within_s,
     )
 
 

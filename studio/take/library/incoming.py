@@ -14,7 +14,7 @@ from studio.engine.base.sentences import system_says
 from studio.take.folder.lock import hold, is_held, release
 from studio.take.folder.names import inside, safe_name
 from studio.take.folder.take import Take
-from studio.take.importers import import_recording
+from studio.take.importers import are_videos, import_recording
 from studio.take.library.bundle import ENDING, KEPT_FREE_BYTES, read_bundle, write_bundle
 from studio.take.library.sessions import take_path
 
@@ -176,9 +176,23 @@ def free_path(sessions: Path, session: str, label: str) -> Path:
 
 
 def import_incoming(
-    folder: Path, root: str, label: str, out: Path, *, progress: Callable[[float], None] | None = None
+    folder: Path,
+    root: str,
+    label: str,
+    out: Path,
+    sync: str | None = None,
+    *,
+    progress: Callable[[float], None] | None = None,
 ) -> None:
     """Make the take at `out` of what came into `folder`: what lies at `root` in it.
+
+    Args:
+        folder: of what came.
+        root: path in it.
+        label: what people call it.
+        out: folder of the new take.
+        sync: brings videos to one clock, see `find_sync`; it counts for nothing else.
+        progress: receives the share done.
 
     Raises:
         StudioError: as the importers say it, with the names as they were given.
@@ -192,7 +206,7 @@ def import_incoming(
             write_bundle(Take.open(path), bundle)
             read_bundle(bundle, out)
         else:
-            import_recording(path, out, progress=progress)
+            import_recording(path, out, sync=sync if are_videos(path) else None, progress=progress)
     except StudioError as error:
         text = error.sentence.replace(f"{folder}{os.sep}", "").replace(str(folder), label)
         raise type(error)(text) from error

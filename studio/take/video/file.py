@@ -33,7 +33,7 @@ def is_video(path: Path) -> bool:
     if path.suffix.lower() != ".mkv":
         return True
     try:
-        with _opened(path) as container:
+        with opened(path) as container:
             return not any("K4A_DEPTH_MODE" in track.metadata for track in container.streams.video)
     except FormatError:
         return False
@@ -67,7 +67,7 @@ class VideoFile:
             FormatError: there is no such file, or it is no video.
         """
         path = Path(path)
-        with _opened(path) as container:
+        with opened(path) as container:
             track = _track(path, container)
             tags = {name.lower(): value for name, value in {**track.metadata, **container.metadata}.items()}
             length_s = float((track.duration or 0) * track.time_base) if track.time_base else 0.0
@@ -96,7 +96,7 @@ class VideoFile:
         from av.error import FFmpegError
 
         damaged, newest_ns, cut, skipping = 0, -1, "", False
-        with _opened(self.path) as container:
+        with opened(self.path) as container:
             track = _track(self.path, container)
             track.thread_type = "AUTO"
             start, unit = track.start_time or 0, (track.time_base or Fraction(1)) * 10**9
@@ -136,7 +136,7 @@ class VideoFile:
         from av.error import FFmpegError
 
         found: list[int] = []
-        with _opened(self.path) as container, contextlib.suppress(FFmpegError):
+        with opened(self.path) as container, contextlib.suppress(FFmpegError):
             track = _track(self.path, container)
             start, unit = track.start_time or 0, (track.time_base or Fraction(1)) * 10**9
             for packet in container.demux(track):
@@ -180,7 +180,7 @@ def no_frame(path: Path) -> FormatError:
 
 
 @contextmanager
-def _opened(path: Path) -> "Iterator[InputContainer]":
+def opened(path: Path) -> "Iterator[InputContainer]":
     import av
     from av.error import FFmpegError
 

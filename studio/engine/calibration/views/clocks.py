@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from studio.engine.calibration.views.tracks import ViewTrack, nearest
+from studio.engine.calibration.views.tracks import ViewTrack, apart_within_s, nearest
 
 LONGEST_S = 2.0
 """Largest offset that is looked for at first."""
@@ -36,12 +36,13 @@ class Together:
 
 
 def compare(a: ViewTrack, b: ViewTrack) -> Together:
-    """Return the offset at which the second track's motion is most like the first one's."""
+    """Return the offset at which the second track's motion is most like the first one's, as far as clocks may be apart."""
     if min(len(a.time_s), len(b.time_s)) < _LEAST_FRAMES:
         return Together(0.0, 0.0, 0)
-    near = _best(a, b, _steps(0.0, LONGEST_S, _STEP_S))
+    within_s = apart_within_s(a, b)
+    near = _best(a, b, _steps(0.0, min(LONGEST_S, within_s), _STEP_S))
     shorter = min(a.time_s[-1] - a.time_s[0], b.time_s[-1] - b.time_s[0])
-    farthest = min(FARTHEST_S, FARTHEST_SHARE * shorter)
+    farthest = min(FARTHEST_S, FARTHEST_SHARE * shorter, within_s)
     if near.correlation > _SURE or farthest <= LONGEST_S:
         return near
     coarse = _best(a, b, _steps(0.0, farthest, _COARSE_S))
@@ -51,6 +52,7 @@ def compare(a: ViewTrack, b: ViewTrack) -> Together:
 
 def _steps(middle_s: float, longest_s: float, step_s: float) -> NDArray[np.float64]:
     count = round(longest_s / step_s)
+    count = max(count, 1)
     return middle_s + np.arange(-count, count + 1, dtype=np.float64) * step_s
 
 

@@ -1,6 +1,6 @@
 """Ordinary cameras in a take or on the stage: their frames as views, and what was found as a `Calibration`."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -33,6 +33,7 @@ def calibrate_pictures(
     reference: str | None = None,
     until_s: float | None = None,
     height_m: float | None = None,
+    clocks_within_s: Mapping[str, float] | None = None,
     progress: Callable[[float], None] | None = None,
 ) -> Calibration:
     """Return the calibration of cameras that see no depth; a bad one has the verdict `refused` and reasons.
@@ -44,6 +45,7 @@ def calibrate_pictures(
         reference: the first camera with frames where None.
         until_s: use only the reference camera's frames up to this time on its clock [s].
         height_m: the performer's, which gives the size; 1.75 m where None.
+        clocks_within_s: of the cameras that were brought to one clock, how far theirs may be from it [s].
         progress: called with the share that is done, 0..1.
 
     Raises:
@@ -58,11 +60,15 @@ def calibrate_pictures(
             name=first,
             names=[*frames],
         )
-    starts = _starts_ns(seen, first)
+    within_s = clocks_within_s or {}
+    starts = _starts_ns(seen, first, within_s)
     ends_s = np.inf if until_s is None else until_s - starts[first] * 1e-9
     order = [first, *(name for name in seen if name != first)]
     views = [
-        _view(name, seen[name], starts[name], ends_s + (_MARGIN_S if name != first else 0.0))
+        replace(
+            _view(name, seen[name], starts[name], ends_s + (_MARGIN_S if name != first else 0.0)),
+            clock_within_s=within_s.get(name),
+        )
         for name in order
     ]
     result = calibrate_views(views, height_m=height_m, progress=progress)
@@ -105,16 +111,22 @@ def calibrate_beside(
     return {camera: _camera(one, starts[name] - starts[camera]) for camera, one in placed.items()}
 
 
-def _starts_ns(frames: Mapping[str, Sequence[CameraFrame]], first: str) -> dict[str, int]:
+def _starts_ns(
+    frames: Mapping[str, Sequence[CameraFrame]], first: str, brought: Collection[str] = ()
+) -> dict[str, int]:
     """Return the device time of each camera that counts as the beginning [ns].
 
-    It is the reference's own where clocks run together, else the camera's first frame.
+    It is the reference's own where clocks run together, else the camera's first frame; one for all that were brought
+    to one clock.
     """
     begin, end = (frames[first][i].device_time_ns for i in (0, -1))
     out = {}
     for name, mine in frames.items():
         here, there = mine[0].device_time_ns, mine[-1].device_time_ns
         overlap = min(end, there) - max(begin, here)
+        if name in brought:
+            out[name] = begin if first in brought else frames[next(one for one in frames if one in brought)][0].device_time_ns
+            continue
         out[name] = begin if overlap > _ONE_CLOCK * min(end - begin, there - here) else here
     return out
 

@@ -14,7 +14,7 @@ from studio.engine.calibration.views.result import PlacedView, ViewsResult
 from studio.engine.calibration.views.rig import CameraRig
 from studio.engine.calibration.views.sides import brought_together
 from studio.engine.calibration.views.stage import camera_on_stage, to_stage
-from studio.engine.calibration.views.tracks import ViewTrack
+from studio.engine.calibration.views.tracks import ViewTrack, apart_within_s
 from studio.engine.calibration.views.verdict import ViewFacts, verdict
 from studio.engine.calibration.views.view import NUMBER, View
 from studio.engine.model.lens import Lens, usual_lens
@@ -76,6 +76,7 @@ def _adjust(
     free = [not track.known for track in tracks]
     numbers = np.where(free, 0 if shared_focal else np.cumsum(free) - 1, -1)
     adjustment, swapped = None, []
+    within_s = np.array([apart_within_s(tracks[0], track) for track in tracks])
     for k, (lenses, loose, small) in enumerate(_STAGES):
         told((k + 1) / (len(_STAGES) + 1))
         rig = fit.rig
@@ -84,6 +85,8 @@ def _adjust(
         near = replace(usual, ahead_s=rig.ahead_s)
         adjustment = Adjustment(samples, times, near, freedom, limbs, loose)
         fit = adjustment.run(FittedRig(rig, joints, fit.bones), _STEPS, small)
+        ahead_s = np.clip(fit.rig.ahead_s, -within_s, within_s)
+        fit = replace(fit, rig=replace(fit.rig, ahead_s=ahead_s))
     assert adjustment is not None
     return fit, adjustment, swapped
 

@@ -3,7 +3,7 @@
 A camera with a known lens is undistorted here, once. Of another camera the focal length is guessed.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -35,6 +35,7 @@ class ViewTrack:
         world_m: the network's guess of the joints about the hips [m], shape (frame_count, 17, 3).
         focal: known or first focal length [pixel].
         known: whether it is known.
+        clock_within_s: see `View`.
     """
 
     time_s: NDArray[np.float64]
@@ -44,6 +45,7 @@ class ViewTrack:
     world_m: NDArray[np.float64]
     focal: float
     known: bool
+    clock_within_s: float | None = None
 
     @property
     def step_s(self) -> float:
@@ -62,7 +64,7 @@ class ViewTrack:
             value = getattr(self, name)
             mask = swapped.reshape(swapped.shape + (1,) * (value.ndim - 2))
             out[name] = np.where(mask, value[:, OTHER_SIDE], value)
-        return ViewTrack(time_s=self.time_s, focal=self.focal, known=self.known, **out)
+        return replace(self, **out)
 
 
 @dataclass(frozen=True)
@@ -94,9 +96,16 @@ def make_track(view: View) -> ViewTrack:
         seen = seen & np.isfinite(points).all(axis=2)
     sigma = ERROR_M * _pixels_per_metre(points, world, seen)[:, None] * np.ones(seen.shape)
     sigma = np.where(view.confidence[:, COLUMNS] < _LOW_CONFIDENCE, 2.5 * sigma, sigma)
-    return ViewTrack(
-        view.time_s, np.where(seen[..., None], points, 0.0), seen, sigma, world, focal, view.lens is not None
-    )
+    points = np.where(seen[..., None], points, 0.0)
+    known = view.lens is not None
+    return ViewTrack(view.time_s, points, seen, sigma, world, focal, known, view.clock_within_s)
+
+
+def apart_within_s(a: ViewTrack, b: ViewTrack) -> float:
+    """Return how far two cameras' clocks may be apart [s]; infinite where nothing is known."""
+    if a.clock_within_s is None or b.clock_within_s is None:
+        return np.inf
+    return a.clock_within_s + b.clock_within_s
 
 
 def _pixels_per_metre(

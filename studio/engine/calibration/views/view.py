@@ -36,6 +36,7 @@ class View:
             axes (x right, y down, z away), shape (frame_count, 21, 3); NaN = unseen.
         width, height: of the picture [pixel].
         lens: of the camera; None = its focal length is to be found.
+        clock_within_s: how far its clock may be from that of other views with this [s]; None = anything may be.
     """
 
     name: str
@@ -46,6 +47,7 @@ class View:
     width: int
     height: int
     lens: Lens | None = None
+    clock_within_s: float | None = None
 
     @property
     def seen(self) -> NDArray[np.bool_]:

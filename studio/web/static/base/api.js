@@ -113,7 +113,7 @@ export const signOut = () => request("POST", "access/signout");
 const takePath = (take) => `takes/${encodeURIComponent(take.session)}/${encodeURIComponent(take.name)}`;
 
 /** Announce files, `[{path, size}]`; returns the imports that they make: `{job, files}`, the places of its files in the list. */
-export const announceImports = (files) => call("POST", "imports", { files });
+export const announceImports = (files, sync) => call("POST", "imports", { files, sync });
 /** Send an import's files, one after the other in one Blob. */
 export const sendImport = (jobId, blob, signal) => send("PUT", `imports/${jobId}`, blob, {}, signal);
 

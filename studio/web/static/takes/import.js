@@ -10,6 +10,7 @@ import { safeName } from "../compare/reference.js";
 import { chosenFiles, droppedFiles } from "./given_files.js";
 
 const REFERENCES = [".bvh", ".fbx", ".glb", ".gltf", ".c3d", ".trc", ".csv", ".npz"];
+const WAYS = ["auto", "audio", "clap", "timecode", "motion", "none"];
 const LAST_WORD_MS = 5000; // why sending has failed is told by the server soon, or not at all
 const state = { sending: 0, imported: () => {} };
 
@@ -45,7 +46,7 @@ async function bring(job, files) {
 export function importFiles(files) {
   return attempt(async () => {
     if (!files.length) throw new Error(t("import.nothing"));
-    const { imports } = await announceImports(files.map(({ path, file }) => ({ path, size: file.size })));
+    const { imports } = await announceImports(files.map(({ path, file }) => ({ path, size: file.size })), byId("import-sync")?.value);
     const going = imports.filter(({ job }) => job.state !== "failed").length;
     if (going) showNote(t("import.sending", { n: going }));
     state.sending += 1;
@@ -132,6 +133,7 @@ function build() {
     h("h2", {}, t("import.title")),
     h("div", { class: "buttons" }, choose("import-files", "import.files", { class: "primary", id: "import-choose-files", autofocus: true }), choose("import-folder", "import.folder", { id: "import-choose-folder" })),
     fileField("import-files", false), fileField("import-folder", true),
+    h("label", { class: "field", title: t("import.sync_hint") }, h("span", {}, t("import.sync")), h("select", { id: "import-sync" }, WAYS.map((way) => h("option", { value: way }, t(`import.sync_${way}`))))),
     h("p", { class: "muted" }, t("import.words")),
     h("dl", {}, ["recordings", "animations", "takes"].flatMap(kinds)),
     h("form", { method: "dialog" }, h("button", { type: "submit" }, t("message.close"))),

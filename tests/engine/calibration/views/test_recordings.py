@@ -101,6 +101,16 @@ def test_a_performer_who_stands_still_is_refused(test_data: Path) -> None:
     )
 
 
+def test_clocks_that_are_known_are_refined_within_their_bound(test_data: Path) -> None:
+    """True offsets of 50 to 130 ms are found inside the bound, and not left outside one that is too narrow."""
+    views = walk(test_data, WALKS[1], every=2)
+    wide = calibrate_views([replace(view, clock_within_s=0.1) for view in views])
+    assert wide.verdict != "refused", wide.reasons
+    assert error(test_data, WALKS[1], wide).ahead_s < CLOCKS_S
+    narrow = calibrate_views([replace(view, clock_within_s=0.01) for view in views[:2]])
+    assert all(abs(camera.ahead_s) <= 0.021 for camera in narrow.cameras.values())
+
+
 @pytest.mark.long
 def test_a_camera_of_another_take_is_refused(test_data: Path) -> None:
     a, b, _, d = walk(test_data, WALKS[0])

@@ -197,7 +197,7 @@ export default {
   "joints.unknown_set": "jeu d'articulations inconnu « {name} » ; connus : {known}",
   "import.cancelled": "annulé",
   "import.unit": "unité de {m} m : seul un BVH en prend une ; retirez-la",
-  "import.model": "un modèle {m} : seules les vidéos en prennent un ; laissez-le de côté",
+  "import.only_videos": "{options} : pour les vidéos seulement ; laissez-le de côté",
   "file.unreadable_rights": "impossible de lire {path} : {error} ; vérifiez les droits",
   "file.version": "{path} est au format de version {version} ; ce programme lit les versions {oldest} à {newest} ({kind}) : prenez le programme qui l'a écrit, ou un plus récent",
   "reference.send_first": "la prise {take} n'a pas de référence « {name} » ; envoyez-la d'abord",

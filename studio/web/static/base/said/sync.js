@@ -1,0 +1,23 @@
+// French of what is said when videos are brought to one clock, by code.
+export default {
+  "sync.clap_of_none": "--clap-at {name} : il n'y a pas de telle vidéo ; permis : {names}",
+  "sync.not_by": "les vidéos ne peuvent être mises à la même heure par {way} : {reasons} ; choisissez une autre manière : {ways}",
+  "sync.used": "mises à la même heure par {way} : {starts}",
+  "sync.not_first": "d'autres manières n'ont pas suffi : {reasons}",
+  "sync.left_open": "le début de {names} sera trouvé par le mouvement au calibrage des caméras",
+  "sync.together": "les vidéos sont prises comme commençant ensemble",
+  "sync.motion": "les vidéos commencent ensemble ici ; calibrez pour trouver l'écart entre leurs débuts",
+  "sync.motion_because": "les vidéos commencent ensemble ici ; calibrez pour trouver par le mouvement l'écart entre leurs débuts, car rien d'autre ne le dit : {reasons}",
+  "sync.not_alike": "le son de {name} ne ressemble clairement à celui d'aucune autre vidéo",
+  "sync.drift": "l'horloge de {name} retarde de {ppm:.0f} ppm sur la plus longue vidéo ; ses temps ont été corrigés",
+  "sync.several_claps": "{name} a {n} claquements, à {times} s : dites lequel compte (--clap-at {name}=SECONDE)",
+  "sync.no_clap_there": "aucun claquement dans {name} à moins de {near} s de la seconde {about}",
+  "sync.no_clap": "aucun claquement dans {name}",
+  "sync.no_sound": "{name} n'a pas de son",
+  "sync.silent": "le son de {name} est muet",
+  "sync.no_timecode": "{name} n'a pas de timecode",
+  "sync.bad_timecode": "{name} commence à {timecode}, ce qui n'est pas un timecode à {rate} Hz",
+  "sync.timecodes_zero": "tous les timecodes commencent à 0 : les caméras n'étaient pas à la même heure",
+  "sync.rough": "seules les heures d'enregistrement sont connues, à {within} s près : calibrez pour trouver le reste par le mouvement",
+  "sync.no_common_time": "{name} n'a aucun moment commun avec les autres vidéos selon son timecode : retirez-la ou choisissez une autre manière",
+};
