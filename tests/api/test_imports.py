@@ -56,6 +56,11 @@ def left(studio) -> list[str]:
     ]
 
 
+def test_an_unknown_way_to_bring_videos_to_one_clock_is_refused(studio):
+    answer = studio.http.post("/imports", json={"files": [{"path": "a.mp4", "size": 1}], "sync": "magic"})
+    assert_error(answer, 422, "settings", "value.bad")
+
+
 def test_a_recording_and_an_animation_at_once(studio, test_data, tmp_path):
     walk = test_data / "noisy_joints" / "punches_2_cameras"
     files = files_of(walk) | files_of(test_data / "mocap" / "02_01.bvh")

@@ -5,10 +5,12 @@ from pathlib import Path
 
 import av
 import numpy as np
+from av.audio.stream import AudioStream
 from numpy.typing import NDArray
 from scipy.signal import lfilter
 
 RATE_HZ = 48_000
+CODECS = {".mp4": "aac", ".mov": "pcm_s16le", ".mkv": "libopus"}
 Array = NDArray[np.float64]
 
 
@@ -16,7 +18,7 @@ def voices(length_s: float, seed: int = 0) -> Array:
     """Noise that swells and fades as voices do."""
     rng = np.random.default_rng(seed)
     count = int(length_s * RATE_HZ)
-    noise = np.asarray(lfilter([1.0], [1.0, -0.9], rng.normal(size=count)), np.float64)
+    noise = lfilter([1.0], [1.0, -0.9], rng.normal(size=count))
     swell = np.abs(rng.normal(size=count // 6000 + 2))
     return 0.03 * noise * np.interp(np.arange(count), np.arange(len(swell)) * 6000, swell)
 
@@ -44,7 +46,9 @@ def heard(
     rng = np.random.default_rng(seed)
     times = start_s * RATE_HZ + np.arange(int(length_s * RATE_HZ)) * (1.0 + drift)
     direct = np.interp(times, np.arange(len(scene)), scene)
-    room = np.concatenate([[1.0], np.zeros(200), 0.03 * rng.normal(size=4000) * np.exp(-np.arange(4000) / 1500)])
+    room = np.concatenate(
+        [[1.0], np.zeros(200), 0.03 * rng.normal(size=4000) * np.exp(-np.arange(4000) / 1500)]
+    )
     return np.convolve(direct, room)[: len(direct)] + noise * rng.normal(size=len(direct))
 
 
@@ -72,8 +76,8 @@ def write_film(
         video.pix_fmt, video.bit_rate = "yuv420p", 8_000_000 if pictures else 100_000
         audio = None
         if sound is not None:
-            codec = {".mp4": "aac", ".mov": "pcm_s16le", ".mkv": "libopus"}[path.suffix]
-            audio = container.add_stream(codec, rate=RATE_HZ, layout="mono")
+            audio = container.add_stream(CODECS[path.suffix], rate=RATE_HZ, layout="mono")
+            assert isinstance(audio, AudioStream)
         count = len(pictures) if pictures else round(length_s * rate)
         for k in range(count):
             frame = av.VideoFrame.from_ndarray(shown[k % len(shown)], format="rgb24")
@@ -83,7 +87,9 @@ def write_film(
         if audio is not None and sound is not None:
             samples = np.clip(sound * 32767, -32768, 32767).astype(np.int16)
             for begin in range(0, len(samples), RATE_HZ):
-                part = av.AudioFrame.from_ndarray(samples[None, begin : begin + RATE_HZ], format="s16", layout="mono")
+                part = av.AudioFrame.from_ndarray(
+                    samples[None, begin : begin + RATE_HZ], format="s16", layout="mono"
+                )
                 part.sample_rate, part.pts, part.time_base = RATE_HZ, begin, Fraction(1, RATE_HZ)
                 container.mux(audio.encode(part))
             container.mux(audio.encode())

@@ -85,7 +85,9 @@ def test_what_is_not_heard_in_another_video_is_left_open(tmp_path):
 
 
 def test_sounds_that_are_not_alike_are_refused(tmp_path):
-    files = {name: film(tmp_path, f"{name}.mp4", voices(15, seed=k), 0.0, 12.0) for k, name in enumerate("ab")}
+    files = {
+        name: film(tmp_path, f"{name}.mp4", voices(15, seed=k), 0.0, 12.0) for k, name in enumerate("ab")
+    }
     with refused(FormatError, "sync.not_by"):
         find_sync(files, "audio")
     found = find_sync(files)

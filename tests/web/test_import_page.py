@@ -8,9 +8,12 @@ from pathlib import Path
 import pytest
 from playwright.sync_api import Browser, Page, expect
 
+from studio.take.folder.take import Take
 from studio.take.importers import import_recording
 from studio.take.library.incoming import PREFIX
 from tests.acceptance.processes import ServerProcess, server_process
+from tests.take.sync_videos import write_film
+from tests.take.video_files import real_pictures
 from tests.web.browser import quiet_page
 from tests.web.hits import covered
 from tests.web.playback.takes import take_with_solves
@@ -112,6 +115,31 @@ def test_from_the_page_to_an_exported_take_in_eight_clicks(
         click("#export-run")
     assert Path(download.value.path()).stat().st_size > 10_000
     assert clicks <= 8
+
+
+def test_how_videos_are_brought_to_one_clock_is_chosen(
+    page: Page, server: ServerProcess, test_data: Path, tmp_path: Path
+) -> None:
+    """The way that was asked for is used, and where it does not do this is told."""
+    folder = tmp_path / "shoot"
+    folder.mkdir()
+    person = real_pictures(test_data / "rgb" / "pose2sim_single", "cam01", 2)
+    for name in ("a", "b"):
+        write_film(folder / f"{name}.mp4", 0.0, pictures=person)
+    for way in ("clap", "none"):
+        page.locator("#import-open").click()
+        page.locator("#import-sync").select_option(way)
+        with page.expect_file_chooser() as chooser:
+            page.locator("#import-choose-folder").click()
+        chooser.value.set_files(folder)
+        if way == "clap":
+            told = page.locator(
+                "#messages .error", has_text="cannot be brought to one clock by clap: a has no sound"
+            )
+            expect(told).to_have_count(1)
+    expect(page.locator(take(page, "shoot"))).to_be_visible()
+    (meta,) = (Take.open(path.parent).meta for path in server.sessions.rglob("shoot*/take.json"))
+    assert [camera.get("clock_within_s") for camera in meta["cameras"]] == [0.1, 0.1]
 
 
 def test_what_goes_wrong_is_told_and_leaves_nothing(

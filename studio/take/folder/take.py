@@ -229,11 +229,8 @@ class Take:
 
     def common_clocks(self) -> dict[str, float]:
         """Return how far the clocks of cameras that were brought to one clock may be apart [s], by camera."""
-        return {
-            camera["name"]: camera["clock_within_s"]
-            for camera in self.meta["cameras"]
-            if camera.get("clock_within_s") is not None
-        }
+        found = ((camera["name"], camera.get("clock_within_s")) for camera in self.meta["cameras"])
+        return {name: within_s for name, within_s in found if within_s is not None}
 
     def calibration(self) -> Calibration:
         """Return the calibration in use.

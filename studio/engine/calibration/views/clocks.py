@@ -36,7 +36,7 @@ class Together:
 
 
 def compare(a: ViewTrack, b: ViewTrack) -> Together:
-    """Return the offset at which the second track's motion is most like the first one's, as far as clocks may be apart."""
+    """Return the offset, among those that are possible, at which the two tracks' motions are most alike."""
     if min(len(a.time_s), len(b.time_s)) < _LEAST_FRAMES:
         return Together(0.0, 0.0, 0)
     within_s = apart_within_s(a, b)

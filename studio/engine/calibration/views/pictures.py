@@ -121,11 +121,12 @@ def _starts_ns(
     """
     begin, end = (frames[first][i].device_time_ns for i in (0, -1))
     out = {}
+    common = first if first in brought else next((name for name in frames if name in brought), first)
     for name, mine in frames.items():
         here, there = mine[0].device_time_ns, mine[-1].device_time_ns
         overlap = min(end, there) - max(begin, here)
         if name in brought:
-            out[name] = begin if first in brought else frames[next(one for one in frames if one in brought)][0].device_time_ns
+            out[name] = frames[common][0].device_time_ns
             continue
         out[name] = begin if overlap > _ONE_CLOCK * min(end - begin, there - here) else here
     return out

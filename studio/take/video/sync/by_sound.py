@@ -1,6 +1,7 @@
 """Videos brought to one clock by what is heard in them: by all of it, or by one clap."""
 
 from collections.abc import Mapping
+from functools import partial
 
 from studio.engine.base.sentences import say
 from studio.take.video.sync.clap import find_claps
@@ -82,8 +83,8 @@ def by_claps(sounds: Mapping[str, Sound | None], clap_at_s: Mapping[str, float])
         claps = find_claps(sound)
         about = clap_at_s.get(name, clap_at_s.get(""))
         if about is not None:
-            claps = sorted((one for one in claps if abs(one - about) < _NEAR_S), key=lambda one: abs(one - about))
-            claps = claps[:1]
+            claps = sorted(claps, key=partial(_apart, about))[:1]
+            claps = [one for one in claps if _apart(about, one) < _NEAR_S]
         if len(claps) == 1:
             out.clocks[name] = VideoClock(-claps[0], within_s=WITHIN_S)
         elif claps:
@@ -109,6 +110,10 @@ def by_claps(sounds: Mapping[str, Sound | None], clap_at_s: Mapping[str, float])
         else:
             out.problems.append(say("sync.no_clap", "no clap is heard in {name}", name=name))
     return out
+
+
+def _apart(a: float, b: float) -> float:
+    return abs(a - b)
 
 
 def _heard(sounds: Mapping[str, Sound | None], out: ByClock) -> dict[str, Sound]:

@@ -67,7 +67,7 @@ def _by_recording_time(videos: Mapping[str, VideoFile], out: ByClock) -> ByClock
         out.notes.append(
             say(
                 "sync.rough",
-                "only the times of recording are known, to about {within:g} s: calibrate to find the rest by the motion",
+                "only times of recording are known, to about {within:g} s: calibrate to find the rest by the motion",
                 within=_ROUGH_S,
             )
         )
@@ -93,7 +93,7 @@ def _overlapping(
             out.problems.append(
                 say(
                     "sync.no_common_time",
-                    "{name} shares no time with the other videos by its timecode: leave it out, or choose another way",
+                    "{name} shares no time with the others by its timecode: leave it out, or choose another way",
                     name=name,
                 )
             )

@@ -9,7 +9,7 @@ _STEP_S = 0.002
 _BEFORE_S, _AFTER_S = 0.1, 0.3
 _LOW_HZ = 400.0
 _RISE, _FALL = 10.0, 4.0
-"""Factors: how much louder than the tenth of a second before, and than 0.3 s after, a clap is at least, in amplitude."""
+"""How many times as loud as the tenth of a second before, and as 0.3 s later, a clap is at least, in amplitude."""
 _LOUD = 0.35
 """Share of the loudest clap's amplitude that another clap has at least."""
 _APART_S = 0.25
@@ -26,7 +26,7 @@ def find_claps(sound: Sound) -> list[float]:
     if count * _STEP_S < _BEFORE_S + _AFTER_S:
         return []
     sos = butter(2, _LOW_HZ, "highpass", fs=RATE_HZ, output="sos")
-    filtered = np.abs(np.asarray(sosfilt(sos, sound.samples.astype(np.float64)), np.float64))
+    filtered = np.abs(sosfilt(sos, sound.samples.astype(np.float64)))
     loud = filtered[: count * step].reshape(count, step).max(axis=1)
     before, after = round(_BEFORE_S / _STEP_S), round(_AFTER_S / _STEP_S)
     quiet = _loudest(loud, -before, -2)
@@ -54,7 +54,9 @@ def _loudest(loud: NDArray[np.float64], begin: int, end: int) -> NDArray[np.floa
     from scipy.ndimage import maximum_filter1d
 
     size = end - begin + 1
-    padded = np.concatenate([np.full(-begin, np.inf), loud])  # a sound that begins with noise has no onset there
+    padded = np.concatenate(
+        [np.full(-begin, np.inf), loud]
+    )  # a sound that begins with noise has no onset there
     whole = maximum_filter1d(padded, size, origin=size // 2, mode="nearest")
     return whole[-begin + end : len(loud) - begin + end]
 

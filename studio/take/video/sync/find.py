@@ -118,16 +118,14 @@ def _chosen(files: Mapping[str, Path], way: str, best: str, tried: Mapping[str, 
             ways=[one for one in WAYS if one != way],
         )
     begin = min(clock.starts_s for clock in found.clocks.values())
-    clocks = {
-        name: replace(clock, starts_s=clock.starts_s - begin) for name, clock in found.clocks.items()
-    }
+    clocks = {name: replace(clock, starts_s=clock.starts_s - begin) for name, clock in found.clocks.items()}
     shown = [f"{name} {clock.starts_s:.3f} s" for name, clock in clocks.items()]
     notes = [
         say("sync.used", "brought to one clock by {way}: {starts}", way=best, starts=shown),
         *found.notes,
     ]
     others = [reason for name, one in tried.items() if name != best for reason in one.problems]
-    if way == "auto" and others and [*tried][0] != best:
+    if way == "auto" and others and next(iter(tried)) != best:
         notes.append(say("sync.not_first", "other ways did not do: {reasons}", reasons=others[:_SHOWN]))
     open_ones = [name for name in files if name not in clocks]
     notes += found.problems
@@ -154,7 +152,9 @@ def _untouched(files: Mapping[str, Path], way: str) -> FoundSync:
 
 def _motion(reasons: list[Said]) -> Said:
     if not reasons:
-        return say("sync.motion", "the videos begin together here; calibrate to find how far apart they began")
+        return say(
+            "sync.motion", "the videos begin together here; calibrate to find how far apart they began"
+        )
     return say(
         "sync.motion_because",
         "the videos begin together here; calibrate to find by the motion how far apart they began, because nothing "

@@ -1,9 +1,9 @@
 """How far apart two sounds of one scene began: generalised cross-correlation of short pieces.
 
-Each sound is whitened in time and frequency (Knapp and Carter, "The generalized correlation method for estimation of
-time delay", 1976), so that neither a hum nor one loud moment decides. Pieces of the one are looked for in the whole of
-the other. The pieces that agree give the offset, and over long files the drift of one clock against the other; too few
-that agree give no answer.
+Each sound is whitened in time and frequency, so that neither a hum nor one loud moment decides (Knapp and Carter,
+"The generalized correlation method for estimation of time delay", 1976). Pieces of the one are looked for in the
+other. Those that agree give the offset, and over long files the drift of one clock against the other. Where too few
+agree, there is no answer.
 """
 
 from dataclasses import dataclass
@@ -108,7 +108,7 @@ def _whitened(samples: NDArray[np.float32]) -> Array:
     even = heard * spectrum / (np.sqrt(size * usual) + floor)
     even[(frequencies < _BAND_HZ[0]) | (frequencies > _BAND_HZ[1])] = 0.0
     _, sound = istft(even, RATE_HZ, nperseg=_WINDOW)
-    return np.asarray(np.real(sound), np.float64)[: len(samples)]
+    return sound[: len(samples)]
 
 
 class _Whole:
@@ -119,7 +119,7 @@ class _Whole:
 
         self._sound, self._count = sound, len(sound)
         self._margin = min(int(_PIECE_S * RATE_HZ), self._count)
-        self._size = int(next_fast_len(self._count + self._margin, real=True))
+        self._size = next_fast_len(self._count + self._margin, real=True)
         self._spectrum = rfft(sound, self._size)
         energy = np.concatenate([[0.0], np.cumsum(sound**2)])
         self._energy = energy
@@ -162,12 +162,12 @@ class _Whole:
 
         if everywhere:
             product = self._spectrum * np.conj(rfft(piece, self._size))
-            return np.asarray(irfft(product, self._size), np.float64)[lags]  # negative lags stand at the end
+            return irfft(product, self._size)[lags]  # negative lags stand at the end
         first, end = int(lags[0]), int(lags[-1]) + len(piece)
         part = np.zeros(end - first)
         inside = slice(max(first, 0), min(end, self._count))
         part[inside.start - first : inside.stop - first] = self._sound[inside]
-        return np.asarray(correlate(part, piece, mode="valid", method="fft"), np.float64)
+        return correlate(part, piece, mode="valid", method="fft")
 
 
 def _top(values: Array, i: int) -> float:

@@ -1,4 +1,3 @@
-// French of what is said when videos are brought to one clock, by code.
 export default {
   "sync.clap_of_none": "--clap-at {name} : il n'y a pas de telle vidéo ; permis : {names}",
   "sync.not_by": "les vidéos ne peuvent être mises à la même heure par {way} : {reasons} ; choisissez une autre manière : {ways}",
@@ -9,7 +8,7 @@ export default {
   "sync.motion": "les vidéos commencent ensemble ici ; calibrez pour trouver l'écart entre leurs débuts",
   "sync.motion_because": "les vidéos commencent ensemble ici ; calibrez pour trouver par le mouvement l'écart entre leurs débuts, car rien d'autre ne le dit : {reasons}",
   "sync.not_alike": "le son de {name} ne ressemble clairement à celui d'aucune autre vidéo",
-  "sync.drift": "l'horloge de {name} retarde de {ppm:.0f} ppm sur la plus longue vidéo ; ses temps ont été corrigés",
+  "sync.drift": "l'horloge de {name} retarde de {ppm} ppm sur la plus longue vidéo ; ses temps ont été corrigés",
   "sync.several_claps": "{name} a {n} claquements, à {times} s : dites lequel compte (--clap-at {name}=SECONDE)",
   "sync.no_clap_there": "aucun claquement dans {name} à moins de {near} s de la seconde {about}",
   "sync.no_clap": "aucun claquement dans {name}",
@@ -19,5 +18,5 @@ export default {
   "sync.bad_timecode": "{name} commence à {timecode}, ce qui n'est pas un timecode à {rate} Hz",
   "sync.timecodes_zero": "tous les timecodes commencent à 0 : les caméras n'étaient pas à la même heure",
   "sync.rough": "seules les heures d'enregistrement sont connues, à {within} s près : calibrez pour trouver le reste par le mouvement",
-  "sync.no_common_time": "{name} n'a aucun moment commun avec les autres vidéos selon son timecode : retirez-la ou choisissez une autre manière",
+  "sync.no_common_time": "{name} n'a aucun moment commun avec les autres vidéos selon son timecode : retirez-la ou choisissez une autre manière"
 };
