@@ -11,7 +11,8 @@ Turn camera recordings, or an animation, into a take.
 
 PATH is a video, or a folder of videos, one per camera; a folder of camera_0, camera_1, ... each with joints.csv, or
 with depth.txt and camera.json; an Azure Kinect .mkv, a RealSense or ROS .bag or .db3, or a folder of these, a
-camera each; a raw.mcap; a CSV with the skeletons of Kinects; or a folder of OpenPose's JSON files per camera. The
+camera each; a raw.mcap; a CSV with the skeletons of Kinects; or a folder with the
+landmarks of OpenPose, Pose2Sim, MMPose, AlphaPose or FreeMoCap, best with the videos beside. The
 readable part of a truncated file is imported. An existing take is never overwritten, and a failed import leaves no
 files.
 

@@ -47,6 +47,19 @@ def test_videos_given_together_are_the_cameras_of_one_take():
     assert made("shoot/a.webm", "shoot/b.mp4", "shoot/notes.txt").keys() == {"shoot"}
 
 
+@pytest.mark.parametrize(
+    "paths",
+    [
+        ("shoot/left.json", "shoot/right.json", "shoot/left.mp4", "shoot/right.mp4"),
+        ("shoot/left/left_0_keypoints.json", "shoot/recording.json"),
+        ("shoot/pose/cam01_json/cam01_000000.json", "shoot/videos/cam01.mp4", "shoot/Config.toml"),
+        ("shoot/output_data/raw_data/mediapipe_2dData_pixelXY.npy", "shoot/synchronized_videos/a.mp4"),
+    ],
+)
+def test_landmarks_of_another_program_are_one_take_with_their_videos(paths):
+    assert made(*paths) == {"shoot": paths}
+
+
 def test_a_folder_that_is_a_take_is_one():
     paths = ("one/take.json", "one/raw.mcap", "one/solves/live/poses.npz")
     assert made(*paths) == {"one": paths}

@@ -10,7 +10,8 @@ from pathlib import Path
 
 from studio.api.errors import NotFoundError
 from studio.engine.base.errors import SettingsError, StudioError
-from studio.take.importers import IMPORTERS, keypoint_folders, videos
+from studio.take.importers import IMPORTERS, videos
+from studio.take.importers.keypoints import reading as keypoints
 from studio.take.library.sessions import take_ids, take_info
 
 TAKES = "takes"
@@ -131,7 +132,7 @@ class Recordings:
             if kind == "videos":
                 return tuple(videos.video_files(path))
             if kind == "keypoint-folders":
-                return tuple(keypoint_folders.camera_folders(path))
+                return tuple(keypoints.camera_sources(path))
             return _cameras_of_folder(path) if path.is_dir() else ()
         except (OSError, StudioError, ValueError):
             return None

@@ -2,7 +2,7 @@
 
 `recording` holds the result of an importer and writes it as a take. The importers are `camera_folders` (which reads
 `joints_csv` and `depth_folder`), `kinect_pair`, `kinect_states`, `k4a_mkv`, `ros_bag` (on `bag_files`),
-`recording_files`, `raw_file`, `videos`, which finds landmarks, and `keypoint_folders`, which reads those of others.
+`recording_files`, `raw_file`, `videos`, which finds landmarks, and `keypoints`, which reads those of others.
 `kinect` is shared by the two Kinect kinds, `table` reads their CSV, and `k4a` the metadata of Azure Kinect files.
 `animation` makes takes of animations, without raw.
 """
@@ -18,7 +18,6 @@ from studio.take.folder.take import Take, check_free
 from studio.take.importers import (
     camera_folders,
     k4a_mkv,
-    keypoint_folders,
     kinect_pair,
     kinect_states,
     raw_file,
@@ -27,6 +26,7 @@ from studio.take.importers import (
     videos,
 )
 from studio.take.importers.animation import ANIMATIONS, import_animation, is_animation
+from studio.take.importers.keypoints import reading as keypoints
 from studio.take.importers.recording import Progress, ReadRecording, write_recording
 
 
@@ -66,10 +66,10 @@ IMPORTERS: dict[str, Importer] = {
     "keypoint-folders": Importer(
         say(
             "import.kind_keypoints",
-            "a folder with a folder of OpenPose's JSON files per camera, or a project of Pose2Sim",
+            "a folder with the landmarks of OpenPose, MMPose, AlphaPose, Pose2Sim or FreeMoCap, per camera",
         ),
-        keypoint_folders.matches,
-        keypoint_folders.read,
+        keypoints.matches,
+        keypoints.read,
     ),
     "videos": Importer(
         say("import.kind_videos", "a video, or a folder of videos, one per camera"),
@@ -138,9 +138,9 @@ def import_recording(
     importer = _importer(path)
     reader = importer.read
     if options:
-        if reader is not videos.read:
+        if reader not in (videos.read, keypoints.read):
             raise _only_videos(options)
-        reader = partial(videos.read, **options)
+        reader = partial(reader, **options)
     if importer.read is videos.read:
         reader = partial(reader, hands=hands)
     check_free(out)
@@ -153,8 +153,9 @@ def import_recording(
 
 
 def are_videos(path: Path) -> bool:
-    """Whether an import reads a path as videos."""
-    return next((one for one in IMPORTERS.values() if one.matches(path)), None) is IMPORTERS["videos"]
+    """Whether an import reads a path as videos, or as landmarks that another program found in videos."""
+    found = next((one for one in IMPORTERS.values() if one.matches(path)), None)
+    return found is not None and found.read in (videos.read, keypoints.read)
 
 
 def _only_videos(options: Mapping[str, object]) -> SettingsError:

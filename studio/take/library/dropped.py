@@ -21,6 +21,8 @@ MAX_FILE_NAME = 200
 _OF_A_CAMERA = ("joints.csv", "depth.txt")
 _CAMERAS = (".bag", ".db3", *videos.ENDINGS)
 _BESIDE = ("calibration.json", "recording.json")
+_LANDMARKS = ("pose", "predictions", "output_data")
+"""Folders of a project in which other programs put landmarks."""
 _ALONE = (".csv", ".mcap", ENDING, *ENDINGS)
 
 
@@ -80,7 +82,7 @@ def _search(folder: PurePosixPath, files: dict[int, PurePosixPath], groups: list
     loose = {index: path for index, path in files.items() if path.parent == folder}
     names = {path.name.lower() for path in loose.values()}
     label, root = (folder.name, folder.as_posix()) if folder.name else ("", "")
-    if folder.name and ("take.json" in names or _has_cameras(folder, files)):
+    if folder.name and ("take.json" in names or _has_cameras(folder, files) or _has_landmarks(folder, files)):
         groups.append(Group(label, root, inside))
         return
     cameras = [index for index, path in loose.items() if path.suffix.lower() in _CAMERAS]
@@ -110,3 +112,18 @@ def _has_cameras(folder: PurePosixPath, files: dict[int, PurePosixPath]) -> bool
         path.name in _OF_A_CAMERA and path.parent.parent == folder and path.parent.name.startswith("camera_")
         for path in files.values()
     )
+
+
+def _has_landmarks(folder: PurePosixPath, files: dict[int, PurePosixPath]) -> bool:
+    """Whether a folder looks like landmarks of another program: JSON in it, in a folder in it or in a project's
+    folders, or FreeMoCap's array."""
+    if any(path.name in ("take.json", "camera.json") for path in files.values()):
+        return False
+    for path in files.values():
+        parts = path.relative_to(folder).parts
+        near = len(parts) <= 2 or (len(parts) == 3 and parts[0] in _LANDMARKS)
+        if path.suffix.lower() == ".json" and path.name not in _BESIDE and near:
+            return True
+        if path.name.endswith("pixelXY.npy") and (len(parts) == 1 or parts[0] in _LANDMARKS):
+            return True
+    return False

@@ -1,4 +1,5 @@
 export default {
+  "sync.no_videos": "{names} : des repères sans leurs vidéos ne sont pas mis à la même heure par {way} ; choisissez motion ou none",
   "sync.clap_of_none": "--clap-at {name} : il n'y a pas de telle vidéo ; permis : {names}",
   "sync.not_by": "les vidéos ne peuvent être mises à la même heure par {way} : {reasons} ; choisissez une autre manière : {ways}",
   "sync.used": "mises à la même heure par {way} : {starts}",
