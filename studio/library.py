@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from studio.engine.base.errors import TakeError
+from studio.engine.calibration.views.known_lens import KnownLens
 from studio.engine.metrics.results import Evaluation
 from studio.engine.model.calibration import Calibration
 from studio.engine.model.poses import Poses
@@ -90,6 +91,8 @@ def calibrate(
     *,
     reference: str | None = None,
     height_m: float | None = None,
+    lenses: Mapping[str, KnownLens] | None = None,
+    same_lens: bool = False,
     progress: Progress | None = None,
 ) -> Calibration:
     """Return the calibration from a take's frames; it is stored in the take and used from now on.
@@ -98,6 +101,8 @@ def calibrate(
         take: with raw frames.
         reference: the camera whose clock is the stage clock; None = the first.
         height_m: the performer's; where no camera sees depth it gives the size of the stage (1.75 where None).
+        lenses: what is known of the lenses of cameras without depth.
+        same_lens: all of those whose lens is not known have one focal length.
         progress: receives the share done.
 
     Raises:
@@ -106,7 +111,9 @@ def calibrate(
     """
     from studio.offline.tracking import calibrate_take, keep_calibration
 
-    calibration = calibrate_take(take, reference=reference, height_m=height_m, progress=progress)
+    calibration = calibrate_take(
+        take, reference=reference, height_m=height_m, lenses=lenses, same_lens=same_lens, progress=progress
+    )
     keep_calibration(take, calibration)
     return calibration
 

@@ -32,6 +32,31 @@ def add_parser(subparsers: Any) -> None:
         help="the performer's height; where no camera sees depth, it gives the size of the stage (default: 1.75)",
     )
     parser.add_argument(
+        "--lens",
+        metavar="[CAMERA=]FILE",
+        action="append",
+        default=[],
+        help="the lens of a camera without depth, or the lenses of all that the file names: JSON of a calibration, "
+        ".toml of Pose2Sim or FreeMoCap; may be given several times",
+    )
+    parser.add_argument(
+        "--focal-px",
+        metavar="[CAMERA=]PIXELS",
+        action="append",
+        default=[],
+        help="its focal length alone, such as left=1640 or left=1640+-30; without a camera, that of all",
+    )
+    parser.add_argument(
+        "--fov-deg",
+        metavar="[CAMERA=]DEGREES",
+        action="append",
+        default=[],
+        help="the same by the field of view along the picture's longer side, such as 65+-2",
+    )
+    parser.add_argument(
+        "--same-lens", action="store_true", help="cameras whose lens is not given have one focal length"
+    )
+    parser.add_argument(
         "--from",
         dest="borrow",
         metavar="OTHER",
@@ -42,6 +67,7 @@ def add_parser(subparsers: Any) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
+    from studio.commands.lenses import given_lenses
     from studio.offline.tracking import calibrate_take, keep_calibration
     from studio.take.folder.take import Take
     from studio.take.library.borrow import borrow_calibration
@@ -52,7 +78,13 @@ def run(args: argparse.Namespace) -> int:
         write_result(args, take.calibration().to_json())
         print(f"calibration {number} is in use, from {args.borrow}: {take.calibration_path(number)}")
         return 0
-    calibration = calibrate_take(take, reference=args.reference, height_m=args.height_m)
+    calibration = calibrate_take(
+        take,
+        reference=args.reference,
+        height_m=args.height_m,
+        lenses=given_lenses(args, take.camera_names),
+        same_lens=args.same_lens,
+    )
     result = calibration.to_json()
     write_result(args, result)
     print(_summary(result))

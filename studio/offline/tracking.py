@@ -16,6 +16,8 @@ from studio.engine.calibration.calibrate import calibrate
 from studio.engine.calibration.cameras.drift import follow_clocks
 from studio.engine.calibration.performer.depth_floor import seen_floors
 from studio.engine.calibration.performer.floor import Floor
+from studio.engine.calibration.views.known_lens import KnownLens
+from studio.engine.calibration.views.pictures import sees_no_depth
 from studio.engine.model.calibration import Calibration
 from studio.engine.model.frames import CameraFrame
 from studio.engine.model.settings import SolveSettings
@@ -202,6 +204,8 @@ def calibrate_take(
     *,
     reference: str | None = None,
     height_m: float | None = None,
+    lenses: Mapping[str, KnownLens] | None = None,
+    same_lens: bool = False,
     progress: Progress | None = None,
 ) -> Calibration:
     """Return the calibration from a take's frames; a bad one has the verdict `refused` and reasons.
@@ -214,10 +218,12 @@ def calibrate_take(
     Args:
         height_m: the performer's; without depth it gives the size of the stage, else it is compared with what is
             measured.
+        lenses: what is known of the lenses of cameras without depth.
+        same_lens: all of those whose lens is not known have one focal length.
 
     Raises:
         CalibrationError: no frames at all.
-        SettingsError: no such reference camera.
+        SettingsError: no such reference camera, or a lens of a camera that has none to be known.
     """
     summary, until_s = inspect_raw(take.raw_path), take.meta["calibration_s"]
     depth = DepthRecording(take.raw_path) if summary.depth_frames else None
@@ -235,6 +241,14 @@ def calibrate_take(
             name=reference,
             names=[*frames],
         )
+    strange = [name for name in lenses or {} if not sees_no_depth(frames.get(name, ()))]
+    if strange:
+        raise SettingsError(
+            "calibration.lens_of_none",
+            "a lens for {name}: no such camera without depth; allowed: {names}",
+            name=strange[0],
+            names=[name for name, mine in frames.items() if sees_no_depth(mine)] or ["none"],
+        )
     calibration = calibrate(
         frames,
         reference=reference,
@@ -242,6 +256,8 @@ def calibrate_take(
         height_m=height_m,
         floors=floors,
         clocks_within_s=take.common_clocks(),
+        lenses=lenses,
+        same_lens=same_lens,
         must_hold="somewhere" if until_s is None else "at_end",
         progress=progress if only_depth is None else None,
     )

@@ -28,6 +28,7 @@ from studio.engine.calibration.quality.halves import Halves, compare_halves
 from studio.engine.calibration.quality.handedness import mirrored_bodies
 from studio.engine.calibration.quality.verdict import Facts, verdict
 from studio.engine.calibration.together import Placements, swaps_between
+from studio.engine.calibration.views.known_lens import KnownLens
 from studio.engine.calibration.views.pictures import calibrate_beside, calibrate_pictures, sees_no_depth
 from studio.engine.calibration.views.points import with_points
 from studio.engine.model.calibration import Calibration, CameraCalibration, Performer
@@ -50,6 +51,8 @@ def calibrate(
     floors: Mapping[str, Floor] | None = None,
     must_hold: MustHold = "always",
     clocks_within_s: Mapping[str, float] | None = None,
+    lenses: Mapping[str, KnownLens] | None = None,
+    same_lens: bool = False,
     progress: Callable[[float], None] | None = None,
 ) -> Calibration:
     """Return the calibration from the frames; a bad one has the verdict `refused` and reasons.
@@ -68,10 +71,13 @@ def calibrate(
             reported (`CameraCalibration.disagrees`); all figures are then of the rest.
         clocks_within_s: of cameras that see no depth and were brought to one clock before, how far theirs may be from
             it [s]; None = none were.
+        lenses: what is known of the lenses of cameras that see no depth.
+        same_lens: all of those whose lens is not known have one focal length.
         progress: of cameras that see no depth, called with the share that is done, 0..1.
 
     Raises:
         CalibrationError: no frames at all, or a reference camera without frames.
+        SettingsError: a lens for pictures of another shape.
     """
     if any(frames.values()) and all(sees_no_depth(mine) for mine in frames.values() if mine):
         return calibrate_pictures(
@@ -80,6 +86,8 @@ def calibrate(
             until_s=until_s,
             height_m=height_m,
             clocks_within_s=clocks_within_s,
+            lenses=lenses,
+            same_lens=same_lens,
             progress=progress,
         )
     flat = {name: mine for name, mine in frames.items() if sees_no_depth(mine)}
@@ -109,7 +117,7 @@ def calibrate(
             results[camera.name] = replace(result, disagrees=tuple(span.later(epoch_s) for span in spans[i]))
     if flat:
         own = cameras[0].name, frames[cameras[0].name]
-        results |= calibrate_beside(flat, own, epoch_s + walk.times_s, walk.merged)
+        results |= calibrate_beside(flat, own, epoch_s + walk.times_s, walk.merged, lenses)
     return Calibration(cameras[0].name, results, performer, floor_given=floor_given)
 
 

@@ -253,7 +253,12 @@ def _lens_to_json(lens: Lens) -> LensJson:
     }
 
 
-def _lens_from_json(value: dict[str, Any]) -> Lens:
+def lens_from_json(value: dict[str, Any]) -> Lens:
+    """Return a lens as `intrinsics` have it.
+
+    Raises:
+        KeyError, TypeError, ValueError: it is none.
+    """
     fx, fy, cx, cy = (float(value[key]) for key in ("fx", "fy", "cx", "cy"))
     distortion = tuple(float(number) for number in value.get("distortion", ()))
     width, height = int(value["width"]), int(value["height"])
@@ -288,7 +293,7 @@ def _camera_from_json(value: dict[str, Any]) -> CameraCalibration:
         verdict=str(value.get("verdict", "good")),
         reasons=tuple(with_codes(value.get("reasons", ()), value.get("said", ()))),
         disagrees=tuple(Span.from_json(span) for span in value.get("disagrees", ())),
-        lens=None if value.get("intrinsics") is None else _lens_from_json(value["intrinsics"]),
+        lens=None if value.get("intrinsics") is None else lens_from_json(value["intrinsics"]),
     )
 
 

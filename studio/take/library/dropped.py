@@ -124,6 +124,6 @@ def _has_landmarks(folder: PurePosixPath, files: dict[int, PurePosixPath]) -> bo
         near = len(parts) <= 2 or (len(parts) == 3 and parts[0] in _LANDMARKS)
         if path.suffix.lower() == ".json" and path.name not in _BESIDE and near:
             return True
-        if path.name.endswith("pixelXY.npy") and (len(parts) == 1 or parts[0] in _LANDMARKS):
+        if path.name.endswith("pixelXY.npy") and (len(parts) == 1 or parts[:1] == _LANDMARKS[-1:]):
             return True
     return False

@@ -36,11 +36,13 @@ class Freedom:
 
     Attributes:
         focals: by camera, the number of its unknown focal length, -1 = known; equal numbers are one unknown.
+        shares: by camera, how well its focal length was given, as a share of it; 0 = it was not, or exactly.
         lenses: whether each camera's distortion and principal point are sought.
         clocks: whether the clocks of all cameras but the first are.
     """
 
     focals: tuple[int, ...]
+    shares: tuple[float, ...]
     lenses: tuple[bool, ...]
     clocks: bool
 
@@ -117,7 +119,8 @@ class Adjustment:
         self.usual, self.freedom, self.limbs_m = usual, freedom, limbs_m
         self.columns, self.unknowns = columns_of(freedom)
         self.known = np.zeros(self.weight.shape[1:], dtype=np.bool_)
-        sought = usual.focals[self.columns[:, FOCAL] >= 0]
+        given = np.array(freedom.shares) > 0
+        sought = usual.focals[(self.columns[:, FOCAL] >= 0) & ~given]
         alike = len(sought) > 0 and sought.max() < _SAME_SIZE * sought.min()
         self.own_focal = _ALIKE_FOCAL if alike else _OWN_FOCAL
         self.repeated = repeated(times_s)
@@ -173,11 +176,14 @@ class Adjustment:
         """Return how far the global unknowns are from what is usual, and the inverse covariance of that."""
         size = self.unknowns + LENGTH_COUNT
         b, P = np.zeros(size + 1), np.zeros((size + 1, size + 1))
-        focals = np.unique(self.columns[:, FOCAL][self.columns[:, FOCAL] >= 0])
+        given = np.array(self.freedom.shares) > 0
+        focals = np.unique(self.columns[~given, FOCAL][self.columns[~given, FOCAL] >= 0])
         count = len(focals)
         for camera, row in enumerate(self.columns):
             if row[FOCAL] >= 0:
                 b[row[FOCAL]] = np.log(fit.rig.focals[camera] / self.usual.focals[camera])
+                if given[camera]:
+                    P[row[FOCAL], row[FOCAL]] = self.freedom.shares[camera] ** -2
             if row[BEND] >= 0:
                 b[row[BEND]], P[row[BEND], row[BEND]] = fit.rig.bends[camera], _BEND**-2
                 at = row[CENTRE]

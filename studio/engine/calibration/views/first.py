@@ -79,7 +79,7 @@ def adjust_places(
     limbs = limbs_m(height_m)
     size = limbs / lengths(joints)[LIMBS].sum()
     rig, joints = replace(rig, shifts=rig.shifts * size), joints * size
-    freedom = Freedom((-1,) * count, (False,) * count, False)
+    freedom = Freedom((-1,) * count, (0.0,) * count, (False,) * count, False)
     fit = FittedRig(rig, joints, lengths(joints))
     return Adjustment(samples, times_s, rig, freedom, limbs, _LOOSE).run(fit, rounds, _SMALL)
 

@@ -11,6 +11,7 @@ from studio.engine.base.sentences import Said, say
 from studio.engine.calibration.views.beside import place_beside
 from studio.engine.calibration.views.bodies import USUAL_HEIGHT_M
 from studio.engine.calibration.views.calibrate import calibrate_views
+from studio.engine.calibration.views.known_lens import KnownLens
 from studio.engine.calibration.views.result import PlacedView
 from studio.engine.calibration.views.view import View
 from studio.engine.model.calibration import Calibration, CameraCalibration
@@ -34,6 +35,8 @@ def calibrate_pictures(
     until_s: float | None = None,
     height_m: float | None = None,
     clocks_within_s: Mapping[str, float] | None = None,
+    lenses: Mapping[str, KnownLens] | None = None,
+    same_lens: bool = False,
     progress: Callable[[float], None] | None = None,
 ) -> Calibration:
     """Return the calibration of cameras that see no depth; a bad one has the verdict `refused` and reasons.
@@ -46,10 +49,13 @@ def calibrate_pictures(
         until_s: use only the reference camera's frames up to this time on its clock [s].
         height_m: the performer's, which gives the size; 1.75 m where None.
         clocks_within_s: of the cameras that were brought to one clock, how far theirs may be from it [s].
+        lenses: what is known of cameras' lenses.
+        same_lens: all cameras whose lens is not known have one focal length.
         progress: called with the share that is done, 0..1.
 
     Raises:
         CalibrationError: the reference camera has no frames.
+        SettingsError: a lens for pictures of another shape.
     """
     seen = {name: mine for name, mine in frames.items() if mine}
     first = reference if reference is not None else next(iter(seen), "")
@@ -71,7 +77,8 @@ def calibrate_pictures(
         )
         for name in order
     ]
-    result = calibrate_views(views, height_m=height_m, progress=progress)
+    views = [_with_lens(view, lenses) for view in views]
+    result = calibrate_views(views, height_m=height_m, shared_focal=same_lens, progress=progress)
     cameras = {name: _camera(result.cameras[name], starts[first] - starts[name]) for name in order}
     if not result.scale_known:
         cameras[first] = replace(cameras[first], reasons=(*cameras[first].reasons, _size_guessed()))
@@ -92,6 +99,7 @@ def calibrate_beside(
     reference: tuple[str, Sequence[CameraFrame]],
     device_s: NDArray[np.float64],
     joints_m: NDArray[np.float64],
+    lenses: Mapping[str, KnownLens] | None = None,
 ) -> dict[str, CameraCalibration]:
     """Return cameras without depth, placed by the skeleton that depth cameras see; a bad one is `refused`.
 
@@ -100,12 +108,15 @@ def calibrate_beside(
         reference: the reference camera's name and frames.
         device_s: instants on the reference camera's clock [s], shape (instant_count,).
         joints_m: canonical joints at the instants, stage frame [m], shape (instant_count, 21, 3); NaN = unknown.
+        lenses: what is known of cameras' lenses.
     """
     name, own = reference
     starts = _starts_ns({name: own, **frames}, name)
     times_s = device_s - starts[name] * 1e-9
     placed = {
-        camera: place_beside(_view(camera, mine, starts[camera], np.inf), times_s, joints_m)
+        camera: place_beside(
+            _with_lens(_view(camera, mine, starts[camera], np.inf), lenses), times_s, joints_m
+        )
         for camera, mine in frames.items()
     }
     return {camera: _camera(one, starts[name] - starts[camera]) for camera, one in placed.items()}
@@ -153,6 +164,14 @@ def _view(name: str, frames: Sequence[CameraFrame], start_ns: int, until_s: floa
         last.width,
         last.height,
     )
+
+
+def _with_lens(view: View, lenses: Mapping[str, KnownLens] | None) -> View:
+    known = (lenses or {}).get(view.name)
+    if known is None:
+        return view
+    lens = known.of(view.name, view.width, view.height)
+    return replace(view, lens=lens, focal_share=known.share)
 
 
 def _camera(placed: PlacedView, begins_before_ns: int) -> CameraCalibration:

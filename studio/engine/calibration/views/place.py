@@ -74,14 +74,14 @@ def _adjust(
     usual, limbs = rig, limbs_m(USUAL_HEIGHT_M)
     fit = adjust_places(rig, tracks, times, USUAL_HEIGHT_M, _PLACE_STEPS)
     free = [not track.known for track in tracks]
-    numbers = np.where(free, 0 if shared_focal else np.cumsum(free) - 1, -1)
+    focals, shares = _sought(tracks, shared_focal), tuple(track.focal_share for track in tracks)
     adjustment, swapped = None, []
     within_s = np.array([apart_within_s(tracks[0], track) for track in tracks])
     for k, (lenses, loose, small) in enumerate(_STAGES):
         told((k + 1) / (len(_STAGES) + 1))
         rig = fit.rig
         swapped, samples, joints = brought_together(rig, tracks, times)
-        freedom = Freedom(tuple(numbers.tolist()), tuple(lenses and one for one in free), True)
+        freedom = Freedom(focals, shares, tuple(lenses and one for one in free), True)
         near = replace(usual, ahead_s=rig.ahead_s)
         adjustment = Adjustment(samples, times, near, freedom, limbs, loose)
         fit = adjustment.run(FittedRig(rig, joints, fit.bones), _STEPS, small)
@@ -89,6 +89,21 @@ def _adjust(
         fit = replace(fit, rig=replace(fit.rig, ahead_s=ahead_s))
     assert adjustment is not None
     return fit, adjustment, swapped
+
+
+def _sought(tracks: list[ViewTrack], shared_focal: bool) -> tuple[int, ...]:
+    """Return by camera the number of its unknown focal length, -1 = it is known exactly."""
+    numbers, shared, used = [], -1, 0
+    for track in tracks:
+        if track.known and not track.focal_share:
+            numbers.append(-1)
+        elif shared_focal and not track.known and shared >= 0:
+            numbers.append(shared)
+        else:
+            shared = shared if track.known else used
+            numbers.append(used)
+            used += 1
+    return tuple(numbers)
 
 
 def _facts(
@@ -112,7 +127,7 @@ def _facts(
         ViewFacts(
             rests_of(rests[c], adjustment.weight[c], depths[c], float(fit.rig.focals[c])),
             replace(uncertain[c], place_m=uncertain[c].place_m * size),
-            view.lens is None,
+            view.lens is None or view.focal_share > 0,
             knees_seen(view, tracks[c]),
             max(pair.together.correlation for key, pair in pairs.items() if c in key),
             float(angles[c].max()),
@@ -126,7 +141,10 @@ def _facts(
 
 def _lens(view: View, rig: CameraRig, c: int) -> Lens:
     if view.lens is not None:
-        return view.lens
+        by = float(rig.focals[c]) * 2 / (view.lens.fx + view.lens.fy)
+        return (
+            replace(view.lens, fx=view.lens.fx * by, fy=view.lens.fy * by) if view.focal_share else view.lens
+        )
     usual = usual_lens(view.width, view.height)
     focal, (x, y) = float(rig.focals[c]), rig.centres[c].tolist()
     return replace(

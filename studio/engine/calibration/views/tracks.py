@@ -34,7 +34,8 @@ class ViewTrack:
         sigma: usual error [pixel], shape (frame_count, 17).
         world_m: the network's guess of the joints about the hips [m], shape (frame_count, 17, 3).
         focal: known or first focal length [pixel].
-        known: whether it is known.
+        known: whether the lens is known, of which the focal length may be known to a share only.
+        focal_share: see `View`.
         clock_within_s: see `View`.
     """
 
@@ -45,6 +46,7 @@ class ViewTrack:
     world_m: NDArray[np.float64]
     focal: float
     known: bool
+    focal_share: float = 0.0
     clock_within_s: float | None = None
 
     @property
@@ -98,7 +100,9 @@ def make_track(view: View) -> ViewTrack:
     sigma = np.where(view.confidence[:, COLUMNS] < _LOW_CONFIDENCE, 2.5 * sigma, sigma)
     points = np.where(seen[..., None], points, 0.0)
     known = view.lens is not None
-    return ViewTrack(view.time_s, points, seen, sigma, world, focal, known, view.clock_within_s)
+    return ViewTrack(
+        view.time_s, points, seen, sigma, world, focal, known, view.focal_share, view.clock_within_s
+    )
 
 
 def apart_within_s(a: ViewTrack, b: ViewTrack) -> float:

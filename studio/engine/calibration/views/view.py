@@ -36,6 +36,7 @@ class View:
             axes (x right, y down, z away), shape (frame_count, 21, 3); NaN = unseen.
         width, height: of the picture [pixel].
         lens: of the camera; None = its focal length is to be found.
+        focal_share: deviation of its focal length, as a share of it; 0 = it is exactly that of `lens`.
         clock_within_s: how far its clock may be from that of other views with this [s]; None = anything may be.
     """
 
@@ -47,6 +48,7 @@ class View:
     width: int
     height: int
     lens: Lens | None = None
+    focal_share: float = 0.0
     clock_within_s: float | None = None
 
     @property

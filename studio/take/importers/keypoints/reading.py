@@ -203,8 +203,8 @@ def _note(
         notes.append(
             say(
                 "import.keypoints_people",
-                "{name}: up to {n} people in a frame; who was large for the longest was followed, in {share:.0f} % of "
-                "the frames",
+                "{name}: up to {n} people in a frame; who was large for the longest was followed, in {share:.0f} % "
+                "of the frames",
                 name=name,
                 n=most,
                 share=100.0 * share,

@@ -1,4 +1,8 @@
 export default {
+  "views.lens_shape": "l'objectif de {name} est pour des images de {lens_width} x {lens_height}, et ses images font {width} x {height} : donnez-en un pour cette forme",
+  "calibration.lens_of_none": "un objectif pour {name} : il n'y a pas de telle caméra sans profondeur ; permises : {names}",
+  "calibration.lens_file": "{path} n'a pas d'objectif lisible ({error}) ; donnez le JSON d'un calibrage, ou un .toml de Pose2Sim ou FreeMoCap",
+  "calibration.lens_of_other": "{path} a les objectifs de {others}, aucun de {name} : renommez-en un, ou faites un fichier avec un seul objectif",
   "calibration.lens": "les paramètres internes demandent des nombres finis, des focales et des tailles au-dessus de 0, et 0 ou 4 à 8 coefficients de distorsion",
   "calibration.camera_added": "{name} est arrivée après la calibration et ne sert pas : recalibrez",
   "calibration.camera_missing": "{name} est dans la calibration et n'est pas connectée : connectez-la ou continuez sans elle",

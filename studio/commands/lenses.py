@@ -1,0 +1,63 @@
+"""Lenses that are given to `studio calibrate`."""
+
+import argparse
+from collections.abc import Sequence
+from dataclasses import replace
+from math import radians, sin
+from pathlib import Path
+
+from studio.engine.base.errors import SettingsError
+from studio.engine.base.value_sentences import bad_value
+from studio.engine.calibration.views.known_lens import KnownLens
+from studio.take.folder.lens_files import lens_for, read_lenses
+
+
+def given_lenses(args: argparse.Namespace, cameras: Sequence[str]) -> dict[str, KnownLens]:
+    """Return by camera what `--lens`, `--focal-px` and `--fov-deg` say; what names a camera counts before the rest.
+
+    Raises:
+        FormatError: a file without a lens. SettingsError: a text that says no number.
+    """
+    found: dict[str, KnownLens] = {}
+    texts = [
+        (kind, *_parts(text)) for kind in ("fov_deg", "focal_px", "lens") for text in getattr(args, kind)
+    ]
+    for kind, camera, text in sorted(texts, key=lambda one: bool(one[1])):
+        if kind == "lens":
+            found |= _of_file(camera, text, cameras)
+            continue
+        known = _focal(kind, text)
+        found |= dict.fromkeys([camera] if camera else cameras, known)
+    return found
+
+
+def _parts(text: str) -> tuple[str, str]:
+    camera, equals, rest = text.partition("=")
+    return (camera, rest) if equals else ("", text)
+
+
+def _of_file(camera: str, file: str, cameras: Sequence[str]) -> dict[str, KnownLens]:
+    if camera:
+        return {camera: KnownLens(lens_for(camera, file))}
+    lenses = read_lenses(file)
+    if set(lenses) == {""}:
+        return {name: KnownLens(lenses[""]) for name in cameras}
+    mine = {name: KnownLens(lens) for name, lens in lenses.items() if name in cameras}
+    if not mine:
+        raise SettingsError(
+            bad_value("--lens", Path(file).name, f"a file with a lens of {', '.join(cameras)}")
+        )
+    return mine
+
+
+def _focal(kind: str, text: str) -> KnownLens:
+    value, _, deviation = text.partition("+-")
+    try:
+        number, off = float(value), float(deviation or 0.0)
+    except ValueError as error:
+        option = "--" + kind.replace("_", "-")
+        raise SettingsError(bad_value(option, text, "a number, such as 65, or 65+-2")) from error
+    if kind == "focal_px":
+        return replace(KnownLens(focal_px=number), share=abs(off / number))
+    # f = w / 2 / tan(a / 2): its share changes by da / sin(a)
+    return replace(KnownLens(field_deg=number), share=abs(radians(off) / sin(radians(number))))
