@@ -27,8 +27,10 @@ def add_parser(subparsers: Any) -> None:
     )
     parser.add_argument(
         "--model",
+        "--pose-network",
         metavar="MODEL",
-        help="finds the landmarks in videos: lite, full (default), heavy, or a file",
+        help="finds the landmarks in videos: lite, full (default), heavy, a bundle, or the description of an ONNX "
+        "network",
     )
     parser.add_argument("--no-hands", action="store_true", help="do not look for the hands in videos")
     parser.add_argument(

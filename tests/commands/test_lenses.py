@@ -22,7 +22,7 @@ def given(*words: str) -> dict[str, KnownLens]:
 
 def test_what_names_a_camera_counts_before_the_rest():
     found = given("--focal-px", "left=900+-9", "--fov-deg", "90+-2")
-    assert found["left"] == KnownLens(focal_px=900.0, share=pytest.approx(0.01))
+    assert found["left"] == KnownLens(focal_px=900.0, share=0.01)
     assert found["right"].field_deg == 90 and found["right"].share == pytest.approx(0.0349, abs=1e-4)
     assert given("--same-lens") == {}
 

@@ -11,6 +11,7 @@ from studio.engine.base.sentences import say
 from studio.engine.base.system import core_count
 from studio.engine.model.joints import JOINT_SETS
 from studio.engine.seeing.pictures.bundle import model_file
+from studio.engine.seeing.pictures.described import is_description
 from studio.take.importers.camera_folders import read_beside
 from studio.take.importers.recording import Progress, ReadCamera, ReadRecording
 from studio.take.video.file import ENDINGS, is_video
@@ -88,7 +89,7 @@ def read(
     notes: list[str] = [note for name, one in found.items() for note in _notes(name, one)]
     if not any(one.somebody.any() for one in found.values()):
         raise FormatError("import.nobody", "nobody was found in the videos at {path}", path=path)
-    cameras = tuple(_camera(name, one, found_sync.clocks[name]) for name, one in found.items())
+    cameras = tuple(_camera(name, one, found_sync.clocks[name], model) for name, one in found.items())
     created = min((one.video.created for one in found.values() if one.video.created), default=None)
     others = _others(path, files)
     if others:
@@ -106,11 +107,11 @@ def _others(path: Path, files: dict[str, Path]) -> list[str]:
     return sorted(file.name for file in path.iterdir() if file.suffix.lower() in kinds and file not in taken)
 
 
-def _camera(name: str, found: VideoLandmarks, clock: VideoClock) -> ReadCamera:
+def _camera(name: str, found: VideoLandmarks, clock: VideoClock, model: str | Path) -> ReadCamera:
     count = len(JOINT_SETS[JOINT_SET])
     return ReadCamera(
         name=name,
-        device=DEVICE,
+        device=f"video, {Path(model).stem}" if is_description(model) else DEVICE,
         joint_set=JOINT_SET,
         times_ns=clock.of(found.times_ns),
         positions=np.full((len(found.times_ns), count, 3), np.nan),

@@ -23,7 +23,8 @@ def model_file(model: str | Path) -> Path:
     """Return the file of a pose model.
 
     Args:
-        model: `lite`, `full` or `heavy`, or the path of a bundle (`.task`) or of a network of landmarks (`.tflite`).
+        model: `lite`, `full` or `heavy`, or the path of a bundle (`.task`), of a network of landmarks (`.tflite`), or
+            of the description of a network of others (`.json`, `.toml`).
 
     Raises:
         NotAvailableError: the heavy model is not there.
@@ -38,7 +39,7 @@ def model_file(model: str | Path) -> Path:
             "the heavy model is not here: it does not come with the studio; use full, or fetch it as "
             "docs/devices.md says",
         )
-    raise SettingsError(unknown("model", str(model), [*POSE_MODELS, "a file (.task, .tflite)"]))
+    raise SettingsError(unknown("model", str(model), [*POSE_MODELS, "a file (.task, .tflite, .json, .toml)"]))
 
 
 def pose_networks(path: Path) -> tuple[bytes, bytes]:

@@ -10,7 +10,9 @@ from PIL import Image
 from studio.engine.base.errors import SettingsError
 from studio.engine.base.value_sentences import bad_value
 from studio.engine.seeing.pictures.bundle import model_file, pose_networks
+from studio.engine.seeing.pictures.described import is_description
 from studio.engine.seeing.pictures.landmarks import LandmarkNetwork, RegionPose
+from studio.engine.seeing.pictures.onnx_poses import DescribedNetwork, PersonBox
 from studio.engine.seeing.pictures.people import PeopleDetector, Person
 from studio.engine.seeing.pictures.region import Region
 
@@ -51,8 +53,10 @@ class PoseFinder:
     The detector looks for people at the start and when the person is lost. Of several people, the one nearest to the
     picture's middle is taken, among those that are about as large as the largest; then that one is followed.
 
+    A network of others reads the landmarks that it has. The rest, and how the body stands, are those of `full`.
+
     Args:
-        model: `lite`, `full` or `heavy`, or a file, see `model_file`.
+        model: `lite`, `full` or `heavy`, or a file, see `model_file`; a description is one of a network of others.
         threads: on which the networks run.
 
     Raises:
@@ -63,6 +67,8 @@ class PoseFinder:
 
     def __init__(self, model: str | Path = "full", threads: int = 1) -> None:
         path = model_file(model)
+        self._other = DescribedNetwork(path, threads) if is_description(path) else None
+        path = path if self._other is None else model_file("full")
         detector, landmarks = pose_networks(path)
         self._detector = PeopleDetector(detector, path, threads)
         self._landmarks = LandmarkNetwork(landmarks, path, threads)
@@ -90,9 +96,21 @@ class PoseFinder:
             self._people = 0
             return None
         self._region = seen.next_region if self._region is None else self._region.towards(seen.next_region)
-        return FoundPose(
-            seen.places * factor - 0.5, seen.visibility, seen.presence, seen.world_m, max(self._people, 1)
-        )
+        places, visibility = self._read_by_other(image, seen)
+        return FoundPose(places * factor - 0.5, visibility, seen.presence, seen.world_m, max(self._people, 1))
+
+    def _read_by_other(
+        self, image: Image.Image, seen: RegionPose
+    ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Return places and visibility of the landmarks: those that a network of others has are by that one."""
+        if self._other is None:
+            return seen.places, seen.visibility
+        low, high = seen.places.min(axis=0), seen.places.max(axis=0)
+        middle, size = 0.5 * (low + high), high - low
+        box = PersonBox(float(middle[0]), float(middle[1]), float(size[0]), float(size[1]))
+        places, sure = self._other.read(image, box)
+        its = np.isfinite(places[:, 0])
+        return np.where(its[:, None], places, seen.places), np.where(its, sure, seen.visibility)
 
     def _followed(self, image: Image.Image) -> RegionPose | None:
         """Return the landmarks of the person of the picture before; None = lost, or there was none."""

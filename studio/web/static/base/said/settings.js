@@ -1,4 +1,9 @@
 export default {
+  "network.lacks": "il y manque {key}",
+  "network.none": "il n'y a pas de réseau {file}",
+  "network.description": "{path} ne décrit pas un réseau de poses ({error}) ; docs/devices.md a un exemple",
+  "network.no_runtime": "les réseaux de poses d'autres demandent ONNX Runtime, qui ne se charge pas ici ({error}) ; installez-le : pip install 'capture-studio[onnx]', ou prenez --model full",
+  "network.broken": "{path} ne peut être utilisé comme il est décrit ({error}) ; comparez-le à sa description",
   "settings.unknown_preset": "préréglage inconnu « {name} » ; permis : {allowed}",
   "settings.value": "{key} = « {value} » n'est pas permis ; permis : {allowed}",
   "settings.unknown_joint": "{key} : articulation inconnue « {joint} » ; permises : {allowed}",
