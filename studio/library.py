@@ -63,7 +63,14 @@ def import_take(
     from studio.take.importers import import_recording
 
     return import_recording(
-        Path(path), Path(out), unit_m=unit_m, model=model, hands=hands, sync=sync, clap_at_s=clap_at_s, progress=progress
+        Path(path),
+        Path(out),
+        unit_m=unit_m,
+        model=model,
+        hands=hands,
+        sync=sync,
+        clap_at_s=clap_at_s,
+        progress=progress,
     )
 
 
