@@ -30,6 +30,9 @@ def add_parser(subparsers: Any) -> None:
         help="finds the landmarks in videos: lite, full (default), heavy, or a file",
     )
     parser.add_argument("--no-hands", action="store_true", help="do not look for the hands in videos")
+    parser.add_argument(
+        "--no-video", action="store_true", help="leave the videos out of the take; its replay shows none then"
+    )
     parser.add_argument("--out", metavar="TAKE", type=Path, required=True, help="folder of the new take")
 
 
@@ -37,7 +40,12 @@ def run(args: argparse.Namespace) -> int:
     from studio.take.importers import import_recording
 
     with progress_bar("import") as progress:
-        chosen = {"unit_m": args.unit_m, "model": args.model, "hands": not args.no_hands}
+        chosen = {
+            "unit_m": args.unit_m,
+            "model": args.model,
+            "hands": not args.no_hands,
+            "keep_videos": not args.no_video,
+        }
         take = import_recording(args.path, args.out, **chosen, progress=progress)
     cameras = ", ".join(take.camera_names)
     what = f"{len(take.camera_names)} cameras ({cameras})" if cameras else "an animation, solve imported"

@@ -102,6 +102,7 @@ def import_recording(
     unit_m: float | None = None,
     model: str | Path | None = None,
     hands: bool = True,
+    keep_videos: bool = True,
     progress: Progress | None = None,
 ) -> Take:
     """Return a new take at `out` with the recording or animation at `path`; its notes state the choices made.
@@ -114,6 +115,7 @@ def import_recording(
         unit_m: metres per unit of a BVH; None = its rest pose is 1.75 m high.
         model: finds the landmarks in videos: `lite`, `full`, `heavy`, or a file; None = `full`.
         hands: look for the hands in videos too.
+        keep_videos: the take keeps the videos that it is read from, so that the replay shows them.
         progress: called with 0..1.
 
     Raises:
@@ -139,7 +141,9 @@ def import_recording(
     report = progress or _silent
     reading = importer.share
     recording = reader(path, lambda done: report(reading * done))
-    take = write_recording(recording, out, lambda done: report(reading + (1.0 - reading) * done))
+    take = write_recording(
+        recording, out, lambda done: report(reading + (1.0 - reading) * done), keep_videos=keep_videos
+    )
     report(1.0)
     return take
 

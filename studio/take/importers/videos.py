@@ -11,7 +11,7 @@ from studio.engine.base.system import core_count
 from studio.engine.model.joints import JOINT_SETS
 from studio.engine.seeing.pictures.bundle import model_file
 from studio.take.importers.camera_folders import read_beside
-from studio.take.importers.recording import Progress, ReadCamera, ReadRecording
+from studio.take.importers.recording import Progress, ReadCamera, ReadRecording, ReadVideo
 from studio.take.video.file import ENDINGS, is_video
 from studio.take.video.landmarks import JOINT_SET, VideoLandmarks
 from studio.wire import is_camera_name
@@ -101,6 +101,7 @@ def _camera(name: str, found: VideoLandmarks) -> ReadCamera:
         positions=np.full((len(found.times_ns), count, 3), np.nan),
         confidence=found.visibility,
         landmarks=found.pictures,
+        video=ReadVideo(found.video.path, found.times_ns),
     )
 
 
