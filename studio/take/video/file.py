@@ -104,7 +104,9 @@ class VideoFile:
             track.thread_type = "AUTO"
             start, unit = track.start_time or 0, (track.time_base or Fraction(1)) * 10**9
             if from_ns > 0:
-                with contextlib.suppress(FFmpegError):  # without a list of key frames it is read from its beginning
+                with contextlib.suppress(
+                    FFmpegError
+                ):  # without a list of key frames it is read from its beginning
                     container.seek(start + int(from_ns / unit), stream=track)
             packets = container.demux(track)
             while True:

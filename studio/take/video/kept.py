@@ -112,7 +112,9 @@ def keep_video(
     try:
         folder.mkdir(parents=True, exist_ok=True)
         if number is None:
-            number = 1 + max((int(one.stem) for one in folder.glob("*.json") if one.stem.isdigit()), default=0)
+            number = 1 + max(
+                (int(one.stem) for one in folder.glob("*.json") if one.stem.isdigit()), default=0
+            )
         path = folder / f"{number:05d}{file.suffix.lower()}"
         _place(file, path, moved=moved)
     except OSError as error:
@@ -125,6 +127,7 @@ def keep_video(
         ) from error
     video = KeptVideo(path, camera, boot_id, from_sequence, at_ns, times_ns)
     write_json(path.with_suffix(".json"), _to_json(video))
+    os.utime(take.path / FOLDER)  # the list of takes looks at it
     return video
 
 

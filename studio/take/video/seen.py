@@ -57,7 +57,9 @@ def video_seen(take: Take, videos: Sequence[KeptVideo]) -> VideoSeen:
             if found is not None and marks is not None:
                 size = (marks.width, marks.height)
                 shares = (found.pixels + 0.5) / size
-                frames.append((record.boot_id, record.message.sequence, record.message.device_time_ns, shares))
+                frames.append(
+                    (record.boot_id, record.message.sequence, record.message.device_time_ns, shares)
+                )
 
     def placed(boot_id: str, sequence: int, time_ns: int) -> int | None:
         return clocks.placed_ns(camera, boot_id, sequence, time_ns)

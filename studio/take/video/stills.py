@@ -117,7 +117,10 @@ class _OpenVideo:
         if self._last is not None and self._last[0] == at_ns:
             return self._last[1]
         raise FormatError(
-            "video.no_picture", "{name} has no picture at {s:.3f} s", name=self._video.path.name, s=at_ns * 1e-9
+            "video.no_picture",
+            "{name} has no picture at {s:.3f} s",
+            name=self._video.path.name,
+            s=at_ns * 1e-9,
         )
 
     def _search(self, at_ns: int) -> None:

@@ -4,6 +4,7 @@ import threading
 from collections import OrderedDict
 from pathlib import Path
 from typing import Annotated, Protocol
+from zlib import crc32
 
 from fastapi import APIRouter, Query
 from fastapi.responses import Response
@@ -115,7 +116,7 @@ def video_routes(player: Player, takes: TakeOpener, videos: Videos) -> APIRouter
         kept = videos.kept(take)
         names = dict.fromkeys((*take.camera_names, *kept))
         cameras = [CameraWithVideo(name, "" if name in kept else _none(name)) for name in names]
-        return VideosOfTake(clip.take, str(hash(_stamp(take)) & 0xFFFFFFFF), cameras)
+        return VideosOfTake(clip.take, f"{crc32(repr(_stamp(take)).encode()):08x}", cameras)
 
     @router.get("/replay/video/{camera}")
     def get_video(camera: str) -> VideoShown:
