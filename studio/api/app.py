@@ -17,9 +17,9 @@ from studio.api.cameras.devices import Devices
 from studio.api.cameras.link import HELLO_TIMEOUT_S, link_router
 from studio.api.cameras.local_cameras import LocalCameras
 from studio.api.cameras.phones import phones_router
-from studio.api.cameras.video_parts import video_parts_router
 from studio.api.cameras.recordings import Recordings
 from studio.api.cameras.remote import remote_router
+from studio.api.cameras.video_parts import video_parts_router
 from studio.api.errors import add_error_handlers
 from studio.api.jobs import Jobs
 from studio.api.limits import BodyGuard, PlainAnswers

@@ -91,7 +91,7 @@ def add_parser(subparsers: Any) -> None:
     parser.add_argument(
         "--keep-video",
         action="store_true",
-        help="record the video of a webcam or video:PATH during takes (about 1 MB/s); the studio fetches it afterwards",
+        help="record the video of a webcam or video:PATH during takes (about 1 MB/s), for the studio to fetch",
     )
     parser.add_argument(
         "--preview", action="store_true", help="draw the image of a depth camera as text in the terminal"

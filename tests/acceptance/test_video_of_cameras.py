@@ -77,11 +77,12 @@ def check_pictures(video: KeptVideo, period_ns: int) -> None:
 
 def described(take: Take, file: Path, **change: Any) -> dict[str, Any]:
     """A description of a part as the client of the take could send it."""
-    (video, *_) = videos_of(take.path)
+    kept = videos_of(take.path)
+    video = [one for one in kept if one.boot_id == kept[0].boot_id][-1]  # after it the client was killed
     data = file.read_bytes()
     first_ns = int(video.times_ns[-1]) + 40_000_000
     return {
-        "take_id": take.meta["take_id"], "name": "phone", "boot_id": video.boot_id, "from_sequence": 0,
+        "take_id": take.meta.get("take_id"), "name": "phone", "boot_id": video.boot_id, "from_sequence": 0,
         "size": len(data), "sha256": hashlib.sha256(data).hexdigest(), "ending": ".mp4",
         "times_ns": [first_ns, first_ns + 33_000_000],
     } | change  # fmt: skip

@@ -9,12 +9,15 @@ import numpy as np
 import pytest
 
 from studio.engine.base.errors import FormatError, TakeError
+from studio.engine.model.frames import ClockModel
 from studio.take.folder.take import Take
 from studio.take.importers import import_recording
 from studio.take.library.bundle import read_bundle, write_bundle
 from studio.take.library.index import TakeIndex
 from studio.take.library.sessions import take_info
 from studio.take.library.trash import empty_trash, list_trash, restore, throw_video_away
+from studio.take.raw.clocks import TakeClocks
+from studio.take.raw.live_log import SegmentEvent, clock_event
 from studio.take.video.file import VideoFile
 from studio.take.video.kept import has_video, keep_video, kept_videos, numbered, video_bytes
 from studio.take.video.seen import video_seen
@@ -126,6 +129,17 @@ def test_pictures_and_landmarks_are_on_one_clock(take):
         numbered(videos, COUNT)
 
 
+def test_a_clock_that_had_jumped_before_the_take_is_known():
+    clocks = TakeClocks()
+    for clock_id, offset_ns in (("a#1", 50), ("b", 70)):
+        clocks.event(clock_event("left", clock_id, ClockModel(offset_ns)))
+    assert clocks.stage_ns("left", "a", 5, 1000) == 1050
+    assert clocks.placed_ns("left", "a", 5, 1000) == 980 and clocks.placed_ns("left", "b", 5, 1000) == 1000
+    clocks.event(SegmentEvent("left", "a", 9, "a#2"))
+    clocks.event(clock_event("left", "a#2", ClockModel(60)))
+    assert clocks.stage_ns("left", "a", 8, 1000) == 1050 and clocks.stage_ns("left", "a", 9, 1000) == 1060
+
+
 def test_a_bundle_has_the_video(take, tmp_path):
     out = tmp_path / "one.take.zip"
     write_bundle(take, out)
@@ -143,7 +157,7 @@ def test_the_video_alone_is_thrown_away_and_comes_back(take):
     assert index.search().takes[0].video_bytes == take_info(take.path).video_bytes == size > 1000
     thrown = throw_video_away(sessions, "monday", "one")
     assert thrown.video and list_trash(sessions) == [thrown]
-    assert not has_video(take.path) and Take.open(take.path).meta["video_unwanted"]
+    assert not has_video(take.path) and Take.open(take.path).meta.get("video_unwanted")
     assert index.search().takes[0].video_bytes == 0
     with refused(TakeError, "trash.no_video"):
         throw_video_away(sessions, "monday", "one")

@@ -77,7 +77,8 @@ def take_with_video(
     times_ns = capture_ns()
     path.parent.mkdir(parents=True, exist_ok=True)
     video = write_video(
-        path.parent.parent / f"numbers{suffix}", numbered_pictures(), [round(k * 1000 / RATE_HZ) for k in range(COUNT)]
+        path.parent.parent / f"numbers{suffix}", numbered_pictures(),
+        [round(k * 1000 / RATE_HZ) for k in range(COUNT)],
     )  # fmt: skip
     with new_take(path, source="import") as take:
         with RawWriter(take.raw_path) as writer:

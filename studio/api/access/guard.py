@@ -31,7 +31,7 @@ _OPEN_BELOW = (
     "/models/",
     f"{VIDEO_PATH}/",
 )
-"""Paths for voters of blind tests, readers of replays, phones and other cameras; the routes behind them check the link's token."""
+"""Paths for voters of blind tests, readers of replays, and cameras; the routes behind them check the token."""
 
 _LOOKS = {"GET", "HEAD", "OPTIONS"}
 _SIGN_OUT_API = "/api/v1/access/signout"

@@ -1,15 +1,15 @@
 """Routes by which camera clients bring the videos that they recorded during takes."""
 
+from itertools import pairwise
 from typing import Annotated
 
 from fastapi import APIRouter, Header, HTTPException, Query, Request
 from msgspec import Struct
-from pydantic import Field
+from pydantic import BaseModel, ConfigDict, Field
 from starlette.concurrency import run_in_threadpool
 
 from studio.api.access.tokens import Access
 from studio.api.errors import RESPONSES
-from studio.api.stage.stage import Request as Body
 from studio.api.structs import StructRoute
 from studio.engine.base.errors import FormatError
 from studio.engine.base.sentences import say
@@ -21,8 +21,10 @@ _Time = Annotated[int, Field(ge=0, le=2**62)]
 _BEARER = "Bearer "
 
 
-class VideoPartRequest(Body):
+class VideoPartRequest(BaseModel):
     """A part of a camera's video; see the camera protocol."""
+
+    model_config = ConfigDict(extra="forbid")
 
     take_id: _Id
     name: Annotated[str, Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9_.-]{0,62}$")]
@@ -35,7 +37,7 @@ class VideoPartRequest(Body):
 
 
 class VideoPartAnswer(Struct):
-    """What the server has of a part, and whether it wants more: `wanted`, `kept`, `unwanted`, `unknown` or `later`."""
+    """What the server has of a part, and its `state`: `wanted`, `kept`, `unwanted`, `unknown` or `later`."""
 
     id: str
     state: str
@@ -57,7 +59,7 @@ def video_parts_router(access: Access, videos: LateVideos) -> APIRouter:
         """Describe a part of a video; answers whether it is wanted, and from which byte on."""
         check(authorization)
         times = tuple(body.times_ns)
-        if any(after <= before for before, after in zip(times, times[1:], strict=False)):
+        if any(after <= before for before, after in pairwise(times)):
             raise FormatError(
                 "video.times", "{name}: the times of its frames must increase, one per frame", name=""
             )

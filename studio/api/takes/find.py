@@ -13,8 +13,8 @@ from studio.take.library.sessions import TakeInfo, take_path
 
 
 class ListedTake(Struct):
-    """A take's line of the list: what `TakeInfo` has; its id, session/name, its length [s], the size of its videos [bytes],
-    whether there is a thumbnail."""
+    """A take's line of the list: what `TakeInfo` has; its id, session/name, its length [s], the size of its videos
+    [bytes], whether there is a thumbnail."""
 
     id: str
     session: str

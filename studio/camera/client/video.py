@@ -175,4 +175,4 @@ class _PartWriter:
             return frame
         image = np.rot90(self._reformatter.reformat(frame, format="rgb24").to_ndarray(), quarters)
         image = image[:, ::-1] if self._mirrored else image
-        return av.VideoFrame.from_ndarray(np.ascontiguousarray(image), format="rgb24")
+        return av.VideoFrame.from_ndarray(np.ascontiguousarray(image, dtype=np.uint8), format="rgb24")

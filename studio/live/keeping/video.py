@@ -1,7 +1,7 @@
 """Videos that camera clients recorded during takes, fetched after the takes have ended.
 
-A client describes a part, then sends its bytes in pieces; after a cut link it goes on where the server is. A part goes
-into the take only if the start of the client (name and boot id) joined the recording, as for late frames, and
+A client describes a part, then sends its bytes in pieces; after a cut link it goes on where the server is. A part
+goes into the take only if the start of the client (name and boot id) joined the recording, as for late frames, and
 the part was taken during it. The server names the file. Until a part is whole and was read as a video, it lies in
 `sessions/.video`.
 """
@@ -121,8 +121,8 @@ class LateVideos:
         return PartState(part.id, "wanted", received)
 
     def write(self, id_: str, at: int, data: bytes) -> PartState:
-        """Take in a piece of a part, from a byte on; one from elsewhere is not taken in. The last piece makes the part a
-        video of the take.
+        """Take in a piece of a part, from a byte on; one from elsewhere is not taken in. The last piece makes the
+        part a video of the take.
 
         Raises:
             FormatError: more than was described.

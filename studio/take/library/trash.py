@@ -1,7 +1,7 @@
 """The trash: removed takes, solves and videos, kept in `sessions/.trash` until restored or deleted.
 
-`.trash/<id>/take` is the take's folder, `.trash/<id>/solve` a solve's, or `.trash/<id>/video` that of its videos; `.trash/<id>/thrown.json` holds its former
-place and the time of removal.
+`.trash/<id>/take` is the take's folder, `.trash/<id>/solve` a solve's, or `.trash/<id>/video` that of its videos;
+`.trash/<id>/thrown.json` holds its former place and the time of removal.
 """
 
 import json
@@ -137,7 +137,8 @@ def restore(sessions_dir: Path, trash_id: str) -> tuple[str, str]:
     """Restore a take, a solve or videos, under another name if its own is taken; return the take's session and name.
 
     Raises:
-        TakeError: nothing of that id in the trash, what belongs to a take that is gone, or a folder that cannot be moved.
+        TakeError: nothing of that id in the trash, what belongs to a take that is gone, or a folder that cannot be
+            moved.
     """
     thrown = _find(sessions_dir, trash_id)
     if thrown.solve:
@@ -196,7 +197,8 @@ def _restore_video(sessions_dir: Path, thrown: Thrown) -> tuple[str, str]:
     if not (path / "take.json").is_file() or has_video(path):
         raise TakeError(
             "trash.video_has_no_place",
-            "the take {take} of the video is not there, or has a video; restore the take, or move its video away, first",
+            "the take {take} of the video is not there, or has a video; restore the take, or move its video away, "
+            "first",
             take=f"{thrown.session}/{thrown.name}",
         )
     take, place = Take.open(path), sessions_dir / FOLDER / thrown.id

@@ -52,8 +52,8 @@ class VideoShown(Struct):
 
 
 class Drawn(Struct):
-    """What is drawn over pictures: by picture x and y of each joint in turn, in ten thousandths of the picture's width
-    and height; null = the joint is not drawn, or nothing is.
+    """What is drawn over pictures: by picture x and y of each joint in turn, in ten thousandths of the picture's
+    width and height; null = the joint is not drawn, or nothing is.
     """
 
     first: int
@@ -78,7 +78,8 @@ class ReplayedVideo:
     @classmethod
     def of(cls, clip: Clip, camera: str, seen: VideoSeen) -> "ReplayedVideo":
         clock = clip.clock(camera)
-        times_s = seen.times_ns * 1e-9 if clock is None else clock.stage_s(seen.times_ns * 1e-9)
+        times_s = seen.times_ns.astype(np.float64) * 1e-9
+        times_s = times_s if clock is None else clock.stage_s(times_s)
         return cls(clip, camera, seen, times_s)
 
     def shown(self) -> VideoShown:

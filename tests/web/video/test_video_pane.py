@@ -28,13 +28,15 @@ from tests.web.test_page import serving, studio
 pytestmark = pytest.mark.browser
 
 CANVAS = "#video-canvas"
-COPY = """const copy = new OffscreenCanvas(canvas.width, canvas.height), pen = copy.getContext("2d", { willReadFrequently: true });
+COPY = """const copy = new OffscreenCanvas(canvas.width, canvas.height);
+  const pen = copy.getContext("2d", { willReadFrequently: true });
   pen.drawImage(canvas, 0, 0);"""
 BARS = f"""(canvas) => {{
   const place = JSON.parse(canvas.dataset.place), by = devicePixelRatio;
   {COPY}
-  return [...Array({BITS}).keys()].map((bit) => pen.getImageData(
-    by * (place.left + (bit * 20 + 10) / {WIDTH} * place.width), by * (place.top + 20 / {HEIGHT} * place.height), 1, 1).data[1]);
+  const top = by * (place.top + 20 / {HEIGHT} * place.height);
+  const left = (bit) => by * (place.left + (bit * 20 + 10) / {WIDTH} * place.width);
+  return [...Array({BITS}).keys()].map((bit) => pen.getImageData(left(bit), top, 1, 1).data[1]);
 }}"""
 """The brightness of the bars that tell a picture's number."""
 SEEN = f"""(ms) => new Promise((done) => {{
