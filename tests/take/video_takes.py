@@ -91,9 +91,8 @@ def take_with_video(
                 writer.add_camera(hello)
             for k, time_ns in enumerate(times_ns.tolist()):
                 for name in ("left", "right"):
-                    frame = wire.landmark_frame(
-                        k, time_ns, (LENS.width, LENS.height), landmark_pixels(k), np.ones(JOINTS)
-                    )
+                    seen = wire.LandmarkArrays(LENS.width, LENS.height, landmark_pixels(k))
+                    frame = wire.landmark_frame(k, time_ns, seen, np.ones(JOINTS))
                     writer.frame(
                         name, wire.encode(frame), arrival_ns=time_ns, device_time_ns=time_ns, sequence=k
                     )

@@ -53,9 +53,8 @@ def video_seen(take: Take, videos: Sequence[KeptVideo]) -> VideoSeen:
             joint_sets[record.hello.boot_id] = joint_set = record.hello.joint_set
         elif isinstance(record, RawFrame) and record.camera == camera:
             found = wire.landmark_arrays(record.message, joint_sets.get(record.boot_id, joint_set))
-            marks = record.message.landmarks
-            if found is not None and marks is not None:
-                size = (marks.width, marks.height)
+            if found is not None:
+                size = (found.width, found.height)
                 shares = (found.pixels + 0.5) / size
                 frames.append(
                     (record.boot_id, record.message.sequence, record.message.device_time_ns, shares)

@@ -12,5 +12,5 @@ export default {
   "video.none_kept": "la prise ne garde aucune vidéo de {name} : aucune n'a été enregistrée, elle n'est pas encore arrivée, ou elle a été supprimée",
   "trash.no_video": "la prise {take} n'a pas de vidéo à jeter",
   "trash.video_has_no_place": "la prise {take} de la vidéo n'est pas là, ou a une vidéo ; restaurez la prise, ou écartez sa vidéo, d'abord",
-  "trash.video_not_restored": "la vidéo de {take} ne peut être restaurée : {error}",
+  "trash.video_not_restored": "la vidéo de {take} ne peut être restaurée : {error}"
 };
