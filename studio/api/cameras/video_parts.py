@@ -3,7 +3,7 @@
 from itertools import pairwise
 from typing import Annotated
 
-from fastapi import APIRouter, Header, HTTPException, Query, Request
+from fastapi import APIRouter, Depends, Header, HTTPException, Query, Request
 from msgspec import Struct
 from pydantic import BaseModel, ConfigDict, Field
 from starlette.concurrency import run_in_threadpool
@@ -47,21 +47,23 @@ class VideoPartAnswer(Struct):
 
 def video_parts_router(access: Access, videos: LateVideos) -> APIRouter:
     """Return the routes; they ask for a camera's token where cameras need one."""
-    router = APIRouter(tags=["cameras"], responses=RESPONSES, route_class=StructRoute)
 
-    def check(authorization: str) -> None:
+    def check(authorization: Annotated[str, Header()] = "") -> None:
         token = authorization.removeprefix(_BEARER) if authorization.startswith(_BEARER) else ""
         if access.is_let_go(token) or (access.required and access.camera_token_id(token) is None):
             raise HTTPException(401, say("video.no_token", "a video comes with a camera's valid token only"))
 
+    router = APIRouter(
+        tags=["cameras"], responses=RESPONSES, route_class=StructRoute, dependencies=[Depends(check)]
+    )
+
     @router.post(VIDEO_PATH)
-    def begin_part(body: VideoPartRequest, authorization: Annotated[str, Header()] = "") -> VideoPartAnswer:
+    def begin_part(body: VideoPartRequest) -> VideoPartAnswer:
         """Describe a part of a video; answers whether it is wanted, and from which byte on."""
-        check(authorization)
         times = tuple(body.times_ns)
         if any(after <= before for before, after in pairwise(times)):
             raise FormatError(
-                "video.times", "{name}: the times of its frames must increase, one per frame", name=""
+                "video.times", "{name}: the times of its frames must increase, one per frame", name=body.name
             )
         part = VideoPart(
             body.take_id, body.name, body.boot_id, body.from_sequence, body.size, body.sha256, body.ending, times
@@ -69,14 +71,8 @@ def video_parts_router(access: Access, videos: LateVideos) -> APIRouter:
         return _answer(videos.begin(part))
 
     @router.put(VIDEO_PATH + "/{id}")
-    async def send_piece(
-        id: str,
-        request: Request,
-        at: Annotated[int, Query(ge=0)],
-        authorization: Annotated[str, Header()] = "",
-    ) -> VideoPartAnswer:
+    async def send_piece(id: str, request: Request, at: Annotated[int, Query(ge=0)]) -> VideoPartAnswer:
         """Send a piece of a part, from byte `at` on: the body, 4 MB at most. The last one completes it."""
-        check(authorization)
         data = await request.body()
         return _answer(await run_in_threadpool(videos.write, id, at, data))
 
