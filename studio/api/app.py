@@ -19,6 +19,7 @@ from studio.api.cameras.local_cameras import LocalCameras
 from studio.api.cameras.phones import phones_router
 from studio.api.cameras.recordings import Recordings
 from studio.api.cameras.remote import remote_router
+from studio.api.cameras.video_parts import video_parts_router
 from studio.api.errors import add_error_handlers
 from studio.api.jobs import Jobs
 from studio.api.limits import BodyGuard, PlainAnswers
@@ -47,6 +48,7 @@ from studio.api.takes.thumbnails import Thumbnails, thumbnails_router
 from studio.engine.base.sentences import Sentence
 from studio.engine.model.calibration import Performer
 from studio.live import LiveStage
+from studio.live.keeping.video import LateVideos
 from studio.review.blind.desk import Desk
 from studio.review.share.store import Shares
 from studio.streams import Outputs
@@ -108,6 +110,7 @@ def create_app(
     app.state.devices = Devices(stage, access.own_camera_token, certificate)
     app.state.announced = Announced(stage, access, on=not access.required if discover is None else discover)
     add_routes(app, devices_router(app.state.devices, app.state.announced))
+    add_routes(app, video_parts_router(access, LateVideos(sessions)))
     add_routes(app, link_router(stage, access, hello_timeout_s=hello_timeout_s))
     events: dict[str, Callable[[], Any]] = {
         "local_cameras": app.state.local_cameras.status,

@@ -89,6 +89,11 @@ def add_parser(subparsers: Any) -> None:
         help="send the depth images too during a recording (2 to 10 MB/s)",
     )
     parser.add_argument(
+        "--keep-video",
+        action="store_true",
+        help="record the video of a webcam or video:PATH during takes (about 1 MB/s), for the studio to fetch",
+    )
+    parser.add_argument(
         "--preview", action="store_true", help="draw the image of a depth camera as text in the terminal"
     )
     parser.add_argument(
@@ -132,6 +137,7 @@ def run(args: argparse.Namespace) -> int:
         "preview": args.preview,
         "preview_port": args.preview_port,
         "drop_unknown": args.drop_unknown,
+        "keep_video": args.keep_video,
         "certificate": args.certificate,
     }
     if args.wait is not None:

@@ -46,6 +46,9 @@ def add_parser(subparsers: Any) -> None:
         default=[],
         help="about when the clap is heard, in a camera's video or in all; may be given several times",
     )
+    parser.add_argument(
+        "--no-video", action="store_true", help="leave the videos out of the take; its replay shows none then"
+    )
     parser.add_argument("--out", metavar="TAKE", type=Path, required=True, help="folder of the new take")
 
 
@@ -60,6 +63,7 @@ def run(args: argparse.Namespace) -> int:
             unit_m=args.unit_m,
             model=args.model,
             hands=not args.no_hands,
+            keep_videos=not args.no_video,
             sync=args.sync,
             clap_at_s=clap_at_s,
             progress=progress,

@@ -15,6 +15,7 @@ from studio.live.states import StageStatus
 from studio.web.page import add_page
 from studio.web.playback import Player, playback_routes
 from studio.web.playback.routes import TakeFinder
+from studio.web.playback.videos import Videos, video_routes
 from studio.web.points.live import LiveDepth
 from studio.web.proxy import viewer_routes
 from studio.web.routes import view_routes, view_state
@@ -46,8 +47,11 @@ class ViewedStage(Protocol):
 class ViewHandle:
     """The mounted view; call `close` with the server's."""
 
-    def __init__(self, view: LiveView, player: Player, unsubscribe: Callable[[], None]) -> None:
+    def __init__(
+        self, view: LiveView, player: Player, videos: Videos, unsubscribe: Callable[[], None]
+    ) -> None:
         self.view = view
+        self._videos = videos
         self._player = player
         self._unsubscribe = unsubscribe
 
@@ -55,6 +59,7 @@ class ViewHandle:
         """Stop drawing and close viser."""
         self._unsubscribe()
         self._player.close()
+        self._videos.stills.close()
         self.view.close()
 
 
@@ -84,16 +89,17 @@ def mount(app: FastAPI, stage: ViewedStage, *, sessions: Path, takes: TakeFinder
         return stage.clock_ns() * 1e-9
 
     view = LiveView(look=look, depth=LiveDepth(stage.previews.depth, stage.calibration, clock), clock=clock)
-    player = Player(view)
+    player, videos = Player(view), Videos()
     unsubscribe = stage.subscribe(view.show, raw=True)
     add_routes(app, viewer_routes(view.port))
     add_routes(app, view_routes(view))
     add_routes(app, playback_routes(player, takes))
+    add_routes(app, video_routes(player, takes, videos))
     app.state.player = player
     app.state.events["replay"] = player.status
     app.state.events["view"] = lambda: view_state(view)
     add_page(app, sessions=sessions)
-    return ViewHandle(view, player, unsubscribe)
+    return ViewHandle(view, player, videos, unsubscribe)
 
 
 def _picture(previews: Previews, name: str) -> Picture | None:

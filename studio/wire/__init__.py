@@ -19,6 +19,7 @@ from studio.wire.messages import (
     MAX_MESSAGE_BYTES,
     PREVIEW_PIXELS,
     PROTOCOL_VERSION,
+    VIDEO_PATH,
     Ack,
     ClockReply,
     ClockRequest,
@@ -45,9 +46,9 @@ from studio.wire.messages import (
 
 __all__ = [
     "ENDED", "HAND_LANDMARKS", "KNOWN_VERSIONS", "LINK_PATH", "MAX_MESSAGE_BYTES", "PREVIEW_PIXELS",
-    "PROTOCOL_VERSION", "Ack", "ClockReply", "ClockRequest", "ClockSample", "DepthImage", "HandState", "Hello",
-    "Intrinsics", "Kept", "LandmarkArrays", "Landmarks", "Late", "Message", "Preview", "Recording", "Refused",
-    "SkeletonFrame", "Status", "Welcome", "check_hello", "decode", "depth_array", "depth_image", "encode",
+    "PROTOCOL_VERSION", "VIDEO_PATH", "Ack", "ClockReply", "ClockRequest", "ClockSample", "DepthImage", "HandState",
+    "Hello", "Intrinsics", "Kept", "LandmarkArrays", "Landmarks", "Late", "Message", "Preview", "Recording",
+    "Refused", "SkeletonFrame", "Status", "Welcome", "check_hello", "decode", "depth_array", "depth_image", "encode",
     "is_camera_name", "joint_arrays", "landmark_arrays", "landmark_frame", "preview_array", "preview_image",
     "skeleton_frame",
 ]  # fmt: skip

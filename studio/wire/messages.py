@@ -26,6 +26,9 @@ KNOWN_VERSIONS = (1, PROTOCOL_VERSION)
 
 MAX_MESSAGE_BYTES = 4 * 1024 * 1024
 LINK_PATH = "/api/v1/link"
+VIDEO_PATH = "/api/v1/video"
+"""Where clients bring the videos that they recorded during takes."""
+
 
 Name = Annotated[str, Meta(pattern=r"^[A-Za-z0-9][A-Za-z0-9_.-]{0,62}\Z")]
 TimeNs = Annotated[int, Meta(ge=0, le=2**62)]

@@ -174,6 +174,23 @@ def test_a_redirect_stays_on_this_site(guarded):
 
 PHONES = "/api/v1/phones"
 """Asks for an invitation of its own: `test_phones.py`."""
+VIDEOS = "/api/v1/video"
+"""Asks for a camera's token, as below."""
+
+
+def test_a_video_comes_with_a_token_of_a_camera_only(guarded):
+    studio, access = guarded
+    _, camera = access.add_camera("laptop")
+    viewer = access.sign_in(access.renew_viewer(), "here")
+    for method, path in (("POST", VIDEOS), ("PUT", f"{VIDEOS}/x?at=0")):
+        for headers in ({}, {"Authorization": "Bearer x"}, {"Cookie": f"studio_operator={viewer}"}):
+            assert (
+                studio.http.request(method, root(studio) + path, json={}, headers=headers).status_code == 401
+            )
+        answer = studio.http.request(
+            method, root(studio) + path, json={}, headers={"Authorization": f"Bearer {camera}"}
+        )
+        assert answer.status_code in (200, 422)
 
 
 def test_who_watches_or_votes_or_is_a_camera_operates_nothing(guarded):
@@ -189,7 +206,7 @@ def test_who_watches_or_votes_or_is_a_camera_operates_nothing(guarded):
         {"X-Voter": "x"},
     ):
         for method, path in every:
-            if path not in open_ and not path.startswith("/api/v1/vote/"):
+            if path not in open_ and not path.startswith(("/api/v1/vote/", VIDEOS)):
                 answer = studio.http.request(method, root(studio) + path, json={}, headers=headers)
                 assert answer.status_code in ((200,) if path == "/health" else (401,)), (method, path)
         for path in ("events", "stream"):
@@ -205,7 +222,11 @@ def test_a_viewer_changes_nothing(guarded):
     assert studio.http.get("/status", headers=headers).status_code == 200
     before = studio.http.get("/status", headers=headers).json()
     for method, path in operations_of(studio, access):
-        if method != "GET" and "/vote/" not in path and not path.endswith(("/signin", "/signout", PHONES)):
+        if (
+            method != "GET"
+            and "/vote/" not in path
+            and not (path.endswith(("/signin", "/signout", PHONES)) or path.startswith(VIDEOS))
+        ):
             answer = studio.http.request(method, root(studio) + path, json={}, headers=headers)
             assert answer.status_code == 403, (method, path, answer.status_code)
     after = studio.http.get("/status", headers=headers).json()

@@ -96,6 +96,9 @@ def test_with_cameras(page: Page, server: ServerProcess) -> None:
 def test_while_a_take_is_replayed_compared_solved_and_exported(page: Page, server: ServerProcess) -> None:
     open_replay(page)
     assert_reached(page, "#replay")
+    page.locator("#replay-video").click()
+    assert_reached(page, "#replay", "#video #video-close")
+    page.locator("#video-close").click()
     page.locator("#replay-compare").click()
     assert_reached(page, "#compare")
     page.locator("#compare-close").click()

@@ -10,7 +10,7 @@ from starlette.types import ASGIApp, Message, Receive, Scope, Send
 from studio.api.access.tokens import Access, Role
 from studio.api.errors import error_response
 from studio.engine.base.sentences import say
-from studio.wire import LINK_PATH
+from studio.wire import LINK_PATH, VIDEO_PATH
 
 COOKIE = "studio_operator"
 SIGN_IN_PATH = "/signin"
@@ -19,7 +19,7 @@ _OPEN = {SIGN_IN_PATH, SIGN_IN_API, LINK_PATH, "/static/access/signin.js", "/sta
 _OPEN |= {f"/static/cameras/{name}" for name in ("camera_page.js", "camera_command.js", "cameras.css")} | {
     "/camera"
 }
-_OPEN |= {"/phone", "/api/v1/phones"}
+_OPEN |= {"/phone", "/api/v1/phones", VIDEO_PATH}
 _OPEN_BELOW = (
     "/vote/",
     "/share/",
@@ -29,8 +29,9 @@ _OPEN_BELOW = (
     "/static/base/",
     "/static/phone/",
     "/models/",
+    f"{VIDEO_PATH}/",
 )
-"""Paths for voters of blind tests, readers of replays and phones; the routes behind them check the link's token."""
+"""Paths for voters of blind tests, readers of replays, and cameras; the routes behind them check the token."""
 
 _LOOKS = {"GET", "HEAD", "OPTIONS"}
 _SIGN_OUT_API = "/api/v1/access/signout"

@@ -13,8 +13,8 @@ from studio.take.library.sessions import TakeInfo, take_path
 
 
 class ListedTake(Struct):
-    """A take's line of the list: what `TakeInfo` has; its id, session/name, its length [s], whether there is a
-    thumbnail."""
+    """A take's line of the list: what `TakeInfo` has; its id, session/name, its length [s], the size of its videos
+    [bytes], whether there is a thumbnail."""
 
     id: str
     session: str
@@ -35,6 +35,7 @@ class ListedTake(Struct):
     rating: int | None
     starred: bool
     problem: str | None
+    video_bytes: int
     thumbnail: bool
 
 
@@ -124,5 +125,6 @@ class Finder:
             rating=info.rating,
             starred=info.starred,
             problem=info.problem,
+            video_bytes=info.video_bytes,
             thumbnail=(info.path / "exports" / "thumbnail.png").is_file(),
         )

@@ -23,7 +23,15 @@ from studio.take.library.borrow import borrow_calibration
 from studio.take.library.bundle import ENDING, MAX_BYTES
 from studio.take.library.sessions import take_info, take_path
 from studio.take.library.slate import Slate, TimelineMarker, change_slate
-from studio.take.library.trash import Thrown, empty_trash, list_trash, restore, throw_away, throw_solve_away
+from studio.take.library.trash import (
+    Thrown,
+    empty_trash,
+    list_trash,
+    restore,
+    throw_away,
+    throw_solve_away,
+    throw_video_away,
+)
 from studio.worker import run_in_process
 
 
@@ -100,6 +108,12 @@ def manage_router(sessions: Path, finder: Finder, jobs: Jobs) -> APIRouter:
         finder.solve(finder.take(session, take), solve)
         return throw_solve_away(sessions, session, take, solve)
 
+    @router.delete("/takes/{session}/{take}/video")
+    def throw_video(session: str, take: str) -> Thrown:
+        """Move the videos of a take to the trash, the take stays; answers their place there."""
+        finder.take(session, take)
+        return throw_video_away(sessions, session, take)
+
     @router.get("/takes/{session}/{take}/calibrations")
     def get_calibrations(session: str, take: str) -> CalibrationsOfTake:
         """Numbers of the take's calibrations, and the one in use."""
@@ -132,7 +146,7 @@ def manage_router(sessions: Path, finder: Finder, jobs: Jobs) -> APIRouter:
 
     @router.post("/trash/{trash_id}/restore", tags=["trash"])
     def put_back(trash_id: str) -> ListedTake:
-        """Restore a take or a solve, under another name if its own is taken; answers the take's line."""
+        """Restore a take, a solve or videos, under another name if its own is taken; answers the take's line."""
         session, name = restore(sessions, trash_id)
         return finder.line(take_info(take_path(sessions, session, name)))
 

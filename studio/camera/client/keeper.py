@@ -61,6 +61,11 @@ class Keeper:
         return self._active is not None
 
     @property
+    def newest(self) -> int:
+        """Number of the newest frame; -1 = none has come."""
+        return self._newest
+
+    @property
     def owed(self) -> int:
         """Number of kept frames that are not acknowledged and that the server may need."""
         return 0 if self._spool is None else self._spool.frames - self._spool.unknown_frames

@@ -22,6 +22,8 @@ from studio.camera.client.keeper import Keeper
 from studio.camera.client.machine import machine_id, usb_controller
 from studio.camera.client.spool import Spool
 from studio.camera.client.trust import trusting
+from studio.camera.client.video import VideoRecorder
+from studio.camera.client.video_sender import VideoSender
 from studio.camera.client.workload import Workload
 from studio.camera.sources.source import Source, SourceFrame
 from studio.engine.base.errors import FormatError, SettingsError, StudioError
@@ -83,6 +85,11 @@ def link_url(server: str) -> str:
     return f"{scheme}://{parts.netloc}{path}{wire.LINK_PATH}"
 
 
+def video_url(link: str) -> str:
+    """Return the address to which a client brings its videos, from that of its link."""
+    return "http" + link.removeprefix("ws").removesuffix(wire.LINK_PATH) + wire.VIDEO_PATH
+
+
 class Link:
     """One camera's link; `run` it once.
 
@@ -95,6 +102,7 @@ class Link:
         drop_unknown: delete kept frames of takes that the server lacks.
         until_let_go: end once the server no longer accepts the token.
         certificate: the server's own, if the system does not trust it; see `trusting`.
+        video: records the source's video during takes; None: it is not recorded.
 
     Attributes:
         frames_sent: number of frames sent when they came.
@@ -113,6 +121,7 @@ class Link:
         drop_unknown: bool = False,
         until_let_go: bool = False,
         certificate: Path | None = None,
+        video: VideoRecorder | None = None,
     ) -> None:
         self.url = link_url(server)
         self.name = source.name if name is None else name
@@ -142,6 +151,10 @@ class Link:
         self._queue = FrameQueue(QUEUE_FRAMES)
         self._workload = Workload(lambda: source.tracked_ns)
         self._spool = spool
+        self._video = video
+        self._video_sender = None if video is None else VideoSender(
+            video.spool, video_url(self.url), token, tls, lambda: not video.recording
+        )  # fmt: skip
         self._keeper = Keeper(spool, self._hello, self._queue.wake, drop_unknown=drop_unknown)
         self.frames_sent = 0
         self.frames_late = 0
@@ -157,12 +170,15 @@ class Link:
         producer = asyncio.create_task(self._produce())
         connector = asyncio.create_task(self._keep_connected())
         syncer = asyncio.create_task(self._sync_spool())
+        videos = [] if self._video_sender is None else [asyncio.create_task(self._video_sender.run())]
         try:
             done, _ = await asyncio.wait((producer, connector), return_when=asyncio.FIRST_EXCEPTION)
             for task in done:
                 task.result()
         finally:
-            await _cancel(producer, connector, syncer)
+            await _cancel(producer, connector, syncer, *videos)
+            if self._video is not None:
+                await asyncio.to_thread(self._video.stop)
 
     async def _sync_spool(self) -> None:
         while self._spool is not None:
@@ -315,6 +331,9 @@ class Link:
             elif isinstance(message, wire.Recording):
                 self._recording = message.active
                 await self._say(socket, self._keeper.recording_changed(message))
+                if self._video is not None:
+                    start = self._hello.boot_id, self._keeper.newest + 1
+                    await asyncio.to_thread(self._video.recording_changed, message, self.name, *start)
             elif isinstance(message, wire.Ack):
                 await self._say(socket, self._keeper.acknowledged(message))
 
@@ -343,7 +362,8 @@ class Link:
 
     def _status(self) -> wire.Status:
         processor, sending = self._workload.shares()
-        problem = self._keeper.problem or self._source.problem
+        video = "" if self._video is None else self._video.problem
+        problem = self._keeper.problem or self._source.problem or video
         said = problem if isinstance(problem, Said) else None
         return wire.Status(
             frames_sent=self.frames_sent,

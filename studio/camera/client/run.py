@@ -15,8 +15,11 @@ from urllib.parse import urlsplit
 
 from studio.camera.client.link import Link, link_url
 from studio.camera.client.spool import MAX_BYTES, Spool
+from studio.camera.client.video import VideoRecorder
+from studio.camera.client.video_spool import VideoSpool
 from studio.camera.sources.config import SourceConfig
 from studio.camera.sources.depth_source import DepthSource
+from studio.camera.sources.posed import PosedSource
 from studio.camera.sources.registry import open_source
 from studio.camera.sources.source import Camera, Source
 from studio.camera.sources.tracked import TrackedSource
@@ -48,6 +51,7 @@ def run_camera(
     drop_unknown: bool = False,
     until_let_go: bool = False,
     certificate: Path | None = None,
+    keep_video: bool = False,
 ) -> int:
     """Send a source's frames to a server until Ctrl-C, SIGTERM or the source's end; return the exit code 0.
 
@@ -68,6 +72,7 @@ def run_camera(
         drop_unknown: delete kept frames of takes that the server lacks.
         until_let_go: end once the server no longer accepts the token, instead of trying again.
         certificate: PEM file of the server's own certificate, if the system does not trust it.
+        keep_video: record the video of an ordinary camera during takes; the server fetches it afterwards.
 
     Raises:
         StudioError: a source, server or name that cannot be used, or a server that refuses the camera.
@@ -83,11 +88,18 @@ def run_camera(
             "source {source!r} gives no depth: there is nothing to preview or to record of it",
             source=given,
         )
+    if keep_video and not isinstance(opened, PosedSource):
+        raise SettingsError(
+            "source.no_video",
+            "source {source!r} has no video: --keep-video is for webcam and video:PATH",
+            source=source.name if isinstance(source, Camera) else source,
+        )
     shown = ClientDisplay(preview, preview_port)
     link = Link(opened, server, name=name)  # reports a wrong address or name before a folder is made
     folder = Path(spool) if spool else default_spool(server, link.name)
     with contextlib.suppress(asyncio.CancelledError, KeyboardInterrupt):
         kept = Spool(folder, max_bytes=spool_bytes)
+        videos = _recorder(opened, folder / "video") if keep_video else None
         try:
             link = Link(
                 opened,
@@ -98,11 +110,23 @@ def run_camera(
                 drop_unknown=drop_unknown,
                 until_let_go=until_let_go,
                 certificate=certificate,
+                video=videos,
             )
             asyncio.run(_run(opened, link, end, shown))
         finally:
+            if videos is not None:
+                videos.spool.close()
             kept.close()
     return 0
+
+
+def _recorder(source: Source, folder: Path) -> VideoRecorder | None:
+    """Return what records the pictures of an ordinary camera."""
+    if not isinstance(source, PosedSource):
+        return None
+    recorder = VideoRecorder(VideoSpool(folder), mirrored=source.mirrored)
+    source.on_picture = recorder.picture
+    return recorder
 
 
 async def _run(source: Source, link: Link, end: "_OrderlyEnd", shown: "ClientDisplay") -> None:

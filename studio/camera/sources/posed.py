@@ -1,7 +1,7 @@
 """A camera of ordinary pictures as a source of landmarks."""
 
 from abc import abstractmethod
-from collections.abc import AsyncIterator
+from collections.abc import AsyncIterator, Callable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -49,6 +49,10 @@ class PosedSource(ReadingSource["av.VideoFrame"]):
 
     Raises:
         FormatError, NotAvailableError: as for `PoseFinder`.
+
+    Attributes:
+        mirrored: as given.
+        on_picture: hears every picture as it comes, also those that are skipped; None = nobody.
     """
 
     joint_set = JOINT_SET
@@ -62,7 +66,8 @@ class PosedSource(ReadingSource["av.VideoFrame"]):
         hands: bool = True,
     ) -> None:
         super().__init__(pictures)
-        self._pictures, self._mirrored = pictures, mirrored
+        self._pictures, self.mirrored = pictures, mirrored
+        self.on_picture: Callable[[int, av.VideoFrame], None] | None = None
         self._reader = LandmarkReader(model, hands=hands)
         self._people = 1
 
@@ -80,10 +85,16 @@ class PosedSource(ReadingSource["av.VideoFrame"]):
         return ""
 
     def frames(self) -> AsyncIterator[SourceFrame]:
-        return self.read_all(self._pictures.frames())
+        return self.read_all(self._heard())
+
+    async def _heard(self) -> "AsyncIterator[PictureShot]":
+        async for shot in self._pictures.frames():
+            if self.on_picture is not None:
+                self.on_picture(*shot)
+            yield shot
 
     def read(self, time_ns: int, image: "av.VideoFrame") -> SourceFrame:
-        seen, pose = self._reader.read(small_picture(image, mirrored=self._mirrored))
+        seen, pose = self._reader.read(small_picture(image, mirrored=self.mirrored))
         self._people = 0 if pose is None else pose.people
         return SourceFrame(
             time_ns,

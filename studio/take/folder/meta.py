@@ -38,6 +38,7 @@ class TakeMeta(TypedDict):
         take_id: names a live take for good.
         timecode: of a live take: time of day at its start, `hh:mm:ss:ff`.
         number: of a live take, within the session.
+        video_unwanted: its video was thrown away: what cameras still have of it does not come.
     """
 
     format_version: int
@@ -59,3 +60,4 @@ class TakeMeta(TypedDict):
     take_id: NotRequired[str]
     timecode: NotRequired[str]
     number: NotRequired[int]
+    video_unwanted: NotRequired[bool]

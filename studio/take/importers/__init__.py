@@ -104,6 +104,7 @@ def import_recording(
     hands: bool = True,
     sync: str | None = None,
     clap_at_s: Mapping[str, float] | None = None,
+    keep_videos: bool = True,
     progress: Progress | None = None,
 ) -> Take:
     """Return a new take at `out` with the recording or animation at `path`; its notes state the choices made.
@@ -118,6 +119,7 @@ def import_recording(
         hands: look for the hands in videos too.
         sync: how videos are brought to one clock, see `find_sync`; None = `auto`.
         clap_at_s: about when a clap is heard in a camera's video [s], see `find_sync`.
+        keep_videos: the take keeps the videos that it is read from, so that the replay shows them.
         progress: called with 0..1.
 
     Raises:
@@ -147,7 +149,9 @@ def import_recording(
     report = progress or _silent
     reading = importer.share
     recording = reader(path, lambda done: report(reading * done))
-    take = write_recording(recording, out, lambda done: report(reading + (1.0 - reading) * done))
+    take = write_recording(
+        recording, out, lambda done: report(reading + (1.0 - reading) * done), keep_videos=keep_videos
+    )
     report(1.0)
     return take
 

@@ -15,6 +15,7 @@ from studio.engine.model.joints import JOINT_COUNT
 from studio.take.folder.new import new_take
 from studio.take.folder.take import Take
 from studio.take.raw.frames import RawWriter
+from studio.take.video.kept import keep_video
 
 Progress = Callable[[float], None]
 """Called with the share done, 0..1."""
@@ -48,6 +49,20 @@ class ReadDepth:
 
 
 @dataclass(frozen=True)
+class ReadVideo:
+    """The video that a camera's landmarks were read from.
+
+    Attributes:
+        path: its file.
+        at_ns: time of each frame in the file [ns], shape (frame_count,); the camera's `times_ns` say when it was
+            taken.
+    """
+
+    path: Path
+    at_ns: NDArray[np.int64]
+
+
+@dataclass(frozen=True)
 class ReadCamera:
     """One camera of a recording: skeletons, depth images, both, or landmarks in pictures.
 
@@ -62,6 +77,7 @@ class ReadCamera:
         landmarks: of each frame of a camera without depth, whose `positions` are NaN; `confidence` is how visible
             they are.
         clock_within_s: how far its clock may be from that of the other cameras with this [s]; None = it is its own.
+        video: shows what the landmarks were found in, where there is one.
     """
 
     name: str
@@ -74,6 +90,7 @@ class ReadCamera:
     depth: ReadDepth | None = None
     landmarks: Sequence[wire.LandmarkArrays] | None = None
     clock_within_s: float | None = None
+    video: ReadVideo | None = None
 
     @staticmethod
     def of_depth(name: str, depth: ReadDepth) -> "ReadCamera":
@@ -150,8 +167,10 @@ def put_in_order(name: str, times_ns: NDArray[np.int64], notes: list[str]) -> ND
     return index[early:]
 
 
-def write_recording(recording: ReadRecording, out: Path, progress: Progress) -> Take:
-    """Return the new take at `out`, with all frames in the order of their times.
+def write_recording(
+    recording: ReadRecording, out: Path, progress: Progress, *, keep_videos: bool = True
+) -> Take:
+    """Return the new take at `out`, with all frames in the order of their times, and the videos of its cameras.
 
     Raises:
         FormatError: no frame of a camera can be read.
@@ -167,6 +186,12 @@ def write_recording(recording: ReadRecording, out: Path, progress: Progress) -> 
             take.add_camera(camera.hello(), clock_within_s=camera.clock_within_s)
         with RawWriter(take.raw_path) as writer:
             _write_frames(recording, writer, progress)
+        for camera in recording.cameras if keep_videos else ():
+            if camera.video is not None:
+                keep_video(
+                    take, camera.video.path, camera=camera.name, boot_id=camera.hello().boot_id,
+                    at_ns=camera.video.at_ns, times_ns=camera.times_ns,
+                )  # fmt: skip
         take.meta["notes"] = "\n".join(recording.notes)
         if recording.calibration is not None:
             take.add_calibration(recording.calibration, use=True)

@@ -13,7 +13,7 @@ from studio.engine.model.joints import JOINT_SETS
 from studio.engine.seeing.pictures.bundle import model_file
 from studio.engine.seeing.pictures.described import is_description
 from studio.take.importers.camera_folders import read_beside
-from studio.take.importers.recording import Progress, ReadCamera, ReadRecording
+from studio.take.importers.recording import Progress, ReadCamera, ReadRecording, ReadVideo
 from studio.take.video.file import ENDINGS, is_video
 from studio.take.video.landmarks import JOINT_SET, VideoLandmarks
 from studio.take.video.sync.clocks import VideoClock
@@ -118,6 +118,7 @@ def _camera(name: str, found: VideoLandmarks, clock: VideoClock, model: str | Pa
         confidence=found.visibility,
         landmarks=found.pictures,
         clock_within_s=clock.within_s,
+        video=ReadVideo(found.video.path, found.times_ns),
     )
 
 

@@ -17,9 +17,11 @@ from studio.take.folder.meta import TakeMeta
 from studio.take.folder.names import is_safe_name
 from studio.take.folder.new import new_take
 from studio.take.folder.take import Take, check_meta
+from studio.take.video.file import ENDINGS
 
 ENDING = ".take.zip"
-MAX_FILES = 10_000
+MAX_FILES = 50_000
+"""A recording keeps its videos in files of ten seconds: of eight cameras, three hours have 17,000 files."""
 MAX_BYTES = 200 * 1024**3
 MAX_META_BYTES = 16 << 20
 MAX_RATIO, SMALL_BYTES = 100, 256 << 20
@@ -29,8 +31,8 @@ KEPT_FREE_BYTES = 256 << 20
 """Space of the disk that is left for recordings."""
 
 _CHUNK = 1 << 20
-_SUBFOLDERS = ("calibrations", "solves", "references")
-_STORED = (".mcap", ".npz")
+_SUBFOLDERS = ("calibrations", "solves", "references", "video")
+_STORED = (".mcap", ".npz", *ENDINGS)
 """Files that are compressed already."""
 
 _FILE = re.compile(r"take\.json|raw[A-Za-z0-9_.-]*\.(mcap|jsonl)|[a-z]+/[^/]+(/[^/]+)?")

@@ -190,12 +190,18 @@ def _solve_folders(take: str) -> str:
 def _stamp(take: str, names: str) -> tuple[str, int]:
     """Return what tells that a take's files are others than before, and when the last of them changed [ns].
 
-    A solve's files are written whole and then take their place: its folder tells. Nothing where the folder has no
-    `take.json`.
+    A solve's files are written whole and then take their place: its folder tells, and that of the videos is touched.
+    Nothing where the folder has no `take.json`.
     """
     stamps: list[int] = []
     latest_ns = 0
-    for file in ("take.json", "raw.mcap", "solves", *(f"solves/{name}" for name in names.split("/")[:-1])):
+    for file in (
+        "take.json",
+        "raw.mcap",
+        "video",
+        "solves",
+        *(f"solves/{name}" for name in names.split("/")[:-1]),
+    ):
         try:
             found = os.stat(f"{take}/{file}")
         except OSError:

@@ -18,6 +18,7 @@ from studio.take.folder.take import Take
 from studio.take.raw.append import hello_of
 from studio.take.raw.records import LATE_KEY, LIVE_TOPIC, depth_topic
 from studio.take.raw.span import RawSpan
+from studio.take.video.kept import video_bytes
 
 
 @dataclass(frozen=True)
@@ -30,6 +31,7 @@ class TakeInfo:
         length_s: first to last frame [s]; None if raw.mcap is missing or unfinished.
         calibration_s: length of the calibration part before the performance [s]; None = no such part.
         cameras, solves: names; `depth`: names of the cameras with recorded depth images.
+        video_bytes: size of its videos [bytes]; 0 = it has none.
         calibrated: a calibration is in use.
         state: recording state of `take.json`, or `damaged`.
         source, performer, notes, tags, rating, starred: of `take.json`.
@@ -54,6 +56,7 @@ class TakeInfo:
     rating: int | None = None
     starred: bool = False
     problem: str | None = None
+    video_bytes: int = 0
 
 
 def take_ids(sessions_dir: str | Path) -> Iterator[str]:
@@ -124,6 +127,7 @@ def take_info(path: Path) -> TakeInfo:
         tags=take_tags(take.meta),
         rating=take.meta.get("rating"),
         starred=take.meta.get("starred", False),
+        video_bytes=video_bytes(path),
     )
 
 

@@ -1,7 +1,7 @@
-"""The trash: removed takes and solves, kept in `sessions/.trash` until restored or deleted.
+"""The trash: removed takes, solves and videos, kept in `sessions/.trash` until restored or deleted.
 
-`.trash/<id>/take` is the take's folder, or `.trash/<id>/solve` a solve's; `.trash/<id>/thrown.json` holds its former
-place and the time of removal.
+`.trash/<id>/take` is the take's folder, `.trash/<id>/solve` a solve's, or `.trash/<id>/video` that of its videos;
+`.trash/<id>/thrown.json` holds its former place and the time of removal.
 """
 
 import json
@@ -17,6 +17,8 @@ from studio.take.folder.lock import is_held
 from studio.take.folder.names import check_name, inside, is_safe_name
 from studio.take.folder.take import Take, check_free, utc_now
 from studio.take.library.sessions import take_path
+from studio.take.video.kept import FOLDER as VIDEOS
+from studio.take.video.kept import has_video
 
 FOLDER = ".trash"
 
@@ -25,7 +27,7 @@ FOLDER = ".trash"
 class Thrown:
     """A take in the trash: its id there, its former session and name, the time of removal (ISO 8601, UTC).
 
-    `solve` names the removed solve of the take, empty for the whole take.
+    `solve` names the removed solve of the take; `video`: it is the take's videos. Neither: the whole take.
     """
 
     id: str
@@ -33,6 +35,7 @@ class Thrown:
     name: str
     thrown: str
     solve: str = ""
+    video: bool = False
 
 
 def throw_away(sessions_dir: Path, session: str, name: str) -> Thrown:
@@ -69,9 +72,26 @@ def throw_solve_away(sessions_dir: Path, session: str, name: str, solve: str) ->
     return _move_to_trash(sessions_dir, thrown, take.solve_folder(solve))
 
 
+def throw_video_away(sessions_dir: Path, session: str, name: str) -> Thrown:
+    """Move the videos of a take to the trash; those that cameras still owe are no longer wanted.
+
+    Raises:
+        TakeError: no such take, one without videos, a name that is not allowed, or a folder that cannot be moved.
+    """
+    take = Take.open(take_path(sessions_dir, session, name))
+    if not has_video(take.path):
+        raise TakeError(
+            "trash.no_video", "take {take} keeps no video to throw away", take=f"{session}/{name}"
+        )
+    take.meta["video_unwanted"] = True
+    take.save_meta()
+    thrown = Thrown(secrets.token_hex(6), session, name, utc_now(), video=True)
+    return _move_to_trash(sessions_dir, thrown, take.path / VIDEOS)
+
+
 def _move_to_trash(sessions_dir: Path, thrown: Thrown, path: Path) -> Thrown:
     place = sessions_dir / FOLDER / thrown.id
-    value = {key: text for key, text in vars(thrown).items() if key != "id"}
+    value = {key: what for key, what in vars(thrown).items() if key != "id"}
     try:
         place.mkdir(parents=True)
         write_json(place / "thrown.json", value)
@@ -88,7 +108,7 @@ def _move_to_trash(sessions_dir: Path, thrown: Thrown, path: Path) -> Thrown:
 
 
 def _what(thrown: Thrown) -> str:
-    return "solve" if thrown.solve else "take"
+    return "solve" if thrown.solve else "video" if thrown.video else "take"
 
 
 def list_trash(sessions_dir: Path) -> list[Thrown]:
@@ -98,21 +118,33 @@ def list_trash(sessions_dir: Path) -> list[Thrown]:
         try:
             value = json.loads(file.read_text(encoding="utf-8"))
             session, name, thrown = (str(value[key]) for key in ("session", "name", "thrown"))
-            found.append(Thrown(file.parent.name, session, name, thrown, str(value.get("solve", ""))))
+            found.append(
+                Thrown(
+                    file.parent.name,
+                    session,
+                    name,
+                    thrown,
+                    str(value.get("solve", "")),
+                    value.get("video") is True,
+                )
+            )
         except (OSError, ValueError, KeyError, TypeError):
             continue  # not made by the studio
     return sorted(found, key=lambda thrown: (thrown.thrown, thrown.id), reverse=True)
 
 
 def restore(sessions_dir: Path, trash_id: str) -> tuple[str, str]:
-    """Restore a take or a solve, under another name if its own is taken; return the take's session and name.
+    """Restore a take, a solve or videos, under another name if its own is taken; return the take's session and name.
 
     Raises:
-        TakeError: nothing of that id in the trash, a solve whose take is gone, or a folder that cannot be moved.
+        TakeError: nothing of that id in the trash, what belongs to a take that is gone, or a folder that cannot be
+            moved.
     """
     thrown = _find(sessions_dir, trash_id)
     if thrown.solve:
         return _restore_solve(sessions_dir, thrown)
+    if thrown.video:
+        return _restore_video(sessions_dir, thrown)
     name, number = thrown.name, 2
     while take_path(sessions_dir, thrown.session, name).exists():
         name, number = f"{thrown.name[:55]}_{number}", number + 1
@@ -156,6 +188,32 @@ def _restore_solve(sessions_dir: Path, thrown: Thrown) -> tuple[str, str]:
             name=name,
             error=system_says(error),
         ) from error
+    shutil.rmtree(place, ignore_errors=True)
+    return thrown.session, thrown.name
+
+
+def _restore_video(sessions_dir: Path, thrown: Thrown) -> tuple[str, str]:
+    path = take_path(sessions_dir, thrown.session, thrown.name)
+    if not (path / "take.json").is_file() or has_video(path):
+        raise TakeError(
+            "trash.video_has_no_place",
+            "the take {take} of the video is not there, or has a video; restore the take, or move its video away, "
+            "first",
+            take=f"{thrown.session}/{thrown.name}",
+        )
+    take, place = Take.open(path), sessions_dir / FOLDER / thrown.id
+    try:
+        shutil.rmtree(path / VIDEOS, ignore_errors=True)  # without any video
+        (place / "video").rename(path / VIDEOS)
+    except OSError as error:
+        raise TakeError(
+            "trash.video_not_restored",
+            "cannot restore the video of {take}: {error}",
+            take=f"{thrown.session}/{thrown.name}",
+            error=system_says(error),
+        ) from error
+    take.meta.pop("video_unwanted", None)
+    take.save_meta()
     shutil.rmtree(place, ignore_errors=True)
     return thrown.session, thrown.name
 

@@ -19,6 +19,7 @@ class TakeClocks:
         self._clocks: dict[tuple[str, str], ClockModel] = {}
         self._last: dict[str, str] = {}
         self._segments: dict[tuple[str, str], list[tuple[int, str]]] = {}
+        self._first: dict[tuple[str, str], str] = {}
 
     def event(self, event: LiveEvent) -> None:
         """Take in an event of the live log; those that tell nothing of cameras' clocks are passed over."""
@@ -28,11 +29,13 @@ class TakeClocks:
         elif isinstance(event, ClockEvent) and event.clock_id is not None:
             self._clocks[event.camera, event.clock_id] = event.model
             self._last[event.camera] = event.clock_id
+            self._first.setdefault((event.camera, event.clock_id.partition("#")[0]), event.clock_id)
 
     def clock_id(self, camera: str, boot_id: str, sequence: int) -> str:
-        """Return the id of a frame's clock."""
+        """Return the id of a frame's clock: one that had jumped before the take is the first that its log knows."""
         segments = self._segments.get((camera, boot_id), [])
-        return next((name for first, name in reversed(segments) if sequence >= first), boot_id)
+        own = self._first.get((camera, boot_id), boot_id)
+        return next((name for first, name in reversed(segments) if sequence >= first), own)
 
     def stage_ns(self, camera: str, boot_id: str, sequence: int, device_time_ns: int) -> int | None:
         """Return a frame's time on the stage clock [ns]; None if its clock is unknown."""

@@ -70,6 +70,23 @@ class Membership:
             return AFTER
         return BEFORE if taken_ns < self._begin_ns - BEGIN_NS else ""
 
+    def refusal_of_span(self, key: Key, sequence: int, first_ns: int, last_ns: int) -> str:
+        """Return why what a client took over some time does not belong, "" if a part of it does.
+
+        Args:
+            key: start of the client.
+            sequence: number of a frame of landmarks from that time, whose clock counts.
+            first_ns, last_ns: beginning and end on the camera's clock [ns].
+        """
+        if key not in self._first:
+            return STRANGER
+        begin_ns, end_ns = (self._clocks.stage_ns(*key, sequence, at_ns) for at_ns in (first_ns, last_ns))
+        if begin_ns is None or end_ns is None or self._begin_ns is None or self._end_ns is None:
+            return UNTIMED
+        if begin_ns > self._end_ns + END_NS:
+            return AFTER
+        return BEFORE if end_ns < self._begin_ns - BEGIN_NS else ""
+
 
 def joined_starts(state: RawState) -> dict[Key, int]:
     """Return every start of a client in the log, with its first sequence that may belong to the recording."""

@@ -81,7 +81,9 @@ class VideoFile:
                 timecode=tags.get("timecode", "") or next(filter(None, timecode), ""),
             )
 
-    def frames(self, past_ns: Callable[[], int] | None = None) -> "Iterator[tuple[int, av.VideoFrame]]":
+    def frames(
+        self, past_ns: Callable[[], int] | None = None, *, from_ns: int = 0
+    ) -> "Iterator[tuple[int, av.VideoFrame]]":
         """Yield time since the beginning of the video [ns], increasing, and frame.
 
         A damaged frame is left out; a file that is cut off ends early. `damage` says so afterwards.
@@ -89,6 +91,7 @@ class VideoFile:
         Args:
             past_ns: the time [ns] before which frames are no longer wanted; they are skipped up to the next key
                 frame. None = all are wanted.
+            from_ns: begin at the key frame before this time [ns], where the file lets it be found.
 
         Raises:
             FormatError: it can no longer be opened.
@@ -100,6 +103,11 @@ class VideoFile:
             track = _track(self.path, container)
             track.thread_type = "AUTO"
             start, unit = track.start_time or 0, (track.time_base or Fraction(1)) * 10**9
+            if from_ns > 0:
+                with contextlib.suppress(
+                    FFmpegError
+                ):  # without a list of key frames it is read from its beginning
+                    container.seek(start + int(from_ns / unit), stream=track)
             packets = container.demux(track)
             while True:
                 try:

@@ -8,7 +8,7 @@ import numpy as np
 
 from studio.engine.base.errors import FormatError, StudioError
 from studio.engine.model.calibration import Calibration
-from studio.engine.model.frames import FrameSet, FusedSkeleton, StepResult
+from studio.engine.model.frames import ClockModel, FrameSet, FusedSkeleton, StepResult
 from studio.engine.model.joints import JOINT_COUNT
 from studio.engine.model.poses import Poses, on_output_joints
 from studio.engine.model.spans import Span
@@ -71,6 +71,11 @@ class Clip:
         calibration = _calibration(take)
         depth = ReplayedDepth.of(take.raw_path, calibration)
         return cls(f"{take.path.parent.name}/{take.path.name}", solve, poses, None, calibration, depth=depth)
+
+    def clock(self, camera: str) -> ClockModel | None:
+        """Return the map from a camera's clock to the stage clock; None where nothing tells it."""
+        placed = self.depth.placed.get(camera)
+        return None if placed is None else placed[1]
 
     def step(self, frame: int) -> StepResult:
         """Return a frame as a result of the pipeline."""

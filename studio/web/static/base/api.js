@@ -43,6 +43,12 @@ export const changeReplay = (change) => call("PATCH", "replay", change);
 export const closeReplay = () => call("DELETE", "replay");
 export const getCleanup = (take, solve) => call("GET", `${takePath(take)}/solves/${encodeURIComponent(solve)}/cleanup`);
 export const getSpace = () => call("GET", "replay/space");
+export const getVideos = () => call("GET", "replay/video");
+export const getVideo = (camera) => call("GET", `replay/video/${camera}`);
+export const getVideoDrawn = (camera, first, last) => call("GET", `replay/video/${camera}/drawn?${new URLSearchParams({ first, last })}`);
+
+/** Address of a picture of a camera's video; `stamp` changes with the video. */
+export const videoPicture = (take, camera, number, width, stamp) => new URL(`takes/${take.split("/").map(encodeURIComponent).join("/")}/video/${camera}/pictures/${number}?${new URLSearchParams({ width, stamp })}`, ROOT);
 export const getCurves = (joint) => call("GET", `replay/curves?joint=${joint}`);
 export const getJointCurves = (curves, first, last, points) => call("GET", `replay/joint_curves?${new URLSearchParams([...curves.map((curve) => ["curve", curve]), ["first", first], ["last", last], ["points", points]])}`);
 export const getSwitches = () => call("GET", "switches");
@@ -136,6 +142,7 @@ export const restoreShare = (id) => call("POST", `shares/${id}/restore`);
 
 export const changeTake = (take, change) => call("PATCH", takePath(take), change);
 export const throwTake = (take) => call("DELETE", takePath(take));
+export const throwVideo = (take) => call("DELETE", `${takePath(take)}/video`);
 export const throwSolve = (take, solve) => call("DELETE", `${takePath(take)}/solves/${encodeURIComponent(solve)}`);
 export const getTrash = () => call("GET", "trash");
 export const deleteTrash = (trashId) => call("DELETE", `trash/${encodeURIComponent(trashId)}`);

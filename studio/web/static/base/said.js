@@ -14,10 +14,11 @@ import settings from "./said/settings.js";
 import stage from "./said/stage.js";
 import sync from "./said/sync.js";
 import takes from "./said/takes.js";
+import video from "./said/video.js";
 import { remember } from "./retell.js";
 import { language, number, template, unbroken } from "./strings.js";
 
-const FRENCH = { ...stage, ...calibration, ...takes, ...exporting, ...settings, ...files, ...recordings, ...devices, ...blind, ...sync };
+const FRENCH = { ...stage, ...calibration, ...takes, ...exporting, ...settings, ...files, ...recordings, ...devices, ...blind, ...sync, ...video };
 const KEPT = 1000;
 const sentences = new Map(); // the last sentences heard, by their English text
 

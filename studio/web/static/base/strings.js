@@ -23,11 +23,12 @@ import replay from "./strings/replay.js";
 import share from "./strings/share.js";
 import switches from "./strings/switches.js";
 import takes from "./strings/takes.js";
+import video from "./strings/video.js";
 import view from "./strings/view.js";
 import wizard from "./strings/wizard.js";
 import work from "./strings/work.js";
 
-const TEXTS = { ...access, ...blind, ...calibration, ...cameras, ...compare, ...curves, ...exporting, ...graphs, ...help, ...importing, ...page, ...phone, ...points, ...record, ...replay, ...share, ...switches, ...takes, ...view, ...wizard, ...work };
+const TEXTS = { ...access, ...blind, ...calibration, ...cameras, ...compare, ...curves, ...exporting, ...graphs, ...help, ...importing, ...page, ...phone, ...points, ...record, ...replay, ...share, ...switches, ...takes, ...video, ...view, ...wizard, ...work };
 const KEPT = "language";
 const ATTRIBUTES = { t: null, tTitle: "title", tAria: "aria-label", tPlaceholder: "placeholder", tAlt: "alt" };
 

@@ -15,6 +15,7 @@ import { drawTimeline, frameAt, wordsAt } from "./timeline.js";
 import { hold, pan, wheel } from "./pointer.js";
 import { trial } from "./trial.js";
 import { turns } from "../base/turns.js";
+import { followVideo, forgetVideo, paintVideo, startVideo, toggleVideo, videoShown } from "../video/pane.js";
 import { keepInSight, showAll, zoomAbout } from "./zoom.js";
 
 const SPEEDS = [0.1, 0.25, 0.5, 1, 2];
@@ -115,6 +116,7 @@ const KEYS = {
   "[": () => KEYS.i(),
   "]": () => KEYS.o(),
   m: () => addMarker(state.replay, frameNow()),
+  v: () => { toggleVideo(); show(); },
   c: () => state.replay.solve && showCurveList(!curveListShown()),
   "+": () => zoom(3),
   "-": () => zoom(-3),
@@ -202,6 +204,7 @@ function build() {
       choice("replay-joint", t("replay.joint"), JOINTS.map((name) => [name, name]), state.joint, (value) => { state.joint = value; loadCurves(); }),
       solve && h("button", { id: "replay-curves", type: "button", class: "small", title: `${t("graphs.hint")} (C)`, aria: { expanded: String(curveListShown()), controls: "curve-list" },
         onclick: KEYS.c }, t("graphs.button")),
+      button("replay-video", t("video.title"), t("video.hint"), "V", KEYS.v, videoShown()),
       h("span", { id: "replay-value", class: "count" }),
       trial,
       button("replay-unit", t(`replay.unit.${unit()}`), t("replay.unit"), "", () => { nextUnit(timecodeOf(state.replay.take)); paint(); }),
@@ -257,6 +260,7 @@ function paint() {
   canvas.setAttribute("aria-valuemax", String(frames - 1));
   canvas.setAttribute("aria-valuemin", "0");
   drawTimeline(canvas, state.replay, state.curves, state.more, frame);
+  paintVideo(frame);
   byId("replay-value").hidden = !curveLegend.hidden; // its values stand there
   setText(byId("replay-value"), state.replay.holds ? holdsWords(state.replay.holds) : wordsAt(state.curves, state.more, frame).values);
   const { edits } = state.more;
@@ -274,9 +278,10 @@ function show() {
   const { open: isOpen, take: takeId, solve, ghost, playing, loop, speed, of_s: whole } = state.replay;
   document.body.classList.toggle("replaying", isOpen);
   byId("replay").hidden = !isOpen;
+  followVideo(state.replay);
   if (isOpen) {
     setText(byId("replay-title"), solve ? t("replay.title", { take: takeId, solve }) : t("replay.raw_title", { take: takeId }));
-    redraw(byId("replay-bar"), [takeId, solve, ghost, playing, loop, speed, state.solves, whole && growingWords(state.replay)], build);
+    redraw(byId("replay-bar"), [takeId, solve, ghost, playing, loop, speed, state.solves, whole && growingWords(state.replay), videoShown()], build);
     loadCurves();
     useMarkers(takeId);
     besideIs(Boolean(ghost));
@@ -306,6 +311,7 @@ export function solved(takeId, solve) {
   if (!state.replay.open || state.replay.take !== takeId) return;
   state.wanted = ""; // the solve may be a new one of an old name
   forgetCurveData();
+  forgetVideo();
   open(takeId, solve, state.replay.ghost);
   showNote(t("replay.showing", { solve }));
 }
@@ -317,6 +323,7 @@ export function startReplay(listen, compare) {
   startMarkers(paint);
   startCurveChoice(paint);
   startCurveData(paint);
+  startVideo();
   new ResizeObserver(paint).observe(byId("replay"));
   window.addEventListener("language", show);
   requestAnimationFrame(run);

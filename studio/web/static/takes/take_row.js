@@ -5,7 +5,7 @@ import { tenths } from "../replay/holds.js";
 import { open } from "../replay/replay.js";
 import { said } from "../base/said.js";
 import { askShare } from "./sharing.js";
-import { language, t } from "../base/strings.js";
+import { language, number, t } from "../base/strings.js";
 
 const BEST = ["finish", "studio", "live", "imported"];
 const STARS = 5;
@@ -63,6 +63,7 @@ function slate(take, acts) {
       h("button", { class: "small primary", type: "submit" }, t("message.save")),
       small(t("message.cancel"), t("message.cancel"), () => acts.edit(null)),
       h("span", { class: "spacer" }),
+      take.video_bytes > 0 && small(t("video.throw", { mb: megabytes(take) }), t("video.throw", { mb: megabytes(take) }), () => { acts.edit(null); acts.throwVideo(take); }, t("video.throw_hint")),
       small(t("take.throw"), t("take.throw_label", { name: take.name }), () => { acts.edit(null); acts.throwAway(take); }, t("take.throw_hint"))));
 }
 
@@ -85,8 +86,11 @@ function length({ seconds, calibration_s: before }) {
   return before ? t("take.length", { performance: clock(Math.max(seconds - before, 0)), before: clock(before) }) : clock(seconds);
 }
 
+const megabytes = ({ video_bytes: bytes }) => number(bytes / 1e6, bytes < 1e7 ? 1 : 0);
+
 function line(take) {
-  const parts = [length(take), when(take.created), take.performer, take.rating ? "★".repeat(take.rating) : "", uncalibrated(take) && t("take.uncalibrated")];
+  const parts = [length(take), when(take.created), take.performer, take.rating ? "★".repeat(take.rating) : "",
+    take.video_bytes > 0 && t("video.of_take", { mb: megabytes(take) }), uncalibrated(take) && t("take.uncalibrated")];
   return h("p", { class: "when" }, take.recording ? t("take.recording") : parts.filter(Boolean).join("  ·  "));
 }
 

@@ -1,6 +1,6 @@
 // The list of takes: rows of what was found, built as they come into sight; every change of a take can be taken back.
 import { byId, h, redraw, setText } from "../base/dom.js";
-import { calibrateTake, changeTake, findTakes, restoreTake, solveTake, throwSolve, throwTake } from "../base/api.js";
+import { calibrateTake, changeTake, findTakes, restoreTake, solveTake, throwSolve, throwTake, throwVideo } from "../base/api.js";
 import { askChoice } from "../base/ask.js";
 import { ended } from "../base/jobs.js";
 import { attempt, showNote, showUndo, undoing } from "../base/messages.js";
@@ -37,6 +37,13 @@ function removeSolve(take, solve) {
   return alter(async () => {
     const thrown = await throwSolve(take, solve);
     showUndo(t("solve.in_trash", { name: take.name, solve }), RESTORE, thrown.id);
+  });
+}
+
+function removeVideo(take) {
+  return alter(async () => {
+    const thrown = await throwVideo(take);
+    showUndo(t("video.in_trash", { name: take.name }), RESTORE, thrown.id);
   });
 }
 
@@ -84,7 +91,7 @@ function search(text) {
   attempt(list.changed);
 }
 
-const acts = { calibrate, change, edit, removeSolve, search, select, solve, throwAway };
+const acts = { calibrate, change, edit, removeSolve, search, select, solve, throwAway, throwVideo: removeVideo };
 
 async function more() {
   if (list.loading) return;

@@ -71,6 +71,7 @@ export default {
   "keys.top": ["Top", "Dessus"],
   "keys.orbit": ["Turn about the performer", "Tourner autour de l'interprète"],
   "keys.marker": ["Set a marker", "Poser un repère"],
+  "keys.video": ["Show or hide the video of a camera", "Montrer ou cacher la vidéo d'une caméra"],
   "keys.curves": ["Choose curves of joints", "Choisir des courbes d'articulations"],
   "keys.zoom": ["Zoom the timeline, show all", "Zoomer la ligne de temps, tout montrer"],
   "keys.whole": ["All of the stage", "Tout le plateau"],

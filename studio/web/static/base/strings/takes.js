@@ -92,6 +92,7 @@ export default {
   "trash.title": ["Trash", "Corbeille"],
   "trash.hint": ["What was thrown away; it can be put back", "Ce qui a été jeté ; on peut le remettre"],
   "trash.none": ["Nothing was thrown away.", "Rien n'a été jeté."],
+  "trash.video": ["{name}, its video", "{name}, sa vidéo"],
   "trash.solve": ["{name}, solve {solve}", "{name}, calcul {solve}"],
   "trash.restore": ["Put back", "Remettre"],
   "trash.restore_label": ["Put {name} back", "Remettre {name}"],
