@@ -74,14 +74,8 @@ class VideoSender:
         if not times_ns or not part.path.is_file() or not part.path.stat().st_size:
             part.delete()
             return
-        data = await asyncio.to_thread(part.path.read_bytes)
-        origin = part.origin
-        described = {
-            "take_id": origin.take_id, "name": origin.name, "boot_id": origin.boot_id,
-            "from_sequence": origin.from_sequence, "size": len(data), "sha256": hashlib.sha256(data).hexdigest(),
-            "ending": part.path.suffix, "times_ns": times_ns,
-        }  # fmt: skip
-        answer = await asyncio.to_thread(self._ask, "POST", self._url, json.dumps(described).encode())
+        data, described = await asyncio.to_thread(_described, part, times_ns)
+        answer = await asyncio.to_thread(self._ask, "POST", self._url, described)
         while answer["state"] == "wanted" and self._may_send():
             at, began_s = int(answer["received"]), time.monotonic()
             piece = data[at : at + PIECE_BYTES]
@@ -91,7 +85,7 @@ class VideoSender:
         if forgotten or answer["state"] in ("kept", "unwanted"):
             part.delete()
         if answer["state"] == "unwanted":
-            log.warning("a video of take %s is not wanted: %s", origin.take_id, answer["reason"])
+            log.warning("a video of take %s is not wanted: %s", part.origin.take_id, answer["reason"])
 
     def _ask(self, method: str, url: str, data: bytes) -> dict[str, Any]:
         kind = "application/json" if method == "POST" else "application/octet-stream"
@@ -102,3 +96,14 @@ class VideoSender:
         if not isinstance(value, dict) or not {"state", "received", "id"} <= value.keys():
             raise ValueError(f"{url} does not answer as a studio")
         return value
+
+
+def _described(part: SpooledPart, times_ns: list[int]) -> tuple[bytes, bytes]:
+    """Return the bytes of a part, and its description."""
+    data, origin = part.path.read_bytes(), part.origin
+    described = {
+        "take_id": origin.take_id, "name": origin.name, "boot_id": origin.boot_id,
+        "from_sequence": origin.from_sequence, "size": len(data), "sha256": hashlib.sha256(data).hexdigest(),
+        "ending": part.path.suffix, "times_ns": times_ns,
+    }  # fmt: skip
+    return data, json.dumps(described).encode()
