@@ -265,7 +265,12 @@ class Finisher:
             smoother.posture_share = posture_share(self._alike)
             smoother.calm = wander_of(self._alike)
         factor, spread = scale.factors()
-        return wander_of(self._alike) * factor, spread  # means over independent frames are more precise
+        factor *= wander_of(self._alike)  # means over independent frames are more precise
+        # Errors of landmarks last: the more frames of them come, the less each one says.
+        often = np.nan_to_num(np.maximum(self._store.frames_within(CAMERA_FRAME_S), 1.0), nan=1.0)
+        depthless = ~np.isnan(self._store.along_m)
+        factor[depthless] *= often[depthless, None, None]
+        return factor, spread
 
     def _feet(self, q: NDArray[np.float64]) -> Soles:
         return feet_of(self._humanoid, q, self._rest_heights_m)

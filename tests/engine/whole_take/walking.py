@@ -140,6 +140,15 @@ class PicturedWalk:
             out.append(list(finisher.results()))
         return out
 
+    def jerk_m_s3(self, results: list[list[StepResult]]) -> float:
+        """Mean jerk of the measured joints."""
+        joints = [
+            np.array([r.positions_m[OUTPUT_OF_CANONICAL_INDEX][MEASURED] for r in segment])
+            for segment in results
+        ]
+        jerks = [np.linalg.norm(np.diff(one, n=3, axis=0), axis=2).ravel() for one in joints]
+        return float(np.concatenate(jerks).mean() * self.hz**3)
+
     def errors_mm(self, results: list[list[StepResult]]) -> NDArray[np.float64]:
         """Errors of the measured joints, shape (result_count, 15)."""
         at = {frame.device_time_ns: k for k, frame in enumerate(next(iter(self.frames.values())))}

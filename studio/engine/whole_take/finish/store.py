@@ -135,6 +135,12 @@ class Store:
             late[at] = after_ns * (1e-9 / dt)
         return positions, confidence, late
 
+    def frames_within(self, span_s: float) -> NDArray[np.float64]:
+        """Return how many frames of each camera come within a time, shape (camera_count,); NaN = unknown."""
+        times, cameras = np.array(self._reading_times_ns), np.array(self._reading_cameras)
+        apart_s = [np.diff(np.sort(times[cameras == c])) * 1e-9 for c in range(len(self.cameras))]
+        return np.array([span_s / max(np.median(one), 1e-3) if len(one) else np.nan for one in apart_s])
+
     def _slots_of_readings(self, dt: float) -> NDArray[np.int64]:
         """The nearest step of each reading; -1 = none, or another reading of its camera is nearer."""
         steps, times = self.times_ns, np.array(self._reading_times_ns, dtype=np.int64)
