@@ -1,12 +1,17 @@
 """Prepares a process for solving: loads and compiles everything that is slow at its first call."""
 
+from dataclasses import replace
+
 import numpy as np
 
 from studio import wire
 from studio.engine.model.calibration import Performer
+from studio.engine.model.frames import CameraFrame, PictureJoints
+from studio.engine.model.human.hand import LANDMARKS as HAND_LANDMARKS
 from studio.engine.model.human.humanoid import build_humanoid
 from studio.engine.model.human.skeleton import Skeleton
-from studio.engine.model.joints import JOINT_COUNT
+from studio.engine.model.joints import INDEX, JOINT_COUNT
+from studio.engine.model.lens import Lens, usual_lens
 from studio.engine.model.poses import Poses
 from studio.engine.model.settings import SolveSettings, preset
 from studio.engine.solve.ik.reseed import LimbReseed
@@ -20,22 +25,46 @@ SECONDS = 0.7
 
 
 def prepare() -> None:
-    """Solve a moment of the embedded performer with the preset `studio`, search limbs, and discard the result."""
+    """Solve a moment of the embedded performer with the preset `studio`, as depth cameras see it and as ordinary ones
+    do; search limbs; and discard the results."""
     stage = make_stage(SECONDS)
     solve_stage(stage, preset("studio"))
+    _solve_pictures(stage, preset("studio"))
     _find_limbs(stage.performer)
 
 
 def solve_stage(stage: DemoStage, settings: SolveSettings) -> Poses:
     """Return the poses of the simulated stage's performer, solved with these settings."""
+    return solve_frames(
+        _frames(stage), stage.calibration, settings, residuals=SolveResiduals(), trace=TraceCollector()
+    )
+
+
+def _frames(stage: DemoStage) -> list[CameraFrame]:
     frames = []
     for name, data in stage.messages:
         message = wire.decode(data)
         assert isinstance(message, wire.SkeletonFrame)
         frames.append(camera_frame(name, stage.joint_set, message))
-    return solve_frames(
-        frames, stage.calibration, settings, residuals=SolveResiduals(), trace=TraceCollector()
-    )
+    return frames
+
+
+def _solve_pictures(stage: DemoStage, settings: SolveSettings) -> None:
+    """Solve the frames with their joints in pictures, and with something like hands at the wrists."""
+    lens = usual_lens(1280, 720)
+    cameras = {name: replace(camera, lens=lens) for name, camera in stage.calibration.cameras.items()}
+    frames = [_pictured(frame, lens) for frame in _frames(stage)]
+    solve_frames(frames, replace(stage.calibration, cameras=cameras), settings)
+
+
+def _pictured(frame: CameraFrame, lens: Lens) -> CameraFrame:
+    seen = lens.pixels_of(frame.positions)
+    turns = np.linspace(0.0, 6.0, HAND_LANDMARKS)
+    about = 30.0 * np.column_stack([np.cos(turns), np.sin(turns)])
+    hands = seen[[INDEX["left_wrist"], INDEX["right_wrist"]], None] + about
+    world_m = frame.positions - frame.positions[INDEX["hips"]]
+    picture = PictureJoints(lens.width, lens.height, seen, world_m, hands)
+    return replace(frame, positions=np.full_like(frame.positions, np.nan), picture=picture)
 
 
 def _find_limbs(performer: Performer) -> None:

@@ -22,6 +22,7 @@ MAY_CONNECT = {
     "server/certificate.py": "asks the system for this machine's own name; nothing is sent",
     "api/address.py": "asks the system for this machine's own address; nothing is sent",
     "camera/client/link.py": "a camera's link to the server that its operator named",
+    "camera/client/video_sender.py": "brings the camera's videos to the same server; follows no redirect",
     "web/proxy.py": "viser, on the loopback",
     "web/view.py": "a free port on the loopback",
     "server/run.py": "the server's own socket",

@@ -4,9 +4,7 @@ Encoding runs in a thread of its own with a short queue: where this machine is t
 video, and landmarks go on. Each picture keeps its capture time on the source's clock.
 """
 
-import contextlib
 import logging
-import os
 import queue
 import threading
 from fractions import Fraction
@@ -17,6 +15,7 @@ import numpy as np
 from studio import wire
 from studio.camera.client.video_spool import SpooledPart, VideoOrigin, VideoSpool
 from studio.engine.base.sentences import say, system_says
+from studio.engine.base.system import lower_thread_priority
 
 if TYPE_CHECKING:
     import av
@@ -93,9 +92,7 @@ class VideoRecorder:
     def _run(self, origin: VideoOrigin) -> None:
         part: _PartWriter | None = None
         self.problem = ""
-        if hasattr(os, "setpriority"):
-            with contextlib.suppress(OSError):  # on Linux, of this thread alone: landmarks go before
-                os.setpriority(os.PRIO_PROCESS, threading.get_native_id(), _NICENESS)
+        lower_thread_priority(_NICENESS)  # landmarks go before
         while (item := self._queue.get()) is not None:
             if self.problem:
                 continue

@@ -24,6 +24,13 @@ _TIMEOUT_S = 30.0
 log = logging.getLogger(__name__)
 
 
+class _StaysHere(urllib.request.HTTPRedirectHandler):
+    """Follows no redirect: the token is for one server."""
+
+    def redirect_request(self, req: Any, fp: Any, code: int, msg: str, headers: Any, newurl: str) -> None:
+        return None
+
+
 class VideoSender:
     """Sends what is in a spool.
 
@@ -46,7 +53,9 @@ class VideoSender:
         self._spool, self._url, self._may_send = spool, url, may_send
         self._headers = {"Authorization": f"Bearer {token}"} if token else {}
         proxies = urllib.request.ProxyHandler({})
-        self._opener = urllib.request.build_opener(proxies, urllib.request.HTTPSHandler(context=tls))
+        self._opener = urllib.request.build_opener(
+            proxies, urllib.request.HTTPSHandler(context=tls), _StaysHere()
+        )
 
     async def run(self) -> None:
         """Send until cancelled."""

@@ -6,6 +6,7 @@ No other module calls functions that only POSIX or Linux have; `tests/test_syste
 import contextlib
 import os
 import sys
+import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -52,6 +53,13 @@ def lower_priority(niceness: int) -> None:
     if hasattr(os, "setpriority"):
         own = os.getpid()
         os.setpriority(os.PRIO_PROCESS, own, os.getpriority(os.PRIO_PROCESS, own) + niceness)
+
+
+def lower_thread_priority(niceness: int) -> None:
+    """Lower the priority of this thread where the system can do so for one thread alone."""
+    if sys.platform == "linux":
+        with contextlib.suppress(OSError):
+            os.setpriority(os.PRIO_PROCESS, threading.get_native_id(), niceness)
 
 
 def limit_memory(most_bytes: int) -> None:
