@@ -167,6 +167,23 @@ def test_a_cut_link_and_a_closed_page_lose_no_frame(studio, chromium):
     assert sequences == sorted([*range(50), *range(5)])
 
 
+def test_frames_of_a_page_that_closes_at_once_are_kept(studio, chromium):
+    """Thirty times, as a browser aborted one writing in six that was not yet committed."""
+    write = """async (take) => {
+      const { Spool } = await import("/static/phone/spool.js");
+      const spool = new Spool();
+      await spool.open();
+      const found = [...spool.origins.values()].map(({ frames }) => frames.size);
+      for (let i = 0; i < 10; i += 1) spool.append(`take_${take}`, "first", { name: "stand" }, i, new Uint8Array(4000));
+      spool.write();
+      return found;
+    }"""
+    with quiet_page(chromium) as page:
+        for take in range(30):
+            page.goto(f"{studio[0]}/phone")
+            assert page.evaluate(write, take) == [10] * take
+
+
 def test_messages_are_read_as_they_were_meant(studio, chromium):
     values = [0, 127, 128, -1, -32, -33, -(2**40), 2**53 - 1, 1.5, "é" * 40, [1] * 20, {"a": None, "b": True}]
     with quiet_page(chromium) as page:

@@ -78,7 +78,7 @@ export class Spool {
     if (!this.origins.has(key)) {
       const origin = { take_id, boot_id, hello: { ...hello, token: "" }, at: Date.now() };
       this.origins.set(key, { ...origin, frames: new Map(), unknown: false });
-      this.database?.transaction(ORIGINS, "readwrite").objectStore(ORIGINS).put(origin, key);
+      this.#origins((origins) => origins.put(origin, key));
     }
     this.#hold(this.origins.get(key), sequence, data);
     this.#change([take_id, boot_id, sequence], data);
@@ -101,7 +101,14 @@ export class Spool {
     if (!origin) return;
     this.drop(key, [...origin.frames.keys()]);
     this.origins.delete(key);
-    this.database?.transaction(ORIGINS, "readwrite").objectStore(ORIGINS).delete(key);
+    this.#origins((origins) => origins.delete(key));
+  }
+
+  #origins(change) {
+    const writing = this.database?.transaction(ORIGINS, "readwrite");
+    if (!writing) return;
+    change(writing.objectStore(ORIGINS));
+    writing.commit();
   }
 
   #change(key, data) {
@@ -115,11 +122,13 @@ export class Spool {
     clearTimeout(this.timer);
     this.timer = null;
     if (!this.database || !this.changes.length) return;
-    const frames = this.database.transaction(FRAMES, "readwrite").objectStore(FRAMES);
+    const writing = this.database.transaction(FRAMES, "readwrite");
+    const frames = writing.objectStore(FRAMES);
     for (const [key, data] of this.changes) {
       if (data) frames.put(data, key);
       else frames.delete(key);
     }
+    writing.commit(); // a page that closes now would abort it
     this.changes = [];
   }
 }
