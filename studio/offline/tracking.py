@@ -16,6 +16,7 @@ from studio.engine.calibration.calibrate import calibrate
 from studio.engine.calibration.cameras.drift import follow_clocks
 from studio.engine.calibration.performer.depth_floor import seen_floors
 from studio.engine.calibration.performer.floor import Floor
+from studio.engine.calibration.views.drift import follow_views
 from studio.engine.calibration.views.known_lens import KnownLens
 from studio.engine.calibration.views.pictures import sees_no_depth
 from studio.engine.model.calibration import Calibration
@@ -262,7 +263,7 @@ def calibrate_take(
         progress=progress if only_depth is None else None,
     )
     if all(camera.lens is not None for camera in calibration.cameras.values()):
-        return calibration
+        return follow_views(calibration, frames, until_s)
     calibration = follow_clocks(calibration, frames, until_s)
     if only_depth is None or len(frames) < 2:
         return calibration

@@ -63,8 +63,8 @@ def follow_clocks(
         for name, camera in calibration.cameras.items()
         if name != calibration.reference and camera.verdict != "refused"
     }
-    known: dict[str, list[tuple[float, float]]] = {name: [] for name in followed}  # as `_through` takes them
-    for start_s in np.arange(first_s, last_s - WINDOW_S, max(APART_S, (last_s - first_s) / MOST_WINDOWS)):
+    known: dict[str, list[tuple[float, float]]] = {name: [] for name in followed}  # as `_slope` takes them
+    for start_s in window_starts(first_s, last_s):
         seen = _between(reference, clock, start_s)
         for name, camera in followed.items():
             track = _between(frames[name], camera.clock, start_s)
@@ -72,28 +72,36 @@ def follow_clocks(
             if late_s is None:
                 continue
             middle_s = start_s + 0.5 * WINDOW_S
-            device_s = float(_device_s(camera.clock, middle_s, camera.clock.reference_ns))
-            known[name].append((device_s, middle_s + late_s - device_s))
+            at_s = float(device_s(camera.clock, middle_s, camera.clock.reference_ns))
+            known[name].append((at_s, middle_s + late_s - at_s))
             if len(known[name]) >= _LEAST_WINDOWS:
-                turned = _through(calibration.cameras[name].clock, right_s, known[name])
+                clock_before = calibration.cameras[name].clock
+                turned = through(clock_before, right_s, _slope(known[name]))
                 followed[name] = replace(camera, clock=turned)
     return replace(calibration, cameras=calibration.cameras | followed)
 
 
-def _device_s(clock: ClockModel, stage_s: NDArray[np.float64] | float, since_ns: int) -> NDArray[np.float64]:
-    """Device times, counted from a given one [s], of stage times [s]."""
+def window_starts(first_s: float, last_s: float) -> NDArray[np.float64]:
+    """Return when the windows of a take begin that lasts from one time to another [s]."""
+    return np.arange(first_s, last_s - WINDOW_S, max(APART_S, (last_s - first_s) / MOST_WINDOWS))
+
+
+def device_s(clock: ClockModel, stage_s: NDArray[np.float64] | float, since_ns: int) -> NDArray[np.float64]:
+    """Return device times, counted from a given one [s], of stage times [s]."""
     return np.asarray(stage_s - clock.stage_ns(since_ns) * 1e-9) / (1.0 + clock.drift_ppm * 1e-6)
 
 
-def _through(clock: ClockModel, right_s: float, known: list[tuple[float, float]]) -> ClockModel:
-    """The clock with its drift fitted to pairs of device time since its reference and offset [s], unchanged at a
-    stage time [s].
-    """
+def _slope(known: list[tuple[float, float]]) -> float:
+    """The drift by pairs of device time since the clock's reference and offset [s]."""
     from scipy.stats import theilslopes  # takes most of a second to load, and few takes are long enough
 
-    device_s, offset_s = np.array(known).T
-    drift = float(theilslopes(offset_s, device_s)[0])
-    turned_s = (drift - clock.drift_ppm * 1e-6) * float(_device_s(clock, right_s, clock.reference_ns))
+    device, offset = np.array(known).T
+    return float(theilslopes(offset, device)[0])
+
+
+def through(clock: ClockModel, right_s: float, drift: float) -> ClockModel:
+    """Return the clock with another drift, unchanged at a stage time [s]."""
+    turned_s = (drift - clock.drift_ppm * 1e-6) * float(device_s(clock, right_s, clock.reference_ns))
     return ClockModel(clock.offset_ns - round(turned_s * 1e9), drift * 1e6, clock.reference_ns)
 
 
@@ -137,10 +145,10 @@ def _seen(
     track: Track, camera: CameraCalibration, stage_s: NDArray[np.float64]
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Joints [m] and their velocities [m/s] in the stage frame at stage times, shapes (instant_count, 21, 3)."""
-    device_s = _device_s(camera.clock, stage_s, track.epoch_ns)
-    joints = unbiased(sample(track, device_s)[0], camera.depth_bias_m)
+    times_s = device_s(camera.clock, stage_s, track.epoch_ns)
+    joints = unbiased(sample(track, times_s)[0], camera.depth_bias_m)
     T = camera.T_stage_camera
-    return transform_points(T, joints), velocity(track, device_s) @ T[:3, :3].T
+    return transform_points(T, joints), velocity(track, times_s) @ T[:3, :3].T
 
 
 def _step_s(off: NDArray[np.float64], moving: NDArray[np.float64]) -> float | None:

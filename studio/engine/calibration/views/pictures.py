@@ -72,7 +72,7 @@ def calibrate_pictures(
     order = [first, *(name for name in seen if name != first)]
     views = [
         replace(
-            _view(name, seen[name], starts[name], ends_s + (_MARGIN_S if name != first else 0.0)),
+            view_of(name, seen[name], starts[name], ends_s + (_MARGIN_S if name != first else 0.0)),
             clock_within_s=within_s.get(name),
         )
         for name in order
@@ -115,7 +115,7 @@ def calibrate_beside(
     times_s = device_s - starts[name] * 1e-9
     placed = {
         camera: place_beside(
-            _with_lens(_view(camera, mine, starts[camera], np.inf), lenses), times_s, joints_m
+            _with_lens(view_of(camera, mine, starts[camera], np.inf), lenses), times_s, joints_m
         )
         for camera, mine in frames.items()
     }
@@ -143,8 +143,9 @@ def _starts_ns(
     return out
 
 
-def _view(name: str, frames: Sequence[CameraFrame], start_ns: int, until_s: float) -> View:
-    """Return a camera's frames as a view; those whose picture has not the last one's size are left out."""
+def view_of(name: str, frames: Sequence[CameraFrame], start_ns: int, until_s: float) -> View:
+    """Return a camera's frames as a view, with times since a device time; those after `until_s` and those whose
+    picture has not the last one's size are left out."""
     last = frames[-1].picture
     assert last is not None
     used = [

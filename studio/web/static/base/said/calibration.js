@@ -82,6 +82,7 @@ export default {
   "tracker.no_transforms": "plusieurs caméras ne font un squelette qu'avec leurs transformations ; calibrez d'abord",
   "views.names": "la calibration a besoin de caméras de noms différents ; reçu : {names}",
   "views.alone": "une caméra seule ne voit pas la profondeur : l'interprète est placé par estimation, à 20 ou 40 cm près ; ajoutez une seconde caméra",
+  "views.clock_jumped": "son horloge a sauté de {ms} ms vers {s} s de la prise : n'utilisez que la partie d'avant ou d'après",
   "views.nothing_beside": "elle et les caméras de profondeur ont vu l'interprète ensemble trop peu de temps : marchez là où toutes vous voient",
   "views.size_guessed": "la taille du plateau est supposée : l'interprète a été pris pour {m:.2f} m de haut ; indiquez la taille et recalibrez",
   "views.nothing_together": "aucune autre caméra n'a vu l'interprète en même temps : marchez là où deux caméras vous voient",
