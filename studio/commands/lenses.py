@@ -7,8 +7,9 @@ from math import radians, sin
 from pathlib import Path
 
 from studio.engine.base.errors import SettingsError
-from studio.engine.base.value_sentences import bad_value
+from studio.engine.base.value_sentences import bad_value, unknown
 from studio.engine.calibration.views.known_lens import KnownLens
+from studio.engine.model.calibration import LONGEST_READOUT_MS
 from studio.take.folder.lens_files import lens_for, read_lenses
 
 
@@ -28,6 +29,27 @@ def given_lenses(args: argparse.Namespace, cameras: Sequence[str]) -> dict[str, 
             continue
         known = _focal(kind, text)
         found |= dict.fromkeys([camera] if camera else cameras, known)
+    return found
+
+
+def given_readouts(texts: Sequence[str], cameras: Sequence[str]) -> dict[str, float]:
+    """Return by camera what `--readout-ms` says [ms]; what names a camera counts before the rest.
+
+    Raises:
+        SettingsError: a camera that is not there, or a text that is no such time.
+    """
+    found: dict[str, float] = {}
+    for camera, text in sorted((_parts(text) for text in texts), key=lambda one: bool(one[0])):
+        if camera and camera not in cameras:
+            raise SettingsError(unknown("camera", camera, cameras))
+        try:
+            readout_ms = float(text)
+        except ValueError:
+            readout_ms = -1.0
+        if not 0.0 <= readout_ms <= LONGEST_READOUT_MS:
+            allowed = f"0 to {LONGEST_READOUT_MS:g}, in milliseconds"
+            raise SettingsError(bad_value("--readout-ms", text, allowed))
+        found |= dict.fromkeys([camera] if camera else cameras, readout_ms)
     return found
 
 

@@ -207,6 +207,7 @@ def calibrate_take(
     height_m: float | None = None,
     lenses: Mapping[str, KnownLens] | None = None,
     same_lens: bool = False,
+    readouts_ms: Mapping[str, float] | None = None,
     progress: Progress | None = None,
 ) -> Calibration:
     """Return the calibration from a take's frames; a bad one has the verdict `refused` and reasons.
@@ -221,6 +222,7 @@ def calibrate_take(
             measured.
         lenses: what is known of the lenses of cameras without depth.
         same_lens: all of those whose lens is not known have one focal length.
+        readouts_ms: of cameras without depth, see `CameraCalibration`; 0 where none is given.
 
     Raises:
         CalibrationError: no frames at all.
@@ -262,6 +264,7 @@ def calibrate_take(
         must_hold="somewhere" if until_s is None else "at_end",
         progress=progress if only_depth is None else None,
     )
+    calibration = _with_readouts(calibration, readouts_ms or {})
     if all(camera.lens is not None for camera in calibration.cameras.values()):
         return follow_views(calibration, frames, until_s)
     calibration = follow_clocks(calibration, frames, until_s)
@@ -270,6 +273,16 @@ def calibrate_take(
     clocks = {name: camera.clock for name, camera in calibration.cameras.items()}
     images = list(islice(only_depth.frames(clocks=clocks), MOST_SETS * len(frames)))
     return refine_camera_poses(images, only_depth.cameras, calibration)
+
+
+def _with_readouts(calibration: Calibration, readouts_ms: Mapping[str, float]) -> Calibration:
+    return replace(
+        calibration,
+        cameras={
+            name: camera if camera.lens is None else replace(camera, readout_ms=readouts_ms.get(name, 0.0))
+            for name, camera in calibration.cameras.items()
+        },
+    )
 
 
 def _floors(recording: DepthRecording) -> dict[str, Floor]:

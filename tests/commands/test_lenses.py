@@ -6,7 +6,7 @@ import json
 import pytest
 
 from studio.commands.calibrate import add_parser
-from studio.commands.lenses import given_lenses
+from studio.commands.lenses import given_lenses, given_readouts
 from studio.engine.base.errors import SettingsError
 from studio.engine.calibration.views.known_lens import KnownLens
 from tests.refused import refused
@@ -25,6 +25,14 @@ def test_what_names_a_camera_counts_before_the_rest():
     assert found["left"] == KnownLens(focal_px=900.0, share=0.01)
     assert found["right"].field_deg == 90 and found["right"].share == pytest.approx(0.0349, abs=1e-4)
     assert given("--same-lens") == {}
+
+
+def test_readouts_are_those_of_all_or_of_one():
+    assert given_readouts([], CAMERAS) == {}
+    assert given_readouts(["right=30", "18.5"], CAMERAS) == {"left": 18.5, "right": 30.0}
+    for wrong in ("left=fast", "-1", "nan", "200", "middle=20"):
+        with pytest.raises(SettingsError):
+            given_readouts([wrong], CAMERAS)
 
 
 def test_a_file_gives_the_lenses_of_the_cameras_that_it_names(tmp_path):

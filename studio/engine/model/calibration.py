@@ -17,6 +17,8 @@ from studio.engine.model.joints import CANONICAL, INDEX
 from studio.engine.model.lens import Lens
 from studio.engine.model.spans import Span, SpanJson
 
+LONGEST_READOUT_MS = 100.0
+
 
 @dataclass(frozen=True)
 class Performer:
@@ -64,6 +66,8 @@ class CameraCalibration:
         disagrees: spans of stage time [s] in which the camera did not agree with the others. Neither the calibration
             nor its residuals use them.
         lens: of a camera whose frames are landmarks in pictures; None for cameras of points.
+        readout_ms: time in which such a camera reads a picture, from the first row to the last; its stamps are those
+            of the middle row. 0 = all rows at once, or not known.
     """
 
     T_stage_camera: NDArray[np.float64]
@@ -78,6 +82,7 @@ class CameraCalibration:
     reasons: tuple[str, ...] = ()
     disagrees: tuple[Span, ...] = ()
     lens: Lens | None = None
+    readout_ms: float = 0.0
 
     def __post_init__(self) -> None:
         if not is_rigid(self.T_stage_camera):
@@ -129,6 +134,7 @@ class CameraJson(TypedDict):
     said: list[Sentence]
     disagrees: list[SpanJson]
     intrinsics: LensJson | None
+    readout_ms: float
 
 
 class PerformerJson(TypedDict):
@@ -238,6 +244,7 @@ def _camera_to_json(camera: CameraCalibration) -> CameraJson:
         "said": codes_of(camera.reasons),
         "disagrees": [span.to_json() for span in camera.disagrees],
         "intrinsics": None if camera.lens is None else _lens_to_json(camera.lens),
+        "readout_ms": camera.readout_ms,
     }
 
 
@@ -294,7 +301,20 @@ def _camera_from_json(value: dict[str, Any]) -> CameraCalibration:
         reasons=tuple(with_codes(value.get("reasons", ()), value.get("said", ()))),
         disagrees=tuple(Span.from_json(span) for span in value.get("disagrees", ())),
         lens=None if value.get("intrinsics") is None else lens_from_json(value["intrinsics"]),
+        readout_ms=_readout_ms(value.get("readout_ms", 0.0)),
     )
+
+
+def _readout_ms(value: Any) -> float:
+    if not 0.0 <= float(value) <= LONGEST_READOUT_MS:
+        raise ValueError(
+            say(
+                "calibration.readout",
+                "readout_ms is 0 to {most:.0f}, in milliseconds",
+                most=LONGEST_READOUT_MS,
+            )
+        )
+    return float(value)
 
 
 def performer_to_json(performer: Performer) -> PerformerJson:

@@ -7,14 +7,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from studio.engine.animation.motion.motion import CanonicalMotion
+from studio.engine.base.geometry import invert_transform
 from studio.engine.model.lens import Lens
 from studio.simulator.clock import SimulatedClock, random_clock
 from studio.simulator.instants import instants
 from studio.simulator.joints.noisy_joints import FRAMES_PER_SECOND
 from studio.simulator.landmarks.fingers import SimulatedHands
 from studio.simulator.landmarks.hand_tracker import HandTracker
+from studio.simulator.landmarks.timing import PictureTiming
 from studio.simulator.landmarks.tracker import LandmarkTracker, SeenPicture, landmark_anatomy, random_lens
 from studio.simulator.rig import RigCamera
+
+ALL_AT_ONCE = PictureTiming()
 
 
 @dataclass(frozen=True)
@@ -37,7 +41,11 @@ class SeenLandmarks:
 
 
 def see_landmarks(
-    motion: CanonicalMotion, rig: tuple[RigCamera, ...], *, seed: int
+    motion: CanonicalMotion,
+    rig: tuple[RigCamera, ...],
+    *,
+    seed: int,
+    timing: PictureTiming = ALL_AT_ONCE,
 ) -> Iterator[SeenLandmarks]:
     """Yield each camera's frames, by the contract of `tracker`; the same seed gives the same frames.
 
@@ -45,6 +53,7 @@ def see_landmarks(
         motion: on the stage.
         rig: the cameras; the first one's clock is the stage clock.
         seed: of all noise, lenses and clocks.
+        timing: of all cameras' pictures.
     """
     hands = SimulatedHands(motion.offsets_m, seed)
     performer, *streams = np.random.SeedSequence(seed).spawn(1 + len(rig))
@@ -56,6 +65,9 @@ def see_landmarks(
         taken = instants(rng, motion.duration_s, FRAMES_PER_SECOND)
         fingers = HandTracker(camera.T_stage_camera, lens, hands, seed=seed, camera=k)
         tracker = LandmarkTracker(camera.T_stage_camera, lens, motion.offsets_m, anatomy, rng, fingers)
-        pictures = [tracker.see(motion.at(float(t)), float(t)) for t in taken]
+        to_camera = invert_transform(camera.T_stage_camera)
+        pictures = [tracker.see(timing.joints(motion, float(t), to_camera, lens), float(t)) for t in taken]
+        kept = timing.taken(taken)
+        taken, pictures = taken[kept], [picture for picture, keep in zip(pictures, kept, strict=True) if keep]
         stamps = np.round(clock.device_s(taken) * 1e9).astype(np.int64)
         yield SeenLandmarks(camera.name, lens, taken, stamps, pictures)

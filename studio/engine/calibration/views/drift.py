@@ -17,7 +17,7 @@ from studio.engine.base.sentences import Said, say
 from studio.engine.calibration.cameras.drift import LEAST_S, WINDOW_S, device_s, through, window_starts
 from studio.engine.calibration.views.bodies import Array
 from studio.engine.calibration.views.pictures import sees_no_depth, view_of
-from studio.engine.calibration.views.rig import CameraRig
+from studio.engine.calibration.views.rig import CameraRig, rig_of
 from studio.engine.calibration.views.sides import brought_together
 from studio.engine.calibration.views.tracks import Sample, ViewTrack, make_track
 from studio.engine.model.calibration import Calibration, CameraCalibration
@@ -160,7 +160,8 @@ def _add_window(
     tracks = {name: track for name, track in found.items() if track is not None}
     if names[0] not in tracks or len(tracks) < 2:
         return
-    rig = _rig([calibration.cameras[name] for name in tracks], [*tracks.values()])
+    cameras = [calibration.cameras[name] for name in tracks]
+    rig = rig_of(cameras, [track.focal for track in tracks.values()])
     late, sure = _late_s(rig, [*tracks.values()])
     middle_s = start_s + 0.5 * WINDOW_S
     for name, late_s, sd_s in zip(tracks, late.tolist(), sure.tolist(), strict=True):
@@ -189,16 +190,6 @@ def _track(
         return None
     time_s = clock.stage_ns(start_ns) * 1e-9 - start_s + view.time_s * (1.0 + clock.drift_ppm * 1e-6)
     return make_track(replace(view, time_s=time_s, lens=lens))
-
-
-def _rig(cameras: list[CameraCalibration], tracks: list[ViewTrack]) -> CameraRig:
-    turns = np.array([camera.T_stage_camera[:3, :3].T for camera in cameras])
-    shifts = np.array(
-        [-turn @ camera.T_stage_camera[:3, 3] for turn, camera in zip(turns, cameras, strict=True)]
-    )
-    count = len(cameras)
-    focals = np.array([track.focal for track in tracks])
-    return CameraRig(turns, shifts, focals, np.zeros(count), np.zeros(count), np.zeros((count, 2)))
 
 
 def _late_s(rig: CameraRig, tracks: list[ViewTrack]) -> tuple[Array, Array]:

@@ -1,11 +1,13 @@
 """The cameras of an adjustment, how they show points, and how that changes with each unknown."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from studio.engine.calibration.views.bodies import Array
+from studio.engine.model.calibration import CameraCalibration
 
 TURN, SHIFT, FOCAL, BEND, AHEAD, CENTRE = slice(0, 3), slice(3, 6), 6, 7, 8, slice(9, 11)
 """Columns of a camera's unknowns: rotation vector, translation, logarithm of the focal length, distortion, clock,
@@ -112,3 +114,12 @@ class CameraRig:
             self.ahead_s + steps[:, AHEAD],
             self.centres + steps[:, CENTRE],
         )
+
+
+def rig_of(cameras: Sequence[CameraCalibration], focals: Sequence[float]) -> CameraRig:
+    """Return calibrated cameras as a rig in the stage frame, for undistorted pixels of these focal lengths."""
+    turns = np.array([camera.T_stage_camera[:3, :3].T for camera in cameras])
+    places = np.array([camera.T_stage_camera[:3, 3] for camera in cameras])
+    count = len(cameras)
+    shifts = -np.einsum("cab,cb->ca", turns, places)
+    return CameraRig(turns, shifts, np.array(focals), np.zeros(count), np.zeros(count), np.zeros((count, 2)))

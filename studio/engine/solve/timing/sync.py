@@ -16,6 +16,7 @@ from studio.engine.model.calibration import CameraCalibration
 from studio.engine.model.frames import CameraFrame, ClockModel, FrameSet, HandSeen, PictureJoints, Reading
 from studio.engine.model.joints import JOINT_COUNT
 from studio.engine.model.rays import FREE_M, GUESSED_M, guessed, hands_on_rays, on_rays, placed
+from studio.engine.solve.timing.shutter import RollingShutter
 
 MAX_GAP_NS = 100_000_000
 """Longest gap between two frames that is interpolated."""
@@ -172,6 +173,7 @@ class Synchroniser:
         self._ahead_ns = ahead_ns
         self._clocks: dict[str, ClockModel] = {name: camera.clock for name, camera in cameras.items()}
         self._cameras: dict[str, _Camera] = {name: _Camera() for name in cameras}
+        self._shutters = {name: RollingShutter(camera.readout_ms * 1e-3) for name, camera in cameras.items()}
         self.names = tuple(cameras)
         self._positions = np.array([camera.T_stage_camera[:3, 3] for camera in cameras.values()]).reshape(
             -1, 3
@@ -188,7 +190,8 @@ class Synchroniser:
         if calibration is None:
             return
         camera, hands = self._cameras[frame.camera], None
-        if frame.picture is None:
+        picture = self._shutters[frame.camera].settled(frame)
+        if picture is None:
             possible = np.logical_and.reduce(np.abs(frame.positions) < FAR_M, axis=1)
             positions = np.where(possible[:, None], frame.positions, np.nan)
             joints = transform_points(
@@ -196,10 +199,10 @@ class Synchroniser:
             )
             camera.along_m = None
         else:
-            joints = self._of_picture(calibration, frame.picture, frame.confidence)
+            joints = self._of_picture(calibration, picture, frame.confidence)
             possible = ~np.isnan(joints[:, 0])
             camera.along_m = GUESSED_M if self._alone else FREE_M
-            hands = None if self._alone else hands_on_rays(calibration, frame.picture)
+            hands = None if self._alone else hands_on_rays(calibration, picture)
         frame = replace(frame, confidence=np.where(possible, frame.confidence, 0.0))
         camera.add(self._clocks[frame.camera].stage_ns(frame.device_time_ns), joints, frame, hands)
 
