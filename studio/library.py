@@ -100,6 +100,8 @@ def calibrate(
     height_m: float | None = None,
     lenses: Mapping[str, KnownLens] | None = None,
     same_lens: bool = False,
+    readouts_ms: Mapping[str, float] | None = None,
+    board: str | None = None,
     progress: Progress | None = None,
 ) -> Calibration:
     """Return the calibration from a take's frames; it is stored in the take and used from now on.
@@ -110,17 +112,31 @@ def calibrate(
         height_m: the performer's; where no camera sees depth it gives the size of the stage (1.75 where None).
         lenses: what is known of the lenses of cameras without depth.
         same_lens: all of those whose lens is not known have one focal length.
+        readouts_ms: of cameras without depth, the time in which each reads a picture, first row to last [ms].
+        board: in the take's videos; gives such cameras the size and, on the floor, floor and origin. As `--board`
+            takes it: `charuco:5x7:60:45` (squares and markers in mm) or `apriltag:160`.
         progress: receives the share done.
 
     Raises:
         CalibrationError: no frames, or a calibration that is refused, with the reasons.
         SettingsError: no such camera.
     """
+    from studio.engine.seeing.board import Board
+    from studio.offline.board import calibrated_by_board
     from studio.offline.tracking import calibrate_take, keep_calibration
 
+    wanted = None if board is None else Board.parse(board)
     calibration = calibrate_take(
-        take, reference=reference, height_m=height_m, lenses=lenses, same_lens=same_lens, progress=progress
+        take,
+        reference=reference,
+        height_m=height_m,
+        lenses=lenses,
+        same_lens=same_lens,
+        readouts_ms=readouts_ms,
+        progress=progress,
     )
+    if wanted is not None and not calibration.refused:
+        calibration, _ = calibrated_by_board(take, calibration, wanted, height_m=height_m)
     keep_calibration(take, calibration)
     return calibration
 

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 from studio.commands.common import add_command, add_json, add_take, figure, table, write_result
 
 if TYPE_CHECKING:
+    from studio.engine.calibration.board import BoardFound
     from studio.engine.model.calibration import CalibrationJson
 
 _TEXT = """\
@@ -57,6 +58,21 @@ def add_parser(subparsers: Any) -> None:
         "--same-lens", action="store_true", help="cameras whose lens is not given have one focal length"
     )
     parser.add_argument(
+        "--readout-ms",
+        metavar="[CAMERA=]MS",
+        action="append",
+        default=[],
+        help="time in which a camera without depth reads a picture from the first row to the last (rolling shutter), "
+        "such as phone=22; without a camera, that of all (default: 0)",
+    )
+    parser.add_argument(
+        "--board",
+        metavar="BOARD",
+        help="a board in the take's videos that gives cameras without depth the size of the stage and, where it lies "
+        "on the floor, floor and origin: charuco:COLUMNSxROWS:SQUARE_MM:MARKER_MM[:DICTIONARY], or "
+        "apriltag:SIZE_MM[:FAMILY]",
+    )
+    parser.add_argument(
         "--from",
         dest="borrow",
         metavar="OTHER",
@@ -67,7 +83,9 @@ def add_parser(subparsers: Any) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
-    from studio.commands.lenses import given_lenses
+    from studio.commands.lenses import given_lenses, given_readouts
+    from studio.engine.seeing.board import Board
+    from studio.offline.board import calibrated_by_board
     from studio.offline.tracking import calibrate_take, keep_calibration
     from studio.take.folder.take import Take
     from studio.take.library.borrow import borrow_calibration
@@ -78,19 +96,39 @@ def run(args: argparse.Namespace) -> int:
         write_result(args, take.calibration().to_json())
         print(f"calibration {number} is in use, from {args.borrow}: {take.calibration_path(number)}")
         return 0
+    board = None if args.board is None else Board.parse(args.board)
     calibration = calibrate_take(
         take,
         reference=args.reference,
         height_m=args.height_m,
         lenses=given_lenses(args, take.camera_names),
         same_lens=args.same_lens,
+        readouts_ms=given_readouts(args.readout_ms, take.camera_names),
     )
+    said = ""
+    if board is not None and not calibration.refused:
+        calibration, found = calibrated_by_board(take, calibration, board, height_m=args.height_m)
+        said = _board_line(found)
     result = calibration.to_json()
     write_result(args, result)
-    print(_summary(result))
+    print(_summary(result) + said)
     number = keep_calibration(take, calibration)
     print(f"calibration {number} is in use: {take.calibration_path(number)}")
     return 0
+
+
+def _board_line(found: "BoardFound") -> str:
+    """What a board said, as a line."""
+    floor = "the floor stays that of the feet"
+    if found.on_floor:
+        raised_mm = 1e3 * found.raised_m
+        floor = (
+            f"floor and origin by it (turned by {found.tilt_deg:.1f} degrees, raised by {raised_mm:.0f} mm)"
+        )
+    return (
+        f"\nboard: seen by {', '.join(found.cameras)} {found.sightings} times together; size x {found.size:.4f}, "
+        f"sure to {1e2 * found.spread:.1f} %; {floor}"
+    )
 
 
 def _summary(result: "CalibrationJson") -> str:

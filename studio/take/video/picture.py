@@ -50,3 +50,13 @@ def small_picture(frame: "av.VideoFrame", *, mirrored: bool = False) -> SmallPic
     image = np.rot90(reduced.astype(np.uint8, copy=False), quarters)
     width, height = (frame.height, frame.width) if quarters % 2 else (frame.width, frame.height)
     return SmallPicture(np.ascontiguousarray(image[:, ::-1] if mirrored else image), width, height)
+
+
+def whole_picture(frame: "av.VideoFrame", longest: int) -> NDArray[np.uint8]:
+    """Return a decoded frame in grey, upright, shape (rows, columns), halved until no side is longer [pixels]."""
+    by = 1
+    while max(frame.width, frame.height) > by * longest:
+        by *= 2
+    columns, rows = frame.width // by, frame.height // by
+    grey = frame.to_ndarray(format="gray", width=columns, height=rows, interpolation="AREA")
+    return np.ascontiguousarray(np.rot90(grey.astype(np.uint8, copy=False), round(frame.rotation / 90) % 4))

@@ -1,0 +1,201 @@
+"""Boards of known size in pictures: a ChArUco board, or AprilTags. OpenCV finds them, the extra `board`.
+
+Source: Garrido-Jurado et al., "Automatic generation and detection of highly reliable fiducial markers under
+occlusion", Pattern Recognition 47, 2014; Wang, Olson, "AprilTag 2", IROS 2016.
+"""
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from studio.engine.base.errors import NotAvailableError, SettingsError
+from studio.engine.base.value_sentences import bad_value
+
+ALLOWED = (
+    "charuco:COLUMNSxROWS:SQUARE_MM:MARKER_MM[:DICTIONARY], such as charuco:5x7:60:45:4x4_50, or "
+    "apriltag:SIZE_MM[:FAMILY], such as apriltag:160:36h11"
+)
+FAMILIES = ("36h11", "25h9", "16h5", "36h10")
+DICTIONARIES = (
+    *(f"{bits}x{bits}_{count}" for bits in (4, 5, 6, 7) for count in (50, 100, 250, 1000)),
+    "original",
+)
+_SIZES_MM = (5.0, 5000.0)
+_SQUARES = (3, 50)
+_LEAST_CORNERS = 6
+"""Corners of a ChArUco board with which it counts as seen."""
+
+
+@dataclass(frozen=True)
+class Board:
+    """What lies or is held before the cameras; lengths in metres.
+
+    Attributes:
+        kind: `charuco`, or `apriltag`: any number of tags of one size.
+        size_m: side of a square, or of a tag's black part.
+        dictionary: of its markers, or family of the tags.
+        columns, rows: number of squares of a ChArUco board.
+        marker_m: side of its markers.
+    """
+
+    kind: str
+    size_m: float
+    dictionary: str
+    columns: int = 0
+    rows: int = 0
+    marker_m: float = 0.0
+
+    @classmethod
+    def parse(cls, text: str) -> "Board":
+        """Return the board that a text describes, see `ALLOWED`.
+
+        Raises:
+            SettingsError: it describes none.
+        """
+        kind, *parts = text.strip().lower().split(":")
+        try:
+            if kind == "apriltag" and len(parts) in (1, 2):
+                family = parts[1].removeprefix("tag") if len(parts) > 1 else FAMILIES[0]
+                return cls(kind, _length_m(parts[0]), _known(family, FAMILIES))
+            if kind == "charuco" and len(parts) in (3, 4):
+                columns, rows = (int(number) for number in parts[0].split("x"))
+                square_m, marker_m = _length_m(parts[1]), _length_m(parts[2])
+                dictionary = _known(parts[3] if len(parts) > 3 else DICTIONARIES[0], DICTIONARIES)
+                if (
+                    min(columns, rows) < _SQUARES[0]
+                    or max(columns, rows) > _SQUARES[1]
+                    or marker_m >= square_m
+                ):
+                    raise ValueError(text)
+                return cls(kind, square_m, dictionary, columns, rows, marker_m)
+        except ValueError:
+            pass
+        raise SettingsError(bad_value("--board", text, ALLOWED))
+
+
+@dataclass(frozen=True)
+class SeenBoard:
+    """A board, or one tag, in a picture.
+
+    Attributes:
+        number: of the tag; 0 for a board.
+        points: its corners on it [m], z = 0, the middle of the whole at the origin, shape (n, 2).
+        pixels: the same in the picture, shape (n, 2).
+        ids: which corners they are, increasing, shape (n,).
+    """
+
+    number: int
+    points: NDArray[np.float64]
+    pixels: NDArray[np.float64]
+    ids: NDArray[np.int64]
+
+
+class BoardFinder:
+    """Finds a board in pictures.
+
+    Attributes:
+        markers: number of pictures in which any of its markers was seen, also where its corners were not.
+
+    Raises:
+        NotAvailableError: OpenCV is not installed.
+    """
+
+    def __init__(self, board: Board) -> None:
+        self._board, self._cv2 = board, _opencv()
+        self.markers = 0
+
+    def find(self, grey: NDArray[np.uint8]) -> list[SeenBoard]:
+        """Return the boards in a picture, shape (rows, columns): one at most, or several tags."""
+        if self._board.kind == "apriltag":
+            return self._tags(grey)
+        for detector in self._charuco:
+            corners, ids, _, markers = detector.detectBoard(grey)
+            self.markers += markers is not None and len(markers) > 0
+            if ids is not None and len(ids) >= _LEAST_CORNERS:
+                return [self._seen(np.asarray(ids).ravel(), np.asarray(corners).reshape(-1, 2))]
+        return []
+
+    def others(self, grey: NDArray[np.uint8]) -> str:
+        """Return the dictionary or family of which most markers are in a picture; "" = none of any."""
+        counts = {}
+        for name in (*DICTIONARIES[3::4], *FAMILIES):
+            if name != self._board.dictionary:
+                _, ids, _ = self._detector(name).detectMarkers(grey)
+                counts[name] = 0 if ids is None else len(ids)
+        best = max(counts, key=lambda name: counts[name])
+        return best if counts[best] > 1 else ""
+
+    @cached_property
+    def _charuco(self) -> list[Any]:
+        """Detectors of the board as OpenCV draws it now, and as it did before version 4.6."""
+        aruco, what, found = self._cv2.aruco, self._board, []
+        for old in (False, True):
+            board = aruco.CharucoBoard(
+                (what.columns, what.rows), what.size_m, what.marker_m, self._dictionary(what.dictionary)
+            )
+            board.setLegacyPattern(old)
+            found.append(aruco.CharucoDetector(board))
+        return found
+
+    @cached_property
+    def _tag(self) -> Any:
+        return self._detector(self._board.dictionary)
+
+    def _detector(self, dictionary: str) -> Any:
+        parameters = self._cv2.aruco.DetectorParameters()
+        parameters.cornerRefinementMethod = self._cv2.aruco.CORNER_REFINE_SUBPIX
+        return self._cv2.aruco.ArucoDetector(self._dictionary(dictionary), parameters)
+
+    def _dictionary(self, name: str) -> Any:
+        aruco = self._cv2.aruco
+        if name in FAMILIES:
+            key = f"DICT_APRILTAG_{name}"
+        else:
+            key = "DICT_ARUCO_ORIGINAL" if name == "original" else f"DICT_{name.upper()}"
+        return aruco.getPredefinedDictionary(getattr(aruco, key))
+
+    def _seen(self, ids: NDArray[np.int64], pixels: NDArray[np.float64]) -> SeenBoard:
+        what, order = self._board, np.argsort(ids)
+        ids, across = ids[order].astype(np.int64), what.columns - 1
+        places = np.column_stack([ids % across + 1, ids // across + 1]) * what.size_m
+        middle = 0.5 * what.size_m * np.array([what.columns, what.rows])
+        return SeenBoard(0, places - middle, pixels[order].astype(np.float64), ids)
+
+    def _tags(self, grey: NDArray[np.uint8]) -> list[SeenBoard]:
+        corners, ids, _ = self._tag.detectMarkers(grey)
+        if ids is None:
+            return []
+        self.markers += 1
+        half = 0.5 * self._board.size_m
+        places = np.array([[-half, -half], [half, -half], [half, half], [-half, half]])
+        return [
+            SeenBoard(int(number), places, np.asarray(mine, np.float64).reshape(4, 2), np.arange(4))
+            for number, mine in zip(np.ravel(ids), corners, strict=True)
+        ]
+
+
+def _length_m(text: str) -> float:
+    size_mm = float(text)
+    if not _SIZES_MM[0] <= size_mm <= _SIZES_MM[1]:
+        raise ValueError(text)
+    return size_mm * 1e-3
+
+
+def _known(name: str, allowed: tuple[str, ...]) -> str:
+    if name not in allowed:
+        raise ValueError(name)
+    return name
+
+
+def _opencv() -> Any:
+    try:
+        import cv2
+    except ImportError as error:
+        raise NotAvailableError(
+            "board.no_opencv",
+            'boards are found by OpenCV, which is not installed: pip install "capture-studio[board]"',
+        ) from error
+    return cv2
