@@ -124,7 +124,7 @@ def placed(
     missed, exchanged = _mean_missed(positions, centres, places)[rays], list[int]()
     if (missed > SWAP_M).any():
         best = SWAP_SHARE * missed.sum()
-        for turned in _turned(np.flatnonzero(rays)):
+        for turned in exchanges(np.flatnonzero(rays)):
             other, other_sure = positions.copy(), sure.copy()
             other[turned], other_sure[turned] = positions[turned][:, MIRROR], sure[turned][:, MIRROR]
             found, places = _placed(other, other_sure, centres, rays)
@@ -136,8 +136,8 @@ def placed(
     return out, np.where(np.isnan(out[:, :, 0]), 0.0, confidence)
 
 
-def _turned(cameras: NDArray[np.int64]) -> Iterator[list[int]]:
-    """Sets of cameras that may exchange left and right: up to half of them, and `MOST_TURNED`."""
+def exchanges(cameras: NDArray[np.int64]) -> Iterator[list[int]]:
+    """Yield sets of cameras that may exchange left and right: up to half of them, and `MOST_TURNED`."""
     for count in range(1, min(len(cameras) // 2, MOST_TURNED) + 1):
         yield from (list(chosen) for chosen in combinations(cameras.tolist(), count))
 

@@ -12,7 +12,7 @@ from studio.engine.model.human.humanoid import FREE_DOFS, Humanoid
 from studio.engine.model.human.kinematics import SiteKinematics
 from studio.engine.model.joints import CANONICAL, INDEX, JOINT_COUNT, MIRROR
 from studio.engine.model.settings import SolveSettings
-from studio.engine.solve.fusion.facing import Facing
+from studio.engine.solve.fusion.facing import WRONG, Facing, forwardness
 from studio.engine.solve.fusion.robust import RobustFusion
 from studio.engine.solve.ik.effectors import pull_scale, resist_scale
 from studio.engine.solve.ik.reseed import LimbReseed
@@ -23,6 +23,7 @@ from studio.engine.solve.kalman.correction import Correction
 from studio.engine.solve.kalman.feet import StandingFeet
 from studio.engine.solve.kalman.kernels import shown
 from studio.engine.solve.kalman.readings import Gate, ReadingRows
+from studio.engine.solve.kalman.sides import ways_of_sides
 
 Array = NDArray[np.float64]
 
@@ -37,6 +38,9 @@ FORGET_S = 0.5
 
 NO_BODY_M, DOUBTED_S = 0.05, 0.5
 """Joints that rays place are not the performer's if half of them are further than this from any pose; so long."""
+
+CLEARLY = 0.7
+"""Left and right are exchanged in some cameras if the joints are then this share as far from a pose."""
 
 LONGEST_S = 0.2
 """Longest prediction in one step [s]."""
@@ -98,8 +102,10 @@ class BodyFilter:
         if len(self._used) != len(frames.cameras):
             self._used = np.zeros((len(frames.cameras), JOINT_COUNT), dtype=bool)
         starts = self._needs_start(bool(frames.readings), dt)
-        fused = RobustFusion().fuse(frames) if starts else None
-        if fused is not None and (not frames.rays.any() or self._is_body(fused, dt)):
+        fused = None
+        if starts:
+            fused = self._of_rays(frames, dt) if frames.rays.any() else RobustFusion().fuse(frames)
+        if fused is not None:
             if self._begin(fused.positions, fused.sigma):
                 self._used = fused.used.copy()
         elif self._started:
@@ -136,20 +142,34 @@ class BodyFilter:
         late = self._since_rows_s + dt > FORGET_S
         return shown and (not self._started or late or self._lost)
 
-    def _is_body(self, fused: FusedSkeleton, dt: float) -> bool:
-        """Whether joints that were placed by rays can be the performer's; after `DOUBTED_S` they are taken anyway.
+    def _of_rays(self, frames: FrameSet, dt: float) -> FusedSkeleton | None:
+        """Return where rays place the performer at the start of a solve; None where they show none yet.
 
-        Cameras side by side whose left and right differ place joints where the rays meet, in no human shape.
+        Cameras whose left and right differ place joints where the rays meet, in no human shape: they are exchanged
+        in those cameras with which a pose meets them best. Feet and knees then tell the body from its mirror image.
+        After `DOUBTED_S` anything is taken.
         """
         self._doubted_s += dt
+        found = [(self._off_body(fused), fused) for fused in ways_of_sides(frames)]
+        off, fused = found[0]
+        best = min(found, key=lambda one: one[0])
+        if best[0] < CLEARLY * off:
+            off, fused = best
+        if off == np.inf:
+            return None
+        if off > NO_BODY_M and self._doubted_s < DOUBTED_S:
+            return None
+        self._doubted_s = 0.0
+        if forwardness(fused.positions) < WRONG:
+            return replace(fused, positions=fused.positions[MIRROR], sigma=fused.sigma[MIRROR])
+        return fused
+
+    def _off_body(self, fused: FusedSkeleton) -> float:
+        """How far half of the joints are from any pose, at least [m]; infinite where the trunk is unseen."""
         q = Solver(self.humanoid, self._settings).solve(fused.positions, fused.sigma, 0.0)
         if q is None:
-            return False
-        off = np.linalg.norm(self._kinematics.place(q) - fused.positions, axis=1)
-        if np.nanmedian(off) > NO_BODY_M and self._doubted_s < DOUBTED_S:
-            return False
-        self._doubted_s = 0.0
-        return True
+            return np.inf
+        return float(np.nanmedian(np.linalg.norm(self._kinematics.place(q) - fused.positions, axis=1)))
 
     def _begin(self, joints: Array, sigma: Array) -> bool:
         """Restart from joints; return False where the trunk is unseen."""
