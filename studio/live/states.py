@@ -127,10 +127,14 @@ class CoverageStatus(Struct):
 
 
 class EstimateStatus(Struct):
-    """Agreement of a camera with the reference so far: residuals [mm], None with too few common joints."""
+    """Agreement of a camera with the reference so far: residuals [mm], None with too few common joints.
+
+    Of cameras without depth they are the distances from the joints that all find together, also in pixels.
+    """
 
     residual_median_mm: float | None
     residual_p95_mm: float | None
+    residual_median_px: float | None = None
 
 
 class AttemptStatus(Struct):

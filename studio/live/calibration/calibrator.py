@@ -12,6 +12,8 @@ from studio.engine.calibration.calibrate import calibrate, with_performer
 from studio.engine.calibration.estimate import estimate_residuals
 from studio.engine.calibration.performer.depth_floor import seen_floors
 from studio.engine.calibration.quality.residuals import Residuals
+from studio.engine.calibration.views.estimate import can_estimate
+from studio.engine.calibration.views.pictures import sees_no_depth
 from studio.engine.model.calibration import Calibration
 from studio.engine.model.frames import CameraFrame
 from studio.live.calibration.coverage import Coverage
@@ -92,6 +94,11 @@ class Calibrator:
         """Whether a calibration, also a provisional one, is being computed."""
         return self._busy
 
+    @property
+    def estimating(self) -> bool:
+        """Whether the cameras' agreement is being estimated."""
+        return self._estimating is not None and self._estimating.is_alive()
+
     def start(
         self, seconds: float, now_ns: int, serials: dict[str, str], height_m: float | None = None
     ) -> None:
@@ -166,16 +173,37 @@ class Calibrator:
         self, attempt: Attempt, reference: str, place: Callable[[CameraFrame], CameraFrame]
     ) -> None:
         """Start a thread that estimates the cameras' agreement so far, unless one is running."""
-        if self._estimating is not None and self._estimating.is_alive():
+        if self.estimating:
             return
         frames = {name: list(mine) for name, mine in self._frames.items()}
         starts_ns = {name: place(mine[0]).device_time_ns for name, mine in frames.items()}
 
         def estimate() -> None:
-            attempt.estimates = estimate_residuals(frames, starts_ns, reference)
+            if can_estimate(frames):
+                self._estimate_views(attempt, frames, starts_ns, reference)
+            elif reference in frames and not sees_no_depth(frames[reference][-1:]):
+                attempt.estimates = estimate_residuals(frames, starts_ns, reference)
 
         self._estimating = threading.Thread(target=estimate, name="calibration estimate", daemon=True)
         self._estimating.start()
+
+    def _estimate_views(
+        self, attempt: Attempt, frames: Frames, starts_ns: dict[str, int], reference: str
+    ) -> None:
+        """Adjust cameras without depth by what they have seen so far, in a process of low priority."""
+        try:
+            attempt.estimates = run_in_process(
+                "studio.engine.calibration.views.estimate:estimate_views",
+                frames,
+                starts_ns,
+                reference,
+                self._height_m,
+                on_progress=lambda share: None,
+                should_stop=lambda: attempt.state != "gathering" or attempt is not self.attempt,
+                spare=False,
+            )
+        except StudioError as error:
+            _log.info("no estimate of the cameras' agreement: %s", error.sentence)
 
     def start_provisional(self, recent: Iterable[Sequence[CameraFrame]], now_ns: int) -> None:
         """Calibrate one camera alone, so that the view has something to draw: the first with enough frames, at
@@ -256,7 +284,11 @@ class Calibrator:
             frames=dict(attempt.frames),
             coverage={name: coverage.status() for name, coverage in sorted(attempt.coverage.items())},
             estimates={
-                name: EstimateStatus(_mm(one.median_m), _mm(one.p95_m))
+                name: EstimateStatus(
+                    _mm(one.median_m),
+                    _mm(one.p95_m),
+                    None if one.median_px is None else round(one.median_px, 1),
+                )
                 for name, one in sorted(attempt.estimates.items())
             },
             number=None if attempt.kept is None else attempt.kept.number,

@@ -22,12 +22,14 @@ class Residuals:
     """Distances between a camera's joints and the reference's: median and 95 % [m], and their number.
 
     `agreement_m` is the median after left and right were corrected. All are None where there are no pairs.
+    `median_px`: of a camera without depth, the same in its picture [pixel].
     """
 
     median_m: float | None
     p95_m: float | None
     agreement_m: float | None
     pairs: int
+    median_px: float | None = None
 
 
 def even_blocks(times_s: NDArray[np.float64]) -> NDArray[np.bool_]:
