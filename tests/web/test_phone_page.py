@@ -174,7 +174,8 @@ def test_frames_of_a_page_that_closes_at_once_are_kept(studio, chromium):
       const spool = new Spool();
       await spool.open();
       const found = [...spool.origins.values()].map(({ frames }) => frames.size);
-      for (let i = 0; i < 10; i += 1) spool.append(`take_${take}`, "first", { name: "stand" }, i, new Uint8Array(4000));
+      const hello = { name: "stand" }, data = new Uint8Array(4000);
+      for (let i = 0; i < 10; i += 1) spool.append(`take_${take}`, "first", hello, i, data);
       spool.write();
       return found;
     }"""

@@ -12,6 +12,7 @@ from studio.engine.calibration.calibrate import calibrate, with_performer
 from studio.engine.calibration.estimate import estimate_residuals
 from studio.engine.calibration.performer.depth_floor import seen_floors
 from studio.engine.calibration.quality.residuals import Residuals
+from studio.engine.calibration.views.known_lens import KnownLenses
 from studio.engine.model.calibration import Calibration
 from studio.engine.model.frames import CameraFrame
 from studio.live.calibration.coverage import Coverage
@@ -82,6 +83,7 @@ class Calibrator:
         self._frames: Frames = {}
         self._serials: dict[str, str] = {}
         self._height_m: float | None = None
+        self._lenses = KnownLenses()
         self._busy = False
         self._estimated_ns = 0
         self._tried_ns: int | None = None
@@ -93,11 +95,17 @@ class Calibrator:
         return self._busy
 
     def start(
-        self, seconds: float, now_ns: int, serials: dict[str, str], height_m: float | None = None
+        self,
+        seconds: float,
+        now_ns: int,
+        serials: dict[str, str],
+        height_m: float | None = None,
+        lenses: KnownLenses | None = None,
     ) -> None:
         """Start to gather frames of cameras with these serial numbers.
 
-        `height_m`: the performer's, where it was measured before; a height that disagrees is refused.
+        `height_m`: the performer's, where it was measured before; a height that disagrees is refused. `lenses`: what
+        is known of those of cameras without depth.
 
         Raises:
             CalibrationError: one is under way.
@@ -107,6 +115,7 @@ class Calibrator:
                 "calibration.under_way", "a calibration is under way; wait until it is done"
             )
         self._frames, self._serials, self._height_m = {}, serials, height_m
+        self._lenses = lenses or KnownLenses()
         self.attempt = Attempt(
             "gathering",
             say("calibration.hold_tpose", "hold the T-pose for 3 s, then walk about"),
@@ -207,6 +216,7 @@ class Calibrator:
                     reference,
                     self._height_m,
                     views,
+                    self._lenses,
                 )
                 if not calibration.refused:
                     serials = {name: self._serials.get(name, "") for name in calibration.cameras}
@@ -269,14 +279,28 @@ def _mm(metres: float | None) -> float | None:
 
 
 def calibrate_stage(
-    frames: Frames, reference: str, height_m: float | None = None, views: FloorViews | None = None
+    frames: Frames,
+    reference: str,
+    height_m: float | None = None,
+    views: FloorViews | None = None,
+    lenses: KnownLenses | None = None,
 ) -> Calibration:
     """Return the calibration of these frames with a performer; runs in a worker process.
 
     Depth images in `views` that show the floor define it.
     """
     floors = seen_floors(views) if views else {}
-    calibration = calibrate(frames, reference=reference, height_m=height_m, floors=floors, must_hold="at_end")
+    known = lenses or KnownLenses()
+    mine = {name: lens for name, lens in known.lenses.items() if name in frames}
+    calibration = calibrate(
+        frames,
+        reference=reference,
+        height_m=height_m,
+        floors=floors,
+        must_hold="at_end",
+        lenses=mine,
+        same_lens=known.same,
+    )
     if calibration.performer is not None or (calibration.refused and len(frames) > 1):
         return calibration
     return with_performer(calibration, frames)
