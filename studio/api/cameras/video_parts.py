@@ -32,7 +32,7 @@ class VideoPartRequest(BaseModel):
     from_sequence: Annotated[int, Field(ge=0, le=2**62)] = 0
     size: Annotated[int, Field(ge=1, le=MAX_PART_BYTES, description="[bytes]")]
     sha256: Annotated[str, Field(pattern=r"^[0-9a-f]{64}$")]
-    ending: Annotated[str, Field(pattern=r"^\.(mp4|webm)$")]
+    ending: Annotated[str, Field(pattern=r"^\.(mp4|webm|ivf)$")]
     times_ns: Annotated[list[_Time], Field(min_length=1, max_length=MAX_PART_FRAMES)]
 
 
