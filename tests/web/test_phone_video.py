@@ -57,11 +57,12 @@ def videos_of(sessions) -> list[KeptVideo]:
     return kept_videos(take.parent).get("stand", [])
 
 
-def numbers_in(video: KeptVideo) -> dict[int, int]:
+def numbers_in(video: KeptVideo, *, mirrored: bool = False) -> dict[int, int]:
     """Number of each picture of a video by its time [ns]."""
     frames = [frame for _, frame in VideoFile.open(video.path).frames()]
     assert len(frames) == len(video.times_ns)
     rows = [frame.to_ndarray(format="gray")[20, 10 : 20 * BITS : 20].astype(float) for frame in frames]
+    rows = [row[::-1] if mirrored else row for row in rows]
     return {time_ns: number_in(row) for time_ns, row in zip(video.times_ns.tolist(), rows, strict=True)}
 
 
@@ -76,6 +77,7 @@ def test_a_video_is_in_step_and_outlives_its_page(studio, chromium, tmp_path):  
         until(page, f"seen.length >= {40}")
         shown = {time_ns: np.array(bits, float) for time_ns, bits in page.evaluate("seen")}
         page.reload()  # during the take
+        page.evaluate("document.querySelector('#mirrored').checked = true")
         page.click("#start")
         one.sends(5)
         until(page, "document.querySelector('#video-kept').checkVisibility()")
@@ -89,6 +91,10 @@ def test_a_video_is_in_step_and_outlives_its_page(studio, chromium, tmp_path):  
     both = [(number, shown[time_ns]) for time_ns, number in numbers.items() if time_ns in shown]
     assert len(both) >= 15
     assert all(number == number_in(bits) for number, bits in both)
+    (second,) = {video.boot_id: video for video in videos if video.boot_id != first.boot_id}.values()
+    turned = [*numbers_in(second, mirrored=True).values()]  # its picture was said to be mirrored: turned back
+    steps = np.diff(turned) % (1 << BITS)
+    assert len(turned) >= 2 and (steps >= 1).all() and (steps < (1 << BITS) // 2).all()
 
 
 @pytest.mark.parametrize(
