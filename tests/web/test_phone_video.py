@@ -11,6 +11,7 @@ from studio.take.video.file import VideoFile
 from studio.take.video.kept import KeptVideo, kept_videos
 from tests.acceptance.processes import wait_until
 from tests.take.video_takes import BITS, number_in, numbered_pictures
+from tests.web.browser import quiet_page
 from tests.web.phones import phone, until
 from tests.web.test_phone_page import is_told, studio  # noqa: F401
 
@@ -95,6 +96,27 @@ def test_a_video_is_in_step_and_outlives_its_page(studio, chromium, tmp_path):  
     turned = [*numbers_in(second, mirrored=True).values()]  # its picture was said to be mirrored: turned back
     steps = np.diff(turned) % (1 << BITS)
     assert len(turned) >= 2 and (steps >= 1).all() and (steps < (1 << BITS) // 2).all()
+
+
+def test_the_operator_asks_all_phones_for_video(studio, chromium):  # noqa: F811
+    """And it stays so on the page, which asks the server."""
+    url, http, sessions = studio
+    with phone(chromium) as one, quiet_page(chromium) as page:
+        for ticked in (False, True):
+            page.goto(url)
+            page.get_by_role("button", name="Other cameras").click()
+            expect(page.locator("#phones-video")).to_be_enabled()
+            assert page.locator("#phones-video").is_checked() == ticked
+            page.locator("#phones-video").check()
+            expect(page.locator("#phones-video")).to_be_enabled()
+            wait_until(lambda: http.get("/phones/video").json()["keep"], "the server knows it")
+        one.start(f"{url}/phone", "stand")
+        expect(one.page.locator("#video-kept")).to_contain_text("The studio keeps video")
+        one.sends(3)
+        http.post("/record/start", json={}).raise_for_status()
+        expect(one.page.locator("#video-kept")).to_contain_text("part of video kept")
+        http.post("/record/stop").raise_for_status()
+        wait_until(lambda: one.page.evaluate("1") and videos_of(sessions), "the video is in the take")
 
 
 @pytest.mark.parametrize(

@@ -67,6 +67,8 @@ export const callCamera = (id, code) => call("POST", `devices/announced/${id}/co
 export const letCameraGo = (id) => call("POST", `devices/announced/${id}/disconnect`);
 export const inviteCamera = () => call("POST", "cameras/invite", {});
 export const invitePhoneCamera = () => call("POST", "phones/invite");
+export const getPhonesVideo = () => call("GET", "phones/video");
+export const putPhonesVideo = (keep) => call("PUT", "phones/video", { keep });
 export const chooseReference = (name) => call("PUT", `cameras/${encodeURIComponent(name)}/reference`);
 export const startRecording = (take) => call("POST", "record/start", take ? { take } : {});
 export const stopRecording = () => call("POST", "record/stop");

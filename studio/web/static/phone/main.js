@@ -209,10 +209,10 @@ async function connect({ name, token }) {
 /** Say how many parts of videos are still here, and what is wrong with the video. */
 function showVideo(problem) {
   const { owed } = footage;
-  const wrong = byId("keep-video").checked && problem;
+  const wrong = (byId("keep-video").checked || footage.asked) && problem;
   for (const one of NO_VIDEO) watch.set(`video_${one}`, wrong === one);
-  byId("video-kept").hidden = !wrong && !owed;
-  setText(byId("video-kept"), wrong ? t(`phone_camera.no_video.${wrong}`) : t("phone_camera.video_kept", { n: owed }));
+  byId("video-kept").hidden = !wrong && !owed && !footage.asked;
+  setText(byId("video-kept"), wrong ? t(`phone_camera.no_video.${wrong}`) : owed ? t("phone_camera.video_kept", { n: owed }) : t("phone_camera.video_asked"));
 }
 
 /** End, and say why. */

@@ -25,6 +25,9 @@ export class Footage {
     this.sender = new VideoSender(this.store, this.token, (part) => this.#maySend(part), () => this.changed(this.recorder.problem));
   }
 
+  /** Whether the studio asks all phones for video. */
+  get asked() { return this.sender?.asked ?? false; }
+
   /** Parts that the studio does not have yet. */
   get owed() { return this.store.parts.size; }
 
@@ -35,11 +38,11 @@ export class Footage {
 
   #maySend({ id }) { return this.link.welcomed && !this.link.keeper.recording && id !== this.recorder.open; }
 
-  /** A picture of the camera, as `video` shows it, of this time; recorded where `wanted`, and while a take is.
+  /** A picture of the camera, as `video` shows it, of this time; recorded where `wanted` or asked for, while a take is.
    * `sequence`: number of the next frame of landmarks; `mirrored`: it is turned back, as the landmarks are. */
   frame(video, time_ns, { wanted, sequence, mirrored, rate }) {
     const { active, hello } = this.link.keeper;
-    if (!this.store.database || !wanted || !active) {
+    if (!this.store.database || !(wanted || this.asked) || !active) {
       if (this.recorder.origin) this.recorder.end();
       return;
     }

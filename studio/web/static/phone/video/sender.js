@@ -8,12 +8,14 @@ const wait = (ms) => new Promise((resolve) => { setTimeout(resolve, ms); });
 const hex = (bytes) => [...new Uint8Array(bytes)].map((one) => one.toString(16).padStart(2, "0")).join("");
 
 export class VideoSender {
-  /** `maySend(part)`: whether it is the time to send this part; `changed()`: another part is at the server, or is not wanted. */
+  /** `maySend(part)`: whether it is the time to send this part; `changed()`: another part is at the server, or is not wanted, or
+   * the studio asks for video (`asked`), or no longer. */
   constructor(store, token, maySend, changed) {
-    Object.assign(this, { store, maySend, changed });
+    Object.assign(this, { store, maySend, changed, asked: false });
     this.headers = token ? { Authorization: `Bearer ${token}` } : {};
     this.busy = false;
     this.timer = setInterval(() => this.send(), RETRY_MS);
+    this.send();
   }
 
   end() { clearInterval(this.timer); }
@@ -23,12 +25,21 @@ export class VideoSender {
     if (this.busy) return;
     this.busy = true;
     try {
+      await this.#hear();
       for (const part of [...this.store.parts.values()]) if (this.maySend(part)) await this.#part(part);
     } catch (error) {
       console.info(`videos are not sent yet: ${error.message}`);
     } finally {
       this.busy = false;
     }
+  }
+
+  /** Hear whether the studio asks all phones for video. */
+  async #hear() {
+    const { keep } = await this.#ask("GET", "", "application/json");
+    if (keep === this.asked) return;
+    this.asked = keep;
+    this.changed();
   }
 
   async #part(part) {
