@@ -36,7 +36,7 @@ export class Footage {
     this.changed(problem);
   }
 
-  #maySend({ id }) { return this.link.welcomed && !this.link.keeper.recording && id !== this.recorder.open; }
+  #maySend({ id }) { return this.link.welcomed && !this.link.keeper.recording && !this.recorder.isOpen(id); }
 
   /** A picture of the camera, as `video` shows it, of this time; recorded where `wanted` or asked for, while a take is.
    * `sequence`: number of the next frame of landmarks; `mirrored`: it is turned back, as the landmarks are. */

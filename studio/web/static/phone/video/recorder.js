@@ -26,6 +26,7 @@ export class VideoRecorder {
     Object.assign(this, { store, changed });
     this.origin = null; // {take_id, name, boot_id, from_sequence} of what is recorded
     this.part = null;
+    this.closing = null; // id of the part before, while the last of it is encoded
     this.encoder = null;
     this.busy = false;
     this.problem = "";
@@ -33,8 +34,8 @@ export class VideoRecorder {
     this.count = 0;
   }
 
-  /** The id of the part that is being recorded, which is not to be sent. */
-  get open() { return this.part?.id ?? null; }
+  /** Whether a part is still being recorded: it is not to be sent. */
+  isOpen(id) { return id === this.part?.id || id === this.closing; }
 
   begin(origin) {
     if (this.origin?.take_id === origin.take_id) return;
@@ -77,9 +78,15 @@ export class VideoRecorder {
     const { part } = this;
     part.first_ns ??= time_ns;
     if (since <= part.last_us) return;
-    part.times.set(since, time_ns);
     const [width, height] = part.size;
-    const frame = new VideoFrame(source, { timestamp: since, visibleRect: { x: 0, y: 0, width, height } });
+    let frame = null;
+    try {
+      frame = new VideoFrame(source, { timestamp: since, visibleRect: { x: 0, y: 0, width, height } });
+    } catch {
+      this.leftOut += 1; // the camera was interrupted just then
+      return;
+    }
+    part.times.set(since, time_ns);
     const keyFrame = since - part.key_us >= KEY_US || part.last_us < 0;
     if (keyFrame) part.key_us = since;
     part.last_us = since;
@@ -129,10 +136,12 @@ export class VideoRecorder {
   async #close() {
     const { part, encoder } = this;
     if (!part) return;
+    this.part = null; // what comes meanwhile is of another part
+    this.closing = part.id;
     await encoder.flush().catch(() => null);
     if (encoder.state !== "closed") encoder.close();
     this.#write(part, part.last_us);
-    if (this.part === part) this.part = null;
+    if (this.closing === part.id) this.closing = null;
   }
 
   /** Write what is encoded by now: the page may be closed next. */

@@ -61,6 +61,7 @@ export class VideoSender {
 
   async #ask(method, path, type, body) {
     const answer = await fetch(`api/v1/video${path}`, { method, body, headers: { ...this.headers, "Content-Type": type } });
+    if (answer.status === 422) return { state: "unwanted" }; // it would be refused for ever, and the others behind it wait
     if (!answer.ok) throw new Error(`status ${answer.status}`);
     return answer.json();
   }
