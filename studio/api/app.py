@@ -14,6 +14,7 @@ from studio.api.cameras.add_cameras import add_cameras_router
 from studio.api.cameras.announced import Announced
 from studio.api.cameras.device_routes import devices_router
 from studio.api.cameras.devices import Devices
+from studio.api.cameras.keep_video import keep_video_router
 from studio.api.cameras.link import HELLO_TIMEOUT_S, link_router
 from studio.api.cameras.local_cameras import LocalCameras
 from studio.api.cameras.phones import phones_router
@@ -110,6 +111,7 @@ def create_app(
     app.state.devices = Devices(stage, access.own_camera_token, certificate)
     app.state.announced = Announced(stage, access, on=not access.required if discover is None else discover)
     add_routes(app, devices_router(app.state.devices, app.state.announced))
+    add_routes(app, keep_video_router(access))
     add_routes(app, video_parts_router(access, LateVideos(sessions)))
     add_routes(app, link_router(stage, access, hello_timeout_s=hello_timeout_s))
     events: dict[str, Callable[[], Any]] = {

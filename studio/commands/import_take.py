@@ -54,8 +54,9 @@ def add_parser(subparsers: Any) -> None:
 
 def run(args: argparse.Namespace) -> int:
     from studio.take.importers import import_recording
+    from studio.take.video.sync.clap_at import read_clap_at
 
-    clap_at_s = _seconds(args.clap_at)
+    clap_at_s = read_clap_at(args.clap_at)
     with progress_bar("import") as progress:
         take = import_recording(
             args.path,
@@ -74,19 +75,3 @@ def run(args: argparse.Namespace) -> int:
     for note in take.meta.get("notes", "").splitlines():
         print(f"  {note}")
     return 0
-
-
-def _seconds(texts: list[str]) -> dict[str, float]:
-    """Return seconds by camera, "" for all; raise where a text says no second."""
-    from studio.engine.base.errors import SettingsError
-    from studio.engine.base.value_sentences import bad_value
-
-    found: dict[str, float] = {}
-    for text in texts:
-        camera, _, second = text.rpartition("=")
-        try:
-            found[camera] = float(second)
-        except ValueError as error:
-            allowed = "SECOND or CAMERA=SECOND, such as 3.5 or left=3.5"
-            raise SettingsError(bad_value("--clap-at", text, allowed)) from error
-    return found

@@ -2,13 +2,11 @@
 
 import argparse
 from collections.abc import Sequence
-from dataclasses import replace
-from math import radians, sin
 from pathlib import Path
 
 from studio.engine.base.errors import SettingsError
 from studio.engine.base.value_sentences import bad_value, unknown
-from studio.engine.calibration.views.known_lens import KnownLens
+from studio.engine.calibration.views.known_lens import KnownLens, known_field, known_focal
 from studio.engine.model.calibration import LONGEST_READOUT_MS
 from studio.take.folder.lens_files import lens_for, read_lenses
 
@@ -79,7 +77,4 @@ def _focal(kind: str, text: str) -> KnownLens:
     except ValueError as error:
         option = "--" + kind.replace("_", "-")
         raise SettingsError(bad_value(option, text, "a number, such as 65, or 65+-2")) from error
-    if kind == "focal_px":
-        return replace(KnownLens(focal_px=number), share=abs(off / number))
-    # f = w / 2 / tan(a / 2): its share changes by da / sin(a)
-    return replace(KnownLens(field_deg=number), share=abs(radians(off) / sin(radians(number))))
+    return known_focal(number, off) if kind == "focal_px" else known_field(number, off)

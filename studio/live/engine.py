@@ -17,6 +17,7 @@ from typing import Any
 from studio.engine.base.errors import CalibrationError, SettingsError, StudioError, TakeError
 from studio.engine.base.sentences import say
 from studio.engine.calibration.quality.watch import CameraWatch
+from studio.engine.calibration.views.known_lens import KnownLenses, check_lenses
 from studio.engine.model.calibration import Calibration, Performer
 from studio.engine.model.frames import StepResult
 from studio.engine.model.settings import SolveSettings
@@ -337,11 +338,12 @@ class Engine(RecordedTakes):
 
     # --- calibration
 
-    def start_calibration(self, seconds: float, height_m: float | None = None) -> None:
+    def start_calibration(self, seconds: float, height_m: float | None, lenses: KnownLenses) -> None:
         """Start a calibration of all cameras, with the performer's height if known.
 
         Raises:
             CalibrationError: no camera is connected, or one is under way.
+            SettingsError: a lens of a camera that is not connected, or sees depth.
         """
         if not self.roster.connected():
             raise CalibrationError(
@@ -349,7 +351,9 @@ class Engine(RecordedTakes):
                 "no camera is connected; connect the cameras, then calibrate",
             )
         serials = {camera.name: camera.hello.serial for camera in self.roster.connected()}
-        self.calibrator.start(seconds, self._clock_ns(), serials, height_m)
+        flat = [camera.name for camera in self.roster.connected() if camera.hello.joint_set == "mediapipe"]
+        check_lenses(lenses.lenses, flat)
+        self.calibrator.start(seconds, self._clock_ns(), serials, height_m, lenses)
 
     def start_tpose(self, name: str, countdown_s: float) -> None:
         """Start to measure a performer.

@@ -12,6 +12,7 @@ from msgspec import structs
 from studio.engine.base.errors import FormatError, SettingsError, StudioError, TakeError
 from studio.engine.base.sentences import say, system_says
 from studio.engine.calibration.quality.verdict import check_height
+from studio.engine.calibration.views.known_lens import KnownLenses
 from studio.engine.model.calibration import Calibration
 from studio.engine.model.frames import StepResult
 from studio.engine.model.settings import SolveSettings, preset
@@ -272,15 +273,19 @@ class LiveStage:
     # --- calibration
 
     def start_calibration(
-        self, seconds: float = CALIBRATION_S, performer: str = "", height_m: float | None = None
+        self,
+        seconds: float = CALIBRATION_S,
+        performer: str = "",
+        height_m: float | None = None,
+        lenses: KnownLenses | None = None,
     ) -> None:
         """Gather frames for this long, then calibrate with them; the status shows the progress. Waits.
 
         With a height, or the name of a performer who was measured, a walk of somebody of another height is refused.
-        To cameras that see no depth the height gives the size of the stage.
+        To cameras that see no depth the height gives the size of the stage; `lenses` are of them.
 
         Raises:
-            SettingsError: a length or height that is not allowed.
+            SettingsError: a length or height that is not allowed, or a lens of a camera that has none to be known.
             TakeError: there is no such performer.
             CalibrationError: no camera, or one is under way.
         """
@@ -295,7 +300,7 @@ class LiveStage:
         check_height(height_m)
         if height_m is None and performer:
             height_m = load_profile(self.sessions, performer).performer.height_m
-        self._engine.call(lambda: self._engine.start_calibration(seconds, height_m))
+        self._engine.call(lambda: self._engine.start_calibration(seconds, height_m, lenses or KnownLenses()))
 
     def finish_calibration(self) -> None:
         """Calibrate with the frames gathered so far; waits.

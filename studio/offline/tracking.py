@@ -17,7 +17,7 @@ from studio.engine.calibration.cameras.drift import follow_clocks
 from studio.engine.calibration.performer.depth_floor import seen_floors
 from studio.engine.calibration.performer.floor import Floor
 from studio.engine.calibration.views.drift import follow_views
-from studio.engine.calibration.views.known_lens import KnownLens
+from studio.engine.calibration.views.known_lens import KnownLens, check_lenses
 from studio.engine.calibration.views.pictures import sees_no_depth
 from studio.engine.model.calibration import Calibration
 from studio.engine.model.frames import CameraFrame
@@ -244,14 +244,7 @@ def calibrate_take(
             name=reference,
             names=[*frames],
         )
-    strange = [name for name in lenses or {} if not sees_no_depth(frames.get(name, ()))]
-    if strange:
-        raise SettingsError(
-            "calibration.lens_of_none",
-            "a lens for {name}: no such camera without depth; allowed: {names}",
-            name=strange[0],
-            names=[name for name, mine in frames.items() if sees_no_depth(mine)] or ["none"],
-        )
+    check_lenses(lenses or {}, [name for name, mine in frames.items() if sees_no_depth(mine)])
     calibration = calibrate(
         frames,
         reference=reference,

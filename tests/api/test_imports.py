@@ -61,6 +61,12 @@ def test_an_unknown_way_to_bring_videos_to_one_clock_is_refused(studio):
     assert_error(answer, 422, "settings", "value.bad")
 
 
+def test_a_clap_at_no_second_is_refused(studio):
+    for clap in ("left=soon", "nan", "-1"):
+        asked = {"files": [{"path": "a.mp4", "size": 1}], "clap_at": [clap]}
+        assert_error(studio.http.post("/imports", json=asked), 422, "settings", "value.bad")
+
+
 def test_a_recording_and_an_animation_at_once(studio, test_data, tmp_path):
     walk = test_data / "noisy_joints" / "punches_2_cameras"
     files = files_of(walk) | files_of(test_data / "mocap" / "02_01.bvh")

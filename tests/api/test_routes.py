@@ -115,6 +115,27 @@ def test_calibration_without_cameras_is_told(studio):
     assert studio.http.get("/calibration").json()["calibration"] is None
 
 
+def test_a_lens_that_cannot_be_is_told(recorded):
+    """By the live calibration and by that of a take."""
+    bad = {
+        "value.bad": [{"field_deg": 200.0}, {"focal_px": 0.0}, {"focal_px": 900.0, "field_deg": 65.0}, {}],
+        "calibration.lens_file": [{"file": "lens.toml", "text": "not = "}],
+        "calibration.lens_of_none": [{"field_deg": 65.0, "off": 2.0}],  # it measures depth
+    }
+    with Camera(recorded.url("link"), 0) as camera:
+        camera.greet(boot_id="boot-2")
+        for code, lenses in bad.items():
+            for lens in lenses:
+                answer = recorded.http.post("/calibration/start", json={"lenses": {"camera_0": lens}})
+                assert_error(answer, 422, "format" if "file" in code else "settings", code)
+    answer = recorded.http.post("/calibration/start", json={"lenses": {"camera_0": {"field_deg": "nan"}}})
+    assert answer.status_code == 422
+    take = recorded.http.post(
+        "/takes/tests/one/calibrations", json={"lenses": {"camera_0": bad["value.bad"][0]}}
+    )
+    assert_error(take, 422, "settings", "value.bad")
+
+
 def test_a_refused_calibration_keeps_the_last_one(recorded):
     """Standing still is no calibration for two cameras."""
     before = recorded.http.get("/calibration").json()["calibration"]

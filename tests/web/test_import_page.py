@@ -12,7 +12,7 @@ from studio.take.folder.take import Take
 from studio.take.importers import import_recording
 from studio.take.library.incoming import PREFIX
 from tests.acceptance.processes import ServerProcess, server_process
-from tests.take.sync_videos import write_film
+from tests.take.sync_videos import claps, heard, write_film
 from tests.take.video_files import real_pictures
 from tests.web.browser import quiet_page
 from tests.web.hits import covered
@@ -140,6 +140,27 @@ def test_how_videos_are_brought_to_one_clock_is_chosen(
     expect(page.locator(take(page, "shoot"))).to_be_visible()
     (meta,) = (Take.open(path.parent).meta for path in server.sessions.rglob("shoot*/take.json"))
     assert [camera.get("clock_within_s") for camera in meta["cameras"]] == [0.1, 0.1]
+
+
+def test_the_clap_that_counts_is_typed(
+    page: Page, server: ServerProcess, test_data: Path, tmp_path: Path
+) -> None:
+    """Of two claps; without it they are not brought to one clock."""
+    folder = tmp_path / "claps"
+    folder.mkdir()
+    person = real_pictures(test_data / "rgb" / "pose2sim_single", "cam01", 2)
+    scene = claps(12.0, [3.0, 8.0])
+    for name, start_s in (("a", 0.0), ("b", 1.5)):
+        sound = heard(scene, start_s, 10.0, seed=ord(name), noise=0.0005)
+        write_film(folder / f"{name}.mp4", 10.0, sound, pictures=person)
+    page.locator("#import-open").click()
+    page.locator("#import-clap").fill("3, b=1.4")
+    with page.expect_file_chooser() as chooser:
+        page.locator("#import-choose-folder").click()
+    chooser.value.set_files(folder)
+    expect(page.locator(take(page, "claps"))).to_be_visible()
+    (meta,) = (Take.open(path.parent).meta for path in server.sessions.rglob("claps*/take.json"))
+    assert "clap" in meta["notes"]
 
 
 def test_what_goes_wrong_is_told_and_leaves_nothing(

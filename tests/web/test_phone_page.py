@@ -174,7 +174,8 @@ def test_frames_of_a_page_that_closes_at_once_are_kept(studio, chromium):
       const spool = new Spool();
       await spool.open();
       const found = [...spool.origins.values()].map(({ frames }) => frames.size);
-      for (let i = 0; i < 10; i += 1) spool.append(`take_${take}`, "first", { name: "stand" }, i, new Uint8Array(4000));
+      const hello = { name: "stand" }, data = new Uint8Array(4000);
+      for (let i = 0; i < 10; i += 1) spool.append(`take_${take}`, "first", hello, i, data);
       spool.write();
       return found;
     }"""
@@ -288,6 +289,19 @@ def limits(page, http) -> list[str]:
     """What limits each camera."""
     page.evaluate("1")
     return [camera["limited_by"] for camera in http.get("/status").json()["cameras"].values()]
+
+
+def test_the_nearest_of_several_people_is_taken(studio, chromium):
+    """The largest in the picture, wherever the detector lists it."""
+    take = """async (heights) => {
+      const { nearest } = await import("/static/phone/people.js");
+      const person = (height) => [0, 1].map((end) => ({ x: 0.4 * height * end, y: 0.1 + height * end }));
+      return nearest(heights.map(person));
+    }"""
+    with quiet_page(chromium) as page:
+        page.goto(f"{studio[0]}/phone")
+        found = [page.evaluate(take, heights) for heights in ([0.8], [0.3, 0.8], [0.8, 0.3], [0.2, 0.9, 0.5])]
+    assert found == [0, 1, 0, 1]
 
 
 def test_two_people_are_told_at_once(studio, chromium, test_data, tmp_path):

@@ -134,6 +134,41 @@ def test_from_the_walk_to_a_measured_performer(address: str, page: Page, told: T
     expect(page.locator("#wizard")).to_be_hidden()
 
 
+def test_what_is_known_of_cameras_without_depth_is_typed(
+    address: str, page: Page, told: Told, tmp_path: Path
+) -> None:
+    """Height and lenses go with the walk."""
+    for one in told.message["status"]["cameras"].values():
+        one["joint_set"] = "mediapipe"
+    told.message["status"]["cameras"]["kinect"] = camera() | {"joint_set": "kinect-v2"}
+    open_page(page, address)
+    told.calibration()
+    page.locator("#calibrate").click()
+    expect(page.locator(".lens")).to_have_count(2)  # the Kinect measures depth
+    page.fill("#wizard-tall", "1.82")
+    expect(page.locator("#performer-tall")).to_have_value("1.82")
+    left, right = (page.locator(".lens", has_text=name) for name in ("left", "right"))
+    left.locator("select").select_option("field")
+    expect(left.locator(".lens-value")).to_have_value("65")
+    left.locator(".lens-value").fill("59.5")
+    file = tmp_path / "right.json"
+    file.write_text("{}")
+    right.locator("select").select_option("file")
+    right.locator("input[type=file]").set_input_files(file)
+    expect(right.get_by_role("button")).to_have_text("right.json")
+    page.get_by_label("Unknown lenses are alike").check()
+    assert page.evaluate(FAINT) == [] and page.evaluate(NAMELESS) == []
+    assert page.evaluate("document.querySelector('#wizard main').scrollWidth <= innerWidth")
+    page.route("**/calibration/start", lambda route: route.fulfill(status=202, json={}))
+    with page.expect_request("**/calibration/start") as sent:
+        page.locator("#wizard-walk").click()
+    assert sent.value.post_data_json == {
+        "height_m": 1.82,
+        "lenses": {"left": {"field_deg": 59.5, "off": 2}, "right": {"file": "right.json", "text": "{}"}},
+        "same_lens": True,
+    }
+
+
 def test_it_is_legible_from_afar_and_fits_every_screen(address: str, page: Page, told: Told) -> None:
     open_page(page, address)
     walk(told)

@@ -1,5 +1,6 @@
 """Routes by which camera clients bring the videos that they recorded during takes."""
 
+from collections.abc import Callable
 from itertools import pairwise
 from typing import Annotated
 
@@ -32,7 +33,7 @@ class VideoPartRequest(BaseModel):
     from_sequence: Annotated[int, Field(ge=0, le=2**62)] = 0
     size: Annotated[int, Field(ge=1, le=MAX_PART_BYTES, description="[bytes]")]
     sha256: Annotated[str, Field(pattern=r"^[0-9a-f]{64}$")]
-    ending: Annotated[str, Field(pattern=r"^\.(mp4|webm)$")]
+    ending: Annotated[str, Field(pattern=r"^\.(mp4|webm|ivf)$")]
     times_ns: Annotated[list[_Time], Field(min_length=1, max_length=MAX_PART_FRAMES)]
 
 
@@ -45,16 +46,24 @@ class VideoPartAnswer(Struct):
     reason: str
 
 
-def video_parts_router(access: Access, videos: LateVideos) -> APIRouter:
-    """Return the routes; they ask for a camera's token where cameras need one."""
+def camera_check(access: Access) -> Callable[[str], None]:
+    """Return what refuses a request without a camera's token, where cameras need one."""
 
     def check(authorization: Annotated[str, Header()] = "") -> None:
         token = authorization.removeprefix(_BEARER) if authorization.startswith(_BEARER) else ""
         if access.is_let_go(token) or (access.required and access.camera_token_id(token) is None):
             raise HTTPException(401, say("video.no_token", "a video comes with a camera's valid token only"))
 
+    return check
+
+
+def video_parts_router(access: Access, videos: LateVideos) -> APIRouter:
+    """Return the routes; they ask for a camera's token where cameras need one."""
     router = APIRouter(
-        tags=["cameras"], responses=RESPONSES, route_class=StructRoute, dependencies=[Depends(check)]
+        tags=["cameras"],
+        responses=RESPONSES,
+        route_class=StructRoute,
+        dependencies=[Depends(camera_check(access))],
     )
 
     @router.post(VIDEO_PATH)

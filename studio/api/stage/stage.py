@@ -7,8 +7,10 @@ from msgspec import structs
 from pydantic import BaseModel, ConfigDict, Field
 
 from studio.api.errors import RESPONSES, NotFoundError
+from studio.api.lenses import LENSES, SAME_LENS, LensRequest, known_lenses
 from studio.api.stage import switches
 from studio.api.structs import StructRoute
+from studio.engine.calibration.views.known_lens import KnownLenses
 from studio.engine.model.calibration import CalibrationJson
 from studio.live import LiveStage
 from studio.live.stage import CALIBRATION_S
@@ -51,6 +53,8 @@ class CalibrationRequest(Request):
         default=None,
         description="the performer's height; where no camera sees depth, it gives the size of the stage",
     )
+    lenses: dict[str, LensRequest] = LENSES
+    same_lens: bool = SAME_LENS
 
 
 class CalibrationInUse(CalibrationStatus, kw_only=True):
@@ -118,7 +122,8 @@ def stage_router(stage: LiveStage, presets: Presets) -> APIRouter:
     def start_calibration(request: CalibrationRequest | None = None) -> CalibrationStatus:
         """Gather frames of all cameras, then calibrate; `calibration.attempt` of the status shows the progress."""
         request = request or CalibrationRequest()
-        stage.start_calibration(request.seconds, request.performer, request.height_m)
+        lenses = KnownLenses(known_lenses(request.lenses), request.same_lens)
+        stage.start_calibration(request.seconds, request.performer, request.height_m, lenses)
         return stage.status().calibration
 
     @router.post("/calibration/finish", status_code=202)

@@ -3,7 +3,7 @@
 import asyncio
 import threading
 import time
-from collections.abc import AsyncIterator
+from collections.abc import AsyncIterator, Sequence
 from dataclasses import dataclass
 from datetime import datetime
 from pathlib import Path
@@ -23,6 +23,7 @@ from studio.engine.base.errors import FormatError, StudioError
 from studio.engine.base.sentences import say
 from studio.take.library.dropped import Group, group_files
 from studio.take.library.incoming import Incoming, check_room, clear_left, free_path
+from studio.take.video.sync.clap_at import read_clap_at
 from studio.take.video.sync.find import WAYS, check_way
 from studio.worker import Stopped, run_in_process
 
@@ -51,6 +52,15 @@ class ImportRequest(Body):
         str | None,
         Field(description="brings videos to one clock: " + ", ".join(WAYS) + "; null = auto"),
     ] = None
+    clap_at: Annotated[
+        list[Annotated[str, Field(max_length=200)]],
+        Field(
+            default_factory=list,
+            max_length=100,
+            description="about when the clap is heard [s], in all videos or in one",
+            examples=[["3.5", "left=4"]],
+        ),
+    ]
 
 
 class AnnouncedImport(Struct):
@@ -68,6 +78,7 @@ class _Awaited:
     group: Group
     files: list[tuple[str, int]]
     sync: str | None
+    clap_at_s: dict[str, float]
     batch: "_Batch"
 
 
@@ -88,16 +99,20 @@ class Imports:
         self._watching = False
         clear_left(sessions)
 
-    def announce(self, files: list[tuple[str, int]], sync: str | None = None) -> list[AnnouncedImport]:
+    def announce(
+        self, files: list[tuple[str, int]], sync: str | None = None, clap_at: Sequence[str] = ()
+    ) -> list[AnnouncedImport]:
         """List what files will make; return by import its job and the places of its files.
 
         Args:
             files: path and size [bytes] of each.
             sync: brings videos to one clock, see `find_sync`.
+            clap_at: when a clap is heard, see `read_clap_at`.
 
         Raises:
-            SettingsError: no such way.
+            SettingsError: no such way, or no second.
         """
+        clap_at_s = read_clap_at(clap_at)
         if sync is not None:
             check_way(sync)
         batch = _Batch(time.monotonic())
@@ -110,7 +125,7 @@ class Imports:
                     raise FormatError(group.problem)
                 check_room(self._sessions, sum(size for _, size in mine))
                 with self._lock:
-                    self._awaited[job.id] = _Awaited(job, group, mine, sync, batch)
+                    self._awaited[job.id] = _Awaited(job, group, mine, sync, clap_at_s, batch)
             except StudioError as error:
                 job.end("failed", error.sentence)
             answer.append(AnnouncedImport(job.status(), list(group.files)))
@@ -173,6 +188,7 @@ class Imports:
                 run_in_process(
                     "studio.take.library.incoming:import_incoming",
                     incoming.folder, group.root, group.label, out, awaited.sync,
+                    awaited.clap_at_s,
                     on_progress=progress, should_stop=lambda: is_stopped(job),
                 )  # fmt: skip
             except StudioError:
@@ -233,7 +249,8 @@ def imports_router(sessions: Path, jobs: Jobs) -> APIRouter:
     def announce(request: ImportRequest) -> dict[str, list[AnnouncedImport]]:
         """Announce files; answers the `imports` that they make, one a take: the `job`, and the places in the list of
         the `files` whose bytes `PUT /imports/{job}` takes. What cannot be imported by its name has failed at once."""
-        return {"imports": imports.announce([(file.path, file.size) for file in request.files], request.sync)}
+        files = [(file.path, file.size) for file in request.files]
+        return {"imports": imports.announce(files, request.sync, request.clap_at)}
 
     @router.put("/{job_id}", status_code=202)
     async def send(job_id: str, request: Request) -> JobStatus:

@@ -12,6 +12,7 @@ from starlette.concurrency import run_in_threadpool
 
 from studio.api.errors import RESPONSES
 from studio.api.jobs import Jobs, JobStatus
+from studio.api.lenses import LENSES, SAME_LENS, LensRequest, known_lenses
 from studio.api.stage.stage import Request as Body
 from studio.api.structs import StructRoute
 from studio.api.takes.find import Finder, ListedTake
@@ -64,6 +65,12 @@ class CalibrateRequest(Body):
     reference: str | None = Field(
         default=None, description="camera whose clock is the stage clock; else the first"
     )
+    height_m: float | None = Field(
+        default=None,
+        description="the performer's height; where no camera sees depth, it gives the size of the stage",
+    )
+    lenses: dict[str, LensRequest] = LENSES
+    same_lens: bool = SAME_LENS
 
 
 class CalibrationsOfTake(Struct):
@@ -132,7 +139,8 @@ def manage_router(sessions: Path, finder: Finder, jobs: Jobs) -> APIRouter:
         if request.borrow is None:
             job = jobs.submit(
                 "calibrate", f"{session}/{take}", "", "studio.library:calibrate", opened,
-                reference=request.reference,
+                reference=request.reference, height_m=request.height_m,
+                lenses=known_lenses(request.lenses), same_lens=request.same_lens,
             )  # fmt: skip
             return jobs.get(job.id)
         other_session, _, other = request.borrow.partition("/")

@@ -13,6 +13,7 @@ from studio.engine.calibration.estimate import estimate_residuals
 from studio.engine.calibration.performer.depth_floor import seen_floors
 from studio.engine.calibration.quality.residuals import Residuals
 from studio.engine.calibration.views.estimate import can_estimate
+from studio.engine.calibration.views.known_lens import KnownLenses
 from studio.engine.calibration.views.pictures import sees_no_depth
 from studio.engine.model.calibration import Calibration
 from studio.engine.model.frames import CameraFrame
@@ -84,6 +85,7 @@ class Calibrator:
         self._frames: Frames = {}
         self._serials: dict[str, str] = {}
         self._height_m: float | None = None
+        self._lenses = KnownLenses()
         self._busy = False
         self._estimated_ns = 0
         self._tried_ns: int | None = None
@@ -100,11 +102,17 @@ class Calibrator:
         return self._estimating is not None and self._estimating.is_alive()
 
     def start(
-        self, seconds: float, now_ns: int, serials: dict[str, str], height_m: float | None = None
+        self,
+        seconds: float,
+        now_ns: int,
+        serials: dict[str, str],
+        height_m: float | None = None,
+        lenses: KnownLenses | None = None,
     ) -> None:
         """Start to gather frames of cameras with these serial numbers.
 
-        `height_m`: the performer's, where it was measured before; a height that disagrees is refused.
+        `height_m`: the performer's, where it was measured before; a height that disagrees is refused. `lenses`: what
+        is known of those of cameras without depth.
 
         Raises:
             CalibrationError: one is under way.
@@ -114,6 +122,7 @@ class Calibrator:
                 "calibration.under_way", "a calibration is under way; wait until it is done"
             )
         self._frames, self._serials, self._height_m = {}, serials, height_m
+        self._lenses = lenses or KnownLenses()
         self.attempt = Attempt(
             "gathering",
             say("calibration.hold_tpose", "hold the T-pose for 3 s, then walk about"),
@@ -235,6 +244,7 @@ class Calibrator:
                     reference,
                     self._height_m,
                     views,
+                    self._lenses,
                 )
                 if not calibration.refused:
                     serials = {name: self._serials.get(name, "") for name in calibration.cameras}
@@ -301,14 +311,28 @@ def _mm(metres: float | None) -> float | None:
 
 
 def calibrate_stage(
-    frames: Frames, reference: str, height_m: float | None = None, views: FloorViews | None = None
+    frames: Frames,
+    reference: str,
+    height_m: float | None = None,
+    views: FloorViews | None = None,
+    lenses: KnownLenses | None = None,
 ) -> Calibration:
     """Return the calibration of these frames with a performer; runs in a worker process.
 
     Depth images in `views` that show the floor define it.
     """
     floors = seen_floors(views) if views else {}
-    calibration = calibrate(frames, reference=reference, height_m=height_m, floors=floors, must_hold="at_end")
+    known = lenses or KnownLenses()
+    mine = {name: lens for name, lens in known.lenses.items() if name in frames}
+    calibration = calibrate(
+        frames,
+        reference=reference,
+        height_m=height_m,
+        floors=floors,
+        must_hold="at_end",
+        lenses=mine,
+        same_lens=known.same,
+    )
     if calibration.performer is not None or (calibration.refused and len(frames) > 1):
         return calibration
     return with_performer(calibration, frames)

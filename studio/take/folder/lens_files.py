@@ -33,19 +33,35 @@ def read_lenses(file: str | Path) -> dict[str, Lens]:
         if path.stat().st_size > _MOST_BYTES:
             raise ValueError("it is too large")
         text = path.read_text(encoding="utf-8")
-        content = tomllib.loads(text) if path.suffix.lower() == ".toml" else json.loads(text)
-        found = _lenses(content)
+    except (OSError, ValueError) as error:
+        raise _unreadable(path, error) from error
+    return lenses_in(path, text)
+
+
+def lenses_in(file: str | Path, text: str) -> dict[str, Lens]:
+    """Return the lenses in the text of a file, as `read_lenses`.
+
+    Raises:
+        FormatError: it cannot be read, or has no lens.
+    """
+    toml = str(file).lower().endswith(".toml")
+    try:
+        found = _lenses(tomllib.loads(text) if toml else json.loads(text))
         if not found:
             raise ValueError("it has no lens")
-    except (OSError, ValueError, TypeError, KeyError, RecursionError) as error:
-        raise FormatError(
-            "calibration.lens_file",
-            "{path} has no lens that can be read ({error}); give the JSON of a calibration, or a .toml of Pose2Sim "
-            "or FreeMoCap",
-            path=path,
-            error=str(error) or type(error).__name__,
-        ) from error
+    except (ValueError, TypeError, KeyError, RecursionError) as error:
+        raise _unreadable(file, error) from error
     return found
+
+
+def _unreadable(file: str | Path, error: Exception) -> FormatError:
+    return FormatError(
+        "calibration.lens_file",
+        "{path} has no lens that can be read ({error}); give the JSON of a calibration, or a .toml of Pose2Sim "
+        "or FreeMoCap",
+        path=file,
+        error=str(error) or type(error).__name__,
+    )
 
 
 def lens_for(camera: str, file: str | Path) -> Lens:
@@ -54,7 +70,15 @@ def lens_for(camera: str, file: str | Path) -> Lens:
     Raises:
         FormatError: as for `read_lenses`, or none of several is of that camera.
     """
-    found = read_lenses(file)
+    return lens_among(camera, file, read_lenses(file))
+
+
+def lens_among(camera: str, file: str | Path, found: dict[str, Lens]) -> Lens:
+    """Return the lens of a camera among those found in a file; the only one, if there is only one.
+
+    Raises:
+        FormatError: none of several is of that camera.
+    """
     if camera in found:
         return found[camera]
     if len(found) == 1:

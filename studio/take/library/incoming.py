@@ -3,7 +3,7 @@
 import os
 import shutil
 import tempfile
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import IO
@@ -181,6 +181,7 @@ def import_incoming(
     label: str,
     out: Path,
     sync: str | None = None,
+    clap_at_s: Mapping[str, float] | None = None,
     *,
     progress: Callable[[float], None] | None = None,
 ) -> None:
@@ -191,7 +192,7 @@ def import_incoming(
         root: path in it.
         label: what people call it.
         out: folder of the new take.
-        sync: brings videos to one clock, see `find_sync`; it counts for nothing else.
+        sync, clap_at_s: bring videos to one clock, see `find_sync`; they count for nothing else.
         progress: receives the share done.
 
     Raises:
@@ -206,7 +207,14 @@ def import_incoming(
             write_bundle(Take.open(path), bundle)
             read_bundle(bundle, out)
         else:
-            import_recording(path, out, sync=sync if are_videos(path) else None, progress=progress)
+            videos = are_videos(path)
+            import_recording(
+                path,
+                out,
+                sync=sync if videos else None,
+                clap_at_s=clap_at_s if videos else None,
+                progress=progress,
+            )
     except StudioError as error:
         text = error.sentence.replace(f"{folder}{os.sep}", "").replace(str(folder), label)
         raise type(error)(text) from error

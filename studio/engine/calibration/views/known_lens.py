@@ -1,6 +1,8 @@
 """What is known of a camera's lens before it is calibrated."""
 
-from dataclasses import dataclass
+from collections.abc import Collection, Iterable, Mapping
+from dataclasses import dataclass, field, replace
+from math import radians, sin
 
 import numpy as np
 
@@ -67,3 +69,46 @@ class KnownLens:
             focal = 0.5 * max(width, height) / float(np.tan(np.radians(0.5 * self.field_deg)))
         usual = usual_lens(width, height)
         return Lens(focal, focal, usual.cx, usual.cy, width, height)
+
+
+@dataclass(frozen=True)
+class KnownLenses:
+    """What is known of a stage's lenses: by camera, and whether the others have one focal length."""
+
+    lenses: Mapping[str, KnownLens] = field(default_factory=dict)
+    same: bool = False
+
+
+def known_focal(focal_px: float, off_px: float = 0.0) -> KnownLens:
+    """Return a lens of this focal length and its deviation [pixel].
+
+    Raises:
+        SettingsError: a number that no lens has.
+    """
+    return replace(KnownLens(focal_px=focal_px), share=abs(off_px / focal_px))
+
+
+def known_field(field_deg: float, off_deg: float = 0.0) -> KnownLens:
+    """Return a lens of this field of view along the picture's longer side, and its deviation [degrees].
+
+    Raises:
+        SettingsError: a number that no lens has.
+    """
+    # f = w / 2 / tan(a / 2): its share changes by da / sin(a)
+    return replace(KnownLens(field_deg=field_deg), share=abs(radians(off_deg) / sin(radians(field_deg))))
+
+
+def check_lenses(given: Iterable[str], without_depth: Collection[str]) -> None:
+    """Refuse lenses of cameras that have none to be known.
+
+    Raises:
+        SettingsError: a name that is none of the cameras without depth.
+    """
+    strange = [name for name in given if name not in without_depth]
+    if strange:
+        raise SettingsError(
+            "calibration.lens_of_none",
+            "a lens for {name}: no such camera without depth; allowed: {names}",
+            name=strange[0],
+            names=[*without_depth] or ["none"],
+        )

@@ -67,10 +67,12 @@ export const callCamera = (id, code) => call("POST", `devices/announced/${id}/co
 export const letCameraGo = (id) => call("POST", `devices/announced/${id}/disconnect`);
 export const inviteCamera = () => call("POST", "cameras/invite", {});
 export const invitePhoneCamera = () => call("POST", "phones/invite");
+export const getPhonesVideo = () => call("GET", "phones/video");
+export const putPhonesVideo = (keep) => call("PUT", "phones/video", { keep });
 export const chooseReference = (name) => call("PUT", `cameras/${encodeURIComponent(name)}/reference`);
 export const startRecording = (take) => call("POST", "record/start", take ? { take } : {});
 export const stopRecording = () => call("POST", "record/stop");
-export const startCalibration = (height) => call("POST", "calibration/start", height ? { height_m: height } : {});
+export const startCalibration = (known = {}) => call("POST", "calibration/start", known);
 export const finishCalibration = () => call("POST", "calibration/finish");
 export const startTPose = (performer) => call("POST", "tpose/start", { performer });
 export const cancelTPose = () => call("POST", "tpose/cancel");
@@ -119,7 +121,7 @@ export const signOut = () => request("POST", "access/signout");
 const takePath = (take) => `takes/${encodeURIComponent(take.session)}/${encodeURIComponent(take.name)}`;
 
 /** Announce files, `[{path, size}]`; returns the imports that they make: `{job, files}`, the places of its files in the list. */
-export const announceImports = (files, sync) => call("POST", "imports", { files, sync });
+export const announceImports = (files, sync, clap_at) => call("POST", "imports", { files, sync, clap_at });
 /** Send an import's files, one after the other in one Blob. */
 export const sendImport = (jobId, blob, signal) => send("PUT", `imports/${jobId}`, blob, {}, signal);
 

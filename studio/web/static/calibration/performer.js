@@ -5,13 +5,12 @@ import { attempt, showNote } from "../base/messages.js";
 import { canOperate } from "../base/role.js";
 import { said } from "../base/said.js";
 import { number, t } from "../base/strings.js";
+import { tallField, withoutDepth } from "./known.js";
 import { startWizard } from "./wizard.js";
 
-const LANDMARKS = "mediapipe"; // the joints of cameras that see no depth
 const BUSY = ["countdown", "holding", "computing"];
-const panel = { profiles: [], state: "idle", name: "", height: "" };
+const panel = { profiles: [], state: "idle", name: "" };
 
-const heightNow = () => Number(byId("performer-tall")?.value ?? 0);
 const nameNow = () => byId("performer-name")?.value.trim() ?? "";
 
 function measure() {
@@ -30,14 +29,6 @@ async function choose(event) {
   showNote(t("performer.working", { name }));
 }
 
-/** The performer's height: cameras that see no depth do not measure it. */
-function tall() {
-  return h("label", { class: "pair", title: t("performer.tall_hint") }, t("performer.tall"), h("input", {
-    id: "performer-tall", type: "number", min: 0.8, max: 2.3, step: 0.01, placeholder: "1.75", value: panel.height,
-    oninput: (event) => { panel.height = event.currentTarget.value; },
-  }));
-}
-
 function build(busy, ready, flat) {
   const input = h("input", {
     id: "performer-name", type: "text", maxLength: 60, placeholder: t("performer.name"), value: panel.name, spellcheck: false,
@@ -51,7 +42,7 @@ function build(busy, ready, flat) {
   const known = h("select", { id: "performer-known", onchange: choose, aria: { label: t("performer.known_label") } },
     h("option", { value: "" }, t("performer.known")),
     panel.profiles.map(({ name, height }) => h("option", { value: name }, `${name}, ${number(height, 2)} m`)));
-  return [flat && tall(), h("div", { class: "pair" }, input, button), panel.profiles.length > 0 && known].filter(Boolean);
+  return [flat && tallField("performer-tall"), h("div", { class: "pair" }, input, button), panel.profiles.length > 0 && known].filter(Boolean);
 }
 
 function words(tpose) {
@@ -70,7 +61,7 @@ export function updatePerformer({ calibration, cameras, stale }, ready) {
     if (tpose.state === "done") attempt(loadProfiles);
   }
   setText(byId("performer-height"), calibration.height_m ? `${number(calibration.height_m, 2)} m` : "");
-  const flat = Object.values(cameras).some((camera) => camera.joint_set === LANDMARKS);
+  const flat = withoutDepth(cameras).length > 0;
   redraw(byId("performer"), [busy, ready, flat, panel.profiles], () => build(busy, ready, flat));
   setText(byId("tpose-words"), stale ? "" : words(tpose));
   byId("tpose-words").className = `tpose ${busy ? "large" : ""} ${tpose.state === "failed" ? "bad" : ""}`;
@@ -79,7 +70,7 @@ export function updatePerformer({ calibration, cameras, stale }, ready) {
 /** Ask for the profiles, and listen for the T key. */
 export function startPerformer() {
   attempt(loadProfiles);
-  startWizard(nameNow, heightNow);
+  startWizard(nameNow);
   document.addEventListener("keydown", (event) => {
     const typing = event.target.closest("input, select, textarea, [contenteditable]");
     if (event.key.toLowerCase() !== "t" || typing || event.ctrlKey || event.metaKey || event.altKey || event.repeat) return;

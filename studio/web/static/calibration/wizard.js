@@ -5,6 +5,7 @@ import { coverageMap, coverageShare } from "./coverage.js";
 import { toneOf } from "../base/fresh.js";
 import { GATHERING, POSING, STEPS, sayingOf, soundsOf, stepOf, verdictOf } from "./guide.js";
 import { attempt } from "../base/messages.js";
+import { knownFields, knownNow, knownShown } from "./known.js";
 import { showPhone } from "./phone.js";
 import { isMuted, play, setMuted } from "../base/sound.js";
 import { number, t } from "../base/strings.js";
@@ -13,7 +14,7 @@ const TICK_MS = 100;
 const TICKED = { countdown: Infinity, hold: Infinity, pose: Infinity, walk: 3.5 }; // seconds left under which they tick
 const CLOSE_MS = 6000; // a wizard that opened by itself leaves by itself
 
-const state = { step: "cameras", status: null, colours: {}, heardAt: 0, second: null, byItself: false, leaving: 0, name: () => "", height: () => 0 };
+const state = { step: "cameras", status: null, colours: {}, heardAt: 0, second: null, byItself: false, leaving: 0, name: () => "" };
 
 const isOpen = () => Boolean(byId("wizard")?.open);
 
@@ -21,7 +22,7 @@ function button(id, text, onclick, { primary = false, disabled = false, key = ""
   return h("button", { id, type: "button", class: primary ? "primary" : "", disabled, onclick }, text, key && h("kbd", {}, key));
 }
 
-const startWalk = () => attempt(() => startCalibration(state.height()));
+const startWalk = () => attempt(() => startCalibration(knownNow(state.status.cameras)));
 const startPose = () => attempt(() => startTPose(state.name()));
 
 function go(step) {
@@ -104,7 +105,7 @@ function frame() {
       button("wizard-phone", t("wizard.phone"), showPhone), button("wizard-leave", t("message.close"), close, { key: "Esc" }))),
     h("main", {},
       h("div", { class: "wizard-saying", role: "status" }, h("p", { id: "wizard-number" }), h("h2", { id: "wizard-big" }), h("p", { id: "wizard-small" })),
-      h("ul", { id: "wizard-cards" })),
+      h("ul", { id: "wizard-cards" }), h("div", { id: "wizard-known" })),
     h("footer", { id: "wizard-actions" }),
   ];
 }
@@ -130,6 +131,8 @@ function show() {
   const { attempt: walk, tpose, state: calibrated, reference } = state.status.calibration;
   redraw(byId("wizard-cards"), [state.step, state.step === "walk" ? [walk.coverage, walk.estimates] : walk.cameras, saying.reasons, reference, state.colours,
     state.step === "cameras" && Object.entries(state.status.cameras).map(([name, { state: now, fps }]) => [name, now, Math.round(fps)])], () => cards(saying));
+  const asks = state.step === "cameras" || (state.step === "verdict" && state.status.calibration.attempt.state === "failed") ? state.status.cameras : {};
+  redraw(byId("wizard-known"), knownShown(asks), () => knownFields(asks, show));
   const ready = Object.values(state.status.cameras).some((camera) => camera.connected);
   redraw(byId("wizard-actions"), [state.step, walk.state, tpose.state, calibrated, ready, state.step === "walk" && enough()], actions);
   count(saying);
@@ -184,10 +187,9 @@ export function updateWizard(status, colours) {
   show();
 }
 
-/** Begin; `name` and `height` return what is typed of the performer, for the T-pose and for the walk. */
-export function startWizard(name, height) {
+/** Begin; `name` returns what is typed of the performer, for the T-pose. */
+export function startWizard(name) {
   state.name = name;
-  state.height = height;
   byId("remote-link").addEventListener("click", (event) => {
     event.preventDefault();
     showPhone();

@@ -1,5 +1,5 @@
 // The part of the dialog that adds a phone: on a press, a QR code for one phone, and what stands in its way.
-import { invitePhoneCamera } from "../base/api.js";
+import { getPhonesVideo, invitePhoneCamera, putPhonesVideo } from "../base/api.js";
 import { commandBox } from "./camera_command.js";
 import { h } from "../base/dom.js";
 import { attempt } from "../base/messages.js";
@@ -34,6 +34,17 @@ function shown(invitation, again) {
   ];
 }
 
+/** The switch that asks all phones for video. */
+function keepVideo() {
+  const box = h("input", { id: "phones-video", type: "checkbox", disabled: true, onchange: () => tell(() => putPhonesVideo(box.checked)) });
+  const tell = async (ask) => {
+    const told = await attempt(ask);
+    if (told) Object.assign(box, { checked: told.keep, disabled: false });
+  };
+  tell(getPhonesVideo);
+  return h("label", { class: "row", title: t("phones.keep_video_hint") }, box, t("phones.keep_video"));
+}
+
 /** The part; nothing is invited before the button is pressed. */
 export function phonePart() {
   const place = h("div", { id: "phone-invitation", class: "stack" });
@@ -43,5 +54,5 @@ export function phonePart() {
   };
   place.append(h("p", { class: "muted" }, t("phones.words")),
     h("div", { class: "buttons" }, h("button", { id: "invite-phone", type: "button", onclick: show }, t("phones.show"))));
-  return h("section", { class: "devices" }, h("h3", {}, t("phones.title")), place);
+  return h("section", { class: "devices" }, h("h3", {}, t("phones.title")), place, keepVideo());
 }

@@ -11,9 +11,12 @@ import { landmarkMessage, unmirrored } from "./message.js";
 import { pack } from "./msgpack.js";
 import { Ended, Pose, canFind } from "./pose.js";
 import { enter, forgetEntry, isName, known } from "./entry.js";
+import { Footage } from "./video/footage.js";
 import { Spool } from "./spool.js";
 import { Watch } from "./watch.js";
 
+const KEEP_VIDEO = "phone-keep-video";
+const NO_VIDEO = ["full", "codec", "database"]; // why a video is not recorded
 const LOOK_MS = 1000;
 const EXPOSED = 1.5; // times as much or as little light as before: told
 const SLOW_FPS = 10;
@@ -24,7 +27,7 @@ const now = {
   running: false, found: null, brightness: null, lens: null, exposure: null, size: null, shown: 0, sequence: 0, last: 0,
   fps: null, sent: 0, skipped: 0, looked: 0, busyMs: 0, load: 0,
 };
-let link = null, stream = null, busy = false, letSleep = null, looking = null;
+let link = null, footage = null, stream = null, busy = false, letSleep = null, looking = null;
 
 const watch = new Watch(() => link?.sendStatus());
 const held = new Held((degrees) => watch.pass("moved", { degrees: Math.round(degrees) }));
@@ -66,11 +69,13 @@ const track = () => stream.getVideoTracks()[0];
 async function take(begin, frame) {
   if (!now.running) return;
   video.requestVideoFrameCallback(take);
+  const at_ns = Math.round(1e6 * (frame.captureTime ?? begin));
+  footage.frame(video, at_ns, { wanted: byId("keep-video").checked, sequence: now.sequence, mirrored: byId("mirrored").checked, rate: track().getSettings().frameRate || 30 });
   if (busy) now.skipped += 1; // the newest picture, always: what came meanwhile is left out
   if (busy || !pose.thread || document.hidden) return;
   busy = true;
   try {
-    const time_ns = Math.max(now.last + 1, Math.round(1e6 * (frame.captureTime ?? begin)));
+    const time_ns = Math.max(now.last + 1, at_ns);
     const raw = await pose.find(video, begin);
     if (!now.running) return;
     const found = byId("mirrored").checked ? unmirrored(raw) : raw;
@@ -118,6 +123,7 @@ function look() {
   watch.set("no_space", link.keeper.spool.full);
   showFigures();
   showKept();
+  showVideo(footage.recorder.problem);
   link.sendStatus();
   Object.assign(now, { sent: 0, skipped: 0, looked: time, busyMs: pose.busyMs });
 }
@@ -195,7 +201,18 @@ async function connect({ name, token }) {
     boot_id: crypto.randomUUID().replaceAll("-", ""), frames_per_second: track().getSettings().frameRate || 30,
   };
   link = new Link({ url: new URL("api/v1/link", location.href.replace(/^http/, "ws")).href, hello, spool, status, changed: showLink });
+  footage = new Footage(link, token, showVideo);
+  await footage.open();
   link.connect();
+}
+
+/** Say how many parts of videos are still here, and what is wrong with the video. */
+function showVideo(problem) {
+  const { owed } = footage;
+  const wrong = (byId("keep-video").checked || footage.asked) && problem;
+  for (const one of NO_VIDEO) watch.set(`video_${one}`, wrong === one);
+  byId("video-kept").hidden = !wrong && !owed && !footage.asked;
+  setText(byId("video-kept"), wrong ? t(`phone_camera.no_video.${wrong}`) : owed ? t("phone_camera.video_kept", { n: owed }) : t("phone_camera.video_asked"));
 }
 
 /** End, and say why. */
@@ -207,6 +224,7 @@ function stop(words = "") {
   pose.end();
   pose.thread = null;
   link?.keeper.spool.write();
+  footage?.end();
   link?.close();
   if (stream) for (const one of stream.getTracks()) one.stop();
   stream = null;
@@ -220,6 +238,7 @@ function hidden() {
   if (!link) return;
   watch.set("hidden", document.hidden);
   link.keeper.spool.write();
+  footage?.write();
   if (!document.hidden) link.connect();
 }
 
@@ -231,6 +250,8 @@ function showBattery({ percent, charging }) {
 
 startFrame();
 byId("name").value = known().name;
+byId("keep-video").checked = localStorage.getItem(KEEP_VIDEO) === "yes";
+byId("keep-video").addEventListener("change", (event) => localStorage.setItem(KEEP_VIDEO, event.currentTarget.checked ? "yes" : "no"));
 byId("start").addEventListener("click", start);
 byId("stop").addEventListener("click", () => stop());
 byId("open-settings").addEventListener("click", () => byId("settings").showModal());
@@ -239,7 +260,7 @@ for (const id of ["model", "hands"]) {
   byId(id).addEventListener("change", () => pose.load(byId("model").value, byId("hands").checked).catch((error) => stop(t("phone_camera.no.model", { detail: error.message }))));
 }
 document.addEventListener("visibilitychange", hidden);
-addEventListener("pagehide", () => { if (link && now.running) watch.begin("closed"); link?.keeper.spool.write(); });
+addEventListener("pagehide", () => { if (link && now.running) watch.begin("closed"); link?.keeper.spool.write(); footage?.write(); });
 followBattery(showBattery);
 if (!isSecureContext) showProblem(t("phone_camera.no.secure"));
 else if (!canFind()) showProblem(t("phone_camera.no.wasm"));

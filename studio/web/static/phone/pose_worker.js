@@ -4,6 +4,7 @@
 // {kind: "loaded" | "found" | "failed", ...}. Landmarks are as MediaPipe gives them: shares of the picture.
 import { Hands } from "./hands.js";
 import { PoseLandmarker } from "../vendor/tasks_vision/vision_bundle.mjs";
+import { nearest } from "./people.js";
 
 const LIBRARY = "../vendor/tasks_vision/vision_wasm_module_internal";
 let loads = 0;
@@ -46,15 +47,6 @@ async function load(wanted) {
     return make(wanted, "CPU");
   }
 }
-
-/** How large a person is in the picture, as a share of its width times its height. */
-function sizeOf(landmarks) {
-  const xs = landmarks.map(({ x }) => x), ys = landmarks.map(({ y }) => y);
-  return (Math.max(...xs) - Math.min(...xs)) * (Math.max(...ys) - Math.min(...ys));
-}
-
-/** The largest of several people: the nearest. */
-const nearest = (people) => people.reduce((best, one, i) => (sizeOf(one) > sizeOf(people[best]) ? i : best), 0);
 
 function find({ picture, at_ms }) {
   const begin = performance.now();

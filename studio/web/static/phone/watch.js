@@ -1,5 +1,5 @@
 // What the operator is to know of this phone at once: one thing at a time, the worst first.
-const ORDER = ["closed", "hidden", "interrupted", "no_space", "rotated", "lens", "moved", "exposure", "two_people", "dark", "slow"];
+const ORDER = ["closed", "hidden", "interrupted", "no_space", "video_full", "video_codec", "video_database", "rotated", "lens", "moved", "exposure", "two_people", "dark", "slow"];
 const PASSING_MS = 10_000;
 
 export class Watch {

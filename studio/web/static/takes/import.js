@@ -42,11 +42,14 @@ async function bring(job, files) {
   }
 }
 
+/** When claps are heard, as typed: seconds, or camera=second, with commas or spaces between. */
+const clapsNow = () => (byId("import-clap")?.value ?? "").split(/[,;\s]+/).filter(Boolean);
+
 /** Import `[{path, file}]`: they are sent one import after the other, while those that have come are read. */
 export function importFiles(files) {
   return attempt(async () => {
     if (!files.length) throw new Error(t("import.nothing"));
-    const { imports } = await announceImports(files.map(({ path, file }) => ({ path, size: file.size })), byId("import-sync")?.value);
+    const { imports } = await announceImports(files.map(({ path, file }) => ({ path, size: file.size })), byId("import-sync")?.value, clapsNow());
     const going = imports.filter(({ job }) => job.state !== "failed").length;
     if (going) showNote(t("import.sending", { n: going }));
     state.sending += 1;
@@ -134,6 +137,7 @@ function build() {
     h("div", { class: "buttons" }, choose("import-files", "import.files", { class: "primary", id: "import-choose-files", autofocus: true }), choose("import-folder", "import.folder", { id: "import-choose-folder" })),
     fileField("import-files", false), fileField("import-folder", true),
     h("label", { class: "field", title: t("import.sync_hint") }, h("span", {}, t("import.sync")), h("select", { id: "import-sync" }, WAYS.map((way) => h("option", { value: way }, t(`import.sync_${way}`))))),
+    h("label", { class: "field", title: t("import.clap_hint") }, h("span", {}, t("import.clap")), h("input", { id: "import-clap", type: "text", placeholder: "3.5", maxLength: 500, spellcheck: false, autocomplete: "off" })),
     h("p", { class: "muted" }, t("import.words")),
     h("dl", {}, ["recordings", "animations", "takes"].flatMap(kinds)),
     h("form", { method: "dialog" }, h("button", { type: "submit" }, t("message.close"))),

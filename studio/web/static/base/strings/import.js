@@ -12,6 +12,8 @@ export default {
   "import.sync_clap": ["by one clap", "selon un claquement"],
   "import.sync_timecode": ["by their timecode", "selon leur timecode"],
   "import.sync_motion": ["by the motion, when calibrating", "selon le mouvement, au calibrage"],
+  "import.clap": ["Clap heard at [s]", "Claquement entendu à [s]"],
+  "import.clap_hint": ["About when, in all videos: 3.5; or by video: left=3.5, right=4. Empty: there is only one clap", "À peu près quand, dans toutes les vidéos : 3.5 ; ou par vidéo : left=3.5, right=4. Vide : il n'y a qu'un claquement"],
   "import.sync_none": ["together, as they are", "ensemble, telles quelles"],
   "import.recordings": ["Recordings", "Enregistrements"],
   "import.recordings_kinds": ["a folder of camera_0, camera_1, ... with joints.csv or depth.txt; Azure Kinect .mkv, RealSense or ROS .bag and .db3 (together: the cameras of one take); a CSV of Kinects; raw.mcap; videos of one performance (together: the cameras of one take); a folder with landmarks of OpenPose, Pose2Sim, MMPose, AlphaPose or FreeMoCap", "un dossier de camera_0, camera_1, ... avec joints.csv ou depth.txt ; .mkv d'Azure Kinect, .bag et .db3 de RealSense ou ROS (ensemble : les caméras d'une prise) ; un CSV de Kinect ; raw.mcap ; des vidéos d'une même prestation (ensemble : les caméras d'une prise) ; un dossier de repères d'OpenPose, Pose2Sim, MMPose, AlphaPose ou FreeMoCap"],

@@ -1,0 +1,70 @@
+// The video of this phone's camera: recorded during takes where that is wanted, kept, and brought to the studio between takes.
+import { VideoRecorder } from "./recorder.js";
+import { VideoSender } from "./sender.js";
+import { VideoStore } from "./store.js";
+
+export class Footage {
+  /** `changed(problem)` hears why nothing is recorded ("": nothing is wrong), and of every part that was brought. */
+  constructor(link, token, changed) {
+    this.link = link;
+    this.changed = changed;
+    this.store = new VideoStore(() => this.#fail("full"));
+    this.recorder = new VideoRecorder(this.store, changed);
+    this.sender = null;
+    this.token = token;
+    this.flipped = null;
+  }
+
+  /** Read what earlier starts of the page left, and begin to bring it. */
+  async open() {
+    try {
+      await this.store.open();
+    } catch {
+      return this.#fail("database");
+    }
+    this.sender = new VideoSender(this.store, this.token, (part) => this.#maySend(part), () => this.changed(this.recorder.problem));
+  }
+
+  /** Whether the studio asks all phones for video. */
+  get asked() { return this.sender?.asked ?? false; }
+
+  /** Parts that the studio does not have yet. */
+  get owed() { return this.store.parts.size; }
+
+  #fail(problem) {
+    this.recorder.problem = problem;
+    this.changed(problem);
+  }
+
+  #maySend({ id }) { return this.link.welcomed && !this.link.keeper.recording && !this.recorder.isOpen(id); }
+
+  /** A picture of the camera, as `video` shows it, of this time; recorded where `wanted` or asked for, while a take is.
+   * `sequence`: number of the next frame of landmarks; `mirrored`: it is turned back, as the landmarks are. */
+  frame(video, time_ns, { wanted, sequence, mirrored, rate }) {
+    const { active, hello } = this.link.keeper;
+    if (!this.store.database || !(wanted || this.asked) || !active) {
+      if (this.recorder.origin) this.recorder.end();
+      return;
+    }
+    this.recorder.begin({ take_id: active, name: hello.name, boot_id: hello.boot_id, from_sequence: sequence });
+    const { videoWidth: width, videoHeight: height } = video;
+    this.recorder.picture(mirrored ? this.#turned(video, width, height) : video, width, height, time_ns, rate);
+  }
+
+  #turned(video, width, height) {
+    const { flipped } = this;
+    if (flipped?.width !== width || flipped.height !== height) this.flipped = new OffscreenCanvas(width, height);
+    const pen = this.flipped.getContext("2d");
+    pen.setTransform(-1, 0, 0, 1, width, 0);
+    pen.drawImage(video, 0, 0);
+    return this.flipped;
+  }
+
+  /** Write what is recorded by now: the page may be closed next. */
+  write() { this.recorder.write(); }
+
+  end() {
+    this.recorder.end();
+    this.sender?.end();
+  }
+}
