@@ -52,8 +52,8 @@ def _fixed() -> tuple[NDArray[np.int64], NDArray[np.float64]]:
     return joints, places
 
 
-JOINT_OF, _PLACES = _fixed()
-"""The canonical joint that each landmark is fixed to, shape (33,)."""
+JOINT_OF, PLACES = _fixed()
+"""The canonical joint that each landmark is fixed to, shape (33,), and its place in that bone's axes [m], (33, 3)."""
 
 
 _VERTEX_M = 0.13
@@ -70,7 +70,10 @@ def stature_m(body_m: NDArray[np.float64]) -> float:
 
 
 def landmarks_of(
-    joints_m: NDArray[np.float64], body_m: NDArray[np.float64], anatomy_m: NDArray[np.float64]
+    joints_m: NDArray[np.float64],
+    body_m: NDArray[np.float64],
+    anatomy_m: NDArray[np.float64],
+    heads: NDArray[np.float64] | None = None,
 ) -> NDArray[np.float64]:
     """Return the landmarks, shape (F, 33, 3) [m].
 
@@ -78,7 +81,11 @@ def landmarks_of(
         joints_m: canonical joints, shape (F, 21, 3).
         body_m: T-pose offsets of the performer, shape (21, 3); see `CanonicalMotion`.
         anatomy_m: where a network sees each landmark from its place, in the bones' axes, shape (33, 3).
+        heads: rotations of the head, shape (F, 3, 3); None = it follows the chest.
     """
     assert joints_m.shape[1] == JOINT_COUNT
-    frames = bone_frames(joints_m, body_m)[:, JOINT_OF]
-    return joints_m[:, JOINT_OF] + (frames * (_PLACES + anatomy_m)[:, None, :]).sum(axis=-1)
+    frames = bone_frames(joints_m, body_m)
+    if heads is not None:
+        frames[:, INDEX["head"]] = heads
+    frames = frames[:, JOINT_OF]
+    return joints_m[:, JOINT_OF] + (frames * (PLACES + anatomy_m)[:, None, :]).sum(axis=-1)

@@ -13,6 +13,7 @@ from studio.simulator.instants import instants
 from studio.simulator.joints.noisy_joints import FRAMES_PER_SECOND
 from studio.simulator.landmarks.fingers import SimulatedHands
 from studio.simulator.landmarks.hand_tracker import HandTracker
+from studio.simulator.landmarks.heads import FaceErrors, SimulatedHead
 from studio.simulator.landmarks.tracker import LandmarkTracker, SeenPicture, landmark_anatomy, random_lens
 from studio.simulator.rig import RigCamera
 
@@ -46,7 +47,7 @@ def see_landmarks(
         rig: the cameras; the first one's clock is the stage clock.
         seed: of all noise, lenses and clocks.
     """
-    hands = SimulatedHands(motion.offsets_m, seed)
+    hands, head = SimulatedHands(motion.offsets_m, seed), SimulatedHead(motion.offsets_m, seed)
     performer, *streams = np.random.SeedSequence(seed).spawn(1 + len(rig))
     anatomy = landmark_anatomy(np.random.default_rng(performer))
     for k, (camera, stream) in enumerate(zip(rig, streams, strict=True)):
@@ -55,7 +56,10 @@ def see_landmarks(
         clock = SimulatedClock() if k == 0 else clock
         taken = instants(rng, motion.duration_s, FRAMES_PER_SECOND)
         fingers = HandTracker(camera.T_stage_camera, lens, hands, seed=seed, camera=k)
-        tracker = LandmarkTracker(camera.T_stage_camera, lens, motion.offsets_m, anatomy, rng, fingers)
+        face = FaceErrors(seed=seed, camera=k)
+        tracker = LandmarkTracker(
+            camera.T_stage_camera, lens, motion.offsets_m, anatomy, rng, fingers, head, face
+        )
         pictures = [tracker.see(motion.at(float(t)), float(t)) for t in taken]
         stamps = np.round(clock.device_s(taken) * 1e9).astype(np.int64)
         yield SeenLandmarks(camera.name, lens, taken, stamps, pictures)
