@@ -88,7 +88,9 @@ def seen_stage(seconds: float, seed: int, cameras: tuple[RigCamera, ...] | None 
             pixels, confidence = to_canonical("mediapipe", flat, picture.visibility)
             world_m, _ = to_canonical("mediapipe", picture.world_m, picture.visibility)
             face = seen_in("mediapipe", picture.pixels, picture.visibility)
-            joints = PictureJoints(own.lens.width, own.lens.height, pixels[:, :2], world_m, picture.hands, face)
+            joints = PictureJoints(
+                own.lens.width, own.lens.height, pixels[:, :2], world_m, picture.hands, face
+            )
             unseen = np.full((21, 3), np.nan)
             frames.append(CameraFrame(camera.name, k, stamp, unseen, confidence, picture=joints))
     height = float(acted.positions_m[0, :, 2].max()) + 0.12

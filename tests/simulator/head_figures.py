@@ -55,14 +55,18 @@ def errors_deg(stage: SeenStage, poses: Poses) -> NDArray[np.float64]:
 
 def figures(stage: SeenStage, preset: str, changes: Sequence[str] = ()) -> NDArray[np.float64]:
     """Return `errors_deg` of a solve."""
-    return errors_deg(stage, solve_frames(stage.frames, stage.calibration, parse_settings(preset, [*changes])))
+    return errors_deg(
+        stage, solve_frames(stage.frames, stage.calibration, parse_settings(preset, [*changes]))
+    )
 
 
 def main() -> None:
     """Print the errors by number of cameras."""
     parser = argparse.ArgumentParser(prog="python -m tests.simulator.head_figures", description=__doc__)
     parser.add_argument("--seconds", type=float, default=30.0, help="length of the performance")
-    parser.add_argument("--seeds", type=int, nargs="*", default=(1, 2, 3), help="performers, glances and noise")
+    parser.add_argument(
+        "--seeds", type=int, nargs="*", default=(1, 2, 3), help="performers, glances and noise"
+    )
     parser.add_argument("--cameras", type=int, nargs="*", default=tuple(RIGS_DEG), help="numbers of cameras")
     chosen = parser.parse_args()
     solves = {"live": ("studio", []), "finished": ("finish", []), "ahead": ("studio", ["look_at=far"])}

@@ -114,7 +114,7 @@ class BodySolver:
         return self._completed(*self._posed(self._solver, q), fused, frames, dt, followed)
 
     def add_to(self, smoother: Smoother, q: NDArray[np.float64], frames: FrameSet, dt: float) -> None:
-        """Give a configuration that finishing found, and what the cameras saw then, to the smoother of hands and head."""
+        """Give a configuration that finishing found, and what the cameras saw then, to a smoother."""
         assert self._solver is not None
         smoother.add(*self._posed(self._solver, q), frames, dt)
 

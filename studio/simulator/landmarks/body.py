@@ -12,15 +12,16 @@ from studio.simulator.joints.bone_frames import bone_frames
 
 NAMES = JOINT_SETS["mediapipe"]
 
-# Landmark -> the canonical joint it is fixed to, and its place in that bone's T-pose axes (left, back, up) [m].
+# Landmark -> the canonical joint it is fixed to, and its place in that bone's T-pose axes (left, back, up) [m]. Ears
+# and the lower rims of the eyes' sockets are level (the Frankfurt horizontal).
 _ON_FACE = {
-    "nose": (0.0, -0.115, 0.0),
+    "nose": (0.0, -0.115, -0.018),
     **{
-        f"left_eye{part}": (x, -0.09, 0.035)
+        f"left_eye{part}": (x, -0.09, 0.018)
         for part, x in (("_inner", 0.017), ("", 0.032), ("_outer", 0.046))
     },
     "left_ear": (0.075, 0.0, 0.0),
-    "mouth_left": (0.026, -0.1, -0.045),
+    "mouth_left": (0.026, -0.1, -0.048),
 }
 _ON_LIMBS = {
     "shoulder": ("shoulder", (0.0, 0.0, 0.0)),

@@ -1,6 +1,6 @@
 """True heads of simulated performers, which glance about, and what a pose network sees of a face.
 
-Sizes are BlazePose's (full) on the videos of `rgb/pose2sim_single`, by its landmarks that four cameras place together:
+Sizes are those of BlazePose (full) on `rgb/pose2sim_single`, by its landmarks that four cameras place together:
 - its faces are smaller than true ones, and all landmarks of a face err together, by 1 to 2 cm; each for itself by 3
   to 5 mm, an ear by 1 cm;
 - it reports a face that the skull hides as surely as another, about where the body lets it be.

@@ -1,4 +1,4 @@
-"""Hands and head that follow what ordinary cameras see of them: live frame by frame, and smoothed over a whole take."""
+"""Hands and head that follow what ordinary cameras see of them, frame by frame or smoothed over a whole take."""
 
 from collections.abc import Callable
 from dataclasses import dataclass

@@ -1,8 +1,8 @@
 """A head that follows the landmarks of its face: an iterated Kalman filter of where it is turned, and its smoother.
 
-The face is rigid (`human.face`), of a size that is found. Its place is the body's, but for a shift. All is relative to
-a head that looks straight ahead, to which an unseen head returns. A filter's frames can be smoothed afterwards (Rauch,
-Tung, Striebel, AIAA J. 3, 1965), on the tangent of the expected rotation.
+The face is rigid (`human.face`), of a size that is found. Its place is the body's, but for a shift. All is relative
+to a head that looks straight ahead, to which an unseen head returns. A filter's frames can be smoothed afterwards
+(Rauch, Tung, Striebel, AIAA J. 3, 1965), on the tangent of the expected rotation.
 """
 
 import math
@@ -27,7 +27,7 @@ from studio.engine.solve.completion.head_kernels import (
 
 Array = NDArray[np.float64]
 
-BACK_S = 0.6
+BACK_S = 1.0
 """Time constant with which an unseen head returns to looking straight ahead [s]."""
 
 FORGET_S = 2.0
@@ -142,7 +142,7 @@ class HeadFollower:
         stays[SIZE] = 1.0
         error = last.error_from(STRAIGHT)
         covariance = self._last.after * stays * stays[:, None] + np.diag((1.0 - stays**2) * SPREADS**2)
-        return STRAIGHT.moved(stays * error), covariance, stays
+        return STRAIGHT.moved(stays * error), np.ascontiguousarray(covariance), stays
 
 
 def _on_head(straight: Array, place: Array, rays: Array, centres: Array) -> tuple[Array, Array]:

@@ -10,10 +10,11 @@ from studio.engine.base.compiled import compiled
 Array = NDArray[np.float64]
 
 TURN, SHIFT, SIZE, STATE = slice(0, 3), slice(3, 6), 6, 7
-"""Parts of an error of the state, and how many numbers it has: the turn [rad], the shift [m], and the size's logarithm."""
+"""Parts of an error of the state, and how many numbers it has: turn [rad], shift [m], and the size's logarithm."""
 
-ACROSS_M = 0.02
-"""Usual error of a face's landmark across its ray [m]: lasting errors count as often as they are seen."""
+ACROSS_M, COMMON_M = 0.025, 0.02
+"""Usual error of a face's landmark across its ray beside the others [m]: lasting errors count as often as they are
+seen; and the error that all landmarks of one camera share."""
 
 CAUCHY = 2.0
 """Distance in usual errors from which a landmark's weight falls."""
@@ -55,7 +56,7 @@ def turned_by(vector: Array, rotation: Array) -> Array:
 
 @compiled
 def turn_between(after: Array, before: Array) -> Array:
-    """Return the vector [rad] by which `turned_by` takes one rotation to another: log(after @ before.T), shape (3,)."""
+    """Return the vector [rad] by which `turned_by` takes one rotation to another, shape (3,)."""
     r = np.zeros((3, 3))
     for i in range(3):
         for j in range(3):
@@ -100,8 +101,8 @@ def usual_errors(turn: Array, shift: Array, centre: Array, places: Array, ears: 
 
 @compiled
 def missed_m(points: Array, rays: Array, centre: Array) -> float:
-    """Return the mean distance at which one camera's rays, shape (11, 3), miss points, shape (11, 3) [m], each at most
-    `MOST_M`; infinite where it sees none."""
+    """Return the mean distance at which one camera's rays, shape (11, 3), miss points, shape (11, 3) [m], of which each
+    counts with at most `MOST_M`; infinite where it sees none."""
     total, count = 0.0, 0
     for row in range(len(points)):
         if not rays[row, 0] == rays[row, 0]:
@@ -114,6 +115,58 @@ def missed_m(points: Array, rays: Array, centre: Array) -> float:
         total += min(math.sqrt(off), MOST_M)
         count += 1
     return total / count if count else math.inf
+
+
+@compiled
+def _told(
+    points: Array,
+    middle: Array,
+    rays: Array,
+    centre: Array,
+    shift: Array,
+    usual_m: Array,
+    matrix: Array,
+    side: Array,
+) -> tuple[Array, Array, Array]:
+    """Add what one camera's rays tell of the state to the normal equations, in place in `matrix` and `side`.
+
+    Returns what they tell of the camera's own shift of the face: its matrix (3, 3), the one of shift and state
+    (3, STATE), and the right side (3,); zero where it sees nothing.
+    """
+    own, mixed, pull = np.zeros((3, 3)), np.zeros((3, STATE)), np.zeros(3)
+    jacobian, across = np.zeros((3, STATE)), np.zeros((3, STATE))
+    for row in range(len(points)):
+        if not rays[row, 0] == rays[row, 0]:
+            continue
+        u, away, along, off = rays[row], points[row] + shift - centre, 0.0, 0.0
+        for a in range(3):
+            along += u[a] * away[a]
+        for a in range(3):
+            away[a] -= along * u[a]
+            off += away[a] * away[a]
+        weight = 1.0 / (usual_m[row] * usual_m[row])
+        weight /= 1.0 + off * weight / (CAUCHY * CAUCHY)
+        arm = points[row] - middle
+        for a in range(3):
+            b, d = (a + 1) % 3, (a + 2) % 3
+            jacobian[a, b], jacobian[a, d] = arm[d], -arm[b]
+            jacobian[a, 3 + a], jacobian[a, 6] = 1.0, arm[a]
+        for i in range(STATE):
+            on_ray = 0.0
+            for a in range(3):
+                on_ray += u[a] * jacobian[a, i]
+            for a in range(3):
+                across[a, i] = jacobian[a, i] - on_ray * u[a]
+        for a in range(3):
+            pull[a] -= weight * away[a]
+            for b in range(3):
+                own[a, b] += weight * ((1.0 if a == b else 0.0) - u[a] * u[b])
+            for i in range(STATE):
+                mixed[a, i] += weight * across[a, i]
+                side[i] -= weight * across[a, i] * away[a]
+                for j in range(STATE):
+                    matrix[i, j] += weight * across[a, i] * across[a, j]
+    return own, mixed, pull
 
 
 @compiled
@@ -144,7 +197,7 @@ def corrected(
     prior = np.linalg.inv(covariance)
     matrix = prior.copy()
     new_turn, new_shift, new_size = turn.copy(), shift.copy(), size
-    jacobian = np.zeros((3, STATE))
+    shifts = np.zeros((len(rays), 3))
     for _ in range(ROUNDS):
         error = np.zeros(STATE)
         error[:3] = turn_between(new_turn, turn)
@@ -152,37 +205,26 @@ def corrected(
         error[6] = new_size - size
         matrix, side = prior.copy(), -(prior @ error)
         points = face_points(new_turn, new_shift, new_size, places)
+        gains, offs = np.zeros((len(rays), 3, STATE)), np.zeros((len(rays), 3))
         for c in range(len(rays)):
             times = usual_errors(new_turn, new_shift, centres[c], places, ears)
-            for row in range(len(places)):
-                if not rays[c, row, 0] == rays[c, row, 0]:
-                    continue
-                u, away, along, off = rays[c, row], points[row] - centres[c], 0.0, 0.0
+            own, mixed, pull = _told(
+                points, new_shift, rays[c], centres[c], shifts[c], across_m * times, matrix, side
+            )
+            if own[0, 0] == 0.0:
+                continue
+            for a in range(3):  # the camera's own shift, and then without it (Schur)
+                own[a, a] += 1.0 / (COMMON_M * COMMON_M)
+                pull[a] -= shifts[c, a] / (COMMON_M * COMMON_M)
+            gains[c], offs[c] = np.linalg.solve(own, mixed), np.linalg.solve(own, pull)
+            for i in range(STATE):
                 for a in range(3):
-                    along += u[a] * away[a]
-                for a in range(3):
-                    away[a] -= along * u[a]
-                    off += away[a] * away[a]
-                weight = 1.0 / (across_m * times[row]) ** 2
-                weight /= 1.0 + off * weight / (CAUCHY * CAUCHY)
-                arm = points[row] - new_shift
-                for a in range(3):
-                    b, d = (a + 1) % 3, (a + 2) % 3
-                    jacobian[a, b], jacobian[a, d] = arm[d], -arm[b]
-                    jacobian[a, 3 + a], jacobian[a, 6] = 1.0, arm[a]
-                for i in range(STATE):  # across the ray only
-                    on_ray = 0.0
-                    for a in range(3):
-                        on_ray += u[a] * jacobian[a, i]
-                    for a in range(3):
-                        side[i] -= weight * jacobian[a, i] * away[a]
+                    side[i] -= mixed[a, i] * offs[c, a]
                     for j in range(STATE):
-                        total, other = 0.0, 0.0
-                        for a in range(3):
-                            total += jacobian[a, i] * jacobian[a, j]
-                            other += u[a] * jacobian[a, j]
-                        matrix[i, j] += weight * (total - on_ray * other)
+                        matrix[i, j] -= mixed[a, i] * gains[c, a, j]
         step = np.linalg.solve(matrix, side)
+        for c in range(len(rays)):
+            shifts[c] += offs[c] - gains[c] @ step
         new_turn = turned_by(step[:3], new_turn)
         new_shift = new_shift + step[3:6]
         new_size += step[6]

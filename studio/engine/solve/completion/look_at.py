@@ -1,7 +1,7 @@
 """Look-at: the head's direction where its orientation is not measured (Ménard 2014, 5.4).
 
-The head turns towards a target, or as its face was seen, and the neck takes a share of the turn. Both stay within their ranges and within the
-speed of a head. The neck leans so that the head joint keeps its measured place.
+The head turns towards a target, or as its face was seen, and the neck takes a share of the turn. Both stay within
+their ranges and within the speed of a head. The neck leans so that the head joint keeps its measured place.
 """
 
 import math

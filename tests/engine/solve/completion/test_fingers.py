@@ -126,7 +126,7 @@ def test_smoothing_bridges_a_gap() -> None:
         points = np.array([points_of(model, state) for model in MODELS])
         smoother.add(*body(), frames(None if 25 <= k < 35 else points), DT)
     found = smoother.smoothed(60)
-    middle = found[30][0]
+    middle = found[30].hands[0]
     assert middle is not None and len(found) == 60
     closing = [HINGES.start + 4 + 3 * finger for finger in range(4)]
     assert np.abs(middle[closing] - courses[30] * bent[closing]).max() < 0.15
