@@ -11,7 +11,7 @@ from studio.engine.model.joints import JOINT_SETS
 NAMES = JOINT_SETS["mediapipe"][: JOINT_SETS["mediapipe"].index("left_shoulder")]
 LANDMARKS = len(NAMES)
 
-# Heights are over the Frankfurt horizontal, from the ear's opening to the lower rim of the eye's socket, which is level
+# Heights are over the Frankfurt horizontal, from the ear's opening to the lower rim of the eye's socket: it is level
 # in a head that looks straight ahead: a true pupil is 1.5 cm above it, the tip of the nose 2 and the mouth 5 below.
 _PLACES = {
     "nose": (0.0, -0.096, -0.016),

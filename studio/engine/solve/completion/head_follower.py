@@ -30,7 +30,7 @@ Array = NDArray[np.float64]
 BACK_S = 1.0
 """Time constant with which an unseen head returns to looking straight ahead [s]."""
 
-FORGET_S = 2.0
+FORGET_S = 3.0
 """A head that no camera has seen for this long is no longer followed."""
 
 EXCHANGED_SHARE = 0.6

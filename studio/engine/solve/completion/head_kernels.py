@@ -101,8 +101,8 @@ def usual_errors(turn: Array, shift: Array, centre: Array, places: Array, ears: 
 
 @compiled
 def missed_m(points: Array, rays: Array, centre: Array) -> float:
-    """Return the mean distance at which one camera's rays, shape (11, 3), miss points, shape (11, 3) [m], of which each
-    counts with at most `MOST_M`; infinite where it sees none."""
+    """Return the mean distance at which one camera's rays, shape (11, 3), miss points, shape (11, 3) [m], of which
+    each counts with at most `MOST_M`; infinite where it sees none."""
     total, count = 0.0, 0
     for row in range(len(points)):
         if not rays[row, 0] == rays[row, 0]:

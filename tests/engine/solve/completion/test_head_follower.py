@@ -84,7 +84,7 @@ def test_a_head_that_nobody_sees_returns_to_straight_and_is_then_left_alone() ->
     steps = followed([rays(turn(40.0))] * 30 + [None] * round((FORGET_S + 0.1) / DT))
     angles = [None if step is None else off_deg(step.state.turn, np.eye(3)) for step in steps]
     assert angles[29] == pytest.approx(40.0, abs=2.0)
-    late = angles[29 + round(1.5 / DT)]
+    late = angles[29 + round(2.5 / DT)]
     assert late is not None and late < 5.0
     assert angles[-1] is None
 
