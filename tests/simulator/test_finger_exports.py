@@ -52,16 +52,14 @@ def test_a_glb_holds_the_bends_of_every_finger(poses: Poses, tmp_path: Path) -> 
 
 
 def test_usd_holds_the_bends_of_every_finger(poses: Poses, tmp_path: Path) -> None:
-    pytest.importorskip("pxr", reason="usd-core is not installed")
-    from pxr import Usd, UsdSkel
-
+    usd, skel = (pytest.importorskip(f"pxr.{part}", reason="usd-core") for part in ("Usd", "UsdSkel"))
     export(poses, tmp_path / "take.usdc", "usd")
-    stage, cache = Usd.Stage.Open(str(tmp_path / "take.usdc")), UsdSkel.Cache()
-    cache.Populate(UsdSkel.Root(stage.GetPrimAtPath("/Performer")), Usd.PrimDefaultPredicate)
-    query = cache.GetSkelQuery(UsdSkel.Skeleton(stage.GetPrimAtPath("/Performer/Skeleton")))
+    stage, cache = usd.Stage.Open(str(tmp_path / "take.usdc")), skel.Cache()
+    cache.Populate(skel.Root(stage.GetPrimAtPath("/Performer")), usd.PrimDefaultPredicate)
+    query = cache.GetSkelQuery(skel.Skeleton(stage.GetPrimAtPath("/Performer/Skeleton")))
     own = bends(poses.positions_m, OUTPUT_INDEX)
     for frame in range(0, len(own), 20):
-        found = np.array(query.ComputeJointSkelTransforms(Usd.TimeCode(frame)))[None, :, 3, :3]
+        found = np.array(query.ComputeJointSkelTransforms(usd.TimeCode(frame)))[None, :, 3, :3]
         assert np.abs(bends(found, OUTPUT_INDEX)[0] - own[frame]).max() < 0.02
 
 

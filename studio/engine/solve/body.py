@@ -20,7 +20,7 @@ from studio.engine.model.joints import (
 from studio.engine.model.settings import SolveSettings
 from studio.engine.solve.completion.fingers import Fingers, hand_models
 from studio.engine.solve.completion.floor import FloorContact
-from studio.engine.solve.completion.followed import Followed, Smoother, follow_head
+from studio.engine.solve.completion.followed import Followed, FollowedSmoother, follow_head
 from studio.engine.solve.completion.hands import Hands
 from studio.engine.solve.completion.head_follower import HeadFollower
 from studio.engine.solve.completion.look_at import LookAt
@@ -113,7 +113,7 @@ class BodySolver:
         assert self._solver is not None
         return self._completed(*self._posed(self._solver, q), fused, frames, dt, followed)
 
-    def add_to(self, smoother: Smoother, q: NDArray[np.float64], frames: FrameSet, dt: float) -> None:
+    def add_to(self, smoother: FollowedSmoother, q: NDArray[np.float64], frames: FrameSet, dt: float) -> None:
         """Give a configuration that finishing found, and what the cameras saw then, to a smoother."""
         assert self._solver is not None
         smoother.add(*self._posed(self._solver, q), frames, dt)

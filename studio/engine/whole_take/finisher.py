@@ -97,7 +97,7 @@ class Finisher:
         self._floor_given = floor_given
         self._root_height_m = performer.root_height_m if floor_given else None
         self._body = BodySolver(performer, replace(settings, floor_contact="off"))  # finishing applies it
-        self._followed = followed.Smoother(humanoid.skeleton, settings)
+        self._followed = followed.FollowedSmoother(humanoid.skeleton, settings)
         self._store: Store | None = None
         self._measured: tuple[tuple[int, int], Measurements] | None = None  # of the last window
         self._exchanged = np.zeros((0, 0), dtype=bool)  # frame and camera

@@ -62,9 +62,10 @@ class SimulatedHead:
         Args:
             joints_m: true joint centres, shape (21, 3).
         """
-        chest = bone_frames(joints_m[None], self._body)[0, INDEX["head"]]
-        up = unit((1.0 - _UPRIGHT) * chest[:, 2] + _UPRIGHT * np.array([0.0, 0.0, 1.0]))
-        back = unit(np.cross(up, chest[:, 0]))
+        chest: Array = bone_frames(joints_m[None], self._body)[0, INDEX["head"]]
+        upright: Array = (1.0 - _UPRIGHT) * chest[:, 2] + _UPRIGHT * np.array([0.0, 0.0, 1.0])
+        up = unit(upright)
+        back = unit(np.cross(up, chest[:, 0]).astype(np.float64))
         return np.column_stack([np.cross(back, up), back, up])
 
     def rotation(self, joints_m: Array, time_s: float) -> Array:

@@ -37,12 +37,12 @@ class Followed:
 def follow_head(
     follower: HeadFollower, look_at: LookAt, positions: Array, rotations: Array, frames: FrameSet, dt: float
 ) -> HeadStep | None:
-    """Return the head in the next frame; None = it is not followed. Args as of `Smoother.add`."""
+    """Return the head in the next frame; None = it is not followed. Args as of `FollowedSmoother.add`."""
     straight = look_at.straight(rotations)
     return follower.follow(straight, positions[_HEAD], frames.face_rays, frames.camera_positions, dt)
 
 
-class Smoother:
+class FollowedSmoother:
     """Hands and head over a whole take: `add` frame by frame, then take the oldest ones, `smoothed`."""
 
     def __init__(self, skeleton: Skeleton, settings: SolveSettings) -> None:

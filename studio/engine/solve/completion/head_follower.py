@@ -107,13 +107,12 @@ class HeadFollower:
             centres: of the cameras [m], shape (camera_count, 3).
             dt: time since the last frame [s].
         """
-        seen = None if rays is None else _on_head(straight, place, rays, centres)
-        if seen is None and self._last is None:
+        if rays is None and self._last is None:
             return None
         expected, before, stays = self._predicted(dt)
-        used = 0
-        if seen is not None:
-            directions, eyes = seen
+        used, directions, eyes = 0, np.empty((0, LANDMARKS, 3)), np.empty((0, 3))
+        if rays is not None:
+            directions, eyes = _on_head(straight, place, rays, centres)
             directions = _sorted_rays(directions, eyes, expected)
             used = int((~np.isnan(directions[:, :, 0])).any(axis=1).sum())
         self._unseen_s = 0.0 if used else self._unseen_s + dt
@@ -121,7 +120,7 @@ class HeadFollower:
             self._last = None
             return None
         state, after = expected, before
-        if seen is not None and used:
+        if used:
             across_m = ACROSS_M if used > 1 else ALONE_TIMES * ACROSS_M
             *found, after = corrected(
                 expected.turn, expected.shift, expected.size, before, directions, eyes, _PLACES, _EARS, across_m

@@ -230,4 +230,5 @@ def corrected(
         new_size += step[6]
         if np.abs(step).max() < ENOUGH:
             break
-    return new_turn, new_shift, new_size, np.linalg.inv(matrix)
+    after = np.linalg.inv(matrix).astype(np.float64)
+    return new_turn, new_shift, float(new_size), after

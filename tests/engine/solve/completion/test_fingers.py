@@ -11,7 +11,7 @@ from studio.engine.model.joints import JOINT_COUNT
 from studio.engine.model.settings import parse_settings
 from studio.engine.solve.completion.finger_kernels import hand_points
 from studio.engine.solve.completion.fingers import Fingers, arm_of, hand_models
-from studio.engine.solve.completion.followed import Smoother
+from studio.engine.solve.completion.followed import FollowedSmoother
 from studio.engine.solve.completion.hand_follower import SPREADS
 from tests.engine.walkers import performer
 
@@ -119,7 +119,7 @@ def test_ranges_hold_whatever_is_seen() -> None:
 def test_smoothing_bridges_a_gap() -> None:
     still, bent = np.zeros(STATE), np.zeros(STATE)
     bent[HINGES] = 0.8 * np.minimum(MODELS[0].high[HINGES], 1.0)
-    smoother = Smoother(SKELETON, SETTINGS)
+    smoother = FollowedSmoother(SKELETON, SETTINGS)
     courses = [*np.linspace(0.0, 1.0, 60)]
     for k, share in enumerate(courses):
         state = still + share * (bent - still)
