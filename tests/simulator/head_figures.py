@@ -24,7 +24,7 @@ RIGS_DEG = {1: (0.0,), 2: (-40.0, 40.0), 3: (0.0, -120.0, 120.0)}
 """Directions of the cameras by their number: one and two before the performer, three all around."""
 
 BAR_DEG, ANYBODY_DEG = 10.0, 14.0
-"""Of the median of several performers, as for depth cameras, and of any one, whose face may differ from the model's."""
+"""Of the median of several performers, as for depth cameras, and of any one: faces differ from the model's."""
 
 
 def rig(count: int) -> tuple[RigCamera, ...]:
