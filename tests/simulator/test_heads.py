@@ -60,7 +60,8 @@ def test_faces_err_for_a_while() -> None:
 def test_heads_follow_what_ordinary_cameras_see(stage: SeenStage, preset: str) -> None:
     errors = figures(stage, preset)[:, 0]
     assert np.median(errors) < ANYBODY_DEG
-    assert np.median(errors) < 0.75 * np.median(figures(stage, preset, ["look_at=far"])[:, 0])
+    ahead = figures(stage, preset, ["look_at=far"])[:, 0]
+    assert np.percentile(errors, 90) < 0.75 * np.percentile(ahead, 90)  # glances
 
 
 @pytest.mark.long
