@@ -7,6 +7,7 @@ import numpy as np
 from studio import wire
 from studio.engine.model.calibration import Performer
 from studio.engine.model.frames import CameraFrame, PictureJoints
+from studio.engine.model.human.face import PLACES_M
 from studio.engine.model.human.hand import LANDMARKS as HAND_LANDMARKS
 from studio.engine.model.human.humanoid import build_humanoid
 from studio.engine.model.human.skeleton import Skeleton
@@ -50,7 +51,7 @@ def _frames(stage: DemoStage) -> list[CameraFrame]:
 
 
 def _solve_pictures(stage: DemoStage, settings: SolveSettings) -> None:
-    """Solve the frames with their joints in pictures, and with something like hands at the wrists."""
+    """Solve the frames with their joints in pictures, and with something like hands and a face."""
     lens = usual_lens(1280, 720)
     cameras = {name: replace(camera, lens=lens) for name, camera in stage.calibration.cameras.items()}
     frames = [_pictured(frame, lens) for frame in _frames(stage)]
@@ -62,8 +63,9 @@ def _pictured(frame: CameraFrame, lens: Lens) -> CameraFrame:
     turns = np.linspace(0.0, 6.0, HAND_LANDMARKS)
     about = 30.0 * np.column_stack([np.cos(turns), np.sin(turns)])
     hands = seen[[INDEX["left_wrist"], INDEX["right_wrist"]], None] + about
+    face = seen[INDEX["head"]] + 200.0 * PLACES_M[:, [0, 2]] * [1.0, -1.0]
     world_m = frame.positions - frame.positions[INDEX["hips"]]
-    picture = PictureJoints(lens.width, lens.height, seen, world_m, hands)
+    picture = PictureJoints(lens.width, lens.height, seen, world_m, hands, face)
     return replace(frame, positions=np.full_like(frame.positions, np.nan), picture=picture)
 
 

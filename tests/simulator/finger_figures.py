@@ -16,6 +16,7 @@ from studio.engine.animation.motion.motion import CanonicalMotion
 from studio.engine.base.geometry import matrices
 from studio.engine.model.calibration import Calibration, CameraCalibration, Performer
 from studio.engine.model.frames import CameraFrame, ClockModel, PictureJoints
+from studio.engine.model.human.face import seen_in
 from studio.engine.model.human.skeleton import Skeleton
 from studio.engine.model.joints import FINGERS, INDEX, OUTPUT_INDEX, to_canonical
 from studio.engine.model.poses import Poses
@@ -71,10 +72,10 @@ class SeenStage:
     seed: int
 
 
-def seen_stage(seconds: float, seed: int) -> SeenStage:
-    """Return what three cameras see of the performer and the hands."""
+def seen_stage(seconds: float, seed: int, cameras: tuple[RigCamera, ...] | None = None) -> SeenStage:
+    """Return what cameras see of the performer and the hands; None = those of `rig`."""
     acted = motion(seconds)
-    cameras = rig()
+    cameras = cameras or rig()
     seen = list(see_landmarks(acted, cameras, seed=seed))
     calibrated, frames = {}, []
     for camera, own in zip(cameras, seen, strict=True):
@@ -86,7 +87,10 @@ def seen_stage(seconds: float, seed: int) -> SeenStage:
             flat = np.column_stack([picture.pixels, np.zeros(33)])
             pixels, confidence = to_canonical("mediapipe", flat, picture.visibility)
             world_m, _ = to_canonical("mediapipe", picture.world_m, picture.visibility)
-            joints = PictureJoints(own.lens.width, own.lens.height, pixels[:, :2], world_m, picture.hands)
+            face = seen_in("mediapipe", picture.pixels, picture.visibility)
+            joints = PictureJoints(
+                own.lens.width, own.lens.height, pixels[:, :2], world_m, picture.hands, face
+            )
             unseen = np.full((21, 3), np.nan)
             frames.append(CameraFrame(camera.name, k, stamp, unseen, confidence, picture=joints))
     height = float(acted.positions_m[0, :, 2].max()) + 0.12

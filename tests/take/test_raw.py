@@ -98,7 +98,7 @@ def test_landmarks_of_a_picture_become_canonical(tmp_path: Path) -> None:
         writer.add_camera(hello("phone", "mediapipe"))
         for k in range(300):  # more than stay in memory as one block
             seen = wire.LandmarkArrays(640, 480 + k, pixels + k)
-            sent = wire.landmark_frame(k, k, seen, np.full(33, 0.9))
+            sent = wire.landmark_frame(k, k, seen, np.where(np.arange(33) == 2, 0.2, 0.9))
             writer.frame("phone", wire.encode(sent), arrival_ns=k, device_time_ns=k, sequence=k)
     frames = camera_frames(tmp_path / "raw.mcap")["phone"]
     for k in (0, 299):
@@ -108,6 +108,9 @@ def test_landmarks_of_a_picture_become_canonical(tmp_path: Path) -> None:
         wrist, hips = names.index("left_wrist"), [names.index(f"{side}_hip") for side in ("left", "right")]
         assert picture.pixels[INDEX["left_wrist"]] == pytest.approx(pixels[wrist] + k)
         assert picture.pixels[INDEX["hips"]] == pytest.approx(pixels[hips].mean(axis=0) + k)
+        assert picture.face is not None and np.isnan(picture.face[2]).all()  # hardly visible
+        others = [0, 1, *range(3, 11)]
+        assert picture.face[others] == pytest.approx(pixels[others] + k)
         assert (
             frame.confidence[INDEX["hips"]] == pytest.approx(0.9, abs=1e-6)
             and np.isnan(picture.pixels[1]).all()

@@ -10,6 +10,7 @@ from studio.camera.sources.source import SourceFrame
 from studio.engine.model.joints import JOINT_SETS
 from studio.simulator.landmarks.fingers import SimulatedHands
 from studio.simulator.landmarks.hand_tracker import HandTracker
+from studio.simulator.landmarks.heads import FaceErrors, SimulatedHead
 from studio.simulator.landmarks.tracker import LandmarkTracker, landmark_anatomy, random_lens
 from studio.wire import LandmarkArrays
 
@@ -43,6 +44,8 @@ class SimulatedRgbSource(PerformedSource):
             landmark_anatomy(self.performer_rng),
             self.rng,
             HandTracker(at, self._lens, hands, seed=seed, camera=index),
+            SimulatedHead(self.motion.offsets_m, seed),
+            FaceErrors(seed=seed, camera=index),
         )
 
     def frame_at(self, time_ns: int) -> SourceFrame | None:

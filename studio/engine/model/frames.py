@@ -26,6 +26,7 @@ class PictureJoints:
             picture alone lets them be guessed, shape (21, 3); NaN = not guessed.
         hands: pixels of the 21 landmarks of the left and the right hand, shape (2, 21, 2), NaN = not seen; None =
             neither is.
+        face: pixels of the face's landmarks (`human.face`), shape (11, 2), NaN = not seen; None = none is.
     """
 
     width: int
@@ -33,6 +34,7 @@ class PictureJoints:
     pixels: NDArray[np.float64]
     world_m: NDArray[np.float64]
     hands: NDArray[np.float64] | None = None
+    face: NDArray[np.float64] | None = None
 
 
 @dataclass(frozen=True)
@@ -120,6 +122,7 @@ class FrameSet:
             together place the joint, and are NaN where they cannot. Empty = none.
         hand_rays: points on the rays of the hands' landmarks, left and right, shape (camera_count, 2, 21, 3) [m],
             NaN = unseen; None = no camera sees a hand's landmarks.
+        face_rays: points on the rays of the face's landmarks, shape (camera_count, 11, 3) [m]; else as `hand_rays`.
     """
 
     stage_time_ns: int
@@ -132,6 +135,7 @@ class FrameSet:
     readings: tuple[Reading, ...] = ()
     rays: NDArray[np.bool_] = field(default_factory=lambda: np.zeros(0, dtype=np.bool_))
     hand_rays: NDArray[np.float64] | None = None
+    face_rays: NDArray[np.float64] | None = None
 
 
 @dataclass(frozen=True)

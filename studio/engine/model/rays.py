@@ -68,6 +68,11 @@ def hands_on_rays(camera: CameraCalibration, picture: PictureJoints) -> Array | 
     return _points_on_rays(camera, picture, picture.hands.reshape(-1, 2)).reshape(2, -1, 3)
 
 
+def face_on_rays(camera: CameraCalibration, picture: PictureJoints) -> Array | None:
+    """Return points on the rays of the face's landmarks as `on_rays` does, shape (11, 3); None = none is seen."""
+    return None if picture.face is None else _points_on_rays(camera, picture, picture.face)
+
+
 def _points_on_rays(camera: CameraCalibration, picture: PictureJoints, pixels: Array) -> Array:
     lens = _lens(camera, picture)
     if lens is None:

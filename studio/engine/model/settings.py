@@ -119,7 +119,7 @@ _TABLE: tuple[Switch, ...] = (
     Choice(
         "look_at",
         Defaults("off", "far", "measured", "measured"),
-        "Target of the head where its orientation is not measured.",
+        "Target of the head; measured: by a device, or by the face that ordinary cameras see, else far.",
         values=("off", "hands", "far", "near", "point", "measured"),
     ),
     Point(

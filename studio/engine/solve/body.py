@@ -18,9 +18,11 @@ from studio.engine.model.joints import (
     OUTPUT_PARENTS,
 )
 from studio.engine.model.settings import SolveSettings
-from studio.engine.solve.completion.fingers import Fingers, FingerSmoother, HandStates, hand_models
+from studio.engine.solve.completion.fingers import Fingers, hand_models
 from studio.engine.solve.completion.floor import FloorContact
+from studio.engine.solve.completion.followed import Followed, FollowedSmoother, follow_head
 from studio.engine.solve.completion.hands import Hands
+from studio.engine.solve.completion.head_follower import HeadFollower
 from studio.engine.solve.completion.look_at import LookAt
 from studio.engine.solve.completion.relax import RelaxPose
 from studio.engine.solve.conditioning.after import ConditioningAfter
@@ -58,11 +60,8 @@ class BodySolver:
         self._last_rotations: NDArray[np.float64] | None = None
         self.configuration: NDArray[np.float64] | None = None
         self._floor = FloorContact(self._skeleton) if settings.floor_contact == "on" else None
-        self._look_at = None
-        if settings.look_at != "off":
-            self._look_at = LookAt(
-                settings.look_at, settings.look_at_point_m, flexibility=settings.flexibility
-            )
+        self._look_at = LookAt.of(settings)
+        self._head = HeadFollower()
         self._hands = None
         if settings.hands != "off":
             self._hands = Hands(settings.hands, flexibility=settings.flexibility)
@@ -108,14 +107,14 @@ class BodySolver:
         fused: FusedSkeleton,
         frames: FrameSet,
         dt: float,
-        states: HandStates | None = None,
+        followed: Followed | None = None,
     ) -> PoseArrays:
-        """Return the completed pose of a configuration that finishing found; `states` = of the hands it found."""
+        """Return the completed pose of a configuration that finishing found; `followed`: hands and head it found."""
         assert self._solver is not None
-        return self._completed(*self._posed(self._solver, q), fused, frames, dt, states)
+        return self._completed(*self._posed(self._solver, q), fused, frames, dt, followed)
 
-    def add_to(self, smoother: FingerSmoother, q: NDArray[np.float64], frames: FrameSet, dt: float) -> None:
-        """Give a configuration that finishing found, and what the cameras saw then, to the fingers' smoother."""
+    def add_to(self, smoother: FollowedSmoother, q: NDArray[np.float64], frames: FrameSet, dt: float) -> None:
+        """Give a configuration that finishing found, and what the cameras saw then, to a smoother."""
         assert self._solver is not None
         smoother.add(*self._posed(self._solver, q), frames, dt)
 
@@ -126,18 +125,21 @@ class BodySolver:
         fused: FusedSkeleton,
         frames: FrameSet,
         dt: float,
-        states: HandStates | None = None,
+        followed: Followed | None = None,
     ) -> PoseArrays:
         """Steps 8 and 9 on positions (52, 3) and world rotations (52, 3, 3)."""
         free = self._solver is None
         floor_m = self._filter.floor_m if self._filter is not None else 0.0
         if self._look_at is not None:
-            self._look_at.apply(positions, rotations, frames.head_wxyz, dt)
+            face = self._face(self._look_at, positions, rotations, frames, dt, followed)
+            self._look_at.apply(positions, rotations, frames.head_wxyz, dt, face)
         if self._hands is not None:
             self._hands.apply(rotations, frames.hands, dt)
         if self._fingers is not None:
-            if states is None:
+            if followed is None:
                 states = self._fingers.follow_states(positions, rotations, frames, self._hands, dt)
+            else:
+                states = followed.hands
             self._fingers.turn(rotations, states)
         if free:
             positions[OUTPUT_OF_CANONICAL_INDEX] = self._after.joints(
@@ -153,6 +155,25 @@ class BodySolver:
         confidence, uncertainty_mm = self._uncertainty.of(solved, fused, frames, dt)
         solved[:, 2] -= floor_m
         return solved, quaternions(rotations), confidence, uncertainty_mm
+
+    def _face(
+        self,
+        look_at: LookAt,
+        positions: NDArray[np.float64],
+        rotations: NDArray[np.float64],
+        frames: FrameSet,
+        dt: float,
+        followed: Followed | None,
+    ) -> NDArray[np.float64] | None:
+        """World rotation of the head by its face's landmarks, 3x3; None = not followed."""
+        if not look_at.measures:
+            return None
+        if followed is None:
+            step = follow_head(self._head, look_at, positions, rotations, frames, dt)
+            turn = None if step is None else step.state.turn
+        else:
+            turn = followed.head
+        return None if turn is None else look_at.straight(rotations) @ turn
 
     def _solved(
         self, solver: Solver | BodyFilter, fused: FusedSkeleton, dt: float

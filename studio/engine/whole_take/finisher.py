@@ -23,7 +23,7 @@ from studio.engine.model.joints import CANONICAL, JOINT_COUNT, MIRROR, OUTPUT_OF
 from studio.engine.model.settings import SolveSettings
 from studio.engine.model.solve_metrics import SolveMetrics
 from studio.engine.solve.body import BodySolver
-from studio.engine.solve.completion.fingers import FingerSmoother, HandStates
+from studio.engine.solve.completion import followed
 from studio.engine.solve.uncertainty import of_output_joints
 from studio.engine.whole_take.finish.contacts import JOINTS, Contacts, find_contacts, wander_of
 from studio.engine.whole_take.finish.lost_limbs import bring_back, far_limbs
@@ -97,7 +97,7 @@ class Finisher:
         self._floor_given = floor_given
         self._root_height_m = performer.root_height_m if floor_given else None
         self._body = BodySolver(performer, replace(settings, floor_contact="off"))  # finishing applies it
-        self._fingers = FingerSmoother(humanoid.skeleton, settings) if settings.fingers == "on" else None
+        self._followed = followed.FollowedSmoother(humanoid.skeleton, settings)
         self._store: Store | None = None
         self._measured: tuple[tuple[int, int], Measurements] | None = None  # of the last window
         self._exchanged = np.zeros((0, 0), dtype=bool)  # frame and camera
@@ -292,7 +292,7 @@ class Finisher:
         """The poses of the refined configurations, completed as in the pipeline."""
         assert self._store is not None
         up, last_ns = np.array([0.0, 0.0, lifted_m]), None
-        hands = self._hands_of(q, up)
+        parts = self._followed_of(q, up)
         for begin in range(0, len(q), WINDOW):
             records = self._store.read(begin, min(begin + WINDOW, len(q)))
             self._passes.tell(begin / len(q))
@@ -300,7 +300,7 @@ class Finisher:
                 dt = 0.0 if last_ns is None else (frames.stage_time_ns - last_ns) * 1e-9
                 last_ns = frames.stage_time_ns
                 pose = self._body.pose_of(
-                    q[k], replace(fused, positions=fused.positions + up), _lifted(frames, up), dt, next(hands)
+                    q[k], replace(fused, positions=fused.positions + up), _lifted(frames, up), dt, next(parts)
                 )
                 sure = of_output_joints(squared_radii[k], fused.confidence)
                 yield StepResult(
@@ -308,11 +308,13 @@ class Finisher:
                     configuration=q[k], root_height_m=self._root_height_m,
                 )  # fmt: skip
 
-    def _hands_of(self, q: NDArray[np.float64], up: NDArray[np.float64]) -> Iterator[HandStates | None]:
-        """Both hands' states frame by frame, each by a second of later frames too; None = they are not followed."""
+    def _followed_of(
+        self, q: NDArray[np.float64], up: NDArray[np.float64]
+    ) -> Iterator[followed.Followed | None]:
+        """Hands and head frame by frame, each by a second of later frames too; None = they are not followed."""
         assert self._store is not None
-        store, smoother = self._store, self._fingers
-        if smoother is None or not store.has_hands:
+        store, smoother = self._store, self._followed
+        if not store.has_parts:
             yield from repeat(None, len(q))
             return
         last_ns, added = int(store.times_ns[0]), 0
@@ -333,6 +335,7 @@ def _lifted(frames: FrameSet, up: NDArray[np.float64]) -> FrameSet:
         positions=frames.positions + up,
         camera_positions=frames.camera_positions + up,
         hand_rays=None if frames.hand_rays is None else frames.hand_rays + up,
+        face_rays=None if frames.face_rays is None else frames.face_rays + up,
     )
 
 

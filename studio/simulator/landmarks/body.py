@@ -12,15 +12,16 @@ from studio.simulator.joints.bone_frames import bone_frames
 
 NAMES = JOINT_SETS["mediapipe"]
 
-# Landmark -> the canonical joint it is fixed to, and its place in that bone's T-pose axes (left, back, up) [m].
+# Landmark -> the canonical joint it is fixed to, and its place in that bone's T-pose axes (left, back, up) [m]. Ears
+# and the lower rims of the eyes' sockets are level (the Frankfurt horizontal).
 _ON_FACE = {
-    "nose": (0.0, -0.115, 0.0),
+    "nose": (0.0, -0.115, -0.018),
     **{
-        f"left_eye{part}": (x, -0.09, 0.035)
+        f"left_eye{part}": (x, -0.09, 0.018)
         for part, x in (("_inner", 0.017), ("", 0.032), ("_outer", 0.046))
     },
     "left_ear": (0.075, 0.0, 0.0),
-    "mouth_left": (0.026, -0.1, -0.045),
+    "mouth_left": (0.026, -0.1, -0.048),
 }
 _ON_LIMBS = {
     "shoulder": ("shoulder", (0.0, 0.0, 0.0)),
@@ -52,8 +53,8 @@ def _fixed() -> tuple[NDArray[np.int64], NDArray[np.float64]]:
     return joints, places
 
 
-JOINT_OF, _PLACES = _fixed()
-"""The canonical joint that each landmark is fixed to, shape (33,)."""
+JOINT_OF, PLACES = _fixed()
+"""The canonical joint that each landmark is fixed to, shape (33,), and its place in that bone's axes [m], (33, 3)."""
 
 
 _VERTEX_M = 0.13
@@ -70,7 +71,10 @@ def stature_m(body_m: NDArray[np.float64]) -> float:
 
 
 def landmarks_of(
-    joints_m: NDArray[np.float64], body_m: NDArray[np.float64], anatomy_m: NDArray[np.float64]
+    joints_m: NDArray[np.float64],
+    body_m: NDArray[np.float64],
+    anatomy_m: NDArray[np.float64],
+    heads: NDArray[np.float64] | None = None,
 ) -> NDArray[np.float64]:
     """Return the landmarks, shape (F, 33, 3) [m].
 
@@ -78,7 +82,11 @@ def landmarks_of(
         joints_m: canonical joints, shape (F, 21, 3).
         body_m: T-pose offsets of the performer, shape (21, 3); see `CanonicalMotion`.
         anatomy_m: where a network sees each landmark from its place, in the bones' axes, shape (33, 3).
+        heads: rotations of the head, shape (F, 3, 3); None = it follows the chest.
     """
     assert joints_m.shape[1] == JOINT_COUNT
-    frames = bone_frames(joints_m, body_m)[:, JOINT_OF]
-    return joints_m[:, JOINT_OF] + (frames * (_PLACES + anatomy_m)[:, None, :]).sum(axis=-1)
+    frames = bone_frames(joints_m, body_m)
+    if heads is not None:
+        frames[:, INDEX["head"]] = heads
+    frames = frames[:, JOINT_OF]
+    return joints_m[:, JOINT_OF] + (frames * (PLACES + anatomy_m)[:, None, :]).sum(axis=-1)

@@ -14,6 +14,7 @@ from studio.simulator.instants import instants
 from studio.simulator.joints.noisy_joints import FRAMES_PER_SECOND
 from studio.simulator.landmarks.fingers import SimulatedHands
 from studio.simulator.landmarks.hand_tracker import HandTracker
+from studio.simulator.landmarks.heads import FaceErrors, SimulatedHead
 from studio.simulator.landmarks.timing import PictureTiming
 from studio.simulator.landmarks.tracker import LandmarkTracker, SeenPicture, landmark_anatomy, random_lens
 from studio.simulator.rig import RigCamera
@@ -55,7 +56,7 @@ def see_landmarks(
         seed: of all noise, lenses and clocks.
         timing: of all cameras' pictures.
     """
-    hands = SimulatedHands(motion.offsets_m, seed)
+    hands, head = SimulatedHands(motion.offsets_m, seed), SimulatedHead(motion.offsets_m, seed)
     performer, *streams = np.random.SeedSequence(seed).spawn(1 + len(rig))
     anatomy = landmark_anatomy(np.random.default_rng(performer))
     for k, (camera, stream) in enumerate(zip(rig, streams, strict=True)):
@@ -64,7 +65,10 @@ def see_landmarks(
         clock = SimulatedClock() if k == 0 else clock
         taken = instants(rng, motion.duration_s, FRAMES_PER_SECOND)
         fingers = HandTracker(camera.T_stage_camera, lens, hands, seed=seed, camera=k)
-        tracker = LandmarkTracker(camera.T_stage_camera, lens, motion.offsets_m, anatomy, rng, fingers)
+        face = FaceErrors(seed=seed, camera=k)
+        tracker = LandmarkTracker(
+            camera.T_stage_camera, lens, motion.offsets_m, anatomy, rng, fingers, head, face
+        )
         to_camera = invert_transform(camera.T_stage_camera)
         pictures = [tracker.see(timing.joints(motion, float(t), to_camera, lens), float(t)) for t in taken]
         kept = timing.taken(taken)

@@ -7,6 +7,7 @@ and grow and shrink with the performer in the picture:
   landmark (`_SIZES_M`); four times as much where another body part hides it, whose visibility is then 0.1 to 0.7,
   else 0.85 to 1;
 - 1 % of landmark-frames 5 to 20 cm off, in bursts of 1 to 6 frames;
+- a face that glances about, whose landmarks mostly err together (`heads`);
 - left and right exchanged in 3 % of the frames, in bursts of 1 to 8, and five times as often from behind;
 - the body about the hips as one picture lets it be guessed: of a usual stature, flattened by a tenth, turned by some
   degrees, and 4 cm off in depth.
@@ -24,8 +25,9 @@ from studio.engine.base.geometry import invert_transform
 from studio.engine.model.joints import INDEX
 from studio.engine.model.lens import Lens
 from studio.simulator.joints.occlusion import hidden_joints
-from studio.simulator.landmarks.body import JOINT_OF, NAMES, landmarks_of
+from studio.simulator.landmarks.body import JOINT_OF, NAMES, PLACES, landmarks_of
 from studio.simulator.landmarks.hand_tracker import HandTracker
+from studio.simulator.landmarks.heads import FACE, FaceErrors, SimulatedHead, hidden_by_skull
 
 WIDTH, HEIGHT = 1440, 1080
 _FIELD_DEG = (58.0, 74.0)
@@ -37,7 +39,12 @@ _SIZES_M = {  # the lasting shift, and the noise
     "index": (0.010, 0.008), "thumb": (0.010, 0.008), "hip": (0.011, 0.008), "knee": (0.011, 0.009),
     "ankle": (0.010, 0.008), "heel": (0.013, 0.009), "foot_index": (0.011, 0.009),
 }  # fmt: skip
-_FACE_M = (0.016, 0.015)
+_FACE_M, _EAR_M, _FACE_ANATOMY = (0.008, 0.005), (0.010, 0.006), 0.6
+"""Of the face's landmarks for themselves, and the share of the anatomical offset of those that are no ears."""
+
+_BEHIND_TIMES, _BEHIND_GUESS = 2.0, 0.5
+"""Errors of a landmark that the skull hides, and how far it is seen where a straight head has it."""
+
 _SHIFT_AR, _NOISE_AR = 0.9835, 0.5
 _HIDDEN_TIMES = 4.0
 _OUTLIERS = (0.01, 1, 6)
@@ -45,7 +52,12 @@ _EXCHANGES, _FROM_BEHIND = (0.03, 1, 8), 5.0
 _LEAST_INSIDE = 0.5
 _STATURE_M, _FLAT = 1.7, 0.9
 _TURN_SD, _DEPTH_SD_M = np.radians(6.0), 0.04
-_SIZE = np.array([_SIZES_M.get(name.split("_", 1)[-1], _FACE_M) for name in NAMES])
+_SIZE = np.array([
+    _SIZES_M.get(name.split("_", 1)[-1], _EAR_M if name.endswith("ear") else _FACE_M) for name in NAMES
+])  # fmt: skip
+_ANATOMY = np.array([
+    _FACE_ANATOMY if k < FACE.stop and not name.endswith("ear") else 1.0 for k, name in enumerate(NAMES)
+])  # fmt: skip
 _MIRROR = np.array(
     [NAMES.index(name.replace("left", "?").replace("right", "left").replace("?", "right")) for name in NAMES]
 )
@@ -69,7 +81,7 @@ class SeenPicture:
 
 def landmark_anatomy(rng: np.random.Generator) -> NDArray[np.float64]:
     """Return one performer's offsets of the landmarks, in the bones' axes [m], shape (33, 3)."""
-    return rng.normal(0.0, _ANATOMY_M, (_COUNT, 3))
+    return _ANATOMY[:, None] * rng.normal(0.0, _ANATOMY_M, (_COUNT, 3))
 
 
 def random_lens(rng: np.random.Generator) -> Lens:
@@ -89,6 +101,8 @@ class LandmarkTracker:
         anatomy_m: see `landmark_anatomy`; the same for all cameras.
         rng: this camera's own stream.
         hands: the hand network of the same camera.
+        head: the performer's.
+        face: this camera's errors of faces.
     """
 
     def __init__(
@@ -99,10 +113,13 @@ class LandmarkTracker:
         anatomy_m: NDArray[np.float64],
         rng: np.random.Generator,
         hands: HandTracker,
+        head: SimulatedHead,
+        face: FaceErrors,
     ) -> None:
         self._T_camera_stage, self._eye = invert_transform(T_stage_camera), T_stage_camera[:3, 3]
-        self._lens, self._body, self._anatomy, self._rng = lens, body_m, anatomy_m, rng
-        self._hands = hands
+        self._lens, self._body, self._anatomy, self._rng = lens, body_m, anatomy_m.copy(), rng
+        self._anatomy[FACE] += (head.seen_size - 1.0) * PLACES[FACE]
+        self._hands, self._head, self._face = hands, head, face
         legs = sum(np.linalg.norm(body_m[INDEX[f"left_{name}"]]) for name in ("knee", "ankle"))
         self._guess_scale = _STATURE_M * 0.49 / float(legs) * (1.0 + 0.03 * rng.normal())
         self._shift, self._noise = rng.normal(size=(2, _COUNT, 3))
@@ -126,10 +143,11 @@ class LandmarkTracker:
         self._off_m[began] = (way * (reach / np.linalg.norm(way, axis=1))[:, None])[began]
         behind = _FROM_BEHIND if self._sees_back(joints_m) else 1.0
         _burst(self._exchanged_left, _EXCHANGES, behind, rng)
-        true = landmarks_of(joints_m[None], self._body, self._anatomy)[0]
         hidden = hidden_joints(joints_m[None], self._eye)[0][JOINT_OF]
         times = np.where(hidden, _HIDDEN_TIMES, 1.0)[:, None]
+        true = self._landmarks(joints_m, self._head.rotation(joints_m, time_s), times)
         seen = true + times * (_SIZE[:, :1] * self._shift + _SIZE[:, 1:] * self._noise)
+        seen[FACE] += times[FACE] * self._face.next_m()
         seen = np.where((self._off_left > 0)[:, None], true + self._off_m, seen)
         local = seen @ self._T_camera_stage[:3, :3].T + self._T_camera_stage[:3, 3]
         inside = local[:, 2] > 0.2
@@ -145,6 +163,20 @@ class LandmarkTracker:
             pixels, visibility, world_m = pixels[_MIRROR], visibility[_MIRROR], world_m[_MIRROR]
             hands = hands[::-1]
         return SeenPicture(pixels, visibility, world_m, hands)
+
+    def _landmarks(
+        self, joints_m: NDArray[np.float64], head: NDArray[np.float64], times: NDArray[np.float64]
+    ) -> NDArray[np.float64]:
+        """Landmarks before errors [m], shape (33, 3); errors are told to be larger, in `times`, where the skull
+        hides one."""
+        straight = self._head.straight(joints_m)
+        true, guessed = landmarks_of(
+            np.array([joints_m] * 2), self._body, self._anatomy, np.array([head, straight])
+        )
+        behind = hidden_by_skull(PLACES[FACE], head, self._eye - joints_m[INDEX["head"]])
+        true[FACE][behind] += _BEHIND_GUESS * (guessed - true)[FACE][behind]
+        times[FACE][behind] *= _BEHIND_TIMES
+        return true
 
     def _sees_back(self, joints: NDArray[np.float64]) -> bool:
         left = joints[INDEX["left_shoulder"]] - joints[INDEX["right_shoulder"]]

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from studio.engine.base.records import BLOCK, Records
 from studio.engine.model.frames import CameraFrame, HandSeen, PictureJoints
+from studio.engine.model.human.face import LANDMARKS as FACE_LANDMARKS
 from studio.engine.model.joints import JOINT_COUNT
 
 _DTYPE = np.dtype(
@@ -33,6 +34,7 @@ _PICTURE_DTYPE = np.dtype(
         ("width", "i4"),
         ("height", "i4"),
         ("hands", "i8"),
+        ("face", "f8", (FACE_LANDMARKS, 2)),
     ],
     align=True,
 )
@@ -72,7 +74,8 @@ class KeptFrames:
         ))  # fmt: skip
         if picture is not None:
             place = -1 if picture.hands is None else len(self._hand_pixels)
-            self._pictures.add((picture.pixels, picture.world_m, picture.width, picture.height, place))
+            face = np.nan if picture.face is None else picture.face
+            self._pictures.add((picture.pixels, picture.world_m, picture.width, picture.height, place, face))
             if picture.hands is not None:
                 self._hand_pixels.add(picture.hands)
         for hand in frame.hands:
@@ -110,7 +113,8 @@ class KeptFrames:
         if place >= 0:
             block, row = divmod(place, BLOCK)
             hands = self._hands_block(block)[row]
-        return PictureJoints(*size, record["pixels"], record["world_m"], hands)
+        face = None if np.isnan(record["face"]).all() else record["face"]
+        return PictureJoints(*size, record["pixels"], record["world_m"], hands, face)
 
     def _hands(self, place: int) -> tuple[HandSeen, ...]:
         begin, end = self._hands_end[place - 1] if place else 0, self._hands_end[place]

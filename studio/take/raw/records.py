@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 from studio import wire
 from studio.engine.model.depth import DepthCamera, DepthFrame
 from studio.engine.model.frames import CameraFrame, HandSeen, PictureJoints
+from studio.engine.model.human import face
 from studio.engine.model.joints import JOINT_COUNT, to_canonical
 from studio.take.raw.live_log import LiveEvent
 
@@ -138,7 +139,8 @@ def _picture(
     world_m = _UNSEEN.copy()
     if seen.world_m is not None:
         world_m, _ = to_canonical(joint_set, seen.world_m, visibility)
-    return PictureJoints(seen.width, seen.height, pixels[:, :2], world_m, _hands(seen)), confidence
+    looks = face.seen_in(joint_set, seen.pixels, visibility)
+    return PictureJoints(seen.width, seen.height, pixels[:, :2], world_m, _hands(seen), looks), confidence
 
 
 def _hands(seen: wire.LandmarkArrays) -> NDArray[np.float64] | None:

@@ -23,6 +23,7 @@ from studio.engine.calibration.cameras.merge import Walk
 from studio.engine.calibration.performer.proportions import measure
 from studio.engine.model.calibration import Calibration, CameraCalibration, Performer
 from studio.engine.model.frames import CameraFrame, PictureJoints, StepResult
+from studio.engine.model.human.face import seen_in
 from studio.engine.model.joints import (
     INDEX,
     JOINT_COUNT,
@@ -240,7 +241,8 @@ def _frame(name: str, time_ns: int, seen: LandmarkArrays, visibility: NDArray[np
     world_m = np.full((JOINT_COUNT, 3), np.nan)
     if seen.world_m is not None:
         world_m, _ = to_canonical("mediapipe", seen.world_m, visibility)
-    picture = PictureJoints(seen.width, seen.height, joints[:, :2], world_m)
+    face = seen_in("mediapipe", seen.pixels, visibility)
+    picture = PictureJoints(seen.width, seen.height, joints[:, :2], world_m, face=face)
     unseen = np.full((JOINT_COUNT, 3), np.nan)
     return CameraFrame(name, time_ns, time_ns, unseen, confidence, picture=picture)
 

@@ -11,7 +11,7 @@ from studio.engine.model.human.hand import HINGES, SIDES, STATE, WRIST, HandMode
 from studio.engine.model.human.skeleton import Skeleton
 from studio.engine.model.settings import SolveSettings
 from studio.engine.solve.completion.finger_kernels import turn_hand
-from studio.engine.solve.completion.hand_follower import Arm, HandFollower, HandStep, smoothed, sorted_rays
+from studio.engine.solve.completion.hand_follower import Arm, HandFollower, HandStep, sorted_rays
 from studio.engine.solve.completion.hands import Hands
 
 Array = NDArray[np.float64]
@@ -82,48 +82,6 @@ class Fingers:
                     rotations, np.clip(state, model.low, model.high), base, fore, hand, model.joints,
                     model.axes, model.places, model.ratios, model.wrist_axes,
                 )  # fmt: skip
-
-
-class FingerSmoother:
-    """Both hands over a whole take: `add` frame by frame, then take the oldest ones, `smoothed`."""
-
-    def __init__(self, skeleton: Skeleton, settings: SolveSettings) -> None:
-        self._fingers = Fingers(hand_models(skeleton, settings))
-        self._hands = None
-        if settings.hands != "off":
-            self._hands = Hands(settings.hands, flexibility=settings.flexibility)
-        self._steps: list[list[HandStep | None]] = []
-
-    def add(self, positions: Array, rotations: Array, frames: FrameSet, dt: float) -> None:
-        """Add a frame; see `Fingers.follow`."""
-        if self._hands is not None:
-            self._hands.follow(frames.hands, dt)
-        self._steps.append(self._fingers.follow(positions, rotations, frames, self._hands, dt))
-
-    def smoothed(self, count: int) -> list[HandStates]:
-        """Return both hands' states in the oldest frames, with what later ones say; None = not followed.
-
-        Args:
-            count: of the frames, which are forgotten.
-        """
-        sides = [_smoothed_pieces([steps[k] for steps in self._steps])[:count] for k in range(len(SIDES))]
-        del self._steps[:count]
-        return [list(states) for states in zip(*sides, strict=True)]
-
-
-def _smoothed_pieces(steps: list[HandStep | None]) -> list[Array | None]:
-    """Smoothed states of one hand; each piece in which it is followed by itself."""
-    out: list[Array | None] = []
-    piece: list[HandStep] = []
-    for step in [*steps, None]:
-        if step is not None:
-            piece.append(step)
-            continue
-        if piece:
-            out.extend(smoothed(piece))
-            piece = []
-        out.append(None)
-    return out[: len(steps)]
 
 
 def untwisted(upper: Array, forearm: Array) -> tuple[Array, float]:

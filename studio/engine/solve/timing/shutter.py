@@ -41,10 +41,12 @@ class RollingShutter:
         if not 0.0 < step_s <= _LONGEST_S:
             return picture
         pixels = self._moved(picture, picture.pixels, before[1].pixels, step_s)
-        hands = picture.hands
+        hands, face = picture.hands, picture.face
         if hands is not None and before[1].hands is not None:
             hands = self._moved(picture, hands, before[1].hands, step_s)
-        return replace(picture, pixels=pixels, hands=hands)
+        if face is not None and before[1].face is not None:
+            face = self._moved(picture, face, before[1].face, step_s)
+        return replace(picture, pixels=pixels, hands=hands, face=face)
 
     def _moved(
         self,

@@ -6,6 +6,7 @@ towards its camera (`depth_bias_m`), removed along the ray. The joints of camera
 
 from collections import deque
 from dataclasses import replace
+from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,7 +16,15 @@ from studio.engine.calibration.cameras.noise import unbiased
 from studio.engine.model.calibration import CameraCalibration
 from studio.engine.model.frames import CameraFrame, ClockModel, FrameSet, HandSeen, PictureJoints, Reading
 from studio.engine.model.joints import JOINT_COUNT
-from studio.engine.model.rays import FREE_M, GUESSED_M, guessed, hands_on_rays, on_rays, placed
+from studio.engine.model.rays import (
+    FREE_M,
+    GUESSED_M,
+    face_on_rays,
+    guessed,
+    hands_on_rays,
+    on_rays,
+    placed,
+)
 from studio.engine.solve.timing.shutter import RollingShutter
 
 MAX_GAP_NS = 100_000_000
@@ -43,6 +52,11 @@ def _is_rotation(wxyz: tuple[float, float, float, float]) -> bool:
     return 1e-3 < length < 1e3
 
 
+_HANDS, _FACE = range(2)
+_PartRays: TypeAlias = tuple[NDArray[np.float64] | None, NDArray[np.float64] | None]
+"""Points on the rays of the landmarks of `_HANDS`, shape (2, 21, 3), and `_FACE`, shape (11, 3); None = not seen."""
+
+
 class _Camera:
     """The newest frames of one camera, in the stage frame and on the stage clock."""
 
@@ -51,7 +65,7 @@ class _Camera:
         self.joints: deque[NDArray[np.float64]] = deque(maxlen=HISTORY)
         self.confidence: deque[NDArray[np.float64]] = deque(maxlen=HISTORY)
         self.frames: deque[CameraFrame] = deque(maxlen=HISTORY)
-        self.hands: deque[NDArray[np.float64] | None] = deque(maxlen=HISTORY)
+        self.parts: deque[_PartRays] = deque(maxlen=HISTORY)
         self.along_m: float | None = None
         self._held_back_ns: int | None = None
         self._read_ns: int | None = None
@@ -61,7 +75,7 @@ class _Camera:
         stage_ns: int,
         joints: NDArray[np.float64],
         frame: CameraFrame,
-        hands: NDArray[np.float64] | None,
+        parts: _PartRays,
     ) -> None:
         """Keep a frame. A frame that is not newer than the last is dropped (a clock that went back), and so is the
         first that is far ahead of it.
@@ -74,14 +88,14 @@ class _Camera:
         if self.times and stage_ns <= self.times[-1]:
             if stage_ns > self.times[-1] - 1_000_000_000:
                 return
-            for kept in (self.times, self.joints, self.confidence, self.frames, self.hands):
+            for kept in (self.times, self.joints, self.confidence, self.frames, self.parts):
                 kept.clear()
             self._read_ns = None
         self.times.append(stage_ns)
         self.joints.append(joints)
         self.confidence.append(frame.confidence)
         self.frames.append(frame)
-        self.hands.append(hands)
+        self.parts.append(parts)
 
     def at(self, stage_ns: int) -> tuple[NDArray[np.float64], NDArray[np.float64]] | None:
         """Joints and confidence at an instant: interpolated between the frames around it, else the nearest."""
@@ -103,17 +117,15 @@ class _Camera:
         near = [i for i in near if abs(self.times[i] - stage_ns) <= MAX_AGE_NS]
         return [min(near, key=lambda i: abs(self.times[i] - stage_ns))] if near else []
 
-    def hands_at(self, stage_ns: int) -> NDArray[np.float64] | None:
-        """Points on the rays of the hands' landmarks at an instant, shape (2, 21, 3); None = not seen."""
-        places = self._about(stage_ns)
-        seen = [i for i in places if self.hands[i] is not None]
+    def part_at(self, part: int, stage_ns: int) -> NDArray[np.float64] | None:
+        """Points on the rays of `_HANDS` or `_FACE` at an instant, of its shape; None = not seen."""
+        seen = [(i, rays) for i in self._about(stage_ns) if (rays := self.parts[i][part]) is not None]
         if not seen:
             return None
-        first, last = self.hands[seen[0]], self.hands[seen[-1]]
-        assert first is not None and last is not None
+        (before, first), (after, last) = seen[0], seen[-1]
         if len(seen) == 1:
             return first
-        share = (stage_ns - self.times[seen[0]]) / (self.times[seen[1]] - self.times[seen[0]])
+        share = (stage_ns - self.times[before]) / (self.times[after] - self.times[before])
         between = (1.0 - share) * first + share * last
         return np.where(np.isnan(between), first if share < 0.5 else last, between)
 
@@ -189,7 +201,7 @@ class Synchroniser:
         calibration = self._calibrations.get(frame.camera)
         if calibration is None:
             return
-        camera, hands = self._cameras[frame.camera], None
+        camera, parts = self._cameras[frame.camera], (None, None)
         picture = self._shutters[frame.camera].settled(frame)
         if picture is None:
             possible = np.logical_and.reduce(np.abs(frame.positions) < FAR_M, axis=1)
@@ -203,8 +215,9 @@ class Synchroniser:
             possible = ~np.isnan(joints[:, 0])
             camera.along_m = GUESSED_M if self._alone else FREE_M
             hands = None if self._alone else hands_on_rays(calibration, picture)
+            parts = (hands, face_on_rays(calibration, picture))
         frame = replace(frame, confidence=np.where(possible, frame.confidence, 0.0))
-        camera.add(self._clocks[frame.camera].stage_ns(frame.device_time_ns), joints, frame, hands)
+        camera.add(self._clocks[frame.camera].stage_ns(frame.device_time_ns), joints, frame, parts)
 
     def _of_picture(
         self, calibration: CameraCalibration, picture: PictureJoints, confidence: NDArray[np.float64]
@@ -226,7 +239,7 @@ class Synchroniser:
         hands: list[HandSeen] = []
         head: tuple[float, float, float, float] | None = None
         readings: list[Reading] = []
-        hand_rays: NDArray[np.float64] | None = None
+        part_rays: list[NDArray[np.float64] | None] = [None, None]
         for i, (name, camera) in enumerate(self._cameras.items()):
             for k in camera.unread(stage_time_ns + self._ahead_ns):
                 late_s = (camera.times[k] - stage_time_ns) * 1e-9
@@ -235,11 +248,11 @@ class Synchroniser:
             if found is None:
                 continue
             positions[i], confidence[i] = found
-            own_rays = camera.hands_at(stage_time_ns)
-            if own_rays is not None:
-                if hand_rays is None:
-                    hand_rays = np.full((len(self.names), *own_rays.shape), np.nan)
-                hand_rays[i] = own_rays
+            for part in (_HANDS, _FACE):
+                if (own := camera.part_at(part, stage_time_ns)) is not None:
+                    if (whole := part_rays[part]) is None:
+                        whole = part_rays[part] = np.full((len(self.names), *own.shape), np.nan)
+                    whole[i] = own
             newest = camera.frames[-1]
             hands.extend(newest.hands)
             if newest.head_wxyz is not None and head is None and _is_rotation(newest.head_wxyz):
@@ -261,5 +274,5 @@ class Synchroniser:
             head,
             tuple(readings),
             rays,
-            hand_rays,
+            *part_rays,
         )

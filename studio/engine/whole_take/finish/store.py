@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from studio.engine.base.records import Records
 from studio.engine.model.frames import FrameSet, FusedSkeleton, HandSeen, Reading, StepResult
+from studio.engine.model.human.face import LANDMARKS as FACE_LANDMARKS
 from studio.engine.model.human.hand import LANDMARKS as HAND_LANDMARKS
 from studio.engine.model.joints import JOINT_COUNT, OUTPUT_OF_CANONICAL_INDEX
 from studio.engine.model.rays import FREE_M, nearest_on_rays
@@ -47,8 +48,8 @@ class Store:
             ]
         )
         self._steps = Records(self._dtype)
-        self._hand_rays = Records(np.dtype(("f4", (count, 2, HAND_LANDMARKS, 3))))
-        self._hand_rays_at = array("q")  # of each step; -1 = no hand is seen
+        self._hand_rays = _SomeRays((count, 2, HAND_LANDMARKS, 3))
+        self._face_rays = _SomeRays((count, FACE_LANDMARKS, 3))
         self._times_ns = array("q")
         self._readings = Records(
             np.dtype([("positions", "f4", (JOINT_COUNT, 3)), ("confidence", "f4", (JOINT_COUNT,))])
@@ -79,9 +80,8 @@ class Store:
             np.nan if frames.head_wxyz is None else frames.head_wxyz,
         ))  # fmt: skip
         self._times_ns.append(frames.stage_time_ns)
-        self._hand_rays_at.append(-1 if frames.hand_rays is None else len(self._hand_rays))
-        if frames.hand_rays is not None:
-            self._hand_rays.add(frames.hand_rays)
+        self._hand_rays.add(frames.hand_rays)
+        self._face_rays.add(frames.face_rays)
         for reading in frames.readings:
             self._readings.add((self._placed(reading, result), reading.confidence))
             self._reading_times_ns.append(frames.stage_time_ns + round(reading.offset_s * 1e9))
@@ -171,7 +171,8 @@ class Store:
                     self._hands.get(begin + k, ()),
                     None if np.isnan(w) else (w, x, y, z),
                     rays=~np.isnan(self.along_m),
-                    hand_rays=self._rays_of_hands(begin + k),
+                    hand_rays=self._hand_rays.at(begin + k),
+                    face_rays=self._face_rays.at(begin + k),
                 ),
                 FusedSkeleton(
                     record["fused"].astype(np.float64),
@@ -182,16 +183,36 @@ class Store:
             )
 
     @property
-    def has_hands(self) -> bool:
-        """Whether any camera saw a hand's landmarks."""
-        return len(self._hand_rays) > 0
-
-    def _rays_of_hands(self, step: int) -> NDArray[np.float64] | None:
-        place = self._hand_rays_at[step]
-        return None if place < 0 else self._hand_rays.read(place, place + 1)[0].astype(np.float64)
+    def has_parts(self) -> bool:
+        """Whether any camera saw the landmarks of a hand or of the face."""
+        return self._hand_rays.any or self._face_rays.any
 
     def close(self) -> None:
         """Delete the temporary files."""
         self._steps.close()
         self._hand_rays.close()
+        self._face_rays.close()
         self._readings.close()
+
+
+class _SomeRays:
+    """Points on rays of the steps that have any."""
+
+    def __init__(self, shape: tuple[int, ...]) -> None:
+        self._rays, self._places = Records(np.dtype(("f4", shape))), array("q")  # of each step; -1 = none
+
+    @property
+    def any(self) -> bool:
+        return len(self._rays) > 0
+
+    def add(self, rays: NDArray[np.float64] | None) -> None:
+        self._places.append(-1 if rays is None else len(self._rays))
+        if rays is not None:
+            self._rays.add(rays)
+
+    def at(self, step: int) -> NDArray[np.float64] | None:
+        place = self._places[step]
+        return None if place < 0 else self._rays.read(place, place + 1)[0].astype(np.float64)
+
+    def close(self) -> None:
+        self._rays.close()

@@ -10,7 +10,8 @@ from studio.engine.model.human.skeleton import Skeleton, forward_positions
 from studio.engine.model.joints import JOINT_COUNT
 from studio.engine.model.settings import parse_settings
 from studio.engine.solve.completion.finger_kernels import hand_points
-from studio.engine.solve.completion.fingers import Fingers, FingerSmoother, arm_of, hand_models
+from studio.engine.solve.completion.fingers import Fingers, arm_of, hand_models
+from studio.engine.solve.completion.followed import FollowedSmoother
 from studio.engine.solve.completion.hand_follower import SPREADS
 from tests.engine.walkers import performer
 
@@ -118,14 +119,14 @@ def test_ranges_hold_whatever_is_seen() -> None:
 def test_smoothing_bridges_a_gap() -> None:
     still, bent = np.zeros(STATE), np.zeros(STATE)
     bent[HINGES] = 0.8 * np.minimum(MODELS[0].high[HINGES], 1.0)
-    smoother = FingerSmoother(SKELETON, SETTINGS)
+    smoother = FollowedSmoother(SKELETON, SETTINGS)
     courses = [*np.linspace(0.0, 1.0, 60)]
     for k, share in enumerate(courses):
         state = still + share * (bent - still)
         points = np.array([points_of(model, state) for model in MODELS])
         smoother.add(*body(), frames(None if 25 <= k < 35 else points), DT)
     found = smoother.smoothed(60)
-    middle = found[30][0]
+    middle = found[30].hands[0]
     assert middle is not None and len(found) == 60
     closing = [HINGES.start + 4 + 3 * finger for finger in range(4)]
     assert np.abs(middle[closing] - courses[30] * bent[closing]).max() < 0.15

@@ -8,7 +8,7 @@ from studio.engine.base.geometry import quaternions
 from studio.engine.model.human.angles import configuration_of
 from studio.engine.model.human.skeleton import Skeleton, forward_positions
 from studio.engine.model.joints import OUTPUT_INDEX, OUTPUT_JOINTS
-from studio.engine.solve.completion.look_at import LookAt
+from studio.engine.solve.completion.look_at import FASTEST_RAD_S, LookAt
 from tests.engine.walkers import humanoid, performer
 
 DT = 1 / 60
@@ -66,6 +66,22 @@ def test_a_measured_head_is_followed_and_far_serves_where_there_is_none():
     assert gaze(rotations) @ -turned.as_matrix()[:, 1] > np.cos(np.radians(4))
     _, rotations = run(LookAt("measured", AHEAD_M))
     assert gaze(rotations) == pytest.approx([0, -1, 0], abs=0.02)
+
+
+def test_a_followed_face_turns_nods_and_tilts_without_delay():
+    turned = Rotation.from_euler("ZXY", [0.5, -0.2, 0.25]).as_matrix()
+    look_at, body = LookAt("measured", AHEAD_M), upright()
+    positions = forward_positions(SKELETON, np.array([0.0, 0.0, 1.0]), body)
+    for dt in (0.0, DT):
+        rotations = body.copy()
+        look_at.apply(positions, rotations, None, dt, turned)
+        off = Rotation.from_matrix(rotations[HEAD].T @ turned).magnitude()
+        assert off < np.radians(2)
+    assert np.allclose(look_at.straight(body), np.eye(3))
+    rotations = body.copy()
+    look_at.apply(positions, rotations, None, DT, Rotation.from_euler("z", -1.0).as_matrix())
+    step = Rotation.from_matrix(rotations[HEAD].T @ turned).magnitude()
+    assert 0.05 < step < 2 * FASTEST_RAD_S * DT  # no faster than a head
 
 
 TARGETS = [

@@ -8,8 +8,10 @@ import pytest
 from studio.engine.base.geometry import quaternions
 from studio.engine.calibration.cameras.noise import unbiased
 from studio.engine.model.calibration import CameraCalibration
-from studio.engine.model.frames import CameraFrame, ClockModel, HandSeen
+from studio.engine.model.frames import CameraFrame, ClockModel, HandSeen, PictureJoints
+from studio.engine.model.human.face import LANDMARKS as FACE_LANDMARKS
 from studio.engine.model.joints import INDEX, JOINT_COUNT
+from studio.engine.model.lens import usual_lens
 from studio.engine.solve.timing.sync import HISTORY, MAX_AGE_NS, MAX_GAP_NS, Synchroniser
 from tests.engine.walkers import SECOND, arms_swinging, camera_at, camera_frame, recorded, stage
 
@@ -180,6 +182,25 @@ def test_a_joint_with_a_number_that_cannot_be_is_wholly_unseen(bad):
         found = sync.frame_set(at * MS)
         assert np.isnan(found.positions[0, 3]).all() and found.confidence[0, 3] == 0
         assert np.isfinite(np.delete(found.positions[0], 3, axis=0)).all()
+
+
+def test_faces_of_pictures_are_rays_at_the_instant():
+    lens = usual_lens(640, 480)
+    cameras = {name: CameraCalibration(np.eye(4), lens=lens) for name in ("a", "b")}
+    sync = Synchroniser(cameras)
+    unseen = np.full((JOINT_COUNT, 3), np.nan)
+    for time_ns, column in ((SECOND, 300.0), (SECOND + 40 * MS, 340.0)):
+        face = np.tile([column, lens.cy], (FACE_LANDMARKS, 1))
+        face[4] = np.nan
+        picture = PictureJoints(640, 480, unseen[:, :2], unseen, face=face)
+        sync.add(CameraFrame("a", 0, time_ns, unseen, np.zeros(JOINT_COUNT), picture=picture))
+    found = sync.frame_set(SECOND + 20 * MS)
+    assert found.hand_rays is None and found.face_rays is not None
+    assert found.face_rays.shape == (2, FACE_LANDMARKS, 3) and np.isnan(found.face_rays[1]).all()
+    x, y, z = found.face_rays[0, 0]
+    assert x / z == pytest.approx((320.0 - lens.cx) / lens.fx, abs=1e-3) and y == pytest.approx(0.0, abs=1e-9)
+    assert np.isnan(found.face_rays[0, 4]).all()
+    assert sync.frame_set(3 * SECOND).face_rays is None
 
 
 def test_hands_and_head_come_with_the_newest_frame_in_stage_axes():

@@ -67,7 +67,7 @@ export default {
   "switch_help.bone_length_limit": [null, "Tient les os à tant de pour cent de leur longueur calibrée avant le calcul."],
   "switch_help.displacement_limit": [null, "Limite la vitesse des articulations, avant ou après le calcul."],
   "switch_help.smoothing": [null, "Un filtre dans le temps, avant ou après le calcul."],
-  "switch_help.look_at": [null, "Cible de la tête quand son orientation n'est pas mesurée."],
+  "switch_help.look_at": [null, "Cible de la tête ; mesurée : par un appareil, ou par le visage que voient des caméras ordinaires, sinon au loin."],
   "switch_help.look_at_point_m": [null, "Cible du regard en mode point, x,y,z sur le plateau [m]."],
   "switch_help.hands": [null, "Méthode pour l'état des mains, qui ouvre et ferme les doigts : les cercles de la thèse, ou la forme de la main."],
   "switch_help.fingers": [null, "Les doigts et les poignets suivent les points des mains que deux caméras ordinaires ou plus voient."],

@@ -1,0 +1,102 @@
+"""True heads of simulated performers, which glance about, and what a pose network sees of a face.
+
+Sizes are those of BlazePose (full) on `rgb/pose2sim_single`, by its landmarks that four cameras place together:
+- its faces are smaller than true ones, and all landmarks of a face err together, by 1 to 2 cm; each for itself by 3
+  to 5 mm, an ear by 1 cm;
+- it reports a face that the skull hides as surely as another, about where the body lets it be.
+
+Nothing of it is known to a solver.
+"""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from studio.engine.base.geometry import unit
+from studio.engine.model.joints import INDEX, JOINT_SETS
+from studio.simulator.joints.bone_frames import bone_frames
+from studio.simulator.performer.acting import head_turns
+
+Array = NDArray[np.float64]
+
+FACE = slice(0, JOINT_SETS["mediapipe"].index("left_shoulder"))
+"""The landmarks of the face, which come first."""
+
+STREAM = 0x4644
+"""Of the random numbers of heads, so that those of bodies and hands stay as they are."""
+
+_ROUND_S, _RATE_HZ = 60.0, 60.0
+"""Glances repeat after this time."""
+
+_SIZE, _VARIES = (0.65, 1.0), 0.07
+_UPRIGHT = 0.5
+"""A head keeps upright by this share of the trunk's lean."""
+
+_COMMON_M = (0.010, 0.009)
+_COMMON_AR = (0.9835, 0.5)
+"""The lasting error of a face as a whole, and the one from frame to frame; see `tracker`."""
+
+_HIDDEN_COSINE = -0.25
+"""The skull hides a landmark whose direction from its middle is further from the camera than this."""
+
+
+class SimulatedHead:
+    """The head of one performer.
+
+    Args:
+        body_m: T-pose offsets of the performer, shape (21, 3); see `CanonicalMotion`.
+        seed: of glances and proportions.
+
+    Attributes:
+        seen_size: what a network makes of the face: share of its true breadth, depth and height, shape (3,).
+    """
+
+    def __init__(self, body_m: Array, seed: int) -> None:
+        rng = np.random.default_rng([seed, STREAM])
+        self._body = body_m
+        self.seen_size = rng.uniform(*_SIZE) * rng.normal(1.0, _VARIES, 3)
+        self._glances = head_turns(np.arange(0.0, _ROUND_S, 1.0 / _RATE_HZ), rng)
+
+    def straight(self, joints_m: Array) -> Array:
+        """Return the rotation of a head that looks straight ahead, from the T-pose, 3x3.
+
+        Args:
+            joints_m: true joint centres, shape (21, 3).
+        """
+        chest: Array = bone_frames(joints_m[None], self._body)[0, INDEX["head"]]
+        upright: Array = (1.0 - _UPRIGHT) * chest[:, 2] + _UPRIGHT * np.array([0.0, 0.0, 1.0])
+        up = unit(upright)
+        back = unit(np.cross(up, chest[:, 0]).astype(np.float64))
+        return np.column_stack([np.cross(back, up), back, up])
+
+    def rotation(self, joints_m: Array, time_s: float) -> Array:
+        """Return the head's rotation from the T-pose, in which it faces -y, at a time, 3x3."""
+        return self.straight(joints_m) @ self._glances[round(time_s * _RATE_HZ) % len(self._glances)]
+
+
+class FaceErrors:
+    """One camera's errors of a face as a whole. It has a state: frames must be given in order, at about 30 Hz.
+
+    Args:
+        seed, camera: of the noise: that of the stage, and the camera's number.
+    """
+
+    def __init__(self, *, seed: int, camera: int) -> None:
+        self._rng = np.random.default_rng([seed, STREAM, 1 + camera])
+        self._states = self._rng.normal(size=(2, 3))
+
+    def next_m(self) -> Array:
+        """Return the shift of the whole face in the next frame [m], shape (3,)."""
+        for state, kept in zip(self._states, _COMMON_AR, strict=True):
+            state[:] = kept * state + np.sqrt(1.0 - kept**2) * self._rng.normal(size=3)
+        return np.array(_COMMON_M) @ self._states
+
+
+def hidden_by_skull(places: Array, head: Array, to_eye: Array) -> NDArray[np.bool_]:
+    """Return which landmarks the skull hides from a camera, shape (n,).
+
+    Args:
+        places: of the landmarks in the head's axes, shape (n, 3).
+        head: its rotation, 3x3.
+        to_eye: from the head to the camera, shape (3,).
+    """
+    return unit(places) @ (head.T @ unit(to_eye)) < _HIDDEN_COSINE
