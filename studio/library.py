@@ -14,7 +14,7 @@ from studio.engine.metrics.results import Evaluation
 from studio.engine.model.calibration import Calibration
 from studio.engine.model.poses import Poses
 from studio.engine.model.settings import SolveSettings
-from studio.take.folder.take import Take
+from studio.take.folder.take import POSES, Take
 
 PathText = str | Path
 Progress = Callable[[float], None]
@@ -196,7 +196,7 @@ def load_poses(take: Take, solve: str | None = None) -> Poses:
         FormatError: it is damaged.
     """
     name = choose_solve(take.solve_names(), solve, str(take.path))
-    return Poses.load(take.solve_folder(name) / "poses.npz")
+    return Poses.load(take.performer_folder(name) / POSES)
 
 
 def evaluate(

@@ -136,11 +136,28 @@ def test_another_number_of_landmarks_is_refused(change):
         wire.landmark_arrays(landmarks(**change), "mediapipe")
 
 
+def test_several_bodies_are_frames_of_their_own():
+    sent = [wire.skeleton_frame(4, 5, np.full((21, 3), k), np.full(21, 0.1 * k), body=k) for k in (7, 3, 3)]
+    frame = wire.decode(wire.encode(wire.with_others(sent[0], sent[1:])))
+    assert isinstance(frame, wire.SkeletonFrame)
+    found = wire.each_body(frame)
+    assert found == sent[:2]  # of two bodies with one number, the first
+    alone = wire.decode(wire.encode(sent[0]))
+    assert isinstance(alone, wire.SkeletonFrame) and wire.each_body(alone) == [alone]
+
+
+def test_too_many_bodies_are_refused():
+    one = wire.skeleton_frame(4, 5, np.zeros((21, 3)), np.ones(21))
+    with refused(FormatError, "protocol.not_a_message"):
+        wire.decode(wire.encode(wire.with_others(one, [one] * (wire.MOST_OTHERS + 1))))
+
+
 def test_hello_is_checked():
-    wire.check_hello(msgspec.structs.replace(HELLO, protocol_version=2))
+    for version in (2, 3):
+        wire.check_hello(msgspec.structs.replace(HELLO, protocol_version=version))
     wire.check_hello(HELLO)
     with refused(FormatError, "protocol.version"):
-        wire.check_hello(msgspec.structs.replace(HELLO, protocol_version=3))
+        wire.check_hello(msgspec.structs.replace(HELLO, protocol_version=4))
     with refused(FormatError, "joints.unknown_set", name="kinect"):
         wire.check_hello(msgspec.structs.replace(HELLO, joint_set="kinect"))
 

@@ -9,6 +9,8 @@ from studio.commands.common import add_command, add_json, add_take, figure, prog
 
 if TYPE_CHECKING:
     from studio.engine.metrics.results import Evaluation
+    from studio.take.folder.references import HowAligned
+    from studio.take.folder.take import Take
 
 _TEXT = """\
 Measure a take's solves against a reference motion.
@@ -20,7 +22,10 @@ part at its beginning does not count. A reference from another system has its ow
 offset and drift. Foot slide is measured in the reference's stances and in the solve's own. Clean-up is the number of
 errors that an animator would correct; --edit-list prints them with the time since the performance began, as in the
 replay (--json has stage times). --report writes all of it as one HTML file, with curves, worst frames and the effect
-of each solve's switches relative to the first one named."""
+of each solve's switches relative to the first one named.
+
+Several performers have a reference each, such as --reference performer_1=A.csv --reference performer_2=B.csv. One
+transform aligns all of them, and the figures say how often a performer became another one."""
 
 _COLUMNS = {
     "mpjpe_mm": ("MPJPE mm", 1),
@@ -61,10 +66,10 @@ def add_parser(subparsers: Any) -> None:
     add_take(parser)
     parser.add_argument(
         "--reference",
-        metavar="FILE",
-        type=Path,
+        metavar="[PERFORMER=]FILE",
+        action="append",
         required=True,
-        help="CSV, BVH, C3D, TRC, ... to measure against",
+        help="CSV, BVH, C3D, TRC, ... to measure against; of a solve of several performers one each",
     )
     parser.add_argument(
         "--solve",
@@ -108,15 +113,18 @@ def run(args: argparse.Namespace) -> int:
     from studio.review.report.words import Words
     from studio.take.folder.evaluating import evaluate_solves
     from studio.take.folder.references import HowAligned
-    from studio.take.folder.take import Take
+    from studio.take.folder.take import POSES, Take
 
     take = Take.open(args.take)
     available = take.solve_names()
     names = [choose_solve(available, name, str(take.path)) for name in dict.fromkeys(args.solve)] or available
     if not names:
         raise no_solve(str(take.path))
-    reference = read_reference(args.reference, unit_m=args.unit_m)
     how = HowAligned(args.align_time, args.align, args.unit_m)
+    given = _named(args.reference)
+    if "" not in given:
+        return _of_performers(args, take, given, names, how)
+    reference = read_reference(given[""], unit_m=args.unit_m)
     with progress_bar("evaluate") as progress:
         solves = evaluate_solves(take, reference, names, how, progress=progress)
     write_result(args, {"solves": solves})
@@ -127,8 +135,56 @@ def run(args: argparse.Namespace) -> int:
         print(f"aligned away for {name}: {aligned_away(figures)}")
     if args.edit_list:
         for name, figures in solves.items():
-            begins_s = Poses.load(take.solve_folder(name) / "poses.npz").begins_s
+            begins_s = Poses.load(take.performer_folder(name) / POSES).begins_s
             print(edit_list(name, figures, begins_s))
+    return 0
+
+
+def _named(given: list[str]) -> dict[str, Path]:
+    """Return the reference files by performer; the name "" stands for the only one.
+
+    Raises:
+        SettingsError: several files, not all of them with a name of their own.
+    """
+    from studio.engine.base.errors import SettingsError
+
+    found: dict[str, Path] = {}
+    for text in given:
+        name, equals, file = text.partition("=")
+        named = bool(equals) and not Path(text).exists() and "/" not in name
+        found[name if named else ""] = Path(file if named else text)
+    if len(found) < len(given) or ("" in found and len(found) > 1):
+        raise SettingsError(
+            "evaluate.references",
+            "--reference {given}: several references need a performer's name each, such as performer_1=FILE",
+            given=" ".join(given),
+        )
+    return found
+
+
+def _of_performers(
+    args: argparse.Namespace, take: "Take", files: dict[str, Path], names: list[str], how: "HowAligned"
+) -> int:
+    from studio.engine.base.errors import SettingsError
+    from studio.engine.metrics.reference.reference import read_reference
+    from studio.take.folder.evaluating import evaluate_performers
+
+    if args.report is not None or args.edit_list:
+        raise SettingsError(
+            "evaluate.one_performer",
+            "--report and --edit-list show one performer; give one --reference FILE",
+        )
+    references = {name: read_reference(file, unit_m=args.unit_m) for name, file in files.items()}
+    with progress_bar("evaluate") as progress:
+        solves = evaluate_performers(take, references, names, how, progress=progress)
+    write_result(args, {"solves": solves})
+    for solve, figures in solves.items():
+        print(f"{solve}:\n{summary(figures['performers'])}")
+        print(
+            f"became another one {figures['identity_switches']} times; "
+            f"{figures['missed_percent']:.1f} % of frames missed, "
+            f"{figures['undecided_percent']:.1f} % undecided"
+        )
     return 0
 
 

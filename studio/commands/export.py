@@ -21,8 +21,8 @@ The default of --solve is finish, studio, live, or the first by name.
 docs/export.md explains the options."""
 
 _OF_SOLVES = (
-    "target", "root_motion", "rotation_order", "unit", "interpolation", "solve", "also", "mesh", "rig", "mapping",
-    "fps", "key_error_cm", "start", "end", "take_name", "timecode", "smooth_hz", "loop", "foot_lock",
+    "performer", "target", "root_motion", "rotation_order", "unit", "interpolation", "solve", "also", "mesh", "rig",
+    "mapping", "fps", "key_error_cm", "start", "end", "take_name", "timecode", "smooth_hz", "loop", "foot_lock",
 )  # fmt: skip
 """Options of solves, which do not apply to depth."""
 _TIMECODE_HZ = 60
@@ -37,6 +37,8 @@ def add_parser(subparsers: Any) -> None:
     add("--format", required=True, choices=formats, help="kind of file")
     add("--out", metavar="FILE", type=Path, required=True, help="the file to write")
     add("--solve", metavar="NAME", help="the solve (default: see above)")
+    add("--performer", metavar="NAME",
+        help="of a solve of several performers only this one (default: each, NAME added to the file's)")  # fmt: skip
     add("--camera", metavar="NAME", help="camera of the depth (mkv; required if several cameras have depth)")
     add("--also", metavar="TAKE", type=Path, action="append", default=[],
         help="another take in the same file, as a further animation (FBX); may be given again")  # fmt: skip
@@ -91,20 +93,33 @@ def run(args: argparse.Namespace) -> int:
 
     if args.format == "mkv" or args.camera is not None:
         return _export_depth(args)
-    takes, told = [], []
-    for path in (args.take, *args.also):
-        take = Take.open(path)
-        poses, name = load_solve(take, args.solve)
-        takes.append((poses, _options(args, take, poses)))
-        told.append(f"solve {name}, {poses.frame_count} frames")
     onto = _rig(args)
-    with progress_bar("Exporting") as progress:
-        if onto is None:
-            export_takes(takes, args.out, args.format, progress=progress)
-        else:
-            export_onto(takes, args.out, args.format, onto, progress=progress)
-    print(f"{args.out}: {'; '.join(told)}, {args.out.stat().st_size / 1e6:.1f} MB")
+    for performer, out in _outs(args):
+        takes, told = [], []
+        for path in (args.take, *args.also):
+            take = Take.open(path)
+            poses, name = load_solve(take, args.solve, performer)
+            takes.append((poses, _options(args, take, poses)))
+            told.append(f"solve {name}, {poses.frame_count} frames")
+        with progress_bar("Exporting") as progress:
+            if onto is None:
+                export_takes(takes, out, args.format, progress=progress)
+            else:
+                export_onto(takes, out, args.format, onto, progress=progress)
+        print(f"{out}: {'; '.join(told)}, {out.stat().st_size / 1e6:.1f} MB")
     return 0
+
+
+def _outs(args: argparse.Namespace) -> "list[tuple[str | None, Path]]":
+    """Return the performers to export, None for a solve of one, each with its file."""
+    from studio.library import choose_solve
+    from studio.take.folder.take import Take
+
+    take = Take.open(args.take)
+    names = take.performer_names(choose_solve(take.solve_names(), args.solve, str(take.path)))
+    if args.performer is not None or not names:
+        return [(args.performer, args.out)]
+    return [(name, args.out.with_name(f"{args.out.stem}-{name}{args.out.suffix}")) for name in names]
 
 
 def _export_depth(args: argparse.Namespace) -> int:
@@ -150,17 +165,18 @@ def _rig(args: argparse.Namespace) -> "Onto | None":
     return None
 
 
-def load_solve(take: "Take", wanted: str | None) -> "tuple[Poses, str]":
-    """Return the poses of a take's solve, and its name.
+def load_solve(take: "Take", wanted: str | None, performer: str | None = None) -> "tuple[Poses, str]":
+    """Return the poses of a take's solve, and its name; of several performers the first, where none is named.
 
     Raises:
-        TakeError: the take has no solve of that name, or none at all.
+        TakeError: the take has no solve of that name, or none at all, or it has no such performer.
     """
     from studio.engine.model.poses import Poses
     from studio.library import choose_solve
+    from studio.take.folder.take import POSES
 
     name = choose_solve(take.solve_names(), wanted, str(take.path))
-    return Poses.load(take.solve_folder(name) / "poses.npz"), name
+    return Poses.load(take.performer_folder(name, performer) / POSES), name
 
 
 def _options(args: argparse.Namespace, take: "Take", poses: "Poses") -> "ExportOptions":

@@ -49,12 +49,12 @@ def run(args: argparse.Namespace) -> int:
     from studio.engine.model.poses import Poses
     from studio.library import choose_solve
     from studio.review.render.strip import render_strip, stage_times
-    from studio.take.folder.take import Take
+    from studio.take.folder.take import POSES, Take
 
     take = Take.open(args.take)
     wanted = list(dict.fromkeys(args.solve)) or [None]
     names = [choose_solve(take.solve_names(), name, str(take.path)) for name in wanted]
-    rows = {name: Poses.load(take.solve_folder(name) / "poses.npz") for name in names}
+    rows = {name: Poses.load(take.performer_folder(name) / POSES) for name in names}
     first = rows[names[0]]
     times_s = None if args.times is None else stage_times(first, args.times)
     render_strip(rows, args.out, times_s=times_s, count=args.count, yaw_deg=args.yaw, body=args.body)

@@ -1,26 +1,28 @@
 """Replay: a take's raw frames through the pipeline again, with any settings or exactly as live."""
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 
 from studio.engine.base.errors import CalibrationError, TakeError
 from studio.engine.calibration.calibrate import with_performer
 from studio.engine.calibration.quality.agreement import agreement_figures, disagreements, without_named
-from studio.engine.model.frames import StepResult
-from studio.engine.model.poses import Poses
+from studio.engine.identity.whole_take import find_people
+from studio.engine.model.calibration import Calibration
+from studio.engine.model.frames import CameraFrame, StepResult
 from studio.engine.model.settings import SolveSettings
 from studio.engine.model.solve_metrics import SolveMetrics
 from studio.engine.whole_take.collect import collect_poses
 from studio.engine.whole_take.residuals import SolveResiduals
-from studio.engine.whole_take.take import check_together, solve_frames
+from studio.engine.whole_take.take import check_together, part_of_progress, solve_frames
 from studio.engine.whole_take.trace import TraceCollector
 from studio.offline.so_far import Show
 from studio.offline.tracking import is_tracked, tracked_frames
-from studio.take.folder.solves import write_solve
-from studio.take.folder.take import Take
+from studio.take.folder.solves import Solved, write_performers
+from studio.take.folder.take import PERFORMER, Take
 from studio.take.raw.frames import RawEvent, RawFrame, camera_frames, inspect_raw, read_raw
-from studio.take.raw.kept_frames import Joined
+from studio.take.raw.kept_frames import Joined, several_bodies
 from studio.take.raw.live_log import LoggedPipeline
 
 Progress = Callable[[float], None]
@@ -47,7 +49,7 @@ def solve_take(
         as_live: repeat the decisions of the live stage, which gives its poses bit for bit; else all frames are
             used, with the final clocks of the calibration, and the calibration part is left out.
         progress: receives the share done.
-        to_disk: see `write_solve`.
+        to_disk: see `write_performers`.
         show: receives what the solve has so far, where it tracks depth first.
         processes: how many may track cameras side by side; None = one a core.
 
@@ -57,27 +59,29 @@ def solve_take(
         SettingsError: the take lacks a named camera.
     """
     take.solve_folder(name)  # reports a bad name before the work
-    began, residuals, trace = time.perf_counter(), SolveResiduals(), TraceCollector()
-    figures: SolveMetrics = {}
+    began = time.perf_counter()
     if as_live:
-        poses, settings, camera_frame_count = _as_live(take, progress, residuals, trace)
+        performers, settings, common = _as_live(take, progress)
     else:
-        poses, camera_frame_count = _plain(
-            take, settings, progress, residuals, figures, trace, show, processes
-        )
+        performers, common = _plain(take, settings, progress, show, processes)
     seconds = time.perf_counter() - began
+    frames = sum(one.poses.frame_count for one in performers.values())
     metrics: SolveMetrics = {
-        "frames": poses.frame_count,
-        "camera_frames": camera_frame_count,
+        "frames": frames,
         "as_live": as_live,
         "solve_s": round(seconds, 3),
-        "ms_per_frame": round(seconds * 1e3 / max(poses.frame_count, 1), 4),
-        "frames_per_second": round(poses.frame_count / seconds, 1),
-        **residuals.figures(),
-        **figures,
+        "ms_per_frame": round(seconds * 1e3 / max(frames, 1), 4),
+        "frames_per_second": round(frames / seconds, 1),
+        **common,
     }
-    return write_solve(
-        take, name, settings=settings, poses=poses, metrics=metrics, trace=trace.trace(), to_disk=to_disk
+    if len(performers) == 1:
+        (only,) = performers.values()
+        metrics |= only.metrics
+        performers = {"": replace(only, metrics=metrics)}
+    else:
+        metrics["performers"] = {performer: one.metrics for performer, one in performers.items()}
+    return write_performers(
+        take, name, settings=settings, performers=performers, metrics=metrics, to_disk=to_disk
     )
 
 
@@ -85,21 +89,46 @@ def _plain(
     take: Take,
     settings: SolveSettings,
     progress: Progress | None,
-    residuals: SolveResiduals,
-    figures: SolveMetrics,
-    trace: TraceCollector,
     show: Show | None,
     processes: int | None,
-) -> tuple[Poses, int]:
+) -> tuple[dict[str, Solved], SolveMetrics]:
+    """Return what is solved of each performer, and the figures of all."""
     check_together(settings)
-    calibration = take.calibration()
+    calibration, common = take.calibration(), SolveMetrics()
     if is_tracked(take, settings):
         frames, calibration, settings, told = tracked_frames(
             take, calibration, settings, progress, show=show, processes=processes
         )
-        figures |= told
+        common |= told
     else:
         frames = camera_frames(take.raw_path)
+    used = {
+        name: frames[name] for name in settings.camera_names(tuple(calibration.cameras)) if name in frames
+    }
+    if not several_bodies(used):
+        return {PERFORMER: _performer(take, used, calibration, settings, progress)}, common
+    people = find_people(used, calibration)
+    common["bystanders"] = people.bystanders
+    common["recorded_s"] = [list(span) for span in people.recorded_s]
+    solved: dict[str, Solved] = {}
+    for done, one in enumerate(people.performers):
+        part = part_of_progress(progress, done / len(people.performers), (done + 1) / len(people.performers))
+        own = _performer(take, one.frames, one.calibration, settings, part)
+        own.metrics["undecided_s"] = [list(span) for span in one.undecided_s]
+        solved[one.name] = own
+    common["camera_frames"] = sum(len(mine) for mine in used.values())
+    return solved, common
+
+
+def _performer(
+    take: Take,
+    frames: Mapping[str, Sequence[CameraFrame]],
+    calibration: Calibration,
+    settings: SolveSettings,
+    progress: Progress | None,
+) -> Solved:
+    """Return the solve of one performer; `frames` by camera show nobody else."""
+    residuals, trace, physics = SolveResiduals(), TraceCollector(), SolveMetrics()
     calibration = with_performer(calibration, frames)
     if calibration.performer is None:
         raise CalibrationError(
@@ -108,12 +137,8 @@ def _plain(
             "calibrate {take}`",
             take=take.path,
         )
-    used = {
-        name: frames[name] for name in settings.camera_names(tuple(calibration.cameras)) if name in frames
-    }
-    found = disagreements(calibration, used, from_s=take.meta["calibration_s"])
+    found = disagreements(calibration, frames, from_s=take.meta["calibration_s"])
     every = Joined(list(without_named(calibration, frames, found).values()))
-    physics: SolveMetrics = {}
     poses = solve_frames(
         every,
         calibration,
@@ -124,13 +149,18 @@ def _plain(
         physics=physics,
         trace=trace,
     )
-    figures |= agreement_figures(found, float(poses.time_s[0])) | physics
-    return poses, len(every)
+    metrics: SolveMetrics = {
+        "frames": poses.frame_count,
+        "camera_frames": len(every),
+        **residuals.figures(),
+        **agreement_figures(found, float(poses.time_s[0])),
+        **physics,
+    }
+    return Solved(poses, metrics, trace.trace())
 
 
-def _as_live(
-    take: Take, progress: Progress | None, residuals: SolveResiduals, trace: TraceCollector
-) -> tuple[Poses, SolveSettings, int]:
+def _as_live(take: Take, progress: Progress | None) -> tuple[dict[str, Solved], SolveSettings, SolveMetrics]:
+    residuals, trace = SolveResiduals(), TraceCollector()
     summary = inspect_raw(take.raw_path)
     if summary.events == 0:
         raise TakeError(
@@ -164,4 +194,5 @@ def _as_live(
             "the live log of {path} has no beginning; run `studio doctor`",
             path=take.path,
         )
-    return collect_poses(results), pipeline.settings, done
+    metrics: SolveMetrics = {"camera_frames": done, **residuals.figures()}
+    return {PERFORMER: Solved(collect_poses(results), metrics, trace.trace())}, pipeline.settings, {}

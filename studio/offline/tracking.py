@@ -19,6 +19,7 @@ from studio.engine.calibration.performer.floor import Floor
 from studio.engine.calibration.views.drift import follow_views
 from studio.engine.calibration.views.known_lens import KnownLens, check_lenses
 from studio.engine.calibration.views.pictures import sees_no_depth
+from studio.engine.identity.whole_take import of_one
 from studio.engine.model.calibration import Calibration
 from studio.engine.model.frames import CameraFrame
 from studio.engine.model.settings import SolveSettings
@@ -26,6 +27,7 @@ from studio.engine.model.solve_metrics import SolveMetrics
 from studio.engine.seeing.cameras.camera_poses import MOST_SETS, refine_camera_poses
 from studio.engine.seeing.cameras.refine import Tracked as Track
 from studio.engine.seeing.tracker.skeletons import POINTS, from_points, points_calibration
+from studio.engine.whole_take.take import part_of_progress
 from studio.offline.first_seconds import FirstSeconds
 from studio.offline.placing import refined, refines, with_refined
 from studio.offline.side_by_side import told, track_cameras
@@ -34,6 +36,7 @@ from studio.take.folder.take import Take
 from studio.take.folder.tracked import Tracked, keep_tracked, read_tracked
 from studio.take.raw.depth import DepthRecording
 from studio.take.raw.frames import camera_frames, inspect_raw
+from studio.take.raw.kept_frames import several_bodies
 
 Progress = Callable[[float], None]
 _CAMERA = "camera-"
@@ -132,7 +135,7 @@ def _skeletons(
     missing = tuple(name for name, kept in found.items() if kept is None)
     if missing:
         _check_may_track(take, only_kept)
-        part = _part(progress, 0.0, _SHARE)
+        part = part_of_progress(progress, 0.0, _SHARE)
         frames = track_cameras(take, recording, missing, part, processes=processes)
         for name in missing:
             found[name] = tracked = Tracked(frames[name])
@@ -175,10 +178,12 @@ def _points(
 
     if refine:
         calibration, done = refined(
-            recording, calibration, names, _part(progress, 0.0, _REFINING), tracked=first(1)
+            recording, calibration, names, part_of_progress(progress, 0.0, _REFINING), tracked=first(1)
         )
-        progress = _part(progress, _REFINING, 1.0)
-    images = told(recording, recording.frames(names, clocks=clocks), names, _part(progress, 0.0, _SHARE))
+        progress = part_of_progress(progress, _REFINING, 1.0)
+    images = told(
+        recording, recording.frames(names, clocks=clocks), names, part_of_progress(progress, 0.0, _SHARE)
+    )
     made, track = [], first(None)
     for frame, performer in from_points(
         images, {name: recording.cameras[name] for name in names}, calibration
@@ -237,6 +242,7 @@ def calibrate_take(
         until_s = until_s if until_s is not None and until_s >= _LEAST_WALK_S else None
     else:
         frames = camera_frames(take.raw_path)
+        frames = of_one(frames) if several_bodies(frames) else frames
     if reference is not None and reference not in frames:
         raise SettingsError(
             "calibration.no_such_reference",
@@ -313,8 +319,3 @@ def keep_calibration(take: Take, calibration: Calibration) -> int:
             reasons=calibration.reasons(),
         )
     return number
-
-
-def _part(progress: Progress | None, begin: float, end: float) -> Progress | None:
-    """Return what is told the share of a part of the work that goes from `begin` to `end`."""
-    return None if progress is None else lambda share: progress(begin + (end - begin) * share)

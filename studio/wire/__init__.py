@@ -5,22 +5,26 @@ from studio.wire.arrays import (
     LandmarkArrays,
     depth_array,
     depth_image,
+    each_body,
     joint_arrays,
     landmark_arrays,
     landmark_frame,
     preview_array,
     preview_image,
     skeleton_frame,
+    with_others,
 )
 from studio.wire.messages import (
     ENDED,
     KNOWN_VERSIONS,
     LINK_PATH,
     MAX_MESSAGE_BYTES,
+    MOST_OTHERS,
     PREVIEW_PIXELS,
     PROTOCOL_VERSION,
     VIDEO_PATH,
     Ack,
+    Body,
     ClockReply,
     ClockRequest,
     ClockSample,
@@ -45,10 +49,10 @@ from studio.wire.messages import (
 )
 
 __all__ = [
-    "ENDED", "HAND_LANDMARKS", "KNOWN_VERSIONS", "LINK_PATH", "MAX_MESSAGE_BYTES", "PREVIEW_PIXELS",
-    "PROTOCOL_VERSION", "VIDEO_PATH", "Ack", "ClockReply", "ClockRequest", "ClockSample", "DepthImage", "HandState",
-    "Hello", "Intrinsics", "Kept", "LandmarkArrays", "Landmarks", "Late", "Message", "Preview", "Recording",
-    "Refused", "SkeletonFrame", "Status", "Welcome", "check_hello", "decode", "depth_array", "depth_image", "encode",
-    "is_camera_name", "joint_arrays", "landmark_arrays", "landmark_frame", "preview_array", "preview_image",
-    "skeleton_frame",
+    "ENDED", "HAND_LANDMARKS", "KNOWN_VERSIONS", "LINK_PATH", "MAX_MESSAGE_BYTES", "MOST_OTHERS", "PREVIEW_PIXELS",
+    "PROTOCOL_VERSION", "VIDEO_PATH", "Ack", "Body", "ClockReply", "ClockRequest", "ClockSample", "DepthImage",
+    "HandState", "Hello", "Intrinsics", "Kept", "LandmarkArrays", "Landmarks", "Late", "Message", "Preview",
+    "Recording", "Refused", "SkeletonFrame", "Status", "Welcome", "check_hello", "decode", "depth_array",
+    "depth_image", "each_body", "encode", "is_camera_name", "joint_arrays", "landmark_arrays", "landmark_frame",
+    "preview_array", "preview_image", "skeleton_frame", "with_others",
 ]  # fmt: skip

@@ -1,15 +1,18 @@
 """Arrays as messages, and messages as arrays: skeletons, landmarks, depth images, previews."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 import zstandard
+from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from studio.engine.base.errors import FormatError
 from studio.engine.model.joints import JOINT_SETS
 from studio.wire.messages import (
     PREVIEW_PIXELS,
+    Body,
     DepthImage,
     HandState,
     Intrinsics,
@@ -26,8 +29,12 @@ def skeleton_frame(
     confidence: NDArray[np.floating],
     hands: list[HandState] | None = None,
     head_wxyz: tuple[float, float, float, float] | None = None,
+    body: int = 0,
 ) -> SkeletonFrame:
-    """Return a frame of device joints [m], shape (joint_count, 3), with confidence, shape (joint_count,)."""
+    """Return a frame of device joints [m], shape (joint_count, 3), with confidence, shape (joint_count,).
+
+    `body`: the device's own number of the body.
+    """
     return SkeletonFrame(
         sequence=sequence,
         device_time_ns=device_time_ns,
@@ -35,7 +42,31 @@ def skeleton_frame(
         confidence=_floats(confidence),
         hands=hands or [],
         head_wxyz=head_wxyz,
+        body=body,
     )
+
+
+def with_others(frame: SkeletonFrame, others: Sequence[SkeletonFrame]) -> SkeletonFrame:
+    """Return a frame of one body with further bodies, each given as a frame of its own."""
+    return replace(
+        frame,
+        others=[
+            Body(one.body, one.positions, one.confidence, one.hands, one.head_wxyz, one.landmarks)
+            for one in others
+        ],
+    )
+
+
+def each_body(frame: SkeletonFrame) -> list[SkeletonFrame]:
+    """Return every body of a frame as a frame of its own; of equal numbers only the first."""
+    found = {frame.body: replace(frame, others=[]) if frame.others else frame}
+    for one in frame.others:
+        alone = SkeletonFrame(
+            frame.sequence, frame.device_time_ns, one.positions, one.confidence, one.hands, one.head_wxyz,
+            one.landmarks, one.number,
+        )  # fmt: skip
+        found.setdefault(one.number, alone)
+    return list(found.values())
 
 
 def depth_image(sequence: int, device_time_ns: int, depth_mm: NDArray[np.uint16]) -> DepthImage:

@@ -1,4 +1,4 @@
-"""The messages between camera clients and the server (version 2), also kept in `raw.mcap`.
+"""The messages between camera clients and the server (version 3), also kept in `raw.mcap`.
 
 A camera client opens a WebSocket at `/api/v1/link` and sends `Hello`; the server answers `Welcome` or
 `Refused` and closes. Then, in any order: `ClockRequest` -> `ClockReply` (the exchange that gives offset and
@@ -7,8 +7,8 @@ the client keeps its frames (`Kept`) until an `Ack` says that they are on the di
 (`Late`). Every message is one binary WebSocket message: a MessagePack map with a `type` key. `decode` checks it
 against its schema.
 
-A `SkeletonFrame` is written to `raw.mcap` as the very bytes that arrived. Version 2 added its `landmarks`; clients of
-version 1 are welcome.
+A `SkeletonFrame` is written to `raw.mcap` as the very bytes that arrived. Version 2 added its `landmarks`, version 3
+several bodies; clients of earlier versions are welcome.
 """
 
 import re
@@ -20,8 +20,8 @@ from msgspec import Meta
 from studio.engine.base.errors import FormatError
 from studio.engine.model.joints import JOINT_SETS
 
-PROTOCOL_VERSION = 2
-KNOWN_VERSIONS = (1, PROTOCOL_VERSION)
+PROTOCOL_VERSION = 3
+KNOWN_VERSIONS = (1, 2, PROTOCOL_VERSION)
 """Versions of camera clients that the server understands."""
 
 MAX_MESSAGE_BYTES = 4 * 1024 * 1024
@@ -40,6 +40,9 @@ ENDED = 2**62
 
 Sequence = Annotated[int, Meta(ge=0, le=2**62)]
 Percent = Annotated[int, Meta(ge=0, le=100)]
+BodyNumber = Annotated[int, Meta(ge=0, le=2**31 - 1)]
+MOST_OTHERS = 15
+"""Bodies that a frame may have beside its first."""
 Id = Annotated[str, Meta(max_length=64)]
 Text = Annotated[str, Meta(max_length=500)]
 
@@ -141,12 +144,25 @@ class Landmarks(msgspec.Struct, forbid_unknown_fields=True):
     right_hand: bytes = b""
 
 
+class Body(msgspec.Struct, forbid_unknown_fields=True):
+    """A further body in a `SkeletonFrame`; its fields are as there. `number` is the device's own (`body` there)."""
+
+    number: BodyNumber
+    positions: bytes
+    confidence: bytes
+    hands: Annotated[list[HandState], Meta(max_length=8)] = []
+    head_wxyz: tuple[float, float, float, float] | None = None
+    landmarks: Landmarks | None = None
+
+
 class SkeletonFrame(msgspec.Struct, tag="skeleton", forbid_unknown_fields=True):
-    """One skeleton in the camera frame [m], in the joint set named by `Hello`.
+    """The bodies that a camera sees at one moment, in the camera frame [m], in the joint set named by `Hello`.
 
     `positions`: little-endian float32, joint_count * 3, NaN = unseen. `confidence`: float32, joint_count.
     `head_wxyz`: measured head orientation in the camera frame where known.
     `landmarks`: of a camera that sees no depth; `positions` is empty then, and `confidence` how visible each is.
+    `body`: the device's own number of this body, a hint: it changes when the device loses the body. `others`: further
+    bodies, each with another number.
     """
 
     sequence: Sequence
@@ -156,6 +172,8 @@ class SkeletonFrame(msgspec.Struct, tag="skeleton", forbid_unknown_fields=True):
     hands: Annotated[list[HandState], Meta(max_length=8)] = []
     head_wxyz: tuple[float, float, float, float] | None = None
     landmarks: Landmarks | None = None
+    body: BodyNumber = 0
+    others: Annotated[list[Body], Meta(max_length=MOST_OTHERS)] = []
 
 
 class DepthImage(msgspec.Struct, tag="depth", forbid_unknown_fields=True):

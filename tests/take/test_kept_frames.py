@@ -1,5 +1,7 @@
 """Frames that are kept outside memory come back as they were."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -7,7 +9,7 @@ from studio.engine.base import records
 from studio.engine.base.errors import TakeError
 from studio.engine.base.records import BLOCK, Records
 from studio.engine.model.frames import CameraFrame, HandSeen
-from studio.take.raw.kept_frames import Joined, KeptFrames
+from studio.take.raw.kept_frames import Joined, KeptFrames, several_bodies
 from tests.refused import refused
 
 
@@ -18,12 +20,17 @@ def frames(count=3 * BLOCK + 7):
         positions[k % 21] = np.nan
         hands = tuple(HandSeen(side, "shape", rng.random()) for side in ("left", "right")[: k % 3])
         head = tuple(rng.normal(size=4).tolist()) if k % 2 else None
-        yield CameraFrame(f"camera_{k % 3}", k, 2**61 + k, positions, rng.random(21), hands, head)
+        frame = CameraFrame(f"camera_{k % 3}", k, 2**61 + k, positions, rng.random(21), hands, head)
+        others = tuple(replace(frame, positions=positions + one, body=one) for one in range(1, 1 + k % 4))
+        yield replace(frame, body=7, others=others)
 
 
 def assert_equal(a, b):
     np.testing.assert_array_equal(a.positions, b.positions)
     np.testing.assert_array_equal(a.confidence, b.confidence)
+    assert len(a.others) == len(b.others) and a.body == b.body
+    for one, other in zip(a.others, b.others, strict=True):
+        assert_equal(one, other)
     assert [getattr(a, key) for key in ("camera", "sequence", "device_time_ns", "hands", "head_wxyz")] == [
         getattr(b, key) for key in ("camera", "sequence", "device_time_ns", "hands", "head_wxyz")
     ]
@@ -33,16 +40,16 @@ def assert_equal(a, b):
 def test_frames_come_back_as_they_were(monkeypatch, in_memory):
     monkeypatch.setattr(records, "IN_MEMORY_BYTES", in_memory)
     added, kept = list(frames()), KeptFrames()
-    for frame in added:
-        kept.add(frame)
+    places = np.array([kept.add(frame) for frame in added])
     order = np.random.default_rng(2).permutation(len(added))
     times = np.array([added[place].device_time_ns for place in order])
-    chosen = kept.frames(order, times)
+    chosen = kept.frames(places[order], times)
+    assert several_bodies({"camera_0": chosen})
     assert len(chosen) == len(added)
     for frame, place in zip(chosen, order, strict=True):
         assert_equal(frame, added[place])
     assert_equal(chosen[-1], added[order[-1]])
-    part = kept.frames(order[5:9], times[:4])
+    part = kept.frames(places[order[5:9]], times[:4])
     assert [f.sequence for f in part[1:3]] == [added[order[i]].sequence for i in (6, 7)]
     assert part[0].device_time_ns == times[0]
 

@@ -8,7 +8,7 @@ from studio.api.errors import NotFoundError
 from studio.engine.base.errors import SettingsError, TakeError
 from studio.engine.base.value_sentences import bad_setting
 from studio.live import LiveStage
-from studio.take.folder.take import Take
+from studio.take.folder.take import POSES, Take
 from studio.take.library.sessions import TakeInfo, take_path
 
 
@@ -100,7 +100,7 @@ class Finder:
                 name=name,
                 others=[*take.solve_names()],
             )
-        return take.solve_folder(name) / "poses.npz"
+        return take.performer_folder(name) / POSES
 
     @staticmethod
     def line(info: TakeInfo) -> ListedTake:

@@ -49,10 +49,12 @@ def write_atomically(path: str | os.PathLike[str], *, to_disk: bool = True) -> I
 
 
 def sync_files(folder: Path) -> None:
-    """Flush the files of a folder to the disk. Flushing all at the end is faster than flushing each as it is written,
-    because the first flush also writes most of the others.
+    """Flush the files in a folder, at any depth, to the disk.
+
+    Flushing all at the end is faster than flushing each as it is written, because the first flush also writes most of
+    the others.
     """
-    for path in folder.iterdir():
+    for path in (path for path in folder.rglob("*") if path.is_file()):
         with path.open("rb+") as file:
             os.fsync(file.fileno())
 

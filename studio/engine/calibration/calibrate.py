@@ -130,8 +130,22 @@ def with_performer(calibration: Calibration, frames: Mapping[str, Sequence[Camer
     performer = calibration.performer
     if (performer is not None and performer.soles_measured) or not known:
         return calibration
-    points = with_points(calibration, {name: frames[name][:_ENOUGH_FRAMES] for name in known})
-    known.sort(key=lambda name: name != calibration.reference)  # the reference first
+    walk = walk_of(calibration, {name: frames[name] for name in known})
+    performer = measure(walk) if performer is None else performer
+    performer = None if performer is None else on_soles(performer, walk)
+    floor_given = performer is not None and performer.soles_measured
+    return replace(calibration, performer=performer, floor_given=floor_given)
+
+
+def walk_of(calibration: Calibration, frames: Mapping[str, Sequence[CameraFrame]]) -> Walk:
+    """Return one skeleton of a performer's frames in the stage frame, of the first ten minutes.
+
+    Args:
+        calibration: places every camera of `frames`.
+        frames: by camera, in device time order, of one performer; none of them empty.
+    """
+    points = with_points(calibration, {name: mine[:_ENOUGH_FRAMES] for name, mine in frames.items()})
+    known = sorted(frames, key=lambda name: name != calibration.reference)  # the reference first
     cameras = [calibration.cameras[name] for name in known]
     tracks = [make_track(points[name]) for name in known]
     starts_ns = [c.clock.stage_ns(track.epoch_ns) for c, track in zip(cameras, tracks, strict=True)]
@@ -142,11 +156,7 @@ def with_performer(calibration: Calibration, frames: Mapping[str, Sequence[Camer
         for camera, start_ns in zip(cameras, starts_ns, strict=True)
     ]
     times, bias = grid(tracks[0]), cameras[0].depth_bias_m
-    walk = merge(tracks, placed, times, swaps_between(tracks, placed, times, bias), bias)
-    performer = measure(walk) if performer is None else performer
-    performer = None if performer is None else on_soles(performer, walk)
-    floor_given = performer is not None and performer.soles_measured
-    return replace(calibration, performer=performer, floor_given=floor_given)
+    return merge(tracks, placed, times, swaps_between(tracks, placed, times, bias), bias)
 
 
 def _same_place(T: NDArray[np.float64]) -> bool:

@@ -17,7 +17,7 @@ from studio.engine.metrics.figures.position import mpjpe_mm, mpjpe_root_aligned_
 from studio.engine.metrics.figures.smoothness import acceleration_error_m_s2, jerk_m_s3, reference_jerk_m_s3
 from studio.engine.metrics.figures.spectral_arc import spectral_arc_lengths
 from studio.engine.metrics.own import own_stance_foot_slide_cm_s
-from studio.engine.metrics.reference.alignment import align
+from studio.engine.metrics.reference.alignment import Alignment, align
 from studio.engine.metrics.reference.clock import on_one_clock
 from studio.engine.metrics.reference.matching import Matched, match
 from studio.engine.metrics.reference.reference import Markers, Reference
@@ -35,6 +35,7 @@ def evaluate(
     start_s: float | None = None,
     same_clock: bool = True,
     similarity: bool = False,
+    alignment: Alignment | None = None,
 ) -> Evaluation:
     """Return the figures of one solve.
 
@@ -46,13 +47,17 @@ def evaluate(
             away and reported (`time_offset_ms` at stage time 0, positive = the reference's clock is ahead);
             latency and offset cannot be separated then.
         similarity: align the size too.
+        alignment: use this one, of all performers together.
 
     Raises:
         FormatError: solve and reference share too little time or too few joints.
     """
     centres, offsets_mm, clock = on_one_clock(poses, reference, start_s, same_clock)
     matched = match(poses, centres, start_s=start_s, offset_s=clock[0], drift_ppm=clock[1])
-    matched, alignment = align(matched, similarity=similarity)
+    if alignment is None:
+        matched, alignment = align(matched, similarity=similarity)
+    else:
+        matched = replace(matched, solve_m=alignment.to_reference(matched.solve_m))
     alignment = replace(alignment, offset_s=clock[0], drift_ppm=clock[1])
     return {
         "mpjpe_mm": mpjpe_mm(matched),

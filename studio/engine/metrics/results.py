@@ -142,6 +142,22 @@ class Evaluation(ThesisFigures, FiguresOfBoth, AngleFigures, Cleanup):
     frames: int
 
 
+class SeveralEvaluation(TypedDict):
+    """Figures of a solve of several performers against their references.
+
+    Attributes:
+        performers: each one's figures, by name, with one alignment for all.
+        identity_switches: how often a solved performer changes from one reference to another.
+        missed_percent: share of the references' frames without a pose, while a camera recorded.
+        undecided_percent: share of the references' frames in which the solve says that it cannot tell who is who.
+    """
+
+    performers: dict[str, Evaluation]
+    identity_switches: int
+    missed_percent: float
+    undecided_percent: float
+
+
 class Apart(Struct):
     """An instant at which two motions differ: stage time [s], the joint furthest apart, and how far [mm]."""
 

@@ -1,6 +1,6 @@
 """The data of the pipeline: a camera's frame, its clock, aligned frames, the fused skeleton, the result of a step."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -51,6 +51,8 @@ class CameraFrame:
         head_wxyz: measured head orientation in the camera frame, where known.
         picture: the joints of a camera without depth, whose `positions` are NaN; `confidence` is how visible they
             are.
+        body: the device's own number of the body, which changes when the device loses it.
+        others: further bodies that the camera saw at the same moment.
     """
 
     camera: str
@@ -61,6 +63,12 @@ class CameraFrame:
     hands: tuple[HandSeen, ...] = ()
     head_wxyz: tuple[float, float, float, float] | None = None
     picture: PictureJoints | None = None
+    body: int = 0
+    others: "tuple[CameraFrame, ...]" = ()
+
+    def bodies(self) -> "tuple[CameraFrame, ...]":
+        """Return every body as a frame of its own."""
+        return (replace(self, others=()), *self.others) if self.others else (self,)
 
 
 @dataclass(frozen=True)

@@ -22,6 +22,10 @@ class SolveMetrics(TypedDict, total=False):
         not_followed: by joint `share`, `longest_s`, `largest_mm`, `unseen_share`.
         disagrees, cameras_moved: by camera.
         physics_figures: means over the frames, as `_before` and `_after`.
+        performers: of a take with several, each one's own figures, by name.
+        undecided_s: spans of stage time [s], from and to, in which this performer was not told apart from another.
+        recorded_s: of a take with several, spans of stage time [s] in which cameras sent frames.
+        bystanders: people who held no T-pose and were left out.
     """
 
     frames: int
@@ -41,3 +45,7 @@ class SolveMetrics(TypedDict, total=False):
     disagrees: dict[str, list[SpanJson]]
     physics: str
     physics_figures: dict[str, float]
+    performers: "dict[str, SolveMetrics]"
+    undecided_s: list[list[float]]
+    bystanders: int
+    recorded_s: list[list[float]]

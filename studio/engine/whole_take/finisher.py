@@ -99,6 +99,7 @@ class Finisher:
         self._body = BodySolver(performer, replace(settings, floor_contact="off"))  # finishing applies it
         self._followed = followed.FollowedSmoother(humanoid.skeleton, settings)
         self._store: Store | None = None
+        self._cuts: list[int] = []
         self._measured: tuple[tuple[int, int], Measurements] | None = None  # of the last window
         self._exchanged = np.zeros((0, 0), dtype=bool)  # frame and camera
         self._noise: tuple[NDArray[np.float64], NDArray[np.float64]] | None = None
@@ -114,6 +115,11 @@ class Finisher:
         if self._store is None:
             self._store = Store(result)
         self._store.add(result)
+
+    def cut(self) -> None:
+        """Begin a piece: what is added next does not go on from what was added last."""
+        if self._store is not None:
+            self._cuts.append(len(self._store))
 
     def results(self, progress: Callable[[float], None] = lambda share: None) -> Iterator[StepResult]:
         """Yield all results, finished; `progress` receives the share done."""
@@ -182,10 +188,10 @@ class Finisher:
         return q, np.concatenate(far)
 
     def _pieces(self, store: Store) -> list[tuple[int, int]]:
-        """Begin and end of each piece of the take without a gap [frames]."""
-        cuts = np.flatnonzero(np.diff(store.times_ns) * 1e-9 > 1.5 * self._dt) + 1
-        edges = [0, *(int(cut) for cut in cuts), len(store)]
-        return list(pairwise(edges))
+        """Begin and end of each piece of the take without a gap or cut [frames]."""
+        gaps = np.flatnonzero(np.diff(store.times_ns) * 1e-9 > 1.5 * self._dt) + 1
+        inner = {*gaps.tolist(), *self._cuts} - {0, len(store)}
+        return list(pairwise([0, *sorted(inner), len(store)]))
 
     def _with_physics(
         self,

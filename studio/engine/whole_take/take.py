@@ -8,12 +8,13 @@ from numpy.typing import NDArray
 from studio.engine.base.errors import SettingsError
 from studio.engine.model.calibration import Calibration
 from studio.engine.model.frames import CameraFrame, StepResult
+from studio.engine.model.on_demand import FramesOnDemand
 from studio.engine.model.poses import Poses
 from studio.engine.model.settings import SolveSettings
 from studio.engine.model.solve_metrics import SolveMetrics
 from studio.engine.solve.stream import Stream
 from studio.engine.whole_take.collect import PoseCollector
-from studio.engine.whole_take.cut import LOOKED_S, cut_between_s
+from studio.engine.whole_take.cut import LOOKED_S, cut_between_s, parts_between_cuts
 from studio.engine.whole_take.finisher import Finisher
 from studio.engine.whole_take.residuals import SolveResiduals
 from studio.engine.whole_take.trace import TraceCollector
@@ -59,9 +60,8 @@ def solve_frames(
     """
     if not isinstance(frames, Sequence):
         frames = list(frames)
-    order, start_ns = _order(frames, calibration, start_s)
-    stream = Stream(calibration, settings)
-    finisher = _finisher(calibration, settings)
+    placed, start_ns = _order(frames, calibration, start_s)
+    parts = _parts(frames, placed)
     collector = PoseCollector()
 
     def collect(result: StepResult) -> None:
@@ -71,24 +71,27 @@ def solve_frames(
         if trace is not None:
             trace.add(result)
 
+    finisher = _finisher(calibration, settings)
+    live_share = 1.0 if finisher is None else LIVE_SHARE
+
     def take(results: list[StepResult]) -> None:
         for result in results:
             if result.frame_set.stage_time_ns >= start_ns:
                 collect(result) if finisher is None else finisher.add(result)
 
-    live_share = 1.0 if finisher is None else LIVE_SHARE
-    for done, place in enumerate(order.tolist()):
-        take(stream.add(frames[place]))
-        if progress is not None and done % 64 == 0:
-            progress(live_share * (done + 1) / len(order))
-    take(stream.rest())
+    done = 0
+    for part in range(int(parts.max(initial=0)) + 1):
+        stream = Stream(calibration, settings)
+        if finisher is not None:
+            finisher.cut()
+        for place in placed["place"][parts == part].tolist():
+            take(stream.add(frames[place]))
+            if progress is not None and done % 64 == 0:
+                progress(live_share * (done + 1) / len(placed))
+            done += 1
+        take(stream.rest())
     if finisher is not None:
-
-        def tell(share: float) -> None:
-            if progress is not None:
-                progress(live_share + (1.0 - live_share) * share)
-
-        for result in finisher.results(tell):
+        for result in finisher.results(part_of_progress(progress, live_share, 1.0) or _to_nobody):
             collect(result)
         if physics is not None:
             physics.update(finisher.physics_report)
@@ -97,10 +100,45 @@ def solve_frames(
     return collector.poses()
 
 
+def _to_nobody(share: float) -> None:
+    """Receive progress that nobody asked for."""
+
+
+def part_of_progress(progress: ProgressCallback | None, begin: float, end: float) -> ProgressCallback | None:
+    """Return what is told the share of a part of the work that goes from `begin` to `end`."""
+    return None if progress is None else lambda share: progress(begin + (end - begin) * share)
+
+
+def _parts(frames: Sequence[CameraFrame], placed: NDArray[np.void]) -> NDArray[np.int64]:
+    """Return the part between cuts that each placed frame belongs to, shape (frame_count,)."""
+    rows = {camera: np.flatnonzero(placed["camera"] == camera) for camera in np.unique(placed["camera"])}
+    chosen = {str(camera): _Chosen(frames, placed["place"][own]) for camera, own in rows.items()}
+    times_s = {str(camera): placed["stage_ns"][own] * 1e-9 for camera, own in rows.items()}
+    parts = np.zeros(len(placed), dtype=np.int64)
+    found = parts_between_cuts(chosen, times_s)
+    for camera, own in rows.items():
+        parts[own] = found[str(camera)]
+    return parts
+
+
+class _Chosen(FramesOnDemand):
+    """Some frames, by their places."""
+
+    def __init__(self, frames: Sequence[CameraFrame], places: NDArray[np.int64]) -> None:
+        self._frames, self._places = frames, places
+
+    def __len__(self) -> int:
+        return len(self._places)
+
+    def at(self, index: int) -> CameraFrame:
+        return self._frames[int(self._places[index])]
+
+
 def _order(
     frames: Sequence[CameraFrame], calibration: Calibration, start_s: float | None
-) -> tuple[NDArray[np.int64], float]:
-    """Return the indices of the frames to use, by stage time, then camera, then number; and when poses begin [ns]."""
+) -> tuple[NDArray[np.void], float]:
+    """Return the frames to use by stage time, then camera, then number, `place` being their index; and when poses
+    begin [ns]."""
     clocks = {name: camera.clock for name, camera in calibration.cameras.items()}
     ranks = {name: rank for rank, name in enumerate(sorted(clocks))}
     keys = (
@@ -118,7 +156,7 @@ def _order(
     )
     placed = placed[np.lexsort((placed["sequence"], placed["camera"], placed["stage_ns"]))]
     if start_s is None:
-        return placed["place"], -np.inf
+        return placed, -np.inf
     start_ns = start_s * 1e9
     placed = placed[placed["stage_ns"] >= start_ns]
     cuts = []
@@ -130,7 +168,7 @@ def _order(
     if len(found):
         placed = placed[placed["stage_ns"] > (start_s + found[:, 0].max() + 1e-6) * 1e9]
         start_ns = (start_s + found[:, 1].min()) * 1e9
-    return placed["place"], start_ns
+    return placed, start_ns
 
 
 def check_together(settings: SolveSettings) -> None:

@@ -24,7 +24,7 @@ from studio.engine.model.joints import OUTPUT_INDEX, OUTPUT_JOINTS, OUTPUT_PAREN
 from studio.engine.model.poses import Poses, on_output_joints
 from studio.engine.model.soles import rest_lift_m
 from studio.review.blind.model import MAX_SECONDS, Pair, Side
-from studio.take.folder.take import Take
+from studio.take.folder.take import POSES, Take
 
 HZ = 60.0
 HEAD_JOINT_OF_HEIGHT = 0.93
@@ -44,7 +44,7 @@ def bake_pairs(pairs: list[tuple[Pair, Take, Take]], body: str) -> list[tuple[by
         performer = next((one for one in known if one is not None), None)
         sides = (pair.a, pair.b)
         first, second = (
-            Poses.load(take.solve_folder(side.solve) / "poses.npz")
+            Poses.load(take.performer_folder(side.solve) / POSES)
             for take, side in zip(takes, sides, strict=True)
         )
         baked.append(bake_pair((first, second), sides, performer, pair.start_s, pair.end_s, body=body))

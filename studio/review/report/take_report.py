@@ -14,7 +14,7 @@ from studio.review.report.words import ENGLISH, Language, Words
 from studio.take.folder.evaluating import evaluate_solves
 from studio.take.folder.references import HowAligned
 from studio.take.folder.solves import read_settings, solve_camera_moves, solve_disagreements
-from studio.take.folder.take import Take
+from studio.take.folder.take import POSES, Take
 
 
 def take_report(
@@ -23,7 +23,7 @@ def take_report(
     """Return the report of a take's solves as HTML; `figures` by solve, from `metrics.evaluate`."""
     solves = {
         name: MeasuredSolve(
-            Poses.load(take.solve_folder(name) / "poses.npz"),
+            Poses.load(take.performer_folder(name) / POSES),
             one,
             read_settings(take.solve_folder(name)) or {},
             solve_disagreements(take.solve_folder(name)),

@@ -1,11 +1,12 @@
 """Evaluation of a take's solves against a reference, for the command, the API and batches."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING
 
-from studio.engine.metrics.results import Evaluation
+from studio.engine.metrics.results import Evaluation, SeveralEvaluation
 from studio.take.folder.references import HowAligned
-from studio.take.folder.take import Take
+from studio.take.folder.solves import read_metrics
+from studio.take.folder.take import POSES, Take
 
 if TYPE_CHECKING:
     from studio.engine.metrics.reference.reference import Markers, Reference
@@ -30,8 +31,46 @@ def evaluate_solves(
 
     figures = {}
     for k, name in enumerate(solves):
-        poses = Poses.load(take.solve_folder(name) / "poses.npz")
+        poses = Poses.load(take.performer_folder(name) / POSES)
         figures[name] = evaluate_poses(take, poses, reference, how)
+        if progress is not None:
+            progress((k + 1) / len(solves))
+    return figures
+
+
+def evaluate_performers(
+    take: Take,
+    references: "Mapping[str, Reference | Markers]",
+    solves: Sequence[str],
+    how: HowAligned,
+    *,
+    progress: Callable[[float], None] | None = None,
+) -> dict[str, SeveralEvaluation]:
+    """Return the figures of solves of several performers by name of the solve; `references` by performer.
+
+    Raises:
+        TakeError: a solve has no such performer.
+        FormatError: a solve is damaged.
+        StudioError: it cannot be aligned with the references.
+    """
+    from studio.engine.metrics.several import evaluate_several
+    from studio.engine.model.poses import Poses
+
+    figures = {}
+    for k, name in enumerate(solves):
+        folders = {performer: take.performer_folder(name, performer) for performer in references}
+        figures[name] = evaluate_several(
+            {performer: Poses.load(folder / POSES) for performer, folder in folders.items()},
+            references,
+            undecided_s={
+                performer: (read_metrics(folder) or {}).get("undecided_s", [])
+                for performer, folder in folders.items()
+            },
+            recorded_s=(read_metrics(take.solve_folder(name)) or {}).get("recorded_s"),
+            start_s=take.meta["calibration_s"],
+            same_clock=not how.align_time,
+            similarity=how.align == "similarity",
+        )
         if progress is not None:
             progress((k + 1) / len(solves))
     return figures

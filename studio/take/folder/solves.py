@@ -4,6 +4,8 @@ import json
 import os
 import shutil
 import tempfile
+from collections.abc import Mapping
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -16,10 +18,20 @@ from studio.engine.model.settings import SettingsJson, SolveSettings
 from studio.engine.model.solve_metrics import SolveMetrics
 from studio.engine.model.spans import Span
 from studio.engine.whole_take.trace import Trace
-from studio.take.folder.take import Take
+from studio.take.folder.names import check_name
+from studio.take.folder.take import POSES, Take
 
 TRACE = "trace.npz"
 """Inputs of a solve's frames; the solve `live` and imported ones have none."""
+
+
+@dataclass(frozen=True)
+class Solved:
+    """One performer's part of a solve: poses, figures, and the inputs of its frames."""
+
+    poses: Poses
+    metrics: SolveMetrics
+    trace: Trace | None = None
 
 
 def write_solve(
@@ -34,8 +46,30 @@ def write_solve(
 ) -> Path:
     """Write `solves/<name>/` with settings.json, poses.npz, metrics.json and trace.npz; return the folder.
 
+    As `write_performers`, for one.
+    """
+    only = {"": Solved(poses, metrics, trace)}
+    return write_performers(take, name, settings=settings, performers=only, metrics=metrics, to_disk=to_disk)
+
+
+def write_performers(
+    take: Take,
+    name: str,
+    *,
+    settings: SolveSettings,
+    performers: Mapping[str, Solved],
+    metrics: SolveMetrics,
+    to_disk: bool = True,
+) -> Path:
+    """Write `solves/<name>/` with settings.json and metrics.json, and for each performer a folder of their name with
+    poses.npz, metrics.json and trace.npz; return the folder.
+
     A solve of that name is replaced; an error leaves it unchanged. Without `to_disk`
     the data may not be on the disk yet.
+
+    Args:
+        performers: by name; the name "" stands for the only one, whose files lie in `solves/<name>/` itself.
+        metrics: of all.
 
     Raises:
         TakeError: a name that is not allowed, or a folder that cannot be written.
@@ -47,9 +81,13 @@ def write_solve(
         folder.parent.mkdir(parents=True, exist_ok=True)
         temporary = Path(tempfile.mkdtemp(prefix=f".{name}.partial-", dir=folder.parent))
         os.chmod(temporary, 0o755)
-        poses.save(temporary / "poses.npz", to_disk=False)
-        if trace is not None:
-            trace.save(temporary / TRACE, to_disk=False)
+        for performer, solved in performers.items():
+            own = temporary / check_name("performer", performer) if performer else temporary
+            own.mkdir(exist_ok=True)
+            solved.poses.save(own / POSES, to_disk=False)
+            if solved.trace is not None:
+                solved.trace.save(own / TRACE, to_disk=False)
+            write_json(own / "metrics.json", METRICS.stamped(solved.metrics), to_disk=False)
         write_json(temporary / "settings.json", SETTINGS.stamped(settings.to_json()), to_disk=False)
         write_json(temporary / "metrics.json", METRICS.stamped(metrics), to_disk=False)
         if to_disk:

@@ -95,6 +95,13 @@ def new_meta(
     }
 
 
+POSES = "poses.npz"
+"""The poses of a solve's performer, in its folder."""
+
+PERFORMER = "performer_1"
+"""Name of the only performer of a solve."""
+
+
 class Take:
     """A take's folder and the content of its `take.json`.
 
@@ -284,8 +291,40 @@ class Take:
 
     def solve_names(self) -> list[str]:
         """Names of the solves with poses, in alphabetical order."""
-        folders = (self.path / "solves").glob("*/poses.npz")
-        return sorted(file.parent.name for file in folders if is_safe_name(file.parent.name))
+        solves = self.path / "solves"
+        found = {
+            file.relative_to(solves).parts[0] for deep in ("*/", "*/*/") for file in solves.glob(deep + POSES)
+        }
+        return sorted(name for name in found if is_safe_name(name))
+
+    def performer_names(self, solve: str) -> list[str]:
+        """Names of the performers of a solve of several, in the order in which they came in; empty for one of one.
+
+        Raises:
+            TakeError: a name that is not allowed.
+        """
+        names = [file.parent.name for file in self.solve_folder(solve).glob(f"*/{POSES}")]
+        return sorted((name for name in names if is_safe_name(name)), key=lambda name: (len(name), name))
+
+    def performer_folder(self, solve: str, performer: str | None = None) -> Path:
+        """Return the folder with the poses of a solve's performer; the first where None.
+
+        Raises:
+            TakeError: a name that is not allowed, or no such performer.
+        """
+        folder, names = self.solve_folder(solve), self.performer_names(solve)
+        if performer is None:
+            return folder / names[0] if names else folder
+        if performer not in (names or [PERFORMER]):
+            raise TakeError(
+                "take.no_performer",
+                "solve {solve!r} of {take} has no performer {name!r}; it has: {others}",
+                solve=solve,
+                take=self.path,
+                name=performer,
+                others=names or [PERFORMER],
+            )
+        return folder / performer if names else folder
 
 
 def _numbers(files: Iterable[Path]) -> list[int]:

@@ -63,6 +63,15 @@ class ReadVideo:
 
 
 @dataclass(frozen=True)
+class OtherBody:
+    """A further body in a frame: the device's own number, joints and confidence as of `ReadCamera`, of one frame."""
+
+    number: int
+    positions: NDArray[np.float64]
+    confidence: NDArray[np.float64]
+
+
+@dataclass(frozen=True)
 class ReadCamera:
     """One camera of a recording: skeletons, depth images, both, or landmarks in pictures.
 
@@ -73,6 +82,8 @@ class ReadCamera:
         positions: device joints in the camera frame (OpenCV axes) [m], shape (frame_count, joint_count, 3);
             NaN = unseen.
         confidence: 0..1, shape (frame_count, joint_count).
+        body: the device's own number of each frame's body, shape (frame_count,); None = 0 throughout.
+        others: further bodies of each frame; None = none.
         depth: its depth images, where it has any.
         landmarks: of each frame of a camera without depth, whose `positions` are NaN; `confidence` is how visible
             they are.
@@ -87,6 +98,8 @@ class ReadCamera:
     positions: NDArray[np.float64]
     confidence: NDArray[np.float64]
     serial: str = ""
+    body: NDArray[np.int64] | None = None
+    others: Sequence[Sequence[OtherBody]] | None = None
     depth: ReadDepth | None = None
     landmarks: Sequence[wire.LandmarkArrays] | None = None
     clock_within_s: float | None = None
@@ -237,7 +250,16 @@ def _skeletons(number: int, camera: ReadCamera) -> Iterator[_Item]:
 
 def _frame(k: int, time_ns: int, camera: ReadCamera) -> wire.SkeletonFrame:
     if camera.landmarks is None:
-        return wire.skeleton_frame(k, time_ns, camera.positions[k], camera.confidence[k])
+        number = 0 if camera.body is None else int(camera.body[k])
+        frame = wire.skeleton_frame(k, time_ns, camera.positions[k], camera.confidence[k], body=number)
+        others = () if camera.others is None else camera.others[k]
+        return wire.with_others(
+            frame,
+            [
+                wire.skeleton_frame(k, time_ns, one.positions, one.confidence, body=one.number)
+                for one in others
+            ],
+        )
     return wire.landmark_frame(k, time_ns, camera.landmarks[k], camera.confidence[k])
 
 

@@ -71,8 +71,7 @@ def camera_frames(path: str | Path) -> dict[str, Sequence[CameraFrame]]:
         if isinstance(record, RawCamera):
             names.append(record.hello.name)
         elif isinstance(record, RawFrame):
-            kept.add(record.frame)
-            arrivals.add(record)
+            arrivals.add(record, kept.add(record.frame))
         elif isinstance(record, RawEvent):
             clocks.event(record.event)
     return {name: kept.frames(*arrivals.in_order(name, clocks)) for name in dict.fromkeys(names)}
@@ -83,23 +82,26 @@ class _Arrivals:
 
     def __init__(self) -> None:
         self._clients: dict[tuple[str, str], int] = {}
-        self._client, self._sequence, self._time_ns = array("l"), array("q"), array("q")
+        self._client, self._place = array("l"), array("q")
+        self._sequence, self._time_ns = array("q"), array("q")
 
-    def add(self, record: RawFrame) -> None:
+    def add(self, record: RawFrame, place: int) -> None:
+        """Register a frame that is kept at this index."""
         client = (record.camera, record.boot_id)
         self._client.append(self._clients.setdefault(client, len(self._clients)))
+        self._place.append(place)
         self._sequence.append(record.frame.sequence)
         self._time_ns.append(record.frame.device_time_ns)
 
     def in_order(self, camera: str, clocks: TakeClocks) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-        """Return a camera's frames as indices by arrival, and their times on its last clock [ns].
+        """Return the indices of a camera's frames, and their times on its last clock [ns].
 
         They are in order of time; of frames with one time, only the first to arrive is returned.
         """
         clients = list(self._clients)
         placed: dict[int, int] = {}
-        for place, (client, sequence, time_ns) in enumerate(
-            zip(self._client, self._sequence, self._time_ns, strict=True)
+        for place, client, sequence, time_ns in zip(
+            self._place, self._client, self._sequence, self._time_ns, strict=True
         ):
             if clients[client][0] == camera:
                 at_ns = clocks.placed_ns(*clients[client], sequence, time_ns)

@@ -1,10 +1,8 @@
 """Frames of a take outside memory, because an hour of three cameras has 324,000."""
 
-from abc import abstractmethod
 from array import array
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from functools import lru_cache, partial
-from typing import overload
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,6 +11,7 @@ from studio.engine.base.records import BLOCK, Records
 from studio.engine.model.frames import CameraFrame, HandSeen, PictureJoints
 from studio.engine.model.human.face import LANDMARKS as FACE_LANDMARKS
 from studio.engine.model.joints import JOINT_COUNT
+from studio.engine.model.on_demand import FramesOnDemand
 
 _DTYPE = np.dtype(
     [
@@ -24,6 +23,8 @@ _DTYPE = np.dtype(
         ("camera", "i2"),
         ("has_head", "?"),
         ("picture", "i8"),
+        ("body", "i4"),
+        ("others", "i2"),
     ],
     align=True,
 )
@@ -48,6 +49,7 @@ class KeptFrames:
 
     def __init__(self) -> None:
         """Make an empty list."""
+        self._several = False
         self._records, self._pictures = Records(_DTYPE), Records(_PICTURE_DTYPE)
         self._hand_pixels = Records(_HANDS_DTYPE)
         self._cameras: dict[str, int] = {}
@@ -60,17 +62,29 @@ class KeptFrames:
     def __len__(self) -> int:
         return len(self._records)
 
-    def add(self, frame: CameraFrame) -> None:
-        """Add a frame.
+    @property
+    def several(self) -> bool:
+        """Whether a frame has more than one body."""
+        return self._several
+
+    def add(self, frame: CameraFrame) -> int:
+        """Add a frame; return its index.
 
         Raises:
             TakeError: the disk of the temporary folder is full.
         """
+        place = len(self._records)
+        for one in (frame, *frame.others):
+            self._add(one)
+        self._several = self._several or bool(frame.others)
+        return place
+
+    def _add(self, frame: CameraFrame) -> None:
         head, picture = frame.head_wxyz, frame.picture
         self._records.add((
             frame.positions, frame.confidence, (0.0,) * 4 if head is None else head, frame.sequence,
             frame.device_time_ns, self._cameras.setdefault(frame.camera, len(self._cameras)), head is not None,
-            -1 if picture is None else len(self._pictures),
+            -1 if picture is None else len(self._pictures), frame.body, len(frame.others),
         ))  # fmt: skip
         if picture is not None:
             place = -1 if picture.hands is None else len(self._hand_pixels)
@@ -101,6 +115,8 @@ class KeptFrames:
             hands=self._hands(place),
             head_wxyz=(w, x, y, z) if record["has_head"] else None,
             picture=self._picture(int(record["picture"])),
+            body=int(record["body"]),
+            others=tuple(self.frame(place + 1 + k, time_ns) for k in range(int(record["others"]))),
         )
 
     def _picture(self, place: int) -> PictureJoints | None:
@@ -128,23 +144,7 @@ def _read_block(records: Records, block: int) -> NDArray[np.void]:
     return records.read(block * BLOCK, (block + 1) * BLOCK)
 
 
-class _Frames(Sequence[CameraFrame]):
-    """Frames that are made on demand, by `at`, which takes indices from 0."""
-
-    @overload
-    def __getitem__(self, index: int) -> CameraFrame: ...
-    @overload
-    def __getitem__(self, index: slice) -> Sequence[CameraFrame]: ...
-    def __getitem__(self, index: int | slice) -> CameraFrame | Sequence[CameraFrame]:
-        places = range(len(self))[index]
-        return [self.at(i) for i in places] if isinstance(places, range) else self.at(places)
-
-    @abstractmethod
-    def at(self, index: int) -> CameraFrame:
-        """Return one frame."""
-
-
-class _Chosen(_Frames):
+class _Chosen(FramesOnDemand):
     """Some of the kept frames, in any order."""
 
     def __init__(self, kept: KeptFrames, places: NDArray[np.int64], times_ns: NDArray[np.int64]) -> None:
@@ -152,6 +152,11 @@ class _Chosen(_Frames):
 
     def __len__(self) -> int:
         return len(self._places)
+
+    @property
+    def several(self) -> bool:
+        """Whether any of the kept frames has more than one body."""
+        return self._kept.several
 
     def at(self, index: int) -> CameraFrame:
         return self._kept.frame(int(self._places[index]), int(self._times_ns[index]))
@@ -161,7 +166,12 @@ class _Chosen(_Frames):
             yield self._kept.frame(place, time_ns)
 
 
-class Joined(_Frames):
+def several_bodies(frames: Mapping[str, Sequence[CameraFrame]]) -> bool:
+    """Whether a frame of `KeptFrames.frames` has more than one body."""
+    return any(isinstance(mine, _Chosen) and mine.several for mine in frames.values())
+
+
+class Joined(FramesOnDemand):
     """The frames of several cameras one after the other, as one sequence."""
 
     def __init__(self, parts: Sequence[Sequence[CameraFrame]]) -> None:

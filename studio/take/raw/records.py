@@ -1,6 +1,6 @@
 """The records of `raw.mcap`, and the conversion of a device's joints to the canonical ones."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -112,6 +112,11 @@ def camera_frame(camera: str, joint_set: str, message: wire.SkeletonFrame) -> Ca
     Raises:
         FormatError: an unknown joint set, or a frame that does not fit it.
     """
+    first, *others = (_body(camera, joint_set, one) for one in wire.each_body(message))
+    return replace(first, others=tuple(others)) if others else first
+
+
+def _body(camera: str, joint_set: str, message: wire.SkeletonFrame) -> CameraFrame:
     positions, confidence = wire.joint_arrays(message, joint_set)
     picture = _picture(joint_set, message, confidence)
     seen = to_canonical(joint_set, positions, confidence) if picture is None else (_UNSEEN.copy(), picture[1])
@@ -124,6 +129,7 @@ def camera_frame(camera: str, joint_set: str, message: wire.SkeletonFrame) -> Ca
         hands=tuple(HandSeen(hand.side, hand.method, hand.open_probability) for hand in message.hands),
         head_wxyz=message.head_wxyz,
         picture=None if picture is None else picture[0],
+        body=message.body,
     )
 
 

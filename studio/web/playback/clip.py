@@ -56,7 +56,7 @@ class Clip:
         Raises:
             FormatError: the solve is empty, damaged, or an animation without hips.
         """
-        folder = take.solve_folder(solve)
+        folder = take.performer_folder(solve)
         poses = on_output_joints(Poses.load(folder / "poses.npz"))
         if poses.frame_count == 0:
             raise FormatError(

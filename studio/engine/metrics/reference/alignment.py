@@ -1,5 +1,6 @@
 """Alignment of a solve to a reference: one rigid transform or similarity, and the clock where each has its own."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -71,15 +72,24 @@ def align(matched: Matched, *, similarity: bool = False) -> tuple[Matched, Align
         similarity: fit the size too (Umeyama, "Least-squares estimation of transformation parameters
             between two point patterns", PAMI 1991).
     """
-    solve, reference = matched.pick(matched.joints)
-    valid = np.isfinite(solve).all(axis=2) & np.isfinite(reference).all(axis=2)
+    alignment = align_together([matched], similarity=similarity)
+    return replace(matched, solve_m=alignment.to_reference(matched.solve_m)), alignment
+
+
+def align_together(matches: Sequence[Matched], *, similarity: bool = False) -> Alignment:
+    """Return the one alignment of several performers' matches; `similarity` as in `align`."""
+    pairs = []
+    for matched in matches:
+        solve, reference = matched.pick(matched.joints)
+        valid = np.isfinite(solve).all(axis=2) & np.isfinite(reference).all(axis=2)
+        pairs.append((solve[valid], reference[valid]))
+    solve, reference = (np.concatenate(points) for points in zip(*pairs, strict=True))
     scale = 1.0
     if similarity:
-        a, b = solve[valid] - solve[valid].mean(axis=0), reference[valid] - reference[valid].mean(axis=0)
+        a, b = solve - solve.mean(axis=0), reference - reference.mean(axis=0)
         R = fit_rigid(a, b)[:3, :3]
         scale = float(((a @ R.T) * b).sum() / (a * a).sum())
-    alignment = Alignment(fit_rigid(scale * solve[valid], reference[valid]), scale)
-    return replace(matched, solve_m=alignment.to_reference(matched.solve_m)), alignment
+    return Alignment(fit_rigid(scale * solve, reference), scale)
 
 
 def clock_of(poses: Poses, reference: Reference, *, start_s: float | None = None) -> tuple[float, float]:

@@ -76,7 +76,7 @@ def exchanged_at_first(positions: NDArray[np.float64], confidence: NDArray[np.fl
     """Return the cameras whose left and right are exchanged in the first frame, shape (camera_count,).
 
     Each camera is matched to the one with the highest confidence. If the feet of their mean then point backwards, all
-    are exchanged. Feet of low confidence do not count.
+    are exchanged, unless the cameras' own do not on average. Feet of low confidence do not count.
 
     Args:
         positions: joints per camera in the stage frame [m], shape (camera_count, 21, 3); NaN = unseen.
@@ -92,7 +92,10 @@ def exchanged_at_first(positions: NDArray[np.float64], confidence: NDArray[np.fl
     agreed = np.where(exchanged[:, None, None], sure[:, MIRROR], sure)
     known = ~np.isnan(agreed[:, :, :1])
     middle = np.where(known, agreed, 0.0).sum(axis=0) / np.where(known.any(axis=0), known.sum(axis=0), np.nan)
-    return ~exchanged if forwardness(middle) < WRONG else exchanged
+    each = forwardness(agreed)
+    each = each[~np.isnan(each)]
+    vetoed = len(each) > 0 and each.mean() >= WRONG  # one camera's wild feet pull the middle round
+    return ~exchanged if forwardness(middle) < WRONG and not vetoed else exchanged
 
 
 class Facing:

@@ -128,6 +128,7 @@ export default {
   "import.joint_columns_missing": "{path} : colonnes absentes : {names} ; il faut time_s, et <articulation>_x, _y, _z, _confidence de chaque articulation nommée",
   "import.columns_missing": "{path} : colonnes absentes : {names} ; donnez le fichier tel qu'enregistré",
   "import.time_too_large": "{path}, ligne {line} : time_s est {value} ; 4,6e9 s au plus est permis",
+  "import.body_number": "{path}, ligne {line} : body est {value} ; permis : nombres entiers de 0 à 2147483647",
   "import.confidence": "{path}, ligne {line} : {column} est {value} ; permis : 0 à 1",
   "import.unknown_joints": "{path} : articulations inconnues {names} ; permises : {allowed}",
   "import.no_joint": "{path} : aucune articulation n'est nommée ; permises : {allowed}",

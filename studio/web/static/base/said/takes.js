@@ -24,6 +24,7 @@ export default {
   "recording.not_resumed": "le serveur a été relancé pendant la prise {take}, qui ne peut continuer : {error}",
   "take.none": "il n'y a pas de prise {take}",
   "take.recording": "la prise {take} est en cours d'enregistrement ; arrêtez-la d'abord",
+  "take.no_performer": "le calcul « {solve} » de {take} n'a pas d'interprète « {name} » ; il a : {others}",
   "take.no_solve": "la prise {take} n'a pas de calcul « {name} » ; elle a : {others}",
   "take.not_calibrated": "la prise {take} n'est pas calibrée ; calibrez-la d'abord",
   "take.calibration_refused": "la prise {take} n'est pas calibrée : la calibration {number} a été refusée ; enregistrez un parcours qui convienne",

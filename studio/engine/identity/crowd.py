@@ -1,0 +1,178 @@
+"""Gives the bodies in every camera's frames to persons, frame by frame, as live needs it.
+
+Persons and bodies are paired jointly (Hungarian method). A device's own number is not needed: it changes where bodies
+are lost, and may be exchanged where they overlap.
+"""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import linear_sum_assignment
+
+from studio.engine.identity.person import Person
+
+_FITS = 6.0
+"""Largest deviation of a body from its person."""
+
+_NEAR_M = 0.4
+"""An unclaimed body nearer than this to a person who is seen in the same frame is a device's ghost."""
+
+_PROVES_S = 0.3
+_PROVES_FRAMES = 8
+_FORGETS_S = 0.5
+_AWAY_S = 1.0
+_RETURN_S = 1.0
+"""Time until one who was away is recognised by their bones."""
+
+_CUT_S = 0.1
+"""Somebody who is seen no more from this long after another appears may be the same person, after a cut."""
+_ALIKE_M = 0.025
+_DOUBT = 1.5
+"""Two persons whose bodies could be exchanged for less than this are not told apart."""
+
+_NOBODY = 1e3
+
+
+@dataclass(frozen=True)
+class Sighting:
+    """A body in a frame: index of the frame among all that were added, and of the body in it."""
+
+    frame: int
+    body: int
+
+
+@dataclass
+class Someone:
+    """A person of the crowd: what they look like now, and every body that was theirs.
+
+    Attributes:
+        sightings: in the order of time.
+        doubted: times at which the person was not told apart from another, stage time [s].
+    """
+
+    person: Person
+    sightings: list[Sighting] = field(default_factory=list)
+    doubted: list[float] = field(default_factory=list)
+
+
+class Crowd:
+    """Everybody on the stage; frames are added in the order of their stage times."""
+
+    def __init__(self) -> None:
+        """Begin with an empty stage."""
+        self.people: list[Someone] = []
+        self._new: list[Someone] = []
+        self._frames = 0
+
+    def add(self, stage_s: float, bodies: NDArray[np.float64]) -> list[int | None]:
+        """Return the person of each body, an index of `people`; None = nobody who is known.
+
+        A person is known after 0.3 s; `Someone.sightings` has the bodies of before then too.
+
+        Args:
+            stage_s: time of the frame [s].
+            bodies: joints in the stage frame [m], shape (body_count, 21, 3); NaN = unseen.
+        """
+        frame, self._frames = self._frames, self._frames + 1
+        here = [k for k, one in enumerate(self.people) if stage_s - one.person.last_s < _AWAY_S]
+        cost = _costs([self.people[k] for k in here], stage_s, bodies)
+        found: list[int | None] = [None] * len(bodies)
+        for row, body in zip(*linear_sum_assignment(cost), strict=True):
+            if cost[row, body] < _FITS:
+                found[body] = here[row]
+        self._doubt(stage_s, here, cost, found)
+        for body, who in enumerate(found):
+            if who is not None:
+                self._take_over(self.people[who], stage_s, bodies[body])
+                self._goes_on(self.people[who], stage_s, bodies[body], Sighting(frame, body))
+        for body, who in enumerate(found):
+            if who is None and not self._is_ghost(bodies[body], found, stage_s):
+                found[body] = self._unknown(stage_s, bodies[body], Sighting(frame, body))
+        self._new = [one for one in self._new if stage_s - one.person.last_s < _FORGETS_S]
+        return found
+
+    @staticmethod
+    def _goes_on(one: Someone, stage_s: float, joints: NDArray[np.float64], sighting: Sighting) -> None:
+        one.person.add(stage_s, joints)
+        one.sightings.append(sighting)
+
+    def _take_over(self, one: Someone, stage_s: float, joints: NDArray[np.float64]) -> None:
+        """Give a person the sightings of somebody new who stands where they do now: they were one, after a leap."""
+        for other in self._new:
+            began_s = other.person.first_s
+            if one.person.last_s <= began_s and other.person.deviation(stage_s, joints[None])[0] < _FITS:
+                one.sightings += other.sightings
+                one.person = other.person
+                self._new.remove(other)
+                return
+
+    def _doubt(
+        self, stage_s: float, here: list[int], cost: NDArray[np.float64], found: list[int | None]
+    ) -> None:
+        """Register pairs of persons whose bodies could as well be exchanged."""
+        of = {who: body for body, who in enumerate(found) if who is not None}
+        for a, first in enumerate(here):
+            for b, second in enumerate(here[:a]):
+                if first in of and second in of:
+                    i, j = of[first], of[second]
+                    margin = cost[a, j] + cost[b, i] - cost[a, i] - cost[b, j]
+                elif first in of or second in of:  # one of them is hidden here
+                    body = of[first] if first in of else of[second]
+                    margin = abs(cost[a, body] - cost[b, body])
+                else:
+                    continue
+                if margin < _DOUBT:
+                    self.people[first].doubted.append(stage_s)
+                    self.people[second].doubted.append(stage_s)
+
+    def _is_ghost(self, joints: NDArray[np.float64], found: list[int | None], stage_s: float) -> bool:
+        """Whether a body is a second one of a person who is seen in this very frame, or has no joint."""
+        seen = joints[np.isfinite(joints[:, 0])]
+        if len(seen) == 0:
+            return True
+        middle = seen.mean(axis=0)
+        people = [self.people[who].person for who in found if who is not None]
+        return any(float(np.linalg.norm(one.middle() - middle)) < _NEAR_M for one in people)
+
+    def _unknown(self, stage_s: float, joints: NDArray[np.float64], sighting: Sighting) -> int | None:
+        """Go on with somebody new; return who it is once they have proved to be there."""
+        fits = [float(one.person.deviation(stage_s, joints[None])[0]) for one in self._new]
+        if not fits or min(fits) >= _FITS:
+            self._new.append(Someone(Person(stage_s, joints), [sighting]))
+            return None
+        one = self._new[int(np.argmin(fits))]
+        self._goes_on(one, stage_s, joints, sighting)
+        known_s = stage_s - one.person.first_s
+        away = [k for k, other in enumerate(self.people) if other.person.last_s < one.person.first_s + _CUT_S]
+        if known_s < (_RETURN_S if away else _PROVES_S) or one.person.frames < _PROVES_FRAMES:
+            return None
+        self._new.remove(one)
+        back = self._returned(one, away)
+        if back is None:
+            self.people.append(one)
+            return len(self.people) - 1
+        self.people[back].person = one.person
+        self.people[back].sightings += one.sightings
+        return back
+
+    def _returned(self, one: Someone, away: list[int]) -> int | None:
+        """Return who of those away has this person's bones; None = nobody."""
+        far = [_apart_m(one.person.bones_m(), self.people[k].person.bones_m()) for k in away]
+        best = int(np.argmin(far)) if far else -1
+        return away[best] if far and far[best] < _ALIKE_M else None
+
+
+def _costs(people: list[Someone], stage_s: float, bodies: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return how badly each body fits each person, shape (person_count, body_count)."""
+    cost = np.full((len(people), len(bodies)), _NOBODY)
+    for row, one in enumerate(people):
+        cost[row] = np.minimum(one.person.deviation(stage_s, bodies), _NOBODY)
+    return cost
+
+
+def _apart_m(bones: NDArray[np.float64], others: NDArray[np.float64]) -> float:
+    """Return the mean difference of two persons' bones [m]; infinite where they share too few."""
+    apart = np.abs(bones - others)[1:]
+    seen = np.isfinite(apart)
+    return float(apart[seen].mean()) if seen.sum() >= 6 else np.inf

@@ -1,0 +1,157 @@
+"""The performers of a whole take: everybody who was followed, with their frames, names and proportions.
+
+Whoever holds a T-pose is a performer, and so is who was calibrated with. All others are bystanders.
+"""
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from heapq import merge
+
+import numpy as np
+from numpy.typing import NDArray
+
+from studio.engine.base.geometry import transform_points
+from studio.engine.calibration.calibrate import walk_of, with_performer
+from studio.engine.calibration.cameras.noise import unbiased
+from studio.engine.calibration.performer.tpose import find_tpose
+from studio.engine.identity.crowd import Crowd, Sighting, Someone
+from studio.engine.model.calibration import Calibration
+from studio.engine.model.frames import CameraFrame
+from studio.engine.model.on_demand import FramesOnDemand
+
+_UP = np.array([0.0, 0.0, 1.0])
+_LEAST_S = 1.0
+"""Who is seen for less than this is nobody."""
+
+_CLOSE_S = 0.1
+_LEAST_DOUBTS = 3
+
+
+@dataclass(frozen=True)
+class TakePerformer:
+    """A performer of a take.
+
+    Attributes:
+        name: `performer_1`, ... in the order in which they came in.
+        frames: by camera, in device time order, with this performer's body alone.
+        calibration: with this performer's proportions.
+        undecided_s: spans of stage time [s] in which this performer was not told apart from another.
+    """
+
+    name: str
+    frames: Mapping[str, Sequence[CameraFrame]]
+    calibration: Calibration
+    undecided_s: tuple[tuple[float, float], ...]
+
+
+@dataclass(frozen=True)
+class People:
+    """Everybody in a take.
+
+    Attributes:
+        bystanders: how many others were seen and are ignored.
+        recorded_s: spans of stage time [s] in which cameras sent frames, whoever they showed.
+    """
+
+    performers: tuple[TakePerformer, ...]
+    bystanders: int
+    recorded_s: tuple[tuple[float, float], ...]
+
+
+def of_one(frames: Mapping[str, Sequence[CameraFrame]]) -> dict[str, Sequence[CameraFrame]]:
+    """Return the frames that show one body; a calibration is made of them."""
+    return {name: [frame for frame in mine if not frame.others] for name, mine in frames.items()}
+
+
+def find_people(frames: Mapping[str, Sequence[CameraFrame]], calibration: Calibration) -> People:
+    """Return who is in a take.
+
+    Args:
+        frames: by camera, in device time order, with all bodies.
+        calibration: places the cameras; its performer is who was alone on the stage for longest. Cameras that it
+            lacks are left out.
+    """
+    crowd, order, alone = Crowd(), [], {}
+    times_s: list[float] = []
+    for stage_s, camera, place, bodies in _in_order(frames, calibration):
+        times_s.append(stage_s)
+        found = crowd.add(stage_s, bodies)
+        order.append((camera, place))
+        if len(found) == 1 and found[0] is not None:
+            alone[found[0]] = alone.get(found[0], 0) + 1
+    walker = max(alone, key=lambda who: alone[who], default=0)
+    performers: list[TakePerformer] = []
+    bystanders = 0
+    for number, one in enumerate(crowd.people):
+        own = _frames_of(one, frames, order)
+        if one.person.last_s - one.person.first_s < _LEAST_S and len(one.sightings) < 2 * len(own):
+            continue
+        theirs = calibration if number == walker else _measured(calibration, own)
+        if theirs is None:
+            bystanders += 1
+            continue
+        name = f"performer_{len(performers) + 1}"
+        performers.append(TakePerformer(name, own, theirs, _spans(one.doubted, _LEAST_DOUBTS)))
+    return People(tuple(performers), bystanders, _spans(times_s, 1))
+
+
+_Moment = tuple[float, str, int, NDArray[np.float64]]
+
+
+def _in_order(frames: Mapping[str, Sequence[CameraFrame]], calibration: Calibration) -> Iterator[_Moment]:
+    """Yield every frame of the calibrated cameras in the order of stage times: time [s], camera, place among the
+    camera's frames, and the bodies' joints [m], shape (body_count, 21, 3)."""
+
+    def moments(name: str) -> Iterator[_Moment]:
+        camera = calibration.cameras[name]
+        for place, frame in enumerate(frames[name]):
+            joints = np.array([body.positions for body in frame.bodies()])
+            placed = transform_points(camera.T_stage_camera, unbiased(joints, camera.depth_bias_m))
+            yield camera.clock.stage_ns(frame.device_time_ns) * 1e-9, name, place, placed
+
+    names = [name for name in frames if name in calibration.cameras]
+    return merge(*(moments(name) for name in names), key=lambda moment: moment[:3])
+
+
+class _OfOneBody(FramesOnDemand):
+    """A camera's frames with one body alone."""
+
+    def __init__(self, frames: Sequence[CameraFrame], sightings: list[Sighting]) -> None:
+        """`sightings`: with the frame's place among `frames`."""
+        self._frames, self._sightings = frames, sightings
+
+    def __len__(self) -> int:
+        return len(self._sightings)
+
+    def at(self, index: int) -> CameraFrame:
+        sighting = self._sightings[index]
+        return self._frames[sighting.frame].bodies()[sighting.body]
+
+
+def _frames_of(
+    one: Someone, frames: Mapping[str, Sequence[CameraFrame]], order: list[tuple[str, int]]
+) -> dict[str, Sequence[CameraFrame]]:
+    own: dict[str, list[Sighting]] = {}
+    for sighting in sorted(one.sightings, key=lambda sighting: sighting.frame):
+        camera, place = order[sighting.frame]
+        own.setdefault(camera, []).append(Sighting(place, sighting.body))
+    return {name: _OfOneBody(frames[name], own[name]) for name in frames if name in own}
+
+
+def _measured(calibration: Calibration, frames: Mapping[str, Sequence[CameraFrame]]) -> Calibration | None:
+    """Return the calibration with a person's proportions; None where they hold no T-pose."""
+    if find_tpose(walk_of(calibration, frames), _UP) is None:
+        return None
+    theirs = with_performer(replace(calibration, performer=None), frames)
+    return None if theirs.performer is None else theirs
+
+
+def _spans(times_s: list[float], least: int) -> tuple[tuple[float, float], ...]:
+    """Return the spans in which at least so many times follow each other closely."""
+    spans: list[list[float]] = []
+    for time_s in times_s:
+        if spans and time_s - spans[-1][1] < _CLOSE_S:
+            spans[-1][1:] = [time_s, spans[-1][2] + 1]
+        else:
+            spans.append([time_s, time_s, 1])
+    return tuple((begin, end) for begin, end, count in spans if count >= least)
