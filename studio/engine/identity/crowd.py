@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import linear_sum_assignment
 
-from studio.engine.identity.person import Person
+from studio.engine.identity.person import FollowedPerson
 
 _FITS = 6.0
 """Largest deviation of a body from its person."""
@@ -35,7 +35,7 @@ _NOBODY = 1e3
 
 
 @dataclass(frozen=True)
-class Sighting:
+class SeenBody:
     """A body in a frame: index of the frame among all that were added, and of the body in it."""
 
     frame: int
@@ -51,8 +51,8 @@ class Someone:
         doubted: times at which the person was not told apart from another, stage time [s].
     """
 
-    person: Person
-    sightings: list[Sighting] = field(default_factory=list)
+    person: FollowedPerson
+    sightings: list[SeenBody] = field(default_factory=list)
     doubted: list[float] = field(default_factory=list)
 
 
@@ -85,15 +85,15 @@ class Crowd:
         for body, who in enumerate(found):
             if who is not None:
                 self._take_over(self.people[who], stage_s, bodies[body])
-                self._goes_on(self.people[who], stage_s, bodies[body], Sighting(frame, body))
+                self._goes_on(self.people[who], stage_s, bodies[body], SeenBody(frame, body))
         for body, who in enumerate(found):
             if who is None and not self._is_ghost(bodies[body], found, stage_s):
-                found[body] = self._unknown(stage_s, bodies[body], Sighting(frame, body))
+                found[body] = self._unknown(stage_s, bodies[body], SeenBody(frame, body))
         self._new = [one for one in self._new if stage_s - one.person.last_s < _FORGETS_S]
         return found
 
     @staticmethod
-    def _goes_on(one: Someone, stage_s: float, joints: NDArray[np.float64], sighting: Sighting) -> None:
+    def _goes_on(one: Someone, stage_s: float, joints: NDArray[np.float64], sighting: SeenBody) -> None:
         one.person.add(stage_s, joints)
         one.sightings.append(sighting)
 
@@ -135,11 +135,11 @@ class Crowd:
         people = [self.people[who].person for who in found if who is not None]
         return any(float(np.linalg.norm(one.middle() - middle)) < _NEAR_M for one in people)
 
-    def _unknown(self, stage_s: float, joints: NDArray[np.float64], sighting: Sighting) -> int | None:
+    def _unknown(self, stage_s: float, joints: NDArray[np.float64], sighting: SeenBody) -> int | None:
         """Go on with somebody new; return who it is once they have proved to be there."""
         fits = [float(one.person.deviation(stage_s, joints[None])[0]) for one in self._new]
         if not fits or min(fits) >= _FITS:
-            self._new.append(Someone(Person(stage_s, joints), [sighting]))
+            self._new.append(Someone(FollowedPerson(stage_s, joints), [sighting]))
             return None
         one = self._new[int(np.argmin(fits))]
         self._goes_on(one, stage_s, joints, sighting)

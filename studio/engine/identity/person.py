@@ -23,7 +23,7 @@ _BONES_KEPT = 900
 """Frames over which bones are averaged."""
 
 
-class Person:
+class FollowedPerson:
     """One person's joints in the stage frame, by all cameras together."""
 
     def __init__(self, stage_s: float, joints: NDArray[np.float64]) -> None:

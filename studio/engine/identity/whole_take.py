@@ -14,7 +14,7 @@ from studio.engine.base.geometry import transform_points
 from studio.engine.calibration.calibrate import walk_of, with_performer
 from studio.engine.calibration.cameras.noise import unbiased
 from studio.engine.calibration.performer.tpose import find_tpose
-from studio.engine.identity.crowd import Crowd, Sighting, Someone
+from studio.engine.identity.crowd import Crowd, SeenBody, Someone
 from studio.engine.model.calibration import Calibration
 from studio.engine.model.frames import CameraFrame
 from studio.engine.model.on_demand import FramesOnDemand
@@ -116,7 +116,7 @@ def _in_order(frames: Mapping[str, Sequence[CameraFrame]], calibration: Calibrat
 class _OfOneBody(FramesOnDemand):
     """A camera's frames with one body alone."""
 
-    def __init__(self, frames: Sequence[CameraFrame], sightings: list[Sighting]) -> None:
+    def __init__(self, frames: Sequence[CameraFrame], sightings: list[SeenBody]) -> None:
         """`sightings`: with the frame's place among `frames`."""
         self._frames, self._sightings = frames, sightings
 
@@ -131,10 +131,10 @@ class _OfOneBody(FramesOnDemand):
 def _frames_of(
     one: Someone, frames: Mapping[str, Sequence[CameraFrame]], order: list[tuple[str, int]]
 ) -> dict[str, Sequence[CameraFrame]]:
-    own: dict[str, list[Sighting]] = {}
+    own: dict[str, list[SeenBody]] = {}
     for sighting in sorted(one.sightings, key=lambda sighting: sighting.frame):
         camera, place = order[sighting.frame]
-        own.setdefault(camera, []).append(Sighting(place, sighting.body))
+        own.setdefault(camera, []).append(SeenBody(place, sighting.body))
     return {name: _OfOneBody(frames[name], own[name]) for name in frames if name in own}
 
 

@@ -112,7 +112,7 @@ def part_of_progress(progress: ProgressCallback | None, begin: float, end: float
 def _parts(frames: Sequence[CameraFrame], placed: NDArray[np.void]) -> NDArray[np.int64]:
     """Return the part between cuts that each placed frame belongs to, shape (frame_count,)."""
     rows = {camera: np.flatnonzero(placed["camera"] == camera) for camera in np.unique(placed["camera"])}
-    chosen = {str(camera): _Chosen(frames, placed["place"][own]) for camera, own in rows.items()}
+    chosen = {str(camera): _OfOneCamera(frames, placed["place"][own]) for camera, own in rows.items()}
     times_s = {str(camera): placed["stage_ns"][own] * 1e-9 for camera, own in rows.items()}
     parts = np.zeros(len(placed), dtype=np.int64)
     found = parts_between_cuts(chosen, times_s)
@@ -121,8 +121,8 @@ def _parts(frames: Sequence[CameraFrame], placed: NDArray[np.void]) -> NDArray[n
     return parts
 
 
-class _Chosen(FramesOnDemand):
-    """Some frames, by their places."""
+class _OfOneCamera(FramesOnDemand):
+    """One camera's frames, by their places among all."""
 
     def __init__(self, frames: Sequence[CameraFrame], places: NDArray[np.int64]) -> None:
         self._frames, self._places = frames, places
