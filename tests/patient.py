@@ -1,4 +1,7 @@
-"""Clients that wait a minute where a test does not say otherwise: a machine that is busy is slow, not wrong."""
+"""Clients that wait a minute where a test does not say otherwise: a machine that is busy is slow, not wrong.
+
+They keep no idle connection, which the server could close just when it is used again.
+"""
 
 from functools import partial
 from typing import Any
@@ -13,7 +16,7 @@ class Client(httpx.Client):
     """httpx's client, patient."""
 
     def __init__(self, **options: Any) -> None:
-        super().__init__(**{"timeout": WAIT_S} | options)
+        super().__init__(**{"timeout": WAIT_S, "limits": httpx.Limits(max_keepalive_connections=0)} | options)
 
 
 request = partial(httpx.request, timeout=WAIT_S)

@@ -8,6 +8,7 @@ from typing import Any
 import msgspec
 
 from studio import wire
+from studio.engine.calibration.views.known_lens import KnownLenses
 from studio.live import LiveStage
 from studio.live.calibration.calibrator import Outcome
 from studio.live.inbox import Arrived, Left
@@ -75,7 +76,7 @@ def told_in_time(folder: Path) -> dict[str, Any]:
     engine._measured(engine.roster.cameras["camera_0"], sample)
     run(stage, 3.0)
     engine.roster.cameras["camera_0"].client = wire.Status(10, 1, "a word", 2, 3, 4, 5, 6)
-    engine.start_calibration(20.0)
+    engine.start_calibration(20.0, None, KnownLenses())
     engine.start_tpose("Ada", 1.5)
     run(stage, 2.5)
     assert engine.calibrator._estimating is not None

@@ -53,8 +53,9 @@ def test_a_known_readout_gives_the_accuracy_back(running: CanonicalMotion) -> No
     assert known < clean + 0.6
 
 
-@pytest.mark.parametrize("solve", ["studio", "finish"])
-def test_a_rate_that_falls_costs_little(running: CanonicalMotion, solve: str) -> None:
+@pytest.mark.parametrize(("solve", "most_mm"), [("studio", 10.0), ("finish", 4.0)])
+def test_a_rate_that_falls_costs_little(running: CanonicalMotion, solve: str, most_mm: float) -> None:
+    """All cameras fall to 12 Hz at once; live, that costs 5 to 11 mm (docs/experiments/rays.md)."""
     slow = PictureTiming(slow_s=((0.7, 1.6),))
     steady = errors_mm(running, 2, 1, PictureTiming(), solve).mean()
-    assert errors_mm(running, 2, 1, slow, solve).mean() < steady + 4.0
+    assert errors_mm(running, 2, 1, slow, solve).mean() < steady + most_mm

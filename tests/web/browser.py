@@ -9,6 +9,8 @@ from typing import Any
 import pytest
 from playwright.sync_api import Browser, BrowserContext, ConsoleMessage, Page, expect, sync_playwright
 
+from tests.acceptance.processes import wait_until
+
 CHROMIUM = Path(next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), ""))
 FLAGS = [
     "--no-sandbox", "--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader",
@@ -78,6 +80,11 @@ def quiet_page(browser: Browser) -> Iterator[Page]:
     assert not complaints, complaints
 
 
+def until(page: Page, condition: str) -> None:
+    """Wait until a condition holds in a page, whose policy forbids the `eval` that Playwright's own waiting needs."""
+    wait_until(lambda: page.evaluate(condition), condition)
+
+
 def wait_for_undos(page: Page, count: int) -> None:
     """Wait until the page knows so many acts that Ctrl+Z takes back: the server has answered them all."""
-    page.wait_for_function(f"JSON.parse(sessionStorage.getItem('undos') ?? '[]').length === {count}")
+    until(page, f"JSON.parse(sessionStorage.getItem('undos') ?? '[]').length === {count}")

@@ -7,8 +7,7 @@ from pathlib import Path
 import av
 from playwright.sync_api import Browser, Page
 
-from tests.acceptance.processes import wait_until
-from tests.web.browser import CHROMIUM, FLAGS, WAIT_MS
+from tests.web.browser import CHROMIUM, FLAGS, WAIT_MS, until
 
 SIZE = (360, 640)
 _IN_WORKER = ("gl_context", "landmark_projection", "inference_feedback", "XNNPACK", "Graph successfully")
@@ -37,11 +36,6 @@ def as_walk(video: Path, out: Path) -> Path:
         for frame in there + there[-2:0:-1]:
             file.write(b"FRAME\n" + frame.to_ndarray().tobytes())
     return out
-
-
-def until(page: Page, condition: str) -> None:
-    """Wait until a condition holds in a page whose policy allows no `eval`, which Playwright's own waiting needs."""
-    wait_until(lambda: page.evaluate(condition), condition)
 
 
 class Phone:

@@ -8,6 +8,7 @@ import pytest
 from playwright.sync_api import Browser, Page, expect
 
 from tests import patient
+from tests.acceptance.processes import wait_until
 from tests.web.stages import serving
 from tests.web.test_page import open_page, studio
 
@@ -38,7 +39,7 @@ def test_a_device_is_connected_by_a_click_and_disconnected(empty: str, page: Pag
     device = dialog.locator("#simulated-devices .device").first
     picture = device.get_by_role("img", name="What simulated depth camera 1 sees")
     expect(picture).to_be_visible()
-    page.wait_for_function("image => image.naturalWidth > 100", arg=picture.element_handle())
+    wait_until(lambda: picture.evaluate("image => image.naturalWidth > 100"), "the picture is there")
     name = device.get_by_role("textbox", name="Name of the camera of simulated depth camera 1")
     expect(name).to_have_value("simulated_0")
     name.fill("left")

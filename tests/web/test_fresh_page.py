@@ -17,6 +17,7 @@ from websockets.exceptions import WebSocketException
 from tests.acceptance.processes import Proxy, ServerProcess, server_process
 from tests.api.camera import Camera
 from tests.live.performer import calibration, save_stage_calibration
+from tests.web.browser import until
 from tests.web.test_page import NAMES
 from tests.web.test_view import blocks
 
@@ -171,7 +172,7 @@ def test_a_link_that_is_cut_without_a_word_is_noticed_and_made_anew(
     cable = Proxy(server.port)
     page.goto(f"http://127.0.0.1:{cable.port}")
     expect(page.locator("#connection")).to_have_text("Connected")
-    page.wait_for_function("document.querySelector('#viewer').contentDocument.querySelector('canvas')")
+    until(page, "!!document.querySelector('#viewer').contentDocument.querySelector('canvas')")
     began = time.monotonic()
     cable.cut(silently=True)
     expect(page.locator("#curtain")).to_contain_text("Not live since")

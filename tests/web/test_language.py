@@ -6,6 +6,7 @@ from pathlib import Path
 import pytest
 from playwright.sync_api import Page, expect
 
+from tests.web.browser import until
 from tests.web.playback.takes import take_with_solves
 from tests.web.stages import serving
 from tests.web.test_page import open_page, studio
@@ -58,7 +59,7 @@ def only(language: str) -> set[str]:
 def assert_in(page: Page, language: str) -> None:
     """Nothing that is seen is in the other language, and much is in this one."""
     other = "en" if language == "fr" else "fr"
-    page.wait_for_function(f"document.documentElement.lang === '{language}'")
+    until(page, f"document.documentElement.lang === '{language}'")
     seen = set(page.evaluate(WORDS))
     assert seen & only(other) == set()
     assert len(seen & only(language)) > 30

@@ -19,8 +19,8 @@ from studio.wire import landmark_arrays
 from tests import patient
 from tests.acceptance.processes import wait_until
 from tests.acceptance.test_open_to_network import open_program
-from tests.web.browser import quiet_page
-from tests.web.phones import SIZE, as_camera, phone, until
+from tests.web.browser import quiet_page, until
+from tests.web.phones import SIZE, as_camera, phone
 from tests.web.stages import serving
 
 pytestmark = pytest.mark.browser

@@ -11,8 +11,8 @@ from studio.take.video.file import VideoFile
 from studio.take.video.kept import KeptVideo, kept_videos
 from tests.acceptance.processes import wait_until
 from tests.take.video_takes import BITS, number_in, numbered_pictures
-from tests.web.browser import quiet_page
-from tests.web.phones import phone, until
+from tests.web.browser import quiet_page, until
+from tests.web.phones import phone
 from tests.web.test_phone_page import is_told, studio  # noqa: F401
 
 pytestmark = pytest.mark.browser

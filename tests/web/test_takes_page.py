@@ -8,7 +8,7 @@ from playwright.sync_api import Page, expect
 
 from studio.take.folder.take import Take
 from studio.take.library.index import AT_ONCE
-from tests.web.browser import wait_for_undos
+from tests.web.browser import until, wait_for_undos
 from tests.web.playback.takes import take_with_solves
 from tests.web.stages import serving
 from tests.web.test_page import SIZES, open_page, studio
@@ -80,10 +80,10 @@ def test_a_long_list_comes_by_pages(address: str, page: Page) -> None:
     assert names(page)[:3] == ["two", "one", "take_199"]
     assert page.locator("#takes-list .take").count() < MANY
     expect(page.locator("#takes-more")).to_contain_text(f"of {MANY + 2})")
-    page.wait_for_function(  # whoever scrolls down sees them all
-        "count => { document.querySelector('#takes-more').scrollIntoView();"
-        " return document.querySelectorAll('#takes-list .take').length === count; }",
-        arg=MANY + 2,
+    until(  # whoever scrolls down sees them all
+        page,
+        "() => { document.querySelector('#takes-more').scrollIntoView();"
+        f" return document.querySelectorAll('#takes-list .take').length === {MANY + 2}; }}",
     )
     expect(page.locator("#takes-more")).to_be_hidden()
     assert len(set(names(page))) == MANY + 2

@@ -4,6 +4,7 @@ import pytest
 from playwright.sync_api import Page
 
 from studio.web.scene import drawing
+from tests.web.browser import until
 from tests.web.stages import FakeStage, step
 
 pytestmark = pytest.mark.browser
@@ -27,7 +28,7 @@ def test_the_view_rests_until_something_changes(
     page.locator("canvas[data-engine]").wait_for()
     page.evaluate(COUNT)
     for change in (lambda: page.mouse.move(300, 300), lambda: stage.callbacks[0](step(0.1))):
-        page.wait_for_function(AT_REST)
+        until(page, AT_REST)
         drawn = page.evaluate("window.drawn")
         change()
-        page.wait_for_function(f"window.drawn > {drawn} + 2")
+        until(page, f"window.drawn > {drawn} + 2")

@@ -24,6 +24,8 @@ LEAP_M = 0.25
 """Smallest such jump at a cut within a performance [m]."""
 LONGEST_GAP_S = 0.1
 """A longer gap between two frames of a camera is no cut [s]."""
+STAYS_S = 0.3
+"""Who leaps again within this time was confused with somebody else [s]."""
 TOGETHER_S = 0.06
 """Cameras show one cut within this time [s]."""
 _BLOCK = 1024
@@ -88,6 +90,7 @@ def _leaps(frames: Sequence[CameraFrame], times_s: NDArray[np.float64]) -> NDArr
         first = max(begin - 2, 0)
         times = times_s[first : begin + _BLOCK]
         joints = np.array([frame.positions for frame in frames[first : begin + _BLOCK]])
+        joints[~np.isfinite(joints)] = np.nan
         if len(times) < 3:
             continue
         gaps = np.maximum(np.diff(times), 1e-9)
@@ -102,4 +105,6 @@ def _leaps(frames: Sequence[CameraFrame], times_s: NDArray[np.float64]) -> NDArr
         known &= (gaps[:-1] < LONGEST_GAP_S) & (gaps[1:] < LONGEST_GAP_S)
         leapt = np.min([np.nanmedian(one[known], axis=1) for one in apart], axis=0) > LEAP_M
         found.append(first + 2 + np.flatnonzero(known)[leapt])
-    return np.concatenate(found) if found else np.zeros(0, dtype=np.int64)
+    leaps = np.concatenate(found) if found else np.zeros(0, dtype=np.int64)
+    away_s = np.diff(times_s[leaps], prepend=-np.inf, append=np.inf)
+    return leaps[(away_s[:-1] > STAYS_S) & (away_s[1:] > STAYS_S)]

@@ -20,6 +20,7 @@ from studio.web.playback.clip import Clip
 from studio.web.playback.joint_curves import MAX_CURVES, CurveColumns
 from studio.web.playback.second import Second
 from tests import patient
+from tests.web.browser import until
 from tests.web.playback.takes import FRAMES, take_with_solves
 from tests.web.test_page import serving, studio
 
@@ -182,7 +183,7 @@ def test_several_curves_are_chosen_read_and_removed(tmp_path: Path, page: Page) 
         drawn = page.locator("#timeline").evaluate("canvas => canvas.toDataURL()")
         page.get_by_role("button", name="Remove Head, Speed").click()
         expect(legend).to_have_count(3)
-        page.wait_for_function(f"document.querySelector('#timeline').toDataURL() !== {drawn!r}")
+        until(page, f"document.querySelector('#timeline').toDataURL() !== {drawn!r}")
         page.keyboard.press("c")
         page.locator("#curve-clear").click()
         expect(page.locator("#curve-legend")).to_be_hidden()
