@@ -4,7 +4,7 @@ A take is opened, made or imported; it is calibrated, solved with settings, meas
 same as those of the command line. Single frames go through `studio.Stream` or `studio.Pipeline`.
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -74,11 +74,11 @@ def import_take(
     )
 
 
-def simulate(motion: PathText, out: PathText, **options: Any) -> Take:
+def simulate(motion: PathText | Sequence[PathText], out: PathText, **options: Any) -> Take:
     """Return a new take of simulated cameras that watch a motion, with the truth beside it, `<out>.truth.csv`.
 
     Args:
-        motion: an animation file, or `demo`, the embedded performer.
+        motion: an animation file, or `demo`, the embedded performer; several for as many performers.
         out: folder of the new take; it must not exist.
         options: `cameras`, `sensor`, `tracker`, `seed`, `unit_m`, `rig`, `calibration`, `performer`, `furniture` and
             `progress`, see `studio.simulator.simulate.simulate_take`.

@@ -20,7 +20,8 @@ def add_parser(subparsers: Any) -> None:
         "motion",
         metavar="MOTION.bvh",
         type=Path,
-        help="the motion (the first frame of a BVH, a rest pose, is dropped); or `demo`",
+        nargs="+",
+        help="the motion (the first frame of a BVH, a rest pose, is dropped), or `demo`; one for each performer",
     )
     parser.add_argument("--out", metavar="TAKE", type=Path, required=True, help="folder of the new take")
     parser.add_argument(
@@ -48,6 +49,10 @@ def add_parser(subparsers: Any) -> None:
     parser.add_argument(
         "--performer", metavar="NAME", default="tuning-average",
         help="body for depth cameras, such as tuning-slim or scoring-child (default tuning-average)",
+    )  # fmt: skip
+    parser.add_argument(
+        "--meeting", choices=("apart", "passing", "circling", "back-to-back", "embracing"), default="passing",
+        help="how several performers move about one another (default passing)",
     )  # fmt: skip
     parser.add_argument("--furniture", action="store_true", help="depth cameras see furniture")
     parser.add_argument("--seed", metavar="N", type=int, default=0, help="of the noise (default 0)")
@@ -80,8 +85,10 @@ def run(args: argparse.Namespace) -> int:
             calibration=not args.no_calibration,
             performer=args.performer,
             furniture=args.furniture,
+            meeting=args.meeting,
             progress=progress,
         )
     print(f"{path}: the take; {Take.open(path).meta.get('notes', '')}")
-    print(f"{path}.truth.csv: the true joints, for `studio evaluate --reference` alone")
+    which = "csv" if len(args.motion) == 1 else "performer_1.csv, ..."
+    print(f"{path}.truth.{which}: the true joints, for `studio evaluate --reference` alone")
     return 0

@@ -1,6 +1,6 @@
 """`studio simulate`: a take of simulated cameras that watch a known motion, and the truth beside it."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import partial
 from pathlib import Path
 
@@ -29,7 +29,7 @@ TRACKERS = ("noisy-joints", "depth", "rgb")
 
 
 def simulate_take(
-    motion_path: str | Path,
+    motion_path: str | Path | Sequence[str | Path],
     out: str | Path,
     *,
     cameras: int = 1,
@@ -41,6 +41,7 @@ def simulate_take(
     calibration: bool = True,
     performer: str = "tuning-average",
     furniture: bool = False,
+    meeting: str = "passing",
     progress: Callable[[float], None] | None = None,
 ) -> Path:
     """Record a motion with simulated cameras; return the path of the take.
@@ -52,7 +53,8 @@ def simulate_take(
 
     Args:
         motion_path: an animation that `animation.read.files` reads; the first frame of a BVH, a rest pose, is
-            dropped; or `demo`, the embedded performer.
+            dropped; or `demo`, the embedded performer. Several for as many performers: the first walks for the
+            calibration, and their true joints go to `<out>.truth.performer_1.csv` and so on.
         out: folder of the new take.
         cameras: 1 to 4 of the standard rigs; ignored with `rig`.
         sensor: of `depth`. `noisy-joints` has the same noise (see `noisy_joints`) for every sensor, also `ideal`.
@@ -64,6 +66,7 @@ def simulate_take(
         calibration: begin with 3 s of T-pose and 30 s of walking.
         performer: body for depth cameras, whose proportions the truth then has; see `body.performers`.
         furniture: depth cameras see a shelf, a table and a chair.
+        meeting: how several performers move about one another, a key of `crowd.meeting.MEETINGS`.
         progress: called with the share done, 0..1.
 
     Raises:
@@ -73,11 +76,13 @@ def simulate_take(
     """
     _check(sensor, tracker, seed)
     out = Path(out)
+    if not isinstance(motion_path, str | Path):
+        if len(motion_path) > 1:
+            return _several(motion_path, out, cameras, tracker, seed, unit_m, rig, meeting, progress)
+        (motion_path,) = motion_path
     truth_path = out.resolve().parent / f"{out.resolve().name}.truth.csv"
     if truth_path.exists():
-        raise TakeError(
-            "simulator.truth_exists", "{path} exists; choose another take, or delete it", path=truth_path
-        )
+        raise _truth_exists(truth_path)
     stage_rig = standard_rig(cameras) if rig is None else read_rig(rig)
     notes = f"simulated: {Path(motion_path).name}"
     write: Callable[[Take], None]
@@ -101,6 +106,73 @@ def simulate_take(
         truth_path.unlink(missing_ok=True)  # it did not exist before
         raise
     return out
+
+
+def _several(
+    paths: Sequence[str | Path],
+    out: Path,
+    cameras: int,
+    tracker: str,
+    seed: int,
+    unit_m: float | None,
+    rig: str | Path | None,
+    meeting: str,
+    progress: Callable[[float], None] | None,
+) -> Path:
+    """Record several motions at once; see `simulate_take`."""
+    from studio.simulator.crowd.meeting import MEETINGS, meet
+    from studio.simulator.crowd.seen import see_crowd
+
+    if tracker != "noisy-joints":
+        raise SettingsError(
+            "simulator.one_performer",
+            "tracker={tracker}: shows one performer; several go with noisy-joints",
+            tracker=tracker,
+        )
+    if meeting not in MEETINGS:
+        raise SettingsError(unknown("meeting", meeting, MEETINGS))
+    folder, stem = out.resolve().parent, out.resolve().name
+    truths = [folder / f"{stem}.truth.performer_{k + 1}.csv" for k in range(len(paths))]
+    for path in truths:
+        if path.exists():
+            raise _truth_exists(path)
+    stage_rig = standard_rig(cameras) if rig is None else read_rig(rig)
+    together = meet([stage_motion(path, unit_m=unit_m, calibration=False)[0] for path in paths], meeting)
+    messages = []
+    for k, seen in enumerate(see_crowd(together, stage_rig, seed=seed)):
+        for sequence, (stamp, bodies) in enumerate(zip(seen.device_time_ns, seen.bodies, strict=True)):
+            frames = [
+                wire.skeleton_frame(sequence, int(stamp), one.positions_m, one.confidence, body=one.number)
+                for one in bodies
+            ]
+            if frames:
+                frame = wire.with_others(frames[0], frames[1:])
+                messages.append((seen.taken_s[sequence], seen.camera, frame))
+        if progress is not None:
+            progress(0.9 * (k + 1) / len(stage_rig))
+    names = ", ".join(Path(path).name for path in paths)
+    try:
+        with new_take(
+            out,
+            source="simulate",
+            calibration_s=together.calibration_s,
+            notes=f"simulated: {names}, {meeting}",
+        ) as take:
+            _write(take, stage_rig, messages, "simulated ideal", "canonical", seed)
+            for path, motion, enters_s in zip(truths, together.motions, together.enters_s, strict=True):
+                with write_atomically(path) as file:
+                    file.write(_truth_csv(motion, None, enters_s))
+    except BaseException:
+        for path in truths:
+            path.unlink(missing_ok=True)  # it did not exist before
+        raise
+    if progress is not None:
+        progress(1.0)
+    return out
+
+
+def _truth_exists(path: Path) -> TakeError:
+    return TakeError("simulator.truth_exists", "{path} exists; choose another take, or delete it", path=path)
 
 
 def _check(sensor: str, tracker: str, seed: int) -> None:
@@ -218,7 +290,7 @@ def _write(
             )
 
 
-def _truth_csv(motion: CanonicalMotion, hands: SimulatedHands | None) -> bytes:
+def _truth_csv(motion: CanonicalMotion, hands: SimulatedHands | None, from_s: float = 0.0) -> bytes:
     names, positions = list(CANONICAL), motion.positions_m
     if hands is not None:
         names += [f"{side}_hand_{k}" for side in ("left", "right") for k in range(LANDMARKS)]
@@ -227,5 +299,6 @@ def _truth_csv(motion: CanonicalMotion, hands: SimulatedHands | None) -> bytes:
         positions = np.concatenate([positions, np.reshape(fingers, (len(positions), -1, 3))], axis=1)
     header = "time_s," + ",".join(f"{name}_{axis}" for name in names for axis in "xyz")
     rows = np.column_stack([motion.times_s(), positions.reshape(motion.frame_count, -1)])
+    rows = rows[rows[:, 0] >= from_s]
     lines = (",".join([f"{row[0]:.5f}", *(f"{value:.4f}" for value in row[1:])]) for row in rows)
     return "\n".join([header, *lines, ""]).encode()

@@ -31,6 +31,9 @@ _ALIKE_M = 0.025
 _DOUBT = 1.5
 """Two persons whose bodies could be exchanged for less than this are not told apart."""
 
+_MEETS = 6.0
+"""Two persons whose bodies could be exchanged for less than this have met: the whole take looks at them again."""
+
 _NOBODY = 1e3
 
 
@@ -49,11 +52,15 @@ class Someone:
     Attributes:
         sightings: in the order of time.
         doubted: times at which the person was not told apart from another, stage time [s].
+        met: by the index of another person, times at which the two stood so near that they may have been exchanged.
+        leapt: times at which the person was found again at another place, or after being away.
     """
 
     person: FollowedPerson
     sightings: list[SeenBody] = field(default_factory=list)
     doubted: list[float] = field(default_factory=list)
+    met: dict[int, list[float]] = field(default_factory=dict)
+    leapt: list[float] = field(default_factory=list)
 
 
 class Crowd:
@@ -103,6 +110,7 @@ class Crowd:
             began_s = other.person.first_s
             if one.person.last_s <= began_s and other.person.deviation(stage_s, joints[None])[0] < _FITS:
                 one.sightings += other.sightings
+                one.leapt.append(began_s)
                 one.person = other.person
                 self._new.remove(other)
                 return
@@ -122,6 +130,9 @@ class Crowd:
                     margin = abs(cost[a, body] - cost[b, body])
                 else:
                     continue
+                if margin < _MEETS:
+                    self.people[first].met.setdefault(second, []).append(stage_s)
+                    self.people[second].met.setdefault(first, []).append(stage_s)
                 if margin < _DOUBT:
                     self.people[first].doubted.append(stage_s)
                     self.people[second].doubted.append(stage_s)
@@ -152,6 +163,7 @@ class Crowd:
         if back is None:
             self.people.append(one)
             return len(self.people) - 1
+        self.people[back].leapt.append(one.person.first_s)
         self.people[back].person = one.person
         self.people[back].sightings += one.sightings
         return back

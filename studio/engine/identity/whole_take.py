@@ -15,8 +15,10 @@ from studio.engine.calibration.calibrate import walk_of, with_performer
 from studio.engine.calibration.cameras.noise import unbiased
 from studio.engine.calibration.performer.tpose import find_tpose
 from studio.engine.identity.crowd import Crowd, SeenBody, Someone
+from studio.engine.identity.settle import settle
 from studio.engine.model.calibration import Calibration
 from studio.engine.model.frames import CameraFrame
+from studio.engine.model.joints import MIRROR, PARENTS
 from studio.engine.model.on_demand import FramesOnDemand
 
 _UP = np.array([0.0, 0.0, 1.0])
@@ -24,6 +26,8 @@ _LEAST_S = 1.0
 """Who is seen for less than this is nobody."""
 
 _CLOSE_S = 0.1
+_SURE = 0.8
+"""Lowest confidence of a joint whose bones are measured."""
 _LEAST_DOUBTS = 3
 
 
@@ -79,6 +83,7 @@ def find_people(frames: Mapping[str, Sequence[CameraFrame]], calibration: Calibr
         order.append((camera, place))
         if len(found) == 1 and found[0] is not None:
             alone[found[0]] = alone.get(found[0], 0) + 1
+    settle(crowd.people, np.array(times_s), lambda body: _bones(_body_of(body, frames, order)))
     walker = max(alone, key=lambda who: alone[who], default=0)
     performers: list[TakePerformer] = []
     bystanders = 0
@@ -126,6 +131,23 @@ class _OfOneBody(FramesOnDemand):
     def at(self, index: int) -> CameraFrame:
         sighting = self._sightings[index]
         return self._frames[sighting.frame].bodies()[sighting.body]
+
+
+def _body_of(
+    body: SeenBody, frames: Mapping[str, Sequence[CameraFrame]], order: list[tuple[str, int]]
+) -> CameraFrame:
+    camera, place = order[body.frame]
+    return frames[camera][place].bodies()[body.body]
+
+
+def _bones(frame: CameraFrame) -> NDArray[np.float64]:
+    """Return the lengths of a body's bones [m], shape (21,), both sides as one; NaN = not surely seen."""
+    sure = np.where((frame.confidence >= _SURE)[:, None], frame.positions, np.nan)
+    lengths = np.linalg.norm(sure - sure[np.maximum(PARENTS, 0)], axis=1)
+    both = np.stack([lengths, lengths[MIRROR]])
+    seen = np.isfinite(both)
+    mean = np.where(seen, both, 0.0).sum(axis=0) / np.maximum(seen.sum(axis=0), 1)
+    return np.where(seen.any(axis=0), mean, np.nan)
 
 
 def _frames_of(

@@ -11,7 +11,7 @@ Per camera and joint:
 - left and right swapped half of the time while the camera sees the performer from behind.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -95,9 +95,16 @@ class NoisyJoints:
         positions, confidence = self.see_all(joints_m[None])
         return positions[0], confidence[0]
 
-    def see_all(self, joints_m: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Return the next frames, shapes (F, 21, 3) and (F, 21): bit for bit as `see` one after the other."""
+    def see_all(
+        self, joints_m: NDArray[np.float64], hidden: NDArray[np.bool_] | None = None
+    ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Return the next frames, shapes (F, 21, 3) and (F, 21): bit for bit as `see` one after the other.
+
+        `hidden`: joints that somebody else hides, shape (F, 21).
+        """
         view = self._view(joints_m)
+        if hidden is not None:
+            view = replace(view, hidden=view.hidden | hidden)
         positions = np.empty(joints_m.shape)
         confidence = np.empty(joints_m.shape[:2])
         for f in range(len(joints_m)):

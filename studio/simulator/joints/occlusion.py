@@ -43,12 +43,31 @@ def hidden_joints(joints: NDArray[np.float64], eye: NDArray[np.float64]) -> NDAr
         joints: joint centres [m], shape (F, 21, 3).
         eye: optical centre in the same frame, shape (3,).
     """
+    return np.logical_or.reduce(_behind_parts(joints, joints, eye) & ~_SPARED, axis=-1)
+
+
+def hidden_by(
+    joints: NDArray[np.float64], other: NDArray[np.float64], eye: NDArray[np.float64]
+) -> NDArray[np.bool_]:
+    """Return which joints another performer hides from a camera, shape (F, 21).
+
+    Args:
+        joints, other: joint centres of both [m], shape (F, 21, 3).
+        eye: optical centre in the same frame, shape (3,).
+    """
+    return np.logical_or.reduce(_behind_parts(joints, other, eye), axis=-1)
+
+
+def _behind_parts(
+    joints: NDArray[np.float64], body: NDArray[np.float64], eye: NDArray[np.float64]
+) -> NDArray[np.bool_]:
+    """Return which parts of a body each joint is behind, shape (F, 21, part_count)."""
     way = joints - eye
     length = np.linalg.norm(way, axis=-1, keepdims=True)
     sight = way * np.maximum(1 - _SKIN_M / length, 0.0)  # from the eye to just before the joint
-    start, part = joints[:, _FROM], joints[:, _TO] - joints[:, _FROM]
+    start, part = body[:, _FROM], body[:, _TO] - body[:, _FROM]
     distance = segment_distance(eye, sight[:, :, None, :], start[:, None], part[:, None])
-    return np.logical_or.reduce((distance < _RADIUS) & ~_SPARED, axis=-1)
+    return distance < _RADIUS
 
 
 def segment_distance(

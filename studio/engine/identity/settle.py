@@ -1,0 +1,104 @@
+"""The whole take decides who is who: where two persons came so near that they may have been exchanged, bones tell.
+
+Between such moments a person is followed surely. The bones of each stretch are compared with those of the first in
+which both were seen; a stretch whose bones are clearly the other's is given to the other.
+"""
+
+from collections.abc import Callable
+from itertools import combinations, pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+
+from studio.engine.identity.crowd import SeenBody, Someone
+
+_APART_S = 1.0
+"""Moments that follow each other more closely are one meeting."""
+
+_LEAST_BODIES = 30
+"""A stretch with fewer bodies of either person tells nothing."""
+
+_CLEAR_M = 0.006
+"""Exchanged bones fit clearly better where the mean difference over bones and persons falls by this much."""
+
+BonesOf = Callable[[SeenBody], NDArray[np.float64]]
+"""Returns the lengths of a body's bones [m], shape (21,); NaN = not surely seen."""
+
+
+def settle(people: list[Someone], times_s: NDArray[np.float64], bones_of: BonesOf) -> int:
+    """Exchange bodies between persons where their bones say so; return how often.
+
+    Args:
+        people: everybody; their `sightings` change.
+        times_s: stage time of each frame [s].
+        bones_of: measures a body.
+    """
+    exchanged = 0
+    measured: dict[SeenBody, NDArray[np.float64]] = {}
+    for first, second in combinations(range(len(people)), 2):
+        meetings = _meetings(people, first, second)
+        if not meetings:
+            continue
+        pair = people[first], people[second]
+        for one in pair:
+            measured |= {body: bones_of(body) for body in one.sightings if body not in measured}
+        exchanged += _settle_pair(pair, meetings, times_s, measured)
+    return exchanged
+
+
+def _meetings(people: list[Someone], first: int, second: int) -> list[float]:
+    """Return when two persons may have been exchanged [s]: where one leapt, else in each meeting's middle."""
+    leaps = {*people[first].leapt, *people[second].leapt}
+    times = sorted([*people[first].met.get(second, []), *leaps])
+    groups: list[list[float]] = []
+    for time_s in times:
+        if groups and time_s - groups[-1][-1] < _APART_S:
+            groups[-1].append(time_s)
+        else:
+            groups.append([time_s])
+    return [min(leaps.intersection(group), default=(group[0] + group[-1]) / 2) for group in groups]
+
+
+def _settle_pair(
+    pair: tuple[Someone, Someone],
+    meetings: list[float],
+    times_s: NDArray[np.float64],
+    measured: dict[SeenBody, NDArray[np.float64]],
+) -> int:
+    edges = [-np.inf, *meetings, np.inf]
+    known: tuple[NDArray[np.float64], NDArray[np.float64]] | None = None
+    swapped, changes = False, 0
+    kept: tuple[list[SeenBody], list[SeenBody]] = ([], [])
+    for begin, end in pairwise(edges):
+        parts = [[body for body in one.sightings if begin <= times_s[body.frame] < end] for one in pair]
+        if min(len(part) for part in parts) >= _LEAST_BODIES:
+            bones = tuple(_typical([measured[body] for body in part]) for part in parts)
+            if known is None:
+                known = bones[0], bones[1]
+            else:
+                straight = _apart_m(bones[0], known[0]) + _apart_m(bones[1], known[1])
+                crossed = _apart_m(bones[0], known[1]) + _apart_m(bones[1], known[0])
+                if abs(straight - crossed) > 2 * _CLEAR_M:
+                    changes += (crossed < straight) != swapped
+                    swapped = crossed < straight
+        for own, part in zip(kept, reversed(parts) if swapped else parts, strict=True):
+            own.extend(part)
+    if changes:
+        for one, own in zip(pair, kept, strict=True):
+            one.sightings[:] = own
+    return changes
+
+
+def _typical(bones: list[NDArray[np.float64]]) -> NDArray[np.float64]:
+    """Return the median length of each bone, shape (21,); NaN = seldom seen."""
+    lengths = np.array(bones)
+    enough = np.isfinite(lengths).sum(axis=0) >= _LEAST_BODIES // 2
+    out = np.full(lengths.shape[1], np.nan)
+    out[enough] = np.nanmedian(lengths[:, enough], axis=0)
+    return out
+
+
+def _apart_m(bones: NDArray[np.float64], others: NDArray[np.float64]) -> float:
+    apart = np.abs(bones - others)
+    seen = np.isfinite(apart)
+    return float(apart[seen].mean()) if seen.any() else 0.0

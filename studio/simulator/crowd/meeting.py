@@ -1,0 +1,131 @@
+"""Several motions on one stage: one performer walks for the calibration, all hold a T-pose, then they perform.
+
+Where the parts meet, everybody leaps to another place, as in recordings that were put together. Motions keep their
+steps in place: their slow way over the floor is taken out, and that of the meeting put in.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.ndimage import gaussian_filter1d
+
+from studio.engine.animation.motion.authored import calibration_motion
+from studio.engine.animation.motion.keys import RATE_HZ
+from studio.engine.animation.motion.motion import CanonicalMotion
+from studio.engine.model.joints import INDEX, JOINT_COUNT, PARENTS
+
+T_POSE_S = 3.0
+"""How long all hold a T-pose side by side."""
+
+_ASIDE_M = 0.8
+_STEPS_S = 0.3
+"""Motion of the hips that is slower than this is the way over the floor [s]."""
+
+_Array = NDArray[np.float64]
+Placing = Callable[[int, int, _Array], tuple[_Array, _Array]]
+"""Performer, count of them, times [s] -> places on the floor [m], shape (F, 2), and headings [rad], shape (F,)."""
+
+
+def _apart(who: int, count: int, times: _Array) -> tuple[_Array, _Array]:
+    side = 2 * _ASIDE_M * (who - (count - 1) / 2)
+    return np.tile([side, 0.0], (len(times), 1)), np.zeros(len(times))
+
+
+def _passing(who: int, count: int, times: _Array) -> tuple[_Array, _Array]:
+    """All change places every 3.5 s, in lanes half a metre apart."""
+    side = _apart(who, count, times)[0][:, 0] * np.cos(2 * np.pi * times / 7.0)
+    return np.stack([side, np.full(len(times), 0.5 * (who - (count - 1) / 2))], axis=1), np.zeros(len(times))
+
+
+def _side(who: int, count: int) -> float:
+    """Return the angle of a performer's place about the middle [rad]: the first at -x, as in the T-pose."""
+    return np.pi * (1.0 - 2.0 * who / count)
+
+
+def _circling(who: int, count: int, times: _Array) -> tuple[_Array, _Array]:
+    """All go round the middle in 6 s, looking outward."""
+    angle = 2 * np.pi * times / 6.0 + _side(who, count)
+    radius = 0.6 if count < 3 else 0.9
+    return radius * np.stack([np.cos(angle), np.sin(angle)], axis=1), angle + np.pi / 2
+
+
+def _back_to_back(who: int, count: int, times: _Array) -> tuple[_Array, _Array]:
+    angle = _side(who, count)
+    place = 0.3 * np.array([np.cos(angle), np.sin(angle)])
+    return np.tile(place, (len(times), 1)), np.full(len(times), angle + np.pi / 2)
+
+
+def _embracing(who: int, count: int, times: _Array) -> tuple[_Array, _Array]:
+    """All come together and part every 5 s, facing the middle."""
+    angle = _side(who, count)
+    far = 0.45 + 0.25 * np.cos(2 * np.pi * times / 5.0)
+    return far[:, None] * [np.cos(angle), np.sin(angle)], np.full(len(times), angle - np.pi / 2)
+
+
+MEETINGS: dict[str, Placing] = {
+    "apart": _apart,
+    "passing": _passing,
+    "circling": _circling,
+    "back-to-back": _back_to_back,
+    "embracing": _embracing,
+}
+
+
+@dataclass(frozen=True)
+class Meeting:
+    """Performers on one stage.
+
+    Attributes:
+        motions: of each from time 0 on, all of one length.
+        enters_s: when each comes in [s]; before it they are not there.
+        calibration_s: length of the part in which the first is alone.
+    """
+
+    motions: tuple[CanonicalMotion, ...]
+    enters_s: tuple[float, ...]
+    calibration_s: float
+
+
+def meet(motions: Sequence[CanonicalMotion], meeting: str) -> Meeting:
+    """Return the motions on one stage.
+
+    Args:
+        motions: of each performer, at 120 Hz, on the floor; the shortest says how long they perform.
+        meeting: a key of `MEETINGS`.
+    """
+    count = len(motions)
+    performing = min(motion.frame_count for motion in motions)
+    holding = round(T_POSE_S * RATE_HZ)
+    walk = calibration_motion(motions[0].offsets_m).positions_m
+    placed = []
+    for who, motion in enumerate(motions):
+        before = walk if who == 0 else np.repeat(_t_pose(motion.offsets_m)[None], len(walk), axis=0)
+        aside, _ = _apart(who, count, np.zeros(holding))
+        held = _t_pose(motion.offsets_m) + np.concatenate([aside, np.zeros((holding, 1))], axis=1)[:, None]
+        times = np.arange(performing) / RATE_HZ
+        moved = _moved(motion.positions_m[:performing], *MEETINGS[meeting](who, count, times))
+        positions = np.concatenate([before, held, moved])
+        placed.append(replace(motion, positions_m=positions, hands_open=np.ones((len(positions), 2))))
+    calibration_s = len(walk) / RATE_HZ
+    return Meeting(tuple(placed), (0.0, *[calibration_s] * (count - 1)), calibration_s)
+
+
+def _t_pose(offsets: _Array) -> _Array:
+    """Return the joints of a T-pose over the stage's origin [m], shape (21, 3)."""
+    joints = np.zeros((JOINT_COUNT, 3))
+    for joint in range(JOINT_COUNT):  # parents come first
+        joints[joint] = offsets[joint] + (joints[PARENTS[joint]] if PARENTS[joint] >= 0 else 0.0)
+    return joints
+
+
+def _moved(positions: _Array, places: _Array, headings: _Array) -> _Array:
+    """Return a motion whose way over the floor is another."""
+    way = gaussian_filter1d(positions[:, INDEX["hips"], :2], _STEPS_S * RATE_HZ, axis=0, mode="nearest")
+    local = positions - np.concatenate([way, np.zeros((len(way), 1))], axis=1)[:, None]
+    cos, sin = np.cos(headings)[:, None], np.sin(headings)[:, None]
+    out = local.copy()
+    out[..., 0] = cos * local[..., 0] - sin * local[..., 1] + places[:, :1]
+    out[..., 1] = sin * local[..., 0] + cos * local[..., 1] + places[:, 1:]
+    return out

@@ -1,0 +1,73 @@
+"""Several simulated performers: where they are, who hides whom, and what devices call them."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import studio
+from studio.__main__ import main
+from studio.engine.base.errors import SettingsError
+from studio.engine.model.joints import INDEX
+from studio.simulator.crowd.meeting import MEETINGS, T_POSE_S, meet
+from studio.simulator.crowd.seen import see_crowd
+from studio.simulator.motion import stage_motion
+from studio.simulator.rig import standard_rig
+from studio.take.raw.frames import camera_frames
+from tests.refused import refused
+
+HIPS = INDEX["hips"]
+
+
+@pytest.fixture(scope="module")
+def demo():
+    motion, _ = stage_motion("demo", calibration=False)
+    return motion
+
+
+@pytest.mark.parametrize("meeting", MEETINGS)
+@pytest.mark.parametrize("count", [2, 3])
+def test_performers_keep_apart_and_begin_on_their_sides(demo, meeting, count):
+    together = meet([demo] * count, meeting)
+    performing = round((together.calibration_s + T_POSE_S) * 120) + 1
+    hips = np.array([motion.positions_m[:, HIPS, :2] for motion in together.motions])
+    begins = hips[:, performing, 0]
+    assert (np.diff(begins) > 0).all() or count > 2
+    for a in range(count):
+        for b in range(a):
+            assert np.linalg.norm(hips[a, performing:] - hips[b, performing:], axis=1).min() > 0.2
+    assert together.enters_s == (0.0, *[together.calibration_s] * (count - 1))
+
+
+def test_cameras_lose_who_is_hidden_and_give_new_numbers(demo):
+    together = meet([demo, demo], "passing")
+    exchanged = 0
+    for seen in see_crowd(together, standard_rig(2), seed=3):
+        before = seen.taken_s < together.calibration_s
+        counts = np.array([len(bodies) for bodies in seen.bodies])
+        assert counts[before].max() == 1 and counts[~before].max() == 2
+        assert (counts[~before] == 1).any()  # one behind the other
+        numbers = {(body.who, body.number) for bodies in seen.bodies for body in bodies}
+        assert len(numbers) > 2
+        exchanged += len(numbers) - len({number for _, number in numbers})
+        for bodies in seen.bodies:
+            assert len({body.number for body in bodies}) == len(bodies)
+    assert exchanged  # one number stands for both at times
+
+
+def test_a_take_of_two_has_both_and_their_truth(tmp_path: Path):
+    arguments = ["simulate", "demo", "demo", "--cameras", "2", "--meeting", "apart", "--out"]
+    assert main([*arguments, str(tmp_path / "take")]) == 0
+    take = studio.open_take(tmp_path / "take")
+    frames = camera_frames(take.raw_path)
+    assert {len(frame.bodies()) for mine in frames.values() for frame in mine} == {1, 2}
+    truths = sorted(path.name for path in tmp_path.glob("*.csv"))
+    assert truths == ["take.truth.performer_1.csv", "take.truth.performer_2.csv"]
+    assert main([*arguments, str(tmp_path / "take")]) == 1  # it exists
+
+
+def test_what_shows_one_performer_says_so(tmp_path: Path):
+    with refused(SettingsError, "simulator.one_performer", tracker="depth"):
+        studio.simulate(["demo", "demo"], tmp_path / "take", tracker="depth")
+    with refused(SettingsError, "value.unknown"):
+        studio.simulate(["demo", "demo"], tmp_path / "take", meeting="dancing")
