@@ -167,6 +167,8 @@ def solve(
 ) -> Poses:
     """Return the poses of a take, solved from its raw frames; they are stored as `solves/<name>`.
 
+    Of several performers the first one's are returned; `load_poses` has those of all.
+
     Args:
         take: with raw frames and a calibration.
         using: a preset's name, or settings.
@@ -185,18 +187,23 @@ def solve(
     chosen = settings(using) if isinstance(using, str) else using
     usual = "as-live" if as_live else using if isinstance(using, str) else "solve"
     folder = solve_take(take, chosen, name=name or usual, as_live=as_live, progress=progress)
-    return Poses.load(folder / "poses.npz")
+    return load_poses(take, folder.name)
 
 
-def load_poses(take: Take, solve: str | None = None) -> Poses:
+def load_poses(take: Take, solve: str | None = None, performer: str | None = None) -> Poses:
     """Return the poses of a take's solve; the default is the first of `PREFERRED`.
 
+    Args:
+        take: with solves.
+        solve: its name.
+        performer: one of `take.performer_names(solve)`, where there are several; None = the first.
+
     Raises:
-        TakeError: the take has no such solve, or none at all.
+        TakeError: the take has no such solve or performer, or no solve at all.
         FormatError: it is damaged.
     """
     name = choose_solve(take.solve_names(), solve, str(take.path))
-    return Poses.load(take.performer_folder(name) / POSES)
+    return Poses.load(take.performer_folder(name, performer) / POSES)
 
 
 def evaluate(

@@ -66,6 +66,17 @@ def test_a_take_of_two_has_both_and_their_truth(tmp_path: Path):
     assert main([*arguments, str(tmp_path / "take")]) == 1  # it exists
 
 
+def test_the_library_solves_both(tmp_path: Path):
+    take = studio.simulate(["demo", "demo"], tmp_path / "take", cameras=2, meeting="apart")
+    studio.calibrate(take)
+    first = studio.solve(take, "studio")
+    second = studio.load_poses(take, "studio", "performer_2")
+    assert first.frame_count >= second.frame_count > 0
+    same = np.searchsorted(first.time_s, second.time_s)
+    apart_m = np.linalg.norm((first.positions_m[same] - second.positions_m)[:, 0, :2], axis=1)
+    assert apart_m.min() > 0.2
+
+
 def test_what_shows_one_performer_says_so(tmp_path: Path):
     with refused(SettingsError, "simulator.one_performer", tracker="depth"):
         studio.simulate(["demo", "demo"], tmp_path / "take", tracker="depth")
