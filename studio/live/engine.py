@@ -18,6 +18,8 @@ from studio.engine.base.errors import CalibrationError, SettingsError, StudioErr
 from studio.engine.base.sentences import say
 from studio.engine.calibration.quality.watch import CameraWatch
 from studio.engine.calibration.views.known_lens import KnownLenses, check_lenses
+from studio.engine.identity.known import KnownPerson
+from studio.engine.identity.recognised import FIRST, OnStage
 from studio.engine.model.calibration import Calibration, Performer
 from studio.engine.model.frames import StepResult
 from studio.engine.model.settings import SolveSettings
@@ -26,6 +28,7 @@ from studio.live import warmup
 from studio.live.calibration.calibrator import Calibrator, Outcome
 from studio.live.calibration.kept import BORROWED, KeptCalibration, save_calibration
 from studio.live.calibration.performers import save_profile
+from studio.live.calibration.strangers import Strangers
 from studio.live.calibration.tpose import TPoseCapture
 from studio.live.cameras.camera import LiveCamera
 from studio.live.cameras.previews import Previews
@@ -88,6 +91,7 @@ class Engine(RecordedTakes):
         self.previews = previews
         self.calibrator = Calibrator(folder / "calibrations", self._computed, previews.floor_views)
         self.tpose = TPoseCapture(self._performer_measured)
+        self.strangers = Strangers(self._stranger_measured)
         self.watch = CameraWatch()
         self.status: StageStatus
         self._clock_ns = clock_ns
@@ -149,6 +153,9 @@ class Engine(RecordedTakes):
     def _performer_measured(self, performer: Performer | None, problem: str) -> None:
         self.put(Call(lambda: self._measured_performer(performer, problem), Future()))
 
+    def _stranger_measured(self, person: int, performer: Performer | None) -> None:
+        self.put(Call(lambda: self._measured_stranger(person, performer), Future()))
+
     # --- the thread
 
     def _end(self) -> None:
@@ -167,7 +174,7 @@ class Engine(RecordedTakes):
                     "stage.restarted", "the pipeline failed and was started afresh: {error!r}", error=error
                 )
                 self.figures.failures += 1
-                self._restart()
+                self._restart(moved=True)
 
     def _handle(self, items: list[Item]) -> None:
         waiting = Counter(item.frame.camera for item in items if isinstance(item, Arrived))
@@ -207,7 +214,7 @@ class Engine(RecordedTakes):
     def join_camera(self, hello: Hello, *, local: bool = False) -> bool:
         """Add a camera; return whether it is the reference."""
         if self.roster.join(hello, keep_clock=self.recording is not None, local=local):
-            self._restart()
+            self._restart(moved=True)
         if self.recording is not None:
             newest = self.roster.cameras[hello.name].newest_sequence
             joined = self.recording.recorder.camera(hello, newest)
@@ -228,7 +235,7 @@ class Engine(RecordedTakes):
                 "a take is being recorded; stop it, then choose another reference camera",
             )
         if self.roster.choose(name):
-            self._restart()
+            self._restart(moved=True)
 
     def _frame(self, item: Arrived, *, late: bool) -> None:
         frame, recording = item.frame, self.recording
@@ -253,11 +260,15 @@ class Engine(RecordedTakes):
             self._perform(log.SkippedEvent(frame.camera, frame.sequence))
         if recording is not None:
             recording.recorder.frame(item.hello, frame, item.data, item.arrival_ns)
+        recognised = self._pipeline.frame(frame)
         if usable:
             camera.took(frame)
-            self.calibrator.add(frame)
-            self.tpose.add_frame(frame)
-        self._pipeline.frame(frame)
+            if not frame.others:
+                self.calibrator.add(frame)
+            self.strangers.add(recognised, item.arrival_ns)
+            for one in recognised:
+                if one.performer == FIRST:
+                    self.tpose.add_frame(one.frame)
 
     def _measured(self, camera: LiveCamera, sample: ClockSample) -> None:
         before = camera.clock_id
@@ -285,11 +296,40 @@ class Engine(RecordedTakes):
             return self.recording.perform(self._clock_ns(), event, self._pipeline.event)
         return self._pipeline.event(event)
 
-    def _restart(self) -> None:
-        """Start a fresh pipeline. Until it can start at once, there is none, and frames are only recorded."""
+    def _restart(self, *, moved: bool = False, people: list[KnownPerson] | None = None) -> None:
+        """Start a fresh pipeline. Until it can start at once, there is none, and frames are only recorded.
+
+        Args:
+            moved: performers are elsewhere now, by another calibration or clock; they are recognised by their bones.
+            people: who stays known; None = all performers.
+        """
         self._schedule = Schedule.of(self.settings)
         calibration = self.placed_calibration() if warmup.is_ready() else None
-        self._perform(log.start_event(calibration, self.settings))
+        people = self.people() if people is None else people
+        if moved:
+            people = [one.away() for one in people]
+        self.strangers.forget()
+        self._perform(log.start_event(calibration, self.settings, people))
+
+    def people(self) -> list[KnownPerson]:
+        """The performers, where cameras show several bodies."""
+        return [] if self._pipeline.pipeline is None else self._pipeline.pipeline.people()
+
+    def on_stage(self) -> list[OnStage]:
+        """Everybody on the stage; empty where cameras show one body."""
+        return [] if self._pipeline.pipeline is None else self._pipeline.pipeline.on_stage()
+
+    def forget_performers(self) -> None:
+        """Go on with the first performer only, in a fresh pipeline.
+
+        Raises:
+            TakeError: a take is being recorded.
+        """
+        if self.recording is not None:
+            raise TakeError(
+                "recording.performers_fixed", "a take is being recorded; stop it, then forget the performers"
+            )
+        self._restart(people=self.people()[:1])
 
     def placed_calibration(self) -> Calibration | None:
         """The calibration in use with every camera's present clock, as stored in a take."""
@@ -319,7 +359,11 @@ class Engine(RecordedTakes):
             self.figures.stepped(begin_ns, self._clock_ns())
             if result is not None:
                 self.watch.add(result.frame_set)
-                self.tpose.add_result(result, self._clock_ns())
+                now_ns = self._clock_ns()
+                if result.performer == FIRST:
+                    self.tpose.add_joints(stage_time_ns, result.fused.positions, now_ns)
+                strangers = self._pipeline.pipeline.strangers()
+                self.strangers.update(stage_time_ns, strangers, self.placed_calibration)
                 self.results.publish(result)
                 self._subscribers.tell(result)
 
@@ -375,6 +419,11 @@ class Engine(RecordedTakes):
                 save_profile(self.folder, self.tpose.pose.name, performer)
             self.use_performer(performer)
 
+    def _measured_stranger(self, person: int, performer: Performer | None) -> None:
+        self.strangers.finish(person, performer)
+        if performer is not None:
+            self._perform(log.performer_event(person, performer))
+
     def use_performer(self, performer: Performer) -> None:
         """Use these proportions from now on; a good calibration is stored again with them.
 
@@ -391,10 +440,15 @@ class Engine(RecordedTakes):
         kept = self.kept
         if kept is not None and kept.number != BORROWED:
             kept = save_calibration(self.folder / "calibrations", calibration, kept.devices, kept.created)
-        self.use_calibration(calibration, kept)
+        self.use_calibration(calibration, kept, moved=False)
 
-    def use_calibration(self, calibration: Calibration | None, kept: KeptCalibration | None) -> None:
-        """Use another calibration, or none, from now on; its clocks are latency corrections."""
+    def use_calibration(
+        self, calibration: Calibration | None, kept: KeptCalibration | None, *, moved: bool = True
+    ) -> None:
+        """Use another calibration, or none, from now on; its clocks are latency corrections.
+
+        `moved`: it places the stage elsewhere.
+        """
         self.stage_calibration, self.kept = calibration, kept
         self.watch = CameraWatch()
         cameras = {} if calibration is None else calibration.cameras
@@ -403,7 +457,7 @@ class Engine(RecordedTakes):
         except SettingsError:  # the settings name a camera that is gone
             self.settings = replace(self.settings, cameras="all")
         self.roster.set_corrections({name: camera.clock.offset_ns for name, camera in cameras.items()})
-        self._restart()
+        self._restart(moved=moved)
 
     def covered(self) -> bool:
         """Whether a connected camera is in the calibration in use."""

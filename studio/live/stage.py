@@ -348,6 +348,14 @@ class LiveStage:
         performer = load_profile(self.sessions, name).performer
         self._engine.call(lambda: self._engine.use_performer(performer))
 
+    def forget_performers(self) -> None:
+        """Go on with the first performer; further ones are strangers again. Waits.
+
+        Raises:
+            TakeError: a take is being recorded.
+        """
+        self._engine.call(self._engine.forget_performers)
+
     # --- recording
 
     def recording_name(self) -> str | None:

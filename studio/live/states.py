@@ -185,6 +185,20 @@ class CalibrationStatus(Struct):
     tpose: TPose
 
 
+class PerformerStatus(Struct):
+    """Somebody on a stage of several: a performer, or a stranger, who has no `name` and no poses.
+
+    `height_m` as measured [m]; `here`: a camera sees them; `undecided`: they cannot be told apart from another now.
+    `message` says what a stranger has to do.
+    """
+
+    name: str
+    height_m: float | None
+    here: bool
+    undecided: bool
+    message: str = ""
+
+
 class SettingsStatus(Struct):
     """The settings in use: the preset, None if they are none of the program's, and the output rate [Hz]."""
 
@@ -200,7 +214,7 @@ class RefusedLinks(Struct, frozen=True):
 
 
 class StageStatus(Struct):
-    """The status of the live stage, cameras by name."""
+    """The status of the live stage, cameras by name; `performers` is empty while cameras show one body."""
 
     cameras: dict[str, CameraStatus]
     pipeline: PipelineStatus
@@ -208,6 +222,7 @@ class StageStatus(Struct):
     calibration: CalibrationStatus
     settings: SettingsStatus
     refused_links: RefusedLinks = RefusedLinks()
+    performers: list[PerformerStatus] = []
 
 
 class RecordStarted(Struct):

@@ -13,7 +13,13 @@ from studio.live.calibration.kept import BORROWED
 from studio.live.engine import Engine
 from studio.live.recording.recorder import RESERVE_BYTES
 from studio.live.recording.recording import LiveRecording
-from studio.live.states import CalibrationStatus, RecordingStatus, SettingsStatus, StageStatus
+from studio.live.states import (
+    CalibrationStatus,
+    PerformerStatus,
+    RecordingStatus,
+    SettingsStatus,
+    StageStatus,
+)
 from studio.take.raw.pose_log import RECORD
 
 RATE_S = 5.0
@@ -53,7 +59,32 @@ def stage_status(engine: Engine, now_ns: int) -> StageStatus:
         recording=_recording(engine, now_ns),
         calibration=_calibration(engine, now_ns),
         settings=SettingsStatus(named, engine.settings.output_hz),
+        performers=_performers(engine),
     )
+
+
+def _performers(engine: Engine) -> list[PerformerStatus]:
+    """Everybody on a stage of several."""
+    problems = iter(engine.strangers.problems())
+    out: list[PerformerStatus] = []
+    for one in engine.on_stage():
+        name, message = f"performer_{one.performer}", ""
+        if one.performer is None:
+            name, why = "", next(problems, [])
+            message = (
+                say(
+                    "performers.hold_t_pose", "not a performer yet: hold a T-pose ({why})", why="; ".join(why)
+                )
+                if why
+                else say("performers.measuring", "not a performer yet: keep the T-pose")
+            )
+        elif one.undecided:
+            message = say("performers.undecided", "cannot be told apart from another performer now")
+        elif not one.here:
+            message = say("performers.away", "no camera sees them")
+        height = None if one.height_m is None else round(one.height_m, 4)
+        out.append(PerformerStatus(name, height, one.here, one.undecided, message))
+    return out
 
 
 def _recording(engine: Engine, now_ns: int) -> RecordingStatus:

@@ -8,7 +8,7 @@ from pathlib import Path
 from studio.engine.base.errors import CalibrationError, TakeError
 from studio.engine.calibration.calibrate import with_performer
 from studio.engine.calibration.quality.agreement import agreement_figures, disagreements, without_named
-from studio.engine.identity.whole_take import find_people
+from studio.engine.identity.whole_take import find_people, spans
 from studio.engine.model.calibration import Calibration
 from studio.engine.model.frames import CameraFrame, StepResult
 from studio.engine.model.settings import SolveSettings
@@ -160,7 +160,6 @@ def _performer(
 
 
 def _as_live(take: Take, progress: Progress | None) -> tuple[dict[str, Solved], SolveSettings, SolveMetrics]:
-    residuals, trace = SolveResiduals(), TraceCollector()
     summary = inspect_raw(take.raw_path)
     if summary.events == 0:
         raise TakeError(
@@ -171,7 +170,7 @@ def _as_live(take: Take, progress: Progress | None) -> tuple[dict[str, Solved], 
         )
     total = max(sum(summary.frames.values()), 1)
     pipeline = LoggedPipeline()
-    results: list[StepResult] = []
+    performers: dict[int, _AsLive] = {}
     done = 0
     for record in read_raw(take.raw_path):
         if isinstance(record, RawFrame):
@@ -182,10 +181,8 @@ def _as_live(take: Take, progress: Progress | None) -> tuple[dict[str, Solved], 
                 progress(done / total)
         elif isinstance(record, RawEvent):
             result = pipeline.event(record.event)
-            if result is not None:
-                results.append(result)
-                residuals.add(result)
-                trace.add(result)
+            for one in () if result is None else result.each():
+                performers.setdefault(one.performer, _AsLive()).add(one)
     if progress is not None:
         progress(1.0)
     if pipeline.settings is None:
@@ -194,5 +191,26 @@ def _as_live(take: Take, progress: Progress | None) -> tuple[dict[str, Solved], 
             "the live log of {path} has no beginning; run `studio doctor`",
             path=take.path,
         )
-    metrics: SolveMetrics = {"camera_frames": done, **residuals.figures()}
-    return {PERFORMER: Solved(collect_poses(results), metrics, trace.trace())}, pipeline.settings, {}
+    solved = {f"performer_{number}": one.solved() for number, one in sorted(performers.items())}
+    common: SolveMetrics = {"camera_frames": done}
+    return solved or {PERFORMER: _AsLive().solved()}, pipeline.settings, common
+
+
+class _AsLive:
+    """What the live stage made of one performer."""
+
+    def __init__(self) -> None:
+        self._results: list[StepResult] = []
+        self._residuals, self._trace = SolveResiduals(), TraceCollector()
+
+    def add(self, result: StepResult) -> None:
+        self._results.append(result)
+        self._residuals.add(result)
+        self._trace.add(result)
+
+    def solved(self) -> Solved:
+        undecided = [result.frame_set.stage_time_ns * 1e-9 for result in self._results if result.undecided]
+        metrics = self._residuals.figures()
+        if undecided:
+            metrics["undecided_s"] = [list(span) for span in spans(undecided, 1)]
+        return Solved(collect_poses(self._results), metrics, self._trace.trace())

@@ -165,7 +165,7 @@ def test_doctor_ends_what_a_killed_server_left(tmp_path: Path) -> None:
 
 def test_live_poses_are_cut_to_the_log(tmp_path: Path) -> None:
     take = crashed_live_take(tmp_path)
-    PoseLog(take.path, ticks=25).close()
+    PoseLog(take.path / POSE_LOG, ticks=25).close()
     assert read_records(take.path / POSE_LOG)["tick"].tolist() == list(range(25))
 
 

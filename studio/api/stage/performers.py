@@ -11,7 +11,7 @@ from studio.api.structs import StructRoute
 from studio.live import LiveStage
 from studio.live.calibration.performers import ProfileJson, delete_profile, list_profiles, load_profile
 from studio.live.calibration.tpose import COUNTDOWN_S
-from studio.live.states import CalibrationStatus, TPose
+from studio.live.states import CalibrationStatus, PerformerStatus, TPose
 
 
 class TPoseRequest(Request):
@@ -39,6 +39,12 @@ def performers_router(stage: LiveStage) -> APIRouter:
         """Cancel the measurement."""
         stage.cancel_tpose()
         return stage.status().calibration.tpose
+
+    @router.post("/performers/forget")
+    def forget() -> list[PerformerStatus]:
+        """Go on with the first performer: further ones are strangers again, who hold a T-pose to come back."""
+        stage.forget_performers()
+        return stage.status().performers
 
     @router.get("/performers")
     def get_performers() -> list[ProfileJson]:

@@ -4,6 +4,7 @@ Persons and bodies are paired jointly (Hungarian method). A device's own number 
 are lost, and may be exchanged where they overlap.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -62,13 +63,26 @@ class Someone:
     met: dict[int, list[float]] = field(default_factory=dict)
     leapt: list[float] = field(default_factory=list)
 
+    def forget(self) -> None:
+        """Keep nothing of the past but the last doubt."""
+        self.sightings.clear()
+        self.met.clear()
+        self.leapt.clear()
+        del self.doubted[:-1]
+
 
 class Crowd:
     """Everybody on the stage; frames are added in the order of their stage times."""
 
-    def __init__(self) -> None:
-        """Begin with an empty stage."""
-        self.people: list[Someone] = []
+    def __init__(self, people: Sequence[FollowedPerson] = (), *, remembers: bool = True) -> None:
+        """Begin with people who are known from before.
+
+        Args:
+            people: of them.
+            remembers: keep sightings, meetings and leaps, which whole takes need; else only the last doubt.
+        """
+        self.people = [Someone(person) for person in people]
+        self._remembers = remembers
         self._new: list[Someone] = []
         self._frames = 0
 
@@ -97,6 +111,9 @@ class Crowd:
             if who is None and not self._is_ghost(bodies[body], found, stage_s):
                 found[body] = self._unknown(stage_s, bodies[body], SeenBody(frame, body))
         self._new = [one for one in self._new if stage_s - one.person.last_s < _FORGETS_S]
+        if not self._remembers:
+            for one in (*self.people, *self._new):
+                one.forget()
         return found
 
     @staticmethod
@@ -170,7 +187,7 @@ class Crowd:
 
     def _returned(self, one: Someone, away: list[int]) -> int | None:
         """Return who of those away has this person's bones; None = nobody."""
-        far = [_apart_m(one.person.bones_m(), self.people[k].person.bones_m()) for k in away]
+        far = [apart_m(one.person.bones_m(), self.people[k].person.bones_m()) for k in away]
         best = int(np.argmin(far)) if far else -1
         return away[best] if far and far[best] < _ALIKE_M else None
 
@@ -183,7 +200,7 @@ def _costs(people: list[Someone], stage_s: float, bodies: NDArray[np.float64]) -
     return cost
 
 
-def _apart_m(bones: NDArray[np.float64], others: NDArray[np.float64]) -> float:
+def apart_m(bones: NDArray[np.float64], others: NDArray[np.float64]) -> float:
     """Return the mean difference of two persons' bones [m]; infinite where they share too few."""
     apart = np.abs(bones - others)[1:]
     seen = np.isfinite(apart)

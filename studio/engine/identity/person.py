@@ -22,6 +22,9 @@ _MIRRORED_M = 0.03
 _BONES_KEPT = 900
 """Frames over which bones are averaged."""
 
+_BONES_KNOWN = 300.0
+"""So many frames do bones count that are known from before."""
+
 
 class FollowedPerson:
     """One person's joints in the stage frame, by all cameras together."""
@@ -39,10 +42,33 @@ class FollowedPerson:
         self._bones, self._bone_frames = np.zeros(JOINT_COUNT), np.zeros(JOINT_COUNT)
         self._measure(joints)
 
+    @classmethod
+    def known(
+        cls,
+        bones_m: NDArray[np.float64],
+        joints: NDArray[np.float64] | None = None,
+        stage_s: float = -np.inf,
+    ) -> "FollowedPerson":
+        """Return a person whose bones are known from before; without `joints` they are away.
+
+        Args:
+            bones_m: as `bones_m` returns them.
+            joints: where they were last [m], shape (21, 3); NaN = unknown.
+            stage_s: when that was [s].
+        """
+        person = cls(stage_s, np.full((JOINT_COUNT, 3), np.nan) if joints is None else joints)
+        seen = np.isfinite(bones_m)
+        person._bones, person._bone_frames = np.where(seen, bones_m, 0.0) * _BONES_KNOWN, seen * _BONES_KNOWN
+        return person
+
     def middle(self) -> NDArray[np.float64]:
         """Return the middle of the known joints [m], shape (3,)."""
         known = self._place[np.isfinite(self._place[:, 0])]
         return known.mean(axis=0)
+
+    def joints_m(self) -> NDArray[np.float64]:
+        """Return where the joints were last [m], shape (21, 3); NaN = never seen."""
+        return self._place.copy()
 
     def bones_m(self) -> NDArray[np.float64]:
         """Return the mean length of each joint's bone, both sides as one [m], shape (21,); NaN = unseen."""

@@ -1,7 +1,7 @@
 """The whole take decides who is who: where two persons came so near that they may have been exchanged, bones tell.
 
 Between such moments a person is followed surely. The bones of each stretch are compared with those of the first in
-which both were seen; a stretch whose bones are clearly the other's is given to the other.
+which each was seen; a stretch whose bones are clearly the other's is given to the other.
 """
 
 from collections.abc import Callable
@@ -36,7 +36,7 @@ def settle(people: list[Someone], times_s: NDArray[np.float64], bones_of: BonesO
     exchanged = 0
     measured: dict[SeenBody, NDArray[np.float64]] = {}
     for first, second in combinations(range(len(people)), 2):
-        meetings = _meetings(people, first, second)
+        meetings = _meetings(people, first, second, times_s)
         if not meetings:
             continue
         pair = people[first], people[second]
@@ -46,17 +46,23 @@ def settle(people: list[Someone], times_s: NDArray[np.float64], bones_of: BonesO
     return exchanged
 
 
-def _meetings(people: list[Someone], first: int, second: int) -> list[float]:
-    """Return when two persons may have been exchanged [s]: where one leapt, else in each meeting's middle."""
-    leaps = {*people[first].leapt, *people[second].leapt}
-    times = sorted([*people[first].met.get(second, []), *leaps])
+def _meetings(people: list[Someone], first: int, second: int, times_s: NDArray[np.float64]) -> list[float]:
+    """Return when two persons may have been exchanged [s]: where one leapt or came in, else in each meeting's
+    middle."""
+    sure = {*people[first].leapt, *people[second].leapt}
+    came = [
+        float(times_s[one.sightings[0].frame]) for one in (people[first], people[second]) if one.sightings
+    ]
+    if len(came) == 2 and abs(came[0] - came[1]) > _APART_S:
+        sure.add(max(came))
+    times = sorted([*people[first].met.get(second, []), *sure])
     groups: list[list[float]] = []
     for time_s in times:
         if groups and time_s - groups[-1][-1] < _APART_S:
             groups[-1].append(time_s)
         else:
             groups.append([time_s])
-    return [min(leaps.intersection(group), default=(group[0] + group[-1]) / 2) for group in groups]
+    return [min(sure.intersection(group), default=(group[0] + group[-1]) / 2) for group in groups]
 
 
 def _settle_pair(
@@ -66,27 +72,41 @@ def _settle_pair(
     measured: dict[SeenBody, NDArray[np.float64]],
 ) -> int:
     edges = [-np.inf, *meetings, np.inf]
-    known: tuple[NDArray[np.float64], NDArray[np.float64]] | None = None
+    known: list[NDArray[np.float64] | None] = [None, None]
     swapped, changes = False, 0
     kept: tuple[list[SeenBody], list[SeenBody]] = ([], [])
     for begin, end in pairwise(edges):
         parts = [[body for body in one.sightings if begin <= times_s[body.frame] < end] for one in pair]
-        if min(len(part) for part in parts) >= _LEAST_BODIES:
-            bones = tuple(_typical([measured[body] for body in part]) for part in parts)
-            if known is None:
-                known = bones[0], bones[1]
-            else:
-                straight = _apart_m(bones[0], known[0]) + _apart_m(bones[1], known[1])
-                crossed = _apart_m(bones[0], known[1]) + _apart_m(bones[1], known[0])
-                if abs(straight - crossed) > 2 * _CLEAR_M:
-                    changes += (crossed < straight) != swapped
-                    swapped = crossed < straight
+        bones = [
+            _typical([measured[body] for body in part]) if len(part) >= _LEAST_BODIES else None
+            for part in parts
+        ]
+        gain_m = _gain_m(bones, known)
+        if abs(gain_m) > _CLEAR_M:
+            changes += (gain_m > 0) != swapped
+            swapped = gain_m > 0
+        if swapped:
+            bones.reverse()
+        known = [old if old is not None else new for old, new in zip(known, bones, strict=True)]
         for own, part in zip(kept, reversed(parts) if swapped else parts, strict=True):
             own.extend(part)
     if changes:
         for one, own in zip(pair, kept, strict=True):
             one.sightings[:] = own
     return changes
+
+
+def _gain_m(bones: list[NDArray[np.float64] | None], known: list[NDArray[np.float64] | None]) -> float:
+    """Return how much better exchanged bones fit the known ones, mean over what is known [m]; 0 = nothing tells."""
+    gains = []
+    for k in range(2):
+        if (
+            (told := known[k]) is not None
+            and (own := bones[k]) is not None
+            and (other := bones[1 - k]) is not None
+        ):
+            gains.append(_apart_m(own, told) - _apart_m(other, told))
+    return float(np.mean(gains)) if gains else 0.0
 
 
 def _typical(bones: list[NDArray[np.float64]]) -> NDArray[np.float64]:

@@ -96,8 +96,8 @@ def find_people(frames: Mapping[str, Sequence[CameraFrame]], calibration: Calibr
             bystanders += 1
             continue
         name = f"performer_{len(performers) + 1}"
-        performers.append(TakePerformer(name, own, theirs, _spans(one.doubted, _LEAST_DOUBTS)))
-    return People(tuple(performers), bystanders, _spans(times_s, 1))
+        performers.append(TakePerformer(name, own, theirs, spans(one.doubted, _LEAST_DOUBTS)))
+    return People(tuple(performers), bystanders, spans(times_s, 1))
 
 
 _Moment = tuple[float, str, int, NDArray[np.float64]]
@@ -168,7 +168,7 @@ def _measured(calibration: Calibration, frames: Mapping[str, Sequence[CameraFram
     return None if theirs.performer is None else theirs
 
 
-def _spans(times_s: list[float], least: int) -> tuple[tuple[float, float], ...]:
+def spans(times_s: list[float], least: int) -> tuple[tuple[float, float], ...]:
     """Return the spans in which at least so many times follow each other closely."""
     spans: list[list[float]] = []
     for time_s in times_s:

@@ -172,7 +172,8 @@ class StepResult:
     `positions_m`, `rotations_wxyz`, `confidence` and `uncertainty_mm` are one frame of `Poses`:
     shapes (52, 3), (52, 4), (52,), (52,). `configuration` is the humanoid's, before completion, shape (nq,);
     None without inverse kinematics. `root_height_m` is as in `Poses`, set where finishing has put the take on its
-    soles.
+    soles. `performer` is the number of the performer, from 1 in the order in which they came in; `undecided`: they
+    could not be told apart from another. `others` are the steps of further performers at the same instant.
     """
 
     frame_set: FrameSet
@@ -183,3 +184,10 @@ class StepResult:
     uncertainty_mm: NDArray[np.float64]
     configuration: NDArray[np.float64] | None = None
     root_height_m: float | None = None
+    performer: int = 1
+    undecided: bool = False
+    others: "tuple[StepResult, ...]" = ()
+
+    def each(self) -> "tuple[StepResult, ...]":
+        """Return the step of every performer."""
+        return (self, *self.others)

@@ -1,7 +1,7 @@
 """Measurement of a performer on the calibrated stage: a countdown, a held T-pose, proportions.
 
-The pose is found in the fused joints; while it is poor, the status names its faults. The proportions are computed
-from the cameras' frames of the hold, in a separate process.
+The pose is found in the joints of all cameras; while it is poor, the status names its faults. The proportions are
+computed from the cameras' frames of the hold, in a separate process.
 """
 
 import logging
@@ -12,13 +12,14 @@ from dataclasses import replace
 
 import numpy as np
 from msgspec.structs import replace as changed
+from numpy.typing import NDArray
 
 from studio.engine.base.errors import CalibrationError, StudioError
 from studio.engine.base.sentences import say
 from studio.engine.calibration.calibrate import with_performer
 from studio.engine.calibration.performer.tpose import tpose_problems
 from studio.engine.model.calibration import Calibration, Performer
-from studio.engine.model.frames import CameraFrame, StepResult
+from studio.engine.model.frames import CameraFrame
 from studio.live.states import TPose
 from studio.worker import run_in_process
 
@@ -81,11 +82,11 @@ class TPoseCapture:
         if self._held_since_ns is not None and self.pose.state == "holding":
             self._frames.setdefault(frame.camera, []).append(frame)
 
-    def add_result(self, result: StepResult, now_ns: int) -> None:
-        """Check the newest fused joints."""
+    def add_joints(self, stage_time_ns: int, positions: NDArray[np.float64], now_ns: int) -> None:
+        """Check the newest joints in the stage frame [m], shape (21, 3)."""
         if self.pose.state not in ("countdown", "holding"):
             return
-        self._joints.append((result.frame_set.stage_time_ns, result.fused.positions))
+        self._joints.append((stage_time_ns, positions))
         while self._joints[-1][0] - self._joints[0][0] > _LOOK_S * 1e9:
             self._joints.popleft()
         span_s = (self._joints[-1][0] - self._joints[0][0]) * 1e-9
@@ -119,7 +120,10 @@ class TPoseCapture:
             pose.state, pose.message = (
                 "failed",
                 say(
-                    "tpose.not_held", "no T-pose was held for {seconds:.0f} s: {why}", seconds=HOLD_S, why=why
+                    "tpose.not_held",
+                    "no T-pose was held for {seconds:.0f} s: {why}",
+                    seconds=HOLD_S,
+                    why=why,
                 ),
             )
 

@@ -26,7 +26,7 @@ from studio.take.raw.append import RawState
 from studio.take.raw.frames import RawWriter
 from studio.take.raw.live_log import JoinedEvent, LiveEvent
 from studio.take.raw.membership import Key
-from studio.take.raw.pose_log import POSE_LOG, PoseLog
+from studio.take.raw.pose_log import PoseLogs
 from studio.take.raw.ranges import Ranges
 from studio.wire import DepthImage, Hello
 
@@ -71,7 +71,7 @@ class Recorder:
         self.take_id = take.meta.setdefault("take_id", uuid.uuid4().hex)
         self._writer = RawWriter(take.raw_path, state=state)
         try:
-            self._poses = PoseLog(take.path, ticks=None if state is None else state.ticks)
+            self._poses = PoseLogs(take.path, ticks=None if state is None else state.ticks)
         except OSError as error:
             self._writer.close()
             raise TakeError(unwritable(take.path, error)) from error
@@ -344,5 +344,5 @@ class Recorder:
 
     @property
     def bytes_written(self) -> int:
-        paths = (self.take.raw_path, self.take.path / POSE_LOG)
-        return sum(path.stat().st_size for path in paths if path.exists())
+        raw = self.take.raw_path
+        return self._poses.bytes_written() + (raw.stat().st_size if raw.exists() else 0)

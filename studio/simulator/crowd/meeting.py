@@ -19,7 +19,8 @@ from studio.engine.model.joints import INDEX, JOINT_COUNT, PARENTS
 T_POSE_S = 3.0
 """How long all hold a T-pose side by side."""
 
-_ASIDE_M = 0.8
+_ASIDE_M = 1.0
+"""Half the way between two who hold a T-pose side by side: their hands do not meet."""
 _STEPS_S = 0.3
 """Motion of the hips that is slower than this is the way over the floor [s]."""
 

@@ -5,24 +5,37 @@ and frames in the same order therefore gives the same poses, bit for bit. docs/f
 """
 
 import math
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import msgspec
 
 from studio.engine.base.errors import FormatError
-from studio.engine.model.calibration import Calibration, ClockJson
+from studio.engine.identity.known import KnownPerson
+from studio.engine.identity.recognised import Recognised
+from studio.engine.model.calibration import (
+    Calibration,
+    ClockJson,
+    Performer,
+    performer_from_json,
+    performer_to_json,
+)
 from studio.engine.model.frames import CameraFrame, ClockModel, StepResult
 from studio.engine.model.settings import SettingsJson, SolveSettings
 
 if TYPE_CHECKING:
-    from studio.engine.solve.pipeline import Pipeline
+    from studio.engine.solve.people import PeoplePipeline
 
 
-class StartEvent(msgspec.Struct, tag="start"):
-    """A fresh pipeline; without a calibration there is none until the next start. Both are as files hold them."""
+class StartEvent(msgspec.Struct, tag="start", omit_defaults=True):
+    """A fresh pipeline; without a calibration there is none until the next start. All are as files hold them.
+
+    `people` are performers who are known from before (`KnownPerson`), where there are several.
+    """
 
     calibration: dict[str, Any] | None
     settings: SettingsJson
+    people: list[dict[str, Any]] = []
 
 
 class _ClockEvent(msgspec.Struct, kw_only=True):
@@ -58,6 +71,13 @@ class CalibrationEvent(msgspec.Struct, tag="calibration"):
     """From now on the pipeline works with this calibration; only early versions wrote it."""
 
     calibration: dict[str, Any]
+
+
+class PerformerEvent(msgspec.Struct, tag="performer"):
+    """From now on the person of this index is a performer with these proportions, as files hold them."""
+
+    person: int
+    proportions: dict[str, Any]
 
 
 class SkippedEvent(msgspec.Struct, tag="skipped"):
@@ -108,6 +128,7 @@ KnownEvent = (
     | StageClockEvent
     | SettingsEvent
     | CalibrationEvent
+    | PerformerEvent
     | SkippedEvent
     | TickEvent
     | SegmentEvent
@@ -142,9 +163,17 @@ def read_event(data: bytes) -> LiveEvent:
         raise FormatError("take.event_not_json", "{error}", error=error) from error
 
 
-def start_event(calibration: Calibration | None, settings: SolveSettings) -> StartEvent:
+def performer_event(person: int, proportions: Performer) -> PerformerEvent:
+    """A stranger who was measured is a performer from now on."""
+    return PerformerEvent(person, {**performer_to_json(proportions)})
+
+
+def start_event(
+    calibration: Calibration | None, settings: SolveSettings, people: Sequence[KnownPerson] = ()
+) -> StartEvent:
     """A fresh pipeline, from the same numbers live and in replay."""
-    return StartEvent(None if calibration is None else {**calibration.to_json()}, settings.to_json())
+    placed = None if calibration is None else {**calibration.to_json()}
+    return StartEvent(placed, settings.to_json(), [{**one.to_json()} for one in people])
 
 
 def clock_event(camera: str, clock_id: str, clock: ClockModel) -> ClockEvent:
@@ -183,17 +212,18 @@ class LoggedPipeline:
     """
 
     def __init__(self) -> None:
-        self.pipeline: Pipeline | None = None
+        self.pipeline: PeoplePipeline | None = None
         self.settings: SolveSettings | None = None
         self._skipped: set[tuple[str, int]] = set()
 
-    def frame(self, frame: CameraFrame) -> None:
-        """Give the pipeline a frame, unless a `skipped` event preceded it."""
+    def frame(self, frame: CameraFrame) -> list[Recognised]:
+        """Give the pipeline a frame, unless a `skipped` event preceded it; return whose bodies it shows."""
         key = (frame.camera, frame.sequence)
         if key in self._skipped:
             self._skipped.discard(key)
         elif self.pipeline is not None:
-            self.pipeline.add_frame(frame)
+            return self.pipeline.add_frame(frame)
+        return []
 
     def event(self, event: LiveEvent) -> StepResult | None:
         """Perform one event; a `tick` returns what the pipeline made.
@@ -216,11 +246,15 @@ class LoggedPipeline:
                 self.settings = SolveSettings.from_json(event.settings)
                 self.pipeline = None
                 if event.calibration is not None:
-                    from studio.engine.solve.pipeline import (
-                        Pipeline,  # takes long to load: not when the server starts
+                    from studio.engine.solve.people import (
+                        PeoplePipeline,  # takes long to load: not when the server starts
                     )
 
-                    self.pipeline = Pipeline(Calibration.from_json(event.calibration), self.settings)
+                    people = [KnownPerson.from_json(one) for one in event.people]
+                    calibration = Calibration.from_json(event.calibration)
+                    self.pipeline = PeoplePipeline(calibration, self.settings, people)
+            case PerformerEvent() if self.pipeline is not None:
+                self.pipeline.add_performer(event.person, performer_from_json(event.proportions))
             case SettingsEvent():
                 self.settings = SolveSettings.from_json(event.settings)
                 if self.pipeline is not None:

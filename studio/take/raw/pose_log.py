@@ -1,7 +1,8 @@
 """The live poses of a take during its recording, written to disk at once: `live.poses`, records of one size.
 
-When the take ends they become the solve `live`. A record has the number of its tick in the live log, so that after a
-crash the poses and the log can be cut to the same length.
+Further performers have a file each, `live.performer_2.poses`. When the take ends they become the solve `live`. A
+record has the number of its tick in the live log, so that after a crash the poses and the log can be cut to the same
+length.
 """
 
 import os
@@ -31,18 +32,18 @@ RECORD = np.dtype(
 
 
 class PoseLog:
-    """Writes the live poses of one take; one thread writes.
+    """Writes the live poses of one performer; one thread writes.
 
     Args:
-        folder: of the take.
+        path: the file.
         ticks: continue after this many ticks of the live log and delete later records; None: a new file.
 
     Raises:
         OSError: the disk refuses; from any method.
     """
 
-    def __init__(self, folder: Path, *, ticks: int | None = None) -> None:
-        self.path = folder / POSE_LOG
+    def __init__(self, path: Path, *, ticks: int | None = None) -> None:
+        self.path = path
         if ticks is not None and self.path.is_file():
             whole = int((read_records(self.path)["tick"] < ticks).sum())
             os.truncate(self.path, whole * RECORD.itemsize)
@@ -66,6 +67,66 @@ class PoseLog:
 
     def close(self) -> None:
         self._file.close()
+
+
+class PoseLogs:
+    """Writes the live poses of one take, of each performer into a file of their own; one thread writes.
+
+    Args:
+        folder: of the take.
+        ticks: as of `PoseLog`.
+
+    Raises:
+        OSError: the disk refuses; from any method.
+    """
+
+    def __init__(self, folder: Path, *, ticks: int | None = None) -> None:
+        self._folder = folder
+        self._logs = {1: PoseLog(folder / POSE_LOG, ticks=ticks)}
+        if ticks is not None:
+            for number, path in pose_files(folder).items():
+                if number != 1:
+                    self._logs[number] = PoseLog(path, ticks=ticks)
+
+    def add(self, tick: int, result: StepResult) -> None:
+        """Write the poses of tick number `tick`."""
+        for one in result.each():
+            if one.performer not in self._logs:
+                self._logs[one.performer] = PoseLog(pose_file(self._folder, one.performer))
+            self._logs[one.performer].add(tick, one)
+
+    def write_out(self) -> None:
+        """See `PoseLog`."""
+        for log in self._logs.values():
+            log.write_out()
+
+    def sync(self) -> None:
+        """See `PoseLog`."""
+        for log in list(self._logs.values()):
+            log.sync()
+
+    def close(self) -> None:
+        for log in self._logs.values():
+            log.close()
+
+    def bytes_written(self) -> int:
+        """Size of all files."""
+        return sum(log.path.stat().st_size for log in list(self._logs.values()) if log.path.exists())
+
+
+def pose_file(folder: Path, performer: int) -> Path:
+    """Return the pose log of a performer, by number, of the take in a folder."""
+    return folder / (POSE_LOG if performer == 1 else f"live.performer_{performer}.poses")
+
+
+def pose_files(folder: Path) -> dict[int, Path]:
+    """Return the pose logs of the take in a folder, by the performer's number."""
+    found = {1: folder / POSE_LOG} if (folder / POSE_LOG).is_file() else {}
+    for path in folder.glob("live.performer_*.poses"):
+        number = path.name.removeprefix("live.performer_").removesuffix(".poses")
+        if number.isascii() and number.isdigit():
+            found[int(number)] = path
+    return dict(sorted(found.items()))
 
 
 def read_records(path: Path) -> NDArray[np.void]:

@@ -22,7 +22,7 @@ from studio.take.folder.take import Take, TakeVersionError, read_calibration
 from studio.take.library.live_solve import save_live_solve
 from studio.take.raw.append import scan_raw
 from studio.take.raw.frames import RawSummary, inspect_raw
-from studio.take.raw.pose_log import POSE_LOG, PoseLog
+from studio.take.raw.pose_log import PoseLogs, pose_files
 from studio.take.upkeep.recovery import TEMPORARY_PREFIX, recover
 from studio.take.upkeep.stage_files import check_stage_files
 
@@ -95,8 +95,8 @@ def _check_marker(root: Path, repair: bool) -> Iterator[Finding]:
 
 def _check_live_poses(take: Take, repair: bool) -> Iterator[Finding]:
     """Check for live poses that were logged during the recording and did not become a solve."""
-    file = take.path / POSE_LOG
-    if not file.is_file() or take.meta["recording"] == "recording":
+    file = next(iter(pose_files(take.path).values()), None)
+    if file is None or take.meta["recording"] == "recording":
         return
     problem, again = "the live solve was not saved", f"run `studio solve {take.path} --as-live --name live`"
     if not repair:
@@ -106,7 +106,7 @@ def _check_live_poses(take: Take, repair: bool) -> Iterator[Finding]:
         state = scan_raw(take.raw_path)
         if state.settings is None:
             raise TakeError("take.log_no_settings", "the live log does not tell its settings")
-        PoseLog(take.path, ticks=state.ticks).close()
+        PoseLogs(take.path, ticks=state.ticks).close()
         frames = sum(ranges.count for ranges in state.frames.values())
         count = save_live_solve(take, SolveSettings.from_json(state.settings), frames)
     except (StudioError, OSError) as error:

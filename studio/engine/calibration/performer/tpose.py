@@ -88,13 +88,16 @@ def _is_tpose(joints: NDArray[np.float64], up: NDArray[np.float64], rate_hz: flo
     return np.logical_and.reduce([arm.good() for arm in _arms(joints, up, rate_hz).values()])
 
 
-def tpose_problems(joints: NDArray[np.float64], up: NDArray[np.float64], rate_hz: float) -> list[str]:
+def tpose_problems(
+    joints: NDArray[np.float64], up: NDArray[np.float64], rate_hz: float, *, still: bool = True
+) -> list[str]:
     """Return the faults of a T-pose that is being held, in words for the performer; empty = none.
 
     Args:
         joints: the last instants, half a second or more, in any one frame [m], shape (instant_count, 21, 3).
         up: unit vector in that frame, shape (3,).
         rate_hz: instants per second.
+        still: arms that move are a fault.
     """
     problems = []
     for name, arm in _arms(joints, up, rate_hz).items():
@@ -124,7 +127,7 @@ def tpose_problems(joints: NDArray[np.float64], up: NDArray[np.float64], rate_hz
                     side=side,
                 )
             )
-        if speed >= _MAX_SPEED_M_S:
+        if still and speed >= _MAX_SPEED_M_S:
             problems.append(
                 say("tpose.moves", "{side} arm moves at {speed:.1f} m/s: hold still", side=side, speed=speed)
             )
