@@ -10,24 +10,21 @@ import threading
 from collections import Counter
 from collections.abc import Callable
 from concurrent.futures import Future
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from studio.engine.base.errors import CalibrationError, SettingsError, StudioError, TakeError
+from studio.engine.base.errors import StudioError, TakeError
 from studio.engine.base.sentences import say
-from studio.engine.calibration.quality.watch import CameraWatch
-from studio.engine.calibration.views.known_lens import KnownLenses, check_lenses
 from studio.engine.identity.known import KnownPerson
 from studio.engine.identity.recognised import FIRST, OnStage
-from studio.engine.model.calibration import Calibration, Performer
+from studio.engine.model.calibration import Performer
 from studio.engine.model.frames import StepResult
 from studio.engine.model.settings import SolveSettings
 from studio.engine.solve.timing.schedule import Schedule
 from studio.live import warmup
 from studio.live.calibration.calibrator import Calibrator, Outcome
-from studio.live.calibration.kept import BORROWED, KeptCalibration, save_calibration
-from studio.live.calibration.performers import save_profile
+from studio.live.calibration.in_use import CalibratedStage
+from studio.live.calibration.kept import KeptCalibration
 from studio.live.calibration.strangers import Strangers
 from studio.live.calibration.tpose import TPoseCapture
 from studio.live.cameras.camera import LiveCamera
@@ -37,7 +34,6 @@ from studio.live.figures import PipelineFigures
 from studio.live.inbox import Arrived, Call, ClockExchange, Inbox, Item, Left, Reported
 from studio.live.latest import Latest
 from studio.live.raw_steps import RawSteps
-from studio.live.recording.takes import RecordedTakes
 from studio.live.states import StageStatus
 from studio.live.subscribers import Subscribers
 from studio.take.raw import live_log as log
@@ -55,14 +51,12 @@ IDLE_S = 0.01
 STATUS_NS = 200_000_000
 
 
-class Engine(RecordedTakes):
+class Engine(CalibratedStage):
     """The live stage's state and the thread that changes it.
 
     Attributes:
         results: the newest step.
         status: the newest status.
-        stage_calibration: in use; a camera's `clock` is its latency correction (see `calibration.kept`).
-        kept: as stored on disk; None for a provisional one, which has one camera only.
     """
 
     def __init__(
@@ -81,8 +75,6 @@ class Engine(RecordedTakes):
         self._thread = threading.Thread(target=self._run, name="engine", daemon=True)
         self.results: Latest[StepResult] = Latest()
         self.settings = settings
-        self.kept: KeptCalibration | None = None
-        self.stage_calibration: Calibration | None = None
         self.roster = Roster()
         super().__init__()
         self.figures = PipelineFigures()
@@ -92,7 +84,6 @@ class Engine(RecordedTakes):
         self.calibrator = Calibrator(folder / "calibrations", self._computed, previews.floor_views)
         self.tpose = TPoseCapture(self._performer_measured)
         self.strangers = Strangers(self._stranger_measured)
-        self.watch = CameraWatch()
         self.status: StageStatus
         self._clock_ns = clock_ns
         self._subscribers = subscribers
@@ -331,16 +322,6 @@ class Engine(RecordedTakes):
             )
         self._restart(people=self.people()[:1])
 
-    def placed_calibration(self) -> Calibration | None:
-        """The calibration in use with every camera's present clock, as stored in a take."""
-        if self.stage_calibration is None:
-            return None
-        cameras = {
-            name: replace(camera, clock=self.roster.clock_of(name))
-            for name, camera in self.stage_calibration.cameras.items()
-        }
-        return replace(self.stage_calibration, cameras=cameras)
-
     def _tick(self) -> None:
         if self.stage_calibration is None:
             return
@@ -380,94 +361,7 @@ class Engine(RecordedTakes):
         self.settings = settings
         self._perform(log.SettingsEvent(settings.to_json()))
 
-    # --- calibration
-
-    def start_calibration(self, seconds: float, height_m: float | None, lenses: KnownLenses) -> None:
-        """Start a calibration of all cameras, with the performer's height if known.
-
-        Raises:
-            CalibrationError: no camera is connected, or one is under way.
-            SettingsError: a lens of a camera that is not connected, or sees depth.
-        """
-        if not self.roster.connected():
-            raise CalibrationError(
-                "calibration.no_camera_to_calibrate",
-                "no camera is connected; connect the cameras, then calibrate",
-            )
-        serials = {camera.name: camera.hello.serial for camera in self.roster.connected()}
-        flat = [camera.name for camera in self.roster.connected() if camera.hello.joint_set == "mediapipe"]
-        check_lenses(lenses.lenses, flat)
-        self.calibrator.start(seconds, self._clock_ns(), serials, height_m, lenses)
-
-    def start_tpose(self, name: str, countdown_s: float) -> None:
-        """Start to measure a performer.
-
-        Raises:
-            CalibrationError: the stage is not calibrated, or one is under way.
-        """
-        if self.stage_calibration is None or not self.covered():
-            raise CalibrationError(
-                "calibration.no_camera_calibrated",
-                "no camera is calibrated; calibrate the stage, then measure a performer",
-            )
-        self.tpose.start(name, countdown_s, self._clock_ns())
-
-    def _measured_performer(self, performer: Performer | None, problem: str) -> None:
-        self.tpose.finish(performer, problem)
-        if performer is not None:
-            if self.tpose.pose.name:
-                save_profile(self.folder, self.tpose.pose.name, performer)
-            self.use_performer(performer)
-
-    def _measured_stranger(self, person: int, performer: Performer | None) -> None:
-        self.strangers.finish(person, performer)
-        if performer is not None:
-            self._perform(log.performer_event(person, performer))
-
-    def use_performer(self, performer: Performer) -> None:
-        """Use these proportions from now on; a good calibration is stored again with them.
-
-        Raises:
-            CalibrationError: the stage is not calibrated.
-            StudioError: the disk refuses.
-        """
-        if self.stage_calibration is None:
-            raise CalibrationError(
-                "calibration.stage_not_calibrated",
-                "the stage is not calibrated; calibrate it, then choose a performer",
-            )
-        calibration = replace(self.stage_calibration, performer=performer)
-        kept = self.kept
-        if kept is not None and kept.number != BORROWED:
-            kept = save_calibration(self.folder / "calibrations", calibration, kept.devices, kept.created)
-        self.use_calibration(calibration, kept, moved=False)
-
-    def use_calibration(
-        self, calibration: Calibration | None, kept: KeptCalibration | None, *, moved: bool = True
-    ) -> None:
-        """Use another calibration, or none, from now on; its clocks are latency corrections.
-
-        `moved`: it places the stage elsewhere.
-        """
-        self.stage_calibration, self.kept = calibration, kept
-        self.watch = CameraWatch()
-        cameras = {} if calibration is None else calibration.cameras
-        try:
-            self.settings.camera_names(tuple(cameras))
-        except SettingsError:  # the settings name a camera that is gone
-            self.settings = replace(self.settings, cameras="all")
-        self.roster.set_corrections({name: camera.clock.offset_ns for name, camera in cameras.items()})
-        self._restart(moved=moved)
-
-    def covered(self) -> bool:
-        """Whether a connected camera is in the calibration in use."""
-        known = () if self.stage_calibration is None else tuple(self.stage_calibration.cameras)
-        return any(camera.name in known for camera in self.roster.connected())
-
-    def _calibrated(self, outcome: Outcome) -> None:
-        use = self.calibrator.finish(outcome)
-        if use and outcome.calibration is not None and not (outcome.provisional and self.covered()):
-            self.use_calibration(outcome.calibration, outcome.kept)
+    # --- upkeep
 
     def _housekeeping(self) -> None:
         now = self._clock_ns()

@@ -1,4 +1,4 @@
-"""Several performers on the live stage: who comes in holds a T-pose, and is followed, recorded and told from then on."""
+"""Several performers on the live stage: who holds a T-pose is followed, recorded and told from then on."""
 
 import numpy as np
 import pytest

@@ -34,8 +34,8 @@ class RecordedTakes(ABC):
         self._noted_stage_clock: tuple[Anchor, ClockModel] | None = None
 
     @abstractmethod
-    def _restart(self) -> None:
-        """Start a fresh pipeline."""
+    def _restart(self, *, moved: bool = False) -> None:
+        """Start a fresh pipeline; `moved`: performers are elsewhere now, by another calibration or clock."""
 
     @abstractmethod
     def placed_calibration(self) -> Calibration | None:

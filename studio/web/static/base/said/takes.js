@@ -8,6 +8,8 @@ export default {
   "import.name": "le nom {name} n'est pas permis ; permis : {deep} dossiers de profondeur au plus, des noms de 1 à {most} caractères sans \\ : * ? \" < > |, sans point au début ; renommez-le",
   "take.no_calibrated_camera": "{take} n'a aucune image d'une caméra que sa calibration connaît ; il n'y a rien à montrer",
   "import.none_waits": "aucun import {id} n'attend de fichiers",
+  "recording.performers_fixed": "une prise est en cours ; arrêtez-la, puis oubliez les interprètes",
+  "take.known_person": "un interprète ne peut être lu : {error}",
   "recording.reference_fixed": "une prise est en cours ; arrêtez-la, puis choisissez une autre caméra de référence",
   "recording.under_way": "une prise est déjà en cours ; arrêtez-la d'abord",
   "recording.take_under_way": "la prise {name} est déjà en cours ; arrêtez-la d'abord",
