@@ -21,6 +21,9 @@ T_POSE_S = 3.0
 
 _ASIDE_M = 1.0
 """Half the way between two who hold a T-pose side by side: their hands do not meet."""
+GOING_S = 1.0
+"""How long they take from the walk to the T-pose, and from there to where they perform; nobody leaps."""
+
 _STEPS_S = 0.3
 """Motion of the hips that is slower than this is the way over the floor [s]."""
 
@@ -103,11 +106,18 @@ def meet(motions: Sequence[CanonicalMotion], meeting: str) -> Meeting:
     placed = []
     for who, motion in enumerate(motions):
         before = walk if who == 0 else np.repeat(_t_pose(motion.offsets_m)[None], len(walk), axis=0)
-        aside, _ = _apart(who, count, np.zeros(holding))
-        held = _t_pose(motion.offsets_m) + np.concatenate([aside, np.zeros((holding, 1))], axis=1)[:, None]
+        t_pose = _t_pose(motion.offsets_m)
+        aside = _apart(who, count, np.zeros(1))[0][0]
         times = np.arange(performing) / RATE_HZ
-        moved = _moved(motion.positions_m[:performing], *MEETINGS[meeting](who, count, times))
-        positions = np.concatenate([before, held, moved])
+        places, headings = MEETINGS[meeting](who, count, times)
+        moved = _moved(motion.positions_m[:performing], places, headings)
+        ends = before[-1, INDEX["hips"], :2] if who == 0 else aside
+        held = [
+            _going(t_pose, ends, aside),
+            _at(t_pose, np.tile(aside, (holding, 1))),
+            _going(t_pose, aside, places[0]),
+        ]
+        positions = np.concatenate([before, *held, moved])
         placed.append(replace(motion, positions_m=positions, hands_open=np.ones((len(positions), 2))))
     calibration_s = len(walk) / RATE_HZ
     return Meeting(tuple(placed), (0.0, *[calibration_s] * (count - 1)), calibration_s)
@@ -119,6 +129,17 @@ def _t_pose(offsets: _Array) -> _Array:
     for joint in range(JOINT_COUNT):  # parents come first
         joints[joint] = offsets[joint] + (joints[PARENTS[joint]] if PARENTS[joint] >= 0 else 0.0)
     return joints
+
+
+def _at(pose: _Array, places: _Array) -> _Array:
+    """Return a pose, shape (21, 3), at places on the floor, shape (F, 2)."""
+    return pose + np.concatenate([places, np.zeros((len(places), 1))], axis=1)[:, None]
+
+
+def _going(pose: _Array, begin: _Array, end: _Array) -> _Array:
+    """Return a pose that goes over the floor from one place to another."""
+    share = (1.0 - np.cos(np.pi * np.linspace(0.0, 1.0, round(GOING_S * RATE_HZ)))) / 2.0
+    return _at(pose, begin + share[:, None] * (end - begin))
 
 
 def _moved(positions: _Array, places: _Array, headings: _Array) -> _Array:

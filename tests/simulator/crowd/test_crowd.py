@@ -9,7 +9,7 @@ import studio
 from studio.__main__ import main
 from studio.engine.base.errors import SettingsError
 from studio.engine.model.joints import INDEX
-from studio.simulator.crowd.meeting import MEETINGS, T_POSE_S, meet
+from studio.simulator.crowd.meeting import GOING_S, MEETINGS, T_POSE_S, meet
 from studio.simulator.crowd.seen import see_crowd
 from studio.simulator.motion import stage_motion
 from studio.simulator.rig import standard_rig
@@ -29,7 +29,7 @@ def demo():
 @pytest.mark.parametrize("count", [2, 3])
 def test_performers_keep_apart_and_begin_on_their_sides(demo, meeting, count):
     together = meet([demo] * count, meeting)
-    performing = round((together.calibration_s + T_POSE_S) * 120) + 1
+    performing = round((together.calibration_s + T_POSE_S + 2 * GOING_S) * 120) + 1
     hips = np.array([motion.positions_m[:, HIPS, :2] for motion in together.motions])
     begins = hips[:, performing, 0]
     assert (np.diff(begins) > 0).all() or count > 2
