@@ -1,5 +1,6 @@
 """docs/api.md names every route that the server has."""
 
+import inspect
 import json
 import re
 from pathlib import Path
@@ -9,6 +10,7 @@ from jsonschema_rs import Draft202012Validator
 from studio.api.app import create_app
 from studio.api.structs import encode
 from studio.live import LiveStage
+from studio.live.states import StageStatus
 
 DOCUMENT = (Path(__file__).parents[2] / "docs" / "api.md").read_text(encoding="utf-8")
 
@@ -47,7 +49,7 @@ def test_structs_are_described(tmp_path: Path) -> None:
     answer = described["paths"]["/api/v1/status"]["get"]["responses"]["200"]
     assert answer["content"]["application/json"]["schema"] == {"$ref": "#/components/schemas/StageStatus"}
     assert schemas["CameraStatus"]["properties"]["clock"] == {"$ref": "#/components/schemas/ClockStatus"}
-    assert schemas["StageStatus"]["description"] == "The status of the live stage, cameras by name."
+    assert schemas["StageStatus"]["description"] == inspect.getdoc(StageStatus)
     assert schemas["StatusEvent"]["properties"]["type"] == {"enum": ["status"]}
     check = Draft202012Validator(
         {"$ref": "#/components/schemas/StageStatus", "components": described["components"]}
