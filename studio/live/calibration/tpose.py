@@ -161,4 +161,4 @@ class TPoseCapture:
 def measure_performer(calibration: Calibration, frames: dict[str, list[CameraFrame]]) -> Performer | None:
     """Return the proportions in frames of a held T-pose, None where too little was seen; runs in a worker process."""
     ordered = {name: sorted(mine, key=lambda frame: frame.device_time_ns) for name, mine in frames.items()}
-    return with_performer(replace(calibration, performer=None), ordered, another=True).performer
+    return with_performer(replace(calibration, performer=None), ordered).performer
