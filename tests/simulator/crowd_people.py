@@ -1,8 +1,7 @@
-"""Who is who in frames of simulated performers, scored by whose each body truly is; without calibrating and solving."""
+"""Who is who in frames of simulated performers, scored by whose each body is, without calibration and solve."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from itertools import pairwise
 from pathlib import Path
 
 import numpy as np

@@ -1,5 +1,7 @@
 """One performer takes another's wrist and lifts that arm, again and again."""
 
+from itertools import pairwise
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -41,7 +43,7 @@ def with_lifted_arm(lifting: _Array, lifted: _Array) -> tuple[_Array, _Array]:
 def _lengths(joints: _Array, side: str) -> _Array:
     """Return the lengths of upper arm, forearm and hand [m], shape (3, frame_count)."""
     arm = [joints[:, INDEX[f"{side}_{name}"]] for name in ("shoulder", "elbow", "wrist", "hand")]
-    return np.array([np.linalg.norm(end - start, axis=1) for start, end in zip(arm, arm[1:], strict=False)])
+    return np.array([np.linalg.norm(end - start, axis=1) for start, end in pairwise(arm)])
 
 
 def _reaching(joints: _Array, side: str, target: _Array) -> _Array:

@@ -74,7 +74,8 @@ def _side_by_side(who: int, count: int, times: _Array) -> tuple[_Array, _Array]:
     turn = 2 * np.pi * times / 8.0
     pair, pairs = who // 2, (count + 1) // 2
     aside = (0.4 if who % 2 else -0.4) * np.stack([np.cos(turn), np.sin(turn)], axis=1)
-    return aside + [0.0, 1.2 * (pair - (pairs - 1) / 2)], turn
+    behind = np.array([0.0, 1.2 * (pair - (pairs - 1) / 2)])
+    return aside + behind, turn
 
 
 MEETINGS: dict[str, Placing] = {

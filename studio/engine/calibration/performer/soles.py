@@ -36,7 +36,7 @@ STANDS_PERCENT = 40.0
 
 LOWEST_PERCENT = 10.0
 LEVEL_M = 0.04
-"""The lowest level on which a performer stands: of a standing foot's heights, those within the second above the first."""
+"""The lowest level on which a performer stands: a standing foot's heights within the second above the first."""
 
 
 def on_soles(performer: Performer, walk: Walk, *, lowest: bool = False) -> Performer:
