@@ -51,7 +51,8 @@ def add_parser(subparsers: Any) -> None:
         help="body for depth cameras, such as tuning-slim or scoring-child (default tuning-average)",
     )  # fmt: skip
     parser.add_argument(
-        "--meeting", choices=("apart", "passing", "circling", "back-to-back", "embracing"), default="passing",
+        "--meeting",
+        choices=("apart", "passing", "circling", "back-to-back", "embracing", "lifting"), default="passing",
         help="how several performers move about one another (default passing)",
     )  # fmt: skip
     parser.add_argument("--furniture", action="store_true", help="depth cameras see furniture")

@@ -11,11 +11,13 @@ from studio.engine.calibration.quality.agreement import agreement_figures, disag
 from studio.engine.identity.whole_take import find_people, spans
 from studio.engine.model.calibration import Calibration
 from studio.engine.model.frames import CameraFrame, StepResult
+from studio.engine.model.poses import Poses
 from studio.engine.model.settings import SolveSettings
 from studio.engine.model.solve_metrics import SolveMetrics
 from studio.engine.whole_take.collect import collect_poses
 from studio.engine.whole_take.residuals import SolveResiduals
-from studio.engine.whole_take.take import check_together, part_of_progress, solve_frames
+from studio.engine.whole_take.take import TakeSolve, check_together
+from studio.engine.whole_take.together import solve_together
 from studio.engine.whole_take.trace import TraceCollector
 from studio.offline.so_far import Show
 from studio.offline.tracking import is_tracked, tracked_frames
@@ -106,29 +108,89 @@ def _plain(
         name: frames[name] for name in settings.camera_names(tuple(calibration.cameras)) if name in frames
     }
     if not several_bodies(used):
-        return {PERFORMER: _performer(take, used, calibration, settings, progress)}, common
+        only = _PerformerSolve(take, used, calibration, settings, progress)
+        (poses,) = solve_together([only.solve])
+        return {PERFORMER: only.solved(poses)}, common
     people = find_people(used, calibration)
     common["bystanders"] = people.bystanders
     common["recorded_s"] = [list(span) for span in people.recorded_s]
+    shares = _Shares(progress, len(people.performers))
+    solves = [
+        _PerformerSolve(take, one.frames, one.calibration, settings, shares.part(k))
+        for k, one in enumerate(people.performers)
+    ]
     solved: dict[str, Solved] = {}
-    for done, one in enumerate(people.performers):
-        part = part_of_progress(progress, done / len(people.performers), (done + 1) / len(people.performers))
-        own = _performer(take, one.frames, one.calibration, settings, part)
-        own.metrics["undecided_s"] = [list(span) for span in one.undecided_s]
-        solved[one.name] = own
+    poses = solve_together([solve.solve for solve in solves])
+    for one, solve, own in zip(people.performers, solves, poses, strict=True):
+        solved[one.name] = solve.solved(own)
+        solved[one.name].metrics["undecided_s"] = [list(span) for span in one.undecided_s]
     common["camera_frames"] = sum(len(mine) for mine in used.values())
     return solved, common
 
 
-def _performer(
-    take: Take,
-    frames: Mapping[str, Sequence[CameraFrame]],
-    calibration: Calibration,
-    settings: SolveSettings,
-    progress: Progress | None,
-) -> Solved:
-    """Return the solve of one performer; `frames` by camera show nobody else."""
-    residuals, trace, physics = SolveResiduals(), TraceCollector(), SolveMetrics()
+class _Shares:
+    """Progress of several performers' solves, which go on in turns."""
+
+    def __init__(self, progress: Progress | None, count: int) -> None:
+        self._progress, self._shares = progress, [0.0] * count
+
+    def part(self, index: int) -> Progress | None:
+        """Return what is told one performer's share."""
+        return None if self._progress is None else lambda share: self._tell(index, share)
+
+    def _tell(self, index: int, share: float) -> None:
+        assert self._progress is not None
+        self._shares[index] = share
+        self._progress(sum(self._shares) / len(self._shares))
+
+
+class _PerformerSolve:
+    """The solve of one performer, and what is measured on the way."""
+
+    def __init__(
+        self,
+        take: Take,
+        frames: Mapping[str, Sequence[CameraFrame]],
+        calibration: Calibration,
+        settings: SolveSettings,
+        progress: Progress | None,
+    ) -> None:
+        """Prepare; `frames` by camera show nobody else."""
+        self._residuals, self._trace, self._physics = SolveResiduals(), TraceCollector(), SolveMetrics()
+        calibration = _with_proportions(take, calibration, frames)
+        self._found = disagreements(calibration, frames, from_s=take.meta["calibration_s"])
+        self._every = Joined(list(without_named(calibration, frames, self._found).values()))
+        self.solve = TakeSolve(
+            self._every,
+            calibration,
+            settings,
+            start_s=take.meta["calibration_s"],
+            progress=progress,
+            residuals=self._residuals,
+            physics=self._physics,
+            trace=self._trace,
+        )
+
+    def solved(self, poses: Poses) -> Solved:
+        """Return the solve of these poses, with its figures."""
+        metrics: SolveMetrics = {
+            "frames": poses.frame_count,
+            "camera_frames": len(self._every),
+            **self._residuals.figures(),
+            **agreement_figures(self._found, float(poses.time_s[0])),
+            **self._physics,
+        }
+        return Solved(poses, metrics, self._trace.trace())
+
+
+def _with_proportions(
+    take: Take, calibration: Calibration, frames: Mapping[str, Sequence[CameraFrame]]
+) -> Calibration:
+    """Return the calibration with the proportions of the performer whom the frames show.
+
+    Raises:
+        CalibrationError: it has none, and they show too little.
+    """
     calibration = with_performer(calibration, frames)
     if calibration.performer is None:
         raise CalibrationError(
@@ -137,26 +199,7 @@ def _performer(
             "calibrate {take}`",
             take=take.path,
         )
-    found = disagreements(calibration, frames, from_s=take.meta["calibration_s"])
-    every = Joined(list(without_named(calibration, frames, found).values()))
-    poses = solve_frames(
-        every,
-        calibration,
-        settings,
-        start_s=take.meta["calibration_s"],
-        progress=progress,
-        residuals=residuals,
-        physics=physics,
-        trace=trace,
-    )
-    metrics: SolveMetrics = {
-        "frames": poses.frame_count,
-        "camera_frames": len(every),
-        **residuals.figures(),
-        **agreement_figures(found, float(poses.time_s[0])),
-        **physics,
-    }
-    return Solved(poses, metrics, trace.trace())
+    return calibration
 
 
 def _as_live(take: Take, progress: Progress | None) -> tuple[dict[str, Solved], SolveSettings, SolveMetrics]:

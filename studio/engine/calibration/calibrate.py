@@ -121,10 +121,17 @@ def calibrate(
     return Calibration(cameras[0].name, results, performer, floor_given=floor_given)
 
 
-def with_performer(calibration: Calibration, frames: Mapping[str, Sequence[CameraFrame]]) -> Calibration:
+def with_performer(
+    calibration: Calibration, frames: Mapping[str, Sequence[CameraFrame]], *, another: bool = False
+) -> Calibration:
     """Return the calibration with a missing performer measured from the frames.
 
     If only the performer's soles were not measured, only they are. Cameras and their clocks do not change.
+
+    Args:
+        calibration: to measure by.
+        frames: by camera, in device time order, of the performer alone.
+        another: the performer is not the one whose feet placed the floor; see `on_soles`.
     """
     known = [name for name in calibration.cameras if frames.get(name)]
     performer = calibration.performer
@@ -132,7 +139,7 @@ def with_performer(calibration: Calibration, frames: Mapping[str, Sequence[Camer
         return calibration
     walk = walk_of(calibration, {name: frames[name] for name in known})
     performer = measure(walk) if performer is None else performer
-    performer = None if performer is None else on_soles(performer, walk)
+    performer = None if performer is None else on_soles(performer, walk, lowest=another)
     floor_given = performer is not None and performer.soles_measured
     return replace(calibration, performer=performer, floor_given=floor_given)
 

@@ -164,7 +164,7 @@ def _measured(calibration: Calibration, frames: Mapping[str, Sequence[CameraFram
     """Return the calibration with a person's proportions; None where they hold no T-pose."""
     if find_tpose(walk_of(calibration, frames), _UP) is None:
         return None
-    theirs = with_performer(replace(calibration, performer=None), frames)
+    theirs = with_performer(replace(calibration, performer=None), frames, another=True)
     return None if theirs.performer is None else theirs
 
 

@@ -83,6 +83,11 @@ class BodySolver:
         """Whether the solve takes the cameras' joints directly (`pose_of_cameras`) instead of fused ones (`pose`)."""
         return self._filter is not None
 
+    def stand_beside(self, other: "BodySolver") -> None:
+        """Stand on the floor that the feet of another performer find, where both find one."""
+        if self._filter is not None and other._filter is not None:
+            self._filter.stand_beside(other._filter)
+
     def pose_of_cameras(self, frames: FrameSet, dt: float) -> tuple[FusedSkeleton, PoseArrays | None]:
         """Return the cameras' joints that were used, fused, and the pose; None until the performer has been seen."""
         assert self._filter is not None

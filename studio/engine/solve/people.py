@@ -86,6 +86,7 @@ class PeoplePipeline:
         pipeline = Pipeline(replace(self._calibration, performer=proportions), self._settings)
         for camera, clock in self._clocks.items():
             pipeline.set_clock(camera, clock)
+        pipeline.stand_beside(self._first)
         self._followed[index] = _Followed(number, proportions, pipeline)
 
     def _pipelines(self) -> list[Pipeline]:
@@ -179,6 +180,8 @@ class PeoplePipeline:
         self._settings, self._names = settings, settings.camera_names(tuple(self._calibration.cameras))
         for pipeline in self._pipelines():
             pipeline.set_settings(settings)
+            if pipeline is not self._first:
+                pipeline.stand_beside(self._first)
 
     # --- poses
 

@@ -61,6 +61,10 @@ class Pipeline:
         self._body = BodySolver(calibration.performer, settings)
         self._last_ns: int | None = None
 
+    def stand_beside(self, other: "Pipeline") -> None:
+        """Stand on the floor of another performer's pipeline, until either gets other settings."""
+        self._body.stand_beside(other._body)
+
     def add_frame(self, frame: CameraFrame) -> None:
         """Add a camera's frame; cameras that are not calibrated or not selected are ignored."""
         self._sync.add(frame)

@@ -7,8 +7,8 @@ their heights, hinges at a limit, accepted measurements) depend only on the take
 windows therefore does not change the result, and memory does not grow with the take.
 """
 
-from collections.abc import Callable, Iterator
-from dataclasses import replace
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, replace
 from itertools import pairwise, repeat
 
 import numpy as np
@@ -34,6 +34,7 @@ from studio.engine.whole_take.finish.measurements import (
     posture_share,
     swapped,
 )
+from studio.engine.whole_take.finish.others import Other, Surfaces, meet
 from studio.engine.whole_take.finish.smoother import Smoother
 from studio.engine.whole_take.finish.soles import Soles, feet_of, lift_m, without_dips
 from studio.engine.whole_take.finish.store import Store
@@ -60,8 +61,24 @@ MIN_FRAMES = 6
 """Shorter pieces between gaps are not refined."""
 
 
+@dataclass(frozen=True)
+class _Refined:
+    """A take before physics: configurations, shape (frame_count, nq), pieces without a gap, and stances."""
+
+    q: NDArray[np.float64]
+    pieces: list[tuple[int, int]]
+    contacts: Contacts | None
+
+
 class Finisher:
-    """Refines results: `add` all of them in time order, then read `results`."""
+    """Refines results: `add` all of them in time order, then read `results`.
+
+    Several performers `refine` first, and then make room for one another (`step_beside`).
+
+    Attributes:
+        floor_given: as in `Calibration`.
+        lifted_m: how far the results were raised onto the floor [m].
+    """
 
     def __init__(self, performer: Performer, settings: SolveSettings, *, floor_given: bool = False) -> None:
         """Prepare for a performer.
@@ -96,6 +113,9 @@ class Finisher:
         self._rest_heights_m = rest[OUTPUT_OF_CANONICAL_INDEX[list(JOINTS)], 2]
         self._floor_given = floor_given
         self._root_height_m = performer.root_height_m if floor_given else None
+        self.floor_given, self.lifted_m = floor_given, 0.0
+        self._beside: Finisher | None = None
+        self._refined: _Refined | None = None
         self._body = BodySolver(performer, replace(settings, floor_contact="off"))  # finishing applies it
         self._followed = followed.FollowedSmoother(humanoid.skeleton, settings)
         self._store: Store | None = None
@@ -110,6 +130,11 @@ class Finisher:
         """Effect of physics, for `metrics.json`; empty without physics and before `results`."""
         return {} if self._physics is None else self._physics.report
 
+    @property
+    def has_results(self) -> bool:
+        """Whether there is anything to refine."""
+        return self._store is not None
+
     def add(self, result: StepResult) -> None:
         """Add a result."""
         if self._store is None:
@@ -121,11 +146,15 @@ class Finisher:
         if self._store is not None:
             self._cuts.append(len(self._store))
 
-    def results(self, progress: Callable[[float], None] = lambda share: None) -> Iterator[StepResult]:
-        """Yield all results, finished; `progress` receives the share done."""
-        if self._store is None:
-            return
-        self._passes = _Passes(progress, self._pass_count())
+    def refine(self, progress: Callable[[float], None] = lambda share: None, *, beside: int = 0) -> None:
+        """Make all steps but those beside others and of physics.
+
+        Args:
+            progress: receives the share done, here and in what follows.
+            beside: number of steps beside others that follow.
+        """
+        assert self._store is not None
+        self._passes = _Passes(progress, self._pass_count() + beside)
         q, far = self._initial(self._store)
         pieces = self._pieces(self._store)
         for first, last in pieces:
@@ -136,7 +165,7 @@ class Finisher:
         self._measured = None
         for _ in range(SCALED_ITERATIONS):
             self._step(q, pieces, None)
-        lifted_m, contacts = 0.0, None
+        contacts = None
         if self._with_contacts:
             contacts = find_contacts(
                 self._feet(q).joints_m, pieces, self._dt, self._rest_heights_m,
@@ -149,15 +178,51 @@ class Finisher:
                     if not self._floor_given:
                         contacts = without_dips(feet, contacts)
                 self._step(q, pieces, contacts)
+        self._refined = _Refined(q, pieces, contacts)
+
+    def surfaces(self) -> Surfaces:
+        """Return where the refined performer's surfaces are."""
+        assert self._refined is not None and self._store is not None
+        sites = self._kinematics.sites(self._refined.q)
+        return Surfaces(self._store.times_ns, sites, self._humanoid.skeleton.height_m)
+
+    def step_beside(self, own: Surfaces, others: Sequence[Surfaces]) -> None:
+        """Make a step that makes room for other performers, and hands meet that hold each other.
+
+        Args:
+            own: this performer's surfaces before the step.
+            others: those of all others.
+        """
+        assert self._refined is not None
+        met = [meet(own, other, self._dt) for other in others]
+        self._step(self._refined.q, self._refined.pieces, self._refined.contacts, others=met)
+
+    def stand_beside(self, other: "Finisher") -> None:
+        """Raise the results as far as another performer's, whose feet placed the floor and whose results are read
+        before."""
+        self._beside = other
+
+    def results(self, progress: Callable[[float], None] = lambda share: None) -> Iterator[StepResult]:
+        """Yield all results, finished; `progress` receives the share done."""
+        if self._store is None:
+            return
+        if self._refined is None:
+            self.refine(progress)
+        assert self._refined is not None
+        q, pieces, contacts = self._refined.q, self._refined.pieces, self._refined.contacts
         for begin in range(0, len(q), WINDOW):
             q[begin : begin + WINDOW] = self._smoother.within_limits(q[begin : begin + WINDOW])
         if self._physics is not None:
             q = self._with_physics(self._physics, q, pieces, contacts)
-        if contacts is not None and not self._floor_given:
-            lifted_m = lift_m(self._feet(q), contacts)
+        if self._beside is not None:
+            self.lifted_m = self._beside.lifted_m
+            if self._root_height_m is not None:  # measured over the floor that was not the true one
+                self._root_height_m += self.lifted_m
+        elif contacts is not None and not self._floor_given:
+            self.lifted_m = lift_m(self._feet(q), contacts)
         squared_radii = self._squared_radii(q, pieces)
-        q[:, 2] += lifted_m
-        yield from self._posed(q, squared_radii, lifted_m)
+        q[:, 2] += self.lifted_m
+        yield from self._posed(q, squared_radii, self.lifted_m)
         self._store.close()
 
     def _pass_count(self) -> int:
@@ -218,8 +283,12 @@ class Finisher:
         pieces: list[tuple[int, int]],
         contacts: Contacts | None,
         smoother: Smoother | None = None,
+        others: Sequence[Other] = (),
     ) -> None:
-        """Apply one Gauss-Newton step to the take, in place; `smoother` None = finishing's."""
+        """Apply one Gauss-Newton step to the take, in place; `smoother` None = finishing's.
+
+        With `others`, windows in which none of them is near stay as they are.
+        """
         smoother = smoother or self._smoother
         for first, last in pieces:
             if last - first < MIN_FRAMES:
@@ -228,6 +297,12 @@ class Finisher:
             for begin in range(first, last, WINDOW):
                 end = min(begin + WINDOW, last)
                 low, high = max(begin - MARGIN, first), min(end + MARGIN, last)
+                here = [
+                    part for other in others if (part := other.part(slice(low, high))).is_near(q[low:high])
+                ]
+                if others and not here:
+                    kept = q[max(end - MARGIN, first) : end].copy()
+                    continue
                 window = np.concatenate([kept[len(kept) - (begin - low) :], q[begin:high]])
                 kept = q[max(end - MARGIN, first) : end].copy()
                 stepped = smoother.stepped(
@@ -235,6 +310,7 @@ class Finisher:
                     self._measurements(low, high),
                     None if contacts is None else contacts.part(slice(low, high)),
                     held=(HELD if low > first else 0, HELD if high < last else 0),
+                    others=here,
                 )
                 q[begin:end] = stepped[begin - low : end - low]
                 self._passes.tell(end / len(q))

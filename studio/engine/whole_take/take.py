@@ -40,7 +40,7 @@ def solve_frames(
     physics: SolveMetrics | None = None,
     trace: TraceCollector | None = None,
 ) -> Poses:
-    """Return the poses of a take's frames.
+    """Return the poses of a take's frames, of one performer.
 
     Args:
         frames: of all cameras, in any order; a sequence is read frame by frame, not copied.
@@ -58,46 +58,84 @@ def solve_frames(
         TakeError: there is no frame, or no camera shows the performer.
         CalibrationError, SettingsError: see `Pipeline`.
     """
-    if not isinstance(frames, Sequence):
-        frames = list(frames)
-    placed, start_ns = _order(frames, calibration, start_s)
-    parts = _parts(frames, placed)
-    collector = PoseCollector()
+    solve = TakeSolve(
+        frames, calibration, settings,
+        start_s=start_s, progress=progress, residuals=residuals, physics=physics, trace=trace,
+    )  # fmt: skip
+    solve.first()
+    return solve.poses()
 
-    def collect(result: StepResult) -> None:
-        collector.add(result)
-        if residuals is not None:
-            residuals.add(result)
-        if trace is not None:
-            trace.add(result)
 
-    finisher = _finisher(calibration, settings)
-    live_share = 1.0 if finisher is None else LIVE_SHARE
+class TakeSolve:
+    """The solve of one performer's take: `first` passes its frames through the pipeline, then `poses` finishes it.
 
-    def take(results: list[StepResult]) -> None:
+    Attributes:
+        finisher: None without finishing.
+    """
+
+    def __init__(
+        self,
+        frames: Iterable[CameraFrame],
+        calibration: Calibration,
+        settings: SolveSettings,
+        *,
+        start_s: float | None = None,
+        progress: ProgressCallback | None = None,
+        residuals: SolveResiduals | None = None,
+        physics: SolveMetrics | None = None,
+        trace: TraceCollector | None = None,
+    ) -> None:
+        """Prepare; arguments and errors are those of `solve_frames`."""
+        self._frames = frames if isinstance(frames, Sequence) else list(frames)
+        self._calibration, self._settings, self._start_s = calibration, settings, start_s
+        self._progress, self._physics = progress, physics
+        self._residuals, self._trace = residuals, trace
+        self._collector = PoseCollector()
+        self.finisher = _finisher(calibration, settings)
+        self._live_share = 1.0 if self.finisher is None else LIVE_SHARE
+
+    def first(self) -> None:
+        """Pass all frames through the pipeline."""
+        placed, start_ns = _order(self._frames, self._calibration, self._start_s)
+        parts = _parts(self._frames, placed)
+        done = 0
+        for part in range(int(parts.max(initial=0)) + 1):
+            stream = Stream(self._calibration, self._settings)
+            if self.finisher is not None:
+                self.finisher.cut()
+            for place in placed["place"][parts == part].tolist():
+                self._take(stream.add(self._frames[place]), start_ns)
+                if self._progress is not None and done % 64 == 0:
+                    self._progress(self._live_share * (done + 1) / len(placed))
+                done += 1
+            self._take(stream.rest(), start_ns)
+
+    def poses(self) -> Poses:
+        """Return the poses, finished where the settings say so."""
+        if self.finisher is not None:
+            for result in self.finisher.results(self.finishing_progress()):
+                self._collect(result)
+            if self._physics is not None:
+                self._physics.update(self.finisher.physics_report)
+        if self._progress is not None:
+            self._progress(1.0)
+        return self._collector.poses()
+
+    def finishing_progress(self) -> ProgressCallback:
+        """Return what is told the share of finishing that is done."""
+        return part_of_progress(self._progress, self._live_share, 1.0) or _to_nobody
+
+    def _take(self, results: list[StepResult], start_ns: float) -> None:
         for result in results:
             if result.frame_set.stage_time_ns >= start_ns:
-                collect(result) if finisher is None else finisher.add(result)
+                self._collect(result) if self.finisher is None else self.finisher.add(result)
 
-    done = 0
-    for part in range(int(parts.max(initial=0)) + 1):
-        stream = Stream(calibration, settings)
-        if finisher is not None:
-            finisher.cut()
-        for place in placed["place"][parts == part].tolist():
-            take(stream.add(frames[place]))
-            if progress is not None and done % 64 == 0:
-                progress(live_share * (done + 1) / len(placed))
-            done += 1
-        take(stream.rest())
-    if finisher is not None:
-        for result in finisher.results(part_of_progress(progress, live_share, 1.0) or _to_nobody):
-            collect(result)
-        if physics is not None:
-            physics.update(finisher.physics_report)
-    if progress is not None:
-        progress(1.0)
-    return collector.poses()
+    def _collect(self, result: StepResult) -> None:
+        self._collector.add(result)
+        if self._residuals is not None:
+            self._residuals.add(result)
+        if self._trace is not None:
+            self._trace.add(result)
 
 
 def _to_nobody(share: float) -> None:

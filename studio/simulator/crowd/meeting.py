@@ -15,6 +15,7 @@ from studio.engine.animation.motion.authored import calibration_motion
 from studio.engine.animation.motion.keys import RATE_HZ
 from studio.engine.animation.motion.motion import CanonicalMotion
 from studio.engine.model.joints import INDEX, JOINT_COUNT, PARENTS
+from studio.simulator.crowd.lifting import with_lifted_arm
 
 T_POSE_S = 3.0
 """How long all hold a T-pose side by side."""
@@ -68,12 +69,22 @@ def _embracing(who: int, count: int, times: _Array) -> tuple[_Array, _Array]:
     return far[:, None] * [np.cos(angle), np.sin(angle)], np.full(len(times), angle - np.pi / 2)
 
 
+def _side_by_side(who: int, count: int, times: _Array) -> tuple[_Array, _Array]:
+    """Pairs stand side by side and turn once in 8 s; the pairs stand behind one another."""
+    turn = 2 * np.pi * times / 8.0
+    pair, pairs = who // 2, (count + 1) // 2
+    aside = (0.4 if who % 2 else -0.4) * np.stack([np.cos(turn), np.sin(turn)], axis=1)
+    behind = np.array([0.0, 1.2 * (pair - (pairs - 1) / 2)])
+    return aside + behind, turn
+
+
 MEETINGS: dict[str, Placing] = {
     "apart": _apart,
     "passing": _passing,
     "circling": _circling,
     "back-to-back": _back_to_back,
     "embracing": _embracing,
+    "lifting": _side_by_side,
 }
 
 
@@ -104,23 +115,27 @@ def meet(motions: Sequence[CanonicalMotion], meeting: str) -> Meeting:
     holding = round(T_POSE_S * RATE_HZ)
     walk = calibration_motion(motions[0].offsets_m).positions_m
     placed = []
+    times = np.arange(performing) / RATE_HZ
+    ways = [MEETINGS[meeting](who, count, times) for who in range(count)]
+    acted = [_moved(motion.positions_m[:performing], *way) for motion, way in zip(motions, ways, strict=True)]
+    if meeting == "lifting":
+        for k in range(0, count - 1, 2):
+            acted[k : k + 2] = with_lifted_arm(acted[k], acted[k + 1])
     for who, motion in enumerate(motions):
         before = walk if who == 0 else np.repeat(_t_pose(motion.offsets_m)[None], len(walk), axis=0)
         t_pose = _t_pose(motion.offsets_m)
         aside = _apart(who, count, np.zeros(1))[0][0]
-        times = np.arange(performing) / RATE_HZ
-        places, headings = MEETINGS[meeting](who, count, times)
-        moved = _moved(motion.positions_m[:performing], places, headings)
         ends = before[-1, INDEX["hips"], :2] if who == 0 else aside
         held = [
             _going(t_pose, ends, aside),
             _at(t_pose, np.tile(aside, (holding, 1))),
-            _going(t_pose, aside, places[0]),
+            _going(t_pose, aside, ways[who][0][0]),
         ]
-        positions = np.concatenate([before, *held, moved])
+        positions = np.concatenate([before, *held, acted[who]])
         placed.append(replace(motion, positions_m=positions, hands_open=np.ones((len(positions), 2))))
     calibration_s = len(walk) / RATE_HZ
-    return Meeting(tuple(placed), (0.0, *[calibration_s] * (count - 1)), calibration_s)
+    comes_in_s = calibration_s + GOING_S  # once the first has made room
+    return Meeting(tuple(placed), (0.0, *[comes_in_s] * (count - 1)), calibration_s)
 
 
 def _t_pose(offsets: _Array) -> _Array:

@@ -45,6 +45,15 @@ def test_heights_are_those_of_standing_feet(ankle_m, toe_m):
     assert found.bones_m() == pytest.approx(PERFORMER.bones_m())
 
 
+def test_who_did_not_place_the_floor_stands_on_the_lowest_level():
+    """As where a T-pose was recorded above the floor of the rest."""
+    above, below = _standing(0.13, 0.085, noise_m=0.004), _standing(0.06, 0.02, noise_m=0.004, frames=60)
+    joints = np.concatenate([above.positions[0], below.positions[0]])
+    both = Walk(np.arange(len(joints)) / 30, joints[None], np.ones((1, len(joints), 21)), joints)
+    assert _heights(on_soles(PERFORMER, both, lowest=True)) == pytest.approx((0.06, 0.02), abs=0.006)
+    assert _heights(on_soles(PERFORMER, both))[0] > 0.12
+
+
 def test_they_stay_within_sane_bounds():
     ankle, toe = _heights(on_soles(PERFORMER, _standing(0.30, 0.26)))
     assert ankle <= 0.08 * 1.78 + 1e-9 and 0.0 < toe < ankle

@@ -36,14 +36,26 @@ def test_performers_keep_apart_and_begin_on_their_sides(demo, meeting, count):
     for a in range(count):
         for b in range(a):
             assert np.linalg.norm(hips[a, performing:] - hips[b, performing:], axis=1).min() > 0.2
-    assert together.enters_s == (0.0, *[together.calibration_s] * (count - 1))
+    assert together.enters_s == (0.0, *[together.calibration_s + GOING_S] * (count - 1))
+
+
+def test_a_hand_lifts_the_other_s_arm(demo):
+    together = meet([demo, demo], "lifting")
+    one, other = (motion.positions_m[-demo.frame_count :] for motion in together.motions)
+    apart_m = np.linalg.norm(one[:, INDEX["left_hand"]] - other[:, INDEX["right_wrist"]], axis=1)
+    assert np.percentile(apart_m, 90) < 0.05
+    above_m = other[:, INDEX["right_wrist"], 2] - other[:, INDEX["right_shoulder"], 2]
+    assert above_m.min() < -0.2 and above_m.max() > 0.2
+    for joints, motion in ((one, demo), (other, demo)):  # arms keep their lengths
+        lengths = np.linalg.norm(joints[:, INDEX["right_elbow"]] - joints[:, INDEX["right_shoulder"]], axis=1)
+        assert lengths == pytest.approx(np.linalg.norm(motion.offsets_m[INDEX["right_elbow"]]), rel=0.05)
 
 
 def test_cameras_lose_who_is_hidden_and_give_new_numbers(demo):
     together = meet([demo, demo], "passing")
     exchanged = 0
     for seen in see_crowd(together, standard_rig(2), seed=3):
-        before = seen.taken_s < together.calibration_s
+        before = seen.taken_s < together.enters_s[1]
         counts = np.array([len(bodies) for bodies in seen.bodies])
         assert counts[before].max() == 1 and counts[~before].max() == 2
         assert (counts[~before] == 1).any()  # one behind the other

@@ -34,7 +34,12 @@ STANDS_PERCENT = 40.0
 """Percentile of a standing foot's heights; instants wrongly taken for standing are above it more often than below."""
 
 
-def on_soles(performer: Performer, walk: Walk) -> Performer:
+LOWEST_PERCENT = 10.0
+LEVEL_M = 0.04
+"""The lowest level on which a performer stands: a standing foot's heights within the second above the first."""
+
+
+def on_soles(performer: Performer, walk: Walk, *, lowest: bool = False) -> Performer:
     """Return the performer with the heights of feet as they stand in a walk; unchanged if no foot is flat.
 
     Both sides are the same, and bones keep their lengths. A toe's bone is turned until it drops from the ankle as far
@@ -42,8 +47,10 @@ def on_soles(performer: Performer, walk: Walk) -> Performer:
 
     Args:
         walk: in the stage frame, the floor at z = 0.
+        lowest: of several heights on which the performer stands, the lowest is the floor: somebody else's feet
+            placed it, and nobody stands below it.
     """
-    known = [foot for side in SIDES if (foot := _standing_foot(walk, side)) is not None]
+    known = [foot for side in SIDES if (foot := _standing_foot(walk, side, lowest)) is not None]
     if not known:
         return performer
     offsets, height = performer.offsets_m.copy(), performer.height_m
@@ -67,7 +74,7 @@ def _leg_m(offsets_m: NDArray[np.float64], side: str) -> float:
     return -float(offsets_m[[INDEX[f"{side}_{name}"] for name in ("hip", "knee", "ankle")], 2].sum())
 
 
-def _standing_foot(walk: Walk, side: str) -> tuple[float, float] | None:
+def _standing_foot(walk: Walk, side: str, lowest: bool) -> tuple[float, float] | None:
     """Return the heights of a standing ankle and its toe [m]; None where the foot was not seen flat."""
     joints, sure = walk.smooth(SMOOTHING_S), walk.sure()
     ankle, toe = INDEX[f"{side}_ankle"], INDEX[f"{side}_toe"]
@@ -84,5 +91,8 @@ def _standing_foot(walk: Walk, side: str) -> tuple[float, float] | None:
     flat = (drop > DROP_RANGE[0] * length) & (drop < DROP_RANGE[1] * length)
     if flat.sum() < max(LEAST_INSTANTS, LEAST_SHARE * len(drop)):
         return None
-    height = float(np.percentile(joints[stands, ankle, 2][flat], STANDS_PERCENT))
+    heights = joints[stands, ankle, 2]
+    if lowest:
+        flat &= heights < np.percentile(heights[flat], LOWEST_PERCENT) + LEVEL_M
+    height = float(np.percentile(heights[flat], STANDS_PERCENT))
     return height, height - float(np.median(drop[flat]))

@@ -90,6 +90,11 @@ class BodyFilter:
         """Height of the floor that the feet stand on [m]."""
         return 0.0 if self._feet is None else self._feet.floor_m
 
+    def stand_beside(self, other: "BodyFilter") -> None:
+        """Stand on the floor that the feet of another performer find."""
+        if self._feet is not None:
+            self._feet.beside = other._feet
+
     def follow(self, frames: FrameSet, dt: float) -> tuple[FusedSkeleton, Array | None]:
         """Return the cameras' joints that were used, fused, and the configuration, shape (nq,).
 

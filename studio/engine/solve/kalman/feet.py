@@ -55,6 +55,7 @@ class StandingFeet:
 
     Attributes:
         stand_m: mean height of standing feet above their height at rest [m]; None until they have stood.
+        beside: the feet of somebody whose floor this is too; None = these feet find it.
     """
 
     def __init__(self, humanoid: Humanoid, low: Array, high: Array) -> None:
@@ -64,6 +65,7 @@ class StandingFeet:
         rest = humanoid.skeleton.rest_positions_m[OUTPUT_OF_CANONICAL_INDEX[FEET], 2]
         self._rest = np.maximum(rest, 0.0)
         self.stand_m: float | None = None
+        self.beside: StandingFeet | None = None
         self.forget()
 
     @property
@@ -72,6 +74,8 @@ class StandingFeet:
 
         The calibrated floor may be centimetres off. Feet above it prove less: they may stand on an object.
         """
+        if self.beside is not None:
+            return self.beside.floor_m
         return 0.0 if self.stand_m is None else min(0.0, self.stand_m)
 
     def forget(self) -> None:

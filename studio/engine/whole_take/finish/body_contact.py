@@ -52,6 +52,12 @@ _PARTS: dict[str, tuple[str, str, float, float]] = {
     for side in _SIDES
     for part, (start, end) in _ENDS.items()
 }
+SURFACES = _PARTS | {
+    f"{side}_upper_arm": (f"{side}_shoulder", f"{side}_elbow", *_radii(f"{side.title()}Arm"))
+    for side in _SIDES
+}
+"""All parts of a body's surface: joints at the ends, and radii there as shares of stature."""
+
 _PAIRS: tuple[tuple[str, str], ...] = (
     *((f"{side}_{part}", whole) for side in _SIDES for part in ("forearm", "hand")
       for whole in ("trunk", "head", "left_thigh", "right_thigh", "left_shank", "right_shank")),

@@ -9,6 +9,7 @@ Source: batch estimation with a white-noise-on-acceleration prior (Barfoot, "Sta
 2017, section 3.1 and 4.3); Cauchy reweighting (Zhang, "Parameter estimation techniques", 1997, section 9).
 """
 
+from collections.abc import Sequence
 from typing import Protocol
 
 import numpy as np
@@ -24,6 +25,7 @@ from studio.engine.solve.ik.effectors import pull_scale, resist_scale
 from studio.engine.whole_take.finish.body_contact import BodyContact
 from studio.engine.whole_take.finish.contacts import JOINTS, Contacts
 from studio.engine.whole_take.finish.measurements import Measurements
+from studio.engine.whole_take.finish.others import Other, OtherBodies
 from studio.engine.whole_take.finish.radii import squared_radii
 from studio.engine.whole_take.finish.trajectory import Kinematics, moved, steps
 
@@ -154,6 +156,7 @@ class Smoother:
         self._dt, self._lively = dt, lively
         self.posture_share = self.calm = 1.0
         self._body = BodyContact(humanoid.skeleton.height_m) if limited and lively else None
+        self._others = OtherBodies(humanoid.skeleton.height_m)
 
     def stepped(
         self,
@@ -162,6 +165,7 @@ class Smoother:
         contacts: Contacts | None,
         *,
         held: tuple[int, int] = (0, 0),
+        others: Sequence[Other] = (),
     ) -> NDArray[np.float64]:
         """Return the window's configurations after one step towards the minimum.
 
@@ -171,8 +175,11 @@ class Smoother:
             contacts: of the same frames; None = no stances.
             held: number of frames at the beginning and at the end that do not change, because their other neighbours
                 are outside the window.
+            others: other performers in the same frames.
         """
         normal = self._normal(q, measurements, contacts)
+        for other in others:
+            _add_rows(normal, *self._others.rows(q, self._kinematics, other))
         k = np.arange(q.shape[1] - 1)
         for edge in (slice(0, held[0]), slice(len(q) - held[1], None)):
             normal.diagonal[edge, k[:, None], k[:, None]] += HELD
@@ -290,7 +297,10 @@ def _add_contact_rows(
 
 
 def _add_rows(
-    normal: _Normal, frames: NDArray[np.int64], rows: NDArray[np.float64], residuals: NDArray[np.float64]
+    normal: NormalEquations,
+    frames: NDArray[np.int64],
+    rows: NDArray[np.float64],
+    residuals: NDArray[np.float64],
 ) -> None:
     """Add rows, shape (row_count, nv), each of one frame, with their residuals, shape (row_count,)."""
     for frame, row, residual in zip(frames.tolist(), rows, residuals, strict=True):
