@@ -1,6 +1,7 @@
 """Who comes in while others are followed: what no body explains, is as high as a person, and stays."""
 
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,7 +26,16 @@ _ASIDE_M2 = 0.12
 _APART_M = 0.25
 """Points this far from every body are no body's [m]."""
 _REST = 30
-"""Looks before a place is tried again at which nobody was found."""
+"""Looks before a place is tried again at which nobody was found; twice as many after each time."""
+
+
+@dataclass
+class _Refused:
+    """A place at which nobody was found: looks that are left, and in all, before it is tried again."""
+
+    place: Array
+    left: int
+    wait: int
 
 
 class Newcomers:
@@ -34,17 +44,20 @@ class Newcomers:
     def __init__(self) -> None:
         self._frame = 0
         self._waiting: list[tuple[Array, int]] = []
-        self._refused: list[tuple[Array, int]] = []
+        self._refused: list[_Refused] = []
 
     def looks(self, seen: Mapping[str, ImageClusters], shares: Sequence[Share]) -> bool:
         """Whether to look in this frame; images that show nothing but the bodies need no look."""
         self._frame += 1
         if self._frame % _EVERY:
             return False
+        for one in self._refused:
+            one.left = max(one.left - 1, 0)
         for name, view in seen.items():
             taken = np.any([share.chosen[name] for share in shares], axis=0)
             aside = np.min([share.aside_m2[name] for share in shares], axis=0)
-            if (may_be_person(view) & ~taken).any() or (taken & (aside > _ASIDE_M2)).any():
+            free = view.clusters.middle[may_be_person(view) & ~taken, :2]
+            if (taken & (aside > _ASIDE_M2)).any() or not all(self._is_refused(place) for place in free):
                 return True
         self._waiting = []
         return False
@@ -56,23 +69,25 @@ class Newcomers:
             rest: what no body explains, by camera.
             awaited: somebody is lost, who may be taken at once.
         """
-        found = candidates(rest, np.zeros(2))
-        waiting = [
-            (place, 1 + max((n for other, n in self._waiting if _near(place, other)), default=0))
-            for place in found
+        before = self._waiting
+        self._waiting = [
+            (place, 1 + max((looks for other, looks in before if _near(place, other)), default=0))
+            for place in candidates(rest, np.zeros(2))
+            if not self._is_refused(place)
         ]
-        self._waiting = waiting
-        self._refused = [(place, left - 1) for place, left in self._refused if left > 0]
-        return [
-            place
-            for place, looks in waiting
-            if looks >= (1 if awaited else _LOOKS)
-            and not any(_near(place, other) for other, _ in self._refused)
-        ]
+        return [place for place, looks in self._waiting if looks >= (1 if awaited else _LOOKS)]
 
     def refuse(self, place: Array) -> None:
         """Tell that nobody is at a place: it is not tried for some time."""
-        self._refused.append((place, _REST))
+        for one in self._refused:
+            if _near(place, one.place):
+                one.wait = 2 * one.wait
+                one.left = one.wait
+                return
+        self._refused.append(_Refused(place, _REST, _REST))
+
+    def _is_refused(self, place: Array) -> bool:
+        return any(one.left > 0 and _near(place, one.place) for one in self._refused)
 
 
 def _near(place: Array, other: Array) -> bool:

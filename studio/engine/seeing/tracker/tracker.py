@@ -30,7 +30,7 @@ POINT_COUNT = 1000
 """Number of points of all cameras together to which a body is fitted."""
 MOST_BODIES = 8
 """Who comes in beside so many is not followed."""
-_NOBODY_M2, _NOBODY_NEW_M2 = 0.006, 0.0015
+_NOBODY_M2, _NOBODY_NEW_M2 = 0.006, 0.0012
 """Largest residual per point of a person, and of one beside others who are followed [m2]."""
 _FORGET_S = 10.0
 _REST = 2
@@ -138,6 +138,9 @@ class Tracker:
         """Follow bodies to a new instant, or give them up; return what is whose."""
         priors = [body.prior(time_ns) for body in followed]
         shares = self._shares(followed, priors, seen)
+        for name, view in seen.items():
+            chosen = np.any([share.chosen[name] for share in shares], axis=0)
+            self._views[name].learn_background(view, may_be_person(view) | chosen)
         mine = [
             self._gather(share.seen, share.chosen, body.moved_from(times, time_ns))
             for body, share in zip(followed, shares, strict=True)
