@@ -242,7 +242,7 @@ def calibrate_take(
         until_s = until_s if until_s is not None and until_s >= _LEAST_WALK_S else None
     else:
         frames = camera_frames(take.raw_path)
-        frames = of_one(frames) if several_bodies(frames) else frames
+    frames = of_one(frames) if several_bodies(frames) else frames
     if reference is not None and reference not in frames:
         raise SettingsError(
             "calibration.no_such_reference",

@@ -12,6 +12,7 @@ from studio.engine.base.errors import SettingsError, TakeError
 from studio.engine.base.files import write_atomically
 from studio.engine.base.value_sentences import bad_value, unknown
 from studio.engine.model.joints import CANONICAL
+from studio.simulator.crowd.meeting import MEETINGS, Meeting, meet
 from studio.simulator.joints.noisy_joints import FRAMES_PER_SECOND
 from studio.simulator.joints.seen import see
 from studio.simulator.landmarks.body import stature_m
@@ -25,6 +26,10 @@ from studio.take.folder.take import Take
 from studio.take.raw.frames import RawWriter
 
 SENSORS: tuple[str, ...] = tuple(sensors.SENSORS)
+Progress = Callable[[float], None]
+Recorded = tuple[Callable[[Take], None], list[bytes]]
+"""Writes a take's frames, and the truth of each performer."""
+
 TRACKERS = ("noisy-joints", "depth", "rgb")
 
 
@@ -42,7 +47,7 @@ def simulate_take(
     performer: str = "tuning-average",
     furniture: bool = False,
     meeting: str = "passing",
-    progress: Callable[[float], None] | None = None,
+    progress: Progress | None = None,
 ) -> Path:
     """Record a motion with simulated cameras; return the path of the take.
 
@@ -78,7 +83,19 @@ def simulate_take(
     out = Path(out)
     if not isinstance(motion_path, str | Path):
         if len(motion_path) > 1:
-            return _several(motion_path, out, cameras, tracker, seed, unit_m, rig, meeting, progress)
+            record: Callable[..., Recorded] = _record_crowd
+            if tracker == "depth":
+                from studio.simulator.crowd.depth import record_crowd_depth
+
+                record = partial(record_crowd_depth, sensor=sensor, performer=performer, furniture=furniture)
+            elif tracker != "noisy-joints":
+                raise SettingsError(
+                    "simulator.one_performer",
+                    "tracker={tracker}: shows one performer; several go with noisy-joints and depth",
+                    tracker=tracker,
+                )
+            stage_rig = standard_rig(cameras) if rig is None else read_rig(rig)
+            return _several(motion_path, out, stage_rig, record, seed, unit_m, meeting, progress)
         (motion_path,) = motion_path
     truth_path = out.resolve().parent / f"{out.resolve().name}.truth.csv"
     if truth_path.exists():
@@ -111,24 +128,14 @@ def simulate_take(
 def _several(
     paths: Sequence[str | Path],
     out: Path,
-    cameras: int,
-    tracker: str,
+    rig: tuple[RigCamera, ...],
+    record: Callable[..., Recorded],
     seed: int,
     unit_m: float | None,
-    rig: str | Path | None,
     meeting: str,
-    progress: Callable[[float], None] | None,
+    progress: Progress | None,
 ) -> Path:
     """Record several motions at once; see `simulate_take`."""
-    from studio.simulator.crowd.meeting import MEETINGS, meet
-    from studio.simulator.crowd.seen import see_crowd
-
-    if tracker != "noisy-joints":
-        raise SettingsError(
-            "simulator.one_performer",
-            "tracker={tracker}: shows one performer; several go with noisy-joints",
-            tracker=tracker,
-        )
     if meeting not in MEETINGS:
         raise SettingsError(unknown("meeting", meeting, MEETINGS))
     folder, stem = out.resolve().parent, out.resolve().name
@@ -136,20 +143,8 @@ def _several(
     for path in truths:
         if path.exists():
             raise _truth_exists(path)
-    stage_rig = standard_rig(cameras) if rig is None else read_rig(rig)
     together = meet([stage_motion(path, unit_m=unit_m, calibration=False)[0] for path in paths], meeting)
-    messages = []
-    for k, seen in enumerate(see_crowd(together, stage_rig, seed=seed)):
-        for sequence, (stamp, bodies) in enumerate(zip(seen.device_time_ns, seen.bodies, strict=True)):
-            frames = [
-                wire.skeleton_frame(sequence, int(stamp), one.positions_m, one.confidence, body=one.number)
-                for one in bodies
-            ]
-            if frames:
-                frame = wire.with_others(frames[0], frames[1:])
-                messages.append((seen.taken_s[sequence], seen.camera, frame))
-        if progress is not None:
-            progress(0.9 * (k + 1) / len(stage_rig))
+    write, csvs = record(together, rig, seed=seed, progress=progress)
     names = ", ".join(Path(path).name for path in paths)
     try:
         with new_take(
@@ -158,10 +153,10 @@ def _several(
             calibration_s=together.calibration_s,
             notes=f"simulated: {names}, {meeting}",
         ) as take:
-            _write(take, stage_rig, messages, "simulated ideal", "canonical", seed)
-            for path, motion, enters_s in zip(truths, together.motions, together.enters_s, strict=True):
+            write(take)
+            for path, csv in zip(truths, csvs, strict=True):
                 with write_atomically(path) as file:
-                    file.write(_truth_csv(motion, None, enters_s))
+                    file.write(csv)
     except BaseException:
         for path in truths:
             path.unlink(missing_ok=True)  # it did not exist before
@@ -169,6 +164,33 @@ def _several(
     if progress is not None:
         progress(1.0)
     return out
+
+
+def _record_crowd(
+    together: Meeting, rig: tuple[RigCamera, ...], *, seed: int, progress: Progress | None
+) -> Recorded:
+    """Return what records the skeletons of several performers, and the truth of each."""
+    from studio.simulator.crowd.seen import see_crowd
+
+    def write(take: Take) -> None:
+        messages = []
+        for k, seen in enumerate(see_crowd(together, rig, seed=seed)):
+            for sequence, (stamp, bodies) in enumerate(zip(seen.device_time_ns, seen.bodies, strict=True)):
+                frames = [
+                    wire.skeleton_frame(
+                        sequence, int(stamp), one.positions_m, one.confidence, body=one.number
+                    )
+                    for one in bodies
+                ]
+                if frames:
+                    frame = wire.with_others(frames[0], frames[1:])
+                    messages.append((seen.taken_s[sequence], seen.camera, frame))
+            if progress is not None:
+                progress(0.9 * (k + 1) / len(rig))
+        _write(take, rig, messages, "simulated ideal", "canonical", seed)
+
+    parts = zip(together.motions, together.enters_s, strict=True)
+    return write, [_truth_csv(motion, None, enters_s) for motion, enters_s in parts]
 
 
 def _truth_exists(path: Path) -> TakeError:
@@ -193,7 +215,7 @@ def _depth(
     seed: int,
     unit_m: float | None,
     calibration: bool,
-    progress: Callable[[float], None] | None,
+    progress: Progress | None,
 ) -> tuple[Callable[[Take], None], bytes, float | None]:
     """A function that records depth, the truth, and the length of the calibration part [s]."""
     from studio.simulator.body.performers import find_performer
@@ -218,7 +240,7 @@ def _record(
     *,
     sensor: str,
     seed: int,
-    progress: Callable[[float], None] | None,
+    progress: Progress | None,
 ) -> None:
     messages = []
     for k, seen in enumerate(see(motion, rig, seed=seed)):
@@ -240,7 +262,7 @@ def _record_landmarks(
     take: Take,
     *,
     seed: int,
-    progress: Callable[[float], None] | None,
+    progress: Progress | None,
 ) -> None:
     messages = []
     for k, seen in enumerate(see_landmarks(motion, rig, seed=seed)):

@@ -12,7 +12,7 @@ from studio.wire import HandState, Intrinsics, LandmarkArrays
 
 @dataclass(frozen=True)
 class SourceFrame:
-    """One skeleton of a source.
+    """One skeleton of a source, and the others that it saw at the same moment.
 
     Attributes:
         device_time_ns: capture time on the source's own clock [ns].
@@ -23,6 +23,7 @@ class SourceFrame:
         depth_mm: its depth image, if it is to be recorded, shape (height, width).
         picture: the landmarks of a camera without depth, whose `positions` are not sent; `confidence` is how visible
             they are.
+        body: the device's own number of the body. others: further bodies.
     """
 
     device_time_ns: int
@@ -32,6 +33,8 @@ class SourceFrame:
     head_wxyz: tuple[float, float, float, float] | None = None
     depth_mm: NDArray[np.uint16] | None = None
     picture: LandmarkArrays | None = None
+    body: int = 0
+    others: "tuple[SourceFrame, ...]" = ()
 
 
 class Camera(ABC):

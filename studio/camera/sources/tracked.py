@@ -6,6 +6,7 @@ import multiprocessing
 import signal
 import traceback
 from collections.abc import AsyncIterator, Callable
+from dataclasses import replace
 from multiprocessing.connection import Connection
 from typing import Any
 
@@ -74,14 +75,22 @@ class TrackedSource(ReadingSource[NDArray[np.uint16]]):
         assert self._process is not None
         seen = self._process.observe(time_ns, image)
         self.status, self.latest = seen.status, (image, seen)
-        return SourceFrame(
-            time_ns,
-            seen.positions,
-            seen.confidence,
-            tuple(wire.HandState(h.side, h.method, h.open_probability) for h in seen.hands),
-            seen.head_wxyz,
-            image if self.keep_depth else None,
+        return replace(
+            _skeleton(seen),
+            depth_mm=image if self.keep_depth else None,
+            others=tuple(_skeleton(other) for other in seen.others),
         )
+
+
+def _skeleton(seen: Observation) -> SourceFrame:
+    return SourceFrame(
+        seen.time_ns,
+        seen.positions,
+        seen.confidence,
+        tuple(wire.HandState(h.side, h.method, h.open_probability) for h in seen.hands),
+        seen.head_wxyz,
+        body=seen.body,
+    )
 
 
 class ObserverProcess:

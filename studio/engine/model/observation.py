@@ -20,6 +20,7 @@ class Observation:
         head_wxyz: the head's rotation from the T-pose, in which it faces -y with z up; None = not measured.
         status: the tracker's: `tracked`, `searching` or `lost`.
         problem: what of the performer the camera cannot see, for a person; "" = nothing.
+        body: the tracker's number of the body. others: further bodies in the image.
     """
 
     time_ns: int
@@ -29,3 +30,5 @@ class Observation:
     head_wxyz: tuple[float, float, float, float] | None = None
     status: str = "tracked"
     problem: str = ""
+    body: int = 0
+    others: "tuple[Observation, ...]" = ()

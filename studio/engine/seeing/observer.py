@@ -1,4 +1,6 @@
-"""Observation of one camera's depth images in the camera client (step 1): skeleton, hand states, head orientation."""
+"""Observation of one camera's depth images in the camera client (step 1): skeletons, hand states, heads."""
+
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -9,6 +11,7 @@ from studio.engine.model.joints import JOINT_COUNT
 from studio.engine.model.observation import Observation
 from studio.engine.seeing.hands.states import HandStates
 from studio.engine.seeing.head import HeadTracker
+from studio.engine.seeing.tracker.tracked import TrackedSkeleton
 from studio.engine.seeing.tracker.tracker import Tracker
 
 _LEGS = {
@@ -29,8 +32,15 @@ _LEGS = {
 """What is said of legs that the camera does not show; see `TrackedSkeleton.legs_unread`."""
 
 
+class _Details:
+    """Hands and head of one body."""
+
+    def __init__(self, camera: DepthCamera) -> None:
+        self.hands, self.head = HandStates(camera), HeadTracker(camera)
+
+
 class Observer:
-    """Tracks one performer through one camera's depth images.
+    """Tracks performers through one camera's depth images.
 
     Args:
         name: of the camera.
@@ -40,8 +50,7 @@ class Observer:
     def __init__(self, name: str, camera: DepthCamera) -> None:
         self._name, self._camera = name, camera
         self._tracker = Tracker({name: camera})
-        self._hands = HandStates(camera)
-        self._head = HeadTracker(camera)
+        self._details = {0: _Details(camera)}
         self._sequence = 0
 
     def observe(self, time_ns: int, depth_mm: NDArray[np.uint16]) -> Observation:
@@ -52,10 +61,24 @@ class Observer:
         if skeleton.status != "tracked" or not np.isfinite(skeleton.positions).any():
             nobody = np.full((JOINT_COUNT, 3), np.nan)
             return Observation(time_ns, nobody, np.zeros(JOINT_COUNT), status=skeleton.status)
-        hands = self._hands.update(depth_mm, skeleton.positions, skeleton.confidence, time_ns)
-        head = self._head.update(depth_mm, skeleton.positions, skeleton.confidence, time_ns)
+        first, *others = (self._observed(one, depth_mm, time_ns) for one in skeleton.each())
+        return replace(first, others=tuple(others)) if others else first
+
+    def _observed(self, skeleton: TrackedSkeleton, depth_mm: NDArray[np.uint16], time_ns: int) -> Observation:
+        seen = self._details.get(skeleton.body)
+        if seen is None:
+            seen = self._details[skeleton.body] = _Details(self._camera)
+        hands = seen.hands.update(depth_mm, skeleton.positions, skeleton.confidence, time_ns)
+        head = seen.head.update(depth_mm, skeleton.positions, skeleton.confidence, time_ns)
         wxyz = None if head is None else head.wxyz
         problem = _LEGS[skeleton.legs_unread.get(self._name, "")]
         return Observation(
-            time_ns, skeleton.positions, skeleton.confidence, hands, wxyz, skeleton.status, problem
+            time_ns,
+            skeleton.positions,
+            skeleton.confidence,
+            hands,
+            wxyz,
+            skeleton.status,
+            problem,
+            skeleton.body,
         )

@@ -25,10 +25,13 @@ class Figure:
     Args:
         mesh: the body.
         performance: its motion.
+
+    Attributes:
+        enters_s: when it comes in [s]; before it nobody is there.
     """
 
     def __init__(self, mesh: BodyMesh, performance: PerformerMotion) -> None:
-        self.mesh = mesh
+        self.mesh, self.enters_s = mesh, performance.enters_s
         self._performance = performance
         self._cloth = Cloth(mesh.looseness_m)
         self._hands = _bent_hands(mesh)

@@ -38,11 +38,13 @@ class PerformerMotion:
         rotations_wxyz: rotation of every bone of the body from the T-pose, shape (F, BODY_BONES, 4); signs continuous
             over time.
         calibration_s: length of the calibration part; None = there is none.
+        enters_s: when the performer comes in [s]; before it nobody is there.
     """
 
     motion: CanonicalMotion
     rotations_wxyz: Array
     calibration_s: float | None = None
+    enters_s: float = 0.0
 
     @property
     def head_wxyz(self) -> Array:
@@ -71,6 +73,7 @@ def perform(
     turned: Array | None = None,
     calibration_s: float | None = None,
     acts: bool = True,
+    enters_s: float = 0.0,
 ) -> PerformerMotion:
     """Return a motion with a performer's body.
 
@@ -78,7 +81,7 @@ def perform(
         motion: of its own skeleton, on the stage.
         performer: gives the proportions.
         turned: bone rotations from the T-pose, shape (F, 21, 3, 3); NaN = unknown.
-        calibration_s: see `PerformerMotion`.
+        calibration_s, enters_s: see `PerformerMotion`.
         acts: the performer looks about, and opens and closes the hands where the motion keeps them open.
     """
     offsets = performer_offsets(performer)
@@ -95,7 +98,7 @@ def perform(
         rotations = _looking(rotations, looks)
         hands = np.minimum(hands, changes) if (hands == 1).all() else hands
     done = replace(motion, positions_m=positions, offsets_m=offsets, hands_open=hands)
-    return PerformerMotion(done, _steady(rotations), calibration_s)
+    return PerformerMotion(done, _steady(rotations), calibration_s, enters_s)
 
 
 def read_performance(

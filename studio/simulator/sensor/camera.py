@@ -64,6 +64,8 @@ class SimulatedDepthCamera:
         depth, cosine = empty.depth_m.copy(), empty.cosine.copy()
         albedo, corner = empty.albedo.copy(), empty.corner.copy()
         for figure in self._figures:
+            if time_s < figure.enters_s:
+                continue
             index = np.full(depth.shape, -1, np.int32)
             vertices = figure.at(time_s)
             triangles = figure.mesh.triangles

@@ -67,11 +67,13 @@ def _images(stage: DepthStage, index: int, end_s: float) -> Iterator[tuple[float
 
 def truth_csv(performance: PerformerMotion) -> bytes:
     """Return the true joints [m], the head's rotation (wxyz, from facing -y) and the openness of the hands, at 120
-    Hz."""
+    Hz, from when the performer comes in.
+    """
     motion = performance.motion
     names = [f"{name}_{axis}" for name in CANONICAL for axis in "xyz"]
     names += [f"head_rotation_{axis}" for axis in "wxyz"] + ["left_hand_open", "right_hand_open"]
     joints = motion.positions_m.reshape(motion.frame_count, -1)
     rows = np.column_stack([motion.times_s(), joints, performance.head_wxyz, motion.hands_open])
+    rows = rows[rows[:, 0] >= performance.enters_s]
     lines = (",".join([f"{row[0]:.5f}", *(f"{value:.4f}" for value in row[1:])]) for row in rows)
     return "\n".join(["time_s," + ",".join(names), *lines, ""]).encode()

@@ -7,7 +7,8 @@ another calibration or another tracker, counts as missing. A failure to write is
 import json
 import logging
 import zlib
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
 from functools import cache
 from hashlib import blake2b
 from pathlib import Path
@@ -15,6 +16,7 @@ from typing import Any
 from zipfile import BadZipFile
 
 import numpy as np
+from numpy.typing import NDArray
 
 from studio.engine import seeing
 from studio.engine.base.arrays import read_arrays, save_arrays
@@ -27,7 +29,10 @@ from studio.engine.model.solve_metrics import SolveMetrics
 from studio.take.folder.take import Take
 
 FOLDER = "tracked"
-_KEYS = ("origin", "camera", "performer", "cameras", "sequence", "device_time_ns", "positions", "confidence")
+_KEYS = (
+    "origin", "camera", "performer", "cameras", "sequence", "device_time_ns", "positions", "confidence", "body",
+    "others",
+)  # fmt: skip
 _log = logging.getLogger(__name__)
 
 
@@ -53,9 +58,7 @@ def read_tracked(take: Take, name: str, made_with: Any = None) -> Tracked | None
             return None
         camera, performer = str(kept["camera"]), json.loads(str(kept["performer"]))
         cameras = json.loads(str(kept["cameras"]))
-        numbers, times_ns = kept["sequence"].tolist(), kept["device_time_ns"].tolist()
-        rows = zip(numbers, times_ns, kept["positions"], kept["confidence"], strict=True)
-        frames = [CameraFrame(camera, *row) for row in rows]
+        frames = _frames(camera, kept)
         return Tracked(frames, None if performer is None else performer_from_json(performer), cameras)
     except (OSError, EOFError, KeyError, TypeError, ValueError, FormatError, BadZipFile, zlib.error):
         return None
@@ -65,22 +68,43 @@ def keep_tracked(take: Take, name: str, tracked: Tracked, made_with: Any = None)
     """Store skeletons as `name` in place of earlier ones; nothing is stored on a full disk."""
     if not tracked.frames:
         return
-    frames, performer = tracked.frames, tracked.performer
+    performer, bodies = tracked.performer, [body for frame in tracked.frames for body in frame.bodies()]
     columns = {
         "origin": _origin(take, made_with),
-        "camera": frames[0].camera,
+        "camera": bodies[0].camera,
         "performer": json.dumps(None if performer is None else performer_to_json(performer)),
         "cameras": json.dumps(tracked.cameras),
-        "sequence": np.array([frame.sequence for frame in frames], dtype=np.int64),
-        "device_time_ns": np.array([frame.device_time_ns for frame in frames], dtype=np.int64),
-        "positions": np.stack([frame.positions for frame in frames]),
-        "confidence": np.stack([frame.confidence for frame in frames]),
+        "sequence": np.array([body.sequence for body in bodies], dtype=np.int64),
+        "device_time_ns": np.array([body.device_time_ns for body in bodies], dtype=np.int64),
+        "positions": np.stack([body.positions for body in bodies]),
+        "confidence": np.stack([body.confidence for body in bodies]),
+        "body": np.array([body.body for body in bodies], dtype=np.int64),
+        "others": np.array(
+            [n for frame in tracked.frames for n in (len(frame.others), *[0] * len(frame.others))],
+            dtype=np.int64,
+        ),
     }
     try:
         with write_atomically(_file(take, name)) as file:
             save_arrays(file, columns, TRACKED)
     except StudioError as error:
         _log.warning("the tracked skeletons are not kept, the next solve tracks again: %s", error)
+
+
+def _frames(camera: str, kept: Mapping[str, NDArray[Any]]) -> list[CameraFrame]:
+    """Return the stored frames; a row is a body, and `others` tells how many more of its frame follow it."""
+    numbers, times_ns = kept["sequence"].tolist(), kept["device_time_ns"].tolist()
+    rows = zip(numbers, times_ns, kept["positions"], kept["confidence"], kept["body"].tolist(), strict=True)
+    bodies = [CameraFrame(camera, *row[:4], body=row[4]) for row in rows]
+    counts = kept["others"]
+    frames: list[CameraFrame] = []
+    place = 0
+    while place < len(bodies):
+        end = place + 1 + int(counts[place])
+        others = tuple(bodies[place + 1 : end])
+        frames.append(replace(bodies[place], others=others) if others else bodies[place])
+        place = end
+    return frames
 
 
 def _file(take: Take, name: str) -> Path:

@@ -167,8 +167,11 @@ class _Chosen(FramesOnDemand):
 
 
 def several_bodies(frames: Mapping[str, Sequence[CameraFrame]]) -> bool:
-    """Whether a frame of `KeptFrames.frames` has more than one body."""
-    return any(isinstance(mine, _Chosen) and mine.several for mine in frames.values())
+    """Whether a frame has more than one body; of `KeptFrames.frames` none is read for it."""
+    return any(
+        mine.several if isinstance(mine, _Chosen) else any(frame.others for frame in mine)
+        for mine in frames.values()
+    )
 
 
 class Joined(FramesOnDemand):

@@ -90,7 +90,7 @@ def test_the_library_solves_both(tmp_path: Path):
 
 
 def test_what_shows_one_performer_says_so(tmp_path: Path):
-    with refused(SettingsError, "simulator.one_performer", tracker="depth"):
-        studio.simulate(["demo", "demo"], tmp_path / "take", tracker="depth")
+    with refused(SettingsError, "simulator.one_performer", tracker="rgb"):
+        studio.simulate(["demo", "demo"], tmp_path / "take", tracker="rgb")
     with refused(SettingsError, "value.unknown"):
         studio.simulate(["demo", "demo"], tmp_path / "take", meeting="dancing")

@@ -1,5 +1,7 @@
 """Clusters of the performer: chosen once, then tracked by the body's prediction."""
 
+from typing import NamedTuple
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -18,7 +20,9 @@ _LEAST_AREA_M2, _MOST_AREA_M2 = 0.08, 1.8
 _BESIDE_M = 0.45
 _NEAR_M = 0.22
 _NEAR_SHARE = 0.4
-_LOOKED_AT = 40
+LOOKED_AT = 40
+_TOUCHED_SHARE = 0.02
+_REACH_M = 1.6
 _CHEST = BODY_JOINTS.index("Spine2")
 _LIMB_AREA_M2, _LIMB_REACH_M = 0.12, 0.85
 
@@ -69,17 +73,51 @@ def at_place(seen: ImageClusters, place: Array) -> NDArray[np.bool_]:
     return person | (small & (k.middle > low).all(axis=1) & (k.middle < high).all(axis=1))
 
 
+class Nearness(NamedTuple):
+    """How near the clusters of an image are to an expected body.
+
+    Attributes:
+        share: of each cluster's points that lie near it, limb: whether it is small and may be a limb that the image
+            cuts off, shape (cluster_count,).
+    """
+
+    share: Array
+    limb: NDArray[np.bool_]
+
+    def alone(self) -> NDArray[np.bool_]:
+        """Return the clusters of a body that has no others near, shape (cluster_count,)."""
+        return (self.share >= _NEAR_SHARE) | self.limb
+
+    def touched(self) -> NDArray[np.bool_]:
+        """Return the clusters that may have a part of the body, shape (cluster_count,)."""
+        return (self.share >= _TOUCHED_SHARE) | self.limb
+
+    def aside_m2(self, seen: ImageClusters) -> Array:
+        """Return the area of each cluster that is not near the body [m2], shape (cluster_count,)."""
+        return (1.0 - self.share) * seen.clusters.area
+
+
 def near_body(
-    seen: ImageClusters, fitter: Fitter, figure: BodyShape, pose: Pose, eye: Array
-) -> NDArray[np.bool_]:
-    """Return the clusters near the body's prediction, shape (cluster_count,).
+    seen: ImageClusters,
+    fitter: Fitter,
+    figure: BodyShape,
+    pose: Pose,
+    eye: Array,
+    *,
+    looked_at: int = LOOKED_AT,
+    reach_m: float = _REACH_M,
+) -> Nearness:
+    """Return how near the clusters are to the body's prediction.
 
     Args:
         eye: the camera in the working frame [m], shape (3,).
+        looked_at: points of each cluster that are looked at, at least.
+        reach_m: clusters whose middle is farther away are not looked at [m].
     """
-    near = np.zeros(len(seen.clusters.count), dtype=bool)
-    reach = np.hypot(*(seen.clusters.middle[:, :2] - pose.root[:2]).T) < 1.6
-    steps = np.where(reach, np.maximum(seen.clusters.count // _LOOKED_AT, 1), 0)
+    count = len(seen.clusters.count)
+    near = Nearness(np.zeros(count), np.zeros(count, dtype=bool))
+    reach = np.hypot(*(seen.clusters.middle[:, :2] - pose.root[:2]).T) < reach_m
+    steps = np.where(reach, np.maximum(seen.clusters.count // looked_at, 1), 0)
     places, owners = _some_of_each(seen.points, seen.clusters.labels, steps)
     if not len(places):
         return near
@@ -90,10 +128,9 @@ def near_body(
     least = distance.min(axis=1)
     chest = fitter.place(figure, pose)[0][_CHEST]
     for k in np.unique(owners):
-        own = least[owners == k]
-        near[k] = (own < _NEAR_M).mean() >= _NEAR_SHARE
-        if not near[k] and seen.clusters.area[k] < _LIMB_AREA_M2:  # an arm cut off by the body's image
-            near[k] = np.linalg.norm(seen.clusters.middle[k] - chest) < _LIMB_REACH_M
+        near.share[k] = (least[owners == k] < _NEAR_M).mean()
+        if seen.clusters.area[k] < _LIMB_AREA_M2:  # an arm cut off by the body's image
+            near.limb[k] = np.linalg.norm(seen.clusters.middle[k] - chest) < _LIMB_REACH_M
     return near
 
 

@@ -17,7 +17,7 @@ POINTS = "points"
 
 
 def per_camera(frames: Iterable[DepthFrame], cameras: dict[str, DepthCamera]) -> Iterator[CameraFrame]:
-    """Yield the skeleton of each image in its camera's frame, with each camera tracked separately, as clients do.
+    """Yield the skeletons of each image in its camera's frame, with each camera tracked separately, as clients do.
 
     Args:
         frames: of all cameras, each camera's in order of time.
@@ -50,9 +50,10 @@ def from_points(
 def points_frame(
     skeleton: TrackedSkeleton, number: int, calibration: Calibration, cameras: Iterable[str]
 ) -> CameraFrame:
-    """Return a skeleton from all cameras' points as the frame `number` of the camera `points`."""
+    """Return the skeletons from all cameras' points as the frame `number` of the camera `points`."""
     eye = points_calibration(calibration, cameras, None).cameras[POINTS].T_stage_camera[:3, 3]
-    return CameraFrame(POINTS, number, skeleton.time_ns, skeleton.positions - eye, skeleton.confidence)
+    placed = [replace(one, positions=one.positions - eye, others=()) for one in skeleton.each()]
+    return _camera_frame(replace(placed[0], others=tuple(placed[1:])), POINTS, number, skeleton.time_ns)
 
 
 def points_calibration(
@@ -105,4 +106,8 @@ def with_next(
 
 
 def _camera_frame(skeleton: TrackedSkeleton, camera: str, sequence: int, time_ns: int) -> CameraFrame:
-    return CameraFrame(camera, sequence, time_ns, skeleton.positions, skeleton.confidence)
+    first, *others = [
+        CameraFrame(camera, sequence, time_ns, one.positions, one.confidence, body=one.body)
+        for one in skeleton.each()
+    ]
+    return replace(first, others=tuple(others)) if others else first

@@ -14,7 +14,7 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class TrackedSkeleton:
-    """One skeleton.
+    """One skeleton, and the others of its instant.
 
     Attributes:
         time_ns: its instant on the cameras' common clock.
@@ -24,6 +24,7 @@ class TrackedSkeleton:
         status: `tracked`, `searching` (nobody yet) or `lost`.
         legs_unread: why cameras have not shown the legs below the knees for half a second, by camera: `range`,
             `no_depth`, `covered` or `outside`.
+        body: the tracker's number of the body. others: further bodies that are tracked at this instant.
     """
 
     time_ns: int
@@ -31,6 +32,12 @@ class TrackedSkeleton:
     confidence: Array
     status: str
     legs_unread: Mapping[str, str] = field(default_factory=dict)
+    body: int = 0
+    others: "tuple[TrackedSkeleton, ...]" = ()
+
+    def each(self) -> "tuple[TrackedSkeleton, ...]":
+        """Return this skeleton and the others."""
+        return (self, *self.others)
 
 
 @dataclass(frozen=True)

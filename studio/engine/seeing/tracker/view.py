@@ -20,8 +20,8 @@ Array = NDArray[np.float64]
 
 FLOOR_M = 0.035
 """Largest height of floor points [m]."""
-_LEAST_CELLS = 20
-_MOST_CLUSTERS = 40
+LEAST_CELLS = 20
+MOST_CLUSTERS = 40
 _UP = np.array([0.0, -1.0, 0.0])
 _LEVEL_HEIGHT_M = 1.0
 """Assumed height of a level camera that sees no floor."""
@@ -53,6 +53,12 @@ class CameraView:
         self._background = np.zeros(shape)
         self._use = np.zeros(shape, dtype=bool)
 
+    @property
+    def eye(self) -> Array:
+        """The camera in the working frame [m], shape (3,)."""
+        assert self.T_work_camera is not None
+        return self.T_work_camera[:3, 3]
+
     def see(self, depth_mm: NDArray[np.uint16]) -> ImageClusters:
         """Return the points and clusters of an image.
 
@@ -79,7 +85,7 @@ class CameraView:
         confirmed(depth, keep)
         _candidates(points, depth, keep, self._background, FLOOR_M, self._use)
         clusters = Clusters(
-            *clusters_of(points, depth, self._use, self.cell_angle, _LEAST_CELLS, _MOST_CLUSTERS)
+            *clusters_of(points, depth, self._use, self.cell_angle, LEAST_CELLS, MOST_CLUSTERS)
         )
         return ImageClusters(points, depth, keep, clusters)
 

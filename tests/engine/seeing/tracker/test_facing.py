@@ -74,8 +74,13 @@ def test_a_body_followed_front_for_back_is_set_right():
     tracker = Tracker(cameras, placed)
     for images in sets[:6]:
         tracker.track(images)
-    turned = turned_round(tracker._fitter, tracker._figure, tracker._motion.pose, tracker._motion.posture)
-    tracker._motion.restart(turned)
+    turned = turned_round(
+        tracker.bodies[0].fitter,
+        tracker.bodies[0].figure,
+        tracker.bodies[0].motion.pose,
+        tracker.bodies[0].motion.posture,
+    )
+    tracker.bodies[0].motion.restart(turned)
     skeletons = [tracker.track(images) for images in sets[6:]]
     error = np.linalg.norm(skeletons[-1].positions - truth[-1], axis=1)[LIMBS].mean()
     assert error < 0.08
@@ -118,11 +123,16 @@ def test_a_small_child_is_turned_by_where_its_head_faces():
     tracker = Tracker(cameras, placed)
     for images in sets[:10]:
         tracker.track(images)
-    turned = turned_round(tracker._fitter, tracker._figure, tracker._motion.pose, tracker._motion.posture)
-    tracker._motion.restart(turned)
+    turned = turned_round(
+        tracker.bodies[0].fitter,
+        tracker.bodies[0].figure,
+        tracker.bodies[0].motion.pose,
+        tracker.bodies[0].motion.posture,
+    )
+    tracker.bodies[0].motion.restart(turned)
     for images in sets[10:22]:
         tracker.track(images)
-    assert abs(heading(tracker._motion.pose)) < 0.5
+    assert abs(heading(tracker.bodies[0].motion.pose)) < 0.5
 
 
 def test_no_image_no_face():

@@ -56,7 +56,7 @@ def test_who_leaves_is_lost_and_found_again(scene, known):
     tracker = Tracker(cameras, placed)
     followed(tracker, sets[:3])
     if known:
-        tracker._learnt = 100
+        tracker.bodies[0].learnt = 100
     empty = np.zeros((camera.height, camera.width), np.uint16)
     later = [
         {name: DepthFrame(name, 10 + k, sets[2][name].device_time_ns + (k + 1) * 33_333_333, empty)}
@@ -71,7 +71,7 @@ def test_who_leaves_is_lost_and_found_again(scene, known):
     skeleton = followed(tracker, back)[-1]
     assert skeleton.status == "tracked"
     assert np.linalg.norm(skeleton.positions - truth[8], axis=1)[LIMBS].mean() < 0.06
-    assert (tracker._learnt > 100) == known
+    assert (tracker.bodies[0].learnt > 100) == known
 
 
 @pytest.mark.parametrize("value", [0, 3000, 65535])
