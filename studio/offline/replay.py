@@ -108,15 +108,19 @@ def _plain(
         name: frames[name] for name in settings.camera_names(tuple(calibration.cameras)) if name in frames
     }
     if not several_bodies(used):
-        only = _PerformerSolve(take, used, calibration, settings, progress)
+        settings.check_performers([PERFORMER])
+        only = _PerformerSolve(take, used, calibration, settings.of_performer(PERFORMER), progress)
         (poses,) = solve_together([only.solve])
         return {PERFORMER: only.solved(poses)}, common
     people = find_people(used, calibration)
     common["bystanders"] = people.bystanders
+    if people.left_out:
+        common["left_out"] = people.left_out
     common["recorded_s"] = [list(span) for span in people.recorded_s]
+    settings.check_performers([one.name for one in people.performers])
     shares = _Shares(progress, len(people.performers))
     solves = [
-        _PerformerSolve(take, one.frames, one.calibration, settings, shares.part(k))
+        _PerformerSolve(take, one.frames, one.calibration, settings.of_performer(one.name), shares.part(k))
         for k, one in enumerate(people.performers)
     ]
     solved: dict[str, Solved] = {}

@@ -26,6 +26,7 @@ class SolveMetrics(TypedDict, total=False):
         undecided_s: spans of stage time [s], from and to, in which this performer was not told apart from another.
         recorded_s: of a take with several, spans of stage time [s] in which cameras sent frames.
         bystanders: people who held no T-pose and were left out.
+        left_out: people who held one but came in after the eighth performer; missing where there are none.
     """
 
     frames: int
@@ -48,4 +49,5 @@ class SolveMetrics(TypedDict, total=False):
     performers: "dict[str, SolveMetrics]"
     undecided_s: list[list[float]]
     bystanders: int
+    left_out: int
     recorded_s: list[list[float]]
