@@ -59,7 +59,7 @@ def measured(take: Path, references: dict[str, Path], height_m: float, beside: i
 
 
 def _true(reference, height_m: float) -> Surfaces:
-    
+
     times_ns = np.round(reference.time_s * 1e9).astype(np.int64)
     return Surfaces(times_ns, reference.positions_m, height_m)
 
