@@ -45,6 +45,8 @@ def run(args: argparse.Namespace) -> int:
         with write_atomically(args.report) as file:
             file.write(bench_report(result).encode())
     print(summary(stages))
+    two = stages["pipeline_2_of_4"].get("ratio_to_one_performer", 0.0)
+    print(f"two performers before four cameras: {two:.2f} times the time of one")
     for name, points in result.get("growth", {}).items():
         print(f"{name}: " + ", ".join(f"{at}: {told(point)}" for at, point in points.items()))
     return 0

@@ -4,6 +4,7 @@ import shutil
 from datetime import datetime
 
 from studio.engine.base.sentences import about, say
+from studio.engine.identity.recognised import MOST_PERFORMERS
 from studio.engine.model.settings import PRESETS
 from studio.engine.whole_take.residuals import not_followed_mm
 from studio.live import warmup
@@ -67,9 +68,16 @@ def _performers(engine: Engine) -> list[PerformerStatus]:
     """Everybody on a stage of several."""
     problems = iter(engine.strangers.problems())
     out: list[PerformerStatus] = []
-    for one in engine.on_stage():
+    everybody = engine.on_stage()
+    full = sum(one.performer is not None for one in everybody) >= MOST_PERFORMERS
+    for one in everybody:
         name, message = f"performer_{one.performer}", ""
-        if one.performer is None:
+        if one.performer is None and full:
+            name = ""
+            message = say(
+                "performers.full", "left out: {n} performers are followed at most", n=MOST_PERFORMERS
+            )
+        elif one.performer is None:
             name, why = "", next(problems, [])
             message = (
                 say(

@@ -107,16 +107,33 @@ def _plain(
     used = {
         name: frames[name] for name in settings.camera_names(tuple(calibration.cameras)) if name in frames
     }
-    if not several_bodies(used):
-        only = _PerformerSolve(take, used, calibration, settings, progress)
+    several = several_bodies(used)
+    pictures = [name for name in used if calibration.cameras[name].lens is not None]
+    if several and pictures:
+        common["people"] = _of_pictures(pictures, alone=len(pictures) == len(used))
+    if several and len(pictures) < len(used):
+        used = {name: mine for name, mine in used.items() if name not in pictures}
+    if not several or len(pictures) == len(used):
+        settings.check_performers([PERFORMER])
+        only = _PerformerSolve(take, used, calibration, settings.of_performer(PERFORMER), progress)
         (poses,) = solve_together([only.solve])
         return {PERFORMER: only.solved(poses)}, common
     people = find_people(used, calibration)
     common["bystanders"] = people.bystanders
+    if people.left_out:
+        common["left_out"] = people.left_out
+    if not people.performers:
+        raise CalibrationError(
+            "calibration.nobody",
+            "the frames of {take} show several bodies, but nobody for a second at a time; place the cameras so "
+            "that they see the performers, and calibrate again",
+            take=take.path,
+        )
     common["recorded_s"] = [list(span) for span in people.recorded_s]
+    settings.check_performers([one.name for one in people.performers])
     shares = _Shares(progress, len(people.performers))
     solves = [
-        _PerformerSolve(take, one.frames, one.calibration, settings, shares.part(k))
+        _PerformerSolve(take, one.frames, one.calibration, settings.of_performer(one.name), shares.part(k))
         for k, one in enumerate(people.performers)
     ]
     solved: dict[str, Solved] = {}
@@ -126,6 +143,12 @@ def _plain(
         solved[one.name].metrics["undecided_s"] = [list(span) for span in one.undecided_s]
     common["camera_frames"] = sum(len(mine) for mine in used.values())
     return solved, common
+
+
+def _of_pictures(cameras: list[str], *, alone: bool) -> str:
+    """Return what becomes of cameras without depth where several bodies are seen, one line."""
+    what = "the first body of each picture is followed" if alone else "they are left out"
+    return f"cameras without depth ({', '.join(cameras)}) do not tell performers apart: {what}"
 
 
 class _Shares:

@@ -35,13 +35,20 @@ class DemoStage:
         return self.calibration.performer
 
 
-def make_stage(seconds: float, *, cameras: int = 2, joint_set: str = "canonical") -> DemoStage:
+APART = np.array([1.6, 0.0, 0.0])
+"""From one performer to the next, who stand side by side [m]."""
+
+
+def make_stage(
+    seconds: float, *, cameras: int = 2, joint_set: str = "canonical", performers: int = 1
+) -> DemoStage:
     """Return the simulated stage, with its true calibration and the noise of `noisy-joints`.
 
     Args:
         seconds: duration.
         cameras: number of cameras.
         joint_set: of the cameras; device joints without a canonical one lie at the hips.
+        performers: who all move alike, side by side towards +x; nobody hides anybody.
     """
     rng = np.random.default_rng(1)
     motion = demo_motion()
@@ -55,10 +62,18 @@ def make_stage(seconds: float, *, cameras: int = 2, joint_set: str = "canonical"
     for i, camera in enumerate(rig):
         times = np.arange(round(seconds * FRAMES_PER_SECOND)) / FRAMES_PER_SECOND + 0.011 * i
         joints = np.stack([motion.at((START_S + t) % motion.duration_s) for t in times])
-        seen = NoisyJoints(camera.T_stage_camera, motion.offsets_m, anatomy, rng).see_all(joints)
-        for k, (time_s, positions, confidence) in enumerate(zip(times, *seen, strict=True)):
-            seen_by_device = positions[device], confidence[device]
-            frame = wire.skeleton_frame(k, round(time_s * 1e9), *seen_by_device, hands)
+        seen = [
+            NoisyJoints(camera.T_stage_camera, motion.offsets_m, anatomy, rng).see_all(joints + who * APART)
+            for who in range(performers)
+        ]
+        for k, time_s in enumerate(times.tolist()):
+            bodies = [
+                wire.skeleton_frame(
+                    k, round(time_s * 1e9), positions[k][device], confidence[k][device], hands, body=who
+                )
+                for who, (positions, confidence) in enumerate(seen)
+            ]
+            frame = wire.with_others(bodies[0], bodies[1:]) if performers > 1 else bodies[0]
             messages.append((frame.device_time_ns, camera.name, wire.encode(frame)))
     messages.sort()
     return DemoStage(calibration, joint_set, [(name, data) for _, name, data in messages])

@@ -175,6 +175,7 @@ def test_bench_measures_every_stage(tmp_path):
     stages = json.loads((tmp_path / "bench.json").read_text())["stages"]
     wanted = {"parse", "record", "sync", "fusion", "solve", "solve_mink", "mink_frame_tasks", "mink_retargeting",
               "completion", "filter_holt", "filter_one_euro", "pipeline", "encode", "broadcast", "finish",
+              "pipeline_1_of_4", "pipeline_2_of_4",
               "tracker_1", "tracker_3", "export_fbx", "export_bvh"}  # fmt: skip
     assert wanted <= set(stages)
     for name, figures in stages.items():

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 import studio
 from studio.engine.metrics.reference.reference import read_reference
-from studio.engine.model.joints import CANONICAL, OUTPUT_OF_CANONICAL_INDEX
+from studio.engine.model.joints import OUTPUT_OF_CANONICAL_INDEX
 from studio.engine.model.poses import Poses
 from studio.engine.whole_take import together
 from studio.engine.whole_take.finish.others import Surfaces, hands_apart_m, holding, overlap_m
@@ -59,9 +59,9 @@ def measured(take: Path, references: dict[str, Path], height_m: float, beside: i
 
 
 def _true(reference, height_m: float) -> Surfaces:
-    columns = [reference.joint_names.index(name) for name in CANONICAL]
+
     times_ns = np.round(reference.time_s * 1e9).astype(np.int64)
-    return Surfaces(times_ns, reference.positions_m[:, columns], height_m)
+    return Surfaces(times_ns, reference.positions_m, height_m)
 
 
 def main() -> None:

@@ -7,6 +7,9 @@ from studio.engine.model.frames import CameraFrame
 FIRST = 1
 """Number of the performer with the calibration's proportions."""
 
+MOST_PERFORMERS = 8
+"""Further ones are told and left out."""
+
 
 @dataclass(frozen=True)
 class Recognised:

@@ -15,6 +15,7 @@ from studio.engine.calibration.calibrate import walk_of, with_performer
 from studio.engine.calibration.cameras.noise import unbiased
 from studio.engine.calibration.performer.tpose import find_tpose
 from studio.engine.identity.crowd import Crowd, SeenBody, Someone
+from studio.engine.identity.recognised import MOST_PERFORMERS
 from studio.engine.identity.settle import settle
 from studio.engine.model.calibration import Calibration
 from studio.engine.model.frames import CameraFrame
@@ -53,12 +54,14 @@ class People:
     """Everybody in a take.
 
     Attributes:
-        bystanders: how many others were seen and are ignored.
+        bystanders: how many others were seen, who held no T-pose and are ignored.
+        left_out: how many held one, but came in after the eighth performer.
         recorded_s: spans of stage time [s] in which cameras sent frames, whoever they showed.
     """
 
     performers: tuple[TakePerformer, ...]
     bystanders: int
+    left_out: int
     recorded_s: tuple[tuple[float, float], ...]
 
 
@@ -86,7 +89,7 @@ def find_people(frames: Mapping[str, Sequence[CameraFrame]], calibration: Calibr
     settle(crowd.people, np.array(times_s), lambda body: _bones(_body_of(body, frames, order)))
     walker = max(alone, key=lambda who: alone[who], default=0)
     performers: list[TakePerformer] = []
-    bystanders = 0
+    bystanders = left_out = 0
     for number, one in enumerate(crowd.people):
         own = _frames_of(one, frames, order)
         if one.person.last_s - one.person.first_s < _LEAST_S and len(one.sightings) < 2 * len(own):
@@ -95,9 +98,12 @@ def find_people(frames: Mapping[str, Sequence[CameraFrame]], calibration: Calibr
         if theirs is None:
             bystanders += 1
             continue
+        if len(performers) == MOST_PERFORMERS:
+            left_out += 1
+            continue
         name = f"performer_{len(performers) + 1}"
         performers.append(TakePerformer(name, own, theirs, spans(one.doubted, _LEAST_DOUBTS)))
-    return People(tuple(performers), bystanders, spans(times_s, 1))
+    return People(tuple(performers), bystanders, left_out, spans(times_s, 1))
 
 
 _Moment = tuple[float, str, int, NDArray[np.float64]]

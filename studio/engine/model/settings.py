@@ -1,9 +1,11 @@
 """The settings of a solve: the table of all switches, the presets, and the parser of `--set KEY=VALUE`."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any, TypeAlias
 
 from studio.engine.base.errors import SettingsError
+from studio.engine.model.by_performer import ByPerformer, is_performer
 from studio.engine.model.joints import CANONICAL
 from studio.engine.model.switches import (
     Choice,
@@ -172,6 +174,13 @@ _TABLE: tuple[Switch, ...] = (
         "Frames per second of the result.",
         values=(30, 60, 120),
     ),
+    ByPerformer(
+        "performers",
+        _every({}),
+        "Settings of single performers: performer_2.smoothing=one_euro:before.",
+        common=("cameras", "tracker", "refine_cameras", "output_hz"),
+        check=lambda key, text: set_switch(PRESETS["studio"], key, text),
+    ),
 )
 
 SWITCHES: dict[str, Switch] = {switch.name: switch for switch in _TABLE}
@@ -214,6 +223,29 @@ class SolveSettings:
     finish: str = _default("finish")
     effectors: dict[str, Effector] = _default("effectors")
     output_hz: int = _default("output_hz")
+    performers: dict[str, str] = _default("performers")
+
+    def of_performer(self, name: str) -> "SolveSettings":
+        """Return the settings of one performer, such as `performer_2`."""
+        if not self.performers:
+            return self
+        own = replace(self, performers={})
+        for key, text in self.performers.items():
+            performer, _, switch = key.partition(".")
+            if performer == name:
+                own = set_switch(own, switch, text)
+        return own
+
+    def check_performers(self, names: Sequence[str]) -> None:
+        """Raise SettingsError for a setting of a performer who is not among these."""
+        for key in self.performers:
+            if key.partition(".")[0] not in names:
+                raise SettingsError(
+                    "settings.unknown_performer",
+                    "{key}: no such performer; allowed: {allowed}",
+                    key=key,
+                    allowed=list(names),
+                )
 
     def camera_names(self, available: tuple[str, ...]) -> tuple[str, ...]:
         """Return the cameras to use, in the order of `available`.
@@ -300,7 +332,7 @@ def _find(name: str) -> Switch:
         raise SettingsError(
             "settings.unknown",
             "unknown setting {key!r}; allowed: {allowed}, effectors.<joint>.reach/.pull/.resist, "
-            "displacement_limits_m_s.<joint>",
+            "displacement_limits_m_s.<joint>, performer_2.<setting>",
             key=name,
             allowed=plain,
         )
@@ -314,6 +346,10 @@ def set_switch(settings: SolveSettings, key: str, value: str) -> SolveSettings:
         SettingsError: an unknown key or value; the message lists what is allowed.
     """
     name, *rest = key.split(".")
+    if is_performer(name):
+        switch = SWITCHES["performers"]
+        assert isinstance(switch, PerJoint)
+        return replace(settings, performers=switch.parse_part(settings.performers, key, [name, *rest], value))
     if not rest:
         return replace(settings, **{name: _find(name).parse(value)})
     switch = SWITCHES.get(name)

@@ -25,7 +25,9 @@ class SolveMetrics(TypedDict, total=False):
         performers: of a take with several, each one's own figures, by name.
         undecided_s: spans of stage time [s], from and to, in which this performer was not told apart from another.
         recorded_s: of a take with several, spans of stage time [s] in which cameras sent frames.
+        people: one line, for people: what becomes of cameras without depth where several bodies are seen.
         bystanders: people who held no T-pose and were left out.
+        left_out: people who held one but came in after the eighth performer; missing where there are none.
     """
 
     frames: int
@@ -47,5 +49,7 @@ class SolveMetrics(TypedDict, total=False):
     physics_figures: dict[str, float]
     performers: "dict[str, SolveMetrics]"
     undecided_s: list[list[float]]
+    people: str
     bystanders: int
+    left_out: int
     recorded_s: list[list[float]]

@@ -17,7 +17,7 @@ from studio.engine.calibration.cameras.noise import unbiased
 from studio.engine.identity.crowd import Crowd, apart_m
 from studio.engine.identity.known import KnownPerson
 from studio.engine.identity.person import FollowedPerson
-from studio.engine.identity.recognised import FIRST, OnStage, Recognised
+from studio.engine.identity.recognised import FIRST, MOST_PERFORMERS, OnStage, Recognised
 from studio.engine.model.calibration import Calibration, Performer
 from studio.engine.model.frames import CameraFrame, ClockModel, StepResult
 from studio.engine.model.joints import PARENTS
@@ -49,7 +49,7 @@ class PeoplePipeline:
 
         Args:
             calibration: its performer is the first one.
-            settings: of every performer.
+            settings: of every performer, and what differs between them.
             people: performers who are known from before; ignored without the first one.
 
         Raises:
@@ -62,7 +62,7 @@ class PeoplePipeline:
 
     def _start(self, people: Sequence[KnownPerson]) -> None:
         self._names = self._settings.camera_names(tuple(self._calibration.cameras))
-        self._first = Pipeline(self._calibration, self._settings)
+        self._first = Pipeline(self._calibration, self._settings_of(FIRST))
         for camera, clock in self._clocks.items():
             self._first.set_clock(camera, clock)
         self._crowd: Crowd | None = None
@@ -83,11 +83,15 @@ class PeoplePipeline:
         self._followed[index] = _Followed(FIRST, proportions, self._first)
 
     def _follow(self, index: int, number: int, proportions: Performer) -> None:
-        pipeline = Pipeline(replace(self._calibration, performer=proportions), self._settings)
+        own = replace(self._calibration, performer=proportions)
+        pipeline = Pipeline(own, self._settings_of(number))
         for camera, clock in self._clocks.items():
             pipeline.set_clock(camera, clock)
         pipeline.stand_beside(self._first)
         self._followed[index] = _Followed(number, proportions, pipeline)
+
+    def _settings_of(self, number: int) -> SolveSettings:
+        return self._settings.of_performer(f"performer_{number}")
 
     def _pipelines(self) -> list[Pipeline]:
         own = [one.pipeline for one in self._followed.values() if one.number != FIRST]
@@ -156,8 +160,10 @@ class PeoplePipeline:
         return len(self._followed) == 1 and stage_s - max([self._several_s, *others]) > _ALONE_S
 
     def add_performer(self, person: int, proportions: Performer) -> None:
-        """Make a stranger the next performer; nothing changes where there is no such stranger."""
+        """Make a stranger the next performer; nothing changes where there is no such stranger, or are eight."""
         if self._crowd is None or person in self._followed or person >= len(self._crowd.people):
+            return
+        if len(self._followed) == MOST_PERFORMERS:
             return
         number = 1 + max(one.number for one in self._followed.values())
         self._follow(person, number, proportions)
@@ -178,10 +184,11 @@ class PeoplePipeline:
     def set_settings(self, settings: SolveSettings) -> None:
         """Use other settings from now on, and reset the motion."""
         self._settings, self._names = settings, settings.camera_names(tuple(self._calibration.cameras))
-        for pipeline in self._pipelines():
-            pipeline.set_settings(settings)
-            if pipeline is not self._first:
-                pipeline.stand_beside(self._first)
+        self._first.set_settings(self._settings_of(FIRST))
+        for one in self._followed.values():
+            if one.number != FIRST:
+                one.pipeline.set_settings(self._settings_of(one.number))
+                one.pipeline.stand_beside(self._first)
 
     # --- poses
 
@@ -223,8 +230,10 @@ class PeoplePipeline:
         return sorted(out, key=lambda one: (one.performer is None, one.performer or 0))
 
     def strangers(self) -> dict[int, NDArray[np.float64]]:
-        """Return the joints of those who are here and have no proportions [m], shape (21, 3), by index of person."""
-        people = [] if self._crowd is None else self._crowd.people
+        """Return the joints of those who are here and have no proportions [m], shape (21, 3), by index of person;
+        nobody where eight performers are followed."""
+        full = len(self._followed) >= MOST_PERFORMERS
+        people = [] if self._crowd is None or full else self._crowd.people
         return {
             index: one.person.joints_m()
             for index, one in enumerate(people)

@@ -41,6 +41,7 @@ def run_bench(
         out["completion"] = stages.completion(stage, sets, fused)
         out |= stages.filters(fused)
         out["pipeline"], results = stages.pipeline(stage)
+        out |= people(frames)
         out |= stages.sending(results)
         out["finish"] = stages.finish(stage)
         tell(0.9)
@@ -51,4 +52,21 @@ def run_bench(
     plain = out["mink_frame_tasks"]["median_ms"]
     for name in ("solve", "solve_mink", "mink_frame_tasks", "mink_retargeting"):
         out[name]["ratio_to_mink_frame_tasks"] = out[name]["median_ms"] / plain
+    return out
+
+
+def people(frames: int) -> dict[str, stages.StageTiming]:
+    """Return the live pipeline's figures of one and two performers before four cameras.
+
+    The ratio is that of the processor times: a busy machine changes it less.
+    """
+    seconds = max(frames / stages.SETTINGS.output_hz, 20 / FRAMES_PER_SECOND)
+    out = {
+        f"pipeline_{count}_of_4": stages.people_pipeline(
+            make_stage(seconds, cameras=4, performers=count), count
+        )
+        for count in (1, 2)
+    }
+    one, two = out.values()
+    two["ratio_to_one_performer"] = two.get("cpu_median_ms", 0.0) / one.get("cpu_median_ms", 1.0)
     return out

@@ -13,9 +13,11 @@ from studio import wire
 from studio.engine.animation.export import EXPORTERS, export
 from studio.engine.base.errors import NotAvailableError
 from studio.engine.base.geometry import matrices
+from studio.engine.identity.known import KnownPerson
 from studio.engine.model.frames import CameraFrame, FrameSet, FusedSkeleton, StepResult
 from studio.engine.model.human.humanoid import build_humanoid
 from studio.engine.model.human.skeleton import Skeleton
+from studio.engine.model.joints import PARENTS
 from studio.engine.model.poses import Poses
 from studio.engine.model.settings import SolveSettings, preset
 from studio.engine.solve.body import BodySolver
@@ -25,13 +27,14 @@ from studio.engine.solve.completion.look_at import LookAt
 from studio.engine.solve.conditioning.filters import FILTERS
 from studio.engine.solve.fusion import make_fusion
 from studio.engine.solve.ik.solver import Solver
+from studio.engine.solve.people import PeoplePipeline
 from studio.engine.solve.pipeline import Pipeline
 from studio.engine.solve.timing.schedule import Schedule
 from studio.engine.solve.timing.sync import Synchroniser
 from studio.engine.whole_take.take import solve_frames
 from studio.lab.bench.plain_mink import PlainMink, RetargetingMink
 from studio.lab.bench.timing import WARM_UP, StageTiming, per_frame
-from studio.simulator.demo import DemoStage
+from studio.simulator.demo import APART, DemoStage
 from studio.simulator.joints.noisy_joints import FRAMES_PER_SECOND
 from studio.streams.frames import frame_message
 from studio.streams.unity import unity_pose
@@ -196,29 +199,58 @@ def completion(stage: DemoStage, sets: list[FrameSet], fused: list[FusedSkeleton
 
 def pipeline(stage: DemoStage) -> tuple[StageTiming, list[StepResult]]:
     """One output frame of the whole live stage: from the messages' bytes to the pose."""
-    whole, schedule = Pipeline(stage.calibration, SETTINGS), Schedule.of(SETTINGS)
+    whole = Pipeline(stage.calibration, SETTINGS)
     results: list[StepResult] = []
-    batches, waiting = [], []
-    newest: dict[str, int] = {}
-    for camera, data in stage.messages:
-        waiting.append((camera, data))
-        message = wire.decode(data)
-        assert isinstance(message, wire.SkeletonFrame)
-        newest[camera] = message.device_time_ns
-        for due in schedule.due(newest):
-            batches.append((waiting, due))
-            waiting = []
 
     def work(batch: tuple[list[tuple[str, bytes]], int]) -> None:
         for camera, data in batch[0]:
-            message = wire.decode(data)
-            assert isinstance(message, wire.SkeletonFrame)
-            whole.add_frame(camera_frame(camera, stage.joint_set, message))
+            whole.add_frame(_decoded(stage, camera, data))
         result = whole.step(batch[1])
         if result is not None:
             results.append(result)
 
-    return per_frame(work, batches), results
+    return per_frame(work, _batches(stage)), results
+
+
+def people_pipeline(stage: DemoStage, performers: int) -> StageTiming:
+    """One output frame of the whole live stage of several performers, all of whom are known from before."""
+    rest = stage.performer.offsets_m.copy()
+    for joint, parent in enumerate(PARENTS):
+        rest[joint] += rest[parent] if parent >= 0 else 0.0
+    bones = np.where(PARENTS < 0, 0.0, np.linalg.norm(stage.performer.offsets_m, axis=1))
+    known = [
+        KnownPerson(who + 1, stage.performer if who else None, bones, rest + who * APART, 0.0)
+        for who in range(performers)
+    ]
+    whole = PeoplePipeline(stage.calibration, SETTINGS, known)
+
+    def work(batch: tuple[list[tuple[str, bytes]], int]) -> None:
+        for camera, data in batch[0]:
+            whole.add_frame(_decoded(stage, camera, data))
+        whole.step(batch[1])
+
+    return per_frame(work, _batches(stage))
+
+
+def _decoded(stage: DemoStage, camera: str, data: bytes) -> CameraFrame:
+    message = wire.decode(data)
+    assert isinstance(message, wire.SkeletonFrame)
+    return camera_frame(camera, stage.joint_set, message)
+
+
+def _batches(stage: DemoStage) -> list[tuple[list[tuple[str, bytes]], int]]:
+    """Return the messages that come before each output frame, and its stage time [ns]."""
+    schedule = Schedule.of(SETTINGS)
+    batches: list[tuple[list[tuple[str, bytes]], int]] = []
+    waiting: list[tuple[str, bytes]] = []
+    newest: dict[str, int] = {}
+    for camera, data in stage.messages:
+        waiting.append((camera, data))
+        newest[camera] = _decoded(stage, camera, data).device_time_ns
+        for due in schedule.due(newest):
+            batches.append((waiting, due))
+            waiting = []
+    return batches
 
 
 def exports(poses: Poses) -> dict[str, StageTiming]:

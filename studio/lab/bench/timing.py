@@ -13,7 +13,7 @@ WARM_UP = 10
 
 
 class StageTiming(TypedDict):
-    """A stage's entry in `bench --json`; the last two are set where known."""
+    """A stage's entry in `bench --json`; the last ones are set where known."""
 
     median_ms: float
     p99_ms: float
@@ -21,6 +21,8 @@ class StageTiming(TypedDict):
     frames_per_second: float
     ratio_to_mink_frame_tasks: float | None
     share_of_live_budget: NotRequired[float]
+    cpu_median_ms: NotRequired[float]
+    ratio_to_one_performer: NotRequired[float]
 
 
 def per_frame(work: Callable[[Item], Any], items: Iterable[Item]) -> StageTiming:
@@ -42,4 +44,5 @@ def per_frame(work: Callable[[Item], Any], items: Iterable[Item]) -> StageTiming
         "cpu_p99_ms": float(np.percentile(cpu_ns[WARM_UP:], 99)) * 1e-6,
         "frames_per_second": float(1e3 / counted_ms.mean()),
         "ratio_to_mink_frame_tasks": None,
+        "cpu_median_ms": float(np.median(cpu_ns[WARM_UP:])) * 1e-6,
     }

@@ -52,6 +52,7 @@ export default {
   "performers.hold_t_pose": "pas encore interprète : tenez une pose en T ({why})",
   "performers.measuring": "pas encore interprète : gardez la pose en T",
   "performers.undecided": "ne peut être distingué d'un autre interprète en ce moment",
+  "performers.full": "laissé de côté : {n} interprètes au plus sont suivis",
   "performers.away": "aucune caméra ne le voit",
   "tpose.nobody": "aucun interprète n'a été vu",
   "tpose.too_little_seen": "trop peu du corps a été vu",
