@@ -83,11 +83,11 @@ def simulate_take(
     out = Path(out)
     if not isinstance(motion_path, str | Path):
         if len(motion_path) > 1:
-            record: Callable[..., Recorded] = _record_crowd
+            crowd: Callable[..., Recorded] = _record_crowd
             if tracker == "depth":
                 from studio.simulator.crowd.depth import record_crowd_depth
 
-                record = partial(record_crowd_depth, sensor=sensor, performer=performer, furniture=furniture)
+                crowd = partial(record_crowd_depth, sensor=sensor, performer=performer, furniture=furniture)
             elif tracker != "noisy-joints":
                 raise SettingsError(
                     "simulator.one_performer",
@@ -95,7 +95,7 @@ def simulate_take(
                     tracker=tracker,
                 )
             stage_rig = standard_rig(cameras) if rig is None else read_rig(rig)
-            return _several(motion_path, out, stage_rig, record, seed, unit_m, meeting, progress)
+            return _several(motion_path, out, stage_rig, crowd, seed, unit_m, meeting, progress)
         (motion_path,) = motion_path
     truth_path = out.resolve().parent / f"{out.resolve().name}.truth.csv"
     if truth_path.exists():

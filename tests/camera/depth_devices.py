@@ -2,6 +2,7 @@
 
 import asyncio
 from collections.abc import AsyncIterator
+from dataclasses import replace
 
 import numpy as np
 
@@ -51,6 +52,15 @@ class FixedObserver:
         positions[0] = [0.0, 0.0, depth_mm[0, 0] * 1e-3]
         hands = (HandSeen("left", "shape", 0.75),)
         return Observation(time_ns, positions, np.full(JOINT_COUNT, 0.5), hands, (1.0, 0.0, 0.0, 0.0))
+
+
+class CoupleObserver(FixedObserver):
+    """Finds a second body, a metre to the right."""
+
+    def observe(self, time_ns: int, depth_mm: np.ndarray) -> Observation:
+        first = super().observe(time_ns, depth_mm)
+        beside = first.positions + np.array([1.0, 0.0, 0.0])
+        return replace(first, others=(replace(first, positions=beside, head_wxyz=None, body=4),))
 
 
 class BrokenObserver:

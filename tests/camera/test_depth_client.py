@@ -15,7 +15,7 @@ from studio.camera.sources.depth_source import DeviceLostError
 from studio.camera.sources.steady import DeviceClock, Patience, steady
 from studio.camera.sources.tracked import ObserverProcess, TrackedSource
 from studio.engine.base.errors import SettingsError, StudioError
-from tests.camera.depth_devices import CAMERA, BrokenObserver, Device, FixedObserver
+from tests.camera.depth_devices import CAMERA, BrokenObserver, CoupleObserver, Device, FixedObserver
 from tests.camera.link_server import LinkServer, link_server, running
 from tests.refused import refused
 
@@ -105,7 +105,7 @@ def test_images_become_skeletons_in_a_process(monkeypatch: pytest.MonkeyPatch) -
 
 def test_depth_goes_over_the_link_while_a_take_is_recorded(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(
-        tracked, "ObserverProcess", lambda name, camera: ObserverProcess(name, camera, FixedObserver)
+        tracked, "ObserverProcess", lambda name, camera: ObserverProcess(name, camera, CoupleObserver)
     )
 
     async def run() -> LinkServer:
@@ -124,8 +124,11 @@ def test_depth_goes_over_the_link_while_a_take_is_recorded(monkeypatch: pytest.M
     assert 0 not in {image.sequence for image in server.of(wire.DepthImage)}
     for image in server.of(wire.DepthImage):
         depth_mm = wire.depth_array(image, hello.intrinsics)
-        positions, _ = wire.joint_arrays(skeletons[image.sequence], "canonical")
-        assert positions[0, 2] == pytest.approx(depth_mm[0, 0] * 1e-3)
+        first, second = wire.each_body(skeletons[image.sequence])
+        assert (first.body, second.body, second.head_wxyz) == (0, 4, None) and second.hands
+        for x_m, body in enumerate((first, second)):
+            positions, _ = wire.joint_arrays(body, "canonical")
+            assert positions[0].tolist() == pytest.approx([x_m, 0.0, depth_mm[0, 0] * 1e-3])
         assert image.device_time_ns == skeletons[image.sequence].device_time_ns
 
 
@@ -153,6 +156,8 @@ def test_the_preview_as_text_and_as_a_page() -> None:
     text = text_picture(depth, CAMERA, seen.positions)
     assert text.count("\n") == 25 and "O" in text and "%" in text
     assert png_picture(depth, CAMERA, seen.positions).startswith(b"\x89PNG")
+    beside = seen.positions + np.array([0.2, 0.0, 0.0])
+    assert text_picture(depth, CAMERA, seen.positions, beside).count("O") == 2 * text.count("O")
     source.latest, source.status = (depth, seen), "tracked"
 
     async def run() -> None:

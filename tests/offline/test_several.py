@@ -57,3 +57,39 @@ def _exported(folder: Path, out: Path, capsys) -> None:
     capsys.readouterr()
     assert main([*one, "performer_3"]) == 1
     assert "performer_1" in capsys.readouterr().err
+
+
+DEPTH = "depth_punches_jacks_3_azure_kinect"
+LIMBS = [
+    f"{side}_{joint}"
+    for side in ("left", "right")
+    for joint in ("shoulder", "elbow", "wrist", "hip", "knee", "ankle")
+]
+MOST_DEPTH_MM = {"points": 42.0, "per_camera": 42.0}
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("tracker", MOST_DEPTH_MM)
+def test_two_before_depth_cameras_stay_themselves(tracker, tmp_path, test_data):
+    source = test_data / "two_performers" / DEPTH
+    if not source.is_dir():
+        pytest.skip(f"no {source}")
+    folder, figures = tmp_path / "take", tmp_path / "f.json"
+    assert main(["import", str(source), "--out", str(folder)]) == 0
+    assert main(["solve", str(folder), "--preset", "studio", "--set", f"tracker={tracker}"]) == 0
+    found = []
+    for first, second in (("a", "b"), ("b", "a")):  # both were there from the beginning: any order will do
+        truth = {"performer_1": first, "performer_2": second}
+        references = [
+            f"--reference={name}={source / 'truth' / of / 'joints.csv'}" for name, of in truth.items()
+        ]
+        assert main(["evaluate", str(folder), *references, "--json", str(figures)]) == 0
+        found.append(json.loads(figures.read_text())["solves"]["studio"])
+    best = min(found, key=lambda one: sum(_limbs_mm(own) for own in one["performers"].values()))
+    errors = [_limbs_mm(own) for own in best["performers"].values()]
+    assert len(errors) == 2 and max(errors) <= MOST_DEPTH_MM[tracker], errors
+    assert best["identity_switches"] == 0 and best["missed_percent"] <= 2
+
+
+def _limbs_mm(own) -> float:
+    return sum(own["per_joint_mm"][name] for name in LIMBS) / len(LIMBS)

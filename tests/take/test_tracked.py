@@ -9,6 +9,7 @@ import pytest
 
 from studio.engine.base.errors import StudioError, TakeError
 from studio.engine.model.calibration import Calibration, CameraCalibration
+from studio.engine.model.frames import CameraFrame
 from studio.engine.model.poses import Poses
 from studio.engine.model.settings import SolveSettings
 from studio.offline import tracking
@@ -20,6 +21,7 @@ from studio.take.folder import tracked
 from studio.take.folder.take import Take
 from studio.take.folder.tracked import FOLDER
 from studio.take.library.bundle import write_bundle
+from studio.take.raw.kept_frames import several_bodies
 from studio.take.upkeep.doctor import check_take
 from tests.engine.walkers import performer
 from tests.refused import refused
@@ -112,3 +114,24 @@ def test_it_is_neither_damage_nor_part_of_a_bundle(take: Take, tmp_path: Path) -
     for file in (take.path / FOLDER).iterdir():
         file.write_bytes(np.random.default_rng(1).bytes(4 << 20))
     assert write_bundle(take, tmp_path / "b.take.zip") == without
+
+
+def test_several_bodies_of_a_frame_are_kept_together(take: Take) -> None:
+    rng = np.random.default_rng(0)
+
+    def body(sequence: int, number: int) -> CameraFrame:
+        return CameraFrame("a", sequence, sequence * 7, rng.random((21, 3)), rng.random(21), body=number)
+
+    frames = [body(0, 0), replace(body(1, 0), others=(body(1, 1), body(1, 3))), body(2, 3)]
+    tracked.keep_tracked(take, "a", tracked.Tracked(frames))
+    kept = tracked.read_tracked(take, "a")
+    assert kept is not None and len(kept.frames) == 3
+    for before, after in zip(frames, kept.frames, strict=True):
+        for one, other in zip(before.bodies(), after.bodies(), strict=True):
+            assert (one.body, one.sequence, one.device_time_ns) == (
+                other.body,
+                other.sequence,
+                other.device_time_ns,
+            )
+            np.testing.assert_array_equal(one.positions, other.positions)
+    assert several_bodies({"a": kept.frames}) and not several_bodies({"a": kept.frames[:1]})

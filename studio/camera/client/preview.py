@@ -14,6 +14,7 @@ from studio.engine.base.errors import SettingsError
 from studio.engine.base.sentences import system_says
 from studio.engine.model.depth import DepthCamera, shade
 from studio.engine.model.joints import CANONICAL, INDEX
+from studio.engine.model.observation import Observation
 
 _SHADES = " .:-=+*#%@"
 _COLUMNS, _ROWS = 72, 26
@@ -40,33 +41,35 @@ document.getElementById('status').textContent='the camera client does not answer
 tick()</script>"""
 
 
-def text_picture(depth_mm: NDArray[np.uint16], camera: DepthCamera, positions: NDArray[np.float64]) -> str:
+def text_picture(depth_mm: NDArray[np.uint16], camera: DepthCamera, *bodies: NDArray[np.float64]) -> str:
     """Return a depth image as lines of text, the joints as O.
 
     Args:
         depth_mm: shape (height, width).
         camera: of the image.
-        positions: canonical joints in the camera frame [m], shape (21, 3); NaN = unseen.
+        bodies: canonical joints of each in the camera frame [m], shape (21, 3); NaN = unseen.
     """
     rows = np.linspace(0, depth_mm.shape[0] - 1, _ROWS).round().astype(int)
     columns = np.linspace(0, depth_mm.shape[1] - 1, _COLUMNS).round().astype(int)
     grey = shade(depth_mm)[np.ix_(rows, columns)]
     letters = np.array(list(_SHADES))[grey.astype(int) * (len(_SHADES) - 1) // 235]
-    for column, row in _pixels(camera, positions).values():
+    places = [place for positions in bodies for place in _pixels(camera, positions).values()]
+    for column, row in places:
         at = (round(row * (_ROWS - 1) / camera.height), round(column * (_COLUMNS - 1) / camera.width))
         if 0 <= at[0] < _ROWS and 0 <= at[1] < _COLUMNS:
             letters[at] = "O"
     return "\n".join("".join(line) for line in letters)
 
 
-def png_picture(depth_mm: NDArray[np.uint16], camera: DepthCamera, positions: NDArray[np.float64]) -> bytes:
-    """Return a depth image with the skeleton drawn into it, as PNG; arguments as of `text_picture`."""
+def png_picture(depth_mm: NDArray[np.uint16], camera: DepthCamera, *bodies: NDArray[np.float64]) -> bytes:
+    """Return a depth image with the skeletons drawn into it, as PNG; arguments as of `text_picture`."""
     image = Image.fromarray(shade(depth_mm)).convert("RGB")
     draw = ImageDraw.Draw(image)
-    pixels = _pixels(camera, positions)
-    for a, b in _BONES:
-        if a in pixels and b in pixels:
-            draw.line([pixels[a], pixels[b]], fill=(90, 200, 120), width=2)
+    for positions in bodies:
+        pixels = _pixels(camera, positions)
+        for a, b in _BONES:
+            if a in pixels and b in pixels:
+                draw.line([pixels[a], pixels[b]], fill=(90, 200, 120), width=2)
     file = io.BytesIO()
     image.save(file, "PNG", compress_level=1)
     return file.getvalue()
@@ -77,6 +80,10 @@ def _pixels(camera: DepthCamera, positions: NDArray[np.float64]) -> dict[int, tu
     return {
         j: (float(c), float(r)) for j, (c, r) in zip(seen, camera.pixels_of(positions[seen]), strict=True)
     }
+
+
+def _bodies(seen: Observation) -> list[NDArray[np.float64]]:
+    return [one.positions for one in seen.each()]
 
 
 def health(source: TrackedSource) -> str:
@@ -148,7 +155,7 @@ class PreviewPage:
             return (
                 "200 OK",
                 "image/png",
-                png_picture(latest[0], self._source.depth.camera, latest[1].positions),
+                png_picture(latest[0], self._source.depth.camera, *_bodies(latest[1])),
             )
         return "404 Not Found", "text/plain", b"not here"
 
@@ -169,7 +176,7 @@ async def show_in_terminal(
         latest = source.latest
         if picture and latest is not None:
             up = f"\x1b[{_ROWS}A\r" if drawn else ""
-            write(up + text_picture(latest[0], source.depth.camera, latest[1].positions) + "\n")
+            write(up + text_picture(latest[0], source.depth.camera, *_bodies(latest[1])) + "\n")
             drawn = True
         write(f"\r\x1b[K{health(source)}")
         await asyncio.sleep(period_s)

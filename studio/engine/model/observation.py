@@ -32,3 +32,7 @@ class Observation:
     problem: str = ""
     body: int = 0
     others: "tuple[Observation, ...]" = ()
+
+    def each(self) -> "tuple[Observation, ...]":
+        """Return this observation and the others."""
+        return (self, *self.others)

@@ -121,7 +121,7 @@ def _measured(points: Array, depth: Array, labels: NDArray[np.int32], count: int
     cells = labels >= 0
     of, own = labels[cells], points[cells]
     cell_count = np.bincount(of, minlength=count)
-    area = np.bincount(of, weights=(depth[cells] * angle) ** 2, minlength=count)
+    area = np.bincount(of, weights=(depth[cells] * angle) ** 2, minlength=count).astype(np.float64)
     low, high = np.full((count, 3), 1e9), np.full((count, 3), -1e9)
     np.minimum.at(low, of, own)
     np.maximum.at(high, of, own)
