@@ -19,6 +19,7 @@ from studio.engine.whole_take.take import check_together, part_of_progress, solv
 from studio.engine.whole_take.trace import TraceCollector
 from studio.offline.so_far import Show
 from studio.offline.tracking import is_tracked, tracked_frames
+from studio.take.folder.performers import known_people, performer_name
 from studio.take.folder.solves import Solved, write_performers
 from studio.take.folder.take import PERFORMER, Take
 from studio.take.raw.frames import RawEvent, RawFrame, camera_frames, inspect_raw, read_raw
@@ -107,7 +108,7 @@ def _plain(
     }
     if not several_bodies(used):
         return {PERFORMER: _performer(take, used, calibration, settings, progress)}, common
-    people = find_people(used, calibration)
+    people = find_people(used, calibration, known_people(take))
     common["bystanders"] = people.bystanders
     common["recorded_s"] = [list(span) for span in people.recorded_s]
     solved: dict[str, Solved] = {}
@@ -115,7 +116,7 @@ def _plain(
         part = part_of_progress(progress, done / len(people.performers), (done + 1) / len(people.performers))
         own = _performer(take, one.frames, one.calibration, settings, part)
         own.metrics["undecided_s"] = [list(span) for span in one.undecided_s]
-        solved[one.name] = own
+        solved[performer_name(take, one.number)] = own
     common["camera_frames"] = sum(len(mine) for mine in used.values())
     return solved, common
 
@@ -191,7 +192,7 @@ def _as_live(take: Take, progress: Progress | None) -> tuple[dict[str, Solved], 
             "the live log of {path} has no beginning; run `studio doctor`",
             path=take.path,
         )
-    solved = {f"performer_{number}": one.solved() for number, one in sorted(performers.items())}
+    solved = {performer_name(take, number): one.solved() for number, one in sorted(performers.items())}
     common: SolveMetrics = {"camera_frames": done}
     return solved or {PERFORMER: _AsLive().solved()}, pipeline.settings, common
 

@@ -304,7 +304,19 @@ class Take:
             TakeError: a name that is not allowed.
         """
         names = [file.parent.name for file in self.solve_folder(solve).glob(f"*/{POSES}")]
-        return sorted((name for name in names if is_safe_name(name)), key=lambda name: (len(name), name))
+        told = self._told_performers(solve)
+        return sorted(
+            (name for name in names if is_safe_name(name)),
+            key=lambda name: (told.index(name) if name in told else len(told), len(name), name),
+        )
+
+    def _told_performers(self, solve: str) -> list[str]:
+        """Return the performers in the order in which a solve's figures name them."""
+        try:
+            value = json.loads((self.solve_folder(solve) / "metrics.json").read_text(encoding="utf-8"))
+            return [*value["performers"]]
+        except (OSError, ValueError, KeyError, TypeError, RecursionError):
+            return []
 
     def performer_folder(self, solve: str, performer: str | None = None) -> Path:
         """Return the folder with the poses of a solve's performer; the first where None.
