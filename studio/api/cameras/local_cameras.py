@@ -5,6 +5,7 @@ Each is a separate process, like a client on another machine; one that ends is s
 
 import logging
 import threading
+import time
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -65,15 +66,19 @@ class LocalCameras:
         self._stopped = threading.Event()
         self._thread: threading.Thread | None = None
 
-    def start_simulated(self, url: str, cameras: str = "skeletons") -> None:
+    def start_simulated(self, url: str, cameras: str = "skeletons", performers: int = 1) -> None:
         """Start the simulated stage, and calibrate it if there is no calibration yet.
 
         Args:
             url: the server's.
             cameras: a kind of `DEMO_CAMERAS`.
+            performers: how many are on the stage; several are seen by one more camera, of skeletons.
         """
         source, count = DEMO_CAMERAS[cameras]
-        sources = {f"camera_{i}": f"{source}:{i}/{count}" for i in range(count)}
+        several = ""
+        if performers > 1:
+            count, several = count + 1, f":0:{performers}:{round(time.time())}"
+        sources = {f"camera_{i}": f"{source}:{i}/{count}{several}" for i in range(count)}
         self.start(sources, SIMULATED, url)
 
     def start(
