@@ -4,14 +4,12 @@ import { exchangePerformers, forgetPerformer, keepProfile, renamePerformer } fro
 import { attempt, showNote, showUndo, undoing } from "../base/messages.js";
 import { said } from "../base/said.js";
 import { number, t } from "../base/strings.js";
+import { colourOf } from "./people_colour.js";
 
 const TONES = { here: "good", measuring: "good", undecided: "fair", away: "muted", stranger: "muted" };
 
 const RENAME = undoing("rename-performer", (name, old) => attempt(() => renamePerformer(name, old)));
 const EXCHANGE = undoing("exchange-performers", (first, second) => attempt(() => exchangePerformers(first, second)));
-
-/** The colour of somebody on the stage. */
-export const colourOf = (one, colours) => (one.number ? colours[(one.number - 1) % colours.length] : "var(--muted)");
 
 async function rename(old, input) {
   const name = input.value.trim();
