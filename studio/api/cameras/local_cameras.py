@@ -36,7 +36,7 @@ class LocalClientStatus(Struct):
 
 
 class LocalCamerasStatus(Struct):
-    """What is open, `simulated`, a recording or None, its clients by camera, and how many performers are simulated."""
+    """What is open, `simulated`, a recording or None; its clients by camera; how many performers are simulated."""
 
     opened: str | None
     cameras: dict[str, LocalClientStatus]
