@@ -8,6 +8,7 @@ from pathlib import Path
 from studio.engine.base.errors import CalibrationError, TakeError
 from studio.engine.calibration.calibrate import with_performer
 from studio.engine.calibration.quality.agreement import agreement_figures, disagreements, without_named
+from studio.engine.identity.recognised import performer_key
 from studio.engine.identity.whole_take import find_people, spans
 from studio.engine.model.calibration import Calibration
 from studio.engine.model.frames import CameraFrame, StepResult
@@ -21,6 +22,7 @@ from studio.engine.whole_take.together import solve_together
 from studio.engine.whole_take.trace import TraceCollector
 from studio.offline.so_far import Show
 from studio.offline.tracking import is_tracked, tracked_frames
+from studio.take.folder.known_performers import known_people
 from studio.take.folder.solves import Solved, write_performers
 from studio.take.folder.take import PERFORMER, Take
 from studio.take.raw.frames import RawEvent, RawFrame, camera_frames, inspect_raw, read_raw
@@ -118,7 +120,7 @@ def _plain(
         only = _PerformerSolve(take, used, calibration, settings.of_performer(PERFORMER), progress)
         (poses,) = solve_together([only.solve])
         return {PERFORMER: only.solved(poses)}, common
-    people = find_people(used, calibration)
+    people = find_people(used, calibration, known_people(take))
     common["bystanders"] = people.bystanders
     if people.left_out:
         common["left_out"] = people.left_out
@@ -257,7 +259,7 @@ def _as_live(take: Take, progress: Progress | None) -> tuple[dict[str, Solved], 
             "the live log of {path} has no beginning; run `studio doctor`",
             path=take.path,
         )
-    solved = {f"performer_{number}": one.solved() for number, one in sorted(performers.items())}
+    solved = {performer_key(number): one.solved() for number, one in sorted(performers.items())}
     common: SolveMetrics = {"camera_frames": done}
     return solved or {PERFORMER: _AsLive().solved()}, pipeline.settings, common
 

@@ -11,6 +11,11 @@ MOST_PERFORMERS = 8
 """Further ones are told and left out."""
 
 
+def performer_key(number: int) -> str:
+    """Return what a performer is called until they are named, and their folder: `performer_1`, ..."""
+    return f"performer_{number}"
+
+
 @dataclass(frozen=True)
 class Recognised:
     """A camera's body and whose it is: index of the person, and number of the performer, None = a stranger."""

@@ -17,7 +17,7 @@ from studio.engine.calibration.cameras.noise import unbiased
 from studio.engine.identity.crowd import Crowd, apart_m
 from studio.engine.identity.known import KnownPerson
 from studio.engine.identity.person import FollowedPerson
-from studio.engine.identity.recognised import FIRST, MOST_PERFORMERS, OnStage, Recognised
+from studio.engine.identity.recognised import FIRST, MOST_PERFORMERS, OnStage, Recognised, performer_key
 from studio.engine.model.calibration import Calibration, Performer
 from studio.engine.model.frames import CameraFrame, ClockModel, StepResult
 from studio.engine.model.joints import PARENTS
@@ -91,7 +91,7 @@ class PeoplePipeline:
         self._followed[index] = _Followed(number, proportions, pipeline)
 
     def _settings_of(self, number: int) -> SolveSettings:
-        return self._settings.of_performer(f"performer_{number}")
+        return self._settings.of_performer(performer_key(number))
 
     def _pipelines(self) -> list[Pipeline]:
         own = [one.pipeline for one in self._followed.values() if one.number != FIRST]
@@ -167,6 +167,19 @@ class PeoplePipeline:
             return
         number = 1 + max(one.number for one in self._followed.values())
         self._follow(person, number, proportions)
+
+    def exchange(self, first: int, second: int) -> None:
+        """Let two performers, by number, each be whom the other was taken for, from now on; their motion begins anew.
+
+        Nothing changes where one of them is not known.
+        """
+        index = {one.number: index for index, one in self._followed.items()}
+        if first not in index or second not in index or first == second:
+            return
+        a, b = index[first], index[second]
+        self._followed[a], self._followed[b] = self._followed[b], self._followed[a]
+        for one in (self._followed[a], self._followed[b]):
+            one.pipeline.set_settings(self._settings)
 
     # --- settings
 

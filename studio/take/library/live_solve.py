@@ -1,5 +1,6 @@
 """The solve `live` of a take, from the poses logged during its recording."""
 
+from studio.engine.identity.recognised import performer_key
 from studio.engine.model.settings import SolveSettings
 from studio.engine.model.solve_metrics import SolveMetrics
 from studio.take.folder.solves import Solved, write_performers, write_solve
@@ -23,7 +24,8 @@ def save_live_solve(take: Take, settings: SolveSettings, camera_frames: int) -> 
         write_solve(take, LIVE_SOLVE, settings=settings, poses=poses[1], metrics=metrics)
     elif poses:
         performers = {
-            f"performer_{number}": Solved(one, {"frames": one.frame_count}) for number, one in poses.items()
+            performer_key(number): Solved(one, {"frames": one.frame_count})
+            for number, one in poses.items()
         }
         metrics["performers"] = {name: one.metrics for name, one in performers.items()}
         write_performers(take, LIVE_SOLVE, settings=settings, performers=performers, metrics=metrics)
