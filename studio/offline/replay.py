@@ -8,6 +8,7 @@ from pathlib import Path
 from studio.engine.base.errors import CalibrationError, TakeError
 from studio.engine.calibration.calibrate import with_performer
 from studio.engine.calibration.quality.agreement import agreement_figures, disagreements, without_named
+from studio.engine.identity.exchange import exchanged
 from studio.engine.identity.whole_take import find_people, spans
 from studio.engine.model.calibration import Calibration
 from studio.engine.model.frames import CameraFrame, StepResult
@@ -19,6 +20,7 @@ from studio.engine.whole_take.take import check_together, part_of_progress, solv
 from studio.engine.whole_take.trace import TraceCollector
 from studio.offline.so_far import Show
 from studio.offline.tracking import is_tracked, tracked_frames
+from studio.take.folder.performers import exchange_json, exchanges_of
 from studio.take.folder.solves import Solved, write_performers
 from studio.take.folder.take import PERFORMER, Take
 from studio.take.raw.frames import RawEvent, RawFrame, camera_frames, inspect_raw, read_raw
@@ -107,7 +109,8 @@ def _plain(
     }
     if not several_bodies(used):
         return {PERFORMER: _performer(take, used, calibration, settings, progress)}, common
-    people = find_people(used, calibration)
+    people, made = exchanged(find_people(used, calibration), calibration, exchanges_of(take.meta))
+    common["exchanges"] = [exchange_json(one) for one in made]
     common["bystanders"] = people.bystanders
     common["recorded_s"] = [list(span) for span in people.recorded_s]
     solved: dict[str, Solved] = {}

@@ -14,7 +14,7 @@ from studio.take.library.sessions import TakeInfo, take_path
 
 class ListedTake(Struct):
     """A take's line of the list: what `TakeInfo` has; its id, session/name, its length [s], the size of its videos
-    [bytes], whether there is a thumbnail."""
+    [bytes], whether there is a thumbnail; of takes of several performers who they are."""
 
     id: str
     session: str
@@ -37,6 +37,8 @@ class ListedTake(Struct):
     problem: str | None
     video_bytes: int
     thumbnail: bool
+    performers: tuple[str, ...]
+    performer_names: dict[str, str]
 
 
 class Finder:
@@ -126,5 +128,7 @@ class Finder:
             starred=info.starred,
             problem=info.problem,
             video_bytes=info.video_bytes,
+            performers=info.performers,
+            performer_names=info.performer_names,
             thumbnail=(info.path / "exports" / "thumbnail.png").is_file(),
         )

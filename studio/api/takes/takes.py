@@ -1,5 +1,6 @@
 """Routes of the takes on disk: list, detail, solve again, export."""
 
+from dataclasses import fields
 from pathlib import Path
 from typing import Annotated, Literal, Protocol
 
@@ -29,7 +30,7 @@ from studio.take.library.index import TakeIndex
 from studio.take.library.presets import Presets
 from studio.take.library.query import parse_query
 from studio.take.library.sessions import new_take_path, session_of_today, take_info
-from studio.take.library.solve_export import SolveExport
+from studio.take.library.solve_export import SolveExport, named_file
 from studio.worker import run_in_process
 
 
@@ -76,15 +77,31 @@ class ExportRequest(Body):
     loop: bool = False
     foot_lock: bool = False
     rig: str | None = Field(None, description="onto this rig (GET /api/v1/rigs) instead of a target")
+    performer: str | None = Field(
+        None, description="of a take of several only this one; else each in a file of their own"
+    )
+    together: bool = Field(
+        False,
+        description="all in one file, where the format holds several: the performers of one take (fbx, glb, usd), "
+        "or takes of one performer (fbx)",
+    )
 
-    def of(self, take: Take, solve: str, poses: Path, rig: Path | None) -> SolveExport:
-        """Return the export of a take's solve, `poses`, into the take's `exports/`."""
-        values = self.model_dump(include=set(ExportRequest.model_fields) - {"format", "rig"})
+    def of(self, take: Take, solve: str, rig: Path | None) -> SolveExport:
+        """Return the export of a take's solve into the take's `exports/`."""
+        values = self.model_dump(include={field.name for field in fields(ExportOptions)})
         session, name = take.path.parent.name, take.path.name
         onto = "" if rig is None else f"_{rig.stem}"
         out = inside(take.path / "exports", f"{name}_{solve}{onto}.{self.format}")
+        if self.performer is not None and take.performer_names(solve):
+            take.performer_folder(solve, self.performer)
+            out = named_file(out, self.performer)
         options = ExportOptions(**{**values, "take_name": self.take_name or name})
-        return SolveExport(poses, out, options, f"{session}/{out.name}")
+        return SolveExport(take, solve, out, options, f"{session}/{out.name}", self.performer)
+
+    def file_of(self, one: SolveExport) -> Path:
+        """Return the file that the export of one solve makes: its own, or an archive of its performers' files."""
+        several = len(one.take.performer_names(one.solve)) > 1 and one.performer is None and not self.together
+        return one.out.with_suffix(".zip") if several else one.out
 
 
 class SolveDetail(Struct):
@@ -197,13 +214,18 @@ def takes_router(
         solve: str,
         request: Annotated[ExportRequest, Query()],
     ) -> FileResponse:
-        """Export a solve and download the file, which is stored in the take's `exports/`."""
+        """Export a solve and download the file, which is stored in the take's `exports/`; a ZIP of the performers'
+        files where there are several."""
         opened = finder.take(session, take)
-        poses = finder.solve(opened, solve)
+        finder.solve(opened, solve)
         rig = None if request.rig is None else find_rig(sessions, request.rig)
-        one = request.of(opened, solve, poses, rig)
-        run_in_process("studio.take.library.solve_export:export_solves", [one], one.out, request.format, rig)
-        return FileResponse(one.out, filename=one.out.name, media_type="application/octet-stream")
+        one = request.of(opened, solve, rig)
+        out = request.file_of(one)
+        run_in_process(
+            "studio.take.library.solve_export:export_solves", [one], out, request.format, rig,
+            together=request.together,
+        )  # fmt: skip
+        return FileResponse(out, filename=out.name, media_type="application/octet-stream")
 
     @router.get("/jobs", tags=["jobs"])
     async def get_jobs() -> list[JobStatus]:

@@ -13,6 +13,13 @@ class CameraMoveJson(TypedDict):
     turned_deg: float
 
 
+class ExchangeJson(TypedDict):
+    """From this stage time on [s] two performers are exchanged."""
+
+    time_s: float
+    performers: list[str]
+
+
 class SolveMetrics(TypedDict, total=False):
     """Figures of a solve; units are in the keys. A key is missing where its step did not run.
 
@@ -25,6 +32,7 @@ class SolveMetrics(TypedDict, total=False):
         performers: of a take with several, each one's own figures, by name.
         undecided_s: spans of stage time [s], from and to, in which this performer was not told apart from another.
         recorded_s: of a take with several, spans of stage time [s] in which cameras sent frames.
+        exchanges: of performers by the operator, as the solve made them.
         bystanders: people who held no T-pose and were left out.
     """
 
@@ -48,4 +56,5 @@ class SolveMetrics(TypedDict, total=False):
     performers: "dict[str, SolveMetrics]"
     undecided_s: list[list[float]]
     bystanders: int
+    exchanges: list[ExchangeJson]
     recorded_s: list[list[float]]

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING
 
 from studio.engine.metrics.results import Evaluation, SeveralEvaluation
 from studio.take.folder.references import HowAligned
-from studio.take.folder.solves import read_metrics
+from studio.take.folder.solves import read_metrics, undecided_spans
 from studio.take.folder.take import POSES, Take
 
 if TYPE_CHECKING:
@@ -62,10 +62,7 @@ def evaluate_performers(
         figures[name] = evaluate_several(
             {performer: Poses.load(folder / POSES) for performer, folder in folders.items()},
             references,
-            undecided_s={
-                performer: (read_metrics(folder) or {}).get("undecided_s", [])
-                for performer, folder in folders.items()
-            },
+            undecided_s={performer: undecided_spans(folder) for performer, folder in folders.items()},
             recorded_s=(read_metrics(take.solve_folder(name)) or {}).get("recorded_s"),
             start_s=take.meta["calibration_s"],
             same_clock=not how.align_time,

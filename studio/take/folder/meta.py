@@ -2,6 +2,8 @@
 
 from typing import NotRequired, TypedDict
 
+from studio.engine.model.solve_metrics import ExchangeJson
+
 
 class CameraMeta(TypedDict):
     """A camera of a take: its device, and the client's starts (`boot_ids`).
@@ -38,6 +40,8 @@ class TakeMeta(TypedDict):
         take_id: names a live take for good.
         timecode: of a live take: time of day at its start, `hh:mm:ss:ff`.
         number: of a live take, within the session.
+        performer_names: names of its performers, by `performer_1`, ...
+        exchanges: of performers, in the order in which they were made.
         video_unwanted: its video was thrown away: what cameras still have of it does not come.
     """
 
@@ -54,6 +58,8 @@ class TakeMeta(TypedDict):
     starred: NotRequired[bool]
     tags: NotRequired[list[str]]
     markers: NotRequired[list[MarkerMeta]]
+    performer_names: NotRequired[dict[str, str]]
+    exchanges: NotRequired[list[ExchangeJson]]
     calibration: int | None
     calibration_s: float | None
     recording: str
