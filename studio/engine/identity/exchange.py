@@ -31,9 +31,9 @@ def exchanged(
     for exchange in exchanges:
         first, second = exchange.performers
         if first in found and second in found:
-            pair = found[first], found[second]
-            found[first] = _continued(*pair, calibration, exchange.time_s)
-            found[second] = _continued(*reversed(pair), calibration, exchange.time_s)
+            one, other = found[first], found[second]
+            found[first] = _continued(one, other, calibration, exchange.time_s)
+            found[second] = _continued(other, one, calibration, exchange.time_s)
             made.append(exchange)
     return replace(people, performers=tuple(found.values())), made
 

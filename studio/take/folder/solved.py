@@ -16,7 +16,8 @@ class SolvedPerformer:
         performer: `performer_1`, ... in the order in which they came in.
         name: as the operator named them, else as `performer`; "" for one who is alone.
         poses: in the stage frame, from where they came in.
-        undecided_s: spans of stage time [s] in which they were not told apart from another; None for one who is alone.
+        undecided_s: spans of stage time [s] in which they were not told apart from another; None for one who
+            is alone.
     """
 
     performer: str

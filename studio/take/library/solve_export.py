@@ -82,10 +82,12 @@ def export_solves(
             file = named_file(one.out, performer.name)
             if len(solves) == 1 and one.performer is not None:
                 file = out
-            _export(
-                [(performer.poses, performer.options)], file, format, rig,
-                lambda done, k=k, i=i, n=len(mine): told((k + (i + done) / n) * share),
-            )  # fmt: skip
+            before, each = share * (k + i / len(mine)), share / len(mine)
+
+            def part(done: float, before: float = before, each: float = each) -> None:
+                told(before + done * each)
+
+            _export([(performer.poses, performer.options)], file, format, rig, part)
             made.append((file, f"{one.name.rpartition('/')[0]}/{file.name}"))
     if made != [(out, made[0][1])]:
         with write_atomically(out) as target, zipfile.ZipFile(target, "w", zipfile.ZIP_DEFLATED) as archive:

@@ -47,8 +47,8 @@ class ExportOptions:
         smooth_hz: cutoff of a zero-phase low-pass filter [Hz]; None = off.
         loop: trim the clip to its best loop, and blend its end into its start.
         foot_lock: hold standing feet in place, by bending the legs.
-        undecided_s: of a performer of several, spans of stage time [s] in which they were not told apart from another;
-            None = of one alone.
+        undecided_s: of a performer of several, spans of stage time [s] in which they were not told apart from
+            another; None = of one alone.
     """
 
     fps: float | None = None
