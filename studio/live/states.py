@@ -186,12 +186,14 @@ class CalibrationStatus(Struct):
 
 
 class PerformerStatus(Struct):
-    """Somebody on a stage of several: a performer, or a stranger, who has no `name` and no poses.
+    """Somebody on a stage of several: a performer, or a stranger, who has no `number`, no `name` and no poses.
 
+    `number` counts from 1 in the order in which they came in; `name` is `performer_1` and so on until they are named.
     `height_m` as measured [m]; `here`: a camera sees them; `undecided`: they cannot be told apart from another now.
     `message` says what a stranger has to do.
     """
 
+    number: int | None
     name: str
     height_m: float | None
     here: bool

@@ -83,7 +83,7 @@ def _performers(engine: Engine) -> list[PerformerStatus]:
         elif not one.here:
             message = say("performers.away", "no camera sees them")
         height = None if one.height_m is None else round(one.height_m, 4)
-        out.append(PerformerStatus(name, height, one.here, one.undecided, message))
+        out.append(PerformerStatus(one.performer, name, height, one.here, one.undecided, message))
     return out
 
 

@@ -83,6 +83,7 @@ def mount(app: FastAPI, stage: ViewedStage, *, sessions: Path, takes: TakeFinder
                 if (picture := _picture(stage.previews, name)) is not None
             },
             status.pipeline.clock_offset_ns,
+            {one.number: one.name for one in status.performers if one.number is not None},
         )
 
     def clock() -> float:

@@ -5,8 +5,9 @@ import logging
 import socket
 import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from contextlib import redirect_stdout
+from types import MappingProxyType
 
 import numpy as np
 import viser
@@ -116,14 +117,15 @@ class LiveView:
         self,
         result: StepResult,
         ghost: StepResult | None,
-        trail: NDArray[np.float64],
+        trails: Mapping[int, NDArray[np.float64]],
         calibration: Calibration | None,
         depth: ReplayedDepth = NO_DEPTH,
+        names: Mapping[int, str] = MappingProxyType({}),
     ) -> None:
         """Show a frame of a take instead of the live stage, until `show_live`; see `DrawnStep`. `depth`: where the
         take's depth images are. Safe from any thread."""
         with self._changed:
-            self._replay = DrawnStep(result, ghost, trail, calibration)
+            self._replay = DrawnStep(result, ghost, trails, calibration, names)
             self.points.show(depth, result)
             self._fresh = True
             self._changed.notify()

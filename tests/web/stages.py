@@ -16,6 +16,7 @@ from studio.engine.model.frames import FrameSet, FusedSkeleton, StepResult
 from studio.engine.model.joints import JOINT_COUNT, OUTPUT_OF_CANONICAL_INDEX
 from studio.live.cameras.links import Links
 from studio.live.cameras.previews import Previews
+from studio.live.states import PerformerStatus
 from studio.server.run import make_server, open_socket
 from studio.take.folder.take import Take
 from tests.review.render.figures import t_pose
@@ -66,6 +67,7 @@ class FakeStage:
         self.clock_ns = time.monotonic_ns
         self.previews = Previews(Links(), self.clock_ns)
         self._calibration = calibration()
+        self.performers: list[PerformerStatus] = []
 
     def subscribe(self, callback: Callable[[StepResult], None], *, raw: bool = False) -> Callable[[], None]:
         self.callbacks.append(callback)
@@ -76,11 +78,11 @@ class FakeStage:
 
     def status(self) -> SimpleNamespace:
         pipeline = SimpleNamespace(clock_offset_ns=self.clock_ns())
-        return SimpleNamespace(cameras=dict.fromkeys(CAMERAS), pipeline=pipeline)
+        return SimpleNamespace(cameras=dict.fromkeys(CAMERAS), pipeline=pipeline, performers=self.performers)
 
     @contextmanager
-    def performing(self) -> Iterator[None]:
-        """Somebody is on stage, at 60 Hz, while the block runs."""
+    def performing(self, steps: Callable[[float], StepResult] = step) -> Iterator[None]:
+        """Somebody is on stage, at 60 Hz, while the block runs: `steps`, each moved along x [m]."""
         stop = threading.Event()
 
         def perform() -> None:
@@ -88,7 +90,7 @@ class FakeStage:
             while not stop.wait(1 / 60):
                 n += 1
                 for callback in self.callbacks:
-                    callback(step(0.2 * np.sin(n / 20)))
+                    callback(steps(0.2 * np.sin(n / 20)))
 
         thread = threading.Thread(target=perform)
         thread.start()

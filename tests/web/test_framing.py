@@ -14,7 +14,7 @@ from studio.web.playback.space import space_of
 pytestmark = pytest.mark.browser
 FOV_RAD = np.radians(37.0)
 
-Works = Callable[..., dict[str, Any]]
+Works = Callable[..., Any]
 
 
 @pytest.fixture
@@ -22,7 +22,7 @@ def works(address: str, page: Page) -> Works:
     """Calls a function of the page's module."""
     page.goto(f"{address}/camera")
 
-    def call(name: str, *arguments: Any) -> dict[str, Any]:
+    def call(name: str, *arguments: Any) -> Any:
         code = "async ([name, args]) => (await import('/static/view/framing.js'))[name](...args)"
         return page.evaluate(
             code, [name, [a.tolist() if isinstance(a, np.ndarray) else a for a in arguments]]
@@ -46,7 +46,7 @@ def test_performer_and_cameras_are_in_the_picture(works: Works) -> None:
     cameras = np.array([[3.4, 0.2, 1.0], [-2.0, -2.9, 1.6], [-1.8, 2.8, 1.0]])
     ends = np.concatenate([cameras, [[0.4, -0.3, 1.8], [0.4, -0.3, 0.0]]])
     for aspect in (0.6, 1.0, 1.78, 2.4):
-        look = works("wholeStage", cameras, [0.4, -0.3], aspect)
+        look = works("wholeStage", cameras, [[0.4, -0.3]], aspect)
         assert (np.abs(in_picture(ends, look, aspect)) < 1.0).all(), aspect
 
 
@@ -74,9 +74,22 @@ def test_a_motion_without_a_joint_takes_no_space() -> None:
     assert space_of(np.full((5, 3), np.nan)).shape == (0, 3)
 
 
+def test_two_performers_and_cameras_are_in_the_picture(works: Works) -> None:
+    two = [[-2.4, 0.3], [1.9, -0.8]]
+    ends = np.array([[x, y, z] for x, y in two for z in (0.0, 1.8)])
+    for aspect in (0.6, 1.78):
+        for look in (
+            works("wholeStage", np.array([[3.4, 0.2, 1.0]]), two, aspect),
+            works("wholePerformers", two, [0.3, -1.0, 0.2], aspect),
+        ):
+            assert (np.abs(in_picture(ends, look, aspect)) < 1.0).all(), aspect
+    assert works("middle", two) == pytest.approx([-0.25, -0.25])
+    assert works("middle", []) == [0, 0]
+
+
 def test_a_performer_who_is_followed_fills_the_picture(works: Works) -> None:
     for direction in ((0.3, -1.0, 0.2), (1.0, 0.0, 0.4), (0.0, 0.0, 1.0), (0.0, 0.0, 0.0)):
-        look = works("wholePerformer", [2.0, -1.0], direction, 2.0)
+        look = works("wholePerformers", [[2.0, -1.0]], direction, 2.0)
         ends = in_picture(np.array([[2.0, -1.0, 0.0], [2.0, -1.0, 1.75]]), look, 2.0)
         assert (np.abs(ends) < 1.0).all() and abs(ends[1, 1] - ends[0, 1]) > 1.1  # of the 2 from edge to edge
 

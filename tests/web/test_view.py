@@ -2,6 +2,7 @@
 
 import io
 import threading
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -10,6 +11,7 @@ from PIL import Image
 from playwright.sync_api import Page
 
 from studio.engine.model.frames import StepResult
+from studio.live.states import PerformerStatus
 from studio.web import ViewHandle
 from studio.web.scene.drawing import Wanted
 from studio.web.scene.palette import CAMERA_COLOURS, camera_colours, confidence_colours
@@ -63,6 +65,33 @@ def test_a_performer_is_drawn_and_hidden_when_lost(address: str, stage: FakeStag
     with stage.performing():
         until(lambda: changed(page, empty) > 80)
     until(lambda: changed(page, empty) < 3)
+
+
+def two_and_a_stranger(shift_m: float) -> StepResult:
+    """Two performers beside each other, and behind them a stranger."""
+    first, second = step(-0.9), replace(step(0.9 + shift_m), performer=2)
+    behind = first.fused.positions + np.array([0.9, 1.5, 0.0])
+    return replace(first, others=(second,), strangers=(behind,))
+
+
+@pytest.mark.browser
+def test_performers_have_colours_and_names_of_their_own(address: str, stage: FakeStage, page: Page) -> None:
+    stage.performers = [
+        PerformerStatus(number, name, 1.75, True, False) for number, name in ((1, "Ada"), (2, "Bo"))
+    ]
+    empty = open_stage(page, address)
+    left, right = slice(0, empty.shape[1] // 2), slice(empty.shape[1] // 2, None)
+
+    def more_red(half: slice) -> int:
+        """How many more pixels than on the empty stage are warm (cold: below 0)."""
+        new = pixels(page)[:, half] - empty[:, half]
+        return int((new[..., 0] - new[..., 2] > 15).sum() - (new[..., 2] - new[..., 0] > 15).sum())
+
+    with stage.performing(two_and_a_stranger):
+        until(lambda: more_red(right) > 1000 and more_red(left) < -1000)
+        stage.performers = []
+    with stage.performing():
+        until(lambda: abs(more_red(left)) < 200 and abs(more_red(right)) < 200)
 
 
 @pytest.mark.browser

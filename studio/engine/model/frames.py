@@ -174,6 +174,7 @@ class StepResult:
     None without inverse kinematics. `root_height_m` is as in `Poses`, set where finishing has put the take on its
     soles. `performer` is the number of the performer, from 1 in the order in which they came in; `undecided`: they
     could not be told apart from another. `others` are the steps of further performers at the same instant.
+    `strangers` are the joints of those who are no performers, shape (21, 3) each, stage frame [m].
     """
 
     frame_set: FrameSet
@@ -187,6 +188,7 @@ class StepResult:
     performer: int = 1
     undecided: bool = False
     others: "tuple[StepResult, ...]" = ()
+    strangers: tuple[NDArray[np.float64], ...] = ()
 
     def each(self) -> "tuple[StepResult, ...]":
         """Return the step of every performer."""

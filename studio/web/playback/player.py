@@ -2,7 +2,7 @@
 
 import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import Protocol
 
 import numpy as np
@@ -42,7 +42,7 @@ class Screen(Protocol):
         self,
         result: StepResult,
         ghost: StepResult | None,
-        trail: NDArray[np.float64],
+        trails: Mapping[int, NDArray[np.float64]],
         calibration: Calibration | None,
         depth: ReplayedDepth,
     ) -> None:
@@ -339,7 +339,7 @@ class Player:
                 beside = ghost.step(float(clip.poses.time_s[frame]) + offset_ms * 1e-3, apart_m=apart_m)
             trail = clip.poses.positions_m[max(0, frame - TRAIL_FRAMES) : frame + 1]
             trail = trail if clip.solve else trail[:0]
-            self._screen.show_replay(clip.step(frame), beside, trail, clip.calibration, clip.depth)
+            self._screen.show_replay(clip.step(frame), beside, {1: trail}, clip.calibration, clip.depth)
 
 
 def _places(clip: Clip, ghost: Second | None) -> NDArray[np.float64]:

@@ -5,6 +5,7 @@ the first one, which alone are sent.
 """
 
 from functools import reduce
+from itertools import cycle
 
 import numpy as np
 import viser
@@ -57,7 +58,7 @@ class Proportions:
 
 
 class Character:
-    """One mannequin, made again for another performer; `tint` colours all of it."""
+    """One mannequin, made again for other proportions. `tint` colours all of it, without contact shadows."""
 
     def __init__(
         self,
@@ -92,6 +93,18 @@ class Character:
         self._opacity = opacity
         for skin in self._skins:
             skin.set_opacity(opacity)
+
+    def set_colour(self, rgb: tuple[int, int, int] | None) -> None:
+        """Give the body a colour, with darker joints; None: as a body is that is alone."""
+        self._colours = (
+            {BODY: BODY_RGB, SEAM: JOINT_RGB}
+            if rgb is None
+            else {BODY: rgb, SEAM: (rgb[0] * 2 // 5, rgb[1] * 2 // 5, rgb[2] * 2 // 5)}
+        )
+        for skin, colour in zip(
+            self._skins, cycle(self._colours.values())
+        ):  # a body's tones follow one another
+            skin.set_colour(colour)
 
     def _make(self, rest_m: Array, root_height_m: float | None) -> None:
         try:

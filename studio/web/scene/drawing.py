@@ -2,7 +2,7 @@
 
 from collections import deque
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 import viser
@@ -24,6 +24,7 @@ TRAIL_FRAMES = 45
 """Length of the live stage's trails, in drawn frames."""
 
 _STEP_M = 0.002
+_NOWHERE = (0.0, 0.0, 0.0)
 
 LOOK_S = 0.1
 """Interval of updates of the surroundings."""
@@ -33,8 +34,9 @@ CLOCK_NODE = "/clock"
 capture and drawing, on the server's clock [s]; replayed poses do not change it.
 """
 
-PLACE_NODE = "/place"
-"""Another one, whose position is the performer's place on the floor x, y [m], and 1 where there is a performer."""
+PLACES_NODE = "/places"
+"""Nodes `/places/1` and on, by performer: their positions are the performer's place on the floor x, y [m], and 1
+where that performer is drawn."""
 
 BEAT_NODE = "/beat"
 BEAT_S = 0.5
@@ -50,12 +52,14 @@ class Surroundings:
         cameras: names in the order of their colours.
         pictures: the cameras' pictures, by name, if any.
         clock_offset_ns: the server's clock minus the stage's; None while the stage has no clock.
+        names: of performers by number, where there are several.
     """
 
     calibration: Calibration | None
     cameras: list[str]
     pictures: dict[str, Picture] = field(default_factory=dict)
     clock_offset_ns: int | None = None
+    names: Mapping[int, str] = field(default_factory=dict)
 
 
 Look = Callable[[], Surroundings]
@@ -63,12 +67,21 @@ Look = Callable[[], Surroundings]
 
 @dataclass(frozen=True)
 class DrawnStep:
-    """A step to draw: the step, another beside it, the joints' earlier places, shape (N, 52, 3), the calibration."""
+    """A step to draw, of one performer or several.
+
+    Attributes:
+        result: the step.
+        ghost: another one beside it, each performer's beside them.
+        trails: the joints' earlier places by the performer's number, shape (N, 52, 3).
+        calibration: where cameras stand.
+        names: of performers by number, where there are several: each has a colour of their own.
+    """
 
     result: StepResult
     ghost: StepResult | None
-    trail: NDArray[np.float64]
+    trails: Mapping[int, NDArray[np.float64]]
     calibration: Calibration | None
+    names: Mapping[int, str] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -102,23 +115,25 @@ class Drawing:
         self._server = server
         self._look = look
         self._operator = OperatorNodes(server)
-        self._place = (0.0, 0.0, 0.0)
-        self._trail: deque[NDArray[np.float64]] = deque(maxlen=TRAIL_FRAMES)
+        self._places: dict[int, tuple[float, float, float]] = {}
+        self._trails: dict[int, deque[NDArray[np.float64]]] = {}
         self._around: Surroundings | None = None
-        self._looked_s = self._seen_s = -np.inf
+        self._looked_s = -np.inf
+        self._seen_s: dict[int, float] = {}
         self._last: DrawnStep | None = None
         self._drawn_for: tuple[frozenset[int], dict[str, bool], tuple[str, ...]] | None = None
         self._beat_s = -np.inf
-        for node in (CLOCK_NODE, BEAT_NODE, PLACE_NODE):
+        for node in (CLOCK_NODE, BEAT_NODE):
             server.scene.add_frame(node, show_axes=False, visible=False)
 
     def draw(self, wanted: Wanted, now_s: float) -> None:
         """Update the browsers' scene; `now_s` is on the server's clock."""
-        if wanted.replay is None and wanted.live is not None and _sees_performer(wanted.live):
-            self._seen_s = now_s
-        visible = wanted.replay is not None or now_s - self._seen_s < LOST_AFTER_S
+        if wanted.replay is None and wanted.live is not None:
+            self._seen_s |= dict.fromkeys(_seen(wanted.live), now_s)
+        here = {number for number, seen_s in self._seen_s.items() if now_s - seen_s < LOST_AFTER_S}
+        visible = wanted.replay is not None or bool(here)
         around = self._surroundings(now_s)
-        step = self._next(wanted, around, visible=visible)
+        step = self._next(wanted, around, here)
         browsers = frozenset(self._server.get_clients())
         drawn_for = (browsers, wanted.layers, wanted.trail_joints)
         changed, self._drawn_for = drawn_for != self._drawn_for, drawn_for
@@ -127,13 +142,13 @@ class Drawing:
             if step is not None:
                 self._last = step
             elif not visible and self._last is not None:
-                self.scene.hide_performer()
+                self.scene.hide_performers()
                 self._last = None
             if browsers and self._last is not None and (step is not None or changed):
-                self._draw_performer(self._last, wanted)
+                self._draw_performers(self._last, wanted)
                 if wanted.replay is None and wanted.live is not None:
                     self._tell_time(wanted.live, around, now_s)
-        self._tell_place()
+        self._tell_places()
         self._operator.show(wanted.operator)
         if browsers and now_s - self._beat_s >= BEAT_S:
             self._beat_s = now_s
@@ -144,18 +159,23 @@ class Drawing:
             self._around, self._looked_s = self._look(), now_s
         return self._around
 
-    def _next(self, wanted: Wanted, around: Surroundings, *, visible: bool) -> DrawnStep | None:
-        """Return the new step to draw."""
-        if wanted.replay is not None or not visible:
-            self._trail.clear()
+    def _next(self, wanted: Wanted, around: Surroundings, here: set[int]) -> DrawnStep | None:
+        """Return the new step to draw, of those who are `here`."""
+        live = wanted.live
         if wanted.replay is not None:
+            self._trails.clear()
             return wanted.replay if wanted.replay_is_new else None
-        if wanted.live is None or not visible:
+        for number in [number for number in self._trails if number not in here]:
+            del self._trails[number]
+        if live is None or not here:
             return None
-        if _has_body(wanted.live):
-            self._trail.append(wanted.live.positions_m)
-        trail = np.array(self._trail).reshape(-1, *wanted.live.positions_m.shape)
-        return DrawnStep(wanted.live, None, trail, around.calibration)
+        steps = [one for one in live.each() if one.performer in here] or [live]
+        for one in steps:
+            if _has_body(one):
+                self._trails.setdefault(one.performer, deque(maxlen=TRAIL_FRAMES)).append(one.positions_m)
+        result = replace(steps[0], others=tuple(steps[1:]), strangers=live.strangers)
+        trails = {number: np.array(trail) for number, trail in self._trails.items()}
+        return DrawnStep(result, None, trails, around.calibration, around.names)
 
     def _draw_stage(self, wanted: Wanted, around: Surroundings) -> None:
         replay = wanted.replay
@@ -170,9 +190,10 @@ class Drawing:
             self.scene.show_layer(layer, on or (raw_only and layer == "raw"))
         self.scene.draw_clouds(wanted.clouds)
 
-    def _draw_performer(self, step: DrawnStep, wanted: Wanted) -> None:
-        self.scene.draw(step.result, step.ghost)
-        self.scene.draw_trails(step.trail[:, [OUTPUT_INDEX[name] for name in wanted.trail_joints]])
+    def _draw_performers(self, step: DrawnStep, wanted: Wanted) -> None:
+        joints = [OUTPUT_INDEX[name] for name in wanted.trail_joints]
+        trails = {number: trail[:, joints] for number, trail in step.trails.items()}
+        self.scene.draw(step.result, step.ghost, names=step.names, trails=trails)
 
     def _tell_time(self, step: StepResult, around: Surroundings, now_s: float) -> None:
         """Send the times with the pose."""
@@ -180,12 +201,21 @@ class Drawing:
             captured_s = (step.frame_set.stage_time_ns + around.clock_offset_ns) * 1e-9
             self._send_times(CLOCK_NODE, captured_s, now_s)
 
-    def _tell_place(self) -> None:
-        place_m = None if self._last is None else _place_m(self._last.result)
-        place = (0.0, 0.0, 0.0) if place_m is None else (float(place_m[0]), float(place_m[1]), 1.0)
-        if place[2] != self._place[2] or np.hypot(*np.subtract(place, self._place)[:2]) > _STEP_M:
-            self._place = place
-            self._server.scene._queue_scene_message(SetPositionMessage(PLACE_NODE, place))
+    def _tell_places(self) -> None:
+        steps = () if self._last is None else self._last.result.each()
+        places = {one.performer: place for one in steps if (place := _place_m(one)) is not None}
+        for number in {*places, *self._places}:
+            self._tell_place(number, places.get(number, _NOWHERE))
+
+    def _tell_place(self, number: int, place: tuple[float, float, float]) -> None:
+        node = f"{PLACES_NODE}/{number}"
+        if number not in self._places:
+            self._server.scene.add_frame(node, show_axes=False, visible=False)
+            self._places[number] = _NOWHERE
+        before = self._places[number]
+        if place[2] != before[2] or np.hypot(*np.subtract(place, before)[:2]) > _STEP_M:
+            self._places[number] = place
+            self._server.scene._queue_scene_message(SetPositionMessage(node, place))
 
     def _send_times(self, node: str, captured_s: float, now_s: float) -> None:
         """Move a node to two times directly, because viser's handle ignores small changes."""
@@ -196,7 +226,8 @@ def _cameras(around: Surroundings, replay: DrawnStep | None) -> list[str]:
     """Return all connected, calibrated or replayed cameras, so that each keeps its colour."""
     calibrations = (around.calibration, None if replay is None else replay.calibration)
     placed = [name for calibration in calibrations if calibration for name in calibration.cameras]
-    replayed = () if replay is None else replay.result.frame_set.cameras
+    steps = () if replay is None else replay.result.each()
+    replayed = [name for one in steps for name in one.frame_set.cameras]
     return sorted({*around.cameras, *placed, *replayed})
 
 
@@ -205,15 +236,20 @@ def _has_body(result: StepResult) -> bool:
     return bool(np.isfinite(result.positions_m[0]).all())
 
 
-def _place_m(result: StepResult) -> NDArray[np.float64] | None:
-    """Return where the performer is, shape (3,): the hips, without a body the middle of what cameras see."""
-    if _has_body(result):
-        return result.positions_m[0]
-    seen = result.frame_set.positions
-    known = seen[np.isfinite(seen).all(axis=-1)]
-    return known.mean(axis=0) if len(known) else None
+def _place_m(result: StepResult) -> tuple[float, float, float] | None:
+    """Return where the performer is on the floor, and 1: the hips, without a body the middle of what cameras see."""
+    place = result.positions_m[0]
+    if not _has_body(result):
+        seen = result.frame_set.positions
+        known = seen[np.isfinite(seen).all(axis=-1)]
+        if not len(known):
+            return None
+        place = known.mean(axis=0)
+    return float(place[0]), float(place[1]), 1.0
 
 
-def _sees_performer(result: StepResult) -> bool:
-    """Whether a camera saw any of the performer in this step (and not only the state of the filters)."""
-    return bool(np.isfinite(result.frame_set.positions).all(axis=2).any())
+def _seen(result: StepResult) -> list[int]:
+    """Return the performers of whom a camera saw anything in this step (and not only the state of the filters); 0 =
+    strangers."""
+    seen = [one.performer for one in result.each() if np.isfinite(one.frame_set.positions).all(axis=2).any()]
+    return [0, *seen] if result.strangers else seen

@@ -1,6 +1,7 @@
 """The layers of the browser view: floor, cameras, points, skeletons, effectors, character, ghost, trails."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from types import MappingProxyType
 
 import numpy as np
 import viser
@@ -9,13 +10,12 @@ from numpy.typing import NDArray
 from studio.engine.base.errors import SettingsError
 from studio.engine.model.calibration import Calibration
 from studio.engine.model.frames import StepResult
-from studio.web.scene.character import Character
+from studio.engine.model.joints import JOINT_COUNT
 from studio.web.scene.clouds import Cloud, CloudNodes
-from studio.web.scene.effectors import EffectorMarks
+from studio.web.scene.figure import Figure
 from studio.web.scene.frusta import Frustum, Picture
-from studio.web.scene.ghost import Ghost
-from studio.web.scene.palette import CAMERA_COLOURS, camera_colours
-from studio.web.scene.skeletons import FusedFigure, RawSkeleton, Trail
+from studio.web.scene.palette import STRANGER_RGB, camera_colours
+from studio.web.scene.skeletons import RawSkeleton
 from studio.web.scene.skin import send_frames_whole
 
 LAYERS: dict[str, tuple[str, bool]] = {
@@ -34,15 +34,15 @@ LAYERS: dict[str, tuple[str, bool]] = {
 INSIDE = ("fused", "raw", "effectors", "points")
 """Layers in the body or on its skin; it becomes transparent for them."""
 
-BODY = ("character", "fused", "effectors", "trails")
-"""Layers that show nothing where there is no solve."""
-
 _FOV_RAD = float(np.radians(37.0))
 _FIRST_POSITION_M, _FIRST_TARGET_M = (1.5, -5.4, 2.1), (0.0, 0.0, 0.88)
 """Each browser's first viewpoint. Its page then chooses its own: `static/view/viewpoint.js`."""
 
 _SEEN_THROUGH = 0.42
-_FIGURES = ("character", "fused", "raw", "effectors", "ghost", "trails")
+_NO_NAMES: Mapping[int, str] = MappingProxyType({})
+_NO_TRAILS: Mapping[int, NDArray[np.float64]] = MappingProxyType({})
+_NO_TRAIL = np.zeros((0, 0, 3))
+_NO_JOINTS = np.full((JOINT_COUNT, 3), np.nan)
 
 
 class Scene:
@@ -61,20 +61,13 @@ class Scene:
             name: scene.add_frame(f"/{name}", show_axes=False, visible=shown)
             for name, (_, shown) in LAYERS.items()
         }
-        self._figures = {
-            name: scene.add_frame(f"/{name}/performer", show_axes=False, visible=False) for name in _FIGURES
-        }
         scene.add_grid(
             "/floor/grid", 8.0, 8.0, plane="xy", cell_size=0.5, section_size=1.0, cell_color=(150, 159, 170),
             section_color=(124, 134, 147), cell_thickness=0.6, section_thickness=0.9, fade_distance=9.0,
             fade_strength=1.4, fade_from="origin", shadow_opacity=0.30, plane_opacity=0.0,
         )  # a plane of its own would be lighter than a dark backdrop, and so the shadow on it  # fmt: skip
-        self._character = Character(server, "/character/performer/body")
-        self._ghost = Ghost(server, "/ghost/performer")
-        self._trails: list[Trail] = []
-        self._fused = FusedFigure(server, "/fused/performer/skeleton")
-        self._effectors = EffectorMarks(server, "/effectors/performer/effectors")
-        self._raw: dict[str, RawSkeleton] = {}
+        self._figures: dict[int, Figure] = {}
+        self._strangers: list[RawSkeleton] = []
         self._frusta: dict[str, Frustum] = {}
         self._clouds = CloudNodes(server)
         self._calibration: Calibration | None = None
@@ -97,8 +90,9 @@ class Scene:
     def _see_through(self) -> None:
         """Make the body transparent if skeletons are shown inside it."""
         inside = any(self.layer_shown(name) for name in INSIDE)
-        inside |= self._ghost.stands_inside and self.layer_shown("ghost")
-        self._character.set_opacity(_SEEN_THROUGH if inside else None)
+        inside |= self.layer_shown("ghost") and any(one.stands_inside for one in self._figures.values())
+        for figure in self._figures.values():
+            figure.set_opacity(_SEEN_THROUGH if inside else None)
 
     def layer_shown(self, layer: str) -> bool:
         """Whether a layer of `LAYERS` is shown."""
@@ -107,8 +101,9 @@ class Scene:
     def use_cameras(self, names: list[str]) -> None:
         """Give every camera a colour, in this order; remove skeletons of other cameras."""
         colours = camera_colours(names)
-        for name in [name for name in self._raw if colours.get(name) != self.colours.get(name)]:
-            self._raw.pop(name).remove()
+        same = [name for name, rgb in colours.items() if self.colours.get(name) == rgb]
+        for figure in self._figures.values():
+            figure.keep_raw(same)
         redraw = colours != self.colours
         self.colours = colours
         if redraw:
@@ -143,43 +138,55 @@ class Scene:
             for name, camera in cameras.items()
         }
 
-    def draw(self, result: StepResult, ghost: StepResult | None = None) -> None:
-        """Show one step of the pipeline, and a second figure beside it."""
-        cameras = result.frame_set.cameras
-        if any(name not in self.colours for name in cameras):
-            self.use_cameras([*self.colours, *(name for name in cameras if name not in self.colours)])
-        body = bool(np.isfinite(result.positions_m[0]).all())
-        if self.layer_shown("raw"):
-            self._draw_raw(result)
-        if self.layer_shown("fused"):
-            self._fused.draw(result.fused)
-        if self.layer_shown("effectors") and body:
-            self._effectors.draw(result)
-        if self.layer_shown("character") and body:
-            self._character.draw(result)
-        self._ghost.draw(ghost, result.positions_m[0])
-        for name, figure in self._figures.items():
-            figure.visible = (name != "ghost" or ghost is not None) and (body or name not in BODY)
+    def draw(
+        self,
+        result: StepResult,
+        ghost: StepResult | None = None,
+        *,
+        names: Mapping[int, str] = _NO_NAMES,
+        trails: Mapping[int, NDArray[np.float64]] = _NO_TRAILS,
+    ) -> None:
+        """Show one step of the pipeline: every performer in `result.each()`; whoever else was drawn is hidden.
 
-    def _draw_raw(self, result: StepResult) -> None:
-        cameras = result.frame_set.cameras
-        for name, positions in zip(cameras, result.frame_set.positions, strict=True):
-            if name not in self._raw:
-                self._raw[name] = RawSkeleton(self._server, f"/raw/performer/{name}", self.colours[name])
-            self._raw[name].draw(positions)
-        for name in [name for name in self._raw if name not in cameras]:
-            self._raw.pop(name).remove()
+        Args:
+            result: the step.
+            ghost: a second one, each performer's beside them.
+            names: of performers, by number: whoever has one is drawn in a colour of their own, with the name over the
+                head. One performer alone needs none.
+            trails: earlier places of joints by the performer's number, shape (frame_count, joint_count, 3), the
+                newest last.
+        """
+        steps = {one.performer: one for one in result.each()}
+        beside = {} if ghost is None else {one.performer: one for one in ghost.each()}
+        unknown = sorted({name for one in steps.values() for name in one.frame_set.cameras} - {*self.colours})
+        if unknown:
+            self.use_cameras([*self.colours, *unknown])
+        for number, one in steps.items():
+            figure = self._figure(number)
+            figure.call(names.get(number))
+            figure.draw(one, beside.get(number), shown=self.layer_shown, colours=self.colours)
+            if self.layer_shown("trails"):
+                figure.draw_trails(trails.get(number, _NO_TRAIL))
+        for number in [number for number in self._figures if number not in steps]:
+            self._figures[number].hide()
+        self._draw_strangers(result.strangers)
 
-    def draw_trails(self, paths_m: NDArray[np.float64]) -> None:
-        """Show earlier places of joints, shape (frame_count, joint_count, 3), the newest last."""
-        count = paths_m.shape[1]
-        while len(self._trails) < count:
-            colour = CAMERA_COLOURS[len(self._trails) % len(CAMERA_COLOURS)]
-            self._trails.append(Trail(self._server, f"/trails/performer/{len(self._trails)}", colour))
-        for i, trail in enumerate(self._trails):
-            trail.draw(paths_m[:, i] if i < count and self.layer_shown("trails") else paths_m[:0, 0])
+    def _figure(self, number: int) -> Figure:
+        if number not in self._figures:
+            self._figures[number] = Figure(self._server, number)
+            self._see_through()
+        return self._figures[number]
 
-    def hide_performer(self) -> None:
-        """Hide the performer, whom no camera has seen for a while."""
+    def _draw_strangers(self, joints_m: Sequence[NDArray[np.float64]]) -> None:
+        """Show those who are no performers as grey skeletons, each of the shape (21, 3)."""
+        while len(self._strangers) < len(joints_m):
+            name = f"/character/stranger_{len(self._strangers)}"
+            self._strangers.append(RawSkeleton(self._server, name, STRANGER_RGB))
+        for i, skeleton in enumerate(self._strangers):
+            skeleton.draw(joints_m[i] if i < len(joints_m) else _NO_JOINTS)
+
+    def hide_performers(self) -> None:
+        """Hide everybody: no camera has seen anybody for a while."""
         for figure in self._figures.values():
-            figure.visible = False
+            figure.hide()
+        self._draw_strangers(())

@@ -88,6 +88,11 @@ class Skin:
         if self._handle.opacity != opacity:
             self._handle.opacity = opacity
 
+    def set_colour(self, rgb: Rgb) -> None:
+        """Give it another colour."""
+        if self._handle.color != rgb:
+            self._handle.color = rgb
+
     def remove(self) -> None:
         """Remove it from the scene."""
         self._handle.remove()

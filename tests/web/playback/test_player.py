@@ -121,7 +121,7 @@ def test_another_solve_keeps_the_place(player, take):
     wait_until(lambda: screen.shown and screen.shown[-1][1] is not None, "the ghost is shown")
     result, ghost, trail = screen.shown[-1]
     np.testing.assert_array_equal(result.positions_m, ghost.positions_m)
-    np.testing.assert_array_equal(trail[-1], result.positions_m)
+    np.testing.assert_array_equal(trail[1][-1], result.positions_m)
 
 
 def test_it_lets_go_of_a_reference_that_is_removed(player, take):

@@ -42,19 +42,26 @@ export function fit(points, direction, aspect, margin = MARGIN) {
   return { position: at(eye), target: at(middle) };
 }
 
-/** A look at all cameras, and at the performer at a place on the floor, `[x, y]` or null. */
-export function wholeStage(cameras, performer, aspect) {
-  const at = [...(performer ?? [0, 0]), 0];
-  return fit([...PERFORMER.map((corner) => add(corner, at)), ...cameras.flatMap((camera) => CAMERA.map((corner) => add(corner, camera)))], FROM, aspect);
+const bodies = (performers) => performers.flatMap(([x, y]) => PERFORMER.map((corner) => add(corner, [x, y, 0])));
+
+/** The middle of performers' places on the floor, `[x, y]` each; of nobody the middle of the stage. */
+export function middle(performers) {
+  if (!performers.length) return [0, 0];
+  return [0, 1].map((axis) => (Math.min(...performers.map((at) => at[axis])) + Math.max(...performers.map((at) => at[axis]))) / 2);
+}
+
+/** A look at all cameras, and at the performers at places on the floor, `[x, y]` each. */
+export function wholeStage(cameras, performers, aspect) {
+  return fit([...bodies(performers.length ? performers : [[0, 0]]), ...cameras.flatMap((camera) => CAMERA.map((corner) => add(corner, camera)))], FROM, aspect);
 }
 
 /** A look at a motion from its first to its last frame, by its outermost points. */
 export const wholeMotion = (points, aspect) => fit(points.length ? points : PERFORMER, MOTION_FROM, aspect);
 
-/** A look at a performer with open arms, from a direction. */
-export function wholePerformer([x, y], direction, aspect) {
+/** A look at performers with open arms, from a direction. */
+export function wholePerformers(performers, direction, aspect) {
   const steep = Math.hypot(direction[0], direction[1]) < 0.2 * length(direction) || length(direction) < 1e-6; // from above nothing is tall
-  return fit(PERFORMER.map((corner) => add(corner, [x, y, 0])), steep ? MOTION_FROM : direction, aspect);
+  return fit(bodies(performers), steep ? MOTION_FROM : direction, aspect);
 }
 
 /** Another browser's look, from further away where this one's picture is narrower, so that it contains the other's. */

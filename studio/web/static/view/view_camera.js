@@ -4,7 +4,7 @@
   const KEPT = "viewpoint"; // as viewpoint.js keeps it, for this tab
   const FRUSTUM = /^\/cameras\/.+\/frustum$/;
   const OPERATOR = ["/operator/from", "/operator/at", "/operator/page"]; // nodes whose positions are values
-  const TOLD = ["/place", ...OPERATOR];
+  const PLACE = /^\/places\/\d+$/;
   const MOVING_KEYS = ["KeyW", "KeyA", "KeyS", "KeyD", "KeyQ", "KeyE", "ArrowUp", "ArrowDown", "ArrowLeft", "ArrowRight"];
   const REST_MS = 400; // the camera comes to rest after the user has let go
   const kept = JSON.parse(sessionStorage.getItem(KEPT) ?? "{}").look;
@@ -29,7 +29,7 @@
     for (const message of data.type === "message_batch" ? data.messages : []) {
       if (message.initial && message.type === "SetCameraPositionMessage") message.position = first.position = kept?.position ?? message.position;
       if (message.initial && message.type === "SetCameraLookAtMessage") message.look_at = first.target = kept?.target ?? message.look_at;
-      if (!FRUSTUM.test(message.name) && !TOLD.includes(message.name)) continue;
+      if (!FRUSTUM.test(message.name) && !PLACE.test(message.name) && !OPERATOR.includes(message.name)) continue;
       if (message.type === "SetPositionMessage") told[message.name] = [...message.position];
       if (message.type === "RemoveSceneNodeMessage") told[message.name] = null;
     }

@@ -2,7 +2,7 @@
 // a reload and another start of the server. The view's own part is `view_camera.js`.
 import { getSpace } from "../base/api.js";
 import { byId } from "../base/dom.js";
-import { add, length, sub, turned, wholeMotion, wholePerformer, wholeStage, widened } from "./framing.js";
+import { add, length, middle, sub, turned, wholeMotion, wholePerformers, wholeStage, widened } from "./framing.js";
 import { isOperatorView, tellOperatorView } from "./operator_view.js";
 
 /** Places that go on until another one is chosen. */
@@ -14,14 +14,16 @@ const LOOK_HEIGHT = 0.9;
 const TURN_MS = 24_000;
 const PICTURE_MS = 1000 / 30;
 const LONGEST_MS = 200; // a tab that was hidden does not catch up
+const WIDER_M = 0.25; // performers who come together or part by more are fitted into the picture anew
 const SAME_M = 0.002, FAR_M = 0.01, SAME_ASPECT = 0.02;
 const TRIES = 5; // the view sets its own first look a moment after it has begun
 
 // Kept: `place`; `look`; `following` the operator's view; whether this is the operator's view itself (`source`); the replayed
-// `take`; `at`, where the performer was when the camera last went along; `fitted`, what the whole stage or motion was when it was
+// `take`; `at`, where the middle of the performers was when the camera last went along, and `wide`, how far they stood apart when
+// they were last fitted into the picture; `fitted`, what the whole stage or motion was when it was
 // last fitted into the picture, and the picture's shape.
-const state = { place: "stage", look: null, following: false, source: false, take: "", at: null, fitted: null, ...JSON.parse(sessionStorage.getItem(KEPT) ?? "{}") };
-const seen = { aspect: 1, cameras: new Map(), performer: null, operator: null, points: null }; // as the view and the server say
+const state = { place: "stage", look: null, following: false, source: false, take: "", at: null, wide: 0, fitted: null, ...JSON.parse(sessionStorage.getItem(KEPT) ?? "{}") };
+const seen = { aspect: 1, cameras: new Map(), places: new Map(), operator: null, points: null }; // as the view and the server say
 const link = { ready: false, known: false, order: 0, chosen: 0, tries: 0, holding: false }; // with the view; `known`: the server said who asks
 let asked = null; // the take whose motion was asked for
 let turnedAt = 0;
@@ -60,7 +62,10 @@ function setSource(source) {
   keep();
 }
 
-const centre = () => [...(seen.performer ?? [0, 0]), LOOK_HEIGHT];
+const performers = () => [...seen.places.values()];
+const centre = () => [...middle(performers()), LOOK_HEIGHT];
+/** How far performers stand from their middle. */
+const width = () => Math.max(0, ...performers().map((place) => length(sub(place, middle(performers())))));
 const sameShape = (a, b) => Math.max(a / b, b / a) - 1 < SAME_ASPECT;
 
 /** Have all that is looked at be in the picture, anew where that or the picture's shape is another by now. */
@@ -71,16 +76,18 @@ function frame(moved = false, anyway = moved) {
   const what = JSON.stringify(motion ? state.take : [...seen.cameras].sort());
   if (state.fitted?.what === what && sameShape(state.fitted.aspect, seen.aspect)) return;
   state.fitted = { what, aspect: seen.aspect };
-  move(motion ? wholeMotion(seen.points, seen.aspect) : wholeStage([...seen.cameras.values()], seen.performer, seen.aspect), moved);
+  move(motion ? wholeMotion(seen.points, seen.aspect) : wholeStage([...seen.cameras.values()], performers(), seen.aspect), moved);
 }
 
 function goAlong(moved = false) {
-  if (!link.ready || !state.look || !seen.performer || state.following || state.place !== "follow") return;
-  const at = centre(), before = state.at, { position, target } = state.look;
-  if (before && (link.holding || length(sub(at, before)) < SAME_M)) return;
+  if (!link.ready || !state.look || !seen.places.size || state.following || state.place !== "follow") return;
+  const at = centre(), wide = width(), before = state.at, { position, target } = state.look;
+  const goOn = before && Math.abs(wide - state.wide) < WIDER_M;
+  if (before && (link.holding || (goOn && length(sub(at, before)) < SAME_M))) return;
   state.at = at;
-  if (before) move({ position: add(position, sub(at, before)), target: add(target, sub(at, before)) });
-  else move(wholePerformer(seen.performer, sub(position, target), seen.aspect), moved);
+  if (!goOn) state.wide = wide;
+  if (goOn) move({ position: add(position, sub(at, before)), target: add(target, sub(at, before)) });
+  else move(wholePerformers(performers(), sub(position, target), seen.aspect), moved);
 }
 
 function turn(time) {
@@ -150,13 +157,13 @@ function hearCamera({ position, target, aspect, byHand, order, first }) {
 
 function hearScene(told) {
   for (const [name, value] of Object.entries(told)) {
+    if (name.startsWith("/places/")) {
+      if (value?.[2]) seen.places.set(name, value.slice(0, 2));
+      else seen.places.delete(name);
+    }
     if (!name.endsWith("/frustum")) continue;
     if (value) seen.cameras.set(name, value);
     else seen.cameras.delete(name);
-  }
-  if (told["/place"]) {
-    const [x, y, there] = told["/place"];
-    seen.performer = there ? [x, y] : null;
   }
   if (told["/operator/page"]?.[0]) {
     const [page, aspect] = told["/operator/page"];
@@ -178,7 +185,7 @@ function hear({ origin, source, data }) {
     goAlong();
   } else if (data.type === "begun") {
     link.ready = false;
-    Object.assign(seen, { cameras: new Map(), performer: null, operator: null });
+    Object.assign(seen, { cameras: new Map(), places: new Map(), operator: null });
     changed();
   }
 }
