@@ -22,8 +22,9 @@ The default of --solve is finish, studio, live, or the first by name.
 docs/export.md explains the options."""
 
 _OF_SOLVES = (
-    "performer", "together", "target", "root_motion", "rotation_order", "unit", "interpolation", "solve", "also", "mesh",
-    "rig", "mapping", "fps", "key_error_cm", "start", "end", "take_name", "timecode", "smooth_hz", "loop", "foot_lock",
+    "performer", "together", "target", "root_motion", "rotation_order", "unit", "interpolation", "solve", "also",
+    "mesh", "rig", "mapping", "fps", "key_error_cm", "start", "end", "take_name", "timecode", "smooth_hz", "loop",
+    "foot_lock",
 )  # fmt: skip
 """Options of solves, which do not apply to depth."""
 _TIMECODE_HZ = 60

@@ -88,11 +88,12 @@ class Finder:
             raise SettingsError(bad_setting("take", take_id, "session/name"))
         return self.take(session, name)
 
-    def solve(self, take: Take, name: str) -> Path:
-        """Return the `poses.npz` of a take's solve.
+    def solve(self, take: Take, name: str, performer: str | None = None) -> Path:
+        """Return the `poses.npz` of a take's solve, of several performers the one of a performer, else the first's.
 
         Raises:
             NotFoundError: the take has no such solve.
+            TakeError: the solve has no such performer.
         """
         if name not in take.solve_names():
             raise NotFoundError(
@@ -102,7 +103,7 @@ class Finder:
                 name=name,
                 others=[*take.solve_names()],
             )
-        return take.performer_folder(name) / POSES
+        return take.performer_folder(name, performer) / POSES
 
     @staticmethod
     def line(info: TakeInfo) -> ListedTake:

@@ -121,8 +121,8 @@ class TakeDetail(ListedTake, kw_only=True):
 class Replayer(Protocol):
     """The player of takes, the app's `state.player`."""
 
-    def part(self, take: str) -> tuple[float, float]:
-        """Return the stage times around the playhead [s].
+    def part(self, take: str) -> tuple[float, float, str]:
+        """Return the stage times around the playhead [s], and of several performers the one of the curves.
 
         Raises:
             SettingsError: this take is not replayed.
@@ -136,7 +136,7 @@ class Replayer(Protocol):
     def grown(self, take: Take, solve: str) -> None:
         """Forget the beginning of a solve that has been made, or will not be."""
 
-    def show_part(self, take: str, poses: Poses) -> None:
+    def show_part(self, take: str, poses: Poses, performer: str) -> None:
         """Show these poses instead of those of the take's solve at their times."""
 
 
@@ -196,11 +196,11 @@ def takes_router(
         id_ = f"{session}/{take}"
         if request.draft:
             player: Replayer = http.app.state.player
-            start_s, end_s = player.part(id_)
+            start_s, end_s, performer = player.part(id_)
             jobs.replace(("draft", "solve"), id_, name)
             job = jobs.submit(
                 "draft", id_, name, "studio.offline.preview:solve_part", opened, settings, start_s, end_s,
-                then=lambda poses: player.show_part(id_, poses),
+                performer=performer, then=lambda poses: player.show_part(id_, poses, performer),
             )  # fmt: skip
         else:
             jobs.replace(("solve",), id_, name)

@@ -21,9 +21,11 @@ def evaluate_solves(
     *,
     progress: Callable[[float], None] | None = None,
 ) -> dict[str, Evaluation]:
-    """Return the figures of a take's solves by name, as from `metrics.evaluate`; `progress` receives 0 to 1.
+    """Return the figures of a take's solves by name, as from `metrics.evaluate`, of several performers those of the
+    one whose motion the reference is; `progress` receives 0 to 1.
 
     Raises:
+        TakeError: a solve has no such performer.
         FormatError: a solve is missing or damaged.
         StudioError: it cannot be aligned with the reference.
     """
@@ -31,7 +33,7 @@ def evaluate_solves(
 
     figures = {}
     for k, name in enumerate(solves):
-        poses = Poses.load(take.performer_folder(name) / POSES)
+        poses = Poses.load(take.performer_folder(name, how.performer) / POSES)
         figures[name] = evaluate_poses(take, poses, reference, how)
         if progress is not None:
             progress((k + 1) / len(solves))

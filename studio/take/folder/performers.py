@@ -36,6 +36,11 @@ def performer_by_name(meta: TakeMeta, name: str) -> str:
     return next((performer for performer, own in named.items() if own == name), name)
 
 
+def performer_number(performer: str) -> int:
+    """Return the number of `performer_1`, ..., from 1."""
+    return int(performer.rpartition("_")[2])
+
+
 def checked_names(names: Mapping[str, str]) -> dict[str, str]:
     """Return names by performer without blanks around them; an empty one is left out.
 

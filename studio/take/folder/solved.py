@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 
 from studio.engine.model.poses import Poses
-from studio.take.folder.performers import performer_by_name, shown_name
+from studio.take.folder.performers import performer_by_name, performer_number, shown_name
 from studio.take.folder.solves import undecided_spans
 from studio.take.folder.take import PERFORMER, POSES, Take
 
@@ -28,7 +28,7 @@ class SolvedPerformer:
     @property
     def number(self) -> int:
         """Their number, from 1."""
-        return int(self.performer.rpartition("_")[2])
+        return performer_number(self.performer)
 
 
 def solved_performers(take: Take, solve: str, only: str | None = None) -> list[SolvedPerformer]:
