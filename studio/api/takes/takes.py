@@ -18,6 +18,7 @@ from studio.api.takes.find import Finder, ListedTake
 from studio.api.takes.rigs import find_rig
 from studio.api.takes.thumbnails import Thumbnails
 from studio.engine.animation.clip.options import ExportOptions
+from studio.engine.base.errors import TakeError
 from studio.engine.model.poses import Poses
 from studio.engine.model.settings import SettingsJson, SolveSettings
 from studio.engine.model.solve_metrics import SolveMetrics
@@ -40,6 +41,9 @@ class SolveRequest(Body):
     preset: str = "studio"
     set: dict[str, str | float] = Field(
         default_factory=dict, description="switches by key, as --set KEY=VALUE"
+    )
+    settings_of: str | None = Field(
+        None, description="a solve of the take whose settings are used; preset and set are not"
     )
     name: str | None = Field(None, description="name of the solve; the preset's where left out")
     as_live: bool = Field(False, description="repeat the live stage bit for bit; preset and set are not used")
@@ -188,7 +192,11 @@ def takes_router(
     def solve(session: str, take: str, request: SolveRequest, http: Request) -> JobStatus:
         """Solve the take's raw frames again; returns the job. An older one of this name is stopped."""
         opened = finder.take(session, take)
-        settings = from_request(presets, request.preset, request.set)
+        if request.settings_of is None:
+            settings = from_request(presets, request.preset, request.set)
+        else:
+            finder.solve(opened, request.settings_of)
+            settings = _settings_of(opened, request.settings_of)
         name = request.name or ("as-live" if request.as_live else request.preset)
         opened.solve_folder(name)
         if not request.as_live:
@@ -272,6 +280,23 @@ def _solve_job(
         job, "studio.offline.replay:solve_take", take, settings,
         name=name, as_live=as_live, part=part, clear=clear,
     )  # fmt: skip
+
+
+def _settings_of(take: Take, solve: str) -> SolveSettings:
+    """Return the settings of a solve.
+
+    Raises:
+        TakeError: it has none, as an imported animation.
+    """
+    kept = read_settings(take.solve_folder(solve))
+    if kept is None:
+        raise TakeError(
+            "take.no_settings",
+            "solve {name!r} of {take} has no settings; choose a preset",
+            name=solve,
+            take=take.meta["id"],
+        )
+    return SolveSettings.from_json(kept)
 
 
 def _solve_detail(folder: Path) -> SolveDetail:

@@ -107,7 +107,7 @@ def playback_routes(player: Player, takes: TakeFinder) -> APIRouter:
         if growing is not None:
             return growing
         takes.solve(take, wanted.solve)
-        return Clip.load(take, wanted.solve, wanted.performer)
+        return Clip.load(take, wanted.solve, _performer(take, wanted))
 
     def second(wanted: GhostRequest, clip: Clip) -> Second:
         id_ = wanted.take or clip.take
@@ -133,6 +133,14 @@ def playback_routes(player: Player, takes: TakeFinder) -> APIRouter:
             run_in_process("studio.take.folder.placing:place_reference", take, solve, file, how, kept)
         number = performer_number(performer_by_name(take.meta, how.performer)) if how.performer else 1
         return Second.reference(clip.take, wanted.reference, PlacedMotion.load(kept).motion, number)
+
+    def _performer(take: Take, wanted: ReplayedPerformerOf) -> str | None:
+        """Return the wanted performer, None where another solve of the take has them and this one has not."""
+        if wanted.performer is None:
+            return None
+        performer = performer_by_name(take.meta, wanted.performer)
+        elsewhere = performer in take.all_performers()
+        return None if elsewhere and performer not in take.performer_names(wanted.solve) else performer
 
     @router.get("")
     def get_replay() -> ReplayStatus:
