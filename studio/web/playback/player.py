@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from studio.api.stage.shown import ReplayedPerformer, ReplayStatus, SecondFigure
 from studio.engine.base.errors import SettingsError, StudioError
 from studio.engine.model.calibration import Calibration
+from studio.engine.model.colours import performer_colour
 from studio.engine.model.frames import StepResult
 from studio.engine.model.poses import Poses, on_output_joints
 from studio.offline.so_far import SoFar
@@ -22,7 +23,7 @@ from studio.web.playback.raw_clip import load_raw
 from studio.web.playback.second import Second
 from studio.web.playback.space import space_of
 from studio.web.points.replayed import ReplayedDepth
-from studio.web.scene.palette import as_hex, performer_colour
+from studio.web.scene.palette import as_hex
 
 SPEEDS = (0.05, 4.0)
 TICK_S = 1.0 / 60.0
