@@ -25,6 +25,7 @@ COMMANDS = (
     "import",
     "calibrate",
     "solve",
+    "performers",
     "evaluate",
     "study",
     "export",

@@ -214,6 +214,7 @@ def evaluate(
     align_time: bool = False,
     align: str = "rigid",
     unit_m: float | None = None,
+    performer: str | None = None,
     progress: Progress | None = None,
 ) -> dict[str, Evaluation]:
     """Return the figures of a take's solves against a reference, by name of the solve.
@@ -225,10 +226,11 @@ def evaluate(
         align_time: the reference has its own clock, whose offset and drift are estimated.
         align: `rigid`, or `similarity` (the size too).
         unit_m: metres per unit of a BVH; None = by a height of 1.75 m.
+        performer: of several whose motion the reference is; None = the first one's.
         progress: receives the share done.
 
     Raises:
-        TakeError: no such solve.
+        TakeError: no such solve or performer.
         FormatError: a reference that cannot be read or shares too little with the solve.
     """
     from studio.engine.metrics.reference.reference import read_reference
@@ -239,7 +241,7 @@ def evaluate(
     names = available if solves is None else [choose_solve(available, one, str(take.path)) for one in solves]
     if not names:
         raise no_solve(str(take.path))
-    how = HowAligned(align_time, align, unit_m)
+    how = HowAligned(align_time, align, unit_m, performer)
     return evaluate_solves(
         take, read_reference(Path(reference), unit_m=unit_m), names, how, progress=progress
     )

@@ -109,7 +109,7 @@ def run(args: argparse.Namespace) -> int:
     from studio.engine.model.poses import Poses
     from studio.library import choose_solve, no_solve
     from studio.review.report.evaluation_tables import aligned_away
-    from studio.review.report.take_report import write_report
+    from studio.review.report.take_report import take_report, write_report
     from studio.review.report.words import Words
     from studio.take.folder.evaluating import evaluate_solves
     from studio.take.folder.references import HowAligned
@@ -129,7 +129,7 @@ def run(args: argparse.Namespace) -> int:
         solves = evaluate_solves(take, reference, names, how, progress=progress)
     write_result(args, {"solves": solves})
     if args.report is not None:
-        write_report(args.report, take, reference, solves, Words(args.language))
+        write_report(args.report, take_report(take, reference, solves, Words(args.language)))
     print(summary(solves))
     for name, figures in solves.items():
         print(f"aligned away for {name}: {aligned_away(figures)}")
@@ -165,19 +165,19 @@ def _named(given: list[str]) -> dict[str, Path]:
 def _of_performers(
     args: argparse.Namespace, take: "Take", files: dict[str, Path], names: list[str], how: "HowAligned"
 ) -> int:
-    from studio.engine.base.errors import SettingsError
     from studio.engine.metrics.reference.reference import read_reference
+    from studio.engine.model.poses import Poses
+    from studio.review.report.take_report import several_report, write_report
+    from studio.review.report.words import Words
     from studio.take.folder.evaluating import evaluate_performers
+    from studio.take.folder.take import POSES
 
-    if args.report is not None or args.edit_list:
-        raise SettingsError(
-            "evaluate.one_performer",
-            "--report and --edit-list show one performer; give one --reference FILE",
-        )
     references = {name: read_reference(file, unit_m=args.unit_m) for name, file in files.items()}
     with progress_bar("evaluate") as progress:
         solves = evaluate_performers(take, references, names, how, progress=progress)
     write_result(args, {"solves": solves})
+    if args.report is not None:
+        write_report(args.report, several_report(take, references, solves, Words(args.language)))
     for solve, figures in solves.items():
         print(f"{solve}:\n{summary(figures['performers'])}")
         print(
@@ -185,6 +185,9 @@ def _of_performers(
             f"{figures['missed_percent']:.1f} % of frames missed, "
             f"{figures['undecided_percent']:.1f} % undecided"
         )
+        for performer, own in figures["performers"].items() if args.edit_list else ():
+            begins_s = Poses.load(take.performer_folder(solve, performer) / POSES).begins_s
+            print(edit_list(f"{performer} in {solve}", own, begins_s))
     return 0
 
 

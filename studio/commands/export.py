@@ -9,20 +9,22 @@ from studio.commands.common import add_command, add_take, progress_bar
 if TYPE_CHECKING:
     from studio.engine.animation.export import ExportOptions
     from studio.engine.animation.retarget.onto import Onto
-    from studio.engine.model.poses import Poses
     from studio.take.folder.take import Take
+    from studio.take.library.solve_export import ToExport
 
 _TEXT = """\
 Write a solve as a file for other programs.
 
 FBX (with cubic keys), BVH, GLB and USD hold a skeleton with keys; C3D, TRC, CSV and npz hold points. mkv holds
 one camera's recorded depth, as an Azure Kinect recording; no solve is needed.
+Several performers make a file each, which begin at one instant, or with --together one file (FBX, GLB, USD).
 The default of --solve is finish, studio, live, or the first by name.
 docs/export.md explains the options."""
 
 _OF_SOLVES = (
-    "performer", "target", "root_motion", "rotation_order", "unit", "interpolation", "solve", "also", "mesh", "rig",
-    "mapping", "fps", "key_error_cm", "start", "end", "take_name", "timecode", "smooth_hz", "loop", "foot_lock",
+    "performer", "together", "target", "root_motion", "rotation_order", "unit", "interpolation", "solve", "also",
+    "mesh", "rig", "mapping", "fps", "key_error_cm", "start", "end", "take_name", "timecode", "smooth_hz", "loop",
+    "foot_lock",
 )  # fmt: skip
 """Options of solves, which do not apply to depth."""
 _TIMECODE_HZ = 60
@@ -39,6 +41,11 @@ def add_parser(subparsers: Any) -> None:
     add("--solve", metavar="NAME", help="the solve (default: see above)")
     add("--performer", metavar="NAME",
         help="of a solve of several performers only this one (default: each, NAME added to the file's)")  # fmt: skip
+    add(
+        "--together",
+        action="store_true",
+        help="all performers in one file, in stage coordinates (FBX, GLB, USD)",
+    )
     add("--camera", metavar="NAME", help="camera of the depth (mkv; required if several cameras have depth)")
     add("--also", metavar="TAKE", type=Path, action="append", default=[],
         help="another take in the same file, as a further animation (FBX); may be given again")  # fmt: skip
@@ -90,36 +97,55 @@ def run(args: argparse.Namespace) -> int:
     from studio.engine.animation.export import export_takes
     from studio.engine.animation.retarget.onto import export_onto
     from studio.take.folder.take import Take
+    from studio.take.library.solve_export import named_file
 
     if args.format == "mkv" or args.camera is not None:
         return _export_depth(args)
     onto = _rig(args)
-    for performer, out in _outs(args):
-        takes, told = [], []
-        for path in (args.take, *args.also):
-            take = Take.open(path)
-            poses, name = load_solve(take, args.solve, performer)
-            takes.append((poses, _options(args, take, poses)))
-            told.append(f"solve {name}, {poses.frame_count} frames")
+    takes = [Take.open(path) for path in (args.take, *args.also)]
+    performers = [_performers(args, take) for take in takes]
+    if args.together and performers[0][0][0].name:
+        return _export_scene(args, performers)
+    for number, (one, solve) in enumerate(performers[0]):
+        alone = args.performer is not None or not one.name
+        out = args.out if alone else named_file(args.out, one.name)
+        beside = [(one, solve), *(mine[min(number, len(mine) - 1)] for mine in performers[1:])]
+        told = [f"solve {name}, {each.poses.frame_count} frames" for each, name in beside]
         with progress_bar("Exporting") as progress:
+            poses = [(each.poses, each.options) for each, _ in beside]
             if onto is None:
-                export_takes(takes, out, args.format, progress=progress)
+                export_takes(poses, out, args.format, progress=progress)
             else:
-                export_onto(takes, out, args.format, onto, progress=progress)
+                export_onto(poses, out, args.format, onto, progress=progress)
         print(f"{out}: {'; '.join(told)}, {out.stat().st_size / 1e6:.1f} MB")
     return 0
 
 
-def _outs(args: argparse.Namespace) -> "list[tuple[str | None, Path]]":
-    """Return the performers to export, None for a solve of one, each with its file."""
+def _performers(args: argparse.Namespace, take: "Take") -> "list[tuple[ToExport, str]]":
+    """Return the performers of a take to export, each with the name of the solve."""
     from studio.library import choose_solve
-    from studio.take.folder.take import Take
+    from studio.take.folder.solved import solved_performers
+    from studio.take.library.solve_export import to_export
 
-    take = Take.open(args.take)
-    names = take.performer_names(choose_solve(take.solve_names(), args.solve, str(take.path)))
-    if args.performer is not None or not names:
-        return [(args.performer, args.out)]
-    return [(name, args.out.with_name(f"{args.out.stem}-{name}{args.out.suffix}")) for name in names]
+    solve = choose_solve(take.solve_names(), args.solve, str(take.path))
+    rate_hz = args.fps or solved_performers(take, solve)[0].poses.frames_per_second
+    options = _options(args, take, rate_hz)
+    return [(one, solve) for one in to_export(take, solve, options, args.format, args.performer)]
+
+
+def _export_scene(args: argparse.Namespace, performers: "list[list[tuple[ToExport, str]]]") -> int:
+    """Write all performers of the one take to one file."""
+    from studio.engine.animation.export import export_scene
+    from studio.take.library.solve_export import check_scene
+
+    check_scene(len(performers), args.rig)
+    scene = [(one.name, one.poses, one.options) for one, _ in performers[0]]
+    with progress_bar("Exporting") as progress:
+        export_scene(scene, args.out, args.format, progress=progress)
+    names, solve = ", ".join(name for name, _, _ in scene), performers[0][0][1]
+    frames = max(poses.frame_count for _, poses, _ in scene)
+    print(f"{args.out}: solve {solve}, {names}, {frames} frames, {args.out.stat().st_size / 1e6:.1f} MB")
+    return 0
 
 
 def _export_depth(args: argparse.Namespace) -> int:
@@ -165,21 +191,7 @@ def _rig(args: argparse.Namespace) -> "Onto | None":
     return None
 
 
-def load_solve(take: "Take", wanted: str | None, performer: str | None = None) -> "tuple[Poses, str]":
-    """Return the poses of a take's solve, and its name; of several performers the first, where none is named.
-
-    Raises:
-        TakeError: the take has no solve of that name, or none at all, or it has no such performer.
-    """
-    from studio.engine.model.poses import Poses
-    from studio.library import choose_solve
-    from studio.take.folder.take import POSES
-
-    name = choose_solve(take.solve_names(), wanted, str(take.path))
-    return Poses.load(take.performer_folder(name, performer) / POSES), name
-
-
-def _options(args: argparse.Namespace, take: "Take", poses: "Poses") -> "ExportOptions":
+def _options(args: argparse.Namespace, take: "Take", rate_hz: float) -> "ExportOptions":
     from studio.engine.animation.export import ExportOptions
 
     name = args.take_name or take.path.resolve().name
@@ -195,7 +207,7 @@ def _options(args: argparse.Namespace, take: "Take", poses: "Poses") -> "ExportO
         unit=args.unit,
         key_error_cm=args.key_error_cm,
         take_name=name,
-        timecode=_timecode(args.timecode, take, args.fps or poses.frames_per_second),
+        timecode=_timecode(args.timecode, take, rate_hz),
         smooth_hz=args.smooth_hz,
         loop=args.loop,
         foot_lock=args.foot_lock,

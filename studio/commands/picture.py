@@ -26,6 +26,7 @@ def add_parser(subparsers: Any) -> None:
         default=[],
         help="solves to draw (default: the best)",
     )
+    parser.add_argument("--performer", metavar="NAME", help="of several only this one (default: all)")
     parser.add_argument(
         "--times", metavar="S,S,...", type=_numbers, help="stage times to draw [s]; see above"
     )
@@ -46,16 +47,16 @@ def _numbers(text: str) -> list[float]:
 
 
 def run(args: argparse.Namespace) -> int:
-    from studio.engine.model.poses import Poses
     from studio.library import choose_solve
     from studio.review.render.strip import render_strip, stage_times
-    from studio.take.folder.take import POSES, Take
+    from studio.take.folder.solved import solved_performers
+    from studio.take.folder.take import Take
 
     take = Take.open(args.take)
     wanted = list(dict.fromkeys(args.solve)) or [None]
     names = [choose_solve(take.solve_names(), name, str(take.path)) for name in wanted]
-    rows = {name: Poses.load(take.performer_folder(name) / POSES) for name in names}
-    first = rows[names[0]]
+    rows = {name: [one.poses for one in solved_performers(take, name, args.performer)] for name in names}
+    first = min(rows[names[0]], key=lambda poses: poses.begins_s)
     times_s = None if args.times is None else stage_times(first, args.times)
     render_strip(rows, args.out, times_s=times_s, count=args.count, yaw_deg=args.yaw, body=args.body)
     print(f"{args.out}: {', '.join(names)}; the performance begins at stage time {first.begins_s:.2f} s")

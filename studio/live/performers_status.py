@@ -20,7 +20,9 @@ def performers_status(stage: PerformedStage, now_ns: int) -> tuple[list[Performe
     full = sum(one.performer is not None for one in everybody) >= MOST_PERFORMERS
     strangers = iter(stage.strangers.problems())
     out = [
-        _stranger(next(strangers, []), full=full) if one.performer is None else _performer(stage, one, one.performer)
+        _stranger(next(strangers, []), full=full)
+        if one.performer is None
+        else _performer(stage, one, one.performer)
         for one in everybody
     ]
     return out, _warnings(stage, everybody, now_ns)

@@ -11,14 +11,19 @@ import numpy as np
 from studio.engine.animation.clip.resample import frames_of
 from studio.engine.base.errors import TakeError
 from studio.engine.calibration.calibrate import with_performer
+from studio.engine.identity.exchange import exchanged
+from studio.engine.identity.whole_take import find_people
 from studio.engine.model.calibration import Calibration
+from studio.engine.model.exchange import Exchange
 from studio.engine.model.frames import CameraFrame, ClockModel
 from studio.engine.model.poses import Poses
 from studio.engine.model.settings import SolveSettings
 from studio.engine.whole_take.take import solve_frames
 from studio.offline.tracking import is_tracked, tracked_frames
-from studio.take.folder.take import Take
+from studio.take.folder.performers import exchanges_of
+from studio.take.folder.take import PERFORMER, Take
 from studio.take.raw.frames import camera_frames
+from studio.take.raw.kept_frames import several_bodies
 
 LEAD_S = 1.0
 """Lead-in of a part's solve, in which the filter converges."""
@@ -32,12 +37,13 @@ def solve_part(
     start_s: float,
     end_s: float,
     *,
+    performer: str = "",
     progress: Callable[[float], None] | None = None,
 ) -> Poses:
     """Return the poses from `start_s` to `end_s` of stage time, from a solve that begins shortly before.
 
     The solve is without finishing and physics, which need the whole take, and nothing is stored. Skeletons from depth
-    are those of an earlier solve or calibration.
+    are those of an earlier solve or calibration. `performer`: of several whose poses; the first's where empty.
 
     Raises:
         CalibrationError: the take has no calibration, or no performer.
@@ -51,7 +57,8 @@ def solve_part(
     tracked_as = (
         (settings.tracker, settings.cameras, settings.refine_cameras) if is_tracked(take, settings) else None
     )
-    frames, calibration = _recent(take.path, _state(take.raw_path), _state(file), tracked_as)
+    people = _recent(take.path, _state(take.raw_path), _state(file), tracked_as, exchanges_of(take.meta))
+    frames, calibration = people.get(performer) or next(iter(people.values()))
     if tracked_as is not None:
         settings = replace(settings, cameras="all")  # only the used ones were tracked
     clocks = {name: camera.clock for name, camera in calibration.cameras.items()}
@@ -88,12 +95,18 @@ def _state(file: Path) -> _FileState:
 
 @lru_cache(maxsize=1)
 def _recent(
-    path: Path, raw: _FileState, calibration: _FileState, tracked_as: tuple[str, str, str] | None
-) -> tuple[Mapping[str, Sequence[CameraFrame]], Calibration]:
-    """Return the cached frames of the last take, and its calibration with the performer that they show.
+    path: Path,
+    raw: _FileState,
+    calibration: _FileState,
+    tracked_as: tuple[str, str, str] | None,
+    exchanges: tuple[Exchange, ...],
+) -> dict[str, tuple[Mapping[str, Sequence[CameraFrame]], Calibration]]:
+    """Return the cached frames of the last take, and its calibration with the performer that they show, by
+    performer.
 
     Args:
         tracked_as: `tracker`, `cameras` and `refine_cameras` for skeletons from depth.
+        exchanges: of performers.
     """
     take = Take.open(path)
     found = take.calibration()
@@ -103,4 +116,7 @@ def _recent(
         tracker, cameras, refine = tracked_as
         settings = SolveSettings(tracker=tracker, cameras=cameras, refine_cameras=refine)
         frames, found, *_ = tracked_frames(take, found, settings, only_kept=True)
-    return frames, with_performer(found, frames)
+    if not several_bodies(frames):
+        return {PERFORMER: (frames, with_performer(found, frames))}
+    people, _ = exchanged(find_people(frames, found), found, exchanges)
+    return {one.name: (one.frames, with_performer(one.calibration, one.frames)) for one in people.performers}

@@ -8,6 +8,7 @@ from pathlib import Path
 from studio.engine.base.errors import CalibrationError, TakeError
 from studio.engine.calibration.calibrate import with_performer
 from studio.engine.calibration.quality.agreement import agreement_figures, disagreements, without_named
+from studio.engine.identity.exchange import exchanged
 from studio.engine.identity.recognised import performer_key
 from studio.engine.identity.whole_take import find_people, spans
 from studio.engine.model.calibration import Calibration
@@ -23,6 +24,7 @@ from studio.engine.whole_take.trace import TraceCollector
 from studio.offline.so_far import Show
 from studio.offline.tracking import is_tracked, tracked_frames
 from studio.take.folder.known_performers import known_people
+from studio.take.folder.performers import exchange_json, exchanges_of
 from studio.take.folder.solves import Solved, write_performers
 from studio.take.folder.take import PERFORMER, Take
 from studio.take.raw.frames import RawEvent, RawFrame, camera_frames, inspect_raw, read_raw
@@ -121,6 +123,8 @@ def _plain(
         (poses,) = solve_together([only.solve])
         return {PERFORMER: only.solved(poses)}, common
     people = find_people(used, calibration, known_people(take))
+    people, made = exchanged(people, calibration, exchanges_of(take.meta))
+    common["exchanges"] = [exchange_json(one) for one in made]
     common["bystanders"] = people.bystanders
     if people.left_out:
         common["left_out"] = people.left_out

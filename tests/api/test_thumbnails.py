@@ -38,5 +38,5 @@ def test_a_take_that_is_renamed_while_it_is_drawn_leaves_no_folder(tmp_path: Pat
         take.path.rename(tmp_path / "monday" / "best")
 
     monkeypatch.setattr("studio.review.render.thumbnail.render_thumbnail", draw)
-    assert render_thumbnails([(take.solve_folder("studio") / "poses.npz", picture)]) == []
+    assert render_thumbnails([(take.solve_folder("studio"), picture)]) == []
     assert not take.path.exists()

@@ -68,7 +68,7 @@ def shares_router(finder: Finder, shares: Shares) -> APIRouter:
             return _line(known)
         day = datetime.fromisoformat(opened.meta["created"]).astimezone().strftime("%Y-%m-%d")
         page = run_in_process(
-            "studio.review.share.page:solve_page", poses, title=what["title"], subtitle=f"{solve} · {day}",
+            "studio.review.share.page:solve_page", opened, solve, title=what["title"], subtitle=f"{solve} · {day}",
             start_s=request.start_s, end_s=request.end_s,
         )  # fmt: skip
         return _line(shares.add(page, **what))

@@ -50,9 +50,19 @@ class SecondFigure(Struct, frozen=True):
     lined_up: bool | UnsetType = UNSET
 
 
+class ReplayedPerformer(Struct):
+    """One of several performers of a replayed solve: who it is (`performer_1`, ...), their name, and their colour in
+    the view (`#rrggbb`)."""
+
+    performer: str
+    name: str
+    colour: str
+
+
 class ReplayStatus(Struct):
     """Where the replay is; nothing but `open` while the live stage is shown.
 
+    Where there are several `performers`, `performer` is the one of the curves and the edit list.
     Frames count from 0. `begins_s` is stage time, `time_s` the time since the performance began [s]; the second
     figure is `ghost_offset_ms` ahead and stands `ghost_apart_m` to the side. `holds` says what a take without a solve
     holds. `of_s` is the length of the whole of a solve that is still being made [s].
@@ -61,6 +71,8 @@ class ReplayStatus(Struct):
     open: bool
     take: str | UnsetType = UNSET
     solve: str | UnsetType = UNSET
+    performer: str | UnsetType = UNSET
+    performers: list[ReplayedPerformer] | UnsetType = UNSET
     ghost: SecondFigure | UnsetType | None = UNSET
     ghost_offset_ms: float | UnsetType = UNSET
     ghost_apart_m: float | UnsetType = UNSET

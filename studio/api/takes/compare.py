@@ -10,6 +10,7 @@ from studio.api.takes.find import Finder
 from studio.api.takes.references import find_reference
 from studio.engine.base.errors import SettingsError
 from studio.engine.metrics.results import DifferencesOverTime
+from studio.take.folder.performers import performer_by_name
 from studio.take.folder.references import how_aligned, placed_path
 from studio.worker import run_in_process
 
@@ -19,6 +20,7 @@ class SolveOf(Body):
 
     take: str = Field(description="the take's id, session/name", examples=["monday/take_001"])
     solve: str = Field(examples=["studio"])
+    performer: str | None = Field(None, description="of several performers; the first where left out")
 
 
 class Other(Body):
@@ -26,6 +28,7 @@ class Other(Body):
 
     take: str | None = Field(None, description="the take's id; the other side's where left out")
     solve: str | None = None
+    performer: str | None = Field(None, description="of several performers; that of `a` where left out")
     reference: str | None = None
 
 
@@ -48,11 +51,12 @@ def compare_router(finder: Finder) -> APIRouter:
     def compare(request: CompareRequest) -> DifferencesOverTime:
         """Differences per joint [mm]: means, 95th percentiles, maxima, over time, and the instants with the largest.
 
-        Two takes begin together, unless they are lined up. A reference is aligned with its stored options.
+        Two takes begin together, unless they are lined up. A reference is aligned with its stored options, and
+        compared with the performer whose motion it is.
         """
         take = finder.by_id(request.a.take)
-        a = finder.solve(take, request.a.solve)
         other = request.b
+        a = finder.solve(take, request.a.solve, request.a.performer)
         if (other.solve is None) == (other.reference is None):
             raise SettingsError("compare.one_of_two", "b is a solve or a reference: give one of the two")
         if other.reference is not None:
@@ -63,13 +67,19 @@ def compare_router(finder: Finder) -> APIRouter:
                     take=request.a.take,
                 )
             file = find_reference(take, other.reference)
+            how = how_aligned(take, other.reference)
             kept = placed_path(take, other.reference, request.a.solve)
+            a = finder.solve(take, request.a.solve, how.performer)
             return run_in_process(
                 "studio.review.measure:reference_differences", take, a, file,
-                how_aligned(take, other.reference), kept, offset_ms=request.offset_ms,
+                how, kept, offset_ms=request.offset_ms,
             )  # fmt: skip
         there = finder.by_id(other.take or request.a.take)
-        b = finder.solve(there, other.solve or "")
+        wanted = other.performer or request.a.performer
+        known = wanted is None or performer_by_name(there.meta, wanted) in there.performer_names(
+            other.solve or ""
+        )
+        b = finder.solve(there, other.solve or "", wanted if known else None)
         return run_in_process(
             "studio.review.measure:solve_differences", take, a, b,
             another_take=there.path != take.path, lined_up=request.line_up, offset_ms=request.offset_ms,

@@ -5,6 +5,7 @@ a camera's recorded depth.
 import itertools
 import shutil
 import threading
+from collections.abc import Sequence
 from pathlib import Path
 
 from fastapi import APIRouter
@@ -18,12 +19,12 @@ from studio.api.structs import StructRoute
 from studio.api.takes.find import Finder
 from studio.api.takes.rigs import find_rig
 from studio.api.takes.takes import ExportRequest
-from studio.engine.animation.export import EXPORTERS
+from studio.engine.animation.export import EXPORTERS, one_performer_format
 from studio.engine.base.errors import SettingsError
 from studio.take.folder.names import inside
 from studio.take.library.depth_export import choose_camera
 from studio.take.library.sessions import take_info
-from studio.take.library.solve_export import SolveExport
+from studio.take.library.solve_export import SolveExport, check_scene
 
 FOLDER = ".exports"
 MAX_ITEMS = 200
@@ -51,7 +52,6 @@ class ExportsRequest(ExportRequest):
     """Solves and options."""
 
     solves: list[SolveOfTake] = Field(min_length=1, max_length=MAX_ITEMS)
-    together: bool = Field(False, description="all takes in one file, where the format holds several (fbx)")
 
 
 class DepthRequest(Request):
@@ -112,7 +112,8 @@ def exports_router(sessions: Path, finder: Finder, jobs: Jobs) -> APIRouter:
 
     def item_of(one: SolveOfTake, request: ExportsRequest, rig: Path | None) -> SolveExport:
         take = finder.by_id(one.take)
-        return request.of(take, one.solve, finder.solve(take, one.solve), rig)
+        finder.solve(take, one.solve)
+        return request.of(take, one.solve, rig)
 
     @router.get("/formats")
     def formats() -> list[ExportFormat]:
@@ -123,20 +124,15 @@ def exports_router(sessions: Path, finder: Finder, jobs: Jobs) -> APIRouter:
     def make(request: ExportsRequest) -> JobStatus:
         """Export solves in the background; answers the job, whose `name` is the file's.
 
-        One solve makes one file, several a ZIP of their files, or with `together` one file with all takes.
+        One solve makes one file, several a ZIP of their files, or with `together` one file with all takes. Several
+        performers make a file each, or with `together` one file.
         """
         rig = None if request.rig is None else find_rig(sessions, request.rig)
-        if request.together and not EXPORTERS[request.format].several:
-            allowed = ", ".join(name for name, one in EXPORTERS.items() if one.several)
-            raise SettingsError(
-                "export.one_take_together",
-                "together: a {format} holds one take; allowed: {allowed}",
-                format=request.format,
-                allowed=allowed,
-            )
         items = [item_of(one, request, rig) for one in request.solves]
+        if request.together:
+            _check_together(items, request.format, rig)
         if len(items) == 1:
-            out = items[0].out
+            out = request.file_of(items[0])
         else:
             ending = request.format if request.together else "zip"
             out = exports.archive(f"takes_{len(items)}.{ending}")
@@ -178,3 +174,25 @@ def exports_router(sessions: Path, finder: Finder, jobs: Jobs) -> APIRouter:
         return FileResponse(path, filename=path.name, media_type="application/octet-stream")
 
     return router
+
+
+def _check_together(items: Sequence[SolveExport], format: str, rig: Path | None) -> None:
+    """Refuse what cannot be in one file, before the work begins.
+
+    Raises:
+        SettingsError: so it is.
+    """
+    several = [len(one.take.performer_names(one.solve)) > 1 and one.performer is None for one in items]
+    if any(several):
+        check_scene(len(items), rig)
+    exporter = EXPORTERS[format]
+    if len(items) > 1 and not exporter.several:
+        allowed = ", ".join(name for name, one in EXPORTERS.items() if one.several)
+        raise SettingsError(
+            "export.one_take_together",
+            "together: a {format} holds one take; allowed: {allowed}",
+            format=format,
+            allowed=allowed,
+        )
+    if any(several) and exporter.scene is None:
+        raise one_performer_format(format)

@@ -14,7 +14,7 @@ from studio.take.library.sessions import TakeInfo, take_path
 
 class ListedTake(Struct):
     """A take's line of the list: what `TakeInfo` has; its id, session/name, its length [s], the size of its videos
-    [bytes], whether there is a thumbnail."""
+    [bytes], whether there is a thumbnail; of takes of several performers who they are."""
 
     id: str
     session: str
@@ -37,6 +37,8 @@ class ListedTake(Struct):
     problem: str | None
     video_bytes: int
     thumbnail: bool
+    performers: tuple[str, ...]
+    performer_names: dict[str, str]
 
 
 class Finder:
@@ -86,11 +88,12 @@ class Finder:
             raise SettingsError(bad_setting("take", take_id, "session/name"))
         return self.take(session, name)
 
-    def solve(self, take: Take, name: str) -> Path:
-        """Return the `poses.npz` of a take's solve.
+    def solve(self, take: Take, name: str, performer: str | None = None) -> Path:
+        """Return the `poses.npz` of a take's solve, of several performers the one of a performer, else the first's.
 
         Raises:
             NotFoundError: the take has no such solve.
+            TakeError: the solve has no such performer.
         """
         if name not in take.solve_names():
             raise NotFoundError(
@@ -100,7 +103,7 @@ class Finder:
                 name=name,
                 others=[*take.solve_names()],
             )
-        return take.performer_folder(name) / POSES
+        return take.performer_folder(name, performer) / POSES
 
     @staticmethod
     def line(info: TakeInfo) -> ListedTake:
@@ -126,5 +129,7 @@ class Finder:
             starred=info.starred,
             problem=info.problem,
             video_bytes=info.video_bytes,
+            performers=info.performers,
+            performer_names=info.performer_names,
             thumbnail=(info.path / "exports" / "thumbnail.png").is_file(),
         )

@@ -18,6 +18,7 @@ from studio.api.structs import StructRoute
 from studio.api.takes.find import Finder, ListedTake
 from studio.engine.base.errors import FormatError
 from studio.engine.model.calibration import CalibrationJson
+from studio.engine.model.exchange import Exchange
 from studio.take.folder.names import inside
 from studio.take.folder.take import check_free
 from studio.take.library.borrow import borrow_calibration
@@ -43,6 +44,13 @@ class MarkerRequest(Body):
     name: str = Field(examples=["kick"])
 
 
+class ExchangeRequest(Body):
+    """Two performers who are exchanged from a moment on."""
+
+    time_s: float = Field(description="stage time [s]")
+    performers: tuple[str, str] = Field(examples=[["performer_1", "performer_2"]])
+
+
 class SlateRequest(Body):
     """Changes to a take; missing fields stay."""
 
@@ -52,6 +60,13 @@ class SlateRequest(Body):
     notes: str | None = None
     tags: tuple[str, ...] | None = Field(None, examples=[["best", "fight"]])
     markers: tuple[MarkerRequest, ...] | None = Field(None, description="all of them; those left out go")
+    performer_names: dict[str, str] | None = Field(
+        None, description="of all performers; those left out lose theirs", examples=[{"performer_1": "Ana"}]
+    )
+    exchanges: tuple[ExchangeRequest, ...] | None = Field(
+        None,
+        description="all of them, in the order in which they are made; solve the take again to have them",
+    )
     rating: Annotated[int | None, Field(ge=0, le=5, description="0: none")] = None
     starred: bool | None = None
 
@@ -95,11 +110,14 @@ def manage_router(sessions: Path, finder: Finder, jobs: Jobs) -> APIRouter:
 
     @router.patch("/takes/{session}/{take}")
     def change(session: str, take: str, request: SlateRequest) -> ListedTake:
-        """Change a take's names, performer, notes, tags, markers, rating or star; answers its line of the list."""
+        """Change a take's names, performers, notes, tags, markers, rating or star; exchange performers; answers its
+        line of the list."""
         finder.take(session, take)
         values = request.model_dump()
         if request.markers is not None:
             values["markers"] = tuple(TimelineMarker(one.time_s, one.name) for one in request.markers)
+        if request.exchanges is not None:
+            values["exchanges"] = tuple(Exchange(one.time_s, one.performers) for one in request.exchanges)
         changed = change_slate(sessions, session, take, Slate(**values))
         return finder.line(take_info(changed.path))
 

@@ -19,7 +19,8 @@ from studio.engine.metrics.results import Cleanup, DifferenceSummary, Evaluation
 from studio.review.report.words import Language
 from studio.take.folder.measured import keep_measured
 from studio.take.folder.names import check_name, inside
-from studio.take.folder.references import HowAligned, how_aligned
+from studio.take.folder.performers import performer_by_name
+from studio.take.folder.references import HowAligned, how_aligned, reference_names, reference_path
 from studio.take.folder.take import Take
 from studio.worker import run_in_process
 
@@ -39,6 +40,9 @@ class EvaluateRequest(Body):
     align_time: bool = Field(False, description="the reference has a clock of its own: align it in time too")
     align: Literal["rigid", "similarity"] = Field("rigid", description="similarity aligns the size too")
     unit_m: Annotated[float | None, Field(gt=0, description="metres per unit of a BVH")] = None
+    performer: str | None = Field(
+        None, description="of several performers whose motion the reference is; the first where left out"
+    )
 
 
 class ReportRequest(Body):
@@ -86,11 +90,12 @@ def measure_router(finder: Finder, jobs: Jobs) -> APIRouter:
         opened = finder.take(session, take)
         path = find_reference(opened, request.reference)
         names = solves_of(opened, request.solves)
-        how = HowAligned(request.align_time, request.align, request.unit_m)
+        how = HowAligned(request.align_time, request.align, request.unit_m, request.performer)
         found = run_in_process("studio.library:evaluate", opened, path, names, **asdict(how))
         if how == how_aligned(opened, request.reference):
             for name in names:
-                keep_measured(opened.solve_folder(name), None, {request.reference: found[name]})
+                folder = opened.performer_folder(name, how.performer)
+                keep_measured(folder, None, {request.reference: found[name]})
         return Evaluations(found)
 
     @router.get("/report", response_class=HTMLResponse)
@@ -117,16 +122,20 @@ def measure_router(finder: Finder, jobs: Jobs) -> APIRouter:
     @router.post("/reports", status_code=202)
     def make_report(session: str, take: str, request: ReportRequest) -> JobStatus:
         """Make the report in the background, with the reference aligned as it is kept; answers the job, whose `name`
-        is the report's."""
+        is the report's. Of several performers each one who has a reference is in it."""
         opened = finder.take(session, take)
         path = find_reference(opened, request.reference)
         names = solves_of(opened, request.solves)
         name = f"report_{request.reference}.html"
         out = inside(opened.path / "exports", name)
         how = how_aligned(opened, request.reference)
+        performers = opened.performer_names(names[0])
+        what, of = "report_solves", path
+        if performers:
+            what, of = "report_performers", references_by_performer(opened, performers, request.reference)
         job = jobs.submit(
-            "report", f"{session}/{take}", name, "studio.review.report.take_report:report_solves",
-            opened, path, names, how, request.language, out,
+            "report", f"{session}/{take}", name, f"studio.review.report.take_report:{what}",
+            opened, of, names, how, request.language, out,
         )  # fmt: skip
         return jobs.get(job.id)
 
@@ -146,33 +155,53 @@ def measure_router(finder: Finder, jobs: Jobs) -> APIRouter:
         return FileResponse(path, media_type="text/html", headers=REPORT_HEADERS)
 
     @router.get("/solves/{name}/figures")
-    def figures(session: str, take: str, name: str, reference: str | None = None) -> SolveFigures:
-        """A solve's figures: `own`, and those against a named reference with its stored alignment."""
+    def figures(
+        session: str, take: str, name: str, reference: str | None = None, performer: str | None = None
+    ) -> SolveFigures:
+        """A solve's figures: `own`, and those against a named reference with its stored alignment; of several
+        performers those of one."""
         opened = finder.take(session, take)
-        poses = finder.solve(opened, name)
+        poses = finder.solve(opened, name, performer)
         how = against(opened, reference)
         found: SolveFigures = run_in_process("studio.review.measure:solve_figures", opened, poses, *how)
         compared = {} if reference is None or found.reference is None else {reference: found.reference}
-        keep_measured(opened.solve_folder(name), found.own, compared)
+        keep_measured(poses.parent, found.own, compared)
         return found
 
     @router.get("/solves/{name}/cleanup")
-    def cleanup(session: str, take: str, name: str, reference: str | None = None) -> Cleanup:
-        """The edit list of a solve's exported animation: errors to correct, with times.
+    def cleanup(
+        session: str, take: str, name: str, reference: str | None = None, performer: str | None = None
+    ) -> Cleanup:
+        """The edit list of a solve's exported animation, of several performers that of one: errors to correct, with
+        times.
 
         A named reference of the take is aligned with its stored options. Without a reference, very sharp true motion
         counts too.
         """
         opened = finder.take(session, take)
-        poses = finder.solve(opened, name)
+        poses = finder.solve(opened, name, performer)
         how = against(opened, reference)
         return run_in_process("studio.review.measure:edit_list", opened, poses, *how)
 
     @router.get("/compare")
-    def compare(session: str, take: str, a: str, b: str) -> DifferenceSummary:
-        """Differences of solves `a` and `b` [mm], by joint, and the instants with the largest."""
+    def compare(session: str, take: str, a: str, b: str, performer: str | None = None) -> DifferenceSummary:
+        """Differences of solves `a` and `b` [mm], by joint, and the instants with the largest; of several performers
+        those of one."""
         opened = finder.take(session, take)
-        files = (finder.solve(opened, a), finder.solve(opened, b))
+        files = (finder.solve(opened, a, performer), finder.solve(opened, b, performer))
         return run_in_process("studio.review.measure:compare_solves", *files)
 
     return router
+
+
+def references_by_performer(take: Take, performers: list[str], first: str) -> dict[str, Path]:
+    """Return the references of a take by performer, in the performers' order; of one performer's several that named
+    `first`, else the first by name."""
+    found: dict[str, Path] = {}
+    for name in sorted(reference_names(take), key=lambda name: name != first):
+        whose = how_aligned(take, name).performer
+        found.setdefault(
+            performers[0] if whose is None else performer_by_name(take.meta, whose),
+            reference_path(take, name),
+        )
+    return {performer: found[performer] for performer in performers if performer in found}

@@ -24,6 +24,7 @@ from studio.take.folder.placing import PlacedReference, placed_facts
 from studio.take.folder.references import (
     HowAligned,
     forget_placed,
+    has_performer,
     how_aligned,
     keep_how_aligned,
     offered_file,
@@ -55,6 +56,9 @@ class AlignRequest(Body):
     align_time: bool = Field(True, description="it has a clock of its own: offset and drift are estimated")
     align: Literal["rigid", "similarity"] = Field("rigid", description="similarity aligns the size too")
     unit_m: Annotated[float | None, Field(gt=0, description="metres per unit of a BVH")] = None
+    performer: str | None = Field(
+        None, description="of several performers whose motion it is; the first where left out"
+    )
 
 
 class KeptReference(ReferenceFacts, kw_only=True):
@@ -72,6 +76,7 @@ class ReferenceOfTake(Struct):
     align_time: bool
     align: str
     unit_m: float | None
+    performer: str | None
     aligned_with: dict[str, PlacedReference]
 
 
@@ -129,7 +134,11 @@ def references_router(sessions: Path, finder: Finder, removing: Removing) -> API
         """A reference, its alignment options, and its alignment with each solve."""
         opened = finder.take(session, take)
         path = find_reference(opened, name)
-        found = {solve: placed_facts(placed_path(opened, name, solve)) for solve in opened.solve_names()}
+        found = {
+            solve: placed_facts(placed_path(opened, name, solve))
+            for solve in opened.solve_names()
+            if has_performer(opened, name, solve)
+        }
         placed = {solve: facts for solve, facts in found.items() if facts is not None}
         how = asdict(how_aligned(opened, name))
         return ReferenceOfTake(name, path.stat().st_size, **how, aligned_with=placed)
@@ -139,11 +148,11 @@ def references_router(sessions: Path, finder: Finder, removing: Removing) -> API
         """Align a reference with a solve; answers the alignment and the covered part."""
         opened = finder.take(session, take)
         path = find_reference(opened, name)
-        poses = finder.solve(opened, request.solve)
-        how = HowAligned(request.align_time, request.align, request.unit_m)
+        poses = finder.solve(opened, request.solve, request.performer)
+        how = HowAligned(request.align_time, request.align, request.unit_m, request.performer)
         if how != how_aligned(opened, name):
             forget_placed(opened, name)
-        out = placed_path(opened, name, request.solve)
+        out = placed_path(opened, name, request.solve, how)
         found = run_in_process("studio.take.folder.placing:place_reference", opened, poses, path, how, out)
         keep_how_aligned(opened, name, how)
         return found

@@ -1,5 +1,6 @@
 """Routes of the takes on disk: list, detail, solve again, export."""
 
+from dataclasses import fields
 from pathlib import Path
 from typing import Annotated, Literal, Protocol
 
@@ -17,6 +18,7 @@ from studio.api.takes.find import Finder, ListedTake
 from studio.api.takes.rigs import find_rig
 from studio.api.takes.thumbnails import Thumbnails
 from studio.engine.animation.clip.options import ExportOptions
+from studio.engine.base.errors import TakeError
 from studio.engine.model.poses import Poses
 from studio.engine.model.settings import SettingsJson, SolveSettings
 from studio.engine.model.solve_metrics import SolveMetrics
@@ -29,7 +31,7 @@ from studio.take.library.index import TakeIndex
 from studio.take.library.presets import Presets
 from studio.take.library.query import parse_query
 from studio.take.library.sessions import new_take_path, session_of_today, take_info
-from studio.take.library.solve_export import SolveExport
+from studio.take.library.solve_export import SolveExport, named_file
 from studio.worker import run_in_process
 
 
@@ -39,6 +41,9 @@ class SolveRequest(Body):
     preset: str = "studio"
     set: dict[str, str | float] = Field(
         default_factory=dict, description="switches by key, as --set KEY=VALUE"
+    )
+    settings_of: str | None = Field(
+        None, description="a solve of the take whose settings are used; preset and set are not"
     )
     name: str | None = Field(None, description="name of the solve; the preset's where left out")
     as_live: bool = Field(False, description="repeat the live stage bit for bit; preset and set are not used")
@@ -76,15 +81,31 @@ class ExportRequest(Body):
     loop: bool = False
     foot_lock: bool = False
     rig: str | None = Field(None, description="onto this rig (GET /api/v1/rigs) instead of a target")
+    performer: str | None = Field(
+        None, description="of a take of several only this one; else each in a file of their own"
+    )
+    together: bool = Field(
+        False,
+        description="all in one file, where the format holds several: the performers of one take (fbx, glb, usd), "
+        "or takes of one performer (fbx)",
+    )
 
-    def of(self, take: Take, solve: str, poses: Path, rig: Path | None) -> SolveExport:
-        """Return the export of a take's solve, `poses`, into the take's `exports/`."""
-        values = self.model_dump(include=set(ExportRequest.model_fields) - {"format", "rig"})
+    def of(self, take: Take, solve: str, rig: Path | None) -> SolveExport:
+        """Return the export of a take's solve into the take's `exports/`."""
+        values = self.model_dump(include={field.name for field in fields(ExportOptions)})
         session, name = take.path.parent.name, take.path.name
         onto = "" if rig is None else f"_{rig.stem}"
         out = inside(take.path / "exports", f"{name}_{solve}{onto}.{self.format}")
+        if self.performer is not None and take.performer_names(solve):
+            take.performer_folder(solve, self.performer)
+            out = named_file(out, self.performer)
         options = ExportOptions(**{**values, "take_name": self.take_name or name})
-        return SolveExport(poses, out, options, f"{session}/{out.name}")
+        return SolveExport(take, solve, out, options, f"{session}/{out.name}", self.performer)
+
+    def file_of(self, one: SolveExport) -> Path:
+        """Return the file that the export of one solve makes: its own, or an archive of its performers' files."""
+        several = len(one.take.performer_names(one.solve)) > 1 and one.performer is None and not self.together
+        return one.out.with_suffix(".zip") if several else one.out
 
 
 class SolveDetail(Struct):
@@ -104,8 +125,8 @@ class TakeDetail(ListedTake, kw_only=True):
 class Replayer(Protocol):
     """The player of takes, the app's `state.player`."""
 
-    def part(self, take: str) -> tuple[float, float]:
-        """Return the stage times around the playhead [s].
+    def part(self, take: str) -> tuple[float, float, str]:
+        """Return the stage times around the playhead [s], and of several performers the one of the curves.
 
         Raises:
             SettingsError: this take is not replayed.
@@ -119,7 +140,7 @@ class Replayer(Protocol):
     def grown(self, take: Take, solve: str) -> None:
         """Forget the beginning of a solve that has been made, or will not be."""
 
-    def show_part(self, take: str, poses: Poses) -> None:
+    def show_part(self, take: str, poses: Poses, performer: str) -> None:
         """Show these poses instead of those of the take's solve at their times."""
 
 
@@ -171,7 +192,11 @@ def takes_router(
     def solve(session: str, take: str, request: SolveRequest, http: Request) -> JobStatus:
         """Solve the take's raw frames again; returns the job. An older one of this name is stopped."""
         opened = finder.take(session, take)
-        settings = from_request(presets, request.preset, request.set)
+        if request.settings_of is None:
+            settings = from_request(presets, request.preset, request.set)
+        else:
+            finder.solve(opened, request.settings_of)
+            settings = _settings_of(opened, request.settings_of)
         name = request.name or ("as-live" if request.as_live else request.preset)
         opened.solve_folder(name)
         if not request.as_live:
@@ -179,11 +204,11 @@ def takes_router(
         id_ = f"{session}/{take}"
         if request.draft:
             player: Replayer = http.app.state.player
-            start_s, end_s = player.part(id_)
+            start_s, end_s, performer = player.part(id_)
             jobs.replace(("draft", "solve"), id_, name)
             job = jobs.submit(
                 "draft", id_, name, "studio.offline.preview:solve_part", opened, settings, start_s, end_s,
-                then=lambda poses: player.show_part(id_, poses),
+                performer=performer, then=lambda poses: player.show_part(id_, poses, performer),
             )  # fmt: skip
         else:
             jobs.replace(("solve",), id_, name)
@@ -197,13 +222,18 @@ def takes_router(
         solve: str,
         request: Annotated[ExportRequest, Query()],
     ) -> FileResponse:
-        """Export a solve and download the file, which is stored in the take's `exports/`."""
+        """Export a solve and download the file, which is stored in the take's `exports/`; a ZIP of the performers'
+        files where there are several."""
         opened = finder.take(session, take)
-        poses = finder.solve(opened, solve)
+        finder.solve(opened, solve)
         rig = None if request.rig is None else find_rig(sessions, request.rig)
-        one = request.of(opened, solve, poses, rig)
-        run_in_process("studio.take.library.solve_export:export_solves", [one], one.out, request.format, rig)
-        return FileResponse(one.out, filename=one.out.name, media_type="application/octet-stream")
+        one = request.of(opened, solve, rig)
+        out = request.file_of(one)
+        run_in_process(
+            "studio.take.library.solve_export:export_solves", [one], out, request.format, rig,
+            together=request.together,
+        )  # fmt: skip
+        return FileResponse(out, filename=out.name, media_type="application/octet-stream")
 
     @router.get("/jobs", tags=["jobs"])
     async def get_jobs() -> list[JobStatus]:
@@ -250,6 +280,23 @@ def _solve_job(
         job, "studio.offline.replay:solve_take", take, settings,
         name=name, as_live=as_live, part=part, clear=clear,
     )  # fmt: skip
+
+
+def _settings_of(take: Take, solve: str) -> SolveSettings:
+    """Return the settings of a solve.
+
+    Raises:
+        TakeError: it has none, as an imported animation.
+    """
+    kept = read_settings(take.solve_folder(solve))
+    if kept is None:
+        raise TakeError(
+            "take.no_settings",
+            "solve {name!r} of {take} has no settings; choose a preset",
+            name=solve,
+            take=take.meta["id"],
+        )
+    return SolveSettings.from_json(kept)
 
 
 def _solve_detail(folder: Path) -> SolveDetail:

@@ -36,12 +36,12 @@ class Thumbnails:
     def want(self, takes: list[TakeInfo]) -> None:
         """Start to make the missing pictures of takes with solves; returns at once."""
         missing = {
-            info.path: info.path / "solves" / best_solve(info.solves) / "poses.npz"
+            info.path: info.path / "solves" / best_solve(info.solves)
             for info in takes
             if info.solves and not picture_of(info.path).is_file()
         }
         with self._lock:
-            self._waiting |= {path: poses for path, poses in missing.items() if path not in self._failed}
+            self._waiting |= {path: solve for path, solve in missing.items() if path not in self._failed}
             if not self._waiting or self._thread is not None or self._stage.recording_name():
                 return  # a recording has priority; the list is requested again when it ends
             self._thread = threading.Thread(target=self._run, name="thumbnails", daemon=True)
@@ -57,7 +57,7 @@ class Thumbnails:
                     self._thread = None
                     return
             try:
-                wanted = [(poses, picture_of(path)) for path, poses in batch.items()]
+                wanted = [(solve, picture_of(path)) for path, solve in batch.items()]
                 done = run_in_process("studio.review.render.thumbnail:render_thumbnails", wanted, spare=False)
             except StudioError as error:
                 _log.info("no thumbnails: %s", error)

@@ -87,15 +87,24 @@ class Poses:
         """
         return float(self.time_s[0])
 
-    def save(self, path: str | os.PathLike[str], *, to_disk: bool = True) -> None:
+    def save(
+        self,
+        path: str | os.PathLike[str],
+        *,
+        to_disk: bool = True,
+        undecided: NDArray[np.bool_] | None = None,
+    ) -> None:
         """Write `poses.npz` atomically.
 
-        `to_disk`: see `files.write_atomically`.
+        `to_disk`: see `files.write_atomically`. `undecided`: frames in which the performer was not told apart from
+        another, shape (frame_count,), as a further field; None = without it.
         """
         with write_atomically(path, to_disk=to_disk) as file:
             arrays: dict[str, ArrayLike] = {key: np.asarray(getattr(self, key)) for key in _KEYS}
             if self.root_height_m is not None:
                 arrays[_ROOT_HEIGHT] = np.float64(self.root_height_m)
+            if undecided is not None:
+                arrays["undecided"] = undecided
             save_arrays(file, arrays, POSES)
 
     @classmethod

@@ -13,6 +13,13 @@ class CameraMoveJson(TypedDict):
     turned_deg: float
 
 
+class ExchangeJson(TypedDict):
+    """From this stage time on [s] two performers are exchanged."""
+
+    time_s: float
+    performers: list[str]
+
+
 class SolveMetrics(TypedDict, total=False):
     """Figures of a solve; units are in the keys. A key is missing where its step did not run.
 
@@ -26,6 +33,7 @@ class SolveMetrics(TypedDict, total=False):
         undecided_s: spans of stage time [s], from and to, in which this performer was not told apart from another.
         recorded_s: of a take with several, spans of stage time [s] in which cameras sent frames.
         people: one line, for people: what becomes of cameras without depth where several bodies are seen.
+        exchanges: of performers by the operator, as the solve made them.
         bystanders: people who held no T-pose and were left out.
         left_out: people who held one but came in after the eighth performer; missing where there are none.
     """
@@ -52,4 +60,5 @@ class SolveMetrics(TypedDict, total=False):
     people: str
     bystanders: int
     left_out: int
+    exchanges: list[ExchangeJson]
     recorded_s: list[list[float]]

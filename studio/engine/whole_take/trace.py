@@ -4,7 +4,7 @@ The replay shows them beside the poses. Positions are stored in half millimetres
 """
 
 import os
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 from zipfile import BadZipFile
 
@@ -66,6 +66,26 @@ class Trace:
         sure = self.confidence[frame] / 255.0
         fused = _unpacked(self.fused_half_mm[frame])
         return frames, FusedSkeleton(fused, sure, np.full(JOINT_COUNT, np.nan), self.used[frame])
+
+    def padded(self, before_ns: NDArray[np.int64], after_ns: NDArray[np.int64]) -> "Trace":
+        """Return the trace with frames at these times before and after it, in which no camera sees anybody."""
+
+        def wider(values: NDArray[Any], fill: int) -> NDArray[Any]:
+            first, last = (
+                np.full((len(times), *values.shape[1:]), fill, values.dtype)
+                for times in (before_ns, after_ns)
+            )
+            return np.concatenate([first, values, last])
+
+        return replace(
+            self,
+            time_ns=np.concatenate([before_ns, self.time_ns, after_ns]),
+            camera_half_mm=wider(self.camera_half_mm, _UNSEEN),
+            fused_half_mm=wider(self.fused_half_mm, _UNSEEN),
+            confidence=wider(self.confidence, 0),
+            used=wider(self.used, 0),
+            reason=wider(self.reason, 0),
+        )
 
     def save(self, path: str | os.PathLike[str], *, to_disk: bool = True) -> None:
         """Write the trace, atomically; `to_disk`: see `files.write_atomically`.

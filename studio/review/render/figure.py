@@ -1,5 +1,6 @@
 """Draws the mannequin in one pose with numpy alone: triangles into a depth buffer, soft light."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -103,9 +104,12 @@ def _lit(
 
 
 def _colours(
-    mesh: SkinnedMesh, triangle: NDArray[np.int64], shares: NDArray[np.float64]
+    mesh: SkinnedMesh,
+    triangle: NDArray[np.int64],
+    shares: NDArray[np.float64],
+    tint: tuple[int, int, int] | None,
 ) -> NDArray[np.float64]:
-    """Colours of points on triangles, shape (n, 3); a visor marks the face."""
+    """Colours of points on triangles, shape (n, 3), of a body with its tint; a visor marks the face."""
     head = mesh.vertices_m[mesh.joint_indices[:, 0] == _HEAD]
     low, high = head.min(axis=0), head.max(axis=0)
     corners = mesh.triangles[triangle]
@@ -113,7 +117,27 @@ def _colours(
     across, ahead, up = ((place - low) / (high - low)).T  # the performer faces -y in the T-pose
     on_head = (mesh.joint_indices[corners, 0] == _HEAD).all(axis=1) & (ahead < 0.5)
     visor = on_head & ((np.abs(across - 0.5) / 0.42) ** 3 + (np.abs(up - _EYES) / _VISOR) ** 3 < 1.0)
-    return np.where(visor[:, None], _TONES[SEAM], _TONES[mesh.tones[triangle]])
+    tones = _TONES.copy()
+    if tint is not None:
+        tones[BODY] = np.array(tint) / 255.0
+    return np.where(visor[:, None], tones[SEAM], tones[mesh.tones[triangle]])
+
+
+@dataclass(frozen=True)
+class PosedFigure:
+    """A mannequin in a pose.
+
+    Attributes:
+        mannequin: the body.
+        positions_m: output joints in the stage frame, shape (52, 3).
+        rotations_wxyz: their world rotations, shape (52, 4).
+        tint: colour of the body, RGB 0..255; None = the usual one.
+    """
+
+    mannequin: Mannequin
+    positions_m: NDArray[np.float64]
+    rotations_wxyz: NDArray[np.float64]
+    tint: tuple[int, int, int] | None = None
 
 
 def draw_figure(
@@ -122,27 +146,33 @@ def draw_figure(
     rotations_wxyz: NDArray[np.float64],
     view: Projection,
 ) -> NDArray[np.uint8]:
-    """Return a picture of the mannequin on the floor, shape (height, width, 3).
+    """Return a picture of one mannequin; see `PosedFigure` and `draw_figures`."""
+    return draw_figures([PosedFigure(mannequin, positions_m, rotations_wxyz)], view)
 
-    Args:
-        positions_m: output joints in the stage frame, shape (52, 3).
-        rotations_wxyz: their world rotations, shape (52, 4).
-    """
+
+def draw_figures(figures: Sequence[PosedFigure], view: Projection) -> NDArray[np.uint8]:
+    """Return a picture of mannequins on the floor, shape (height, width, 3)."""
     s = SUPERSAMPLING
-    axes, mesh = view.axes(), mannequin.mesh
-    points, normals = mannequin.posed(positions_m, rotations_wxyz)
-    middles = points[mesh.triangles].mean(axis=1)
-    image = _floor(view, np.concatenate([points, middles]), s)
-    seen = (points - np.array(view.target_m)) @ axes.T
-    seen[:, 0] = (seen[:, 0] * view.pixels_per_m + view.width / 2) * s
-    seen[:, 1] = (seen[:, 1] * view.pixels_per_m + view.horizon * view.height) * s
-    covered, triangle, shares, depths = nearest(seen, mesh.triangles, view.width * s, view.height * s)
-    depth = np.full(view.width * s * view.height * s, np.nan)
-    depth[covered] = depths
+    axes, pixels = view.axes(), view.width * s * view.height * s
+    posed = [one.mannequin.posed(one.positions_m, one.rotations_wxyz) for one in figures]
+    meshes = [one.mannequin.mesh for one in figures]
+    middles = [points[mesh.triangles].mean(axis=1) for (points, _), mesh in zip(posed, meshes, strict=True)]
+    image = _floor(view, np.concatenate([*(points for points, _ in posed), *middles]), s).reshape(-1, 3)
+    depth = np.full(pixels, np.nan)
+    light = np.zeros((pixels, 3))
+    for one, (points, normals), mesh in zip(figures, posed, meshes, strict=True):
+        seen = (points - np.array(view.target_m)) @ axes.T
+        seen[:, 0] = (seen[:, 0] * view.pixels_per_m + view.width / 2) * s
+        seen[:, 1] = (seen[:, 1] * view.pixels_per_m + view.horizon * view.height) * s
+        covered, triangle, shares, depths = nearest(seen, mesh.triangles, view.width * s, view.height * s)
+        front = ~(depth[covered] <= depths)
+        covered, triangle, shares = covered[front], triangle[front], shares[front]
+        depth[covered] = depths[front]
+        across = unit(np.einsum("nk,nki->ni", shares, normals[mesh.triangles[triangle]]))
+        light[covered] = _lit(across, _colours(mesh, triangle, shares, one.tint), axes[2])
     shade = _crevices(depth.reshape(view.height * s, -1), 5.0 * s * view.pixels_per_m / 135.0).reshape(-1)
-    across = unit(np.einsum("nk,nki->ni", shares, normals[mesh.triangles[triangle]]))
-    lit = _lit(across, _colours(mesh, triangle, shares), axes[2]) * shade[covered, None]
-    image.reshape(-1, 3)[covered] = lit
+    body = np.isfinite(depth)
+    image[body] = light[body] * shade[body, None]
     small = image.reshape(view.height, s, view.width, s, 3).mean(axis=(1, 3))
     return np.round(np.clip(small, 0.0, 1.0) * 255).astype(np.uint8)
 

@@ -1,29 +1,20 @@
 """Frames of one or several solves side by side as one PNG: a row per solve, a column per instant."""
 
 import os
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
-import numpy as np
 from PIL import Image, ImageDraw, ImageFont
 
-from studio.engine.animation.mannequin.performer import Mannequin
-from studio.engine.base.errors import FormatError
 from studio.engine.base.files import write_atomically
 from studio.engine.model.bodies import BODIES
-from studio.engine.model.joints import OUTPUT_INDEX, OUTPUT_JOINTS
 from studio.engine.model.poses import Poses
-from studio.review.render.figure import Projection, draw_figure
+from studio.review.render.figure import Projection, draw_figures
+from studio.review.render.performers import DrawnPerformers, looking_at
 
 _MARGIN, _GUTTER, _FOOTER = 14, 6, 44
 _DAY_S = 86400.0
 _PAPER, _INK, _FAINT = (236, 238, 241), (38, 44, 54), (104, 113, 126)
-
-
-def _cell(poses: Poses, frame: int, view: Projection, mannequin: Mannequin) -> Image.Image:
-    hips = poses.positions_m[frame, OUTPUT_INDEX["Hips"]]
-    target = (float(hips[0]), float(hips[1]), 0.0)
-    pose = poses.positions_m[frame], poses.rotations_wxyz[frame]
-    return Image.fromarray(draw_figure(mannequin, *pose, replace(view, target_m=target)))
 
 
 def stage_times(poses: Poses, times_s: list[float]) -> list[float]:
@@ -41,7 +32,7 @@ def default_times(poses: Poses, count: int) -> list[float]:
 
 
 def render_strip(
-    poses: Poses | dict[str, Poses],
+    poses: Poses | Mapping[str, Poses | Sequence[Poses]],
     path: str | os.PathLike[str],
     *,
     times_s: list[float] | None = None,
@@ -55,7 +46,8 @@ def render_strip(
     """Write a PNG of the mannequin at some instants.
 
     Args:
-        poses: one solve, or several by name: one row each. All in the output skeleton.
+        poses: one solve, or several by name: one row each; of several performers the poses of each, in order. All in
+            the output skeleton.
         path: of the PNG; written atomically.
         times_s: stage times [s]; the nearest frame is drawn. Spread over the first solve where None.
         begins_s: zero of the labels in stage time; the first solve's first frame where None.
@@ -68,19 +60,14 @@ def render_strip(
     Raises:
         FormatError: no frames, another skeleton than the output skeleton, or bones that no body fits.
     """
-    rows = poses if isinstance(poses, dict) else {"": poses}
-    for name, row in rows.items():
-        if row.joint_names != OUTPUT_JOINTS:
-            raise FormatError(
-                "picture.other_joints",
-                "solve {name!r} has other joints than the output skeleton; solve the take again",
-                name=name,
-            )
-        if row.frame_count == 0:
-            raise FormatError("picture.no_frames", "solve {name!r} has no frames; nothing to draw", name=name)
+    given = {"": poses} if isinstance(poses, Poses) else poses
+    rows = {
+        name: DrawnPerformers.of(name, [row] if isinstance(row, Poses) else row, body)
+        for name, row in given.items()
+    }
     first = next(iter(rows.values()))
-    times = default_times(first, count) if times_s is None else times_s
-    zero_s = first.begins_s if begins_s is None else begins_s
+    times = default_times(first.poses[0], count) if times_s is None else times_s
+    zero_s = first.begins_s() if begins_s is None else begins_s
     width, height = cell
     view = Projection(width=width, height=height, pixels_per_m=height * 0.45, yaw_deg=yaw_deg)
     title = 22 if any(rows) else 0
@@ -96,10 +83,12 @@ def render_strip(
     for r, (name, row) in enumerate(rows.items()):
         top = _MARGIN + r * (height + title)
         draw.text((_MARGIN + 2, top), name, fill=_INK, font=font)
-        mannequin = Mannequin.of(row, body)
-        for c, time_s in enumerate(times):
-            frame = int(np.argmin(np.abs(row.time_s - time_s)))
-            picture.paste(_cell(row, frame, view, mannequin), (_MARGIN + c * (width + _GUTTER), top + title))
+        cells = [row.at(time_s) for time_s in times]
+        views = [looking_at(figures, view) for figures in cells]
+        scale = min(one.pixels_per_m for one in views)  # one for the whole row
+        for c, (figures, one) in enumerate(zip(cells, views, strict=True)):
+            cell_picture = Image.fromarray(draw_figures(figures, replace(one, pixels_per_m=scale)))
+            picture.paste(cell_picture, (_MARGIN + c * (width + _GUTTER), top + title))
     for c, time_s in enumerate(times):
         x = _MARGIN + c * (width + _GUTTER) + width / 2
         draw.text(

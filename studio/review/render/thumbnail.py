@@ -2,17 +2,20 @@
 
 import os
 import tempfile
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
 from PIL import Image
 
-from studio.engine.animation.mannequin.performer import Mannequin
 from studio.engine.base.errors import FormatError, StudioError
 from studio.engine.base.files import write_atomically
 from studio.engine.model.joints import OUTPUT_INDEX, OUTPUT_JOINTS
 from studio.engine.model.poses import Poses
-from studio.review.render.figure import Projection, draw_figure
+from studio.review.render.figure import Projection, draw_figures
+from studio.review.render.performers import DrawnPerformers, looking_at
+from studio.take.folder.solved import solved_performers
+from studio.take.folder.take import Take
 
 SIZE_PX = 128
 _SEEN_M = 2.25  # height of a performer with raised arms, in the picture
@@ -28,40 +31,36 @@ def telling_frame(poses: Poses) -> int:
     return int(np.argmax(reach)) * step
 
 
-def render_thumbnail(poses: Poses, path: str | os.PathLike[str]) -> None:
-    """Write a PNG of 128 x 128 pixels, atomically.
+def render_thumbnail(poses: Poses | Sequence[Poses], path: str | os.PathLike[str]) -> None:
+    """Write a PNG of 128 x 128 pixels, atomically, of one performer or several.
 
     Raises:
         FormatError: no frames, another skeleton than the output skeleton, or bones that no body fits.
     """
-    if poses.joint_names != OUTPUT_JOINTS or poses.frame_count == 0:
+    performers = [poses] if isinstance(poses, Poses) else list(poses)
+    if any(one.joint_names != OUTPUT_JOINTS or one.frame_count == 0 for one in performers):
         raise FormatError(
             "picture.other_skeleton", "a picture needs frames of the output skeleton; solve the take again"
         )
-    frame = telling_frame(poses)
-    hips = poses.positions_m[frame, OUTPUT_INDEX["Hips"]]
-    view = Projection(
-        width=SIZE_PX,
-        height=SIZE_PX,
-        pixels_per_m=SIZE_PX / _SEEN_M,
-        target_m=(float(hips[0]), float(hips[1]), 0.0),
-        horizon=0.9,
-    )
-    picture = Image.fromarray(
-        draw_figure(Mannequin.of(poses), poses.positions_m[frame], poses.rotations_wxyz[frame], view)
-    )
+    first = performers[0]
+    figures = DrawnPerformers.of("", performers).at(float(first.time_s[telling_frame(first)]))
+    view = Projection(width=SIZE_PX, height=SIZE_PX, pixels_per_m=SIZE_PX / _SEEN_M, horizon=0.9)
+    picture = Image.fromarray(draw_figures(figures, looking_at(figures, view)))
     with write_atomically(path) as file:
         picture.save(file, format="PNG", optimize=True)
 
 
 def render_thumbnails(wanted: list[tuple[Path, Path]]) -> list[Path]:
-    """Draw the pictures of takes, given the `poses.npz` and the picture of each; return those that were made."""
+    """Draw the pictures of takes, given the folder of the solve and the picture of each; return those that were
+    made."""
     made = []
     with tempfile.TemporaryDirectory() as folder:
         drawn = Path(folder) / "picture.png"
-        for poses, picture in wanted:
+        for solve, picture in wanted:
             try:
-                render_thumbnail(Poses.load(poses), drawn)
+                take = Take.open(solve.parent.parent)
+                performers = solved_performers(take, solve.name)
+                render_thumbnail([one.poses for one in performers], drawn)
                 _put(drawn, picture)
             except (StudioError, OSError):
                 continue  # damaged, as the list says; or the take was removed or renamed meanwhile

@@ -2,15 +2,15 @@
 
 import base64
 import tempfile
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
 from studio.engine.metrics.figures import thesis
-from studio.engine.metrics.reference.alignment import align
+from studio.engine.metrics.reference.alignment import Alignment, align
 from studio.engine.metrics.reference.markers import fit_joint_centres
 from studio.engine.metrics.reference.matching import Matched, match
 from studio.engine.metrics.reference.reference import Markers, Reference
@@ -51,6 +51,7 @@ class MeasuredSolve:
         settings: from its `settings.json`; may be empty.
         disagrees: by camera, the spans in which it did not agree, in stage time.
         moved: by camera, how far it was moved [mm] and turned [degrees] before depth was tracked.
+        together: `figures` have the alignment of several performers together.
     """
 
     poses: Poses
@@ -58,6 +59,7 @@ class MeasuredSolve:
     settings: SettingsJson
     disagrees: Mapping[str, Sequence[Span]] = field(default_factory=dict)
     moved: Mapping[str, tuple[float, float]] = field(default_factory=dict)
+    together: bool = False
 
 
 def evaluation_report(
@@ -77,22 +79,50 @@ def evaluation_report(
         start_s: stage time before which nothing counts, as for `evaluate`.
         say: the reader's words.
     """
+    begins_s = next(iter(solves.values())).poses.begins_s
+    parts = [*intro(solves, begins_s, say), *report_parts(solves, reference, start_s=start_s, say=say)]
+    return page(title, parts, say.language)
+
+
+def intro(solves: Collection[str], begins_s: float, say: Words) -> list[str]:
+    """Return what a report begins with: how many solves it compares, and from when its times count."""
+    base = next(iter(solves))
+    count = "{n} solve; what each figure is stands in docs/metrics.md."
+    if len(solves) > 1:
+        count = "{n} solves; changes are against {base}. What each figure is stands in docs/metrics.md."
+    return [
+        paragraph(say(count, n=len(solves), base=base), "faint"),
+        paragraph(say(_TIMES, base=base, begins=f"{begins_s:.2f}"), "faint"),
+    ]
+
+
+def report_parts(
+    solves: Mapping[str, MeasuredSolve],
+    reference: Reference | Markers,
+    *,
+    start_s: float | None = None,
+    begins_s: float | None = None,
+    level: int = 2,
+    say: Words = ENGLISH,
+) -> list[str]:
+    """Return the sections of a report of one performer.
+
+    Args:
+        solves, reference, start_s, say: as in `evaluation_report`.
+        begins_s: stage time from which times count [s]; None = the first frame of the first solve.
+        level: of the headings.
+    """
     matched = {name: _matched(one, reference, start_s) for name, one in solves.items()}
     figures = {name: one.figures for name, one in solves.items()}
     errors = {name: frame_errors_mm(one) for name, one in matched.items()}
     base = next(iter(solves))
-    begins_s = solves[base].poses.begins_s
-    count = "{n} solve; what each figure is stands in docs/metrics.md."
-    if len(solves) > 1:
-        count = "{n} solves; changes are against {base}. What each figure is stands in docs/metrics.md."
+    begins_s = solves[base].poses.begins_s if begins_s is None else begins_s
     away = [
         say("Aligned away for {name}: {what}.", name=name, what=aligned_away(one, say))
         for name, one in figures.items()
     ]
     parts = [
-        paragraph(say(count, n=len(solves), base=base), "faint"),
-        paragraph(say(_TIMES, base=base, begins=f"{begins_s:.2f}"), "faint"),
-        _heading(say("Figures")),
+        _heading(say("Figures"), level),
         figures_table(figures, base, say),
         bullets(
             away
@@ -101,10 +131,11 @@ def evaluation_report(
         ),
     ]
     if len(solves) > 1:
-        parts += _changes(solves, matched, base, say)
+        parts += _changes(solves, matched, base, say, level)
     first = matched[base]
-    parts += [
-        _heading(say("Error over time")),
+    return [
+        *parts,
+        _heading(say("Error over time"), level),
         curves(
             say("mean over joints"),
             first.time_s - begins_s,
@@ -113,16 +144,15 @@ def evaluation_report(
             clock=say(CLOCK),
             height=244,
         ),
-        _heading(say("Curves")),
+        _heading(say("Curves"), level),
         *_axes(matched, base, begins_s, say),
-        _heading(say("Worst moments")),
-        *_moments(solves, matched, errors, base, say),
-        _heading(say("Error of each joint")),
+        _heading(say("Worst moments"), level),
+        *_moments(solves, matched, errors, base, begins_s, say, level + 1),
+        _heading(say("Error of each joint"), level),
         _bodies(figures, say),
-        _heading(say("What would have to be cleaned up")),
+        _heading(say("What would have to be cleaned up"), level),
         *(edit_list(name, one, begins_s, say) for name, one in figures.items()),
     ]
-    return page(title, parts, say.language)
 
 
 def _moves(name: str, one: MeasuredSolve, say: Words) -> list[str]:
@@ -157,7 +187,7 @@ def _doubts(name: str, one: MeasuredSolve, say: Words) -> list[str]:
     ]
 
 
-def _heading(words: str, level: int = 2) -> str:
+def _heading(words: str, level: int) -> str:
     return f"<h{level}>{safe(words)}</h{level}>"
 
 
@@ -169,6 +199,9 @@ def _matched(one: MeasuredSolve, reference: Reference | Markers, start_s: float 
             one.poses, reference, start_s=start_s, offset_s=offset_s, drift_ppm=drift_ppm
         )
     found = match(one.poses, reference, start_s=start_s, offset_s=offset_s, drift_ppm=drift_ppm)
+    if one.together:
+        aligned = Alignment.from_json(one.figures["alignment"])
+        return replace(found, solve_m=aligned.to_reference(found.solve_m))
     return align(found, similarity=one.figures["alignment"]["kind"] == "similarity")[0]
 
 
@@ -204,7 +237,7 @@ def _wrist_errors_cm(matched: Matched) -> dict[str, NDArray[np.float64]]:
 
 
 def _changes(
-    solves: Mapping[str, MeasuredSolve], matched: Mapping[str, Matched], base: str, say: Words
+    solves: Mapping[str, MeasuredSolve], matched: Mapping[str, Matched], base: str, say: Words, level: int
 ) -> list[str]:
     """Effect of each solve's switches relative to the first, with intervals over blocks of a second."""
     each = {
@@ -229,7 +262,7 @@ def _changes(
         seconds=f"{BLOCK_S:g}",
     )
     return [
-        _heading(say("What each switch gained or cost")),
+        _heading(say("What each switch gained or cost"), level),
         switches_table({name: one.settings for name, one in solves.items()}, base, say),
         charts_row(charts),
         paragraph(intervals, "faint"),
@@ -288,9 +321,11 @@ def _moments(
     matched: Mapping[str, Matched],
     errors: Mapping[str, NDArray[np.float64]],
     base: str,
+    begins_s: float,
     say: Words,
+    level: int,
 ) -> list[str]:
-    parts, begins_s = [], solves[base].poses.begins_s
+    parts = []
     for index, (name, one) in enumerate(matched.items()):
         figures = [
             stick_figures(
@@ -302,7 +337,7 @@ def _moments(
             for frame in worst_frames(errors[name], one.time_s)
         ]
         words = say("{name}, over the reference (without colour), front and side", name=name)
-        parts += [_heading(words, 3), charts_row(figures)]
+        parts += [_heading(words, level), charts_row(figures)]
     drawn = {name: one.poses for name, one in solves.items() if (one.poses.parents < 0).sum() == 1}
     if drawn:
         times = [
@@ -310,7 +345,7 @@ def _moments(
             for frame in sorted(worst_frames(errors[base], matched[base].time_s))
         ]
         words = say("All solves at the worst moments of {base}", base=base)
-        parts += [_heading(words, 3), _picture(drawn, times, begins_s, say)]
+        parts += [_heading(words, level), _picture(drawn, times, begins_s, say)]
     return parts
 
 

@@ -7,13 +7,20 @@ from studio.engine.base.errors import FormatError
 from studio.engine.base.files import write_atomically
 from studio.engine.base.sentences import system_says
 from studio.engine.metrics.reference.reference import Markers, Reference, read_reference
-from studio.engine.metrics.results import Evaluation
+from studio.engine.metrics.results import Evaluation, SeveralEvaluation
 from studio.engine.model.poses import Poses
 from studio.review.report.evaluation import MeasuredSolve, evaluation_report
+from studio.review.report.performers import ReportedPerformer, performers_report
 from studio.review.report.words import ENGLISH, Language, Words
-from studio.take.folder.evaluating import evaluate_solves
+from studio.take.folder.evaluating import evaluate_performers, evaluate_solves
+from studio.take.folder.performers import performer_by_name, shown_name
 from studio.take.folder.references import HowAligned
-from studio.take.folder.solves import read_settings, solve_camera_moves, solve_disagreements
+from studio.take.folder.solves import (
+    read_settings,
+    solve_camera_moves,
+    solve_disagreements,
+    undecided_spans,
+)
 from studio.take.folder.take import POSES, Take
 
 
@@ -35,19 +42,45 @@ def take_report(
     return evaluation_report(title, solves, reference, start_s=take.meta["calibration_s"], say=say)
 
 
-def write_report(
-    path: Path,
+def several_report(
     take: Take,
-    reference: Reference | Markers,
-    figures: Mapping[str, Evaluation],
+    references: Mapping[str, Reference | Markers],
+    figures: Mapping[str, SeveralEvaluation],
     say: Words = ENGLISH,
-) -> None:
-    """Write the report to a file, atomically.
+) -> str:
+    """Return the report of solves of several performers as HTML.
+
+    Args:
+        references: by performer, in the order of the sections.
+        figures: by solve, from `evaluate_performers` with these references.
+    """
+    performers = []
+    for key, reference in references.items():
+        performer = performer_by_name(take.meta, key)
+        folders = {solve: take.performer_folder(solve, performer) for solve in figures}
+        solves = {
+            solve: MeasuredSolve(
+                Poses.load(folder / POSES),
+                figures[solve]["performers"][key],
+                read_settings(take.solve_folder(solve)) or {},
+                solve_disagreements(folder),
+                solve_camera_moves(take.solve_folder(solve)),
+                together=True,
+            )
+            for solve, folder in folders.items()
+        }
+        doubts = {solve: undecided_spans(folder) for solve, folder in folders.items()}
+        performers.append(ReportedPerformer(shown_name(take.meta, performer), key, solves, reference, doubts))
+    title = say("Figures of {take}", take=take.path.name)
+    return performers_report(title, performers, figures, start_s=take.meta["calibration_s"], say=say)
+
+
+def write_report(path: Path, page: str) -> None:
+    """Write a report to a file, atomically.
 
     Raises:
         FormatError: the file cannot be written.
     """
-    page = take_report(take, reference, figures, say)
     try:
         with write_atomically(path) as file:
             file.write(page.encode())
@@ -85,7 +118,40 @@ def report_solves(
     told, measured = progress or (lambda share: None), len(solves) / (len(solves) + 1)
     motion, say = read_reference(reference, unit_m=how.unit_m), Words(language)
     figures = evaluate_solves(take, motion, solves, how, progress=lambda share: told(share * measured))
+    made = take_report(take, motion, figures, say)
     if out is None:
-        return take_report(take, motion, figures, say)
-    write_report(out, take, motion, figures, say)
+        return made
+    write_report(out, made)
+    return None
+
+
+def report_performers(
+    take: Take,
+    references: Mapping[str, Path],
+    solves: Sequence[str],
+    how: HowAligned,
+    language: Language,
+    out: Path | None = None,
+    *,
+    progress: Callable[[float], None] | None = None,
+) -> str | None:
+    """Measure solves of several performers and report them, as returned HTML or in the file `out`.
+
+    Args:
+        references: files by performer.
+        solves, how, language, out, progress: as in `report_solves`, also for errors.
+
+    Raises:
+        TakeError: a solve has no such performer.
+    """
+    told, measured = progress or (lambda share: None), len(solves) / (len(solves) + 1)
+    motions, say = (
+        {key: read_reference(file, unit_m=how.unit_m) for key, file in references.items()},
+        Words(language),
+    )
+    figures = evaluate_performers(take, motions, solves, how, progress=lambda share: told(share * measured))
+    made = several_report(take, motions, figures, say)
+    if out is None:
+        return made
+    write_report(out, made)
     return None

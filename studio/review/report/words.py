@@ -57,6 +57,20 @@ FRENCH = {
     "clock {offset} ms and {drift} ppm ahead": "horloge en avance de {offset} ms et {drift} ppm",
     "offsets of {n} markers from the joints fitted on this take":
         "décalages de {n} marqueurs aux articulations ajustés sur cette prise",
+    "Performers": "Interprètes",
+    "performer": "interprète",
+    "became another": "devenu un autre",
+    "frames missed, %": "images manquées, %",
+    "undecided, %": "indécises, %",
+    "joint error of {name}, mm": "erreur des articulations de {name}, mm",
+    "One transform aligns all performers. A performer became another where they are nearer to the other's reference.":
+        "Une même transformation aligne tous les interprètes. Un interprète est devenu un autre là où il est plus "
+        "près de la référence de l'autre.",
+    "{name}, {solve}: not told apart from another from {since} to {until} s.":
+        "{name}, {solve} : non distingué d'un autre de {since} à {until} s.",
+    "Where they were": "Où ils étaient",
+    "{solve}, from above: solve, and reference dashed":
+        "{solve}, vu d'en haut : résolution, et référence en pointillés",
     "Error over time": "Erreur au cours du temps",
     "mean over joints": "moyenne des articulations",
     "Curves": "Courbes",

@@ -8,8 +8,8 @@ import base64
 import hashlib
 import json
 import re
+from collections.abc import Sequence
 from functools import cache
-from pathlib import Path
 from typing import Any
 
 from jinja2 import Environment, FileSystemLoader
@@ -18,18 +18,25 @@ from markupsafe import Markup
 from studio.engine.model.poses import Poses, on_output_joints
 from studio.review.share.bake import replay_glb
 from studio.review.share.bundle import STATIC, bundle, packed
+from studio.take.folder.solved import solved_performers
+from studio.take.folder.take import Take
 
 _ENTRY = STATIC / "vote" / "share_page.js"
 _SCRIPT = re.compile(r"<script>(.*?)</script>", re.DOTALL)
 
 
 def replay_page(
-    poses: Poses, *, title: str, subtitle: str = "", start_s: float | None = None, end_s: float | None = None
+    poses: Poses | Sequence[Poses],
+    *,
+    title: str,
+    subtitle: str = "",
+    start_s: float | None = None,
+    end_s: float | None = None,
 ) -> bytes:
     """Return a part of a solve as an HTML file.
 
     Args:
-        poses: the solve.
+        poses: the solve; of several performers the poses of each.
         title, subtitle: shown above it.
         start_s, end_s: the part [s from its first frame]; None: all of it.
 
@@ -51,9 +58,15 @@ def replay_page(
     return template.render(policy=policy(script[1]), style=style, **values).encode()
 
 
-def solve_page(poses: Path, **how: Any) -> bytes:
-    """Return a part of the solve in a `poses.npz` as an HTML file; arguments and errors as `replay_page`."""
-    return replay_page(on_output_joints(Poses.load(poses)), **how)
+def solve_page(take: Take, solve: str, *, subtitle: str = "", **how: Any) -> bytes:
+    """Return a part of a take's solve as an HTML file, with all performers, whose names stand in the subtitle;
+    arguments and errors as `replay_page`."""
+    performers = solved_performers(take, solve)
+    poses = [on_output_joints(one.poses) for one in performers]
+    if len(poses) == 1:
+        return replay_page(poses[0], subtitle=subtitle, **how)
+    names = ", ".join(one.name for one in performers)
+    return replay_page(poses, subtitle=f"{subtitle} · {names}" if subtitle else names, **how)
 
 
 def policy(script: str) -> str:

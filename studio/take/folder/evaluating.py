@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING
 
 from studio.engine.metrics.results import Evaluation, SeveralEvaluation
 from studio.take.folder.references import HowAligned
-from studio.take.folder.solves import read_metrics
+from studio.take.folder.solves import read_metrics, undecided_spans
 from studio.take.folder.take import POSES, Take
 
 if TYPE_CHECKING:
@@ -21,9 +21,11 @@ def evaluate_solves(
     *,
     progress: Callable[[float], None] | None = None,
 ) -> dict[str, Evaluation]:
-    """Return the figures of a take's solves by name, as from `metrics.evaluate`; `progress` receives 0 to 1.
+    """Return the figures of a take's solves by name, as from `metrics.evaluate`, of several performers those of the
+    one whose motion the reference is; `progress` receives 0 to 1.
 
     Raises:
+        TakeError: a solve has no such performer.
         FormatError: a solve is missing or damaged.
         StudioError: it cannot be aligned with the reference.
     """
@@ -31,7 +33,7 @@ def evaluate_solves(
 
     figures = {}
     for k, name in enumerate(solves):
-        poses = Poses.load(take.performer_folder(name) / POSES)
+        poses = Poses.load(take.performer_folder(name, how.performer) / POSES)
         figures[name] = evaluate_poses(take, poses, reference, how)
         if progress is not None:
             progress((k + 1) / len(solves))
@@ -62,10 +64,7 @@ def evaluate_performers(
         figures[name] = evaluate_several(
             {performer: Poses.load(folder / POSES) for performer, folder in folders.items()},
             references,
-            undecided_s={
-                performer: (read_metrics(folder) or {}).get("undecided_s", [])
-                for performer, folder in folders.items()
-            },
+            undecided_s={performer: undecided_spans(folder) for performer, folder in folders.items()},
             recorded_s=(read_metrics(take.solve_folder(name)) or {}).get("recorded_s"),
             start_s=take.meta["calibration_s"],
             same_clock=not how.align_time,

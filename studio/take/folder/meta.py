@@ -3,6 +3,7 @@
 from typing import NotRequired, TypedDict
 
 from studio.engine.model.calibration import PerformerJson
+from studio.engine.model.solve_metrics import ExchangeJson
 
 
 class CameraMeta(TypedDict):
@@ -55,6 +56,8 @@ class TakeMeta(TypedDict):
         take_id: names a live take for good.
         timecode: of a live take: time of day at its start, `hh:mm:ss:ff`.
         number: of a live take, within the session.
+        performer_names: names of its performers, by `performer_1`, ...
+        exchanges: of performers, in the order in which they were made.
         video_unwanted: its video was thrown away: what cameras still have of it does not come.
     """
 
@@ -72,6 +75,8 @@ class TakeMeta(TypedDict):
     starred: NotRequired[bool]
     tags: NotRequired[list[str]]
     markers: NotRequired[list[MarkerMeta]]
+    performer_names: NotRequired[dict[str, str]]
+    exchanges: NotRequired[list[ExchangeJson]]
     calibration: int | None
     calibration_s: float | None
     recording: str

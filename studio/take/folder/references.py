@@ -16,7 +16,8 @@ from studio.engine.base.sentences import system_says
 from studio.engine.metrics.reference.kinds import REFERENCE_KINDS
 from studio.take.folder.measured import forget_measured
 from studio.take.folder.names import check_name, inside
-from studio.take.folder.take import Take
+from studio.take.folder.performers import performer_by_name
+from studio.take.folder.take import PERFORMER, Take
 
 FOLDER = "references"
 _REMOVED = ".removed"
@@ -31,11 +32,13 @@ class HowAligned:
         align_time: it has its own clock, whose offset and drift are estimated.
         align: `rigid`, or `similarity` (the size too).
         unit_m: metres per unit of a BVH; None = by a height of 1.75 m.
+        performer: of several whose motion it is; None = the first one's.
     """
 
     align_time: bool = False
     align: str = "rigid"
     unit_m: float | None = None
+    performer: str | None = None
 
 
 def reference_names(take: Take) -> list[str]:
@@ -65,7 +68,9 @@ def how_aligned(take: Take, name: str) -> HowAligned:
     """Return the options of a reference's alignment; the defaults if none are stored, or the file is damaged."""
     try:
         value = json.loads(_how_path(take, name).read_text(encoding="utf-8"))
-        how = HowAligned(bool(value["align_time"]), str(value["align"]), value["unit_m"])
+        how = HowAligned(
+            bool(value["align_time"]), str(value["align"]), value["unit_m"], value.get("performer")
+        )
     except (OSError, ValueError, KeyError, TypeError):
         return HowAligned()
     return how if how.align in ("rigid", "similarity") else HowAligned()
@@ -76,19 +81,34 @@ def keep_how_aligned(take: Take, name: str, how: HowAligned) -> None:
     write_json(_how_path(take, name), asdict(how))
 
 
-def placed_path(take: Take, name: str, solve: str) -> Path:
-    """Return the path of a reference in a solve's stage frame."""
+def placed_path(take: Take, name: str, solve: str, how: HowAligned | None = None) -> Path:
+    """Return the path of a reference in a solve's stage frame, of several performers beside the poses of the one
+    whose motion it is: as `how` says, else as is stored.
+
+    Raises:
+        TakeError: the solve has no such performer.
+    """
     reference_path(take, name)
-    return inside(take.solve_folder(solve), FOLDER, f"{name}.npz")
+    how = how_aligned(take, name) if how is None else how
+    return inside(take.performer_folder(solve, how.performer), FOLDER, f"{name}.npz")
+
+
+def has_performer(take: Take, name: str, solve: str) -> bool:
+    """Whether a solve has the performer whose motion a reference is."""
+    wanted = how_aligned(take, name).performer
+    names = take.performer_names(solve) or [PERFORMER]
+    return wanted is None or performer_by_name(take.meta, wanted) in names
 
 
 def forget_placed(take: Take, name: str) -> None:
     """Delete the derived files of a reference, because the file or its alignment has changed."""
     for solve in take.solve_names():
-        placed = placed_path(take, name, solve)
-        placed.unlink(missing_ok=True)
-        placed.with_suffix(".json").unlink(missing_ok=True)
-        forget_measured(take.solve_folder(solve), name)
+        for performer in take.performer_names(solve) or [None]:
+            folder = take.performer_folder(solve, performer)
+            placed = inside(folder, FOLDER, f"{name}.npz")
+            placed.unlink(missing_ok=True)
+            placed.with_suffix(".json").unlink(missing_ok=True)
+            forget_measured(folder, name)
 
 
 def remove_reference(take: Take, name: str) -> None:

@@ -127,6 +127,16 @@ def solve_disagreements(folder: Path) -> dict[str, list[Span]]:
         return {}
 
 
+def undecided_spans(folder: Path) -> list[tuple[float, float]]:
+    """Return the spans of stage time [s] in which the performer of a folder was not told apart from another; may be
+    empty."""
+    found = (read_metrics(folder) or {}).get("undecided_s", [])
+    try:
+        return [(float(begin), float(end)) for begin, end in found]
+    except (TypeError, ValueError):
+        return []
+
+
 def solve_camera_moves(folder: Path) -> dict[str, tuple[float, float]]:
     """Return by camera how far it was moved [mm] and turned [degrees] before a solve; empty where nothing says."""
     found = (read_metrics(folder) or {}).get("cameras_moved", {})

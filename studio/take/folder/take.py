@@ -18,6 +18,7 @@ from studio.engine.base.sentences import about, say, system_says
 from studio.engine.model.calibration import Calibration
 from studio.take.folder.meta import CameraMeta, TakeMeta
 from studio.take.folder.names import check_name, inside, is_safe_name
+from studio.take.folder.performers import performer_by_name
 from studio.wire import Hello
 
 FORMAT_VERSION = 1
@@ -303,11 +304,15 @@ class Take:
         Raises:
             TakeError: a name that is not allowed.
         """
-        names = [file.parent.name for file in self.solve_folder(solve).glob(f"*/{POSES}")]
-        return sorted((name for name in names if is_safe_name(name)), key=lambda name: (len(name), name))
+        return _in_order(self.solve_folder(solve).glob(f"*/{POSES}"))
+
+    def all_performers(self) -> list[str]:
+        """Names of the performers of all solves of several, in the order in which they came in; empty for one."""
+        return _in_order((self.path / "solves").glob(f"*/*/{POSES}"))
 
     def performer_folder(self, solve: str, performer: str | None = None) -> Path:
-        """Return the folder with the poses of a solve's performer; the first where None.
+        """Return the folder with the poses of a solve's performer, by name as given or `performer_1`, ...; the first
+        where None.
 
         Raises:
             TakeError: a name that is not allowed, or no such performer.
@@ -315,6 +320,7 @@ class Take:
         folder, names = self.solve_folder(solve), self.performer_names(solve)
         if performer is None:
             return folder / names[0] if names else folder
+        performer = performer_by_name(self.meta, performer)
         if performer not in (names or [PERFORMER]):
             raise TakeError(
                 "take.no_performer",
@@ -325,6 +331,12 @@ class Take:
                 others=names or [PERFORMER],
             )
         return folder / performer if names else folder
+
+
+def _in_order(poses: Iterable[Path]) -> list[str]:
+    """Return the names of performers with these poses, in the order in which they came in."""
+    names = {file.parent.name for file in poses}
+    return sorted((name for name in names if is_safe_name(name)), key=lambda name: (len(name), name))
 
 
 def _numbers(files: Iterable[Path]) -> list[int]:

@@ -24,8 +24,7 @@ def save_live_solve(take: Take, settings: SolveSettings, camera_frames: int) -> 
         write_solve(take, LIVE_SOLVE, settings=settings, poses=poses[1], metrics=metrics)
     elif poses:
         performers = {
-            performer_key(number): Solved(one, {"frames": one.frame_count})
-            for number, one in poses.items()
+            performer_key(number): Solved(one, {"frames": one.frame_count}) for number, one in poses.items()
         }
         metrics["performers"] = {name: one.metrics for name, one in performers.items()}
         write_performers(take, LIVE_SOLVE, settings=settings, performers=performers, metrics=metrics)

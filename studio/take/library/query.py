@@ -26,6 +26,7 @@ UNITS: dict[str, dict[str, float]] = {
     "edits": {"": 1.0, "/min": 1.0},
     "jumps": {"": 1.0},
     "rating": {"": 1.0},
+    "performers": {"": 1.0},
 }
 """Fields that hold numbers, with the units that each understands; the one without a name is its own."""
 

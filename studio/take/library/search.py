@@ -10,19 +10,20 @@ from studio.take.library.slate import RATINGS
 
 COLUMNS = (
     "created", "date", "length", "rating", "anywhere", "name", "session", "performer", "note", "tag", "solve",
-    "camera", "source", "flags",
+    "camera", "source", "flags", "performers",
 )  # fmt: skip
 """Columns of a take beside its id, stamp and line of the list."""
 
 _PARTS = ("name", "session", "performer", "note")
 _WHOLE = ("tag", "solve", "camera", "source")
-_OWN_NUMBERS = ("date", "length", "rating")
+_OWN_NUMBERS = ("date", "length", "rating", "performers")
 _END = "\n"
 
 
 def row_of(info: TakeInfo) -> list[Any]:
     """Return what `COLUMNS` hold of a take; texts are folded, lists stand between line ends."""
-    told = [f"{info.session}/{info.name}", info.notes, info.performer, *info.tags]
+    performer = " ".join([str(info.performer), *performers_of(info)])
+    told = [f"{info.session}/{info.name}", info.notes, performer, *info.tags]
     anywhere = " ".join(map(str, [*told, "starred ★"] if info.starred else told))
     flags = {
         "starred": bool(info.starred),
@@ -39,15 +40,21 @@ def row_of(info: TakeInfo) -> list[Any]:
         "anywhere": folded(anywhere),
         "name": folded(info.name),
         "session": folded(info.session),
-        "performer": folded(str(info.performer)),
+        "performer": folded(performer),
         "note": folded(str(info.notes)),
         "tag": _list(info.tags),
         "solve": _list(info.solves),
         "camera": _list(info.cameras),
         "source": _list([info.source]),
+        "performers": max(len(info.performers), 1) if info.solves else None,
         "flags": _list([name for name, is_so in flags.items() if is_so]),
     }
     return [values[column] for column in COLUMNS]
+
+
+def performers_of(info: TakeInfo) -> list[str]:
+    """Return the names of a take's several performers, as given or `performer_1`, ..."""
+    return [info.performer_names.get(name, name) for name in info.performers]
 
 
 def performance_s(info: TakeInfo) -> float | None:

@@ -2,7 +2,7 @@
 
 import os
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from datetime import datetime
 from functools import lru_cache
 from pathlib import Path
@@ -35,6 +35,8 @@ class TakeInfo:
         calibrated: a calibration is in use.
         state: recording state of `take.json`, or `damaged`.
         source, performer, notes, tags, rating, starred: of `take.json`.
+        performers: of its solves of several; empty for one.
+        performer_names: those that the operator gave, by performer.
         problem: why `take.json` cannot be read, else None.
     """
 
@@ -57,6 +59,8 @@ class TakeInfo:
     starred: bool = False
     problem: str | None = None
     video_bytes: int = 0
+    performers: tuple[str, ...] = ()
+    performer_names: dict[str, str] = field(default_factory=dict)
 
 
 def take_ids(sessions_dir: str | Path) -> Iterator[str]:
@@ -128,6 +132,8 @@ def take_info(path: Path) -> TakeInfo:
         rating=take.meta.get("rating"),
         starred=take.meta.get("starred", False),
         video_bytes=video_bytes(path),
+        performers=tuple(take.all_performers()),
+        performer_names=take.meta.get("performer_names", {}),
     )
 
 

@@ -1,16 +1,18 @@
 """The slate of a take: its name and session, performer, notes, tags, rating, star, markers."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from studio.engine.base.errors import TakeError
 from studio.engine.base.sentences import system_says
+from studio.engine.model.exchange import Exchange
 from studio.take.folder.lock import is_held
 from studio.take.folder.meta import MarkerMeta
 from studio.take.folder.names import check_name
+from studio.take.folder.performers import checked_exchanges, checked_names
 from studio.take.folder.take import Take, check_free
 from studio.take.library.sessions import take_path
 
@@ -39,6 +41,8 @@ class Slate:
         markers: all of them, in any order.
         rating: 0 (none) to 5.
         starred: a favourite.
+        performer_names: of all performers, by `performer_1`, ...; those left out lose theirs.
+        exchanges: of performers, all of them, in the order in which they were made.
     """
 
     session: str | None = None
@@ -49,6 +53,8 @@ class Slate:
     markers: tuple[TimelineMarker, ...] | None = None
     rating: int | None = None
     starred: bool | None = None
+    performer_names: Mapping[str, str] | None = None
+    exchanges: tuple[Exchange, ...] | None = None
 
 
 def change_slate(sessions_dir: Path, session: str, name: str, slate: Slate) -> Take:
@@ -72,6 +78,8 @@ def change_slate(sessions_dir: Path, session: str, name: str, slate: Slate) -> T
         "performer": slate.performer, "notes": slate.notes,
         "tags": None if slate.tags is None else _distinct(slate.tags),
         "markers": None if slate.markers is None else _in_order(slate.markers),
+        "performer_names": None if slate.performer_names is None else checked_names(slate.performer_names),
+        "exchanges": None if slate.exchanges is None else checked_exchanges(slate.exchanges),
         "rating": None if slate.rating is None else slate.rating or None, "starred": slate.starred,
     }  # fmt: skip
     if slate.rating == 0:

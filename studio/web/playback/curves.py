@@ -36,6 +36,8 @@ class Curves(Struct):
         stance: by side the spans in which a foot stands.
         pops: the spans in which the joint is over 5 cm off its path, as the edit list's `joint_pop`
             (`metrics.cleanup.pops`), at the solve's own frames.
+        away: the spans in which the performer is not on the stage.
+        undecided: by performer the spans in which they were not told apart from another.
         disagrees: by camera the spans in which all its joints were so far from the other cameras' [mm].
     """
 
@@ -51,6 +53,8 @@ class Curves(Struct):
     used: dict[str, list[FrameSpan]]
     stance: dict[str, list[FrameSpan]]
     pops: list[FrameSpan]
+    away: list[FrameSpan]
+    undecided: dict[str, list[FrameSpan]]
     disagrees: dict[str, list[tuple[int, int, int]]]
 
 
@@ -84,8 +88,15 @@ def curves(clip: Clip, joint: str, points: int = MAX_POINTS) -> Curves:
         used=_used(clip, joint, gap),
         stance=_stance(clip, gap),
         pops=_pops(clip, row, gap),
+        away=[] if clip.here is None else spans(~clip.here, gap),
+        undecided={clip.names[one]: _frames_of(clip, times) for one, times in clip.undecided_s.items()},
         disagrees={name: _disagreeing(clip, spans) for name, spans in clip.disagrees.items()},
     )
+
+
+def _frames_of(clip: Clip, times_s: tuple[tuple[float, float], ...]) -> list[FrameSpan]:
+    """Return spans of stage time [s] as first and last frame."""
+    return [(clip.nearest(begin), clip.nearest(end)) for begin, end in times_s]
 
 
 def _disagreeing(clip: Clip, spans: list[Span]) -> list[tuple[int, int, int]]:
@@ -167,7 +178,8 @@ def _stance(clip: Clip, gap: int) -> dict[str, list[FrameSpan]]:
     out = {}
     for side, joints in _FEET.items():
         feet = poses.positions_m[:, [OUTPUT_INDEX[joint] for joint in joints]]
-        out[side] = spans(np.any(stance_of(feet, poses.time_s), axis=1), gap)
+        stands = np.any(stance_of(feet, poses.time_s), axis=1)
+        out[side] = spans(stands if clip.here is None else stands & clip.here, gap)
     return out
 
 

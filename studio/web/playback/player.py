@@ -8,12 +8,14 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from studio.api.stage.shown import ReplayStatus, SecondFigure
+from studio.api.stage.shown import ReplayedPerformer, ReplayStatus, SecondFigure
 from studio.engine.base.errors import SettingsError, StudioError
 from studio.engine.model.calibration import Calibration
+from studio.engine.model.colours import performer_colour
 from studio.engine.model.frames import StepResult
 from studio.engine.model.poses import Poses, on_output_joints
 from studio.offline.so_far import SoFar
+from studio.take.folder.performers import performer_number
 from studio.take.folder.take import Take
 from studio.web.playback.clip import Clip
 from studio.web.playback.growing import GrowingClip, GrowingClips
@@ -21,6 +23,7 @@ from studio.web.playback.raw_clip import load_raw
 from studio.web.playback.second import Second
 from studio.web.playback.space import space_of
 from studio.web.points.replayed import ReplayedDepth
+from studio.web.scene.palette import as_hex
 
 SPEEDS = (0.05, 4.0)
 TICK_S = 1.0 / 60.0
@@ -45,6 +48,7 @@ class Screen(Protocol):
         trails: Mapping[int, NDArray[np.float64]],
         calibration: Calibration | None,
         depth: ReplayedDepth,
+        names: Mapping[int, str],
     ) -> None:
         """Show a frame, another solve's beside it, and the joints' earlier places, shape (N, 52, 3); `depth`: where
         the take's depth images are."""
@@ -118,8 +122,9 @@ class Player:
             clip, ghost = self._open(), self._ghost
         return space_of(_places(clip, ghost))
 
-    def part(self, take: str) -> tuple[float, float]:
-        """Return the stage times around the playhead [s], for a preview there.
+    def part(self, take: str) -> tuple[float, float, str]:
+        """Return the stage times around the playhead [s], for a preview there, and of several performers the one of
+        the curves.
 
         Raises:
             SettingsError: this take is not replayed.
@@ -132,14 +137,15 @@ class Player:
                     take=take,
                 )
             now_s = float(self._clip.poses.time_s[self._frame()])
-            return now_s - PART_S[0], now_s + PART_S[1]
+            return now_s - PART_S[0], now_s + PART_S[1], self._clip.performer
 
-    def show_part(self, take: str, poses: Poses) -> None:
-        """Show these poses at their times, until another solve is opened; does nothing if the take is not
-        replayed."""
+    def show_part(self, take: str, poses: Poses, performer: str = "") -> None:
+        """Show these poses of a performer at their times, until another solve is opened; does nothing if the take is
+        not replayed, or with another performer for the curves."""
         with self._changed:
-            if self._clip is not None and self._clip.take == take:
-                self._clip = self._clip.with_part(on_output_joints(poses))
+            clip = self._clip
+            if clip is not None and (clip.take, clip.performer) == (take, performer):
+                self._clip = clip.with_part(on_output_joints(poses))
                 self._changed.notify()
 
     def grow(self, take: Take, solve: str, so_far: SoFar) -> None:
@@ -252,6 +258,11 @@ class Player:
                 open=True,
                 take=clip.take,
                 solve=clip.solve,
+                performer=clip.performer,
+                performers=[
+                    ReplayedPerformer(one, name, as_hex(performer_colour(performer_number(one))))
+                    for one, name in clip.names.items()
+                ],
                 ghost=None if ghost is None else ghost.name,
                 ghost_offset_ms=self._ghost_offset_ms,
                 ghost_apart_m=self._ghost_apart_m,
@@ -337,16 +348,23 @@ class Player:
             beside = None
             if ghost is not None:
                 beside = ghost.step(float(clip.poses.time_s[frame]) + offset_ms * 1e-3, apart_m=apart_m)
-            trail = clip.poses.positions_m[max(0, frame - TRAIL_FRAMES) : frame + 1]
-            trail = trail if clip.solve else trail[:0]
-            self._screen.show_replay(clip.step(frame), beside, {1: trail}, clip.calibration, clip.depth)
+            numbered = {performer_number(one): name for one, name in clip.names.items()}
+            self._screen.show_replay(
+                clip.step(frame),
+                beside,
+                clip.trails(frame, TRAIL_FRAMES),
+                clip.calibration,
+                clip.depth,
+                numbered,
+            )
 
 
 def _places(clip: Clip, ghost: Second | None) -> NDArray[np.float64]:
     """Return where joints are in a clip, and in a second one beside it, in some frames, shape (N, 3) [m]."""
-    motions = [clip.poses.positions_m[::FRAMED_EVERY]]
+    motions = [one.poses.positions_m[::FRAMED_EVERY] for one in clip.everybody()]
     if ghost is not None and isinstance(ghost.shown, Clip):
-        motions.append(ghost.alignment.to_stage(ghost.shown.poses.positions_m[::FRAMED_EVERY]))
+        others = [one.poses.positions_m[::FRAMED_EVERY] for one in ghost.shown.everybody()]
+        motions += [ghost.alignment.to_stage(places) for places in others]
     return np.concatenate([motion.reshape(-1, 3) for motion in motions])
 
 

@@ -9,6 +9,7 @@ from studio.api.stage.shown import ReplayStatus
 from studio.api.structs import StructRoute
 from studio.engine.base.errors import SettingsError
 from studio.engine.metrics.reference.placing import PlacedMotion
+from studio.take.folder.performers import performer_by_name, performer_number
 from studio.take.folder.references import how_aligned, placed_path, reference_path
 from studio.take.folder.take import Take
 from studio.web.playback.clip import Clip
@@ -27,8 +28,8 @@ class TakeFinder(Protocol):
         """Return a take."""
         ...
 
-    def solve(self, take: Take, name: str) -> Any:
-        """Return the path of a take's solve."""
+    def solve(self, take: Take, name: str, performer: str | None = None) -> Any:
+        """Return the path of the poses of a take's solve, of several those of a performer."""
         ...
 
 
@@ -46,6 +47,14 @@ class ReplayedSolve(_ReplayBody):
     )
 
 
+class ReplayedPerformerOf(ReplayedSolve):
+    """A solve of a take, and of several performers the one of the curves and the edit list."""
+
+    performer: str | None = Field(
+        None, description="`performer_1`, ... or a name; the first where left out", examples=["performer_2"]
+    )
+
+
 class GhostRequest(_ReplayBody):
     """A second figure: a solve of this or another take, or a reference that was aligned with this one."""
 
@@ -57,7 +66,7 @@ class GhostRequest(_ReplayBody):
     )
 
 
-class OpenRequest(ReplayedSolve):
+class OpenRequest(ReplayedPerformerOf):
     """The solve to replay, and the second figure."""
 
     ghost: GhostRequest | None = None
@@ -89,7 +98,7 @@ def playback_routes(player: Player, takes: TakeFinder) -> APIRouter:
 
     columns = CurveColumns()
 
-    def load(wanted: ReplayedSolve) -> Clip:
+    def load(wanted: ReplayedPerformerOf) -> Clip:
         session, _, name = wanted.take.partition("/")
         take = takes.take(session, name)
         if not wanted.solve:
@@ -98,7 +107,7 @@ def playback_routes(player: Player, takes: TakeFinder) -> APIRouter:
         if growing is not None:
             return growing
         takes.solve(take, wanted.solve)
-        return Clip.load(take, wanted.solve)
+        return Clip.load(take, wanted.solve, _performer(take, wanted))
 
     def second(wanted: GhostRequest, clip: Clip) -> Second:
         id_ = wanted.take or clip.take
@@ -106,7 +115,8 @@ def playback_routes(player: Player, takes: TakeFinder) -> APIRouter:
             raise SettingsError("replay.one_ghost", "a ghost is a solve or a reference: give one of the two")
         if wanted.solve is not None:
             how = None if wanted.alignment is None else alignment_of(wanted.alignment)
-            return Second.solve(load(ReplayedSolve(take=id_, solve=wanted.solve)), clip, how)
+            beside = load(ReplayedPerformerOf(take=id_, solve=wanted.solve, performer=None))
+            return Second.solve(beside.chosen(clip.performer), clip, how)
         if id_ != clip.take or wanted.reference is None:
             raise SettingsError(
                 "replay.ghost_elsewhere",
@@ -116,12 +126,21 @@ def playback_routes(player: Player, takes: TakeFinder) -> APIRouter:
             )
         session, _, name = clip.take.partition("/")
         take = takes.take(session, name)
-        kept = placed_path(take, wanted.reference, clip.solve)
+        kept, how = placed_path(take, wanted.reference, clip.solve), how_aligned(take, wanted.reference)
         if not kept.is_file():
-            file, how = reference_path(take, wanted.reference), how_aligned(take, wanted.reference)
-            solve = takes.solve(take, clip.solve)
+            file = reference_path(take, wanted.reference)
+            solve = takes.solve(take, clip.solve, how.performer)
             run_in_process("studio.take.folder.placing:place_reference", take, solve, file, how, kept)
-        return Second.reference(clip.take, wanted.reference, PlacedMotion.load(kept).motion)
+        number = performer_number(performer_by_name(take.meta, how.performer)) if how.performer else 1
+        return Second.reference(clip.take, wanted.reference, PlacedMotion.load(kept).motion, number)
+
+    def _performer(take: Take, wanted: ReplayedPerformerOf) -> str | None:
+        """Return the wanted performer, None where another solve of the take has them and this one has not."""
+        if wanted.performer is None:
+            return None
+        performer = performer_by_name(take.meta, wanted.performer)
+        elsewhere = performer in take.all_performers()
+        return None if elsewhere and performer not in take.performer_names(wanted.solve) else performer
 
     @router.get("")
     def get_replay() -> ReplayStatus:

@@ -1,6 +1,6 @@
 """A second figure beside a clip: another solve, or a reference, with its alignment to the clip's stage and clock."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -28,11 +28,13 @@ class Second:
         name: which it is.
         shown: a clip, drawn as a character, or a motion already on the stage, drawn as a skeleton.
         alignment: from the clip's stage and clock to those of `shown`.
+        performer: number of the clip's performer beside whom a reference stands.
     """
 
     name: SecondFigure
     shown: Clip | Reference
     alignment: Alignment
+    performer: int = 1
 
     @classmethod
     def solve(cls, other: Clip, clip: Clip, alignment: Alignment | None = None) -> "Second":
@@ -45,9 +47,9 @@ class Second:
         return cls(SecondFigure(other.take, other.solve), other, alignment)
 
     @classmethod
-    def reference(cls, take: str, name: str, motion: Reference) -> "Second":
-        """Return a reference of the clip's take, which lies on its stage."""
-        return cls(SecondFigure(take, reference=name), motion, Alignment(np.eye(4)))
+    def reference(cls, take: str, name: str, motion: Reference, performer: int = 1) -> "Second":
+        """Return a reference of the clip's take, which lies on its stage; `performer`: number of whose it is."""
+        return cls(SecondFigure(take, reference=name), motion, Alignment(np.eye(4)), performer)
 
     def step(self, time_s: float, *, apart_m: float = 0.0) -> StepResult:
         """Return the figure at a stage time [s], moved to the performer's left by `apart_m`.
@@ -57,13 +59,23 @@ class Second:
         time_s = float(self._own_s(time_s))
         shift = np.array([apart_m, 0.0, 0.0])
         if isinstance(self.shown, Clip):
-            poses, frame = self.shown.poses, self.shown.nearest(time_s)
-            positions = self.alignment.to_stage(poses.positions_m[frame]) + shift
-            turn = Rotation.from_matrix(self.alignment.T_reference_stage[:3, :3]).inv()
-            own = Rotation.from_quat(poses.rotations_wxyz[frame], scalar_first=True)
-            return _step(time_s, positions, (turn * own).as_quat(scalar_first=True), None)
+            frame = self.shown.nearest(time_s)
+            found = [
+                self._body(one, frame, time_s, shift)
+                for one in self.shown.everybody()
+                if one.is_here(frame) or one is self.shown
+            ]
+            return replace(found[0], others=tuple(found[1:]))
         joints = joints_at(self.shown, time_s) + shift
-        return _step(time_s, np.full((len(OUTPUT_JOINTS), 3), np.nan), _AT_REST, joints)
+        nowhere = np.full((len(OUTPUT_JOINTS), 3), np.nan)
+        return replace(_step(time_s, nowhere, _AT_REST, joints), performer=self.performer)
+
+    def _body(self, clip: Clip, frame: int, time_s: float, shift: NDArray[np.float64]) -> StepResult:
+        positions = self.alignment.to_stage(clip.poses.positions_m[frame]) + shift
+        turn = Rotation.from_matrix(self.alignment.T_reference_stage[:3, :3]).inv()
+        own = Rotation.from_quat(clip.poses.rotations_wxyz[frame], scalar_first=True)
+        step = _step(time_s, positions, (turn * own).as_quat(scalar_first=True), None)
+        return replace(step, performer=clip.number)
 
     def path_m(self, times_s: NDArray[np.float64], joint: int) -> NDArray[np.float64]:
         """Return an output joint's places at stage times [s], shape (N, 3); NaN = unknown. It stands where the

@@ -6,12 +6,13 @@ import numpy as np
 import viser
 from numpy.typing import NDArray
 
+from studio.engine.model.colours import performer_colour
 from studio.engine.model.frames import StepResult
 from studio.engine.model.joints import OUTPUT_INDEX
 from studio.web.scene.character import Character
 from studio.web.scene.effectors import EffectorMarks
 from studio.web.scene.ghost import Ghost
-from studio.web.scene.palette import CAMERA_COLOURS, performer_colour
+from studio.web.scene.palette import CAMERA_COLOURS
 from studio.web.scene.skeletons import FusedFigure, RawSkeleton, Trail
 
 FIGURES = ("character", "fused", "raw", "effectors", "ghost", "trails")

@@ -15,18 +15,6 @@ CAMERA_COLOURS: tuple[tuple[int, int, int], ...] = (
 )
 """Colours of cameras in order; they repeat when there are more cameras."""
 
-PERFORMER_COLOURS: tuple[tuple[int, int, int], ...] = (
-    (122, 164, 212),
-    (224, 136, 112),
-    (142, 188, 124),
-    (178, 146, 214),
-    (216, 184, 92),
-    (96, 186, 186),
-    (216, 140, 180),
-    (170, 156, 136),
-)
-"""Colours of several performers, by number; they repeat when there are more."""
-
 STRANGER_RGB = (136, 142, 150)
 BODY_RGB = (203, 208, 214)
 JOINT_RGB = (82, 92, 106)
@@ -43,11 +31,6 @@ _LOST_RGB = np.array([206.0, 70.0, 70.0])
 def camera_colours(names: list[str] | tuple[str, ...]) -> dict[str, tuple[int, int, int]]:
     """Return a colour per camera, RGB 0..255, in the order of the names."""
     return {name: CAMERA_COLOURS[i % len(CAMERA_COLOURS)] for i, name in enumerate(names)}
-
-
-def performer_colour(number: int) -> tuple[int, int, int]:
-    """Return the colour of a performer among several, RGB 0..255, by their number from 1."""
-    return PERFORMER_COLOURS[(number - 1) % len(PERFORMER_COLOURS)]
 
 
 def as_hex(rgb: tuple[int, int, int]) -> str:

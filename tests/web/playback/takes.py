@@ -1,13 +1,15 @@
 """A take with solves for replay: the poses of tests.poses_factory, and a trace of two cameras."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
+from studio.engine.animation.clip.resample import frames_of
 from studio.engine.model.joints import OUTPUT_OF_CANONICAL_INDEX
 from studio.engine.model.settings import preset
 from studio.engine.whole_take.trace import STEP_M, Trace
-from studio.take.folder.solves import write_solve
+from studio.take.folder.solves import Solved, write_performers, write_solve
 from studio.take.folder.take import Take
 from tests import poses_factory
 
@@ -37,4 +39,31 @@ def take_with_solves(path: Path, *, seed: int = 0) -> Take:
     )
     for name, kept in (("studio", trace), ("live", None)):
         write_solve(take, name, settings=preset("studio"), poses=poses, metrics={}, trace=kept)
+    return take
+
+
+LATE_S = 0.5
+"""So much later comes the second of two."""
+
+DOUBT_S = (1.0, 1.25)
+"""When the second of two is not told apart from the first, from the first's beginning [s]."""
+
+
+def take_of_two(path: Path, *, solves: tuple[str, ...] = ("studio",)) -> Take:
+    """Make a take with solves of two performers at 60 Hz: one is there for two seconds, the other, beside them, comes
+    later and leaves with them."""
+    take = Take.create(path, session=path.parent.name, name=path.name, source="import")
+    take.meta["recording"] = "done"
+    take.save_meta()
+    first, second = (poses_factory.random_poses(np.random.default_rng(k), seconds=2.0) for k in range(2))
+    late = round(LATE_S * 60)
+    second = frames_of(second, slice(late, None))
+    second = replace(second, positions_m=second.positions_m + np.array([1.2, 0.0, 0.0]))
+    begin, end = (first.begins_s + part for part in DOUBT_S)
+    performers = {
+        "performer_1": Solved(first, {"frames": first.frame_count, "undecided_s": []}),
+        "performer_2": Solved(second, {"frames": second.frame_count, "undecided_s": [[begin, end]]}),
+    }
+    for name in solves:
+        write_performers(take, name, settings=preset("studio"), performers=performers, metrics={})
     return take

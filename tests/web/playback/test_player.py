@@ -31,7 +31,7 @@ class Screen:
         self.shown: list[tuple] = []
         self.live = threading.Event()
 
-    def show_replay(self, result, ghost, trail, calibration, depth) -> None:
+    def show_replay(self, result, ghost, trail, calibration, depth, names) -> None:
         self.shown.append((result, ghost, trail))
 
     def show_live(self) -> None:
@@ -236,7 +236,7 @@ def test_a_preview_replaces_what_is_around_the_playhead_until_another_solve_is_o
     clip = Clip.load(take, "studio")
     play.open(clip)
     play.change(frame=60)
-    start_s, end_s = play.part("monday/one")
+    start_s, end_s, _ = play.part("monday/one")
     times = clip.poses.time_s
     assert times[0] < start_s < times[60] < end_s <= times[-1] + 0.5
     part = frames_of(clip.poses, slice(50, 80))

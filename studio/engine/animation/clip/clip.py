@@ -69,7 +69,21 @@ def clip(
     if options.timecode is not None:
         into_take = prepared.begins_s - poses.begins_s
         start_s = timecode_seconds(options.timecode, motion.frames_per_second) + into_take
-    return replace(motion, name=options.take_name, start_s=start_s)
+    return replace(
+        motion, name=options.take_name, start_s=start_s, undecided_s=_undecided_s(prepared, options)
+    )
+
+
+def _undecided_s(prepared: Poses, options: ExportOptions) -> tuple[tuple[float, float], ...] | None:
+    """Return the undecided spans within the prepared poses [s from their first frame]."""
+    if options.undecided_s is None:
+        return None
+    begins_s, ends_s = prepared.begins_s, float(prepared.time_s[-1])
+    return tuple(
+        (round(max(begin, begins_s) - begins_s, 6), round(min(end, ends_s) - begins_s, 6))
+        for begin, end in options.undecided_s
+        if begin <= ends_s and end >= begins_s
+    )
 
 
 def _steps(poses: Poses, options: ExportOptions) -> int:

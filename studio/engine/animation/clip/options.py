@@ -47,6 +47,8 @@ class ExportOptions:
         smooth_hz: cutoff of a zero-phase low-pass filter [Hz]; None = off.
         loop: trim the clip to its best loop, and blend its end into its start.
         foot_lock: hold standing feet in place, by bending the legs.
+        undecided_s: of a performer of several, spans of stage time [s] in which they were not told apart from
+            another; None = of one alone.
     """
 
     fps: float | None = None
@@ -64,10 +66,13 @@ class ExportOptions:
     smooth_hz: float | None = None
     loop: bool = False
     foot_lock: bool = False
+    undecided_s: tuple[tuple[float, float], ...] | None = None
 
 
-POSE_OPTIONS = frozenset({"fps", "start_s", "end_s", "take_name", "smooth_hz", "loop", "foot_lock"})
-"""Options that every format understands, because they change the poses."""
+POSE_OPTIONS = frozenset(
+    {"fps", "start_s", "end_s", "take_name", "smooth_hz", "loop", "foot_lock", "undecided_s"}
+)
+"""Options that every format understands, because they are of the poses."""
 
 _BEFORE_CHECKED: dict[str, str] = {
     "interpolation": "each program chooses its own between keys",

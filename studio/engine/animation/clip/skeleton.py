@@ -40,6 +40,8 @@ class LocalMotion:
             joint_count, 4), signs continuous over time.
         name: of the take.
         start_s: time of the first key [s]; 0 unless keys lie at a time of day.
+        undecided_s: spans [s from the first key] in which the performer was not told apart from another; None = of
+            one alone.
         between: the same motion with equal steps between the keys, if known and requested.
     """
 
@@ -53,6 +55,7 @@ class LocalMotion:
     rotations_wxyz: NDArray[np.float64]
     name: str = "Take"
     start_s: float = 0.0
+    undecided_s: tuple[tuple[float, float], ...] | None = None
     between: "LocalMotion | None" = None
 
     @property

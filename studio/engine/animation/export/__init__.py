@@ -14,6 +14,7 @@ from typing import Any, Literal
 from studio.engine.animation.clip.clip import clip, prepared_poses
 from studio.engine.animation.clip.options import POSE_OPTIONS, ExportOptions, check_options
 from studio.engine.animation.clip.skeleton import LocalMotion
+from studio.engine.animation.clip.together import identifiers, on_one_clock
 from studio.engine.base.errors import SettingsError
 from studio.engine.base.sentences import say
 from studio.engine.model.poses import Poses
@@ -34,6 +35,9 @@ class Exporter:
             by `prepared_poses`).
         options: names of the options that it understands beside those of every format (`POSE_OPTIONS`).
         several: whether it takes a list of takes for one file, and a `progress`.
+        scene: writes several performers of a take, by name, called as scene(performers, path, options); None = the
+            format holds one.
+        stage_times: whether each frame has its stage time; else a file begins with its first frame.
         needs: an optional module that it requires.
         install: the command that installs `needs`.
     """
@@ -42,6 +46,8 @@ class Exporter:
     takes: Literal["motion", "poses"]
     options: frozenset[str] = frozenset()
     several: bool = False
+    scene: Callable[..., None] | None = None
+    stage_times: bool = False
     needs: str = ""
     install: str = ""
 
@@ -68,17 +74,24 @@ EXPORTERS: dict[str, Exporter] = {
         "motion",
         _BONES | {"interpolation", "mesh", "key_error_cm", "timecode"},
         several=True,
+        scene=_writer("fbx.writer", "write_fbx_scene"),
     ),
     "bvh": Exporter(_writer("bvh", "write_bvh"), "motion", _BONES | {"rotation_order", "unit"}),
-    "glb": Exporter(_writer("glb", "write_glb"), "motion", _BONES | {"interpolation", "mesh"}),
+    "glb": Exporter(
+        _writer("glb", "write_glb"),
+        "motion",
+        _BONES | {"interpolation", "mesh"},
+        scene=_writer("glb", "write_glb_scene"),
+    ),
     "c3d": Exporter(_writer("c3d", "write_c3d"), "poses", needs="ezc3d", install="pip install ezc3d"),
     "trc": Exporter(_writer("trc", "write_trc"), "poses"),
-    "csv": Exporter(_writer("table", "write_csv"), "poses"),
-    "npz": Exporter(_writer("table", "write_npz"), "poses"),
+    "csv": Exporter(_writer("table", "write_csv"), "poses", stage_times=True),
+    "npz": Exporter(_writer("table", "write_npz"), "poses", stage_times=True),
     "usd": Exporter(
         _writer("usd", "write_usd"),
         "motion",
         _BONES | {"mesh"},
+        scene=_writer("usd", "write_usd_scene"),
         needs="pxr",
         install="pip install 'capture-studio[usd]' (209 MB)",
     ),
@@ -164,6 +177,59 @@ def export_takes(
     told(1.0)
 
 
+def export_scene(
+    performers: Sequence[tuple[str, Poses, ExportOptions]],
+    path: str | os.PathLike[str],
+    format: str,
+    *,
+    progress: Callable[[float], None] | None = None,
+) -> None:
+    """Write the performers of a take to one file, atomically, all in the coordinates and on the clock of the stage.
+
+    Args:
+        performers: name, poses and options of each; the first one's options decide how the file is written. Names
+            become namespaces: letters, digits and `_`.
+        path: of the file.
+        format: one of those that hold several performers.
+        progress: receives the share done.
+
+    Raises:
+        SettingsError: as `export`; a format for one performer, or a loop, which each would have of its own.
+        FormatError: poses that cannot be exported.
+        StudioError: the file cannot be written.
+    """
+    exporter = exporter_of(format)
+    if exporter.scene is None:
+        raise one_performer_format(format)
+    told = progress or (lambda share: None)
+    options = performers[0][2]
+    if options.loop:
+        raise SettingsError(
+            "export.loop_together",
+            "loop: each performer would have a loop of their own; export each to a file of its own",
+        )
+    motions = []
+    poses_of = on_one_clock([poses for _, poses, _ in performers])
+    for k, (poses, (_, _, own)) in enumerate(zip(poses_of, performers, strict=True)):
+        check_options(own, format, exporter.options)
+        motions.append(clip(poses, own))
+        told(_PREPARING * (k + 1) / len(performers))
+    names = identifiers([name for name, _, _ in performers])
+    exporter.scene(list(zip(names, motions, strict=True)), path, options)
+    told(1.0)
+
+
+def one_performer_format(format: str) -> SettingsError:
+    """Return the refusal to put several performers into a file of one."""
+    allowed = ", ".join(name for name, one in EXPORTERS.items() if one.scene is not None)
+    return SettingsError(
+        "export.one_performer_format",
+        "format={format}: a file holds one performer; several go into {allowed}; export each to a file of its own",
+        format=format,
+        allowed=allowed,
+    )
+
+
 def exporter_of(format: str) -> Exporter:
     """Return the writer of a format.
 
@@ -188,7 +254,9 @@ __all__ = [
     "Exporter",
     "clip",
     "export",
+    "export_scene",
     "export_takes",
     "exporter_of",
+    "one_performer_format",
     "prepared_poses",
 ]

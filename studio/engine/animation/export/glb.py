@@ -1,4 +1,5 @@
-"""GLB: glTF 2.0 in one binary file: the skeleton, its skin with the mannequin, and one animation.
+"""GLB: glTF 2.0 in one binary file: the skeleton, its skin with the mannequin, and one animation. A scene of several
+performers has a node for each, with their skeleton and body below it.
 
 Metres, y up, facing +z, as in glTF. Rotations are converted to xyzw here and nowhere else. Cubic keys have
 the slopes of `curves`.
@@ -50,6 +51,20 @@ def write_glb(motion: LocalMotion, path: str | os.PathLike[str], options: Export
             file.write(piece)
 
 
+def write_glb_scene(
+    performers: Sequence[tuple[str, LocalMotion]], path: str | os.PathLike[str], options: ExportOptions
+) -> None:
+    """Write several performers, by name, as one GLB file, atomically; else as `write_glb`."""
+    document = GltfDocument()
+    for name, motion in performers:
+        mesh = None if options.mesh is False else mannequin(motion)
+        document.add_performer(name, motion, mesh, options.interpolation)
+    document.name_animation(options.take_name)
+    with write_atomically(path) as file:
+        for piece in document.finished():
+            file.write(piece)
+
+
 @dataclass
 class GltfDocument:
     """A glTF document and its buffer, while they are built.
@@ -87,14 +102,44 @@ class GltfDocument:
         )
         return len(self.tree.accessors) - 1
 
-    def add_skeleton(self, motion: LocalMotion) -> None:
-        """Add a node per joint, in the order of the motion, and the skin that binds them."""
+    def add_performer(
+        self,
+        name: str,
+        motion: LocalMotion,
+        mesh: SkinnedMesh | None,
+        interpolation: str,
+        body_rgba: Sequence[float] = _BODY_RGBA,
+    ) -> None:
+        """Add one of several performers: a node of their name with skeleton and body, and their keys beside those of
+        the others."""
+        joints = self.add_skeleton(motion)
+        below = [joints[0]]
+        if mesh is not None:
+            below.append(self.add_mesh(mesh, body_rgba))
+        scene = self.tree.scenes[0]
+        top = [node for node in scene.nodes or () if node not in below]
+        self.tree.nodes.append(gltf.Node(name=name, children=below, extras=_extras(motion)))
+        scene.nodes = [*top, len(self.tree.nodes) - 1]
+        before = list(self.tree.animations)
+        self.add_animation(motion, interpolation, joints)
+        if before:
+            _append(before[0], self.tree.animations[0])
+            self.tree.animations = before
+
+    def name_animation(self, name: str) -> None:
+        """Name the one animation."""
+        self.tree.animations[0].name = name
+        self.tree.animations[0].extras = {}  # each performer's node has its own
+
+    def add_skeleton(self, motion: LocalMotion) -> list[int]:
+        """Add a node per joint, in the order of the motion, and the skin that binds them; return the nodes."""
+        base = len(self.tree.nodes)
         children: list[list[int]] = [[] for _ in motion.parents]
         for joint, parent in enumerate(motion.parents.tolist()):
             if parent >= 0:
-                children[parent].append(joint)
+                children[parent].append(base + joint)
         rest = motion.rest_local_wxyz
-        self.tree.nodes = [
+        self.tree.nodes += [
             gltf.Node(
                 name=name,
                 translation=motion.offsets_m[joint].tolist(),
@@ -103,14 +148,22 @@ class GltfDocument:
             )
             for joint, name in enumerate(motion.joint_names)
         ]
-        self.tree.scenes = [gltf.Scene(nodes=[0])]
-        self.tree.scene = 0
+        self._to_scene(base)
         binds = self.add(_inverse_binds(motion))
-        joints = list(range(len(motion.parents)))
-        self.tree.skins = [gltf.Skin(name="Skeleton", skeleton=0, joints=joints, inverseBindMatrices=binds)]
+        joints = list(range(base, base + len(motion.parents)))
+        self.tree.skins.append(
+            gltf.Skin(name="Skeleton", skeleton=base, joints=joints, inverseBindMatrices=binds)
+        )
+        return joints
 
-    def add_mesh(self, mesh: SkinnedMesh) -> None:
-        """Add the body on its own node, with a material per tone."""
+    def _to_scene(self, node: int) -> None:
+        if not self.tree.scenes:
+            self.tree.scenes, self.tree.scene = [gltf.Scene(nodes=[])], 0
+        scene = self.tree.scenes[0]
+        scene.nodes = [*(scene.nodes or ()), node]
+
+    def add_mesh(self, mesh: SkinnedMesh, body_rgba: Sequence[float] = _BODY_RGBA) -> int:
+        """Add the body of the last skeleton on its own node, with a material per tone; return the node."""
         attributes = gltf.Attributes(
             POSITION=self.add(mesh.vertices_m, target=gltf.ARRAY_BUFFER, bounds=True),
             NORMAL=self.add(mesh.normals, target=gltf.ARRAY_BUFFER),
@@ -118,7 +171,7 @@ class GltfDocument:
             WEIGHTS_0=self.add(mesh.weights, target=gltf.ARRAY_BUFFER),
         )
         primitives = []
-        for tone, (name, colour) in enumerate((("Body", _BODY_RGBA), ("Joints", _SEAM_RGBA))):
+        for tone, (name, colour) in enumerate((("Body", [*body_rgba]), ("Joints", _SEAM_RGBA))):
             corners = mesh.triangles[mesh.tones == tone].ravel()
             roughness = 0.6 if tone == SEAM else 0.75
             surface = gltf.PbrMetallicRoughness(
@@ -128,11 +181,13 @@ class GltfDocument:
                 gltf.Material(name=name, pbrMetallicRoughness=surface, alphaCutoff=None)
             )
             indices = self.add(corners, target=gltf.ELEMENT_ARRAY_BUFFER)
-            primitives.append(gltf.Primitive(attributes=attributes, indices=indices, material=tone))
-        self.tree.meshes = [gltf.Mesh(name="Mannequin", primitives=primitives)]
-        self.tree.nodes.append(gltf.Node(name="Mannequin", mesh=0, skin=0))
-        scene = self.tree.scenes[0]
-        scene.nodes = [*(scene.nodes or ()), len(self.tree.nodes) - 1]
+            material = len(self.tree.materials) - 1
+            primitives.append(gltf.Primitive(attributes=attributes, indices=indices, material=material))
+        self.tree.meshes.append(gltf.Mesh(name="Mannequin", primitives=primitives))
+        skin, own = len(self.tree.skins) - 1, len(self.tree.meshes) - 1
+        self.tree.nodes.append(gltf.Node(name="Mannequin", mesh=own, skin=skin))
+        self._to_scene(len(self.tree.nodes) - 1)
+        return len(self.tree.nodes) - 1
 
     def add_animation(
         self, motion: LocalMotion, interpolation: str, nodes: Sequence[int] | None = None
@@ -147,7 +202,7 @@ class GltfDocument:
         times = np.arange(motion.frame_count) / motion.frames_per_second
         kind = _INTERPOLATIONS[interpolation] if len(times) > 1 else "STEP"
         clock = self.add(times.astype(np.float32), bounds=True)
-        animation = gltf.Animation(name=motion.name)
+        animation = gltf.Animation(name=motion.name, extras=_extras(motion))
         self.tree.animations = [animation]
 
         def channel(
@@ -180,6 +235,19 @@ class GltfDocument:
         self.tree.buffers = [gltf.Buffer(byteLength=self.length)]
         self.tree.set_binary_blob(b"".join(self.pieces))
         return self.tree.save_to_bytes()
+
+
+def _extras(motion: LocalMotion) -> dict[str, list[list[float]]]:
+    """Return what glTF has no place for: undecided spans [s]."""
+    return {} if motion.undecided_s is None else {"undecided_s": [list(span) for span in motion.undecided_s]}
+
+
+def _append(animation: gltf.Animation, more: gltf.Animation) -> None:
+    """Add an animation's channels to another."""
+    for channel in more.channels:
+        channel.sampler = (channel.sampler or 0) + len(animation.samplers)
+    animation.samplers += more.samplers
+    animation.channels += more.channels
 
 
 def _xyzw(rotations_wxyz: NDArray[np.float64]) -> NDArray[np.float64]:

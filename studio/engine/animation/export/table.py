@@ -1,12 +1,15 @@
 """CSV and npz: the content of the poses, for users' own programs, on the stage clock and in the stage frame.
 
 The CSV has the form of a reference for `evaluate`: `time_s`, then `<joint>_x`, `_y`, `_z` [m] by canonical joint.
-`<joint>_confidence` and `<joint>_uncertainty_mm` follow, then joints without a canonical name under their own.
+`<joint>_confidence` and `<joint>_uncertainty_mm` follow, then joints without a canonical name under their own. Of a
+performer of several, a last column `undecided` is 1 where they were not told apart from another; so is the field
+`undecided` of the npz, shape (frame_count,).
 """
 
 import os
 
 import numpy as np
+from numpy.typing import NDArray
 
 from studio.engine.animation.clip.kinematics import check_poses
 from studio.engine.animation.clip.options import ExportOptions
@@ -25,16 +28,19 @@ def write_csv(poses: Poses, path: str | os.PathLike[str], options: ExportOptions
         StudioError: the file cannot be written.
     """
     check_poses(poses)
+    doubt = undecided(poses, options)
     header = ",".join(["time_s", *(f"{label}_{name}" for label in joint_labels(poses) for name in _COLUMNS)])
+    header += "" if doubt is None else ",undecided"
     values = np.concatenate(
         [poses.positions_m, poses.confidence[..., None], poses.uncertainty_mm[..., None]], axis=2
     ).reshape(poses.frame_count, -1)
     row = ",".join(["%.5f", "%.5f", "%.5f", "%.3f", "%.1f"] * len(poses.joint_names))
     with write_atomically(path) as file:
         file.write(f"{header}\n".encode())
-        for time_s, line in zip(poses.time_s.tolist(), values, strict=True):
+        for frame, (time_s, line) in enumerate(zip(poses.time_s.tolist(), values, strict=True)):
             text = row % tuple(line.tolist())
-            file.write(f"{time_s:.6f},{text}\n".replace("nan", "").encode())
+            last = "" if doubt is None else f",{int(doubt[frame])}"
+            file.write(f"{time_s:.6f},{text}{last}\n".replace("nan", "").encode())
 
 
 def write_npz(poses: Poses, path: str | os.PathLike[str], options: ExportOptions) -> None:
@@ -45,4 +51,14 @@ def write_npz(poses: Poses, path: str | os.PathLike[str], options: ExportOptions
         StudioError: the file cannot be written.
     """
     check_poses(poses)
-    poses.save(path)
+    poses.save(path, undecided=undecided(poses, options))
+
+
+def undecided(poses: Poses, options: ExportOptions) -> NDArray[np.bool_] | None:
+    """Return which frames are undecided, shape (frame_count,); None for a performer who is alone."""
+    if options.undecided_s is None:
+        return None
+    inside = np.zeros(poses.frame_count, dtype=bool)
+    for begin, end in options.undecided_s:
+        inside |= (poses.time_s >= begin) & (poses.time_s <= end)
+    return inside

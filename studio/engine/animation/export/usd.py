@@ -1,4 +1,5 @@
-"""USD: a UsdSkel skeleton with its animation and the mannequin; an optional extra (`usd-core`).
+"""USD: a UsdSkel skeleton with its animation and the mannequin, of one performer or several; an optional extra
+(`usd-core`).
 
 Metres, y up, a time code per frame; text for a file name that ends in .usda, else binary. USD interpolates between
 time codes linearly.
@@ -6,6 +7,7 @@ time codes linearly.
 
 import os
 import tempfile
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -30,10 +32,31 @@ def write_usd(motion: LocalMotion, path: str | os.PathLike[str], options: Export
         FormatError: no body fits the skeleton.
         StudioError: the file cannot be written.
     """
-    suffix = ".usda" if Path(path).suffix.lower() == ".usda" else ".usdc"
     pxr = _pxr()
     mesh = None if options.mesh is False else mannequin(motion)
-    stage = _stage(pxr, motion, mesh)
+    stage = _stage(pxr, motion)
+    root = _add_performer(pxr, stage, "/Performer", motion, mesh)
+    stage.SetDefaultPrim(root.GetPrim())
+    _save(stage, path)
+
+
+def write_usd_scene(
+    performers: Sequence[tuple[str, LocalMotion]], path: str | os.PathLike[str], options: ExportOptions
+) -> None:
+    """Write several performers, by name, as one USD file, atomically, each below `/Performers`; else as
+    `write_usd`."""
+    pxr = _pxr()
+    stage = _stage(pxr, performers[0][1])
+    top = pxr.UsdGeom.Xform.Define(stage, "/Performers")
+    for name, motion in performers:
+        mesh = None if options.mesh is False else mannequin(motion)
+        _add_performer(pxr, stage, f"/Performers/{pxr.Tf.MakeValidIdentifier(name)}", motion, mesh)
+    stage.SetDefaultPrim(top.GetPrim())
+    _save(stage, path)
+
+
+def _save(stage: Any, path: str | os.PathLike[str]) -> None:
+    suffix = ".usda" if Path(path).suffix.lower() == ".usda" else ".usdc"
     with write_atomically(path) as file, tempfile.TemporaryDirectory() as folder:
         written = Path(folder) / f"motion{suffix}"
         stage.GetRootLayer().Export(str(written))
@@ -51,7 +74,8 @@ def _pxr() -> Any:
     return pxr
 
 
-def _stage(pxr: Any, motion: LocalMotion, mesh: SkinnedMesh | None) -> Any:
+def _stage(pxr: Any, motion: LocalMotion) -> Any:
+    """Return a stage with the rate and span of a motion."""
     stage = pxr.Usd.Stage.CreateInMemory()
     pxr.UsdGeom.SetStageUpAxis(stage, pxr.UsdGeom.Tokens.y)
     pxr.UsdGeom.SetStageMetersPerUnit(stage, 1.0)
@@ -59,19 +83,23 @@ def _stage(pxr: Any, motion: LocalMotion, mesh: SkinnedMesh | None) -> Any:
     stage.SetFramesPerSecond(motion.frames_per_second)
     stage.SetStartTimeCode(0)
     stage.SetEndTimeCode(motion.frame_count - 1)
-    root = pxr.UsdSkel.Root.Define(stage, "/Performer")
-    stage.SetDefaultPrim(root.GetPrim())
+    return stage
+
+
+def _add_performer(pxr: Any, stage: Any, path: str, motion: LocalMotion, mesh: SkinnedMesh | None) -> Any:
+    """Add a performer at a path, and return the prim above skeleton, animation and body."""
+    root = pxr.UsdSkel.Root.Define(stage, path)
     joints = _joint_paths(pxr, motion)
-    skeleton = pxr.UsdSkel.Skeleton.Define(stage, "/Performer/Skeleton")
+    skeleton = pxr.UsdSkel.Skeleton.Define(stage, f"{path}/Skeleton")
     skeleton.CreateJointsAttr(joints)
     skeleton.CreateBindTransformsAttr(_matrices(pxr, motion.rest_rotations_wxyz, motion.rest_positions_m))
     skeleton.CreateRestTransformsAttr(_matrices(pxr, motion.rest_local_wxyz, motion.offsets_m))
-    animation = _animation(pxr, stage, motion, joints)
+    animation = _animation(pxr, stage, path, motion, joints)
     binding = pxr.UsdSkel.BindingAPI.Apply(skeleton.GetPrim())
     binding.CreateAnimationSourceRel().SetTargets([animation])
     if mesh is not None:
-        _add_mesh(pxr, stage, mesh, skeleton)
-    return stage
+        _add_mesh(pxr, stage, path, mesh, skeleton)
+    return root
 
 
 def _joint_paths(pxr: Any, motion: LocalMotion) -> list[str]:
@@ -90,9 +118,9 @@ def _matrices(pxr: Any, rotations_wxyz: NDArray[np.float64], positions: NDArray[
     return pxr.Vt.Matrix4dArray([pxr.Gf.Matrix4d(*matrix.ravel().tolist()) for matrix in out])
 
 
-def _animation(pxr: Any, stage: Any, motion: LocalMotion, joints: list[str]) -> Any:
+def _animation(pxr: Any, stage: Any, path: str, motion: LocalMotion, joints: list[str]) -> Any:
     name = pxr.Tf.MakeValidIdentifier(motion.name)
-    animation = pxr.UsdSkel.Animation.Define(stage, f"/Performer/{name}")
+    animation = pxr.UsdSkel.Animation.Define(stage, f"{path}/{name}")
     animation.CreateJointsAttr(joints)
     animation.CreateScalesAttr([pxr.Gf.Vec3h(1, 1, 1)] * len(joints))
     turns, places = animation.CreateRotationsAttr(), animation.CreateTranslationsAttr()
@@ -103,11 +131,23 @@ def _animation(pxr: Any, stage: Any, motion: LocalMotion, joints: list[str]) -> 
     for frame in range(motion.frame_count):
         turns.Set(pxr.Vt.QuatfArray.FromNumpy(rotations[frame]), frame)
         places.Set(pxr.Vt.Vec3fArray.FromNumpy(positions[frame]), frame)
+    _add_undecided(pxr, animation, motion)
     return animation.GetPath()
 
 
-def _add_mesh(pxr: Any, stage: Any, mesh: SkinnedMesh, skeleton: Any) -> None:
-    shape = pxr.UsdGeom.Mesh.Define(stage, "/Performer/Mannequin")
+def _add_undecided(pxr: Any, animation: Any, motion: LocalMotion) -> None:
+    """Add the attribute `undecided`: whether the performer was not told apart from another, frame by frame."""
+    if motion.undecided_s is None:
+        return
+    doubt = animation.GetPrim().CreateAttribute("undecided", pxr.Sdf.ValueTypeNames.Bool, True)
+    doubt.Set(False, 0)
+    for begin, end in motion.undecided_s:
+        doubt.Set(True, round(begin * motion.frames_per_second))
+        doubt.Set(False, round(end * motion.frames_per_second) + 1)
+
+
+def _add_mesh(pxr: Any, stage: Any, path: str, mesh: SkinnedMesh, skeleton: Any) -> None:
+    shape = pxr.UsdGeom.Mesh.Define(stage, f"{path}/Mannequin")
     shape.CreatePointsAttr(pxr.Vt.Vec3fArray.FromNumpy(mesh.vertices_m))
     shape.CreateNormalsAttr(pxr.Vt.Vec3fArray.FromNumpy(mesh.normals))
     shape.SetNormalsInterpolation(pxr.UsdGeom.Tokens.vertex)

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from studio.engine.base.errors import FormatError
-from studio.engine.base.geometry import fit_rigid, invert_transform, transform_points
+from studio.engine.base.geometry import fit_rigid, invert_transform, make_transform, transform_points
 from studio.engine.metrics.reference.canonical import canonical_positions
 from studio.engine.metrics.reference.matching import Matched, match
 from studio.engine.metrics.reference.reference import Reference
@@ -60,6 +60,13 @@ class Alignment:
             "time_offset_ms": self.offset_s * 1e3,
             "clock_drift_ppm": self.drift_ppm,
         }
+
+    @classmethod
+    def from_json(cls, value: AlignmentJson) -> "Alignment":
+        """Return the alignment that `to_json` wrote."""
+        rotation = Rotation.from_quat(value["rotation_wxyz"], scalar_first=True).as_matrix()
+        transform = make_transform(rotation, np.array(value["translation_m"]))
+        return cls(transform, value["scale"], value["time_offset_ms"] * 1e-3, value["clock_drift_ppm"])
 
 
 def align(matched: Matched, *, similarity: bool = False) -> tuple[Matched, Alignment]:

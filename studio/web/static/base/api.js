@@ -41,7 +41,8 @@ export const getClock = () => call("GET", "view/clock");
 export const openReplay = (wanted) => call("PUT", "replay", wanted);
 export const changeReplay = (change) => call("PATCH", "replay", change);
 export const closeReplay = () => call("DELETE", "replay");
-export const getCleanup = (take, solve) => call("GET", `${takePath(take)}/solves/${encodeURIComponent(solve)}/cleanup`);
+export const getCleanup = (take, solve, performer) =>
+  call("GET", `${takePath(take)}/solves/${encodeURIComponent(solve)}/cleanup${performer ? `?${new URLSearchParams({ performer })}` : ""}`);
 export const getSpace = () => call("GET", "replay/space");
 export const getVideos = () => call("GET", "replay/video");
 export const getVideo = (camera) => call("GET", `replay/video/${camera}`);
@@ -161,8 +162,8 @@ const byId = (takeId) => `takes/${takeId.split("/").map(encodeURIComponent).join
 export const compareMotions = (wanted) => call("POST", "compare", wanted);
 
 /** Return a solve's figures by itself and, where one is named, against a reference. */
-export const getFigures = ({ take, solve }, reference) =>
-  call("GET", `${byId(take)}/solves/${encodeURIComponent(solve)}/figures${reference ? `?${new URLSearchParams({ reference })}` : ""}`);
+export const getFigures = ({ take, solve, performer }, reference) =>
+  call("GET", `${byId(take)}/solves/${encodeURIComponent(solve)}/figures?${new URLSearchParams({ ...(reference && { reference }), ...(performer && { performer }) })}`);
 
 const referencePath = (take, name) => `${byId(take)}/references/${encodeURIComponent(name)}`;
 

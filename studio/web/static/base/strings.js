@@ -17,6 +17,7 @@ import help from "./strings/help.js";
 import importing from "./strings/import.js";
 import page from "./strings/page.js";
 import people from "./strings/people.js";
+import performers from "./strings/performers.js";
 import phone from "./strings/phone.js";
 import points from "./strings/points.js";
 import record from "./strings/record.js";
@@ -30,6 +31,7 @@ import wizard from "./strings/wizard.js";
 import work from "./strings/work.js";
 
 const TEXTS = { ...access, ...blind, ...calibration, ...cameras, ...compare, ...curves, ...exporting, ...graphs, ...help, ...importing, ...page, ...people, ...phone, ...points, ...record, ...replay, ...share, ...switches, ...takes, ...video, ...view, ...wizard, ...work };
+const TEXTS = { ...access, ...blind, ...calibration, ...cameras, ...compare, ...curves, ...exporting, ...graphs, ...help, ...importing, ...page, ...performers, ...phone, ...points, ...record, ...replay, ...share, ...switches, ...takes, ...video, ...view, ...wizard, ...work };
 const KEPT = "language";
 const ATTRIBUTES = { t: null, tTitle: "title", tAria: "aria-label", tPlaceholder: "placeholder", tAlt: "alt" };
 

@@ -5,6 +5,7 @@ import { drawDifference, nearest } from "./compare_curve.js";
 import { figureTable, jointTable } from "./compare_tables.js";
 import { attempt } from "../base/messages.js";
 import { ReferenceSection } from "./reference.js";
+import { performerWords, several } from "../replay/performers.js";
 import { change, frameNow, goTo, open, replayed } from "../replay/replay.js";
 import { number, t } from "../base/strings.js";
 import { frameAt } from "../replay/timeline.js";
@@ -23,10 +24,13 @@ const sideKey = (side) => (side.reference ? `${side.take}|ref:${side.reference}`
 const takeOf = (id) => state.takes.find((one) => one.id === id);
 const shortName = (side, takeId) => side.reference ?? (side.take === takeId ? side.solve : `${side.take.split("/").pop()}: ${side.solve}`);
 
+/** The replayed motion: of several performers that of the curves. */
+const sideOf = ({ take, solve, performer }) => ({ take, solve, ...(performer && { performer }) });
+
 /** What the server is asked for, as a key. */
 function keyNow() {
-  const { take, solve, ghost, ghost_offset_ms: offset } = replayed();
-  return JSON.stringify([take, solve, ghost, offset]);
+  const { take, solve, performer, ghost, ghost_offset_ms: offset } = replayed();
+  return JSON.stringify([take, solve, performer, ghost, offset]);
 }
 
 function show(shown) {
@@ -83,7 +87,7 @@ async function lineUp(wanted) {
   const { take: takeId, solve, ghost } = replayed();
   const plain = { take: ghost.take, solve: ghost.solve };
   if (!wanted) return open(takeId, solve, plain);
-  const found = await attempt(() => compareMotions({ a: { take: takeId, solve }, b: plain, line_up: true }));
+  const found = await attempt(() => compareMotions({ a: sideOf(replayed()), b: plain, line_up: true }));
   if (!found) return undefined;
   return open(takeId, solve, { ...plain, alignment: found.alignment });
 }
@@ -119,7 +123,7 @@ function choices() {
 // --- how far they are apart
 
 function ask() {
-  const { take: takeId, solve, ghost, ghost_offset_ms: offset } = replayed();
+  const { ghost, ghost_offset_ms: offset } = replayed();
   const key = keyNow();
   if (!ghost || key === state.wantedKey) return;
   state.wantedKey = key;
@@ -127,7 +131,7 @@ function ask() {
   state.timer = setTimeout(async () => {
     const { lined_up: line_up = false, ...b } = ghost;
     try {
-      const found = await compareMotions({ a: { take: takeId, solve }, b, line_up, offset_ms: offset });
+      const found = await compareMotions({ a: sideOf(replayed()), b, line_up, offset_ms: offset });
       if (key !== state.wantedKey) return;
       Object.assign(state, { found, foundKey: key, failure: "" });
     } catch (error) {
@@ -188,7 +192,10 @@ function paint() {
 
 // --- figures
 
-const figuresKey = (side) => `${side.take}|${side.solve}|${side.take === replayed().take ? state.against : ""}`;
+const figuresKey = (side) => `${side.take}|${side.solve}|${side.take === replayed().take ? state.against : ""}|${side.performer ?? ""}`;
+
+/** The second figure, with the performer whose figures stand beside those of the first. */
+const beside = (ghost) => (takeOf(ghost.take)?.performers.includes(replayed().performer) ? { ...ghost, performer: replayed().performer } : ghost);
 
 async function loadFigures(side) {
   const key = figuresKey(side);
@@ -209,13 +216,15 @@ const partOf = ({ first, last, frames, rate_hz: rate }) =>
 
 function figures() {
   const { take: takeId, solve, ghost } = replayed();
-  const sides = [{ take: takeId, solve }, ...(ghost ? [ghost] : [])];
+  const sides = [sideOf(replayed()), ...(ghost ? [beside(ghost)] : [])];
   const values = sides.map((side) => (side.solve ? state.figures.get(figuresKey(side)) : { own: null, reference: null }));
   const names = sides.map((side) => (side.reference ? t("compare.reference") : shortName(side, takeId)));
   const busy = values.some((one) => !one);
   const failures = [...new Set(values.map((one) => one?.failure).filter(Boolean))];
   const references = state.references.names;
+  const whose = several(replayed()) && replayed().performers.find((one) => one.performer === replayed().performer);
   return [
+    whose && h("p", { class: "whose" }, h("span", { class: "swatch", style: `background: ${whose.colour}`, aria: { hidden: "true" } }), performerWords(whose.name)),
     h("label", { class: "field against" }, h("span", {}, t("compare.against")), h("select", { id: "compare-against", disabled: !references.length, onchange: (event) => { state.against = event.currentTarget.value; updateCompare(); } },
       h("option", { value: "" }, references.length ? t("compare.no_reference") : t("compare.none_loaded")), references.map((name) => h("option", { value: name, selected: name === state.against }, name)))),
     busy ? h("progress", { aria: { label: t("compare.measuring") } }) : figureTable(names, values, state.against),
@@ -246,9 +255,9 @@ export function updateCompare() {
   const found = state.foundKey === keyNow() ? state.found : null;
   byId("compare-joints-panel").hidden = !ghost || !found;
   if (found) redraw(byId("compare-joints"), [state.foundKey, state.joint], () => jointTable(found, state.joint, chooseJoint));
-  loadFigures({ take: takeId, solve });
-  if (ghost?.solve) loadFigures(ghost);
-  redraw(byId("compare-figures"), [takeId, solve, ghost, state.against, names, state.measured, replay.first, replay.last], figures);
+  loadFigures(sideOf(replay));
+  if (ghost?.solve) loadFigures(beside(ghost));
+  redraw(byId("compare-figures"), [takeId, solve, replay.performer, replay.performers, ghost, state.against, names, state.measured, replay.first, replay.last], figures);
   state.references.draw();
   paint();
 }

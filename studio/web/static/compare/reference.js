@@ -4,6 +4,7 @@ import { addReference, alignReference, getReference, getReferenceFiles, getRefer
 import { alignedRows } from "./compare_tables.js";
 import { ended } from "../base/jobs.js";
 import { attempt, showUndo, undoing } from "../base/messages.js";
+import { performerWords, several } from "../replay/performers.js";
 import { replayed } from "../replay/replay.js";
 import { language, number, t } from "../base/strings.js";
 
@@ -94,8 +95,8 @@ export class ReferenceSection {
   /** Align the chosen reference as the fields say, and show it. */
   async align() {
     const how = byId("reference-own-clock")
-      ? { align_time: byId("reference-own-clock").checked, align: byId("reference-size").checked ? "similarity" : "rigid", unit_m: Number(byId("reference-unit")?.value) || null }
-      : { align_time: true, align: "rigid", unit_m: null };
+      ? { align_time: byId("reference-own-clock").checked, align: byId("reference-size").checked ? "similarity" : "rigid", unit_m: Number(byId("reference-unit")?.value) || null, performer: byId("reference-performer")?.value || null }
+      : { align_time: true, align: "rigid", unit_m: null, performer: replayed().performer || null };
     const { chosen, solve } = this;
     const found = await this.during(t("reference.aligning"), () => alignReference(this.take, chosen, { solve, ...how }));
     if (!found) return;
@@ -164,6 +165,8 @@ export class ReferenceSection {
     return h("div", { class: "reference-settings" },
       check("reference-own-clock", t("reference.own_clock"), t("reference.own_clock_hint"), details.align_time || !Object.keys(details.aligned_with).length),
       check("reference-size", t("reference.size"), t("reference.size_hint"), details.align === "similarity"),
+      several(replayed()) && h("label", { class: "field" }, h("span", {}, t("performers.whose")), h("select", { id: "reference-performer", onchange: () => this.align() },
+        replayed().performers.map(({ performer, name }, i) => h("option", { value: performer, selected: performer === details.performer || (!details.performer && i === 0) }, performerWords(name))))),
       this.chosen.endsWith(".bvh") && h("label", { class: "field", title: t("reference.unit_hint") }, h("span", {}, t("reference.unit")),
         h("input", { id: "reference-unit", type: "number", min: 0, step: "any", value: details.unit_m ?? "", placeholder: t("reference.unit_by_height"), onchange: () => this.align() })),
       aligned ? this.away(aligned) : h("button", { id: "reference-align", class: "small", type: "button", onclick: () => this.align() }, t("reference.align", { solve: this.solve })),

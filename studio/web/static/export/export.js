@@ -2,16 +2,18 @@
 import { byId, h } from "../base/dom.js";
 import { downloadExport, getExportFormats, makeDepthExport, makeExport } from "../base/api.js";
 import { cameraField, depthCameras, depthWords } from "./export_depth.js";
-import { DEPTH, FORMATS, KEYS, ORDERS, RATES, RECIPES, RIG_FORMATS, ROOTS, TARGETS, UNDERSTOOD, UNITS, recipeOf } from "./export_recipes.js";
+import { DEPTH, FORMATS, KEYS, ORDERS, RATES, RECIPES, RIG_FORMATS, ROOTS, SCENES, TARGETS, UNDERSTOOD, UNITS, recipeOf } from "./export_recipes.js";
 import { RigChoice } from "./export_rig.js";
 import { ended } from "../base/jobs.js";
 import { attempt, showNote } from "../base/messages.js";
+import { performerWords } from "../replay/performers.js";
 import { replayed } from "../replay/replay.js";
 import { said } from "../base/said.js";
 import { t } from "../base/strings.js";
 
 const KEPT = "export";
 const REMEMBERED = ["recipe", "format", "target", "fps", "root_motion", "interpolation", "mesh", "rotation_order", "unit", "rig"];
+const TOGETHER = "together";
 const NUMBERS = ["fps", "start_s", "end_s", "smooth_hz", "key_error_cm"];
 const CHECKS = ["mesh", "foot_lock", "loop"];
 
@@ -73,9 +75,30 @@ function formatChosen() {
 
 const onRig = () => state.recipe === "rig";
 
+/** The performers of the one take that is exported, where it has several: `[performer, name]`. */
+function performers() {
+  if (state.jobs.length !== 1) return [];
+  const { performers: several, performer_names: names } = state.jobs[0].take;
+  return several.length > 1 ? several.map((one) => [one, performerWords(names[one] ?? one)]) : [];
+}
+
+/** Which performers, and whether each in a file: the values are performers, "" for each and `TOGETHER`. */
+function performerField() {
+  const choices = performers();
+  if (!choices.length) return null;
+  const options = [["", t("performers.each")], [TOGETHER, t("performers.together")], ...choices];
+  return h("label", { class: "field" }, h("span", {}, t("performers.of_export")), h("select", { id: "export-performer", onchange: showFields },
+    options.map(([value, words]) => h("option", { value }, words))));
+}
+
 /** Show the fields that the format understands. */
 function showFields() {
   const format = field("format").value;
+  const all = field("performer")?.querySelector(`[value="${TOGETHER}"]`);
+  if (all) {
+    all.disabled = onRig() || !SCENES.includes(format);
+    if (all.disabled && field("performer").value === TOGETHER) field("performer").value = "";
+  }
   for (const [id, formats] of Object.entries(UNDERSTOOD)) {
     const owned = onRig() && ["target", "mesh", "unit"].includes(id);
     const holder = field(id)?.closest(".field, .check");
@@ -120,7 +143,7 @@ function fields(kept) {
     h("div", { class: "grid" },
       select("format", FORMATS, (name) => t(`export.format.${name}`), kept.format ?? "fbx", formatChosen),
       select("fps", RATES, (rate) => (rate ? t("export.fps.value", { rate }) : t("export.fps.as_solved")), kept.fps),
-      cameraField(state.jobs),
+      performerField(), cameraField(state.jobs),
       number("start_s", start, t("export.start_s.none")), number("end_s", end, t("export.end_s.none"))),
     h("p", { id: "export-depth", class: "muted hint", hidden: true }, depthWords(state.jobs)),
     h("ul", { id: "export-missing", class: "muted hint", hidden: true }),
@@ -156,6 +179,9 @@ function chosen() {
   }
   for (const id of CHECKS) if (understood(id)) request[id] = field(id).checked;
   if (understood("together") && field("together")?.checked) request.together = true;
+  const performer = field("performer")?.value;
+  if (performer === TOGETHER) request.together = true;
+  else if (performer) request.performer = performer;
   if (onRig()) {
     request.rig = state.rig.name;
     for (const id of ["target", "mesh", "unit"]) delete request[id];

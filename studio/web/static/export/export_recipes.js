@@ -17,8 +17,11 @@ const SKELETONS = ["fbx", "bvh", "glb", "usd"];
 export const UNDERSTOOD = {
   target: SKELETONS, root_motion: SKELETONS, interpolation: ["fbx", "glb"], mesh: ["fbx", "glb", "usd"], key_error_cm: ["fbx"],
   timecode: ["fbx"], rotation_order: ["bvh"], unit: ["bvh"], together: ["fbx"],
-  fps: OF_SOLVES, start_s: OF_SOLVES, end_s: OF_SOLVES, smooth_hz: OF_SOLVES, foot_lock: OF_SOLVES, loop: OF_SOLVES, camera: [DEPTH],
+  fps: OF_SOLVES, start_s: OF_SOLVES, end_s: OF_SOLVES, smooth_hz: OF_SOLVES, foot_lock: OF_SOLVES, loop: OF_SOLVES, camera: [DEPTH], performer: OF_SOLVES,
 };
+
+/** Formats that hold several performers. */
+export const SCENES = ["fbx", "glb", "usd"];
 
 /** Formats that an export onto a rig has. */
 export const RIG_FORMATS = SKELETONS;

@@ -46,7 +46,7 @@ async function ask(replay, frame) {
 
 /** Have the values that are needed now, as far as they are known; the rest is asked for. */
 export function loadCurveData(replay, frame) {
-  const of = JSON.stringify([replay.take, replay.solve, replay.ghost, replay.ghost_offset_ms, chosenCurves().map(nameOf), state.version]);
+  const of = JSON.stringify([replay.take, replay.solve, replay.performer, replay.ghost, replay.ghost_offset_ms, chosenCurves().map(nameOf), state.version]);
   if (state.of !== of) Object.assign(state, { of, whole: null, part: null, exact: null });
   if (replay.solve && chosenCurves().length) ask(replay, frame);
 }

@@ -1,5 +1,6 @@
 // What the timeline shows of a joint: tracks with curves, lanes with spans, and both in words at a frame.
 import { hasText, number, t } from "../base/strings.js";
+import { performerWords } from "./performers.js";
 
 /** Joints whose curves can be shown. */
 export const JOINTS = [
@@ -51,7 +52,11 @@ export function lanesOf(curves, { colours, edits }) {
   const off = Object.entries(curves.disagrees).flatMap(([name, spans]) => spans.map(([first, last, mm]) => [first, last, t("curve.disagrees", { name, mm })]));
   const apart = off.length ? [{ label: t("curve.apart"), colour: "--bad", spans: off }] : [];
   const mended = edits ? [{ label: t("edits.label"), colour: "--bad", marks: true, spans: edits }] : [];
-  return [...cameras, feet, pops, ...apart, ...mended];
+  const doubts = Object.entries(curves.undecided).flatMap(([name, spans]) => spans.map(([first, last]) => [first, last, t("performers.undecided", { name: performerWords(name) })]));
+  const undecided = doubts.length ? [{ label: t("performers.undecided_label"), colour: "--fair", spans: doubts }] : [];
+  const gone = curves.away.map(([first, last]) => [first, last, t("performers.away")]);
+  const away = gone.length ? [{ label: t("performers.away_label"), colour: "--muted", spans: gone }] : [];
+  return [...cameras, feet, pops, ...away, ...undecided, ...apart, ...mended];
 }
 
 const reasonWords = (reason) => (hasText(`reason.${reason}`) ? t(`reason.${reason}`) : reason);

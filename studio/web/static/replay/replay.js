@@ -10,6 +10,7 @@ import { t } from "../base/strings.js";
 import { valueWords, valuesAt } from "./graphs.js";
 import { growingWords, holdsWords } from "./holds.js";
 import { addMarker, markerList, placesToSnap, showMarkers, startMarkers, timecodeOf, useMarkers } from "./markers.js";
+import { exchangesPending, forgetPerformers, performerButtons, performerList, showPerformers, startPerformers, usePerformers } from "./performers.js";
 import { frameWords, nextUnit, unit } from "./ruler.js";
 import { drawTimeline, frameAt, wordsAt } from "./timeline.js";
 import { hold, pan, wheel } from "./pointer.js";
@@ -65,13 +66,21 @@ async function send(change) {
   if (next) send(next);
 }
 
-/** Show a take's solve instead of the live stage; `ghost`: a second `{take, solve, alignment?}` or `{take, reference}` beside it. */
-export async function open(takeId, solve, ghost = null) {
+/** Show a take's solve instead of the live stage; `ghost`: a second `{take, solve, alignment?}` or `{take, reference}` beside it;
+ * `performer`: of several the one of the curves, by itself the one of before. */
+export async function open(takeId, solve, ghost = null, performer = performerOf(takeId, solve)) {
   const { lined_up: _, ...beside } = ghost ?? {};
   state.sentAt = performance.now();
-  const status = await asked(() => openReplay({ take: takeId, solve, ghost: ghost && beside }));
+  const status = await asked(() => openReplay({ take: takeId, solve, ghost: ghost && beside, ...(performer && { performer }) }));
   state.sentAt = performance.now();
   if (status) take(status);
+}
+
+/** The performer that goes on having the curves where a solve is opened that has them too. */
+function performerOf(takeId, solve) {
+  const { take: shown, performer } = state.replay;
+  if (shown !== takeId || !performer) return null;
+  return state.solves.some((one) => one.take === takeId && one.solve === solve && one.performers?.includes(performer)) ? performer : null;
 }
 
 async function close() {
@@ -133,10 +142,10 @@ export function replayKey(event) {
 }
 
 async function loadCurves() {
-  const wanted = JSON.stringify([state.replay.take, state.replay.solve, state.replay.frames, state.joint]);
+  const wanted = JSON.stringify([state.replay.take, state.replay.solve, state.replay.performer, state.replay.frames, state.joint]);
   if (state.wanted === wanted) return;
   state.wanted = wanted;
-  const shown = `${state.replay.take}|${state.replay.solve}`;
+  const shown = `${state.replay.take}|${state.replay.solve}|${state.replay.performer}`;
   if (state.more.of !== shown) state.curves = null;
   const found = await attempt(() => Promise.all([getCurves(state.joint), getView()]));
   if (!found || state.wanted !== wanted) return;
@@ -148,15 +157,15 @@ async function loadCurves() {
 
 /** Show the places that an animator would have to mend, or hide them. */
 async function toggleEdits() {
-  const { take: takeId, solve, rate_hz: rate } = state.replay;
+  const { take: takeId, solve, performer, rate_hz: rate } = state.replay;
   if (!state.curves) return;
   if (state.more.edits) {
     state.more = { ...state.more, edits: null, serial: state.more.serial + 1 };
   } else {
     const [session, name] = takeId.split("/");
     setText(byId("replay-edits"), t("edits.looking"));
-    const found = await attempt(() => getCleanup({ session, name }, solve));
-    if (found && state.replay.take === takeId && state.replay.solve === solve) {
+    const found = await attempt(() => getCleanup({ session, name }, solve, performer));
+    if (found && state.replay.take === takeId && state.replay.solve === solve && state.replay.performer === performer) {
       state.more = { ...state.more, edits: editSpans(found.cleanup_events ?? [], state.curves.start_s, rate), serial: state.more.serial + 1 };
     }
   }
@@ -201,6 +210,7 @@ function build() {
     h("div", { class: "replay-row" },
       h("strong", { class: "replay-take", title: state.replay.take }, state.replay.take.split("/").pop()),
       whole && h("span", { id: "replay-growing", class: "fair", role: "status" }, growingWords(state.replay)),
+      ...performerButtons(state.replay, frameNow, choice, (value) => open(takeId, solve, ghost, value)),
       choice("replay-joint", t("replay.joint"), JOINTS.map((name) => [name, name]), state.joint, (value) => { state.joint = value; loadCurves(); }),
       solve && h("button", { id: "replay-curves", type: "button", class: "small", title: `${t("graphs.hint")} (C)`, aria: { expanded: String(curveListShown()), controls: "curve-list" },
         onclick: KEYS.c }, t("graphs.button")),
@@ -220,6 +230,7 @@ function build() {
       h("canvas", { id: "timeline", tabIndex: 0, role: "slider", aria: { label: t("replay.timeline") }, onpointerdown: press, onpointermove: hover, onpointerleave: hover,
         onwheel: (event) => { wheel(event, state.replay); paint(); } }),
       h("div", { id: "timeline-tip", class: "timeline-tip", aria: { hidden: "true" }, hidden: true })),
+    performerList,
     markerList,
   ];
 }
@@ -254,6 +265,9 @@ function paint() {
   setText(byId("replay-time"), `${clock(frame / rate)}  ${frame} / ${frames - 1}`);
   setText(byId("replay-unit"), t(`replay.unit.${unit()}`));
   showMarkers(state.replay, goTo);
+  showPerformers(state.replay, frameNow);
+  byId("replay-performers")?.setAttribute("aria-expanded", String(!performerList.hidden));
+  byId("replay-performers")?.classList.toggle("fair", exchangesPending(state.replay));
   loadCurveData(state.replay, frame);
   showLegend((curve) => valueWords(curve, frame));
   canvas.setAttribute("aria-valuenow", String(frame));
@@ -281,9 +295,10 @@ function show() {
   followVideo(state.replay);
   if (isOpen) {
     setText(byId("replay-title"), solve ? t("replay.title", { take: takeId, solve }) : t("replay.raw_title", { take: takeId }));
-    redraw(byId("replay-bar"), [takeId, solve, ghost, playing, loop, speed, state.solves, whole && growingWords(state.replay), videoShown()], build);
+    redraw(byId("replay-bar"), [takeId, solve, ghost, playing, loop, speed, state.solves, whole && growingWords(state.replay), videoShown(), state.replay.performer, state.replay.performers], build);
     loadCurves();
     useMarkers(takeId);
+    usePerformers(state.replay);
     besideIs(Boolean(ghost));
     if (!solve) showCurveList(false);
     paint();
@@ -302,7 +317,7 @@ export function updateReplay(status) {
 
 /** Take in the list of takes: what can be shown. */
 export function updateReplayTakes(takes) {
-  state.solves = takes.flatMap((one) => one.solves.map((solve) => ({ take: one.id, solve })));
+  state.solves = takes.flatMap((one) => one.solves.map((solve) => ({ take: one.id, solve, performers: one.performers })));
   if (state.replay.open) show();
 }
 
@@ -312,6 +327,7 @@ export function solved(takeId, solve) {
   state.wanted = ""; // the solve may be a new one of an old name
   forgetCurveData();
   forgetVideo();
+  forgetPerformers();
   open(takeId, solve, state.replay.ghost);
   showNote(t("replay.showing", { solve }));
 }
@@ -321,6 +337,7 @@ export function startReplay(listen, compare) {
   state.listening = listen;
   state.comparing = compare;
   startMarkers(paint);
+  startPerformers(paint, () => open(state.replay.take, state.replay.solve, state.replay.ghost));
   startCurveChoice(paint);
   startCurveData(paint);
   startVideo();

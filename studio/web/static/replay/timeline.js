@@ -152,8 +152,8 @@ export function drawTimeline(canvas, replay, curves, more, frame) {
   if (canvas.style.height !== `${wanted}px`) canvas.style.height = `${wanted}px`;
   const { context, width, height } = prepare(canvas);
   if (!width) return;
-  const { take, solve, frames, first, last } = replay;
-  const key = JSON.stringify([width, height, devicePixelRatio, take, solve, frames, first, last, more.serial, document.documentElement.dataset.theme, document.documentElement.lang,
+  const { take, solve, performer, frames, first, last } = replay;
+  const key = JSON.stringify([width, height, devicePixelRatio, take, solve, performer, frames, first, last, more.serial, document.documentElement.dataset.theme, document.documentElement.lang,
     shownPart(replay), unit(), markedFrames(replay), timecodeOf(take), graphs(), curveDataKey()]);
   if (kept.key !== key) {
     kept.key = key;

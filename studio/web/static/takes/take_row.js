@@ -2,6 +2,7 @@
 import { byId, clock, h } from "../base/dom.js";
 import { askExport } from "../export/export.js";
 import { tenths } from "../replay/holds.js";
+import { performerWords } from "../replay/performers.js";
 import { open } from "../replay/replay.js";
 import { said } from "../base/said.js";
 import { askShare } from "./sharing.js";
@@ -89,7 +90,8 @@ function length({ seconds, calibration_s: before }) {
 const megabytes = ({ video_bytes: bytes }) => number(bytes / 1e6, bytes < 1e7 ? 1 : 0);
 
 function line(take) {
-  const parts = [length(take), when(take.created), take.performer, take.rating ? "★".repeat(take.rating) : "",
+  const performers = take.performers.map((one) => performerWords(take.performer_names[one] ?? one)).join(", ");
+  const parts = [length(take), when(take.created), take.performer, performers, take.rating ? "★".repeat(take.rating) : "",
     take.video_bytes > 0 && t("video.of_take", { mb: megabytes(take) }), uncalibrated(take) && t("take.uncalibrated")];
   return h("p", { class: "when" }, take.recording ? t("take.recording") : parts.filter(Boolean).join("  ·  "));
 }

@@ -1,7 +1,7 @@
 // Contact shadows: soft dark spots on the floor under heels and balls of the feet, the smaller the higher these are.
 import * as THREE from "three";
 
-const JOINTS = ["LeftFoot", "LeftToeBase", "RightFoot", "RightToeBase"];
+const JOINTS = /^(Left|Right)(Foot|ToeBase)(_\d+)?$/; // of further performers they are numbered
 const LIFTED = 0.12; // m: a foot that is lifted so far has none
 const RADIUS = 0.105;
 const OVER_FLOOR = 0.003;
@@ -28,11 +28,12 @@ function standing(root) {
 }
 
 export class ContactShadows {
-  /** Spots for the performer below `root`, in a scene whose floor is y = 0. */
+  /** Spots for the performers below `root`, in a scene whose floor is y = 0. */
   constructor(scene, root) {
     const heights = standing(root), map = spot();
-    this.spots = JOINTS.map((name) => ({ joint: root.getObjectByName(name), height: heights[name] }))
-      .filter(({ joint, height }) => joint && height !== undefined)
+    const joints = [];
+    root.traverse((node) => { if (JOINTS.test(node.name)) joints.push(node); });
+    this.spots = joints.map((joint) => ({ joint, height: heights[joint.name] })).filter(({ height }) => height !== undefined)
       .map(({ joint, height }) => {
         const mesh = new THREE.Mesh(new THREE.PlaneGeometry(2, 2), new THREE.MeshBasicMaterial({ map, transparent: true, depthWrite: false }));
         mesh.rotation.x = -Math.PI / 2;

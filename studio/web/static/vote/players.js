@@ -12,6 +12,7 @@ const FRAMES = 12; // over so many
 const LOOK_HEIGHT = 0.9;
 const VIEW_FROM = new THREE.Vector3(0.8, 0.5, 3.9);
 const SOFTNESS = 0.06;
+const HIPS = /^Hips(_\d+)?$/; // of further performers in the file they are numbered
 
 class Stage {
   constructor(canvas, gltf) {
@@ -28,7 +29,8 @@ class Stage {
     this.duration = gltf.animations[0].duration;
     this.mixer.clipAction(gltf.animations[0]).play();
     this.contact = new ContactShadows(this.scene, gltf.scene);
-    this.hips = gltf.scene.getObjectByName("Hips");
+    this.hips = [];
+    gltf.scene.traverse((node) => { if (HIPS.test(node.name)) this.hips.push(node); });
   }
 
   draw(camera, seconds, ratio) {
@@ -118,9 +120,9 @@ export class Players {
   }
 
   middle() {
-    const sum = new THREE.Vector3();
-    for (const stage of this.stages) sum.add(stage.hips.getWorldPosition(new THREE.Vector3()));
-    return sum.divideScalar(this.stages.length).setY(LOOK_HEIGHT);
+    const sum = new THREE.Vector3(), all = this.stages.flatMap((stage) => stage.hips);
+    for (const hips of all) sum.add(hips.getWorldPosition(new THREE.Vector3()));
+    return sum.divideScalar(all.length).setY(LOOK_HEIGHT);
   }
 
   /** Play or pause; at the end, play begins again. */

@@ -38,8 +38,9 @@ def add_take(
     name: str,
     options: ExportOptions,
     progress: Callable[[float], None],
-) -> np.int64:
-    """Add a take and return the time of its last key.
+    layer: np.int64 | None = None,
+) -> tuple[np.int64, np.int64]:
+    """Add a take and return its layer and the time of its last key.
 
     Args:
         objects: of the file.
@@ -52,13 +53,12 @@ def add_take(
         name: of the take.
         options: `interpolation` and `key_error_cm` are used.
         progress: receives the share done.
+        layer: of another performer in the same take; None = a take of its own.
     """
     times = scene.ticks_at(motion.start_s) + scene.ticks(
         np.arange(motion.frame_count), motion.frames_per_second
     )
-    stack = _add_stack(objects, name, times[0], times[-1])
-    layer = objects.add("AnimationLayer", "BaseLayer", "AnimLayer", "")
-    objects.connect(layer, stack)
+    layer = _add_layer(objects, name, times[0], times[-1]) if layer is None else layer
     values = _channels(rest, motion.between or motion, turns_wxyz, orders)
     progress(0.3)
     writer = _Curves(objects, layer, times, motion.frames_per_second)
@@ -85,7 +85,7 @@ def add_take(
     for done, ((joint, channel), three) in enumerate(keys.items()):
         writer.add(models[joint], channel, three, _FLAGS[options.interpolation])
         progress(0.9 + 0.1 * (done + 1) / len(keys))
-    return times[-1]
+    return layer, times[-1]
 
 
 def _channels(
@@ -106,13 +106,17 @@ def _channels(
     return values
 
 
-def _add_stack(objects: Objects, name: str, start: np.int64, stop: np.int64) -> np.int64:
+def _add_layer(objects: Objects, name: str, start: np.int64, stop: np.int64) -> np.int64:
+    """Add a stack with one layer, which is returned."""
     span = [
         scene.time(f"{which}{end}", value)
         for which in ("Local", "Reference")
         for end, value in (("Start", start), ("Stop", stop))
     ]
-    return objects.add("AnimationStack", name, "AnimStack", "", scene.properties(*span))
+    stack = objects.add("AnimationStack", name, "AnimStack", "", scene.properties(*span))
+    layer = objects.add("AnimationLayer", "BaseLayer", "AnimLayer", "")
+    objects.connect(layer, stack)
+    return layer
 
 
 class _Curves:

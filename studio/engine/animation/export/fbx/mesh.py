@@ -14,13 +14,21 @@ _TONES = {"Body": (0.72, 0.72, 0.70), "Seam": (0.22, 0.22, 0.24)}
 """Material name -> colour, in the order of the mesh's tones."""
 
 
-def add_mesh(objects: Objects, motion: LocalMotion, models: list[np.int64]) -> None:
+def add_mesh(
+    objects: Objects,
+    motion: LocalMotion,
+    models: list[np.int64],
+    *,
+    space: str = "",
+    under: np.int64 | None = None,
+) -> None:
     """Add the mannequin of the motion's skeleton, skinned to its bones.
 
     Args:
         objects: of the file.
         motion: the skeleton.
         models: identities of the bones.
+        space, under: as in `add_skeleton`.
 
     Raises:
         FormatError: as `mannequin`.
@@ -29,7 +37,7 @@ def add_mesh(objects: Objects, motion: LocalMotion, models: list[np.int64]) -> N
     corners = mesh.triangles.astype(np.int32)
     corners[:, 2] = -corners[:, 2] - 1  # FBX marks the last corner of a polygon this way
     geometry = objects.add(
-        "Geometry", _NAME, "Geometry", "Mesh",
+        "Geometry", space + _NAME, "Geometry", "Mesh",
         scene.properties(),
         Node("GeometryVersion", 124),
         Node("Vertices", (mesh.vertices_m.astype(float) * CM).ravel()),
@@ -41,11 +49,11 @@ def add_mesh(objects: Objects, motion: LocalMotion, models: list[np.int64]) -> N
             for kind in ("LayerElementNormal", "LayerElementMaterial")
         )]),
     )  # fmt: skip
-    model = _add_model(objects)
-    objects.connect(model, np.int64(0))
+    model = _add_model(objects, space + _NAME)
+    objects.connect(model, np.int64(0) if under is None else under)
     objects.connect(geometry, model)
     for name, colour in _TONES.items():
-        objects.connect(_add_material(objects, name, colour), model)
+        objects.connect(_add_material(objects, space + name, colour), model)
     skin = objects.add(
         "Deformer", "", "Deformer", "Skin", Node("Version", 101), Node("Link_DeformAcuracy", 50.0)
     )
@@ -60,7 +68,9 @@ def add_mesh(objects: Objects, motion: LocalMotion, models: list[np.int64]) -> N
             Node("Transform", np.linalg.inv(link).ravel()),
             Node("TransformLink", link.ravel()),
         ]
-        cluster = objects.add("Deformer", motion.joint_names[joint], "SubDeformer", "Cluster", *children)
+        cluster = objects.add(
+            "Deformer", space + motion.joint_names[joint], "SubDeformer", "Cluster", *children
+        )
         objects.connect(cluster, skin)
         objects.connect(models[joint], cluster)
 
@@ -71,7 +81,7 @@ def _layer(kind: str, mapping: str, reference: str, *values: Node) -> Node:
     return Node(kind, 0, children=[*head, *values])
 
 
-def _add_model(objects: Objects) -> np.int64:
+def _add_model(objects: Objects, name: str) -> np.int64:
     rows = scene.properties(
         scene.integer("InheritType", 1, "enum"),
         scene.integer("DefaultAttributeIndex", 0),
@@ -80,7 +90,7 @@ def _add_model(objects: Objects) -> np.int64:
         scene.vector("Lcl Scaling", np.ones(3)),
     )
     culling = [Node("Shading", True), Node("Culling", "CullingOff")]
-    return objects.add("Model", _NAME, "Model", "Mesh", Node("Version", 232), rows, *culling)
+    return objects.add("Model", name, "Model", "Mesh", Node("Version", 232), rows, *culling)
 
 
 def _add_material(objects: Objects, name: str, colour: tuple[float, float, float]) -> np.int64:

@@ -41,6 +41,11 @@ def text(name: str, value: str) -> Node:
     return Node("P", name, "KString", "", "", value)
 
 
+def custom_text(name: str, value: str) -> Node:
+    """A property of the user's own."""
+    return Node("P", name, "KString", "", "U", value)
+
+
 def time(name: str, value: np.int64) -> Node:
     return Node("P", name, "KTime", "Time", "", np.int64(value))
 

@@ -1,5 +1,8 @@
 """Bones of an FBX file: LimbNodes in the rest pose, every one in the BindPose."""
 
+import json
+from collections.abc import Sequence
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -15,13 +18,32 @@ CM = 100.0
 _TURN_TOLERANCE = 1e-9
 
 
-def add_skeleton(objects: Objects, motion: LocalMotion, orders: list[str]) -> list[np.int64]:
-    """Add the joints in their rest pose and return their identities, in the order of the motion."""
+def add_skeleton(
+    objects: Objects,
+    motion: LocalMotion,
+    orders: list[str],
+    *,
+    space: str = "",
+    under: np.int64 | None = None,
+) -> list[np.int64]:
+    """Add the joints in their rest pose and return their identities, in the order of the motion.
+
+    Args:
+        objects: of the file.
+        motion: the skeleton.
+        orders: of the joints' rotations.
+        space: in front of the joints' names, such as `Ana:`.
+        under: the object above the skeleton; None = the scene.
+    """
     before_deg = [euler_deg(turn[None], "ZYX")[0] for turn in motion.rest_local_wxyz]
     models: list[np.int64] = []
     for joint, (name, parent) in enumerate(zip(motion.joint_names, motion.parents, strict=True)):
-        model = _add_joint(objects, name, motion.offsets_m[joint] * CM, orders[joint], before_deg[joint])
-        objects.connect(model, np.int64(0) if parent < 0 else models[parent])
+        own = () if parent >= 0 or under is not None else undecided_rows(motion)
+        model = _add_joint(
+            objects, space + name, motion.offsets_m[joint] * CM, orders[joint], before_deg[joint], own
+        )
+        top = np.int64(0) if under is None else under
+        objects.connect(model, top if parent < 0 else models[parent])
         models.append(model)
     poses = [
         Node("PoseNode", children=[Node("Node", model), Node("Matrix", matrix.ravel())])
@@ -30,6 +52,34 @@ def add_skeleton(objects: Objects, motion: LocalMotion, orders: list[str]) -> li
     head = [Node("Type", "BindPose"), Node("Version", 100), Node("NbPoseNodes", len(poses))]
     objects.add("Pose", "BindPose", "Pose", "BindPose", *head, *poses)
     return models
+
+
+def add_performer(objects: Objects, name: str, motion: LocalMotion) -> np.int64:
+    """Add the object above the skeleton of one of several performers, and return its identity."""
+    attribute = objects.add("NodeAttribute", name, "NodeAttribute", "Null", Node("TypeFlags", "Null"))
+    rows = [
+        scene.integer("InheritType", 1, "enum"),
+        scene.integer("DefaultAttributeIndex", 0),
+        scene.vector("Lcl Translation", np.zeros(3)),
+        scene.vector("Lcl Rotation", np.zeros(3)),
+        scene.vector("Lcl Scaling", np.ones(3)),
+        *undecided_rows(motion),
+    ]
+    culling = [Node("Shading", True), Node("Culling", "CullingOff")]
+    model = objects.add(
+        "Model", name, "Model", "Null", Node("Version", 232), scene.properties(*rows), *culling
+    )
+    objects.connect(attribute, model)
+    objects.connect(model, np.int64(0))
+    return model
+
+
+def undecided_rows(motion: LocalMotion) -> list[Node]:
+    """Return the custom property `undecided_s`: spans [s] in which the performer was not told apart from another, as
+    JSON; none for a performer who is alone."""
+    if motion.undecided_s is None:
+        return []
+    return [scene.custom_text("undecided_s", json.dumps([list(span) for span in motion.undecided_s]))]
 
 
 def local_turns(rest: LocalMotion, motion: LocalMotion) -> NDArray[np.float64]:
@@ -54,6 +104,7 @@ def _add_joint(
     offset_cm: NDArray[np.float64],
     order: str,
     before_deg: NDArray[np.float64],
+    more: Sequence[Node],
 ) -> np.int64:
     size = scene.properties(scene.number("Size", 1.0))
     attribute = objects.add(
@@ -67,6 +118,7 @@ def _add_joint(
         scene.vector("Lcl Translation", offset_cm, animated=True),
         scene.vector("Lcl Rotation", np.zeros(3), animated=True),
         scene.vector("Lcl Scaling", np.ones(3)),
+        *more,
     ]
     if np.abs(before_deg).max() > np.degrees(_TURN_TOLERANCE):
         rows.insert(1, scene.vector_of("PreRotation", before_deg))

@@ -18,7 +18,7 @@ from studio.engine.animation.export.fbx.binary import Node, write_nodes
 from studio.engine.animation.export.fbx.curves import add_take
 from studio.engine.animation.export.fbx.mesh import add_mesh
 from studio.engine.animation.export.fbx.objects import Objects
-from studio.engine.animation.export.fbx.skeleton import add_skeleton, local_turns
+from studio.engine.animation.export.fbx.skeleton import add_performer, add_skeleton, local_turns
 from studio.engine.base.errors import SettingsError
 from studio.engine.base.files import write_atomically
 
@@ -63,15 +63,65 @@ def write_fbx(
             if progress is not None:
                 progress(0.9 * (k + share) / len(takes))
 
-        stops.append(add_take(objects, first, motion, turn, models, orders, name, options, told))
+        stops.append(add_take(objects, first, motion, turn, models, orders, name, options, told)[1])
     starts = [scene.ticks_at(motion.start_s) for motion in takes]
-    spans = list(zip(names, starts, stops, strict=True))
+    _write(path, objects, list(zip(names, starts, stops, strict=True)), first.frames_per_second, options)
+
+
+def write_fbx_scene(
+    performers: Sequence[tuple[str, LocalMotion]],
+    path: str | os.PathLike[str],
+    options: ExportOptions,
+    *,
+    progress: Callable[[float], None] | None = None,
+) -> None:
+    """Write several performers as a binary FBX file with one take, atomically.
+
+    Each is a null of their name, above their skeleton and body, whose names have the namespace of the performer.
+
+    Args:
+        performers: by names that are namespaces; all from the same instant on, at one rate.
+        path, options, progress: as in `write_fbx`, also for errors.
+    """
+    objects = Objects()
+    layer = None
+    stops = []
+    for k, (name, motion) in enumerate(performers):
+        turns = local_turns(motion, motion.between or motion)
+        orders = [best_order(turns[:, joint]) for joint in range(len(motion.parents))]
+        top, space = add_performer(objects, name, motion), f"{name}:"
+        models = add_skeleton(objects, motion, orders, space=space, under=top)
+        if options.mesh:
+            add_mesh(objects, motion, models, space=space, under=top)
+
+        def told(share: float, k: int = k) -> None:
+            if progress is not None:
+                progress(0.9 * (k + share) / len(performers))
+
+        layer, stop = add_take(
+            objects, motion, motion, turns, models, orders, options.take_name, options, told, layer
+        )
+        stops.append(stop)
+    first = performers[0][1]
+    span = (options.take_name, scene.ticks_at(first.start_s), max(stops))
+    _write(path, objects, [span], first.frames_per_second, options)
+
+
+def _write(
+    path: str | os.PathLike[str],
+    objects: Objects,
+    spans: list[tuple[str, np.int64, np.int64]],
+    frames_per_second: float,
+    options: ExportOptions,
+) -> None:
+    """Write the file; `spans`: name, start and stop of each take."""
+    starts, stops = [span[1] for span in spans], [span[2] for span in spans]
     nodes = [
         *scene.header(),
         scene.global_settings(
-            first.frames_per_second, min(starts), max(stops), timecode=options.timecode is not None
+            frames_per_second, min(starts), max(stops), timecode=options.timecode is not None
         ),
-        *scene.documents(objects.identity(), names[0]),
+        *scene.documents(objects.identity(), spans[0][0]),
         scene.definitions(objects.nodes),
         Node("Objects", children=objects.nodes),
         Node("Connections", children=objects.connections),

@@ -1,4 +1,9 @@
 export default {
+  "export.one_performer_format": "format {format} : un fichier contient un interprète ; plusieurs vont dans {allowed} ; exportez chacun dans un fichier à part",
+  "export.loop_together": "boucle : chaque interprète aurait la sienne ; exportez chacun dans un fichier à part",
+  "export.nobody": "personne à exporter n'est sur le plateau à partir de {start} s ; choisissez une autre partie ou un autre interprète",
+  "export.scene_of_one": "ensemble : les interprètes d'une prise font un fichier ; exportez chaque prise à part",
+  "export.scene_on_rig": "ensemble : un rig tient un interprète ; exportez chaque interprète dans un fichier à part",
   "mannequin.body": "corps={body} n'est pas permis ; permis : {allowed}",
   "export.no_file": "l'export {id} n'a pas de fichier",
   "export.not_done": "l'export {id} n'est pas encore fini",

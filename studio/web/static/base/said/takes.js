@@ -1,4 +1,9 @@
 export default {
+  "performers.same_name": "« {name} » serait le nom de deux interprètes ; choisissez-en un autre",
+  "performers.exchange": "{first} et {second} ne peuvent être échangés à {time_s} s ; permis : deux interprètes, à un temps",
+  "performers.exchanges": "une prise avec {n} échanges ; permis : {most} au plus",
+  "performers.unknown": "« {performer} » n'est pas un interprète ; permis : performer_1, performer_2, ...",
+  "take.no_settings": "le calcul « {name} » de {take} n'a pas de réglages ; choisissez un préréglage",
   "import.browser_gone": "le navigateur est parti avant la fin de l'envoi ; envoyez les fichiers à nouveau",
   "import.broke_off": "seuls {received} octets sur {total} sont arrivés : l'envoi s'est interrompu ; envoyez les fichiers à nouveau",
   "import.more_than_announced": "il est arrivé plus que les {total} octets annoncés ; envoyez les fichiers à nouveau",
