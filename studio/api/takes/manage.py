@@ -44,7 +44,7 @@ class MarkerRequest(Body):
     name: str = Field(examples=["kick"])
 
 
-class ExchangeRequest(Body):
+class TakeExchangeRequest(Body):
     """Two performers who are exchanged from a moment on."""
 
     time_s: float = Field(description="stage time [s]")
@@ -63,7 +63,7 @@ class SlateRequest(Body):
     performer_names: dict[str, str] | None = Field(
         None, description="of all performers; those left out lose theirs", examples=[{"performer_1": "Ana"}]
     )
-    exchanges: tuple[ExchangeRequest, ...] | None = Field(
+    exchanges: tuple[TakeExchangeRequest, ...] | None = Field(
         None,
         description="all of them, in the order in which they are made; solve the take again to have them",
     )

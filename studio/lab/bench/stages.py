@@ -36,6 +36,7 @@ from studio.lab.bench.plain_mink import PlainMink, RetargetingMink
 from studio.lab.bench.timing import WARM_UP, StageTiming, per_frame
 from studio.simulator.demo import APART, DemoStage
 from studio.simulator.joints.noisy_joints import FRAMES_PER_SECOND
+from studio.streams.cast import Member
 from studio.streams.frames import frame_message
 from studio.streams.unity import unity_pose
 from studio.streams.vmc import VmcEncoder
@@ -145,7 +146,7 @@ def sending(results: list[StepResult]) -> dict[str, StageTiming]:
     """One output frame as bytes: for programs by WebSocket (`encode`), for receivers by VMC (`broadcast`)."""
     vmc = VmcEncoder()
     return {
-        "encode": per_frame(frame_message, results),
+        "encode": per_frame(lambda r: frame_message([(r, Member("", None))]), results),
         "broadcast": per_frame(
             lambda r: vmc.encode(
                 unity_pose(r.frame_set.stage_time_ns * 1e-9, r.positions_m, r.rotations_wxyz)
