@@ -26,6 +26,9 @@ _BONES_KNOWN = 300.0
 """So many frames do bones count that are known from before."""
 
 
+_Expected = tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]
+
+
 class FollowedPerson:
     """One person's joints in the stage frame, by all cameras together."""
 
@@ -40,6 +43,7 @@ class FollowedPerson:
         self._cov = np.zeros((JOINT_COUNT, 3))  # variances of place and speed, and their covariance
         self._cov[:, 0], self._cov[:, 1] = _READING_M**2, _SPEED_M_S**2
         self._bones, self._bone_frames = np.zeros(JOINT_COUNT), np.zeros(JOINT_COUNT)
+        self._ahead: tuple[float, _Expected] | None = None  # what is expected at the time asked for last
         self._measure(joints)
 
     @classmethod
@@ -116,15 +120,18 @@ class FollowedPerson:
         )
         place[new], speed[new] = joints[new], 0.0
         cov[new] = _READING_M**2, _SPEED_M_S**2, 0.0
-        self._place, self._speed, self._cov = place, speed, cov
+        self._place, self._speed, self._cov, self._ahead = place, speed, cov, None
         self._time_s = self.last_s = max(stage_s, self._time_s)
         self.frames += 1
         self._measure(joints)
 
-    def _expected(
-        self, stage_s: float
-    ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
+    def _expected(self, stage_s: float) -> _Expected:
         """Return places, speeds and their covariances at a time; a time before the last counts as the last."""
+        if self._ahead is None or self._ahead[0] != stage_s:
+            self._ahead = stage_s, self._predicted(stage_s)
+        return self._ahead[1]
+
+    def _predicted(self, stage_s: float) -> _Expected:
         dt = max(stage_s - self._time_s, 0.0)
         if dt == 0.0:
             return self._place, self._speed, self._cov

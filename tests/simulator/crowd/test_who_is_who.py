@@ -1,0 +1,28 @@
+"""Simulated performers stay themselves, however they meet."""
+
+import pytest
+
+from tests.simulator.crowd_people import TAKES, crowd_of, take_of, told
+
+SEED = 3000
+"""Of the first take; nothing was tuned on seeds from here on."""
+
+
+def test_two_who_embrace_stay_themselves():
+    found = told(*crowd_of(["demo", "demo"], "embracing", 2, SEED))
+    assert found.right(2) and found.missed < 0.03
+
+
+@pytest.mark.long
+@pytest.mark.parametrize(
+    ("performers", "cameras", "takes", "least"),
+    [(2, 3, range(TAKES), 48), (3, 4, range(0, TAKES, 5), 9), (4, 4, range(0, TAKES, 5), 9)],
+)
+def test_most_stay_themselves(performers, cameras, takes, least, test_data):
+    """Each of ten motions meets others in five ways."""
+    right = 0
+    for number in takes:
+        motions, way = take_of(number, performers, test_data)
+        found = told(*crowd_of(motions, way, cameras, SEED + number))
+        right += found.right(performers) and found.missed <= 0.03
+    assert right >= least
