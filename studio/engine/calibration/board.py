@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from studio.engine.base.errors import CalibrationError
 from studio.engine.base.geometry import make_transform
-from studio.engine.calibration.views.rig import rig_of
+from studio.engine.calibration.views.adjusting.rig import rig_of
 from studio.engine.model.calibration import Calibration, CameraCalibration, Performer
 from studio.engine.seeing.board import SeenBoard
 

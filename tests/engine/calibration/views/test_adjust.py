@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 
 from studio.engine.base.geometry import invert_transform
-from studio.engine.calibration.views.clocks import compare
-from studio.engine.calibration.views.rig import UNKNOWNS, CameraRig
-from studio.engine.calibration.views.sides import find_swaps
-from studio.engine.calibration.views.tracks import make_track, sample
-from studio.engine.calibration.views.view import COLUMNS, NUMBER, OTHER_SIDE
+from studio.engine.calibration.views.adjusting.rig import UNKNOWNS, CameraRig
+from studio.engine.calibration.views.adjusting.sides import find_swaps
+from studio.engine.calibration.views.seen.tracks import make_track, sample
+from studio.engine.calibration.views.seen.view import COLUMNS, NUMBER, OTHER_SIDE
+from studio.engine.calibration.views.starting.clocks import compare
 from studio.engine.model.joints import MIRROR
 from studio.engine.model.lens import usual_lens
 from tests.engine.calibration.views.synthetic import LENS, camera_at, view_of, walker

@@ -9,10 +9,10 @@ from itertools import product
 
 import numpy as np
 
-from studio.engine.calibration.views.bodies import Array, known_of
-from studio.engine.calibration.views.rig import CameraRig
-from studio.engine.calibration.views.tracks import Sample, ViewTrack, nearest, nearest_time, sample
-from studio.engine.calibration.views.view import JOINTS, OTHER_SIDE
+from studio.engine.calibration.views.adjusting.rig import CameraRig
+from studio.engine.calibration.views.seen.bodies import Array, known_of
+from studio.engine.calibration.views.seen.tracks import Sample, ViewTrack, nearest, nearest_time, sample
+from studio.engine.calibration.views.seen.view import JOINTS, OTHER_SIDE
 
 _ARMS = np.array(
     [i for i, n in enumerate(JOINTS) if n.split("_")[-1] in ("shoulder", "elbow", "wrist", "hand")]

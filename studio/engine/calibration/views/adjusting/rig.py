@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from studio.engine.calibration.views.bodies import Array
+from studio.engine.calibration.views.seen.bodies import Array
 from studio.engine.model.calibration import CameraCalibration
 from studio.engine.model.triangulation import triangulate
 
