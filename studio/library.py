@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from studio.engine.base.errors import TakeError
-from studio.engine.calibration.views.known_lens import KnownLens
+from studio.engine.calibration.views.seen.known_lens import KnownLens
 from studio.engine.metrics.results import Evaluation
 from studio.engine.model.calibration import Calibration
 from studio.engine.model.poses import Poses

@@ -124,8 +124,11 @@ def test_landmarks_arrive_as_they_were_sent():
 def test_a_landmark_that_is_nowhere_near_its_picture_is_unseen(bad):
     pixels = np.full((33, 2), 300.0)
     pixels[7, 1] = bad
-    found = wire.landmark_arrays(landmarks(pixels=pixels), "mediapipe")
+    world_m = np.full((33, 3), 0.5)
+    world_m[8, 2] = bad
+    found = wire.landmark_arrays(landmarks(pixels=pixels, world_m=world_m), "mediapipe")
     assert found is not None and np.flatnonzero(np.isnan(found.pixels).any(axis=1)).tolist() == [7]
+    assert np.flatnonzero(np.isnan(found.world_m).any(axis=1)).tolist() == [8]
 
 
 @pytest.mark.parametrize(

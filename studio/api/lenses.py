@@ -6,7 +6,7 @@ from pydantic import BaseModel, ConfigDict, Field
 
 from studio.engine.base.errors import SettingsError
 from studio.engine.base.value_sentences import bad_value
-from studio.engine.calibration.views.known_lens import KnownLens, known_field, known_focal
+from studio.engine.calibration.views.seen.known_lens import KnownLens, known_field, known_focal
 from studio.take.folder.lens_files import lens_among, lenses_in
 
 _MOST_LETTERS = 1 << 20

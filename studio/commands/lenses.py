@@ -6,7 +6,7 @@ from pathlib import Path
 
 from studio.engine.base.errors import SettingsError
 from studio.engine.base.value_sentences import bad_value, unknown
-from studio.engine.calibration.views.known_lens import KnownLens, known_field, known_focal
+from studio.engine.calibration.views.seen.known_lens import KnownLens, known_field, known_focal
 from studio.engine.model.calibration import LONGEST_READOUT_MS
 from studio.take.folder.lens_files import lens_for, read_lenses
 

@@ -12,7 +12,7 @@ from msgspec import structs
 from studio.engine.base.errors import FormatError, SettingsError, StudioError, TakeError
 from studio.engine.base.sentences import say, system_says
 from studio.engine.calibration.quality.verdict import check_height
-from studio.engine.calibration.views.known_lens import KnownLenses
+from studio.engine.calibration.views.seen.known_lens import KnownLenses
 from studio.engine.model.calibration import Calibration
 from studio.engine.model.frames import StepResult
 from studio.engine.model.settings import SolveSettings, preset

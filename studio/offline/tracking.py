@@ -17,8 +17,8 @@ from studio.engine.calibration.cameras.drift import follow_clocks
 from studio.engine.calibration.performer.depth_floor import seen_floors
 from studio.engine.calibration.performer.floor import Floor
 from studio.engine.calibration.views.drift import follow_views
-from studio.engine.calibration.views.known_lens import KnownLens, check_lenses
 from studio.engine.calibration.views.pictures import sees_no_depth
+from studio.engine.calibration.views.seen.known_lens import KnownLens, check_lenses
 from studio.engine.identity.whole_take import of_one
 from studio.engine.model.calibration import Calibration
 from studio.engine.model.frames import CameraFrame

@@ -131,6 +131,9 @@ HAND_LANDMARKS = 21
 _OUTSIDE = 2.0
 """A landmark further outside its picture than this many times the picture's size is an error, and unseen."""
 
+_WIDEST_M = 3.0
+"""So is a guessed joint that is further from the middle of the hips."""
+
 
 @dataclass(frozen=True)
 class LandmarkArrays:
@@ -184,7 +187,7 @@ def landmark_arrays(frame: SkeletonFrame, joint_set: str) -> LandmarkArrays | No
     world_m = None
     if landmarks.world:
         world_m = _numbers(frame, landmarks.world, count, 3)
-        world_m[~np.isfinite(world_m).all(axis=1)] = np.nan
+        world_m[~(np.abs(world_m) <= _WIDEST_M).all(axis=1)] = np.nan
     return LandmarkArrays(
         landmarks.width,
         landmarks.height,

@@ -8,7 +8,7 @@ import pytest
 from studio.commands.calibrate import add_parser
 from studio.commands.lenses import given_lenses, given_readouts
 from studio.engine.base.errors import SettingsError
-from studio.engine.calibration.views.known_lens import KnownLens
+from studio.engine.calibration.views.seen.known_lens import KnownLens
 from tests.refused import refused
 
 CAMERAS = ("left", "right")

@@ -214,6 +214,30 @@ def test_a_client_that_its_processor_holds_up_is_told_so(rate, busy, lacks):
     assert (lacks == "processor") == ("processor is 96 % busy, 12 of 30 frames" in told.reason)
 
 
+@pytest.mark.parametrize("code", ["phone_says.rotated", "phone_says.slow", "camera.nobody"])
+@pytest.mark.parametrize(("rate", "busy"), [(12.0, 96), (30.0, 10)])
+def test_what_a_client_says_of_itself_is_told_at_once(code, rate, busy):
+    """Also while it is slow, and after its last frame; that it is slow or sees nobody may have a better reason."""
+    camera = slow_camera("a", "m1", "", rate)
+    camera.client = wire.Status(
+        frames_sent=100,
+        frames_dropped=0,
+        processor_percent=busy,
+        message="words of its own",
+        message_code=code,
+    )
+    camera.heard_ns = 6_000_000_000
+    told, silent = (
+        camera.status(at, reference=True, calibrated=True) for at in (3_000_000_000, 7_000_000_000)
+    )
+    assert told.message == "words of its own"
+    assert ("words of its own" in told.reason) == (
+        code == "phone_says.rotated" or (code, busy) == ("phone_says.slow", 10)
+    )
+    assert ("words of its own" in silent.reason) == (code == "phone_says.rotated")
+    assert silent.limited_by == "no_frames"
+
+
 def test_a_shared_usb_controller_stands_in_the_status(stage):
     said = {"machine": "m1", "usb_controller": "usb", "frames_per_second": 60.0}
     links = [stage.join(hello(name, **said)) for name in ("camera_0", "camera_1")]

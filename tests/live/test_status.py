@@ -8,7 +8,7 @@ from typing import Any
 import msgspec
 
 from studio import wire
-from studio.engine.calibration.views.known_lens import KnownLenses
+from studio.engine.calibration.views.seen.known_lens import KnownLenses
 from studio.live import LiveStage
 from studio.live.calibration.calibrator import Outcome
 from studio.live.inbox import Arrived, Left

@@ -5,7 +5,7 @@ import json
 import pytest
 
 from studio.engine.base.errors import FormatError, SettingsError
-from studio.engine.calibration.views.known_lens import KnownLens
+from studio.engine.calibration.views.seen.known_lens import KnownLens
 from studio.engine.model.lens import Lens
 from studio.take.folder.lens_files import lens_for, read_lenses
 from tests.refused import refused

@@ -116,6 +116,11 @@ def test_from_the_walk_to_a_measured_performer(address: str, page: Page, told: T
     expect(page.locator("#wizard-cards")).to_contain_text("31 mm, 95 % within 120 mm")
     expect(page.locator("#wizard-cards p")).to_have_text("too little spreadwalk through the whole stage")
     expect(page.locator("#wizard-again")).to_have_class("primary")
+    unplaced = {**VERDICT, "residual_median_mm": None, "residual_p95_mm": None, "verdict": "refused"}
+    few = "a whole body is in 38 of its pictures only: walk for longer"
+    told.calibration({"cameras": {name: {**unplaced, "reasons": [few]} for name in ("left", "right")}})
+    expect(page.locator("#wizard-cards .figure")).to_have_text(["–", "–"])
+    expect(page.locator("#wizard-cards p")).to_have_count(2)
     walk(told)
     told.calibration({"state": "done", "cameras": {"left": {**VERDICT, "verdict": "good", "reasons": []}}})
     expect(big).to_have_text("Good")

@@ -10,7 +10,7 @@ from studio.api.errors import RESPONSES, NotFoundError
 from studio.api.lenses import LENSES, SAME_LENS, LensRequest, known_lenses
 from studio.api.stage import switches
 from studio.api.structs import StructRoute
-from studio.engine.calibration.views.known_lens import KnownLenses
+from studio.engine.calibration.views.seen.known_lens import KnownLenses
 from studio.engine.model.calibration import CalibrationJson
 from studio.live import LiveStage
 from studio.live.stage import CALIBRATION_S

@@ -14,8 +14,7 @@ from numpy.typing import NDArray
 
 from studio.engine.base.errors import CalibrationError
 from studio.engine.base.geometry import make_transform
-from studio.engine.calibration.views.rig import rig_of
-from studio.engine.calibration.views.triangulate import triangulate
+from studio.engine.calibration.views.adjusting.rig import rig_of
 from studio.engine.model.calibration import Calibration, CameraCalibration, Performer
 from studio.engine.seeing.board import SeenBoard
 
@@ -170,7 +169,7 @@ def _place(cameras: Mapping[str, CameraCalibration], seen: Mapping[str, SeenBoar
         good = np.isfinite(rays).all(axis=1)
         points[c, at], weight[c, at] = np.where(good[:, None], rays, 0.0), good
         on_board[at] = one.points
-    placed = triangulate(rig_of([cameras[name] for name in seen], focals), points, weight)
+    placed = rig_of([cameras[name] for name in seen], focals).meeting(points, weight)
     known = np.isfinite(placed).all(axis=1)
     if known.sum() < _LEAST_CORNERS:
         return None

@@ -28,9 +28,9 @@ from studio.engine.calibration.quality.halves import Halves, compare_halves
 from studio.engine.calibration.quality.handedness import mirrored_bodies
 from studio.engine.calibration.quality.verdict import Facts, verdict
 from studio.engine.calibration.together import Placements, swaps_between
-from studio.engine.calibration.views.known_lens import KnownLens
 from studio.engine.calibration.views.pictures import calibrate_beside, calibrate_pictures, sees_no_depth
 from studio.engine.calibration.views.points import with_points
+from studio.engine.calibration.views.seen.known_lens import KnownLens
 from studio.engine.model.calibration import Calibration, CameraCalibration, Performer
 from studio.engine.model.frames import CameraFrame, ClockModel
 from studio.engine.model.spans import Span

@@ -1,27 +1,21 @@
 """Joints of cameras that see no depth: each lies on a ray, and all cameras together say where on it (step 3).
 
-`placed` finds each joint's place by weighted least squares over rays and points, with weights that fall with the
-distance (Cauchy). Source: the midpoint of rays (Hartley, Sturm, "Triangulation", Computer Vision and Image
-Understanding 68, 1997), reweighted iteratively (Holland, Welsch, "Robust regression using iteratively reweighted
-least-squares", Communications in Statistics 6, 1977).
-
 A single camera's joints are where its picture alone lets them be guessed.
 """
 
-import math
 from collections.abc import Iterator
 from itertools import combinations
 
 import numpy as np
 from numpy.typing import NDArray
 
-from studio.engine.base.compiled import compiled
 from studio.engine.base.geometry import transform_points
 from studio.engine.model.calibration import CameraCalibration
 from studio.engine.model.frames import PictureJoints
 from studio.engine.model.guess import NEAREST_M, guessed_joints
 from studio.engine.model.joints import MIRROR
 from studio.engine.model.lens import Lens, usual_lens
+from studio.engine.model.triangulation import triangulate
 
 Array = NDArray[np.float64]
 
@@ -30,10 +24,6 @@ ACROSS_PER_M = 0.0035
 
 POINT_M = 0.02
 """Usual error of a depth camera's joint [m]."""
-
-CAUCHY = 2.0
-ROUNDS = 6
-"""Distance in usual errors from which a weight falls, and rounds of reweighting."""
 
 LEAST_ANGLE_RAD = 0.06
 """Rays that meet at a smaller angle do not say where."""
@@ -103,11 +93,16 @@ def nearest_on_rays(positions: Array, centre: Array, joints: Array) -> Array:
         centre: the camera, shape (..., 3) [m].
         joints: shape (..., 21, 3) [m].
     """
+    return _nearest(positions, centre, joints)[0]
+
+
+def _nearest(positions: Array, centre: Array, joints: Array) -> tuple[Array, Array]:
+    """`nearest_on_rays`, and how far along the ray the joint is [m], shape (..., 21)."""
     centre = centre[..., None, :]
     rays = positions - centre
     rays = rays / np.linalg.norm(rays, axis=-1, keepdims=True)
     along = np.vecdot(rays, joints - centre)
-    return centre + np.maximum(along, NEAREST_M)[..., None] * rays
+    return centre + np.maximum(along, NEAREST_M)[..., None] * rays, along
 
 
 def placed(
@@ -155,78 +150,12 @@ def _mean_missed(positions: Array, centres: Array, places: Array) -> Array:
     return np.where(known, length, 0.0).sum(axis=-1) / np.maximum(known.sum(axis=-1), 1)
 
 
-@compiled
 def _placed(
     positions: Array, confidence: Array, centres: Array, rays: NDArray[np.bool_]
 ) -> tuple[Array, Array]:
     """`placed` without exchanges, and the joints' places, shape (21, 3), NaN = unknown."""
-    cameras, joints = confidence.shape
-    out, places = positions.copy(), np.full((joints, 3), np.nan)
-    directions = np.empty((cameras, 3))
-    for k in range(joints):
-        for c in range(cameras):
-            length = 0.0
-            for a in range(3):
-                directions[c, a] = positions[c, k, a] - centres[c, a]
-                length += directions[c, a] ** 2
-            for a in range(3):
-                directions[c, a] /= math.sqrt(length)
-        place = np.full(3, np.nan)
-        for n in range(ROUNDS):
-            matrix, side = np.zeros((3, 3)), np.zeros(3)
-            count, points = 0, 0
-            for c in range(cameras):
-                if not positions[c, k, 0] == positions[c, k, 0]:
-                    continue
-                count += 1
-                points += 0 if rays[c] else 1
-                distance, off = 1.0, 0.0
-                if n > 0:
-                    along = 0.0
-                    for a in range(3):
-                        along += directions[c, a] * (place[a] - centres[c, a])
-                    distance = max(along, NEAREST_M)
-                    for a in range(3):
-                        at = centres[c, a] + along * directions[c, a] if rays[c] else positions[c, k, a]
-                        off += (place[a] - at) ** 2
-                usual = (ACROSS_PER_M * distance if rays[c] else POINT_M) / confidence[c, k]
-                weight = 1.0 / (usual * usual)
-                if n > 0:
-                    weight /= 1.0 + off * weight / (CAUCHY * CAUCHY)
-                for a in range(3):
-                    for b in range(3):
-                        across = (1.0 if a == b else 0.0) - (
-                            directions[c, a] * directions[c, b] if rays[c] else 0.0
-                        )
-                        matrix[a, b] += weight * across
-                        side[a] += weight * across * (centres[c, b] if rays[c] else positions[c, k, b])
-            if points == 0 and (count < 2 or not _meet(directions, positions[:, k, 0])):
-                break
-            place = np.linalg.solve(matrix, side)
-        places[k] = place
-        for c in range(cameras):
-            if not rays[c]:
-                continue
-            along = 0.0
-            for a in range(3):
-                along += directions[c, a] * (place[a] - centres[c, a])
-            if not along > NEAREST_M:
-                along = np.nan
-            for a in range(3):
-                out[c, k, a] = centres[c, a] + along * directions[c, a]
-    return out, places
-
-
-@compiled
-def _meet(directions: Array, seen: Array) -> bool:
-    """Whether any two of the seen rays meet at an angle that says where."""
-    for c in range(len(directions)):
-        for d in range(c):
-            if seen[c] == seen[c] and seen[d] == seen[d]:
-                cross = 0.0
-                for a in range(3):
-                    b, e = (a + 1) % 3, (a + 2) % 3
-                    cross += (directions[c, b] * directions[d, e] - directions[c, e] * directions[d, b]) ** 2
-                if cross > math.sin(LEAST_ANGLE_RAD) ** 2:
-                    return True
-    return False
+    errors = np.where(rays, ACROSS_PER_M, POINT_M)[:, None] / confidence
+    places = triangulate(positions, errors, centres, rays, least_angle_rad=LEAST_ANGLE_RAD)
+    on_ray, along = _nearest(positions, centres, places)
+    on_ray[~(along > NEAREST_M)] = np.nan
+    return np.where(rays[:, None, None], on_ray, positions), places

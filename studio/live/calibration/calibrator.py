@@ -13,8 +13,8 @@ from studio.engine.calibration.estimate import estimate_residuals
 from studio.engine.calibration.performer.depth_floor import seen_floors
 from studio.engine.calibration.quality.residuals import Residuals
 from studio.engine.calibration.views.estimate import can_estimate
-from studio.engine.calibration.views.known_lens import KnownLenses
 from studio.engine.calibration.views.pictures import sees_no_depth
+from studio.engine.calibration.views.seen.known_lens import KnownLenses
 from studio.engine.model.calibration import Calibration
 from studio.engine.model.frames import CameraFrame
 from studio.live.calibration.coverage import Coverage

@@ -6,7 +6,7 @@ from pathlib import Path
 
 from studio.engine.base.errors import CalibrationError, SettingsError
 from studio.engine.calibration.quality.watch import CameraWatch
-from studio.engine.calibration.views.known_lens import KnownLenses, check_lenses
+from studio.engine.calibration.views.seen.known_lens import KnownLenses, check_lenses
 from studio.engine.model.calibration import Calibration, Performer
 from studio.engine.model.frames import StepResult
 from studio.live.calibration.calibrator import Calibrator, Outcome

@@ -26,6 +26,9 @@ LATE_MS = 250.0
 BUSY_PERCENT = 85
 """Processor load from which a client with slow frames is limited by its processor."""
 
+SLOW_CODES = ("camera.skips", "phone_says.slow")
+"""A client's words that it is slow: its processor or the network may say more."""
+
 LOSS_SHARE = 0.05
 LEAST_JOINTS = 4
 
@@ -202,6 +205,13 @@ class LiveCamera:
             jumps=self.estimator.segment,
         )
 
+    @property
+    def _told(self) -> str:
+        """What the client says of itself, "" where the studio sees as much by its frames: slow, or nobody seen."""
+        if self.client is None or self.client.message_code in (NOBODY.code, *SLOW_CODES):
+            return ""
+        return client_says(self.client)
+
     def _state(
         self, now_ns: int, calibrated: bool, rate: float, latency_ms: float | None, loss: float | None
     ) -> tuple[Literal["live", "trouble", "silent", "gone"], str, str]:
@@ -214,7 +224,7 @@ class LiveCamera:
         if silent_ns > SILENT_NS:
             heard = self.heard_ns is not None and now_ns - self.heard_ns < SILENT_NS
             words = (
-                say("camera.no_frames", "the client is there, its camera gives none")
+                self._told or say("camera.no_frames", "the client is there, its camera gives none")
                 if heard
                 else say("camera.not_heard", "nothing is heard of the client")
             )
@@ -230,6 +240,8 @@ class LiveCamera:
             )
         if self.reason:
             return "trouble", "clock", self.reason
+        if self._told:
+            return "trouble", "", self._told
         nominal = self.hello.frames_per_second
         late, lossy = (latency_ms or 0.0) > LATE_MS, (loss or 0.0) > LOSS_SHARE
         busy = 0 if self.client is None else self.client.processor_percent
@@ -259,7 +271,7 @@ class LiveCamera:
                     percent=100 * loss,
                 ),
             )
-        if self.client is not None and self.client.message and self.client.message_code != NOBODY.code:
+        if self.client is not None and self.client.message_code in SLOW_CODES:
             return "trouble", "", client_says(self.client)
         if self.slow(now_ns):
             return (

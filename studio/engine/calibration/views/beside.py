@@ -14,13 +14,13 @@ from scipy.spatial.transform import Rotation
 
 from studio.engine.base.geometry import make_transform
 from studio.engine.base.sentences import say
-from studio.engine.calibration.views.bodies import Array
-from studio.engine.calibration.views.early import knees_seen
-from studio.engine.calibration.views.figures import motion_of, rests_of
-from studio.engine.calibration.views.result import NOWHERE, PlacedView, Uncertain
-from studio.engine.calibration.views.tracks import Sample, ViewTrack, make_track, nearest, sample
-from studio.engine.calibration.views.verdict import ViewFacts, verdict
-from studio.engine.calibration.views.view import COLUMNS, NUMBER, View
+from studio.engine.calibration.views.judging.early import knees_seen
+from studio.engine.calibration.views.judging.figures import motion_of, rests_of
+from studio.engine.calibration.views.judging.result import NOWHERE, PlacedView, Uncertain
+from studio.engine.calibration.views.judging.verdict import ViewFacts, verdict
+from studio.engine.calibration.views.seen.bodies import Array
+from studio.engine.calibration.views.seen.tracks import Sample, ViewTrack, make_track, nearest, sample
+from studio.engine.calibration.views.seen.view import COLUMNS, NUMBER, View
 from studio.engine.model.guess import shift_equations
 from studio.engine.model.lens import Lens, usual_lens
 

@@ -13,15 +13,15 @@ import numpy as np
 from studio.engine.base.errors import CalibrationError
 from studio.engine.base.sentences import Said, say
 from studio.engine.calibration.quality.verdict import check_height
-from studio.engine.calibration.views.bodies import USUAL_HEIGHT_M
-from studio.engine.calibration.views.early import refused_early
-from studio.engine.calibration.views.first import chain, first_pairs
+from studio.engine.calibration.views.judging.early import refused_early
+from studio.engine.calibration.views.judging.result import NOWHERE, PlacedView, ViewsResult
 from studio.engine.calibration.views.place import place
-from studio.engine.calibration.views.result import NOWHERE, PlacedView, ViewsResult
+from studio.engine.calibration.views.seen.bodies import USUAL_HEIGHT_M
+from studio.engine.calibration.views.seen.tracks import ViewTrack, make_track
+from studio.engine.calibration.views.seen.view import View
 from studio.engine.calibration.views.stage import to_stage
-from studio.engine.calibration.views.start import bodies
-from studio.engine.calibration.views.tracks import ViewTrack, make_track
-from studio.engine.calibration.views.view import View
+from studio.engine.calibration.views.starting.first import chain, first_pairs
+from studio.engine.calibration.views.starting.start import bodies
 from studio.engine.model.lens import usual_lens
 
 _FIRST_SHARE = 0.4

@@ -15,11 +15,11 @@ from numpy.typing import NDArray
 
 from studio.engine.base.sentences import Said, say
 from studio.engine.calibration.cameras.drift import LEAST_S, WINDOW_S, device_s, through, window_starts
-from studio.engine.calibration.views.bodies import Array
+from studio.engine.calibration.views.adjusting.rig import CameraRig, rig_of
+from studio.engine.calibration.views.adjusting.sides import brought_together
 from studio.engine.calibration.views.pictures import sees_no_depth, view_of
-from studio.engine.calibration.views.rig import CameraRig, rig_of
-from studio.engine.calibration.views.sides import brought_together
-from studio.engine.calibration.views.tracks import Sample, ViewTrack, make_track
+from studio.engine.calibration.views.seen.bodies import Array
+from studio.engine.calibration.views.seen.tracks import Sample, ViewTrack, make_track
 from studio.engine.model.calibration import Calibration, CameraCalibration
 from studio.engine.model.frames import CameraFrame
 

@@ -9,11 +9,11 @@ from numpy.typing import NDArray
 from studio.engine.base.errors import CalibrationError
 from studio.engine.base.sentences import Said, say
 from studio.engine.calibration.views.beside import place_beside
-from studio.engine.calibration.views.bodies import USUAL_HEIGHT_M
 from studio.engine.calibration.views.calibrate import calibrate_views
-from studio.engine.calibration.views.known_lens import KnownLens
-from studio.engine.calibration.views.result import PlacedView
-from studio.engine.calibration.views.view import View
+from studio.engine.calibration.views.judging.result import PlacedView
+from studio.engine.calibration.views.seen.bodies import USUAL_HEIGHT_M
+from studio.engine.calibration.views.seen.known_lens import KnownLens
+from studio.engine.calibration.views.seen.view import View
 from studio.engine.model.calibration import Calibration, CameraCalibration
 from studio.engine.model.frames import CameraFrame, ClockModel
 from studio.engine.model.joints import JOINT_COUNT

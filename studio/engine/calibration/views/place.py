@@ -5,18 +5,24 @@ from dataclasses import replace
 
 import numpy as np
 
-from studio.engine.calibration.views.adjust import Adjustment, FittedRig, Freedom
-from studio.engine.calibration.views.bodies import BONE_NAMES, USUAL_HEIGHT_M, Array, limbs_m
-from studio.engine.calibration.views.early import knees_seen
-from studio.engine.calibration.views.figures import motion_of, parallax_deg, rests_of, twins, uncertain_of
-from studio.engine.calibration.views.first import ViewPair, adjust_places, common_instants
-from studio.engine.calibration.views.result import PlacedView, ViewsResult
-from studio.engine.calibration.views.rig import CameraRig
-from studio.engine.calibration.views.sides import brought_together
+from studio.engine.calibration.views.adjusting.adjust import Adjustment, FittedRig, Freedom
+from studio.engine.calibration.views.adjusting.rig import CameraRig
+from studio.engine.calibration.views.adjusting.sides import brought_together
+from studio.engine.calibration.views.judging.early import knees_seen
+from studio.engine.calibration.views.judging.figures import (
+    motion_of,
+    parallax_deg,
+    rests_of,
+    twins,
+    uncertain_of,
+)
+from studio.engine.calibration.views.judging.result import PlacedView, ViewsResult
+from studio.engine.calibration.views.judging.verdict import ViewFacts, verdict
+from studio.engine.calibration.views.seen.bodies import BONE_NAMES, USUAL_HEIGHT_M, Array, limbs_m
+from studio.engine.calibration.views.seen.tracks import ViewTrack, apart_within_s
+from studio.engine.calibration.views.seen.view import NUMBER, View
 from studio.engine.calibration.views.stage import camera_on_stage, to_stage
-from studio.engine.calibration.views.tracks import ViewTrack, apart_within_s
-from studio.engine.calibration.views.verdict import ViewFacts, verdict
-from studio.engine.calibration.views.view import NUMBER, View
+from studio.engine.calibration.views.starting.first import ViewPair, adjust_places, common_instants
 from studio.engine.model.lens import Lens, usual_lens
 
 MOST_INSTANTS = 240

@@ -6,8 +6,8 @@ import numpy as np
 from studio.engine.base.geometry import make_transform, transform_points
 from studio.engine.calibration.cameras.merge import Walk
 from studio.engine.calibration.performer.stage import find_stage
-from studio.engine.calibration.views.bodies import USUAL_HEIGHT_M, Array, known_of
-from studio.engine.calibration.views.view import COLUMNS
+from studio.engine.calibration.views.seen.bodies import USUAL_HEIGHT_M, Array, known_of
+from studio.engine.calibration.views.seen.view import COLUMNS
 from studio.engine.model.calibration import Performer
 from studio.engine.model.joints import INDEX, JOINT_COUNT
 

@@ -106,7 +106,7 @@ def find_sync(
 
 def _chosen(files: Mapping[str, Path], way: str, best: str, tried: Mapping[str, ByClock]) -> FoundSync:
     found = tried[best]
-    reasons = [reason for one in tried.values() for reason in one.problems]
+    reasons = [*dict.fromkeys(reason for one in tried.values() for reason in one.problems)]  # each once
     if len(found.clocks) < 2:
         if way == "auto":
             return replace(_untouched(files, "motion"), notes=[_motion(reasons[:_SHOWN])])

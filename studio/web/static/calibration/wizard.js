@@ -77,13 +77,19 @@ function maps() {
     h("progress", { max: 1, value: coverageShare(coverage), aria: { label: t("wizard.map_share", { name }) } })));
 }
 
+/** How far a camera's joints were from the others' in the walk; one that was refused at once has no figure. */
+function residualOf({ residual_median_mm: median, residual_p95_mm: p95 }, isReference) {
+  if (isReference && !median) return t("camera.reference");
+  return typeof median === "number" ? t("wizard.residual", { median: number(median), p95: number(p95) }) : "–";
+}
+
 function verdictCards(reasons) {
   const { cameras } = state.status.calibration.attempt;
   const reference = state.status.calibration.reference;
   return Object.entries(cameras).sort().map(([name, camera]) => h("li", { class: "wizard-card verdict" },
     h("span", { class: "swatch", style: `background:${state.colours[name] ?? "var(--muted)"}` }), h("strong", {}, name),
     h("span", { class: { good: "good", usable: "fair", refused: "bad" }[camera.verdict] }, t(`calibration.verdict.${camera.verdict}`)),
-    h("span", { class: "figure" }, name === reference && !camera.residual_median_mm ? t("camera.reference") : t("wizard.residual", { median: number(camera.residual_median_mm), p95: number(camera.residual_p95_mm) })),
+    h("span", { class: "figure" }, residualOf(camera, name === reference)),
     reasons.filter(([of]) => of === name).map(([, why, what]) => h("p", {}, why, what && h("b", {}, what)))));
 }
 

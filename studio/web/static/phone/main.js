@@ -27,7 +27,7 @@ const now = {
   running: false, found: null, brightness: null, lens: null, exposure: null, size: null, shown: 0, sequence: 0, last: 0,
   fps: null, sent: 0, skipped: 0, looked: 0, busyMs: 0, load: 0,
 };
-let link = null, footage = null, stream = null, busy = false, letSleep = null, looking = null;
+let link = null, footage = null, stream = null, busy = false, letSleep = null, looking = null, opening = false;
 
 const watch = new Watch(() => link?.sendStatus());
 const held = new Held((degrees) => watch.pass("moved", { degrees: Math.round(degrees) }));
@@ -110,6 +110,7 @@ function look() {
     now.load = now.skipped > SKIPPED * now.sent ? 100 : Math.min(100, Math.round((pose.busyMs - now.busyMs) / (10 * passed)));
   }
   watch.set("slow", now.fps !== null && now.fps < SLOW_FPS && !document.hidden && Boolean(now.found), { fps: Math.round(now.fps ?? 0) });
+  if (!document.hidden && track().readyState === "ended") reopen();
   if (!document.hidden && video.videoWidth) {
     now.brightness = brightnessOf(video, small);
     const lens = lensOf(track()), exposure = exposureOf(track());
@@ -137,8 +138,7 @@ function showKept() {
 }
 
 async function use(deviceId) {
-  const before = stream;
-  if (before) for (const one of before.getTracks()) one.stop();
+  if (stream) for (const one of stream.getTracks()) one.stop();
   stream = await openCamera(deviceId);
   video.srcObject = stream;
   await video.play();
@@ -148,9 +148,15 @@ async function use(deviceId) {
   track().addEventListener("mute", () => watch.begin("interrupted"));
   track().addEventListener("unmute", () => watch.end("interrupted"));
   watch.end("interrupted");
-  if (before) watch.pass("lens");
-  now.lens = null;
   await showLenses();
+}
+
+/** Open the camera again that the phone took away, as for a call or while it slept; it may be kept for longer. */
+async function reopen() {
+  if (opening) return;
+  opening = true;
+  await use(byId("lens").value).catch(() => {});
+  opening = false;
 }
 
 async function showLenses() {

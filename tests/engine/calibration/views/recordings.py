@@ -10,8 +10,8 @@ import pytest
 from numpy.typing import NDArray
 
 from studio.engine.base.geometry import fit_rigid, invert_transform, make_transform, transform_points
-from studio.engine.calibration.views.result import ViewsResult
-from studio.engine.calibration.views.view import View
+from studio.engine.calibration.views.judging.result import ViewsResult
+from studio.engine.calibration.views.seen.view import View
 from studio.engine.model.joints import to_canonical
 from studio.engine.model.lens import Lens
 

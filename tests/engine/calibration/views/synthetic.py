@@ -4,7 +4,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from studio.engine.base.geometry import invert_transform, make_transform, transform_points
-from studio.engine.calibration.views.view import View
+from studio.engine.calibration.views.seen.view import View
 from studio.engine.model.human.anthropometry import anthropometric_positions
 from studio.engine.model.joints import INDEX, JOINT_COUNT
 from studio.engine.model.lens import Lens

@@ -6,12 +6,11 @@ import numpy as np
 import pytest
 
 from studio.engine.base.geometry import invert_transform
-from studio.engine.calibration.views.clocks import compare
-from studio.engine.calibration.views.rig import UNKNOWNS, CameraRig
-from studio.engine.calibration.views.sides import find_swaps
-from studio.engine.calibration.views.tracks import make_track, sample
-from studio.engine.calibration.views.triangulate import triangulate
-from studio.engine.calibration.views.view import COLUMNS, NUMBER, OTHER_SIDE
+from studio.engine.calibration.views.adjusting.rig import UNKNOWNS, CameraRig
+from studio.engine.calibration.views.adjusting.sides import find_swaps
+from studio.engine.calibration.views.seen.tracks import make_track, sample
+from studio.engine.calibration.views.seen.view import COLUMNS, NUMBER, OTHER_SIDE
+from studio.engine.calibration.views.starting.clocks import compare
 from studio.engine.model.joints import MIRROR
 from studio.engine.model.lens import usual_lens
 from tests.engine.calibration.views.synthetic import LENS, camera_at, view_of, walker
@@ -52,13 +51,13 @@ def test_rays_meet_in_the_point_that_cameras_show_in_spite_of_one_wrong_landmark
     points = walker(np.array([1.0, 2.0]))[:, COLUMNS]
     shown, _ = rig.show(points)
     weight = np.full(shown.shape[:-1], 1 / 25.0)
-    assert triangulate(rig, shown, weight) == pytest.approx(points, abs=1e-6)
+    assert rig.meeting(shown, weight) == pytest.approx(points, abs=1e-6)
     rig4 = CameraRig(*(np.concatenate([value, value[:1]]) for value in vars(rig).values()))
     shown4 = np.concatenate([shown, shown[:1] + 80.0])
-    found = triangulate(rig4, shown4, np.concatenate([weight, weight[:1]]), rounds=10)
+    found = rig4.meeting(shown4, np.concatenate([weight, weight[:1]]))
     assert np.linalg.norm(found - points, axis=-1).max() < 0.06  # 80 pixels are 0.36 m
     weight[1:] = 0.0
-    assert np.isnan(triangulate(rig, shown, weight)).all()
+    assert np.isnan(rig.meeting(shown, weight)).all()
 
 
 def test_samples_between_frames_have_place_and_speed_of_the_motion() -> None:

@@ -10,7 +10,7 @@ from studio.engine.animation.motion.authored import stage_motion
 from studio.engine.animation.motion.motion import CanonicalMotion
 from studio.engine.calibration.calibrate import calibrate
 from studio.engine.calibration.views.beside import place_beside
-from studio.engine.calibration.views.view import View
+from studio.engine.calibration.views.seen.view import View
 from studio.engine.model.frames import CameraFrame, PictureJoints
 from studio.engine.model.joints import JOINT_COUNT, to_canonical
 from studio.simulator.joints.seen import see

@@ -10,7 +10,7 @@ import studio
 from studio.__main__ import main
 from studio.engine.base.errors import CalibrationError, SettingsError
 from studio.engine.calibration.calibrate import calibrate, with_performer
-from studio.engine.calibration.views.view import View
+from studio.engine.calibration.views.seen.view import View
 from studio.engine.model.calibration import Calibration, CameraCalibration
 from studio.engine.model.frames import CameraFrame, PictureJoints
 from studio.engine.model.human.anthropometry import anthropometric_positions

@@ -9,8 +9,8 @@ import pytest
 
 from studio.engine.base.sentences import Said
 from studio.engine.calibration.views.calibrate import calibrate_views
-from studio.engine.calibration.views.result import ViewsResult
-from studio.engine.calibration.views.view import View
+from studio.engine.calibration.views.judging.result import ViewsResult
+from studio.engine.calibration.views.seen.view import View
 from tests.engine.calibration.views.recordings import Error, error_of, landmarks_m, truth_of, walk
 
 WALKS = ("walk_4_cameras", "walk_4_cameras_own_clocks")

@@ -9,8 +9,8 @@ from studio.engine.base.errors import CalibrationError
 from studio.engine.base.geometry import invert_transform
 from studio.engine.base.sentences import Said
 from studio.engine.calibration.views.calibrate import calibrate_views
-from studio.engine.calibration.views.result import ViewsResult
-from studio.engine.calibration.views.view import View
+from studio.engine.calibration.views.judging.result import ViewsResult
+from studio.engine.calibration.views.seen.view import View
 from studio.engine.model.joints import INDEX
 from tests.engine.calibration.views.synthetic import HEIGHT_M, LENS, camera_at, view_of
 

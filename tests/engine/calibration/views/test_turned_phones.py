@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 
 from studio.engine.calibration.views.calibrate import calibrate_views
-from studio.engine.calibration.views.view import View
+from studio.engine.calibration.views.seen.view import View
 from tests.engine.calibration.views.recordings import error_of, landmarks_m, truth_of, walk
 
 WALK = "walk_4_cameras"

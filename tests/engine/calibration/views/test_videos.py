@@ -9,7 +9,7 @@ import pytest
 
 from studio.engine.base.sentences import Said
 from studio.engine.calibration.views.calibrate import calibrate_views
-from studio.engine.calibration.views.view import View
+from studio.engine.calibration.views.seen.view import View
 from tests.engine.calibration.views.recordings import error_of, folder_of, truth_of, views_of
 
 TURN_DEG, PLACE_M, JOINTS_M = 2.5, 0.15, 0.008

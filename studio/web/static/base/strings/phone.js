@@ -71,7 +71,7 @@ export default {
   "phone_camera.advice.good": ["Good: leave it standing like this", "Bien : laissez-le ainsi"],
   "phone_says.closed": ["the page on the phone was closed; open it again", "la page du téléphone a été fermée ; rouvrez-la"],
   "phone_says.hidden": ["the phone does not show its page (another app, a call, or the screen is off); open it again", "le téléphone ne montre pas sa page (autre application, appel ou écran éteint) ; rouvrez-la"],
-  "phone_says.interrupted": ["the phone's camera was interrupted, as by a call; start it again on the phone", "la caméra du téléphone a été interrompue, par un appel peut-être ; relancez-la sur le téléphone"],
+  "phone_says.interrupted": ["the phone's camera was interrupted, as by a call; it goes on once the phone shows its page again", "la caméra du téléphone a été interrompue, par un appel peut-être ; elle reprend dès que le téléphone montre à nouveau sa page"],
   "phone_says.no_space": ["the phone has no room for more frames", "le téléphone n'a plus de place pour des images"],
   "phone_says.video_full": ["the phone records no video: its storage is full; let the studio fetch what is kept, or free some space", "le téléphone n'enregistre pas de vidéo : son stockage est plein ; laissez le studio prendre ce qui est gardé, ou libérez de l'espace"],
   "phone_says.video_codec": ["the phone records no video: its browser cannot encode it; update it", "le téléphone n'enregistre pas de vidéo : son navigateur ne peut pas l'encoder ; mettez-le à jour"],

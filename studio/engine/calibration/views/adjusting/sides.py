@@ -9,11 +9,10 @@ from itertools import product
 
 import numpy as np
 
-from studio.engine.calibration.views.bodies import Array, known_of
-from studio.engine.calibration.views.rig import CameraRig
-from studio.engine.calibration.views.tracks import Sample, ViewTrack, nearest, nearest_time, sample
-from studio.engine.calibration.views.triangulate import triangulate
-from studio.engine.calibration.views.view import JOINTS, OTHER_SIDE
+from studio.engine.calibration.views.adjusting.rig import CameraRig
+from studio.engine.calibration.views.seen.bodies import Array, known_of
+from studio.engine.calibration.views.seen.tracks import Sample, ViewTrack, nearest, nearest_time, sample
+from studio.engine.calibration.views.seen.view import JOINTS, OTHER_SIDE
 
 _ARMS = np.array(
     [i for i, n in enumerate(JOINTS) if n.split("_")[-1] in ("shoulder", "elbow", "wrist", "hand")]
@@ -56,7 +55,7 @@ def brought_together(
         sample(track.exchanged(swap), times_s - ahead)
         for track, swap, ahead in zip(tracks, swapped, rig.ahead_s, strict=True)
     ]
-    joints = triangulate(rig, np.stack([s.points for s in samples]), np.stack([s.weight for s in samples]))
+    joints = rig.meeting(np.stack([s.points for s in samples]), np.stack([s.weight for s in samples]))
     return swapped, samples, joints
 
 
@@ -92,7 +91,7 @@ def _choose(rig: CameraRig, points: Array, weight: Array, group: np.ndarray) -> 
         columns = [OTHER_SIDE[group] if exchanged else group for exchanged in way]
         p = np.stack([points[c][:, columns[c]] for c in range(cameras)])
         w = np.stack([weight[c][:, columns[c]] for c in range(cameras)])
-        found = triangulate(rig, p, w)
+        found = rig.meeting(p, w)
         known = known_of(found)
         shown, front = rig.show(np.where(known[..., None], found, 0.0))
         squares = np.where(

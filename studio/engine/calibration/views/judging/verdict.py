@@ -4,8 +4,8 @@ from dataclasses import dataclass
 
 from studio.engine.base.sentences import Said, say
 from studio.engine.calibration.quality.verdict import GOOD_OFFSET_SD_S, clock_uncertain
-from studio.engine.calibration.views.figures import BodyMotion
-from studio.engine.calibration.views.result import Rests, Uncertain
+from studio.engine.calibration.views.judging.figures import BodyMotion
+from studio.engine.calibration.views.judging.result import Rests, Uncertain
 
 GOOD_MRAD, MOST_MRAD = 9.0, 15.0
 """Mean residual of a camera: 7 mrad is usual, 26 and more come of people whose landmarks are guessed."""

@@ -7,13 +7,13 @@ from itertools import combinations
 import numpy as np
 
 from studio.engine.base.geometry import invert_transform, make_transform
-from studio.engine.calibration.views.adjust import Adjustment, FittedRig, Freedom
-from studio.engine.calibration.views.bodies import LIMBS, Array, lengths, limbs_m
-from studio.engine.calibration.views.clocks import Together, compare
-from studio.engine.calibration.views.rig import CameraRig
-from studio.engine.calibration.views.sides import brought_together, misfit
-from studio.engine.calibration.views.start import bodies, places
-from studio.engine.calibration.views.tracks import ViewTrack, nearest
+from studio.engine.calibration.views.adjusting.adjust import Adjustment, FittedRig, Freedom
+from studio.engine.calibration.views.adjusting.rig import CameraRig
+from studio.engine.calibration.views.adjusting.sides import brought_together, misfit
+from studio.engine.calibration.views.seen.bodies import LIMBS, Array, lengths, limbs_m
+from studio.engine.calibration.views.seen.tracks import ViewTrack, nearest
+from studio.engine.calibration.views.starting.clocks import Together, compare
+from studio.engine.calibration.views.starting.start import bodies, places
 
 _FEW = 60
 _LOOSE = 4.0

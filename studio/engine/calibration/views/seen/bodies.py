@@ -5,7 +5,7 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from studio.engine.calibration.views.view import COLUMNS, NUMBER
+from studio.engine.calibration.views.seen.view import COLUMNS, NUMBER
 from studio.engine.model.human.anthropometry import anthropometric_positions
 
 Array: TypeAlias = NDArray[np.float64]

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from studio.engine.calibration.views.tracks import ViewTrack, apart_within_s, nearest
+from studio.engine.calibration.views.seen.tracks import ViewTrack, apart_within_s, nearest
 
 LONGEST_S = 2.0
 """Largest offset that is looked for at first."""

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from studio.engine.calibration.views.view import COLUMNS, OTHER_SIDE, View
+from studio.engine.calibration.views.seen.view import COLUMNS, OTHER_SIDE, View
 from studio.engine.model.lens import usual_lens
 
 SMOOTH_S = 0.03

@@ -5,11 +5,8 @@ from collections.abc import Sequence
 import numpy as np
 
 from studio.engine.base.sentences import Said, say
-from studio.engine.calibration.views.bodies import Array
-from studio.engine.calibration.views.first import ViewPair
-from studio.engine.calibration.views.sides import at_instants
-from studio.engine.calibration.views.tracks import ERROR_M, ViewTrack
-from studio.engine.calibration.views.verdict import (
+from studio.engine.calibration.views.adjusting.sides import at_instants
+from studio.engine.calibration.views.judging.verdict import (
     LEAST_ALIKE,
     LEAST_KNEES,
     LEAST_LIMBS_M,
@@ -19,7 +16,10 @@ from studio.engine.calibration.views.verdict import (
     same_picture,
     still,
 )
-from studio.engine.calibration.views.view import NUMBER, View
+from studio.engine.calibration.views.seen.bodies import Array
+from studio.engine.calibration.views.seen.tracks import ERROR_M, ViewTrack
+from studio.engine.calibration.views.seen.view import NUMBER, View
+from studio.engine.calibration.views.starting.first import ViewPair
 from studio.engine.model.joints import INDEX
 
 LEAST_FRAMES = 45

@@ -6,14 +6,17 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from studio.engine.calibration.views.bodies import Array
+from studio.engine.calibration.views.seen.bodies import Array
 from studio.engine.model.calibration import CameraCalibration
+from studio.engine.model.triangulation import triangulate
 
 TURN, SHIFT, FOCAL, BEND, AHEAD, CENTRE = slice(0, 3), slice(3, 6), 6, 7, 8, slice(9, 11)
 """Columns of a camera's unknowns: rotation vector, translation, logarithm of the focal length, distortion, clock,
 principal point."""
 UNKNOWNS = 11
 _LEAST_DEPTH_M = 0.2
+_CAUCHY, _ROUNDS = 3.0, 4
+"""Of `triangulate`: cameras are not placed yet, so errors are larger, and places need not be final."""
 
 
 @dataclass(frozen=True)
@@ -60,6 +63,26 @@ class CameraRig:
         for _ in range(8):
             rays = target / np.maximum(1.0 + self.bends[camera] * (rays**2).sum(axis=-1, keepdims=True), 0.2)
         return rays
+
+    def meeting(self, points: Array, weight: Array) -> Array:
+        """Return where the rays of pixels meet [m], shape (..., 3); NaN where fewer than two cameras see one.
+
+        Args:
+            points: pixels from the pictures' middles, shape (camera_count, ..., 2).
+            weight: inverse squared errors [1/pixel^2], shape (camera_count, ...); 0 = unseen.
+        """
+        count, shape = len(self.focals), weight.shape[1:]
+        rays = np.stack([self.rays_of(c, points[c].reshape(-1, 2)) for c in range(count)])
+        ways = np.concatenate([rays, np.ones((*rays.shape[:-1], 1))], axis=-1)
+        centres = -np.einsum("cba,cb->ca", self.turns, self.shifts)
+        ends = centres[:, None] + np.einsum("cba,cnb->cna", self.turns, ways)
+        weight = weight.reshape(count, -1)
+        errors = 1.0 / (self.focals[:, None] * np.sqrt(np.where(weight > 0, weight, 1.0)))
+        ends[weight <= 0] = np.nan
+        places = triangulate(
+            ends, errors, centres, np.ones(count, dtype=np.bool_), cauchy=_CAUCHY, rounds=_ROUNDS
+        )
+        return places.reshape(*shape, 3)
 
     def changes(self, camera: int, positions: Array, speed: Array) -> tuple[Array, Array, Array]:
         """Return a camera's pixels, shape (..., 2), and their derivatives.

@@ -6,7 +6,7 @@ import numpy as np
 
 from studio.engine.base.geometry import make_transform
 from studio.engine.base.sentences import about
-from studio.engine.calibration.views.bodies import Array
+from studio.engine.calibration.views.seen.bodies import Array
 from studio.engine.model.calibration import Performer
 from studio.engine.model.lens import Lens
 

@@ -4,11 +4,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from studio.engine.calibration.views.adjust import FittedRig
-from studio.engine.calibration.views.bodies import Array
-from studio.engine.calibration.views.result import Rests, Uncertain
-from studio.engine.calibration.views.rig import AHEAD, FOCAL, SHIFT, TURN, CameraRig
-from studio.engine.calibration.views.view import NUMBER
+from studio.engine.calibration.views.adjusting.adjust import FittedRig
+from studio.engine.calibration.views.adjusting.rig import AHEAD, FOCAL, SHIFT, TURN, CameraRig
+from studio.engine.calibration.views.judging.result import Rests, Uncertain
+from studio.engine.calibration.views.seen.bodies import Array
+from studio.engine.calibration.views.seen.view import NUMBER
 
 _SAME_PLACE_M, _SAME_DEG = 0.05, 2.0
 

@@ -9,9 +9,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from studio.engine.calibration.views.bodies import BONES, LENGTH_COUNT, LENGTH_OF, LIMBS, Array, known_of
-from studio.engine.calibration.views.rig import AHEAD, BEND, CENTRE, FOCAL, UNKNOWNS, CameraRig
-from studio.engine.calibration.views.tracks import Sample
+from studio.engine.calibration.views.adjusting.rig import AHEAD, BEND, CENTRE, FOCAL, UNKNOWNS, CameraRig
+from studio.engine.calibration.views.seen.bodies import BONES, LENGTH_COUNT, LENGTH_OF, LIMBS, Array, known_of
+from studio.engine.calibration.views.seen.tracks import Sample
 
 _CAUCHY = 2.0
 _BONE_M = 0.025

@@ -5,9 +5,9 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from studio.engine.base.geometry import fit_rigid, make_transform, rotation_between
-from studio.engine.calibration.views.bodies import Array
-from studio.engine.calibration.views.tracks import ViewTrack, nearest
-from studio.engine.calibration.views.view import NUMBER
+from studio.engine.calibration.views.seen.bodies import Array
+from studio.engine.calibration.views.seen.tracks import ViewTrack, nearest
+from studio.engine.calibration.views.seen.view import NUMBER
 from studio.engine.model.guess import shift_equations
 
 _LEAST_JOINTS = 8

@@ -1,0 +1,1 @@
+"""First clocks and places of the cameras, by the guessed bodies."""
