@@ -94,7 +94,7 @@ def test_every_act_on_takes_can_be_taken_back(empty: str, page: Page) -> None:
     page.keyboard.press("Control+z")
     expect(one.locator(".solve-row")).to_have_count(2)
     one.get_by_role("button", name="Edit one").click()
-    page.get_by_role("button", name="Throw one away").click()
+    page.get_by_role("button", name="Throw away one").click()
     expect(page.locator(".take")).to_have_count(1)
     page.locator("#trash-open").click()
     page.get_by_role("button", name="Put one back").click()
