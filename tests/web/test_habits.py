@@ -97,7 +97,7 @@ def test_every_act_on_takes_can_be_taken_back(empty: str, page: Page) -> None:
     page.get_by_role("button", name="Throw away one").click()
     expect(page.locator(".take")).to_have_count(1)
     page.locator("#trash-open").click()
-    page.get_by_role("button", name="Put one back").click()
+    page.get_by_role("button", name="Put back one").click()
     expect(page.locator("#trash")).to_contain_text("Nothing was thrown away")
     expect(page.locator(".take")).to_have_count(2)
     patient.delete(f"{empty}/api/v1/takes/monday/two").raise_for_status()
