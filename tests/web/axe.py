@@ -10,11 +10,12 @@ from tests.web.browser import until
 AXE = Path(__file__).parents[2] / ".tools" / "readers" / "node_modules" / "axe-core" / "axe.min.js"
 SIZES = ((1280, 720), (390, 844))
 _TRIES = 8
+_LOADED_ANEW = ("context was destroyed", "detached", "frame timed out", "'axe'")
 THEMES = ("dark", "light")
 
 # All rules of axe that are not experimental; what it finds, a line each: the rule, the element, what is wrong.
 _FIND = """async () => {
-  const { violations } = await axe.run(document, { resultTypes: ["violations"] });
+  const { violations } = await axe.run(document, { resultTypes: ["violations"], frameWaitTime: 60000, pingWaitTime: 5000 });
   const why = ({ any, all, none }) => [...any, ...all, ...none].map(({ message }) => message).join("; ");
   return violations.flatMap(({ id, impact, nodes }) => nodes.map((node) =>
     `${id} (${impact}) ${node.target.flat(9).join(" ")} ${why(node).slice(0, 200)} ${node.html.slice(0, 160)}`));
@@ -47,7 +48,7 @@ def violations(page: Page) -> list[str]:
                 _load(frame)
             return page.evaluate(_FIND)
         except Error as error:  # the 3D view is loaded anew where its picture is old, as on a busy machine
-            if "context was destroyed" not in str(error) and "detached" not in str(error):
+            if not any(one in str(error) for one in _LOADED_ANEW):
                 raise
     raise AssertionError("the page's frames are loaded anew all the time")
 
