@@ -1,11 +1,13 @@
 #!/bin/sh
-# Installs the independent readers that the export tests compare with into .tools/readers (never shipped):
-# the Autodesk FBX SDK's reader (npm package fbx2gltf), ufbx, compiled from the source in the package pyufbx, and
-# Blender (package bpy, in an environment of its own; without a wheel for any Python here its tests are skipped).
+# Installs the independent programs that tests hold the studio against into .tools/readers (never shipped):
+# readers of exports: the Autodesk FBX SDK's (npm package fbx2gltf), ufbx, compiled from the source in the package
+# pyufbx, and Blender (package bpy, in an environment of its own; without a wheel for any Python here its tests are
+# skipped); and a reader of pages: axe (npm package axe-core), which finds what keeps people from using them.
 # Needs npm, a C compiler, Python with pip. Run it from anywhere; what is there already is kept.
 set -eu
 
 FBX2GLTF=0.9.7
+AXE=4.14.1
 PYUFBX=0.0.7
 BPY_311=4.5.15 # the wheels of bpy fit one Python each
 BPY_313=5.2.3
@@ -28,10 +30,11 @@ need() {
 }
 
 sdk="$tools/node_modules/fbx2gltf"
-if ! grep -qs "\"version\": \"$FBX2GLTF\"" "$sdk/package.json"; then
+axe="$tools/node_modules/axe-core"
+if ! grep -qs "\"version\": \"$FBX2GLTF\"" "$sdk/package.json" || ! grep -qs "\"version\": \"$AXE\"" "$axe/package.json"; then
     need npm "Node.js with npm"
-    npm install --prefix "$tools" --no-audit --no-fund --no-save --ignore-scripts "fbx2gltf@$FBX2GLTF" >>"$log" 2>&1 ||
-        fail "npm could not install fbx2gltf@$FBX2GLTF"
+    npm install --prefix "$tools" --no-audit --no-fund --no-save --ignore-scripts "fbx2gltf@$FBX2GLTF" "axe-core@$AXE" \
+        >>"$log" 2>&1 || fail "npm could not install fbx2gltf@$FBX2GLTF and axe-core@$AXE"
 fi
 chmod +x "$sdk/bin/Linux/FBX2glTF" || fail "fbx2gltf has no Linux program"
 "$sdk/bin/Linux/FBX2glTF" --help >>"$log" 2>&1 || fail "fbx2gltf does not run on this machine"

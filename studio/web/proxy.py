@@ -29,7 +29,7 @@ _INSERT = """<style>
 html { background: linear-gradient(#d9dde2, #eef0f3); height: 100%; }
 html[data-theme=dark] { background: linear-gradient(#1d2126, #2b3138); }
 body, #root, #root div[style*="background-color"] { background: none !important; }
-.mantine-Paper-root, .mantine-Notifications-root { display: none !important; }
+.mantine-Paper-root, .mantine-Notifications-root, a[title="About Viser"] { display: none !important; }
 </style>
 <script src="../static/base/theme.js"></script>
 <script src="../static/view/view_times.js"></script>

@@ -1,6 +1,7 @@
 """The cameras panel and the latency of poses, in a real browser on the real routes."""
 
 import re
+import time
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -63,3 +64,28 @@ def test_the_latency_of_poses_is_shown(tmp_path: Path, page: Page) -> None:
         )
         assert 5 <= median <= p95 < 20_000  # however busy the machine is
         page.close()  # before the server, whose end it would complain of
+
+
+BUSY = """if (parent === window) {
+  const work = () => { const end = performance.now() + 150; while (performance.now() < end); setTimeout(work); };
+  setTimeout(work);
+}"""
+"""Has the page's main thread do something else for nearly all of its time."""
+
+POSES = """(offset) => {
+  window.posing = setInterval(() => {
+    const came = (performance.timeOrigin + performance.now()) / 1000, captured = came + offset - 0.05;
+    for (let i = 0; i < 20; i += 1) postMessage({ type: "pose", came, captured, drawn: captured }, location.origin);
+  }, 100);
+}"""
+"""Poses that come 50 ms after they were captured; `offset` of the server's clock [s]."""
+
+
+def test_the_latency_is_right_where_the_page_is_busy(empty: str, page: Page) -> None:
+    page.add_init_script(BUSY)
+    page.goto(empty)
+    page.evaluate(POSES, time.monotonic() - time.time())  # the server's clock, and the browser's
+    value = page.locator("#latency .value")
+    expect(value).to_contain_text("ms")
+    shown = re.findall(r"-?\d+", value.inner_text())[0]
+    assert 35 < int(shown) < 65, value.inner_text()

@@ -253,7 +253,7 @@ def test_a_take_is_named_starred_thrown_away_and_put_back(empty: str, page: Page
     expect(page.locator(".take")).to_have_count(1)
     page.get_by_label("Search takes").fill("")
     best.get_by_role("button", name="Edit best").click()
-    best.get_by_role("button", name="Throw best away").click()
+    best.get_by_role("button", name="Throw away best").click()
     expect(page.locator(".take")).to_have_count(1)
     wait_for_undos(page, 3)
     page.locator("h1").click()

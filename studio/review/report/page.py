@@ -46,10 +46,11 @@ def safe(value: str) -> str:
 
 
 def html_table(header: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
-    """Return a table; cells are escaped except `Markup`."""
-    head = "".join(f"<th>{safe(cell)}</th>" for cell in header)
+    """Return a table; cells are escaped except `Markup`. What is too wide is scrolled, also by the keyboard."""
+    head = "".join(f"<th>{safe(cell)}</th>" if cell else "<td></td>" for cell in header)
     body = "".join("<tr>" + "".join(f"<td>{safe(cell)}</td>" for cell in row) + "</tr>" for row in rows)
-    return f'<div class="wide"><table><thead><tr>{head}</tr></thead><tbody>{body}</tbody></table></div>'
+    table = f"<table><thead><tr>{head}</tr></thead><tbody>{body}</tbody></table>"
+    return f'<div class="wide" role="group" tabindex="0">{table}</div>'
 
 
 def paragraph(words: str, kind: str = "") -> str:

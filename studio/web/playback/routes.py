@@ -2,6 +2,7 @@
 
 from typing import Annotated, Any, Protocol
 
+import numpy as np
 from fastapi import APIRouter, Query
 from pydantic import BaseModel, ConfigDict, Field
 
@@ -9,6 +10,7 @@ from studio.api.stage.shown import ReplayStatus
 from studio.api.structs import StructRoute
 from studio.engine.base.errors import SettingsError
 from studio.engine.metrics.reference.placing import PlacedMotion
+from studio.engine.model.joints import OUTPUT_JOINTS
 from studio.take.folder.performers import performer_by_name, performer_number
 from studio.take.folder.references import how_aligned, placed_path, reference_path
 from studio.take.folder.take import Take
@@ -76,6 +78,12 @@ class Space(BaseModel):
     """Outermost points of a motion from its first to its last frame, stage frame [m]."""
 
     points_m: list[tuple[float, float, float]]
+
+
+class Joints(BaseModel):
+    """Where the joints of the output skeleton are, by name, stage frame [m]; without those that are not known."""
+
+    positions_m: dict[str, tuple[float, float, float]]
 
 
 class ChangeRequest(_ReplayBody):
@@ -170,6 +178,17 @@ def playback_routes(player: Player, takes: TakeFinder) -> APIRouter:
     def get_space() -> Space:
         """Outermost points of the replayed motion, for a page that looks at all of it."""
         return Space(points_m=player.space_m().tolist())
+
+    @router.get("/joints")
+    def get_joints(
+        frame: Annotated[int, Query(ge=0, description="the last one where there are fewer")],
+    ) -> Joints:
+        """Joints of the replayed motion at a frame, for a page in which one is clicked."""
+        poses = player.shown()[0].poses
+        places = poses.positions_m[min(frame, poses.frame_count - 1)]
+        known = np.isfinite(places).all(axis=1)
+        named = zip(OUTPUT_JOINTS, places.tolist(), known, strict=True)
+        return Joints(positions_m={name: tuple(place) for name, place, there in named if there})
 
     @router.get("/curves")
     def get_curves(

@@ -17,6 +17,7 @@ Array = NDArray[np.float64]
 
 _CHILDREN = np.flatnonzero(OUTPUT_PARENTS >= 0)
 _TO_STAGE = np.array([1.0, -1.0, 1.0], dtype=np.float32)
+_CARRIED_M = 1e-4
 _LOOKED_AT = 200
 """Number of frames from which bones are measured."""
 
@@ -56,9 +57,20 @@ def stage_mesh(rest_m: Array, root_height_m: float | None = None, *, body: str =
         FormatError: no body fits such bones.
     """
     floor_m = -rest_lift_m(rest_m[:, 2], root_height_m)
-    mesh = mannequin_mesh(OUTPUT_JOINTS, rest_m[:, [0, 2, 1]] * [1.0, 1.0, -1.0], floor_m=floor_m, body=body)
+    mesh = mannequin_mesh(
+        _present(rest_m), rest_m[:, [0, 2, 1]] * [1.0, 1.0, -1.0], floor_m=floor_m, body=body
+    )
     vertices, normals = (values[:, [0, 2, 1]] * _TO_STAGE for values in (mesh.vertices_m, mesh.normals))
     return replace(mesh, vertices_m=vertices, normals=normals)
+
+
+def _present(rest_m: Array) -> list[str]:
+    """Return the joints' roles, "" for one at its parent's place, where an animation that lacks it carries it."""
+    apart = np.linalg.norm(rest_m - rest_m[OUTPUT_PARENTS], axis=1) > _CARRIED_M
+    return [
+        name if there or parent < 0 else ""
+        for name, there, parent in zip(OUTPUT_JOINTS, apart, OUTPUT_PARENTS, strict=True)
+    ]
 
 
 @dataclass(frozen=True)

@@ -37,13 +37,28 @@ const call = async (method, path, body) => heard(await request(method, path, bod
 export const getView = () => call("GET", "view");
 export const changeView = (change) => call("PUT", "view", change);
 export const putOperatorView = (view) => call("PUT", "view/operator", view);
-export const getClock = () => call("GET", "view/clock");
+
+/** Return the server's time [s], and when the browser's network process sent the request and had the answer [ms of `performance`]:
+ * this thread may be busy then. `number` tells requests apart. */
+export async function getClock(number) {
+  const path = `view/clock?number=${number}`, address = new URL(path, ROOT).href;
+  const { promise: timing, resolve } = Promise.withResolvers();
+  const observer = new PerformanceObserver((list) => list.getEntriesByName(address).forEach(resolve));
+  observer.observe({ type: "resource" });
+  try {
+    const [{ server_s }, { requestStart, responseStart }] = await Promise.all([call("GET", path), timing]);
+    return { server_s, sent_ms: requestStart, received_ms: responseStart };
+  } finally {
+    observer.disconnect();
+  }
+}
 export const openReplay = (wanted) => call("PUT", "replay", wanted);
 export const changeReplay = (change) => call("PATCH", "replay", change);
 export const closeReplay = () => call("DELETE", "replay");
 export const getCleanup = (take, solve, performer) =>
   call("GET", `${takePath(take)}/solves/${encodeURIComponent(solve)}/cleanup${performer ? `?${new URLSearchParams({ performer })}` : ""}`);
 export const getSpace = () => call("GET", "replay/space");
+export const getReplayJoints = (frame) => call("GET", `replay/joints?frame=${frame}`);
 export const getVideos = () => call("GET", "replay/video");
 export const getVideo = (camera) => call("GET", `replay/video/${camera}`);
 export const getVideoDrawn = (camera, first, last) => call("GET", `replay/video/${camera}/drawn?${new URLSearchParams({ first, last })}`);

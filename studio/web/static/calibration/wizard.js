@@ -107,9 +107,9 @@ const posePicture = () => svg("svg", { viewBox: "0 0 200 192", role: "img", "ari
 function frame() {
   const mute = button("wizard-mute", "", () => { setMuted(!isMuted()); show(); });
   return [
-    h("header", {}, h("ol", { id: "wizard-steps" }), h("div", { class: "wizard-tools" }, mute,
+    h("div", { class: "wizard-head" }, h("ol", { id: "wizard-steps" }), h("div", { class: "wizard-tools" }, mute,
       button("wizard-phone", t("wizard.phone"), showPhone), button("wizard-leave", t("message.close"), close, { key: "Esc" }))),
-    h("main", {},
+    h("div", { class: "wizard-main" },
       h("div", { class: "wizard-saying", role: "status" }, h("p", { id: "wizard-number" }), h("h2", { id: "wizard-big" }), h("p", { id: "wizard-small" })),
       h("ul", { id: "wizard-cards" }), h("div", { id: "wizard-known" })),
     h("footer", { id: "wizard-actions" }),

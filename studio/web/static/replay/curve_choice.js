@@ -45,16 +45,28 @@ function remove(joint, channel) {
   keep(state.list.filter((one) => one.joint !== joint || one.channel !== channel));
 }
 
-function toggle(joint, channel) {
-  if (isChosen(joint, channel)) {
-    remove(joint, channel);
-    return;
-  }
-  if (state.list.length >= MOST) return;
-  const slots = new Set(state.list.map(({ slot }) => slot));
+/** The curves with one more, where there is room. */
+function withCurve(list, joint, channel) {
+  const slots = new Set(list.map(({ slot }) => slot));
   let slot = 0;
   while (slots.has(slot)) slot += 1;
-  keep([...state.list, { joint, channel, slot }]);
+  return list.length < MOST ? [...list, { joint, channel, slot }] : list;
+}
+
+function toggle(joint, channel) {
+  if (isChosen(joint, channel)) remove(joint, channel);
+  else keep(withCurve(state.list, joint, channel));
+}
+
+/** Show the channels that are shown of other joints of this one too, or else its position; take them away where it has any. */
+export function changeCurvesOf(joint) {
+  const others = state.list.filter((one) => one.joint !== joint);
+  if (others.length < state.list.length) {
+    keep(others);
+    return;
+  }
+  const channels = CHANNELS.filter((channel) => others.some((one) => one.channel === channel));
+  keep((channels.length ? channels : CHANNELS.slice(0, 3)).reduce((list, channel) => withCurve(list, joint, channel), others));
 }
 
 function filter() {

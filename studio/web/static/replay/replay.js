@@ -1,7 +1,7 @@
 // Replay of a take: the bar under the view, its keys, and where the playhead is between two messages of the server.
 import { byId, clock, h, redraw, setText } from "../base/dom.js";
 import { changeReplay, closeReplay, getCleanup, getCurves, getView, openReplay } from "../base/api.js";
-import { besideIs, curveLegend, curveList, curveListShown, showCurveList, showLegend, startCurveChoice } from "./curve_choice.js";
+import { besideIs, changeCurvesOf, curveLegend, curveList, curveListShown, showCurveList, showLegend, startCurveChoice } from "./curve_choice.js";
 import { forgetCurveData, loadCurveData, startCurveData } from "./curve_data.js";
 import { JOINTS, editSpans } from "./curves.js";
 import { FRESH_MS } from "../base/events.js";
@@ -17,6 +17,7 @@ import { hold, pan, wheel } from "./pointer.js";
 import { trial } from "./trial.js";
 import { turns } from "../base/turns.js";
 import { followVideo, forgetVideo, paintVideo, startVideo, toggleVideo, videoShown } from "../video/pane.js";
+import { startJointClicks } from "../view/joint_click.js";
 import { keepInSight, showAll, zoomAbout } from "./zoom.js";
 
 const SPEEDS = [0.1, 0.25, 0.5, 1, 2];
@@ -126,7 +127,8 @@ const KEYS = {
   "]": () => KEYS.o(),
   m: () => addMarker(state.replay, frameNow()),
   v: () => { toggleVideo(); show(); },
-  c: () => state.replay.solve && showCurveList(!curveListShown()),
+  c: ({ shiftKey }) => state.replay.solve && (shiftKey ? changeCurvesOf(state.joint) : showCurveList(!curveListShown())),
+  j: ({ shiftKey }) => chooseJoint(JOINTS.at((JOINTS.indexOf(state.joint) + (shiftKey ? -1 : 1)) % JOINTS.length)),
   "+": () => zoom(3),
   "-": () => zoom(-3),
   0: () => { showAll(state.replay); paint(); },
@@ -155,6 +157,13 @@ async function loadCurves() {
   paint();
 }
 
+/** Choose the joint whose curves the timeline shows; `curves`: put it among the curves of several joints too, or take it from them. */
+function chooseJoint(joint, curves = false) {
+  state.joint = joint;
+  show();
+  if (curves) changeCurvesOf(joint);
+}
+
 /** Show the places that an animator would have to mend, or hide them. */
 async function toggleEdits() {
   const { take: takeId, solve, performer, rate_hz: rate } = state.replay;
@@ -171,6 +180,9 @@ async function toggleEdits() {
   }
   paint();
 }
+
+/** Whether a button's text is its name: a sign needs another one. */
+const isWord = (text) => /\p{L}/u.test(text);
 
 function choice(id, label, options, value, onchange) {
   return h("select", { id, aria: { label }, title: label, onchange: (event) => onchange(event.currentTarget.value) },
@@ -189,7 +201,7 @@ function build() {
   const { take: takeId, solve, ghost, playing, loop, speed, of_s: whole } = state.replay;
   const button = (id, text, label, keys, onclick, pressed) => h("button", {
     id, type: "button", class: "small", onclick, title: keys ? `${label} (${keys})` : label,
-    aria: { label, ...(pressed === undefined ? {} : { pressed: String(pressed) }) },
+    aria: { ...(isWord(text) ? {} : { label }), ...(pressed === undefined ? {} : { pressed: String(pressed) }) },
   }, text);
   return [
     h("div", { class: "replay-row" },
@@ -211,9 +223,9 @@ function build() {
       h("strong", { class: "replay-take", title: state.replay.take }, state.replay.take.split("/").pop()),
       whole && h("span", { id: "replay-growing", class: "fair", role: "status" }, growingWords(state.replay)),
       ...performerButtons(state.replay, frameNow, choice, (value) => open(takeId, solve, ghost, value)),
-      choice("replay-joint", t("replay.joint"), JOINTS.map((name) => [name, name]), state.joint, (value) => { state.joint = value; loadCurves(); }),
+      choice("replay-joint", t("replay.joint"), [...new Set([...JOINTS, state.joint])].map((name) => [name, name]), state.joint, (value) => chooseJoint(value)),
       solve && h("button", { id: "replay-curves", type: "button", class: "small", title: `${t("graphs.hint")} (C)`, aria: { expanded: String(curveListShown()), controls: "curve-list" },
-        onclick: KEYS.c }, t("graphs.button")),
+        onclick: () => KEYS.c({}) }, t("graphs.button")),
       button("replay-video", t("video.title"), t("video.hint"), "V", KEYS.v, videoShown()),
       h("span", { id: "replay-value", class: "count" }),
       trial,
@@ -295,7 +307,7 @@ function show() {
   followVideo(state.replay);
   if (isOpen) {
     setText(byId("replay-title"), solve ? t("replay.title", { take: takeId, solve }) : t("replay.raw_title", { take: takeId }));
-    redraw(byId("replay-bar"), [takeId, solve, ghost, playing, loop, speed, state.solves, whole && growingWords(state.replay), videoShown(), state.replay.performer, state.replay.performers], build);
+    redraw(byId("replay-bar"), [takeId, solve, ghost, playing, loop, speed, state.joint, state.solves, whole && growingWords(state.replay), videoShown(), state.replay.performer, state.replay.performers], build);
     loadCurves();
     useMarkers(takeId);
     usePerformers(state.replay);
@@ -341,6 +353,7 @@ export function startReplay(listen, compare) {
   startCurveChoice(paint);
   startCurveData(paint);
   startVideo();
+  startJointClicks(() => (state.replay.open && state.replay.solve ? frameNow() : null), JOINTS, chooseJoint);
   new ResizeObserver(paint).observe(byId("replay"));
   window.addEventListener("language", show);
   requestAnimationFrame(run);

@@ -11,7 +11,7 @@ import { toggleHelp } from "./help.js";
 const SHORTCUTS = {
   stage: [["R", "record"], ["T", "t_pose"], ["Ctrl Z", "undo"], ["W", "work"], ["?", "help"]],
   replay: [
-    ["Space", "play"], ["← →", "step"], ["Shift ← →", "step_ten"], ["Home End", "ends"], ["I O", "range"], ["[ ]", "range"], ["L", "loop"], ["M", "marker"], ["C", "curves"], ["V", "video"], ["+ − 0", "zoom"], ["Esc", "live"],
+    ["Space", "play"], ["← →", "step"], ["Shift ← →", "step_ten"], ["Home End", "ends"], ["I O", "range"], ["[ ]", "range"], ["L", "loop"], ["M", "marker"], ["C", "curves"], ["J", "joint"], ["Shift C", "curves_of"], ["V", "video"], ["+ − 0", "zoom"], ["Esc", "live"],
   ],
   view: [["1", "front"], ["2", "side"], ["3", "top"], ["4", "orbit"], ["5", "whole"], ["6", "motion"], ["F", "follow"]],
 };

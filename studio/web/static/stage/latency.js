@@ -15,14 +15,13 @@ const SHOW_MS = 500;
 const GOAL_MS = 80;
 
 const now = () => (performance.timeOrigin + performance.now()) / 1000;
-const state = { exchanges: [], poses: [], pictures: [], round: 0 };
+const state = { exchanges: [], asked: 0, poses: [], pictures: [], round: 0 };
 
 /** Ask for the server's time; of a few answers the quickest is the truest. */
 async function exchange() {
-  const sent = now();
-  const { server_s: server } = await getClock();
-  const received = now();
-  state.exchanges.push({ offset: server - (sent + received) / 2, trip: received - sent });
+  const { server_s: server, sent_ms: sent, received_ms: received } = await getClock(state.asked += 1);
+  const halfway = (performance.timeOrigin + (sent + received) / 2) / 1000;
+  state.exchanges.push({ offset: server - halfway, trip: (received - sent) / 1000 });
   if (state.exchanges.length > EXCHANGES) state.exchanges.shift();
 }
 

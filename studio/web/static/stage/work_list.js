@@ -91,7 +91,8 @@ function showCount(jobs) {
   setText(count, going ? String(going) : unseen ? "!" : "");
   count.classList.toggle("failed", !going && unseen > 0);
   const words = [going ? t("work.count", { n: going }) : "", unseen ? t("work.failed_count", { n: unseen }) : ""].filter(Boolean).join(", ");
-  byId("work-button").setAttribute("aria-label", words ? `${t("work.title")}: ${words}` : t("work.title"));
+  count.hidden = !words;
+  count.setAttribute("aria-label", words);
 }
 
 function show() {

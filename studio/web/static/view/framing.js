@@ -25,6 +25,14 @@ function axesTowards(direction) {
   return [right, cross(right, forward), forward];
 }
 
+/** Where a picture of a height [px] shows a point of the stage: `{x, y}` from its middle, y down, and how many pixels a metre has
+ * there; null behind the camera. */
+export function project(point, { position, target }, height) {
+  const [x, y, depth] = axesTowards(sub(position, target)).map((axis) => dot(sub(point, position), axis));
+  const metre = height / (2 * HALF * depth);
+  return depth > 0 ? { x: x * metre, y: -y * metre, metre } : null;
+}
+
 /** The nearest look from a direction, not straight from above, whose picture of width over height `aspect` contains all points. */
 export function fit(points, direction, aspect, margin = MARGIN) {
   const axes = axesTowards(direction);

@@ -61,7 +61,7 @@
     const messages = [
       { type: "SetCameraPositionMessage", position: wanted.position, initial: false }, { type: "SetCameraLookAtMessage", look_at: wanted.target, initial: false },
     ];
-    worker.dispatchEvent(new MessageEvent("message", { data: { type: "message_batch", messages } }));
+    worker?.dispatchEvent(new MessageEvent("message", { data: { type: "message_batch", messages } })); // none yet: the page says it again
   }
 
   window.addEventListener("message", ({ origin, data }) => {

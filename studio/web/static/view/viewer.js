@@ -18,11 +18,16 @@ export function setStale(text) {
 /** Whether a key belongs to a field that is being filled in. */
 export const inTextField = (event) => Boolean(event.target.closest?.("input[type=text], input[type=number], input[type=password], input[type=search], textarea, select, [contenteditable]"));
 
+/** Call `handle` with events of a name inside the 3D view, also after it was loaded anew. */
+export function listenInside(name, handle) {
+  const frame = byId("viewer");
+  const listen = () => frame.contentWindow.addEventListener(name, handle, { capture: true });
+  frame.addEventListener("load", listen);
+  if (frame.contentDocument?.readyState === "complete") listen();
+}
+
 /** Call `handle` with keys pressed on the page or inside the 3D view. */
 export function onKey(handle) {
   document.addEventListener("keydown", handle);
-  const frame = byId("viewer");
-  const listen = () => frame.contentWindow.addEventListener("keydown", handle);
-  frame.addEventListener("load", listen);
-  if (frame.contentDocument?.readyState === "complete") listen();
+  listenInside("keydown", handle);
 }

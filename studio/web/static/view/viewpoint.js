@@ -32,6 +32,9 @@ let changed = () => {};
 /** What the page shows of it: the place, whether the operator's view is followed, is this one, or is there at all. */
 export const viewpoint = () => ({ place: state.place, following: state.following, source: state.source, known: link.known, operator: Boolean(seen.operator) });
 
+/** Where this browser looks from, `{position, target}`; null before the view is there. */
+export const lookNow = () => state.look;
+
 function keep() {
   sessionStorage.setItem(KEPT, JSON.stringify(state));
   changed();

@@ -73,6 +73,8 @@ export default {
   "keys.marker": ["Set a marker", "Poser un repère"],
   "keys.video": ["Show or hide the video of a camera", "Montrer ou cacher la vidéo d'une caméra"],
   "keys.curves": ["Choose curves of joints", "Choisir des courbes d'articulations"],
+  "keys.joint": ["Next joint, with Shift the one before (or click a joint of the character)", "Articulation suivante, avec Maj la précédente (ou cliquez une articulation du personnage)"],
+  "keys.curves_of": ["Curves of the joint, or none (or Shift and click)", "Courbes de l'articulation, ou aucune (ou Maj et clic)"],
   "keys.zoom": ["Zoom the timeline, show all", "Zoomer la ligne de temps, tout montrer"],
   "keys.whole": ["All of the stage", "Tout le plateau"],
   "keys.motion": ["All of the replayed motion", "Tout le mouvement revu"],
