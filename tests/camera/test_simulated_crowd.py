@@ -36,7 +36,9 @@ def test_one_walks_alone_then_all_are_seen(source):
         seen.append(0 if frame is None else 1 + len(frame.others))
     assert seen[:2] == [1, 1] and seen[-1] == 2
     frame = source.frame_at(round((BEGIN_S + alone_s + 3.0) * 1e9))
-    bodies = wire.each_body(wire.decode(_encode(7, frame)))
+    message = wire.decode(_encode(7, frame))
+    assert isinstance(message, wire.SkeletonFrame)
+    bodies = wire.each_body(message)
     assert [one.body for one in bodies] == [frame.body, frame.others[0].body] and len({*seen}) == 2
     across = [one.positions[0, 0] for one in (frame, *frame.others)]
     assert across[1] - across[0] == pytest.approx(2.0, abs=0.2)

@@ -53,20 +53,20 @@ class Shoot:
         self.clock.ns += 33_333_333
         for index, link in enumerate(self.links):
             rng = np.random.default_rng([index, self.sequence])
-            bodies = []
+            bodies, seen = [], np.zeros((JOINT_COUNT, 3))
+            confidence = np.full(JOINT_COUNT, 0.9)
             for number, at_s in enumerate((first_s, second_s)):
                 if at_s is None or (number and link.name in self.hidden_from):
                     continue
                 joints = joints_m(at_s) * (SMALLER if number else 1.0) + number * APART_M
                 seen = transform_points(invert_transform(camera_transform(index)), joints)
                 seen += rng.normal(0.0, 0.004, seen.shape)
-                confidence = np.full(JOINT_COUNT, 0.9)
                 number_of_body = 7 * self.sequence + number  # of no use
                 bodies.append(
                     wire.skeleton_frame(self.sequence, self.clock.ns, seen, confidence, body=number_of_body)
                 )
             if self.ghost:
-                near = np.float32([0.15, 0.0, 0.1])
+                near = np.array([0.15, 0.0, 0.1])
                 bodies.append(
                     wire.skeleton_frame(self.sequence, self.clock.ns, seen + near, confidence, body=1)
                 )

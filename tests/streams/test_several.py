@@ -7,6 +7,7 @@ from dataclasses import replace
 import lz4.frame
 import pytest
 
+from studio.engine.base.sentences import Said
 from studio.engine.model.frames import StepResult
 from studio.streams import Member, Target, steps_of
 from studio.streams.frames import frame_message
@@ -76,7 +77,7 @@ def test_nobody_of_that_name_is_told_and_nothing_is_sent(both, receiver):
     sender.close()
     status = sender.status()
     assert (status.sent, status.bytes) == (0, 0)
-    assert status.problem.code == "output.nobody"
+    assert isinstance(status.problem, Said) and status.problem.code == "output.nobody"
 
 
 def test_the_websocket_names_each_and_one_alone_has_no_name(both):

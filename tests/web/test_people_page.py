@@ -20,7 +20,7 @@ pytestmark = pytest.mark.browser
 
 
 @pytest.fixture
-def shot(tmp_path: Path) -> Iterator[tuple[Shoot, str]]:
+def shot(tmp_path: Path, ready_pipeline: None) -> Iterator[tuple[Shoot, str]]:
     """A stage of two performers, and the address of its page."""
     shoot = Shoot(tmp_path / "sessions")
     app = create_app(shoot.stage, shoot.stage.sessions)
@@ -93,6 +93,7 @@ def test_a_target_of_a_performer_gets_theirs_alone(shot: tuple[Shoot, str], page
     shoot, url = shot
     a_second_performer(shoot)
     page.goto(url)
+    page.locator("#outputs-title").click()  # the panel is folded at first
     page.locator("#output-performer").select_option("performer_2")
     page.locator("#output-port").fill("39600")
     page.locator(".output-form button").click()

@@ -16,7 +16,7 @@ from studio.engine.model.joints import INDEX
 from studio.simulator.crowd.meeting import Meeting, meet
 
 MOST_PERFORMERS = 4
-_BODIES = ((1.0, 1.0), (0.91, 0.96), (1.06, 1.03), (0.95, 1.06))
+_BODIES = ((1.0, 1.0), (0.91, 0.96), (1.06, 1.03), (1.03, 0.92))
 """Of each performer: size, and length of the legs beside that, both as shares of the embedded performer's."""
 
 _RETURN_S = 1.5
