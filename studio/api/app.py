@@ -47,12 +47,12 @@ from studio.api.takes.rigs import rigs_router
 from studio.api.takes.takes import takes_router
 from studio.api.takes.thumbnails import Thumbnails, thumbnails_router
 from studio.engine.base.sentences import Sentence
-from studio.engine.model.calibration import Performer
+from studio.engine.identity.recognised import FIRST
 from studio.live import LiveStage
 from studio.live.keeping.video import LateVideos
 from studio.review.blind.desk import Desk
 from studio.review.share.store import Shares
-from studio.streams import Outputs
+from studio.streams import Member, Outputs
 from studio.take.library.presets import Presets
 
 _DESCRIPTION = """
@@ -142,7 +142,7 @@ def create_app(
     add_routes(app, blind_router(finder, jobs, desk))
     add_routes(app, vote_router(desk))
     add_routes(app, shares_router(finder, Shares(sessions)))
-    app.state.outputs = Outputs(sessions, lambda: performer_of(stage))
+    app.state.outputs = Outputs(sessions, lambda: cast_of(stage))
     stage.subscribe(app.state.outputs.add)
     add_routes(app, outputs_router(stage, app.state.outputs))
     return app
@@ -154,7 +154,10 @@ def _let_go(app: FastAPI, take: str, reference: str) -> None:
         app.state.player.let_go(take, reference)
 
 
-def performer_of(stage: LiveStage) -> Performer | None:
-    """Return the proportions in use, None before there are any."""
+def cast_of(stage: LiveStage) -> dict[int, Member]:
+    """Return the performers by number, as live output has them."""
+    several = stage.members()
+    if several:
+        return {number: Member(one.name, one.proportions) for number, one in several.items()}
     calibration = stage.calibration()
-    return None if calibration is None else calibration.performer
+    return {FIRST: Member("", None if calibration is None else calibration.performer)}

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from studio.commands.common import add_command
+from studio.engine.base.errors import SettingsError
 from studio.server.config import DISCOVER, LOG_FORMATS, LOG_LEVELS, Config, Effective, effective
 
 _TEXT = """\
@@ -14,8 +15,8 @@ Open the studio: the server, its page and the browser view.
 
 Camera clients connect to it (`studio camera`), also from other machines if --host allows it. Operators then sign in
 with the token that is printed here, and cameras need their own token. With --demo, two simulated cameras
-watch a simulated performer; with --cameras rgb, three that see pictures, as webcams and phones do. Stop it with
-Ctrl-C."""
+watch a simulated performer; with --cameras rgb, three that see pictures, as webcams and phones do; with
+--performers 2, three that see two performers. Stop it with Ctrl-C."""
 
 
 def add_parser(subparsers: Any) -> None:
@@ -26,6 +27,14 @@ def add_parser(subparsers: Any) -> None:
         "--cameras",
         choices=("skeletons", "rgb"),
         help="start the simulated stage with this kind of cameras (--demo: skeletons)",
+    )
+    parser.add_argument(
+        "--performers",
+        type=int,
+        choices=range(1, 5),
+        default=1,
+        metavar="N",
+        help="how many performers the simulated stage has, 1 to 4 (default 1); several are seen by three cameras",
     )
     parser.add_argument("--demo-on-first-run", action="store_true", help=argparse.SUPPRESS)
 
@@ -88,7 +97,15 @@ def run(args: argparse.Namespace) -> int:
 
     config = chosen_config(args).config
     demo = args.demo or (args.demo_on_first_run and is_first_run(config.sessions))
-    leave(serve(config, demo=args.cameras or ("skeletons" if demo else None)))
+    if args.performers > 1 and args.cameras == "rgb":
+        raise SettingsError(
+            "demo.performers",
+            "--performers {count} is not possible with --cameras rgb: cameras that see pictures follow one "
+            "performer; leave one of the two out",
+            count=args.performers,
+        )
+    kind = args.cameras or ("skeletons" if demo or args.performers > 1 else None)
+    leave(serve(config, demo=kind, performers=args.performers))
 
 
 def is_first_run(sessions: Path) -> bool:

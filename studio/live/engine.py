@@ -10,20 +10,20 @@ import threading
 from collections import Counter
 from collections.abc import Callable
 from concurrent.futures import Future
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 from studio.engine.base.errors import StudioError, TakeError
 from studio.engine.base.sentences import say
 from studio.engine.identity.known import KnownPerson
-from studio.engine.identity.recognised import FIRST, OnStage
+from studio.engine.identity.recognised import FIRST
 from studio.engine.model.calibration import Performer
 from studio.engine.model.frames import StepResult
 from studio.engine.model.settings import SolveSettings
 from studio.engine.solve.timing.schedule import Schedule
 from studio.live import warmup
 from studio.live.calibration.calibrator import Calibrator, Outcome
-from studio.live.calibration.in_use import CalibratedStage
 from studio.live.calibration.kept import KeptCalibration
 from studio.live.calibration.strangers import Strangers
 from studio.live.calibration.tpose import TPoseCapture
@@ -33,6 +33,7 @@ from studio.live.cameras.roster import Roster
 from studio.live.figures import PipelineFigures
 from studio.live.inbox import Arrived, Call, ClockExchange, Inbox, Item, Left, Reported
 from studio.live.latest import Latest
+from studio.live.performed import PerformedStage
 from studio.live.raw_steps import RawSteps
 from studio.live.states import StageStatus
 from studio.live.subscribers import Subscribers
@@ -51,7 +52,7 @@ IDLE_S = 0.01
 STATUS_NS = 200_000_000
 
 
-class Engine(CalibratedStage):
+class Engine(PerformedStage):
     """The live stage's state and the thread that changes it.
 
     Attributes:
@@ -257,6 +258,7 @@ class Engine(CalibratedStage):
             if not frame.others:
                 self.calibrator.add(frame)
             self.strangers.add(recognised, item.arrival_ns)
+            self.sightings.add(frame, recognised, item.arrival_ns)
             for one in recognised:
                 if one.performer == FIRST:
                     self.tpose.add_frame(one.frame)
@@ -302,26 +304,6 @@ class Engine(CalibratedStage):
         self.strangers.forget()
         self._perform(log.start_event(calibration, self.settings, people))
 
-    def people(self) -> list[KnownPerson]:
-        """The performers, where cameras show several bodies."""
-        return [] if self._pipeline.pipeline is None else self._pipeline.pipeline.people()
-
-    def on_stage(self) -> list[OnStage]:
-        """Everybody on the stage; empty where cameras show one body."""
-        return [] if self._pipeline.pipeline is None else self._pipeline.pipeline.on_stage()
-
-    def forget_performers(self) -> None:
-        """Go on with the first performer only, in a fresh pipeline.
-
-        Raises:
-            TakeError: a take is being recorded.
-        """
-        if self.recording is not None:
-            raise TakeError(
-                "recording.performers_fixed", "a take is being recorded; stop it, then forget the performers"
-            )
-        self._restart(people=self.people()[:1])
-
     def _tick(self) -> None:
         if self.stage_calibration is None:
             return
@@ -345,6 +327,8 @@ class Engine(CalibratedStage):
                     self.tpose.add_joints(stage_time_ns, result.fused.positions, now_ns)
                 strangers = self._pipeline.pipeline.strangers()
                 self.strangers.update(stage_time_ns, strangers, self.placed_calibration)
+                if strangers:
+                    result = replace(result, strangers=tuple(strangers.values()))
                 self.results.publish(result)
                 self._subscribers.tell(result)
 
@@ -379,4 +363,5 @@ class Engine(CalibratedStage):
     def _refresh(self) -> None:
         """Update the status."""
         self._status_ns = self._clock_ns()
+        self.refresh_members()
         self.status = self._describe(self, self._status_ns)

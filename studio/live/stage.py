@@ -24,6 +24,7 @@ from studio.live.calibration.tpose import COUNTDOWN_S
 from studio.live.cameras.links import CameraLink, Links, Send
 from studio.live.cameras.newest_depth import ArrivedDepth
 from studio.live.cameras.previews import Previews
+from studio.live.cast import CastMember
 from studio.live.engine import Engine
 from studio.live.inbox import Arrived, ClockExchange, Left, Reported
 from studio.live.keeping.keeping import Keeping
@@ -348,13 +349,45 @@ class LiveStage:
         performer = load_profile(self.sessions, name).performer
         self._engine.call(lambda: self._engine.use_performer(performer))
 
-    def forget_performers(self) -> None:
-        """Go on with the first performer; further ones are strangers again. Waits.
+    def members(self) -> dict[int, CastMember]:
+        """Return the performers on a stage of several, by number; one performer alone has no entry."""
+        return self._engine.members
+
+    def forget_performers(self, name: str | None = None) -> None:
+        """Go on without a performer, or with the first one only; whom it forgets is a stranger again. Waits.
 
         Raises:
             TakeError: a take is being recorded.
+            SettingsError: there is no performer of that name.
+            CalibrationError: the first performer cannot be forgotten.
         """
-        self._engine.call(self._engine.forget_performers)
+        self._engine.call(lambda: self._engine.forget_performers(name))
+
+    def rename_performer(self, name: str, new: str) -> None:
+        """Call a performer by another name, also within a recording; waits.
+
+        Raises:
+            SettingsError: there is no performer of that name.
+            TakeError: a name that is not allowed, or that another one has.
+        """
+        self._engine.call(lambda: self._engine.rename_performer(name, new))
+
+    def exchange_performers(self, first: str, second: str) -> None:
+        """Let two performers each be whom the other was taken for, from now on; again takes it back. Waits.
+
+        Raises:
+            SettingsError: there is no performer of one of the names.
+        """
+        self._engine.call(lambda: self._engine.exchange_performers(first, second))
+
+    def keep_profile(self, name: str) -> None:
+        """Store a performer's proportions as the profile of their name; waits.
+
+        Raises:
+            SettingsError: there is no performer of that name.
+            StudioError: the folder cannot be written.
+        """
+        self._engine.call(lambda: self._engine.keep_profile(name))
 
     # --- recording
 
@@ -399,6 +432,7 @@ class LiveStage:
                 recorder.when_written(written.set)
                 written.wait()
                 recorder.save_cameras()
+                recording.save_performers()
                 if calibration is not None:
                     recorder.take.add_calibration(calibration, use=True)
             except BaseException:

@@ -11,6 +11,7 @@ from msgspec import Struct
 from studio.take.folder.marker import Restart
 
 Progress = Literal["idle", "gathering", "computing", "done", "failed"]
+PerformerState = Literal["here", "away", "undecided", "measuring", "stranger"]
 TPoseState = Literal["idle", "countdown", "holding", "computing", "done", "failed"]
 
 
@@ -189,15 +190,16 @@ class PerformerStatus(Struct):
     """Somebody on a stage of several: a performer, or a stranger, who has no `number`, no `name` and no poses.
 
     `number` counts from 1 in the order in which they came in; `name` is `performer_1` and so on until they are named.
-    `height_m` as measured [m]; `here`: a camera sees them; `undecided`: they cannot be told apart from another now.
-    `message` says what a stranger has to do.
+    `state`: `here`, `away` (no camera sees them) or `undecided` (they cannot be told apart from another now); of
+    strangers `measuring` (they hold a T-pose) or `stranger`. `height_m` as measured [m]; `profile`: there is a stored
+    profile of that name. `message` says what is wrong, or what a stranger has to do.
     """
 
     number: int | None
     name: str
-    height_m: float | None
-    here: bool
-    undecided: bool
+    state: PerformerState
+    height_m: float | None = None
+    profile: bool = False
     message: str = ""
 
 
@@ -216,7 +218,10 @@ class RefusedLinks(Struct, frozen=True):
 
 
 class StageStatus(Struct):
-    """The status of the live stage, cameras by name; `performers` is empty while cameras show one body."""
+    """The status of the live stage, cameras by name; `performers` is empty while cameras show one body.
+
+    `performer_warnings` say what may be lost on a stage of several.
+    """
 
     cameras: dict[str, CameraStatus]
     pipeline: PipelineStatus
@@ -225,6 +230,7 @@ class StageStatus(Struct):
     settings: SettingsStatus
     refused_links: RefusedLinks = RefusedLinks()
     performers: list[PerformerStatus] = []
+    performer_warnings: list[str] = []
 
 
 class RecordStarted(Struct):

@@ -11,11 +11,11 @@ from studio.live.calibration.calibrator import camera_verdicts
 from studio.live.calibration.guards import age_s, calibration_warnings, moved_words, shared_usb
 from studio.live.calibration.kept import BORROWED
 from studio.live.engine import Engine
+from studio.live.performers_status import performers_status
 from studio.live.recording.recorder import RESERVE_BYTES
 from studio.live.recording.recording import LiveRecording
 from studio.live.states import (
     CalibrationStatus,
-    PerformerStatus,
     RecordingStatus,
     SettingsStatus,
     StageStatus,
@@ -52,6 +52,7 @@ def stage_status(engine: Engine, now_ns: int) -> StageStatus:
     pipeline.problem, pipeline.preparing = engine.problem, not warmup.is_ready()
     pipeline.not_followed_mm = {} if newest is None else not_followed_mm(newest)
     pipeline.clock_offset_ns = None if stage_ns is None else now_ns - stage_ns
+    performers, warnings = performers_status(engine, now_ns)
     named = next((name for name, value in PRESETS.items() if value == engine.settings), None)
     return StageStatus(
         cameras=cameras,
@@ -59,32 +60,9 @@ def stage_status(engine: Engine, now_ns: int) -> StageStatus:
         recording=_recording(engine, now_ns),
         calibration=_calibration(engine, now_ns),
         settings=SettingsStatus(named, engine.settings.output_hz),
-        performers=_performers(engine),
+        performers=performers,
+        performer_warnings=warnings,
     )
-
-
-def _performers(engine: Engine) -> list[PerformerStatus]:
-    """Everybody on a stage of several."""
-    problems = iter(engine.strangers.problems())
-    out: list[PerformerStatus] = []
-    for one in engine.on_stage():
-        name, message = f"performer_{one.performer}", ""
-        if one.performer is None:
-            name, why = "", next(problems, [])
-            message = (
-                say(
-                    "performers.hold_t_pose", "not a performer yet: hold a T-pose ({why})", why="; ".join(why)
-                )
-                if why
-                else say("performers.measuring", "not a performer yet: keep the T-pose")
-            )
-        elif one.undecided:
-            message = say("performers.undecided", "cannot be told apart from another performer now")
-        elif not one.here:
-            message = say("performers.away", "no camera sees them")
-        height = None if one.height_m is None else round(one.height_m, 4)
-        out.append(PerformerStatus(one.performer, name, height, one.here, one.undecided, message))
-    return out
 
 
 def _recording(engine: Engine, now_ns: int) -> RecordingStatus:

@@ -20,6 +20,7 @@ from studio.engine.whole_take.take import check_together, part_of_progress, solv
 from studio.engine.whole_take.trace import TraceCollector
 from studio.offline.so_far import Show
 from studio.offline.tracking import is_tracked, tracked_frames
+from studio.take.folder.known import known_people
 from studio.take.folder.performers import exchange_json, exchanges_of
 from studio.take.folder.solves import Solved, write_performers
 from studio.take.folder.take import PERFORMER, Take
@@ -109,7 +110,8 @@ def _plain(
     }
     if not several_bodies(used):
         return {PERFORMER: _performer(take, used, calibration, settings, progress)}, common
-    people, made = exchanged(find_people(used, calibration), calibration, exchanges_of(take.meta))
+    found = find_people(used, calibration, known_people(take))
+    people, made = exchanged(found, calibration, exchanges_of(take.meta))
     common["exchanges"] = [exchange_json(one) for one in made]
     common["bystanders"] = people.bystanders
     common["recorded_s"] = [list(span) for span in people.recorded_s]

@@ -106,11 +106,12 @@ PLAIN_WARNING = (
 )
 
 
-def serve(config: Config, *, demo: str | None = None) -> int:
+def serve(config: Config, *, demo: str | None = None, performers: int = 1) -> int:
     """Run the studio until Ctrl-C or SIGTERM, then save a recording under way; return the exit code 0.
 
     Args:
         config: address and folder of takes (made if missing); a loopback address keeps other machines out.
+        performers: how many the simulated stage has.
         demo: start simulated cameras of this kind (`DEMO_CAMERAS`), and calibrate if there is no calibration yet.
 
     Raises:
@@ -153,7 +154,7 @@ def serve(config: Config, *, demo: str | None = None) -> int:
         url = f"{scheme}://{'localhost' if host == '::1' else in_url(host)}:{listening.getsockname()[1]}"
         if demo is not None:
             app.state.local_cameras.start_simulated(
-                url.replace("0.0.0.0", "127.0.0.1").replace("[::]", "[::1]"), demo
+                url.replace("0.0.0.0", "127.0.0.1").replace("[::]", "[::1]"), demo, performers
             )
         sys.setswitchinterval(SWITCH_S)
         with _stopped_by_signals(server, app.state.local_cameras, app.state.devices):

@@ -3,15 +3,14 @@
 import logging
 import secrets
 import threading
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 from msgspec import structs
 
 from studio.engine.base.errors import SettingsError
-from studio.engine.model.calibration import Performer
 from studio.engine.model.frames import StepResult
+from studio.streams.cast import Cast
 from studio.streams.sender import Sender
 from studio.streams.targets import MAX_TARGETS, OutputStatus, Target, load_targets, save_targets
 
@@ -21,10 +20,10 @@ _log = logging.getLogger(__name__)
 class Outputs:
     """The targets of a sessions folder; enabled ones receive every frame given to `add`."""
 
-    def __init__(self, sessions: Path, performer: Callable[[], Performer | None]) -> None:
+    def __init__(self, sessions: Path, cast: Cast) -> None:
         """Load the stored targets; a damaged file is not changed, and reported in `problem`."""
         self._sessions = sessions
-        self._performer = performer
+        self.cast = cast
         self._lock = threading.Lock()
         self._targets: dict[str, Target] = {}
         self._senders: dict[str, Sender] = {}
@@ -116,7 +115,7 @@ class Outputs:
 
     def _start(self, target: Target) -> None:
         if target.enabled:
-            self._senders = {**self._senders, target.id: Sender(target, self._performer)}
+            self._senders = {**self._senders, target.id: Sender(target, self.cast)}
 
     def _stop(self, name: str) -> None:
         senders = dict(self._senders)

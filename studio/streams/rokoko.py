@@ -5,6 +5,10 @@ the bone in the T-pose of that program's actor; `_rest` has those rotations. Sou
 program's published plugins for Unity and Blender.
 """
 
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
 import lz4.frame
 import msgspec
 import numpy as np
@@ -15,7 +19,7 @@ from studio.engine.model.joints import FINGERS, OUTPUT_INDEX, OUTPUT_JOINTS
 from studio.streams.unity import UnityPose
 
 PORT = 14043
-_COLOUR = [255, 138, 61]
+_COLOURS = ([255, 138, 61], [61, 151, 255], [125, 200, 95], [190, 110, 230])
 _META = {"hasGloves": True, "hasLeftGlove": True, "hasRightGlove": True, "hasBody": True, "hasFace": False}
 
 _TRUNK = {"Hips": "hip", "Spine": "spine", "Spine2": "chest", "Neck": "neck", "Head": "head"}
@@ -81,25 +85,24 @@ _END_NAMES = [
 _BODY_NAMES = [*_NAMES.values(), *_END_NAMES]
 
 
-class RokokoEncoder:
-    """Makes the datagram of a frame for one actor.
+@dataclass(frozen=True)
+class Actor:
+    """One performer of a frame.
 
-    Args:
+    Attributes:
         name: of the actor.
-        fps: told to the receiver [Hz].
+        pose: the frame.
+        height_m: of the performer; hip_height_m: of the hips above the floor in the T-pose.
     """
 
-    def __init__(self, name: str, fps: float) -> None:
-        self._name = name
-        self._fps = fps
+    name: str
+    pose: UnityPose
+    height_m: float
+    hip_height_m: float
 
-    def encode(self, pose: UnityPose, height_m: float, hip_height_m: float) -> list[bytes]:
-        """Return the datagram of a frame.
-
-        Args:
-            pose: the frame.
-            height_m: of the performer; hip_height_m: of the hips above the floor in the T-pose.
-        """
+    def to_json(self, place: int) -> dict[str, Any]:
+        """Return the actor as the format has it; `place` among the actors gives the colour."""
+        pose = self.pose
         rotations = multiply(pose.rotations_wxyz, _REST)
         offsets = pose.local_positions_m[_ENDS] * _TIP_SHARE
         ends = pose.positions_m[_ENDS] + rotate(pose.rotations_wxyz[_ENDS], offsets)
@@ -112,12 +115,31 @@ class RokokoEncoder:
             }
             for name, p, q in zip(_BODY_NAMES, positions, turned, strict=True)
         }
-        actor = {
-            "name": self._name,
-            "color": _COLOUR,
+        return {
+            "name": self.name,
+            "color": _COLOURS[place % len(_COLOURS)],
             "meta": _META,
-            "dimensions": {"totalHeight": round(height_m, 4), "hipHeight": round(hip_height_m, 4)},
+            "dimensions": {"totalHeight": round(self.height_m, 4), "hipHeight": round(self.hip_height_m, 4)},
             "body": body,
         }
-        scene = {"timestamp": pose.time_s, "actors": [actor], "characters": [], "props": []}
+
+
+class RokokoEncoder:
+    """Makes the datagram of a frame.
+
+    Args:
+        fps: told to the receiver [Hz].
+    """
+
+    def __init__(self, fps: float) -> None:
+        self._fps = fps
+
+    def encode(self, actors: Sequence[Actor]) -> list[bytes]:
+        """Return the datagram of a frame of at least one actor."""
+        scene = {
+            "timestamp": actors[0].pose.time_s,
+            "actors": [actor.to_json(place) for place, actor in enumerate(actors)],
+            "characters": [],
+            "props": [],
+        }
         return [lz4.frame.compress(msgspec.json.encode({"version": "3.0", "fps": self._fps, "scene": scene}))]

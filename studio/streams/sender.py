@@ -9,9 +9,10 @@ from typing import Any
 
 from msgspec import structs
 
-from studio.engine.model.calibration import Performer
+from studio.engine.base.sentences import say
 from studio.engine.model.frames import StepResult
-from studio.streams.rokoko import RokokoEncoder
+from studio.streams.cast import Cast, Member, steps_of
+from studio.streams.rokoko import Actor, RokokoEncoder
 from studio.streams.targets import OutputStatus, Target
 from studio.streams.unity import UnityPose, unity_pose
 from studio.streams.vmc import VmcEncoder
@@ -32,9 +33,9 @@ frame."""
 class Sender:
     """Sends the frames given to `add` to a target, from its own thread, until `close`."""
 
-    def __init__(self, target: Target, performer: Callable[[], Performer | None]) -> None:
+    def __init__(self, target: Target, cast: Cast) -> None:
         self.target = target
-        self._performer = performer
+        self._cast = cast
         self._encode = _encoder(target)
         self._queue: deque[StepResult] = deque(maxlen=MAX_WAITING)
         self._wake = threading.Condition()
@@ -91,7 +92,8 @@ class Sender:
                         self.target.host, self.target.port, type=socket.SOCK_DGRAM
                     )[0]
                     channel = socket.socket(family, kind)
-                for datagram in self._datagrams(result):
+                steps = steps_of(result, self._cast(), self.target.performer)
+                for datagram in self._encode(steps) if steps else ():
                     channel.sendto(datagram, address)
                     self.bytes += len(datagram)
             except OSError as error:  # an unknown name, no route, a refused port: later frames may arrive
@@ -100,32 +102,38 @@ class Sender:
                 self.problem = f"the output failed: {error!r}"
                 _log.exception("output %s failed", self.target.id)
             else:
-                self.sent += 1
-                self.problem = ""
+                self.sent += bool(steps)
+                self.problem = "" if steps else self._nobody()
         if channel is not None:
             channel.close()
+
+    def _nobody(self) -> str:
+        return say(
+            "output.nobody", "no performer on the stage is called {name!r} now", name=self.target.performer
+        )
 
     def _next(self) -> StepResult | None:
         with self._wake:
             self._wake.wait_for(lambda: self._queue or self._closed)
             return self._queue.popleft() if self._queue else None
 
-    def _datagrams(self, result: StepResult) -> list[bytes]:
-        time_s = result.frame_set.stage_time_ns * 1e-9
-        pose = unity_pose(time_s, result.positions_m, result.rotations_wxyz, self.target.scale)
-        return self._encode(pose, self._performer())
 
+def _encoder(target: Target) -> Callable[[list[tuple[StepResult, Member]]], list[bytes]]:
+    """Return what makes the datagrams of a frame's performers, at least one; VMC has room for the first."""
+    scale = target.scale
 
-def _encoder(target: Target) -> Callable[[UnityPose, Performer | None], list[bytes]]:
+    def pose_of(one: StepResult) -> UnityPose:
+        return unity_pose(one.frame_set.stage_time_ns * 1e-9, one.positions_m, one.rotations_wxyz, scale)
+
     if target.kind == "vmc":
         vmc = VmcEncoder()
-        return lambda pose, performer: vmc.encode(pose)
-    rokoko = RokokoEncoder(target.actor, target.rate_hz)
+        return lambda steps: vmc.encode(pose_of(steps[0][0]))
+    rokoko = RokokoEncoder(target.rate_hz)
 
-    def encode(pose: UnityPose, performer: Performer | None) -> list[bytes]:
-        height, hips = (
-            ADULT_M if performer is None else (performer.height_m, float(performer.offsets_m[0, 2]))
-        )
-        return rokoko.encode(pose, height * target.scale, hips * target.scale)
+    def actor_of(one: StepResult, member: Member, several: bool) -> Actor:
+        known = member.proportions
+        height, hips = ADULT_M if known is None else (known.height_m, float(known.offsets_m[0, 2]))
+        name = member.name if several else target.actor
+        return Actor(name, pose_of(one), height * scale, hips * scale)
 
-    return encode
+    return lambda steps: rokoko.encode([actor_of(one, member, len(steps) > 1) for one, member in steps])

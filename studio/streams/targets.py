@@ -5,11 +5,12 @@ from pathlib import Path
 
 from msgspec import Struct, structs
 
-from studio.engine.base.errors import FormatError, SettingsError
+from studio.engine.base.errors import SettingsError, StudioError
 from studio.engine.base.files import write_json
 from studio.engine.base.value_sentences import bad_setting
 from studio.engine.base.versions import OUTPUTS
 from studio.streams import rokoko, vmc
+from studio.take.folder.names import check_name
 
 FILE = "outputs.json"
 KINDS: dict[str, int] = {"vmc": vmc.PORT, "rokoko": rokoko.PORT}
@@ -31,6 +32,8 @@ class Target(Struct, frozen=True):
         rate_hz: largest frame rate.
         scale: factor of positions, for a character of another size.
         actor: name of the character, if the format has one.
+        performer: name of the performer whose motion is sent; "" = of all where the format has room for several, else
+            of the first.
         enabled: whether it receives frames.
     """
 
@@ -41,6 +44,7 @@ class Target(Struct, frozen=True):
     rate_hz: float = 60.0
     scale: float = 1.0
     actor: str = "Performer"
+    performer: str = ""
     enabled: bool = True
 
     def __post_init__(self) -> None:
@@ -63,6 +67,8 @@ class Target(Struct, frozen=True):
             )
         _within("rate_hz", self.rate_hz, RATES_HZ)
         _within("scale", self.scale, SCALES)
+        if self.performer:
+            check_name("performer", self.performer)
         if not 1 <= len(self.actor) <= 60:
             raise SettingsError(
                 "blind.text_length",
@@ -106,9 +112,7 @@ def load_targets(sessions: Path) -> list[Target]:
     try:
         value = json.loads(path.read_text(encoding="utf-8"))
         return [Target(**item) for item in OUTPUTS.current(value, path.name)["targets"]]
-    except (
-        OSError, ValueError, KeyError, TypeError, AttributeError, RecursionError, FormatError, SettingsError
-    ) as error:  # fmt: skip
+    except (OSError, ValueError, KeyError, TypeError, AttributeError, RecursionError, StudioError) as error:
         raise SettingsError(
             "output.unreadable",
             "live outputs cannot be read from {file} ({error}); delete the file and add them again",

@@ -10,7 +10,7 @@ from studio.api.structs import StructRoute
 from studio.engine.base.errors import SettingsError
 from studio.web.points.maker import COLOURS
 from studio.web.scene.operator import OperatorView
-from studio.web.scene.palette import as_hex
+from studio.web.scene.palette import PERFORMER_COLOURS, as_hex
 from studio.web.scene.scene import LAYERS
 from studio.web.view import LiveView
 
@@ -120,4 +120,5 @@ def view_state(view: LiveView) -> ViewState:
             },
             problem=points.problem,
         ),
+        performer_colours=[as_hex(rgb) for rgb in PERFORMER_COLOURS],
     )

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from studio import wire
-from studio.engine.base.errors import TakeError
+from studio.engine.base.errors import CalibrationError, SettingsError, TakeError
 from studio.engine.base.geometry import invert_transform, transform_points
 from studio.engine.identity.recognised import FIRST
 from studio.engine.model.joints import JOINT_COUNT
@@ -12,6 +12,7 @@ from studio.engine.model.poses import Poses
 from studio.engine.model.settings import preset
 from studio.live import LiveStage
 from studio.offline.replay import solve_take
+from studio.take.folder.performers import shown_name
 from studio.take.folder.take import POSES, Take
 from tests.api.camera import wait_until
 from tests.live.performer import camera_transform, hello, joints_m, offsets_m, save_stage_calibration
@@ -44,6 +45,8 @@ class Shoot:
         self.stage.start()
         self.links = [self.stage.join(hello(name)) for name in CAMERAS]
         self.sequence = 0
+        self.hidden_from: set[str] = set()
+        self.ghost = False
 
     def see(self, first_s: float | None, second_s: float | None = None) -> None:
         """Move on by one frame of all cameras: each performer at their time of `joints_m`, None = not there."""
@@ -51,17 +54,22 @@ class Shoot:
         self.clock.ns += 33_333_333
         for index, link in enumerate(self.links):
             rng = np.random.default_rng([index, self.sequence])
-            bodies = []
+            bodies, seen = [], np.zeros((JOINT_COUNT, 3))
+            confidence = np.full(JOINT_COUNT, 0.9)
             for number, at_s in enumerate((first_s, second_s)):
-                if at_s is None:
+                if at_s is None or (number and link.name in self.hidden_from):
                     continue
                 joints = joints_m(at_s) * (SMALLER if number else 1.0) + number * APART_M
                 seen = transform_points(invert_transform(camera_transform(index)), joints)
                 seen += rng.normal(0.0, 0.004, seen.shape)
-                confidence = np.full(JOINT_COUNT, 0.9)
                 number_of_body = 7 * self.sequence + number  # of no use
                 bodies.append(
                     wire.skeleton_frame(self.sequence, self.clock.ns, seen, confidence, body=number_of_body)
+                )
+            if self.ghost:
+                near = np.array([0.15, 0.0, 0.1])
+                bodies.append(
+                    wire.skeleton_frame(self.sequence, self.clock.ns, seen + near, confidence, body=1)
                 )
             message = wire.with_others(bodies[0], bodies[1:])
             self.stage.frame(link, message, wire.encode(message), self.clock.ns)
@@ -69,7 +77,7 @@ class Shoot:
 
     def performers(self) -> list[tuple[str, bool]]:
         self.stage._engine.call(lambda: None)
-        return [(one.name, one.here) for one in self.stage.status().performers]
+        return [(one.name, one.state not in ("away", "undecided")) for one in self.stage.status().performers]
 
     def play(self, seconds: float, *, second: bool = True, pose_s: float | None = None) -> None:
         """Let the performers wave, or hold a pose."""
@@ -158,3 +166,83 @@ def test_a_ghost_of_a_device_changes_nothing(shoot):
     _, result = shoot.stage.results.get()
     assert result.performer == FIRST and not result.others
     assert np.linalg.norm(result.positions_m[0] - offsets_m()[0]) < 0.05
+
+
+def named(shoot, new="Bo"):
+    a_second_performer(shoot)
+    shoot.stage.rename_performer("performer_2", new)
+
+
+def test_names_go_into_the_take_and_finish_knows_who_was_measured_before(shoot):
+    named(shoot)
+    with refused(TakeError, "performers.name_taken"):
+        shoot.stage.rename_performer("performer_1", "bo")
+    with refused(SettingsError, "performers.none"):
+        shoot.stage.rename_performer("performer_2", "Cy")
+    shoot.play(0.5)
+    started = shoot.stage.start_recording("day", "both")
+    shoot.play(2.5)
+    shoot.stage.stop_recording()
+    take = Take.open(shoot.stage.sessions / started.session / started.take)
+    assert take.performer_names("live") == ["performer_1", "performer_2"]
+    assert shown_name(take.meta, "performer_2") == "Bo"
+    solve_take(take, preset("studio"), name="again", as_live=True)
+    solve_take(take, preset("studio"), name="later")
+    for solve in ("again", "later"):
+        assert take.performer_names(solve) == ["performer_1", "performer_2"], solve
+        first, second = (
+            Poses.load(take.performer_folder(solve, name) / POSES) for name in take.performer_names(solve)
+        )
+        assert second.positions_m[-1, 0, 0] - first.positions_m[-1, 0, 0] > 1.0, solve
+
+
+def test_two_are_exchanged_from_a_moment_on_and_back(shoot):
+    named(shoot)
+    shoot.play(0.5)
+    started = shoot.stage.start_recording("day", "both")
+    apart = []
+    for _ in range(3):
+        shoot.play(0.7)
+        first, second = shoot.stage.results.get()[1].each()
+        apart.append(float(second.positions_m[0, 0] - first.positions_m[0, 0]))
+        shoot.stage.exchange_performers("performer_1", "Bo")
+    assert apart == pytest.approx([APART_M[0], -APART_M[0], APART_M[0]], abs=0.1)
+    shoot.play(0.5)
+    shoot.stage.stop_recording()
+    take = Take.open(shoot.stage.sessions / started.session / started.take)
+    solve_take(take, preset("studio"), name="again", as_live=True)
+    for name in ("performer_1", "Bo"):
+        live, again = (Poses.load(take.performer_folder(solve, name) / POSES) for solve in ("live", "again"))
+        np.testing.assert_array_equal(live.positions_m, again.positions_m)
+
+
+def test_a_profile_gives_its_name_to_who_has_its_bones(shoot):
+    named(shoot)
+    shoot.stage.keep_profile("Bo")
+    assert shoot.stage.status().performers[1].profile
+    shoot.stage.forget_performers("Bo")
+    with refused(CalibrationError, "performers.first"):
+        shoot.stage.forget_performers("performer_1")
+    a_second_performer_again(shoot)
+    assert shoot.performers()[1] == ("Bo", True)
+
+
+def a_second_performer_again(shoot):
+    shoot.play(1.0)
+    assert shoot.performers() == [("performer_1", True), ("", True)]
+    wait_until(
+        lambda: (shoot.see(ARMS_OUT_S, ARMS_OUT_S), len(shoot.stage.results.get()[1].others) == 1)[1],
+        "the second one was measured again",
+    )
+
+
+def test_what_may_be_lost_is_told(shoot):
+    named(shoot)
+    shoot.play(1.0)
+    assert shoot.stage.status().performer_warnings == []
+    shoot.hidden_from = {"camera_1"}
+    shoot.play(2.0)
+    assert [one.code for one in shoot.stage.status().performer_warnings] == ["performers.unseen"]
+    shoot.hidden_from, shoot.ghost = set(), True
+    shoot.play(2.0)
+    assert [one.code for one in shoot.stage.status().performer_warnings] == ["performers.ghost"]

@@ -72,7 +72,7 @@ def heard_until(heard: Path, time_s: float) -> list[list[list[str]]]:
 
 def test_every_bone_of_every_frame_is_received_mirrored_and_in_metres(oscdump, motion):
     port, heard = oscdump
-    sender = Sender(Target("a", "vmc", port=port), lambda: None)
+    sender = Sender(Target("a", "vmc", port=port), dict)
     heard_frames(heard, 1, lambda: sender.add(step(motion, 0)))  # until the receiver listens
     frames: list[list[list[str]]] = []
     for frame in range(1, FRAMES):

@@ -77,7 +77,7 @@ def two_and_a_stranger(shift_m: float) -> StepResult:
 @pytest.mark.browser
 def test_performers_have_colours_and_names_of_their_own(address: str, stage: FakeStage, page: Page) -> None:
     stage.performers = [
-        PerformerStatus(number, name, 1.75, True, False) for number, name in ((1, "Ada"), (2, "Bo"))
+        PerformerStatus(number, name, "here", 1.75) for number, name in ((1, "Ada"), (2, "Bo"))
     ]
     empty = open_stage(page, address)
     left, right = slice(0, empty.shape[1] // 2), slice(empty.shape[1] // 2, None)

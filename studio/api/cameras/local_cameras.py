@@ -5,6 +5,7 @@ Each is a separate process, like a client on another machine; one that ends is s
 
 import logging
 import threading
+import time
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -35,10 +36,11 @@ class LocalClientStatus(Struct):
 
 
 class LocalCamerasStatus(Struct):
-    """What is open, `simulated`, a recording or None, and its clients by camera."""
+    """What is open, `simulated`, a recording or None; its clients by camera; how many performers are simulated."""
 
     opened: str | None
     cameras: dict[str, LocalClientStatus]
+    performers: int = 1
 
 
 @dataclass
@@ -61,20 +63,26 @@ class LocalCameras:
         self._lock = threading.RLock()
         self._clients: dict[str, _Client] = {}
         self._opened: str | None = None
+        self._performers = 1
         self._url = ""
         self._stopped = threading.Event()
         self._thread: threading.Thread | None = None
 
-    def start_simulated(self, url: str, cameras: str = "skeletons") -> None:
+    def start_simulated(self, url: str, cameras: str = "skeletons", performers: int = 1) -> None:
         """Start the simulated stage, and calibrate it if there is no calibration yet.
 
         Args:
             url: the server's.
             cameras: a kind of `DEMO_CAMERAS`.
+            performers: how many are on the stage; several are seen by one more camera, of skeletons.
         """
         source, count = DEMO_CAMERAS[cameras]
-        sources = {f"camera_{i}": f"{source}:{i}/{count}" for i in range(count)}
+        several = ""
+        if performers > 1:
+            count, several = count + 1, f":0:{performers}:{round(time.time())}"
+        sources = {f"camera_{i}": f"{source}:{i}/{count}{several}" for i in range(count)}
         self.start(sources, SIMULATED, url)
+        self._performers = performers
 
     def start(
         self, sources: dict[str, str], opened: str, url: str, calibration: Calibration | None = None
@@ -95,7 +103,7 @@ class LocalCameras:
             self._end_clients()
             self._stage.borrow_calibration(calibration)
             self._clients = {name: _Client(source) for name, source in sources.items()}
-            self._opened, self._url = opened, url
+            self._opened, self._url, self._performers = opened, url, 1
             self._stopped.clear()
             if self._thread is None:
                 self._thread = threading.Thread(target=self._run, name="local cameras", daemon=True)
@@ -110,7 +118,7 @@ class LocalCameras:
                 )
                 for name, client in self._clients.items()
             }
-            return LocalCamerasStatus(self._opened, cameras)
+            return LocalCamerasStatus(self._opened, cameras, self._performers)
 
     def stop(self) -> None:
         """Stop all clients; a recording's calibration is no longer used."""

@@ -12,7 +12,7 @@ from studio.api.stage.events import wait_until_gone
 from studio.api.stage.stage import Request
 from studio.api.structs import StructRoute
 from studio.live import LiveStage
-from studio.streams import Outputs, OutputStatus
+from studio.streams import Cast, Outputs, OutputStatus, steps_of
 from studio.streams.frames import frame_message, head_message
 
 STREAM_PATH = "/api/v1/stream"
@@ -35,6 +35,10 @@ class OutputRequest(Request):
     rate_hz: Rate = 60.0
     scale: Scale = 1.0
     actor: str = Field("Performer", description="name of the character")
+    performer: str = Field(
+        "",
+        description="name of the performer whose motion is sent; empty: of all (rokoko), of the first (vmc)",
+    )
     enabled: bool = True
 
 
@@ -46,6 +50,7 @@ class OutputChange(Request):
     rate_hz: Rate | None = None
     scale: Scale | None = None
     actor: str | None = None
+    performer: str | None = None
     enabled: bool | None = None
 
 
@@ -85,18 +90,21 @@ def outputs_router(stage: LiveStage, outputs: Outputs) -> APIRouter:
         return {"deleted": output}
 
     @router.websocket(STREAM_PATH.removeprefix("/api/v1"))
-    async def stream(websocket: WebSocket, rate_hz: float = 60.0) -> None:
+    async def stream(websocket: WebSocket, rate_hz: float = 60.0, performer: str = "") -> None:
         if not 1.0 <= rate_hz <= 120.0:
             await websocket.close(4422, f"rate_hz={rate_hz:g} is not allowed; allowed: 1 to 120")
             return
         await websocket.accept()
-        await _stream(websocket, stage, 1.0 / rate_hz)
+        await _stream(websocket, stage, outputs.cast, 1.0 / rate_hz, performer)
 
     return router
 
 
-async def _stream(websocket: WebSocket, stage: LiveStage, period_s: float) -> None:
-    """Send the newest frame when the rate allows; a slow receiver misses frames."""
+async def _stream(
+    websocket: WebSocket, stage: LiveStage, cast: Cast, period_s: float, performer: str
+) -> None:
+    """Send the newest frame when the rate allows, of the performer of a name, "" = of all; a slow receiver misses
+    frames."""
     loop, fresh = asyncio.get_running_loop(), asyncio.Event()
     gone = asyncio.create_task(wait_until_gone(websocket))
     gone.add_done_callback(lambda _: fresh.set())
@@ -113,7 +121,9 @@ async def _stream(websocket: WebSocket, stage: LiveStage, period_s: float) -> No
             time_ns = result.frame_set.stage_time_ns
             if sent_ns is None or not 0 <= time_ns - sent_ns < SOON * 1e9 * period_s:
                 sent_ns = time_ns
-                await websocket.send_text(frame_message(result))
+                steps = steps_of(result, cast(), performer)
+                if steps:
+                    await websocket.send_text(frame_message(steps))
     except (WebSocketDisconnect, RuntimeError):
         return  # the receiver left meanwhile
     finally:

@@ -1,4 +1,4 @@
-"""Routes of performers: measuring one in a T-pose, and the stored profiles."""
+"""Routes of performers: measuring one in a T-pose, several on the stage, and the stored profiles."""
 
 from typing import Annotated
 
@@ -23,6 +23,31 @@ class TPoseRequest(Request):
     countdown_s: Annotated[float, Field(ge=0, le=60)] = COUNTDOWN_S
 
 
+class PerformerRequest(Request):
+    """A performer on the stage, by name."""
+
+    performer: str = Field(examples=["performer_2"])
+
+
+class ForgetRequest(Request):
+    """Whom to forget; all but the first where left out."""
+
+    performer: str | None = None
+
+
+class RenameRequest(PerformerRequest):
+    """A performer's new name; two on the stage may not have one name."""
+
+    name: str = Field(examples=["Ada"])
+
+
+class ExchangeRequest(Request):
+    """Two performers on the stage, by name."""
+
+    first: str = Field(examples=["performer_1"])
+    second: str = Field(examples=["performer_2"])
+
+
 def performers_router(stage: LiveStage) -> APIRouter:
     """Return the routes of performers."""
     router = APIRouter(prefix="/api/v1", tags=["performers"], responses=RESPONSES, route_class=StructRoute)
@@ -41,10 +66,30 @@ def performers_router(stage: LiveStage) -> APIRouter:
         return stage.status().calibration.tpose
 
     @router.post("/performers/forget")
-    def forget() -> list[PerformerStatus]:
-        """Go on with the first performer: further ones are strangers again, who hold a T-pose to come back."""
-        stage.forget_performers()
+    def forget(request: ForgetRequest | None = None) -> list[PerformerStatus]:
+        """Forget a performer, or all but the first: they are strangers again, who hold a T-pose to come back."""
+        stage.forget_performers((request or ForgetRequest()).performer)
         return stage.status().performers
+
+    @router.post("/performers/rename")
+    def rename(request: RenameRequest) -> list[PerformerStatus]:
+        """Call a performer on the stage by another name, also within a recording."""
+        stage.rename_performer(request.performer, request.name)
+        return stage.status().performers
+
+    @router.post("/performers/exchange")
+    def exchange(request: ExchangeRequest) -> list[PerformerStatus]:
+        """Let two performers on the stage each be whom the other was taken for, from now on, also within a recording;
+        the same request takes it back."""
+        stage.exchange_performers(request.first, request.second)
+        return stage.status().performers
+
+    @router.post("/performers/keep")
+    def keep(request: PerformerRequest) -> ProfileJson:
+        """Store the proportions of a performer on the stage as the profile of their name; an older one is
+        replaced. Whoever is measured later and has these bones gets the name."""
+        stage.keep_profile(request.performer)
+        return load_profile(stage.sessions, request.performer).to_json()
 
     @router.get("/performers")
     def get_performers() -> list[ProfileJson]:

@@ -32,12 +32,13 @@ class Points(Struct):
 
 class ViewState(Struct):
     """What the 3D view shows in all browsers: layers by name, a colour (`#rrggbb`) per camera, joints with trails,
-    points."""
+    points; `performer_colours`: of several performers, by number from 1, repeated where there are more."""
 
     layers: dict[str, Layer]
     colours: dict[str, str]
     trails: list[str]
     points: Points
+    performer_colours: list[str]
 
 
 class SecondFigure(Struct, frozen=True):

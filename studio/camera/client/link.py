@@ -383,16 +383,19 @@ def _encode(sequence: int, frame: SourceFrame) -> bytes:
     time_ns = frame.device_time_ns
     if frame.picture is not None:
         return wire.encode(wire.landmark_frame(sequence, time_ns, frame.picture, frame.confidence))
-    return wire.encode(
+    first, *others = (
         wire.skeleton_frame(
             sequence,
             time_ns,
-            frame.positions,
-            frame.confidence,
-            list(frame.hands),
-            frame.head_wxyz,
+            one.positions,
+            one.confidence,
+            list(one.hands),
+            one.head_wxyz,
+            body=one.body,
         )
+        for one in (frame, *frame.others)
     )
+    return wire.encode(wire.with_others(first, others))
 
 
 async def _receive(socket: ClientConnection) -> wire.Message:

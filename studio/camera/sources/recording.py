@@ -117,22 +117,27 @@ def _from_take(path: Path) -> dict[str, RecordedCamera]:
         if isinstance(record, RawCamera):
             cameras.setdefault(record.hello.name, RecordedCamera(record.hello))
         elif isinstance(record, RawFrame):
-            camera, message = cameras[record.camera], record.message
-            positions, confidence = wire.joint_arrays(message, camera.hello.joint_set)
-            camera.frames.append(
-                SourceFrame(
-                    message.device_time_ns,
-                    positions,
-                    confidence,
-                    tuple(message.hands),
-                    message.head_wxyz,
-                    picture=wire.landmark_arrays(message, camera.hello.joint_set),
-                )
-            )
+            camera = cameras[record.camera]
+            first, *others = (_body(one, camera.hello.joint_set) for one in wire.each_body(record.message))
+            camera.frames.append(replace(first, others=tuple(others)))
     recording = DepthRecording(raw_path)
     for name in recording.cameras:
         cameras[name].depth = raw_depth(cameras[name].hello, recording)
     return cameras
+
+
+def _body(message: wire.SkeletonFrame, joint_set: str) -> SourceFrame:
+    """Return one body of a frame."""
+    positions, confidence = wire.joint_arrays(message, joint_set)
+    return SourceFrame(
+        message.device_time_ns,
+        positions,
+        confidence,
+        tuple(message.hands),
+        message.head_wxyz,
+        picture=wire.landmark_arrays(message, joint_set),
+        body=message.body,
+    )
 
 
 def _from_import(path: Path) -> dict[str, RecordedCamera]:

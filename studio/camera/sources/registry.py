@@ -42,7 +42,9 @@ class Kind:
 _SOURCES, _DEVICES = "studio.camera.sources", "studio.camera.devices"
 
 SOURCES: dict[str, Kind] = {
-    "simulated": Kind(f"{_SOURCES}.simulated:SimulatedConfig", "<index>/<count>[:<seed>]"),
+    "simulated": Kind(
+        f"{_SOURCES}.simulated:SimulatedConfig", "<index>/<count>[:<seed>[:<performers>[:<begin>]]]"
+    ),
     "simulated-depth": Kind(
         f"{_SOURCES}.simulated_depth:SimulatedDepthConfig", "<index>/<count>[:<seed>]", found=True
     ),

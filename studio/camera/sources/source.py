@@ -23,6 +23,8 @@ class SourceFrame:
         depth_mm: its depth image, if it is to be recorded, shape (height, width).
         picture: the landmarks of a camera without depth, whose `positions` are not sent; `confidence` is how visible
             they are.
+        body: the device's own number of the body.
+        others: further bodies at the same moment, each with another number; of them no image or landmarks are sent.
     """
 
     device_time_ns: int
@@ -32,6 +34,8 @@ class SourceFrame:
     head_wxyz: tuple[float, float, float, float] | None = None
     depth_mm: NDArray[np.uint16] | None = None
     picture: LandmarkArrays | None = None
+    body: int = 0
+    others: "tuple[SourceFrame, ...]" = ()
 
 
 class Camera(ABC):

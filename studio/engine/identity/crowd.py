@@ -28,7 +28,7 @@ _RETURN_S = 1.0
 
 _CUT_S = 0.1
 """Somebody who is seen no more from this long after another appears may be the same person, after a cut."""
-_ALIKE_M = 0.025
+ALIKE_M = 0.025
 _DOUBT = 1.5
 """Two persons whose bodies could be exchanged for less than this are not told apart."""
 
@@ -189,7 +189,7 @@ class Crowd:
         """Return who of those away has this person's bones; None = nobody."""
         far = [apart_m(one.person.bones_m(), self.people[k].person.bones_m()) for k in away]
         best = int(np.argmin(far)) if far else -1
-        return away[best] if far and far[best] < _ALIKE_M else None
+        return away[best] if far and far[best] < ALIKE_M else None
 
 
 def _costs(people: list[Someone], stage_s: float, bodies: NDArray[np.float64]) -> NDArray[np.float64]:

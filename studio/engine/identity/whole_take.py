@@ -15,6 +15,7 @@ from studio.engine.calibration.calibrate import walk_of, with_performer
 from studio.engine.calibration.cameras.noise import unbiased
 from studio.engine.calibration.performer.tpose import find_tpose
 from studio.engine.identity.crowd import Crowd, SeenBody, Someone
+from studio.engine.identity.known import KnownPerson, recognise
 from studio.engine.identity.settle import settle
 from studio.engine.model.calibration import Calibration
 from studio.engine.model.frames import CameraFrame
@@ -36,16 +37,21 @@ class TakePerformer:
     """A performer of a take.
 
     Attributes:
-        name: `performer_1`, ... in the order in which they came in.
+        number: of who is known from before, theirs; others count on, in the order in which they came in, from 1.
         frames: by camera, in device time order, with this performer's body alone.
         calibration: with this performer's proportions.
         undecided_s: spans of stage time [s] in which this performer was not told apart from another.
     """
 
-    name: str
+    number: int
     frames: Mapping[str, Sequence[CameraFrame]]
     calibration: Calibration
     undecided_s: tuple[tuple[float, float], ...]
+
+    @property
+    def name(self) -> str:
+        """Their name in files: `performer_1`, ..."""
+        return f"performer_{self.number}"
 
 
 @dataclass(frozen=True)
@@ -67,13 +73,16 @@ def of_one(frames: Mapping[str, Sequence[CameraFrame]]) -> dict[str, Sequence[Ca
     return {name: [frame for frame in mine if not frame.others] for name, mine in frames.items()}
 
 
-def find_people(frames: Mapping[str, Sequence[CameraFrame]], calibration: Calibration) -> People:
+def find_people(
+    frames: Mapping[str, Sequence[CameraFrame]], calibration: Calibration, known: Sequence[KnownPerson] = ()
+) -> People:
     """Return who is in a take.
 
     Args:
         frames: by camera, in device time order, with all bodies.
         calibration: places the cameras; its performer is who was alone on the stage for longest. Cameras that it
             lacks are left out.
+        known: performers who are known from before; they are recognised by their bones and need no T-pose.
     """
     crowd, order, alone = Crowd(), [], {}
     times_s: list[float] = []
@@ -84,19 +93,28 @@ def find_people(frames: Mapping[str, Sequence[CameraFrame]], calibration: Calibr
         if len(found) == 1 and found[0] is not None:
             alone[found[0]] = alone.get(found[0], 0) + 1
     settle(crowd.people, np.array(times_s), lambda body: _bones(_body_of(body, frames, order)))
-    walker = max(alone, key=lambda who: alone[who], default=0)
+    recognised = recognise([one.person.bones_m() for one in crowd.people], known)
+    walker = max(alone, key=lambda who: alone[who], default=0) if not recognised else None
     performers: list[TakePerformer] = []
-    bystanders = 0
+    bystanders, used = 0, max((one.performer for one in known), default=0)
     for number, one in enumerate(crowd.people):
         own = _frames_of(one, frames, order)
         if one.person.last_s - one.person.first_s < _LEAST_S and len(one.sightings) < 2 * len(own):
             continue
-        theirs = calibration if number == walker else _measured(calibration, own)
+        told = recognised.get(number)
+        if told is not None:
+            theirs = (
+                calibration if told.proportions is None else replace(calibration, performer=told.proportions)
+            )
+        else:
+            theirs = calibration if number == walker else _measured(calibration, own)
         if theirs is None:
             bystanders += 1
             continue
-        name = f"performer_{len(performers) + 1}"
-        performers.append(TakePerformer(name, own, theirs, spans(one.doubted, _LEAST_DOUBTS)))
+        theirs_is = used + 1 if told is None else told.performer
+        used = max(used, theirs_is)
+        performers.append(TakePerformer(theirs_is, own, theirs, spans(one.doubted, _LEAST_DOUBTS)))
+    performers.sort(key=lambda one: one.number)
     return People(tuple(performers), bystanders, spans(times_s, 1))
 
 

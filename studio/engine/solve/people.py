@@ -161,6 +161,19 @@ class PeoplePipeline:
         number = 1 + max(one.number for one in self._followed.values())
         self._follow(person, number, proportions)
 
+    def exchange(self, first: int, second: int) -> None:
+        """Let two performers, by number, each be whom the other was taken for, from now on; their motion begins anew.
+
+        Nothing changes where one of them is not known.
+        """
+        index = {one.number: index for index, one in self._followed.items()}
+        if first not in index or second not in index or first == second:
+            return
+        a, b = index[first], index[second]
+        self._followed[a], self._followed[b] = self._followed[b], self._followed[a]
+        for one in (self._followed[a], self._followed[b]):
+            one.pipeline.set_settings(self._settings)
+
     # --- settings
 
     def set_clock(self, camera: str, clock: ClockModel) -> None:

@@ -92,11 +92,6 @@ class CalibratedStage(RecordedTakes):
                 save_profile(self.folder, self.tpose.pose.name, performer)
             self.use_performer(performer)
 
-    def _measured_stranger(self, person: int, performer: Performer | None) -> None:
-        self.strangers.finish(person, performer)
-        if performer is not None:
-            self._perform(log.performer_event(person, performer))
-
     def use_performer(self, performer: Performer) -> None:
         """Use these proportions from now on; a good calibration is stored again with them.
 

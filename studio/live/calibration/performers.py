@@ -4,6 +4,8 @@ import json
 from dataclasses import dataclass
 from pathlib import Path
 
+import numpy as np
+
 from studio.engine.base.errors import FormatError, TakeError
 from studio.engine.base.files import write_json
 from studio.engine.base.versions import PERFORMER
@@ -12,6 +14,12 @@ from studio.take.folder.names import check_name, inside, is_safe_name
 from studio.take.folder.take import utc_now
 
 FOLDER = "performers"
+
+_SAME_M = 0.010
+"""Largest mean difference of bones that were measured twice of one person."""
+
+_CLEAR_M = 0.003
+"""Two profiles that are as near as this are not told apart."""
 
 
 class ProfileJson(PerformerJson):
@@ -83,6 +91,26 @@ def list_profiles(sessions: Path) -> list[Profile]:
             except TakeError:
                 continue  # reported when it is asked for by name
     return found
+
+
+def recognised_profile(profiles: list[Profile], performer: Performer) -> Profile | None:
+    """Return whose bones a measured performer has; None where nobody's, or two are as near."""
+    bones = performer.bones_m()
+    far_m = sorted(
+        (
+            (float(np.mean([abs(m - bones[name]) for name, m in one.performer.bones_m().items()])), one)
+            for one in profiles
+        ),
+        key=lambda pair: pair[0],
+    )
+    if not far_m or far_m[0][0] > _SAME_M or (len(far_m) > 1 and far_m[1][0] - far_m[0][0] < _CLEAR_M):
+        return None
+    return far_m[0][1]
+
+
+def has_profile(sessions: Path, name: str) -> bool:
+    """Whether there is a profile of that name."""
+    return _path(sessions, name).is_file()
 
 
 def delete_profile(sessions: Path, name: str) -> None:

@@ -10,6 +10,7 @@ from studio.live.inbox import Arrived
 from studio.live.recording.recorder import Recorder
 from studio.live.states import RecordStopped
 from studio.take.folder.marker import Restart
+from studio.take.folder.meta import TakePerformerMeta
 from studio.take.library.live_solve import save_live_solve
 from studio.take.raw.live_log import LiveEvent, StoppedEvent, TickEvent
 from studio.take.raw.membership import BEGIN_NS
@@ -25,6 +26,7 @@ class LiveRecording:
         began_ns: on the server's clock.
         restarts: of the server, within the take.
         stopping: its end was asked for.
+        performers: who is known on a stage of several, at its beginning, and from its end on.
     """
 
     def __init__(self, recorder: Recorder, began_ns: int, restarts: tuple[Restart, ...] = ()) -> None:
@@ -32,6 +34,7 @@ class LiveRecording:
         self.began_ns = began_ns
         self.restarts = restarts
         self.stopping = False
+        self.performers: list[TakePerformerMeta] = []
         self._ended_ns = began_ns
         self._settings: SolveSettings | None = None
         self._calibration: Calibration | None = None
@@ -83,6 +86,16 @@ class LiveRecording:
         self._ended_ns, self._settings, self._calibration = now_ns, settings, calibration
         self.recorder.event(now_ns, StoppedEvent(stage_time_ns))
 
+    def save_performers(self) -> None:
+        """Store who is known on a stage of several.
+
+        Raises:
+            StudioError: the disk refuses.
+        """
+        if self.performers:
+            self.recorder.take.meta["performers"] = self.performers
+            self.recorder.take.save_meta()
+
     def save(self) -> RecordStopped:
         """Finish `raw.mcap`, write the live solve and the final calibration; return a summary.
 
@@ -93,6 +106,7 @@ class LiveRecording:
         take = self.recorder.take
         if self._calibration is not None:
             take.add_calibration(self._calibration, use=True)
+        self.save_performers()
         poses = 0
         if self._settings is not None:
             poses = save_live_solve(take, self._settings, self.recorder.frames)

@@ -12,6 +12,8 @@ from studio.live.cameras.clocks import Anchor
 from studio.live.cameras.roster import CLOCK_STEP_NS, Roster
 from studio.live.inbox import Arrived
 from studio.live.recording.recording import LiveRecording
+from studio.take.folder.meta import TakePerformerMeta
+from studio.take.folder.take import Take
 from studio.take.raw import live_log as log
 from studio.take.raw.append import RawState
 
@@ -42,6 +44,14 @@ class RecordedTakes(ABC):
         """The calibration in use with every camera's present clock, as stored in a take."""
 
     @abstractmethod
+    def known_performers(self) -> list[TakePerformerMeta]:
+        """The performers on a stage of several, as stored in a take."""
+
+    @abstractmethod
+    def restore_performers(self, take: Take) -> None:
+        """Call performers as a take does that goes on."""
+
+    @abstractmethod
     def _log_clocks(self, cameras: list[LiveCamera]) -> None:
         """Give the clocks of these cameras to the pipeline and the recording."""
 
@@ -55,6 +65,7 @@ class RecordedTakes(ABC):
             raise TakeError("recording.under_way", "a take is being recorded already; stop it first")
         joined = [recording.recorder.camera(c.hello, c.newest_sequence) for c in self.roster.connected()]
         self.recording, self._noted_stage_clock, self.ended_problem = recording, None, ""
+        recording.performers = self.known_performers()
         self._restart()
         self._log_clocks([camera for camera in self.roster.cameras.values() if camera.clock is not None])
         for event in joined:
@@ -70,6 +81,7 @@ class RecordedTakes(ABC):
         if clock is not None:
             self.roster.restore(Anchor(clock.camera, clock.clock_id or ""), clock.model)
         self.recording, self._noted_stage_clock = recording, None
+        self.restore_performers(recording.recorder.take)
         recording.note(self._clock_ns(), log.RestartEvent(recording.restarts[-1].gap_ms))
         self._restart()
         self._note_stage_clock()
@@ -85,6 +97,7 @@ class RecordedTakes(ABC):
         recording, self.recording = self.recording, None
         now = self._clock_ns()
         stage_ns = self.roster.clock.server_to_stage_ns(now)
+        recording.performers = self.known_performers()
         recording.end(now, self.settings, self.placed_calibration(), stage_ns)
         return recording
 

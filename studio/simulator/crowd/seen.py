@@ -17,7 +17,7 @@ from studio.simulator.joints.noisy_joints import FRAMES_PER_SECOND, NoisyJoints,
 from studio.simulator.joints.occlusion import hidden_by
 from studio.simulator.rig import RigCamera
 
-_LOST_SHARE = 0.6
+LOST_SHARE = 0.6
 """A body with more of its joints behind others is lost."""
 
 _LOST_FRAMES = 6
@@ -67,13 +67,13 @@ def see_crowd(meeting: Meeting, rig: tuple[RigCamera, ...], *, seed: int) -> Ite
         joints = np.array([[motion.at(float(t)) for t in taken] for motion in meeting.motions])
         eye = camera.T_stage_camera[:3, 3]
         there = np.array([taken >= enters_s for enters_s in meeting.enters_s])
-        hidden = _hidden(joints, there, eye)
+        hidden = hidden_of(joints, there, eye)
         seen = [
             NoisyJoints(camera.T_stage_camera, motion.offsets_m, anatomy, rng).see_all(mine, behind)
             for motion, anatomy, mine, behind in zip(meeting.motions, anatomies, joints, hidden, strict=True)
         ]
-        found = there & (hidden.mean(axis=2) <= _LOST_SHARE)
-        numbers = _numbers(found, _overlaps(joints, eye), rng)
+        found = there & (hidden.mean(axis=2) <= LOST_SHARE)
+        numbers = _numbers(found, overlaps_of(joints, eye), rng)
         bodies = [
             [
                 CrowdBody(who, int(numbers[who, f]), positions[f], confidence[f])
@@ -86,7 +86,7 @@ def see_crowd(meeting: Meeting, rig: tuple[RigCamera, ...], *, seed: int) -> Ite
         yield SeenCrowd(camera.name, taken, stamps, bodies)
 
 
-def _hidden(
+def hidden_of(
     joints: NDArray[np.float64], there: NDArray[np.bool_], eye: NDArray[np.float64]
 ) -> NDArray[np.bool_]:
     """Return which joints another performer hides, shape (performer_count, F, 21)."""
@@ -98,32 +98,47 @@ def _hidden(
     return out
 
 
-def _overlaps(joints: NDArray[np.float64], eye: NDArray[np.float64]) -> NDArray[np.bool_]:
+def overlaps_of(joints: NDArray[np.float64], eye: NDArray[np.float64]) -> NDArray[np.bool_]:
     """Return which pairs of bodies overlap in the picture, shape (performer_count, performer_count, F)."""
     way = joints.mean(axis=2) - eye
     way /= np.linalg.norm(way, axis=2, keepdims=True)
     return np.einsum("afk,bfk->abf", way, way) > np.cos(_OVERLAP_RAD)
 
 
+class DeviceNumbers:
+    """The numbers that a device gives to bodies, frame by frame."""
+
+    def __init__(self, count: int, rng: np.random.Generator) -> None:
+        """Begin with nobody seen, of `count` performers."""
+        self._rng, self._used = rng, 0
+        self._number, self._lost = np.full(count, -1), np.full(count, _LOST_FRAMES)
+
+    def of(self, found: NDArray[np.bool_], overlaps: NDArray[np.bool_]) -> NDArray[np.int64]:
+        """Return the number of each body in the next frame, -1 = not seen, shape (performer_count,).
+
+        Args:
+            found: who is seen, shape (performer_count,).
+            overlaps: whose bodies overlap in the picture, shape (performer_count, performer_count).
+        """
+        number, lost, count = self._number, self._lost, len(found)
+        for who in range(count):
+            lost[who] = 0 if found[who] and number[who] >= 0 else lost[who] + 1
+            if not found[who]:
+                number[who] = -1
+            elif number[who] < 0 and lost[who] >= _LOST_FRAMES:
+                self._used += 1
+                number[who], lost[who] = self._used, 0
+        for a in range(count):
+            for b in range(a):
+                draw = self._rng.random() < _EXCHANGES_PER_S / FRAMES_PER_SECOND
+                if draw and overlaps[a, b] and number[a] >= 0 and number[b] >= 0:
+                    number[[a, b]] = number[[b, a]]
+        return number.astype(np.int64)
+
+
 def _numbers(
     found: NDArray[np.bool_], overlaps: NDArray[np.bool_], rng: np.random.Generator
 ) -> NDArray[np.int64]:
     """Return the device's number of each body, -1 = not seen, shape (performer_count, F)."""
-    count, frames = found.shape
-    out = np.full((count, frames), -1, dtype=np.int64)
-    number, lost, used = np.full(count, -1), np.full(count, _LOST_FRAMES), 0
-    for f in range(frames):
-        for who in range(count):
-            lost[who] = 0 if found[who, f] and number[who] >= 0 else lost[who] + 1
-            if not found[who, f]:
-                number[who] = -1
-            elif number[who] < 0 and lost[who] >= _LOST_FRAMES:
-                used += 1
-                number[who], lost[who] = used, 0
-        for a in range(count):
-            for b in range(a):
-                draw = rng.random() < _EXCHANGES_PER_S / FRAMES_PER_SECOND
-                if draw and overlaps[a, b, f] and number[a] >= 0 and number[b] >= 0:
-                    number[[a, b]] = number[[b, a]]
-        out[:, f] = number
-    return out
+    device = DeviceNumbers(len(found), rng)
+    return np.stack([device.of(found[:, f], overlaps[..., f]) for f in range(found.shape[1])], axis=1)

@@ -2,6 +2,7 @@
 
 from typing import NotRequired, TypedDict
 
+from studio.engine.model.calibration import PerformerJson
 from studio.engine.model.solve_metrics import ExchangeJson
 
 
@@ -30,10 +31,26 @@ class MarkerMeta(TypedDict):
     name: str
 
 
+class TakePerformerMeta(TypedDict):
+    """A performer who was known when a take was recorded: number, name, bones.
+
+    Attributes:
+        number: from 1, in the order in which they came in.
+        proportions: None = those of the calibration.
+        bones_m: lengths as they were seen, both sides as one, by canonical joint; unknown ones are left out [m].
+    """
+
+    number: int
+    name: str
+    proportions: PerformerJson | None
+    bones_m: dict[str, float]
+
+
 class TakeMeta(TypedDict):
     """A take: its names, when it was created (ISO 8601, UTC), its cameras, its slate.
 
     Attributes:
+        performers: who was known on a stage of several when it was recorded live.
         calibration: number of the one in use.
         calibration_s: length of the calibration part at the beginning [s]; None = no such part.
         recording: state of the recording.
@@ -53,6 +70,7 @@ class TakeMeta(TypedDict):
     source: str
     cameras: list[CameraMeta]
     performer: NotRequired[str]
+    performers: NotRequired[list[TakePerformerMeta]]
     notes: NotRequired[str]
     rating: NotRequired[int | None]
     starred: NotRequired[bool]

@@ -25,15 +25,21 @@ def exchange_json(exchange: Exchange) -> ExchangeJson:
     return {"time_s": exchange.time_s, "performers": list(exchange.performers)}
 
 
+def given_names(meta: TakeMeta) -> dict[str, str]:
+    """Return the names of performers by `performer_1`, ...: as they were called on the stage, or later."""
+    live = {f"performer_{one['number']}": one["name"] for one in meta.get("performers", []) if "name" in one}
+    named = {performer: name for performer, name in live.items() if name != performer}
+    return {**named, **meta.get("performer_names", {})}
+
+
 def shown_name(meta: TakeMeta, performer: str) -> str:
     """Return the name that the operator gave to a performer, else the performer's own, `performer_1`, ..."""
-    return meta.get("performer_names", {}).get(performer, performer)
+    return given_names(meta).get(performer, performer)
 
 
 def performer_by_name(meta: TakeMeta, name: str) -> str:
     """Return the performer, `performer_1`, ..., who has a name; the name itself where nobody has it."""
-    named = meta.get("performer_names", {})
-    return next((performer for performer, own in named.items() if own == name), name)
+    return next((performer for performer, own in given_names(meta).items() if own == name), name)
 
 
 def performer_number(performer: str) -> int:

@@ -14,6 +14,7 @@ from mcap.summary import Summary
 from studio.engine.base.errors import TakeError
 from studio.take.folder.meta import TakeMeta
 from studio.take.folder.names import check_name, inside, is_safe_name
+from studio.take.folder.performers import given_names
 from studio.take.folder.take import Take
 from studio.take.raw.append import hello_of
 from studio.take.raw.records import LATE_KEY, LIVE_TOPIC, depth_topic
@@ -133,7 +134,7 @@ def take_info(path: Path) -> TakeInfo:
         starred=take.meta.get("starred", False),
         video_bytes=video_bytes(path),
         performers=tuple(take.all_performers()),
-        performer_names=take.meta.get("performer_names", {}),
+        performer_names=given_names(take.meta),
     )
 
 

@@ -80,6 +80,13 @@ class PerformerEvent(msgspec.Struct, tag="performer"):
     proportions: dict[str, Any]
 
 
+class ExchangedEvent(msgspec.Struct, tag="exchanged"):
+    """From now on two performers, by number, are each whom the other was taken for."""
+
+    first: int
+    second: int
+
+
 class SkippedEvent(msgspec.Struct, tag="skipped"):
     """The frame that follows was recorded but kept from the live pipeline."""
 
@@ -129,6 +136,7 @@ KnownEvent = (
     | SettingsEvent
     | CalibrationEvent
     | PerformerEvent
+    | ExchangedEvent
     | SkippedEvent
     | TickEvent
     | SegmentEvent
@@ -255,6 +263,8 @@ class LoggedPipeline:
                     self.pipeline = PeoplePipeline(calibration, self.settings, people)
             case PerformerEvent() if self.pipeline is not None:
                 self.pipeline.add_performer(event.person, performer_from_json(event.proportions))
+            case ExchangedEvent() if self.pipeline is not None:
+                self.pipeline.exchange(event.first, event.second)
             case SettingsEvent():
                 self.settings = SolveSettings.from_json(event.settings)
                 if self.pipeline is not None:

@@ -22,7 +22,7 @@ BODY = ("character", "fused", "effectors", "trails")
 """Layers that show nothing where there is no solve."""
 
 _HEAD = OUTPUT_INDEX["Head"]
-_NAME_OVER_HEAD_M = 0.32
+_NAME_OVER_HEAD_M = 0.27
 _NO_PATH = np.zeros((0, 3))
 
 Shown = Callable[[str], bool]

@@ -84,25 +84,26 @@ def calibration_motion(offsets: NDArray[np.float64]) -> CanonicalMotion:
     return compose(offsets, script.keys, script.path, T_POSE_S + WALK_S)
 
 
-def demo_motion() -> CanonicalMotion:
+def demo_motion(offsets: NDArray[np.float64] = AUTHORED_OFFSETS, *, begins_with: int = 0) -> CanonicalMotion:
     """Return the embedded performer's motion, which loops: it ends in the pose and place of its start.
 
     T-pose, walking both axes, arm swings front to back and up and down, arm circles, punches, a squat, a jump
     and a full turn.
+
+    Args:
+        offsets: T-pose offsets of any body [m], shape (21, 3).
+        begins_with: which of the movements, from 0, comes first after the T-pose; those before it come last.
     """
     script = _Script()
     script.t_pose()
     script.relax()
-    _walk(script)
-    _front_back(script)
-    _up_down(script)
-    _circles(script)
-    _punches(script)
-    _squat(script)
-    _jump(script)
+    parts = (_walk, _front_back, _up_down, _circles, _punches, _squat, _jump)
+    first = begins_with % len(parts)
+    for part in (*parts[first:], *parts[:first]):
+        part(script)
     script.travel(lambda path: path.turn(path.yaws[-1] + 2 * np.pi, 4.5))
     script.to(1.0, **_both(_T_POSE))
-    return compose(AUTHORED_OFFSETS, script.keys, script.path, script.now)
+    return compose(offsets, script.keys, script.path, script.now)
 
 
 def stage_motion() -> CanonicalMotion:

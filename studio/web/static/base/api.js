@@ -80,6 +80,10 @@ export const cancelTPose = () => call("POST", "tpose/cancel");
 export const invitePhone = () => call("POST", "remote");
 export const getPerformers = () => call("GET", "performers");
 export const choosePerformer = (name) => call("POST", `performers/${encodeURIComponent(name)}/use`);
+export const forgetPerformer = (performer) => call("POST", "performers/forget", { performer });
+export const renamePerformer = (performer, name) => call("POST", "performers/rename", { performer, name });
+export const exchangePerformers = (first, second) => call("POST", "performers/exchange", { first, second });
+export const keepProfile = (performer) => call("POST", "performers/keep", { performer });
 export const getTakes = () => call("GET", "takes");
 
 /** Return those of some takes that are there. */

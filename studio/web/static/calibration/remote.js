@@ -7,11 +7,13 @@ import { coverageShare } from "./coverage.js";
 import { follow } from "../base/events.js";
 import { toneOf, unknown } from "../base/fresh.js";
 import { POSING, sayingOf, soundsOf, stepOf } from "./guide.js";
+import { colourOf } from "../stage/people_colour.js";
 import { isMuted, play, setMuted } from "../base/sound.js";
+import { said } from "../base/said.js";
 import { number, t } from "../base/strings.js";
 
 const TICK_MS = 100;
-const state = { step: "cameras", status: null, heardAt: 0, colours: {}, busy: false, second: null };
+const state = { step: "cameras", status: null, heardAt: 0, colours: {}, people: [], busy: false, second: null };
 
 /** Do what a button says; what is refused is said in its place. */
 async function act(action) {
@@ -64,6 +66,18 @@ function cameraRow([name, camera]) {
       : h("span", { class: "muted" }, !camera.connected ? "–" : seen ? `${number(100 * coverageShare(seen))} %` : t("camera.fps", { fps: number(camera.fps) })));
 }
 
+function personRow(one) {
+  return h("li", {}, h("span", { class: "swatch", style: `background:${colourOf(one, state.people)}` }), h("strong", {}, one.name || t("people.stranger")),
+    h("span", {}, t(`people.state.${one.state}`)), h("span", { class: "muted" }, one.height_m ? `${number(one.height_m, 2)} m` : ""));
+}
+
+/** Show everybody on a stage of several, and what may be lost. */
+function showPeople({ performers, performer_warnings: warnings }) {
+  redraw(byId("people"), [performers, warnings, state.people], () => [
+    ...performers.map(personRow), ...warnings.map((words) => h("li", { class: "person-warning" }, said(words))),
+  ]);
+}
+
 function show() {
   const { status } = state;
   const cameras = Object.entries(status.cameras).sort();
@@ -73,6 +87,7 @@ function show() {
   setText(byId("small"), saying.small);
   redraw(byId("reasons"), saying.reasons ?? [], () => (saying.reasons ?? []).map(([name, why, what]) => h("li", {}, `${name}: ${why}`, what && h("b", {}, what))));
   redraw(byId("cameras"), [state.step, state.colours, gathering() && [calibration().attempt.coverage, calibration().attempt.estimates], cameras.map(([name, { state: now, fps }]) => [name, now, Math.round(fps)])], () => cameras.map(cameraRow));
+  showPeople(status);
   showButtons(cameras.some(([, camera]) => camera.connected));
   count();
 }
@@ -104,7 +119,7 @@ function showConnection(connection) {
     state.status = unknown(state.status);
     show();
   }
-  if (connection === "open") act(async () => { state.colours = (await getView()).colours; });
+  if (connection === "open") act(async () => { ({ colours: state.colours, performer_colours: state.people } = await getView()); });
 }
 
 function showSound() {

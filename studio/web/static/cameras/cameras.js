@@ -114,7 +114,7 @@ function nobody(devices) {
 function below(local) {
   const broken = Object.entries(local.cameras).filter(([, camera]) => !camera.running && camera.problem);
   return [
-    local.opened && h("p", { class: "words" }, t(local.opened === "simulated" ? "cameras.simulated" : "cameras.playing", { name: local.opened.replace(/^\w+\//, "") })),
+    local.opened && h("p", { class: "words" }, t(local.opened !== "simulated" ? "cameras.playing" : local.performers > 1 ? "cameras.simulated_several" : "cameras.simulated", { n: local.performers, name: local.opened.replace(/^\w+\//, "") })),
     local.opened && local.opened !== "simulated" && (local.borrowed || !local.calibrated)
       && h("p", { class: `words ${local.borrowed ? "" : "fair"}` }, t(local.borrowed ? "cameras.borrowed" : "cameras.not_borrowed")),
     ...ended(local.devices),

@@ -13,7 +13,7 @@ import { updateDisk } from "./disk.js";
 import { startFrame } from "../base/frame.js";
 import { updateNextStep } from "./next_step.js";
 import { hearJobs, isUnderWay } from "../base/jobs.js";
-import { startOutputs } from "./outputs.js";
+import { outputsFor, startOutputs } from "./outputs.js";
 import { startKeys } from "./keys.js";
 import { measureAnew, startLatency } from "./latency.js";
 import { replayed, solved, startReplay, updateReplay, updateReplayTakes } from "../replay/replay.js";
@@ -30,6 +30,7 @@ import { startTrash } from "../takes/trash.js";
 import { updateLevels } from "../cameras/levels.js";
 import { setRole } from "../base/role.js";
 import { forgetTransport, startTransport, updateNextTake, updateTransport } from "./transport.js";
+import { updatePeople } from "./people.js";
 import { startWarnings, updateWarnings } from "./warnings.js";
 import { TRIAL, solveTrial, updateTrial } from "../replay/trial.js";
 import { startWorkList, updateWorkList } from "./work_list.js";
@@ -45,7 +46,7 @@ const CHOSEN = "switches"; // what the switches of a replayed take were set to, 
 const SAVED_MS = 2500; // a take that another browser stopped is on disk by then
 
 const state = {
-  colours: {}, takes: null, jobs: null, cameras: "", recording: false, problem: "", switches: null, replayed: "", devices: [], status: null, heardAt: 0, pictureFrom: null, loaded: false,
+  colours: {}, people: [], takes: null, jobs: null, cameras: "", recording: false, problem: "", switches: null, replayed: "", devices: [], status: null, heardAt: 0, pictureFrom: null, loaded: false,
 };
 
 function showConnection(connection) {
@@ -190,6 +191,8 @@ function showStatus(status) {
   updateWarnings(status);
   updateCalibration(status, state.colours, ready);
   updatePerformer(status, ready);
+  updatePeople(status, state.people);
+  outputsFor(status.performers.filter((one) => one.number).map((one) => one.name));
   updateWizard(status, state.colours);
   const { active, take, seconds, problem } = status.recording;
   if (active !== state.recording) {
@@ -215,6 +218,7 @@ function showMessage(message) {
   state.local = message.local_cameras;
   state.devices = message.devices;
   state.colours = message.view.colours;
+  state.people = message.view.performer_colours;
   showStatus(message.status);
   hearDevices(message.devices, message.status.cameras, message.status.recording.active);
   hearJobs(message.jobs);

@@ -8,12 +8,12 @@ import { t } from "../base/strings.js";
 const KINDS = { vmc: { label: "VMC (OSC)", port: 39539 }, rokoko: { label: "Rokoko JSON v3", port: 14043 } };
 const RATES = [30, 60, 120];
 const PERIOD_MS = 2000;
-const panel = { kind: "vmc", host: "127.0.0.1", port: "", rate: 60 };
+const panel = { kind: "vmc", host: "127.0.0.1", port: "", rate: 60, performer: "", names: [] };
 
 async function add(event) {
   event.preventDefault();
   const made = await attempt(() => addOutput({
-    kind: panel.kind, host: panel.host.trim(), port: Number(panel.port) || 0, rate_hz: panel.rate,
+    kind: panel.kind, host: panel.host.trim(), port: Number(panel.port) || 0, rate_hz: panel.rate, performer: panel.performer,
   }));
   if (made) await attempt(updateOutputs);
 }
@@ -22,10 +22,10 @@ const alter = (name, change) => attempt(async () => { await changeOutput(name, c
 
 const REMOVE = undoing("output", (output) => attempt(async () => { await addOutput(output); await updateOutputs(); }));
 
-function remove({ id, kind, host, port, rate_hz }, label) {
+function remove({ id, kind, host, port, rate_hz, performer }, label) {
   return attempt(async () => {
     await removeOutput(id);
-    showUndo(t("outputs.removed", { label }), REMOVE, { kind, host, port, rate_hz });
+    showUndo(t("outputs.removed", { label }), REMOVE, { kind, host, port, rate_hz, performer });
     await updateOutputs();
   });
 }
@@ -40,7 +40,7 @@ function row(output) {
       }),
       h("span", { class: "name", title: t("outputs.at_most", { kind: KINDS[output.kind].label, rate: output.rate_hz }) },
         `${output.host}:${output.port}`)),
-    h("span", { class: "count" }, `${KINDS[output.kind].label}, ${output.rate_hz} Hz`),
+    h("span", { class: "count" }, `${KINDS[output.kind].label}, ${output.rate_hz} Hz${output.performer && `, ${output.performer}`}`),
     h("button", {
       class: "small", type: "button", aria: { label: t("outputs.remove", { label }) },
       onclick: () => remove(output, label),
@@ -66,8 +66,11 @@ function form() {
     id: "output-rate", aria: { label: t("outputs.rate") },
     onchange: (event) => { panel.rate = Number(event.currentTarget.value); },
   }, RATES.map((value) => h("option", { value, selected: value === panel.rate }, `${value} Hz`)));
+  const whose = panel.names.length > 0 && h("select", {
+    id: "output-performer", aria: { label: t("people.of") }, onchange: (event) => { panel.performer = event.currentTarget.value; },
+  }, ["", ...panel.names].map((value) => h("option", { value, selected: value === panel.performer }, value || t("people.all"))));
   return h("form", { class: "output-form", onsubmit: add },
-    kind, rate, field("host", t("outputs.host")), field("port", t("outputs.port")),
+    kind, rate, whose, field("host", t("outputs.host")), field("port", t("outputs.port")),
     h("button", { type: "submit" }, t("message.add")));
 }
 
@@ -77,11 +80,19 @@ export async function updateOutputs() {
   const on = outputs.filter((output) => output.enabled);
   setText(byId("outputs-count"), on.length ? t("outputs.on", { n: on.length }) : t("outputs.targets", { n: outputs.length }));
   const shown = outputs.map(({ sent, dropped, bytes, ...rest }) => rest);
-  redraw(byId("outputs"), [shown, problem], () => [
+  redraw(byId("outputs"), [shown, problem, panel.names], () => [
     problem && h("p", { class: "bad" }, problem),
     outputs.length > 0 && h("ul", {}, outputs.map(row)),
     form(),
   ].filter(Boolean));
+}
+
+/** Offer these performers as those whose motion is sent. */
+export function outputsFor(names) {
+  if (names.join("\n") === panel.names.join("\n")) return;
+  panel.names = names;
+  if (!names.includes(panel.performer)) panel.performer = "";
+  attempt(updateOutputs);
 }
 
 /** Begin to show the targets; problems of a network come up later. */

@@ -1,6 +1,7 @@
 // What the operator must hear of at once: a performer who leaves the view, a camera that starves.
 import { byId, setText } from "../base/dom.js";
 import { isMuted, play, setMuted } from "../base/sound.js";
+import { said } from "../base/said.js";
 import { t } from "../base/strings.js";
 
 let shown = "";
@@ -19,7 +20,8 @@ function wordsOf(cameras) {
 
 /** Show and sound what is wrong with a recording under way. */
 export function updateWarnings(status) {
-  const words = status.recording.active && !status.stale ? wordsOf(Object.entries(status.cameras).sort()) : "";
+  const all = [wordsOf(Object.entries(status.cameras).sort()), ...status.performer_warnings.map(said)].filter(Boolean).join(" · ");
+  const words = status.recording.active && !status.stale ? all : "";
   const place = byId("warning");
   place.hidden = !words;
   if (words) setText(place, words);

@@ -34,6 +34,7 @@ export default {
   "depth.k4a_size": "des images de {width} x {height} ne vont pas dans un fichier Azure Kinect ; permis : {sizes}",
   "depth.no_image": "il n'y a pas d'image de profondeur à écrire",
   "share.none": "il n'y a pas de partage {id}",
+  "output.nobody": "aucun interprète du plateau ne s'appelle « {name} » en ce moment",
   "output.none": "il n'y a pas de sortie {id}",
   "export.no_hips": "{option}={value} : la racine du squelette n'est pas le bassin mais « {root} » ; retirez l'option, ou recalculez la prise avec le squelette du studio",
   "export.timecode": "timecode={timecode} : permis : hh:mm:ss:ii, comme 09:30:00:00",

@@ -56,6 +56,8 @@ export default {
   "settings.by_joint": "{key} se règle articulation par articulation ; permis : {allowed}",
   "settings.finish_needs_pose": "finish=on demande une pose calculée ; permis avec lui : ik=previous_pose, combined_skeleton, kalman_filter",
   "settings.physics_needs_finish": "physics=on corrige une prise finie ; mettez aussi finish=on, ou prenez le préréglage finish",
+  "source.performers": "{count} interprètes simulés ne sont pas possibles ; permis : 1 à {most}",
+  "demo.performers": "--performers {count} n'est pas possible avec --cameras rgb : les caméras d'images suivent un interprète ; laissez l'un des deux",
   "output.between": "{name}={value} n'est pas permis ; permis : {low} à {high}",
   "output.host": "host={host} n'est ni le nom ni l'adresse d'une machine ; par exemple 192.168.1.20",
   "output.no_such": "il n'y a pas de sortie en direct « {name} » ; il y a : {names}",

@@ -1,0 +1,103 @@
+"""Two performers on the page: from the first frames to a named take, with an exchange that is taken back."""
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+from playwright.sync_api import Page, expect
+
+from studio.api.app import create_app
+from studio.api.takes.find import Finder
+from studio.engine.model.settings import preset
+from studio.offline.replay import solve_take
+from studio.take.folder.performers import shown_name
+from studio.take.folder.take import Take
+from studio.web import mount
+from tests import patient
+from tests.live.test_performers import Shoot, a_second_performer
+from tests.web.stages import serving
+
+pytestmark = pytest.mark.browser
+
+
+@pytest.fixture
+def shot(tmp_path: Path) -> Iterator[tuple[Shoot, str]]:
+    """A stage of two performers, and the address of its page."""
+    shoot = Shoot(tmp_path / "sessions")
+    app = create_app(shoot.stage, shoot.stage.sessions)
+    view = mount(
+        app, shoot.stage, sessions=shoot.stage.sessions, takes=Finder(shoot.stage, shoot.stage.sessions)
+    )
+    try:
+        with serving(app) as url:
+            yield shoot, url
+    finally:
+        shoot.stage.close()
+        view.close()
+
+
+def apart_m(shoot: Shoot) -> float:
+    """How far the second performer stands to the right of the first."""
+    result = shoot.stage.results.get()[1]
+    assert result is not None
+    first, second = result.each()
+    return float(second.positions_m[0, 0] - first.positions_m[0, 0])
+
+
+def test_two_performers_from_the_first_frames_to_a_take(shot: tuple[Shoot, str], page: Page) -> None:
+    shoot, url = shot
+    shoot.play(0.5, second=False)
+    page.goto(url)
+    expect(page.locator("#performer")).to_be_visible()
+    expect(page.locator("#people")).to_be_hidden()
+    a_second_performer(shoot)
+    rows = page.locator("#people li")
+    expect(rows).to_have_count(2)
+    colours = [row.locator(".swatch").get_attribute("style") for row in rows.all()]
+    assert len(set(colours)) == 2
+    rows.nth(1).locator("input").fill("Bo")
+    rows.nth(1).locator("input").press("Enter")
+    exchange = page.get_by_role("button", name="Exchange performer_1 and Bo")
+    expect(exchange).to_be_visible()
+
+    page.locator("#record").click()
+    expect(page.locator("#record")).to_contain_text("Stop")
+    shoot.play(0.7)
+    assert apart_m(shoot) > 1.0
+    exchange.click()
+    expect(page.locator("#messages")).to_contain_text("performer_1 and Bo are exchanged")
+    shoot.play(0.7)
+    assert apart_m(shoot) < -1.0
+    page.locator("#undo").click()
+    expect(page.locator("#undo")).to_have_attribute("title", "Undo (Ctrl+Z): performer_2 is now Bo")
+    shoot.play(0.7)
+    assert apart_m(shoot) > 1.0
+    shoot.hidden_from = {"camera_1"}
+    shoot.play(2.0)
+    expect(page.locator("#warning")).to_contain_text("Bo is not seen by camera_1")
+    page.locator("#record").click()
+    expect(page.locator("#takes")).to_contain_text("take_001")
+
+    (path,) = shoot.stage.sessions.glob("*/take_001")
+    take = Take.open(path)
+    solve_take(take, preset("finish"), name="finish")
+    assert take.performer_names("live") == take.performer_names("finish") == ["performer_1", "performer_2"]
+    assert shown_name(take.meta, "performer_2") == "Bo"
+
+    page.evaluate("localStorage.setItem('language', 'fr')")
+    page.reload()
+    expect(page.get_by_role("button", name="Échanger performer_1 et Bo")).to_be_visible()
+    page.goto(f"{url}/remote")
+    expect(page.locator("#people")).to_contain_text("Bo n'est pas vu par camera_1")
+
+
+def test_a_target_of_a_performer_gets_theirs_alone(shot: tuple[Shoot, str], page: Page) -> None:
+    shoot, url = shot
+    a_second_performer(shoot)
+    page.goto(url)
+    page.locator("#output-performer").select_option("performer_2")
+    page.locator("#output-port").fill("39600")
+    page.locator(".output-form button").click()
+    expect(page.locator("#outputs li")).to_contain_text("performer_2")
+    (target,) = patient.get(f"{url}/api/v1/outputs").json()["outputs"]
+    assert (target["performer"], target["kind"]) == ("performer_2", "vmc")
