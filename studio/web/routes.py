@@ -8,9 +8,10 @@ from pydantic import BaseModel, ConfigDict, Field
 from studio.api.stage.shown import Layer, PointCamera, Points, ViewState
 from studio.api.structs import StructRoute
 from studio.engine.base.errors import SettingsError
+from studio.engine.model.colours import PERFORMER_COLOURS
 from studio.web.points.maker import COLOURS
 from studio.web.scene.operator import OperatorView
-from studio.web.scene.palette import PERFORMER_COLOURS, as_hex
+from studio.web.scene.palette import as_hex
 from studio.web.scene.scene import LAYERS
 from studio.web.view import LiveView
 

@@ -10,6 +10,7 @@ from studio.api.app import create_app
 from studio.api.takes.find import Finder
 from studio.engine.model.settings import preset
 from studio.offline.replay import solve_take
+from studio.take.folder.performers import shown_name
 from studio.take.folder.take import Take
 from studio.web import mount
 from tests import patient
@@ -80,7 +81,8 @@ def test_two_performers_from_the_first_frames_to_a_take(shot: tuple[Shoot, str],
     (path,) = shoot.stage.sessions.glob("*/take_001")
     take = Take.open(path)
     solve_take(take, preset("finish"), name="finish")
-    assert take.performer_names("live") == take.performer_names("finish") == ["performer_1", "Bo"]
+    assert take.performer_names("live") == take.performer_names("finish") == ["performer_1", "performer_2"]
+    assert shown_name(take.meta, "performer_2") == "Bo"
 
     page.evaluate("localStorage.setItem('language', 'fr')")
     page.reload()

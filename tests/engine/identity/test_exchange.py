@@ -23,12 +23,12 @@ def frames(height_m: float, seconds: range) -> list[CameraFrame]:
 def two(**undecided: tuple[tuple[float, float], ...]) -> tuple[People, Calibration]:
     pose = CameraCalibration(np.eye(4), ClockModel(offset_ns=round(-AHEAD_S * 1e9)))
     calibration = Calibration(reference="left", cameras={"left": pose})
-    heights = {"performer_1": (1.0, range(10)), "performer_2": (2.0, range(3, 10))}
+    heights = {1: (1.0, range(10)), 2: (2.0, range(3, 10))}
     performers = tuple(
-        TakePerformer(name, {"left": frames(*what)}, calibration, undecided.get(name, ()))
-        for name, what in heights.items()
+        TakePerformer(number, {"left": frames(*what)}, calibration, undecided.get(f"performer_{number}", ()))
+        for number, what in heights.items()
     )
-    return People(performers, 0, ((0.0, 10.0),)), calibration
+    return People(performers, 0, 0, ((0.0, 10.0),)), calibration
 
 
 def heights(people: People, performer: int) -> list[tuple[float, int]]:

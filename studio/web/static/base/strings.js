@@ -30,8 +30,7 @@ import view from "./strings/view.js";
 import wizard from "./strings/wizard.js";
 import work from "./strings/work.js";
 
-const TEXTS = { ...access, ...blind, ...calibration, ...cameras, ...compare, ...curves, ...exporting, ...graphs, ...help, ...importing, ...page, ...people, ...phone, ...points, ...record, ...replay, ...share, ...switches, ...takes, ...video, ...view, ...wizard, ...work };
-const TEXTS = { ...access, ...blind, ...calibration, ...cameras, ...compare, ...curves, ...exporting, ...graphs, ...help, ...importing, ...page, ...performers, ...phone, ...points, ...record, ...replay, ...share, ...switches, ...takes, ...video, ...view, ...wizard, ...work };
+const TEXTS = { ...access, ...blind, ...calibration, ...cameras, ...compare, ...curves, ...exporting, ...graphs, ...help, ...importing, ...page, ...people, ...performers, ...phone, ...points, ...record, ...replay, ...share, ...switches, ...takes, ...video, ...view, ...wizard, ...work };
 const KEPT = "language";
 const ATTRIBUTES = { t: null, tTitle: "title", tAria: "aria-label", tPlaceholder: "placeholder", tAlt: "alt" };
 
