@@ -15,7 +15,8 @@ THEMES = ("dark", "light")
 
 # All rules of axe that are not experimental; what it finds, a line each: the rule, the element, what is wrong.
 _FIND = """async () => {
-  const { violations } = await axe.run(document, { resultTypes: ["violations"], frameWaitTime: 60000, pingWaitTime: 5000 });
+  const waits = { frameWaitTime: 60000, pingWaitTime: 5000 };
+  const { violations } = await axe.run(document, { resultTypes: ["violations"], ...waits });
   const why = ({ any, all, none }) => [...any, ...all, ...none].map(({ message }) => message).join("; ");
   return violations.flatMap(({ id, impact, nodes }) => nodes.map((node) =>
     `${id} (${impact}) ${node.target.flat(9).join(" ")} ${why(node).slice(0, 200)} ${node.html.slice(0, 160)}`));

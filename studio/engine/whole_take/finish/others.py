@@ -154,7 +154,8 @@ class OtherBodies:
         sites, jacobians = kinematics.linearised(q[near])
         part = Other(other.sites[near], other.height_m, other.holds[near])
         pushed, held = self._pushed(sites, jacobians, part), self._held(sites, jacobians, part)
-        frames, rows, residuals = (np.concatenate(both) for both in zip(pushed, held, strict=True))
+        frames = np.concatenate([pushed[0], held[0]])
+        rows, residuals = (np.concatenate([pushed[k], held[k]]) for k in (1, 2))
         return near[frames], rows, residuals
 
     def _pushed(
