@@ -86,7 +86,7 @@ _BODY_NAMES = [*_NAMES.values(), *_END_NAMES]
 
 
 @dataclass(frozen=True)
-class Actor:
+class RokokoActor:
     """One performer of a frame.
 
     Attributes:
@@ -134,7 +134,7 @@ class RokokoEncoder:
     def __init__(self, fps: float) -> None:
         self._fps = fps
 
-    def encode(self, actors: Sequence[Actor]) -> list[bytes]:
+    def encode(self, actors: Sequence[RokokoActor]) -> list[bytes]:
         """Return the datagram of a frame of at least one actor."""
         scene = {
             "timestamp": actors[0].pose.time_s,

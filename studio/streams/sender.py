@@ -12,7 +12,7 @@ from msgspec import structs
 from studio.engine.base.sentences import say
 from studio.engine.model.frames import StepResult
 from studio.streams.cast import Cast, Member, steps_of
-from studio.streams.rokoko import Actor, RokokoEncoder
+from studio.streams.rokoko import RokokoActor, RokokoEncoder
 from studio.streams.targets import OutputStatus, Target
 from studio.streams.unity import UnityPose, unity_pose
 from studio.streams.vmc import VmcEncoder
@@ -130,10 +130,10 @@ def _encoder(target: Target) -> Callable[[list[tuple[StepResult, Member]]], list
         return lambda steps: vmc.encode(pose_of(steps[0][0]))
     rokoko = RokokoEncoder(target.rate_hz)
 
-    def actor_of(one: StepResult, member: Member, several: bool) -> Actor:
+    def actor_of(one: StepResult, member: Member, several: bool) -> RokokoActor:
         known = member.proportions
         height, hips = ADULT_M if known is None else (known.height_m, float(known.offsets_m[0, 2]))
         name = member.name if several else target.actor
-        return Actor(name, pose_of(one), height * scale, hips * scale)
+        return RokokoActor(name, pose_of(one), height * scale, hips * scale)
 
     return lambda steps: rokoko.encode([actor_of(one, member, len(steps) > 1) for one, member in steps])

@@ -7,7 +7,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from studio.engine.model.joints import OUTPUT_INDEX
-from studio.streams.rokoko import Actor, RokokoEncoder
+from studio.streams.rokoko import RokokoActor, RokokoEncoder
 from studio.streams.unity import unity_pose
 
 
@@ -18,7 +18,7 @@ def received(datagram: bytes) -> dict:
 
 def test_a_frame_has_all_that_plugins_read(t_pose):
     pose = unity_pose(2.5, t_pose.positions_m[0], t_pose.rotations_wxyz[0])
-    (datagram,) = RokokoEncoder(60.0).encode([Actor("Ada", pose, 1.75, 0.94)])
+    (datagram,) = RokokoEncoder(60.0).encode([RokokoActor("Ada", pose, 1.75, 0.94)])
     assert len(datagram) < 65_507
     frame = received(datagram)
     assert frame["version"] == "3.0" and frame["fps"] == 60.0 and frame["scene"]["timestamp"] == 2.5
@@ -32,9 +32,9 @@ def test_a_frame_has_all_that_plugins_read(t_pose):
 def test_bones_point_along_their_axes_in_the_t_pose(t_pose):
     """The rest rotations are those of the receivers' own T-pose: bones run along -y, hips and thumbs apart."""
     pose = unity_pose(0.0, t_pose.positions_m[0], t_pose.rotations_wxyz[0])
-    body = received(RokokoEncoder(60.0).encode([Actor("Ada", pose, 1.75, 0.94)])[0])["scene"]["actors"][0][
-        "body"
-    ]
+    body = received(RokokoEncoder(60.0).encode([RokokoActor("Ada", pose, 1.75, 0.94)])[0])["scene"]["actors"][
+        0
+    ]["body"]
 
     def direction(bone: str) -> np.ndarray:
         rotation = np.array([body[bone]["rotation"][k] for k in "xyzw"])
@@ -50,9 +50,9 @@ def test_bones_point_along_their_axes_in_the_t_pose(t_pose):
 
 def test_positions_and_turns_are_the_character_s(motion):
     pose = unity_pose(0.0, motion.positions_m[0], motion.rotations_wxyz[0])
-    body = received(RokokoEncoder(60.0).encode([Actor("Ada", pose, 1.75, 0.94)])[0])["scene"]["actors"][0][
-        "body"
-    ]
+    body = received(RokokoEncoder(60.0).encode([RokokoActor("Ada", pose, 1.75, 0.94)])[0])["scene"]["actors"][
+        0
+    ]["body"]
     index = OUTPUT_INDEX["LeftForeArm"]
     position = [body["leftLowerArm"]["position"][k] for k in "xyz"]
     np.testing.assert_allclose(position, pose.positions_m[index], atol=1e-5)

@@ -34,7 +34,7 @@ from studio.engine.whole_take.finish.measurements import (
     posture_share,
     swapped,
 )
-from studio.engine.whole_take.finish.others import Other, Surfaces, meet
+from studio.engine.whole_take.finish.others import OtherPerformer, Surfaces, meet
 from studio.engine.whole_take.finish.smoother import Smoother
 from studio.engine.whole_take.finish.soles import Soles, feet_of, lift_m, without_dips
 from studio.engine.whole_take.finish.store import Store
@@ -283,7 +283,7 @@ class Finisher:
         pieces: list[tuple[int, int]],
         contacts: Contacts | None,
         smoother: Smoother | None = None,
-        others: Sequence[Other] = (),
+        others: Sequence[OtherPerformer] = (),
     ) -> None:
         """Apply one Gauss-Newton step to the take, in place; `smoother` None = finishing's.
 

@@ -29,7 +29,7 @@ Shown = Callable[[str], bool]
 """Whether a layer is shown: nothing is drawn into one that is not."""
 
 
-class Figure:
+class PerformerFigure:
     """One performer's parts; nodes are named after `performer`, of further ones after `performer_2` and so on.
 
     Args:

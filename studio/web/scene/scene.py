@@ -12,7 +12,7 @@ from studio.engine.model.calibration import Calibration
 from studio.engine.model.frames import StepResult
 from studio.engine.model.joints import JOINT_COUNT
 from studio.web.scene.clouds import Cloud, CloudNodes
-from studio.web.scene.figure import Figure
+from studio.web.scene.figure import PerformerFigure
 from studio.web.scene.frusta import Frustum, Picture
 from studio.web.scene.palette import STRANGER_RGB, camera_colours
 from studio.web.scene.skeletons import RawSkeleton
@@ -66,7 +66,7 @@ class Scene:
             section_color=(124, 134, 147), cell_thickness=0.6, section_thickness=0.9, fade_distance=9.0,
             fade_strength=1.4, fade_from="origin", shadow_opacity=0.30, plane_opacity=0.0,
         )  # a plane of its own would be lighter than a dark backdrop, and so the shadow on it  # fmt: skip
-        self._figures: dict[int, Figure] = {}
+        self._figures: dict[int, PerformerFigure] = {}
         self._strangers: list[RawSkeleton] = []
         self._frusta: dict[str, Frustum] = {}
         self._clouds = CloudNodes(server)
@@ -171,9 +171,9 @@ class Scene:
             self._figures[number].hide()
         self._draw_strangers(result.strangers)
 
-    def _figure(self, number: int) -> Figure:
+    def _figure(self, number: int) -> PerformerFigure:
         if number not in self._figures:
-            self._figures[number] = Figure(self._server, number)
+            self._figures[number] = PerformerFigure(self._server, number)
             self._see_through()
         return self._figures[number]
 

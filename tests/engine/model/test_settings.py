@@ -141,7 +141,7 @@ def test_what_is_refused_says_what_is_allowed(key, value, code):
 
 def test_every_switch_of_the_design_exists_and_is_explained():
     names = {f.name for f in fields(SolveSettings)}
-    assert set(DESIGN) | {"effectors", "displacement_limits_m_s"} == names
+    assert set(DESIGN) | {"effectors", "displacement_limits_m_s", "performers"} == names
     assert list(SWITCHES) == [f.name for f in fields(SolveSettings)]
     for switch in SWITCHES.values():
         assert switch.help[0].isupper() and switch.help.endswith(".") and len(switch.help) > 20

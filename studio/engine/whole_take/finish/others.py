@@ -70,7 +70,7 @@ class Surfaces:
 
 
 @dataclass(frozen=True)
-class Other:
+class OtherPerformer:
     """Another performer, frame by frame, as one performer's frames meet them.
 
     Attributes:
@@ -83,9 +83,9 @@ class Other:
     height_m: float
     holds: NDArray[np.bool_]
 
-    def part(self, frames: slice) -> "Other":
+    def part(self, frames: slice) -> "OtherPerformer":
         """Return the other performer in these frames."""
-        return Other(self.sites[frames], self.height_m, self.holds[frames])
+        return OtherPerformer(self.sites[frames], self.height_m, self.holds[frames])
 
     def near(self, q: NDArray[np.float64]) -> NDArray[np.bool_]:
         """Return in which frames they may touch the performer of configurations, shape (frame_count, nq)."""
@@ -96,10 +96,10 @@ class Other:
         return bool(self.near(q).any())
 
 
-def meet(own: Surfaces, other: Surfaces, dt: float) -> Other:
+def meet(own: Surfaces, other: Surfaces, dt: float) -> OtherPerformer:
     """Return another performer as they are to this one; frames are `dt` apart [s]."""
     sites = other.at(own.times_ns, round(0.5e9 * dt))
-    return Other(sites, other.height_m, holding(own.sites, sites, dt))
+    return OtherPerformer(sites, other.height_m, holding(own.sites, sites, dt))
 
 
 def holding(own: NDArray[np.float64], theirs: NDArray[np.float64], dt: float) -> NDArray[np.bool_]:
@@ -139,7 +139,7 @@ class OtherBodies:
         self._height_m = height_m
 
     def rows(
-        self, q: NDArray[np.float64], kinematics: Kinematics, other: Other
+        self, q: NDArray[np.float64], kinematics: Kinematics, other: OtherPerformer
     ) -> tuple[NDArray[np.int64], NDArray[np.float64], NDArray[np.float64]]:
         """Return rows as `BodyContact.rows` does.
 
@@ -152,14 +152,13 @@ class OtherBodies:
         if len(near) == 0:
             return near, np.zeros((0, q.shape[1] - 1)), np.zeros(0)
         sites, jacobians = kinematics.linearised(q[near])
-        part = Other(other.sites[near], other.height_m, other.holds[near])
+        part = OtherPerformer(other.sites[near], other.height_m, other.holds[near])
         pushed, held = self._pushed(sites, jacobians, part), self._held(sites, jacobians, part)
-        frames = np.concatenate([pushed[0], held[0]])
-        rows, residuals = (np.concatenate([pushed[k], held[k]]) for k in (1, 2))
-        return near[frames], rows, residuals
+        frames, rows = np.concatenate([pushed[0], held[0]]), np.concatenate([pushed[1], held[1]])
+        return near[frames], rows, np.concatenate([pushed[2], held[2]])
 
     def _pushed(
-        self, sites: NDArray[np.float64], jacobians: NDArray[np.float64], other: Other
+        self, sites: NDArray[np.float64], jacobians: NDArray[np.float64], other: OtherPerformer
     ) -> tuple[NDArray[np.int64], NDArray[np.float64], NDArray[np.float64]]:
         own, _, way, reach = _between(sites, other.sites, self._height_m, other.height_m)
         distance = np.linalg.norm(way, axis=2)
@@ -174,7 +173,7 @@ class OtherBodies:
         return frames, rows * root_weight[:, None], HALF * too_deep * root_weight
 
     def _held(
-        self, sites: NDArray[np.float64], jacobians: NDArray[np.float64], other: Other
+        self, sites: NDArray[np.float64], jacobians: NDArray[np.float64], other: OtherPerformer
     ) -> tuple[NDArray[np.int64], NDArray[np.float64], NDArray[np.float64]]:
         frames, mine, theirs = np.nonzero(other.holds)
         pairs = _HAND_PARTS[mine] * len(_ENDS) + _HAND_PARTS[theirs]

@@ -25,7 +25,7 @@ from studio.engine.solve.ik.effectors import pull_scale, resist_scale
 from studio.engine.whole_take.finish.body_contact import BodyContact
 from studio.engine.whole_take.finish.contacts import JOINTS, Contacts
 from studio.engine.whole_take.finish.measurements import Measurements
-from studio.engine.whole_take.finish.others import Other, OtherBodies
+from studio.engine.whole_take.finish.others import OtherBodies, OtherPerformer
 from studio.engine.whole_take.finish.radii import squared_radii
 from studio.engine.whole_take.finish.trajectory import Kinematics, moved, steps
 
@@ -165,7 +165,7 @@ class Smoother:
         contacts: Contacts | None,
         *,
         held: tuple[int, int] = (0, 0),
-        others: Sequence[Other] = (),
+        others: Sequence[OtherPerformer] = (),
     ) -> NDArray[np.float64]:
         """Return the window's configurations after one step towards the minimum.
 

@@ -5,8 +5,8 @@ import pytest
 
 from studio.engine.model.joints import INDEX
 from studio.engine.whole_take.finish.others import (
-    Other,
     OtherBodies,
+    OtherPerformer,
     Surfaces,
     hands_apart_m,
     holding,
@@ -47,7 +47,7 @@ def test_who_stands_in_another_goes_half_of_the_way(body):
     q, sites = standing(body)
     there = sites + BEHIND
     before = overlap_m(surfaces(body, sites), surfaces(body, there))[0]
-    after_q = stepped(body, q, Other(there, body.skeleton.height_m, NOBODY_HOLDS))
+    after_q = stepped(body, q, OtherPerformer(there, body.skeleton.height_m, NOBODY_HOLDS))
     after = overlap_m(surfaces(body, Kinematics(body).sites(after_q)), surfaces(body, there))[0]
     assert before > 0.02 and 0.3 * before < after < 0.9 * before
     assert after_q[0, 1] < q[0, 1]  # away from the other
@@ -56,7 +56,7 @@ def test_who_stands_in_another_goes_half_of_the_way(body):
 def test_who_is_apart_or_away_stays(body):
     q, sites = standing(body)
     for there in (sites + 6.0 * BEHIND, sites + 30.0 * BEHIND, np.full_like(sites, np.nan)):
-        other = Other(there, body.skeleton.height_m, NOBODY_HOLDS)
+        other = OtherPerformer(there, body.skeleton.height_m, NOBODY_HOLDS)
         assert (stepped(body, q, other) == q).all()
         assert overlap_m(surfaces(body, sites), surfaces(body, there))[0] == 0.0
 
@@ -67,7 +67,7 @@ def test_hands_that_hold_meet(body):
     there = sites + (left - right) + [0.12, 0.0, 0.0]  # their right hand is beside the left one
     holds = NOBODY_HOLDS.copy()
     holds[0, 0, 1] = True
-    after = Kinematics(body).sites(stepped(body, q, Other(there, body.skeleton.height_m, holds)))
+    after = Kinematics(body).sites(stepped(body, q, OtherPerformer(there, body.skeleton.height_m, holds)))
     far, near = (hands_apart_m(one, there)[0, 0, 1] for one in (sites, after))
     assert far > 0.09 and near < 0.85 * far
 

@@ -49,6 +49,7 @@ export default {
   "verdict.performer_height_changed": "l'interprète mesurerait {m:.2f} m, contre {before:.2f} m auparavant : faites marcher le même, ou nommez-en un autre",
   "tpose.under_way": "une pose en T est en cours de mesure ; attendez qu'elle soit finie",
   "tpose.not_held": "aucune pose en T n'a été tenue {seconds} s : {why}",
+  "calibration.nobody": "les images de {take} montrent plusieurs corps, mais personne pendant une seconde d'affilée ; placez les caméras de sorte qu'elles voient les interprètes, et calibrez à nouveau",
   "performers.hold_t_pose": "pas encore interprète : tenez une pose en T ({why})",
   "performers.measuring": "pas encore interprète : gardez la pose en T",
   "performers.undecided": "ne peut être distingué d'un autre interprète en ce moment",

@@ -66,5 +66,7 @@ export default {
   "output.unreadable": "impossible de lire les sorties en direct dans {file} ({error}) ; supprimez le fichier et ajoutez-les à nouveau",
   "view.camera": "la caméra « {name} » n'est pas affichée ; permises : {names}",
   "view.layer": "affichage inconnu « {layer} » ; permis : {allowed}",
-  "view.trails": "trails={joints} n'est pas permis ; permis : {most} au plus parmi {allowed}"
+  "view.trails": "trails={joints} n'est pas permis ; permis : {most} au plus parmi {allowed}",
+  "settings.of_performer": "réglage inconnu « {key} » d'un interprète ; permis : performer_1, performer_2 et ainsi de suite avec tout réglage sauf {common}",
+  "settings.unknown_performer": "{key} : pas d'interprète de ce nom ; permis : {allowed}"
 };
