@@ -11,19 +11,17 @@ import numpy as np
 from studio.engine.animation.clip.resample import frames_of
 from studio.engine.base.errors import TakeError
 from studio.engine.calibration.calibrate import with_performer
-from studio.engine.identity.exchange import exchanged
-from studio.engine.identity.whole_take import find_people
 from studio.engine.model.calibration import Calibration
 from studio.engine.model.exchange import Exchange
 from studio.engine.model.frames import CameraFrame, ClockModel
 from studio.engine.model.poses import Poses
 from studio.engine.model.settings import SolveSettings
 from studio.engine.whole_take.take import solve_frames
+from studio.offline.performers import people_of
 from studio.offline.tracking import is_tracked, tracked_frames
 from studio.take.folder.performers import exchanges_of
 from studio.take.folder.take import PERFORMER, Take
 from studio.take.raw.frames import camera_frames
-from studio.take.raw.kept_frames import several_bodies
 
 LEAD_S = 1.0
 """Lead-in of a part's solve, in which the filter converges."""
@@ -58,7 +56,8 @@ def solve_part(
         (settings.tracker, settings.cameras, settings.refine_cameras) if is_tracked(take, settings) else None
     )
     people = _recent(take.path, _state(take.raw_path), _state(file), tracked_as, exchanges_of(take.meta))
-    frames, calibration = people.get(performer) or next(iter(people.values()))
+    performer = performer if performer in people else next(iter(people))
+    (frames, calibration), settings = people[performer], settings.of_performer(performer)
     if tracked_as is not None:
         settings = replace(settings, cameras="all")  # only the used ones were tracked
     clocks = {name: camera.clock for name, camera in calibration.cameras.items()}
@@ -106,7 +105,7 @@ def _recent(
 
     Args:
         tracked_as: `tracker`, `cameras` and `refine_cameras` for skeletons from depth.
-        exchanges: of performers.
+        exchanges: of performers, as the take has them; others need other frames.
     """
     take = Take.open(path)
     found = take.calibration()
@@ -116,7 +115,8 @@ def _recent(
         tracker, cameras, refine = tracked_as
         settings = SolveSettings(tracker=tracker, cameras=cameras, refine_cameras=refine)
         frames, found, *_ = tracked_frames(take, found, settings, only_kept=True)
-    if not several_bodies(frames):
+    several = people_of(take, frames, found)
+    if several is None:
         return {PERFORMER: (frames, with_performer(found, frames))}
-    people, _ = exchanged(find_people(frames, found), found, exchanges)
-    return {one.name: (one.frames, with_performer(one.calibration, one.frames)) for one in people.performers}
+    performers = several.people.performers
+    return {one.name: (one.frames, with_performer(one.calibration, one.frames)) for one in performers}

@@ -8,9 +8,8 @@ from pathlib import Path
 from studio.engine.base.errors import CalibrationError, TakeError
 from studio.engine.calibration.calibrate import with_performer
 from studio.engine.calibration.quality.agreement import agreement_figures, disagreements, without_named
-from studio.engine.identity.exchange import exchanged
 from studio.engine.identity.recognised import performer_key
-from studio.engine.identity.whole_take import find_people, spans
+from studio.engine.identity.whole_take import spans
 from studio.engine.model.calibration import Calibration
 from studio.engine.model.frames import CameraFrame, StepResult
 from studio.engine.model.poses import Poses
@@ -21,10 +20,10 @@ from studio.engine.whole_take.residuals import SolveResiduals
 from studio.engine.whole_take.take import TakeSolve, check_together
 from studio.engine.whole_take.together import solve_together
 from studio.engine.whole_take.trace import TraceCollector
+from studio.offline.performers import people_of, without_depth
 from studio.offline.so_far import Show
 from studio.offline.tracking import is_tracked, tracked_frames
-from studio.take.folder.known_performers import known_people
-from studio.take.folder.performers import exchange_json, exchanges_of
+from studio.take.folder.performers import exchange_json
 from studio.take.folder.solves import Solved, write_performers
 from studio.take.folder.take import PERFORMER, Take
 from studio.take.raw.frames import RawEvent, RawFrame, camera_frames, inspect_raw, read_raw
@@ -111,30 +110,20 @@ def _plain(
     used = {
         name: frames[name] for name in settings.camera_names(tuple(calibration.cameras)) if name in frames
     }
-    several = several_bodies(used)
-    pictures = [name for name in used if calibration.cameras[name].lens is not None]
-    if several and pictures:
+    pictures = without_depth(used, calibration)
+    if pictures and several_bodies(used):
         common["people"] = _of_pictures(pictures, alone=len(pictures) == len(used))
-    if several and len(pictures) < len(used):
-        used = {name: mine for name, mine in used.items() if name not in pictures}
-    if not several or len(pictures) == len(used):
+    found = people_of(take, used, calibration)
+    if found is None:
         settings.check_performers([PERFORMER])
         only = _PerformerSolve(take, used, calibration, settings.of_performer(PERFORMER), progress)
         (poses,) = solve_together([only.solve])
         return {PERFORMER: only.solved(poses)}, common
-    people = find_people(used, calibration, known_people(take))
-    people, made = exchanged(people, calibration, exchanges_of(take.meta))
-    common["exchanges"] = [exchange_json(one) for one in made]
+    people = found.people
+    common["exchanges"] = [exchange_json(one) for one in found.exchanges]
     common["bystanders"] = people.bystanders
     if people.left_out:
         common["left_out"] = people.left_out
-    if not people.performers:
-        raise CalibrationError(
-            "calibration.nobody",
-            "the frames of {take} show several bodies, but nobody for a second at a time; place the cameras so "
-            "that they see the performers, and calibrate again",
-            take=take.path,
-        )
     common["recorded_s"] = [list(span) for span in people.recorded_s]
     settings.check_performers([one.name for one in people.performers])
     shares = _Shares(progress, len(people.performers))
@@ -147,7 +136,7 @@ def _plain(
     for one, solve, own in zip(people.performers, solves, poses, strict=True):
         solved[one.name] = solve.solved(own)
         solved[one.name].metrics["undecided_s"] = [list(span) for span in one.undecided_s]
-    common["camera_frames"] = sum(len(mine) for mine in used.values())
+    common["camera_frames"] = sum(len(used[name]) for name in found.cameras)
     return solved, common
 
 
