@@ -104,7 +104,7 @@ def calibrate(page: Page, phones: dict[str, Phone]) -> None:
     picture(page, "walk")
     expect(page.locator("#wizard[data-step=verdict]")).to_be_visible(timeout=PATIENCE_MS)
     picture(page, "verdict")
-    words = page.locator("#wizard main").inner_text()
+    words = page.locator("#wizard .wizard-main").inner_text()
     expect(page.locator("#wizard-pose"), words).to_be_visible()
     page.keyboard.press("Escape")
 

@@ -45,7 +45,7 @@ def test_status_of_an_empty_stage(studio):
 def test_the_switch_catalogue_has_every_switch_and_preset(studio):
     catalogue = studio.http.get("/switches").json()
     keys = [item["key"] for item in catalogue["switches"]]
-    assert set(SWITCHES) - set(keys) == {"effectors", "displacement_limits_m_s"}
+    assert set(SWITCHES) - set(keys) == {"effectors", "displacement_limits_m_s", "performers"}
     assert list(catalogue["presets"]) == list(PRESETS)
     by_key = {item["key"]: item for item in catalogue["switches"]}
     assert "points" in by_key["tracker"]["values"] and by_key["flexibility"]["high"] == 2.0

@@ -163,7 +163,7 @@ def test_what_is_known_of_cameras_without_depth_is_typed(
     expect(right.get_by_role("button")).to_have_text("right.json")
     page.get_by_label("Unknown lenses are alike").check()
     assert page.evaluate(FAINT) == [] and page.evaluate(NAMELESS) == []
-    assert page.evaluate("document.querySelector('#wizard main').scrollWidth <= innerWidth")
+    assert page.evaluate("document.querySelector('#wizard .wizard-main').scrollWidth <= innerWidth")
     page.route("**/calibration/start", lambda route: route.fulfill(status=202, json={}))
     with page.expect_request("**/calibration/start") as sent:
         page.locator("#wizard-walk").click()
