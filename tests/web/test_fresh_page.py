@@ -7,6 +7,7 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
+from urllib.parse import urlsplit
 
 import numpy as np
 import pytest
@@ -230,7 +231,7 @@ def test_remote_and_wizard_do_not_know_either(server: ServerProcess, page: Page,
 
 def test_the_clock_is_asked_for_ever_less_while_it_does_not_answer(server: ServerProcess, page: Page) -> None:
     asked: list[str] = []
-    page.on("request", lambda request: asked.append(request.url.rsplit("/")[-1]))
+    page.on("request", lambda request: asked.append(urlsplit(request.url).path.rsplit("/")[-1]))
     page.goto(server.url)
     expect(page.locator("#connection")).to_have_text("Connected")
     eventually(page, lambda: asked.count("clock") == 8, "the clocks are known")
