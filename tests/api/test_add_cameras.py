@@ -103,7 +103,11 @@ def test_simulated_cameras_are_started_and_stopped(server: str) -> None:
     answer = patient.post(f"{server}/local-cameras", json={"simulated": True})
     assert answer.status_code == 201 and answer.json()["opened"] == "simulated"
     wait(lambda: states() == ["live", "live"])
-    assert patient.delete(f"{server}/local-cameras").json() == {"opened": None, "cameras": {}, "performers": 1}
+    assert patient.delete(f"{server}/local-cameras").json() == {
+        "opened": None,
+        "cameras": {},
+        "performers": 1,
+    }
     wait(lambda: states() == ["gone", "gone"])
 
 

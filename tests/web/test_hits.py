@@ -9,7 +9,7 @@ import psutil
 import pytest
 from playwright.sync_api import Browser, Page, expect
 
-from tests.acceptance.processes import ServerProcess, server_process
+from tests.acceptance.processes import ServerProcess, server_process, wait_until
 from tests.live.performer import calibration, save_stage_calibration
 from tests.web.hits import covered
 from tests.web.playback.takes import take_with_solves
@@ -125,6 +125,9 @@ def works_held(server: ServerProcess) -> Iterator[None]:
 
 def test_while_the_replayed_take_is_solved(page: Page, server: ServerProcess) -> None:
     with performing(server.url):
+        wait_until(
+            lambda: not server.http.get("/status").json()["pipeline"]["preparing"], "the solver is ready"
+        )
         server.record("solved")
         page.wait_for_timeout(2000)  # so long the take is
         server.stop()

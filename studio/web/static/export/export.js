@@ -6,7 +6,7 @@ import { DEPTH, FORMATS, KEYS, ORDERS, RATES, RECIPES, RIG_FORMATS, ROOTS, SCENE
 import { RigChoice } from "./export_rig.js";
 import { ended } from "../base/jobs.js";
 import { attempt, showNote } from "../base/messages.js";
-import { performerWords } from "../replay/performers.js";
+import { namesOf, performerWords } from "../replay/performers.js";
 import { replayed } from "../replay/replay.js";
 import { said } from "../base/said.js";
 import { t } from "../base/strings.js";
@@ -78,7 +78,7 @@ const onRig = () => state.recipe === "rig";
 /** The performers of the one take that is exported, where it has several: `[performer, name]`. */
 function performers() {
   if (state.jobs.length !== 1) return [];
-  const { performers: several, performer_names: names } = state.jobs[0].take;
+  const { take } = state.jobs[0], several = take.performers, names = namesOf(take);
   return several.length > 1 ? several.map((one) => [one, performerWords(names[one] ?? one)]) : [];
 }
 

@@ -36,6 +36,9 @@ export function usePerformers(replay) {
   if (of) load(replay.take, replay.solve);
 }
 
+/** Names of a take's performers; of the replayed take they are newer than the list of takes. */
+export const namesOf = (take) => ({ ...take.performer_names, ...(state.take === take.id ? state.names : {}) });
+
 /** The solve is another one by the same name. */
 export function forgetPerformers() {
   state.of = "";
