@@ -279,6 +279,8 @@ def test_nothing_overflows_or_jumps(live: str, page: Page, width: int, height: i
     expect(page.locator("#cameras .camera")).to_have_count(2)
     expect(page.locator("body")).not_to_have_attribute("data-loading", "")
     page.wait_for_timeout(1500)
+    # What a key moves later than half a second after it would count as a jump, on a slow machine.
+    assert page.evaluate("window.shift") < 0.1, page.evaluate("window.moved")
     stage = page.locator("#viewer").bounding_box()
     page.keyboard.press("r")
     expect(page.locator("#record .label")).to_have_text("Stop")
@@ -291,7 +293,6 @@ def test_nothing_overflows_or_jumps(live: str, page: Page, width: int, height: i
     record, viewer = page.locator("#record").bounding_box(), page.locator("#viewer").bounding_box()
     assert record is not None and record["y"] + record["height"] <= height
     assert viewer is not None and viewer["width"] >= 0.6 * width and viewer["height"] >= 0.45 * height
-    assert page.evaluate("window.shift") < 0.1, page.evaluate("window.moved")
     assert page.evaluate(FAINT) == []
 
 
