@@ -2,7 +2,6 @@
 
 import json
 
-import httpx
 import numpy as np
 import pytest
 from playwright.sync_api import Browser, Page, expect
@@ -228,9 +227,9 @@ def test_the_video_is_deleted_and_comes_back(take: Take, address: str, page: Pag
 
 def test_what_is_not_there_is_not_found(address: str) -> None:
     pictures = f"{address}/api/v1/takes/monday/one/video"
-    assert httpx.get(f"{pictures}/left/pictures/3?width=70").headers["content-type"] == "image/jpeg"
+    assert patient.get(f"{pictures}/left/pictures/3?width=70").headers["content-type"] == "image/jpeg"
     for path in (f"left/pictures/{COUNT}", "left/pictures/-1", "right/pictures/0", "..%2Fleft/pictures/0"):
-        assert httpx.get(f"{pictures}/{path}").status_code == 404, path
-    assert httpx.get(f"{pictures}/left/pictures/0?width=9000").status_code == 422
-    assert httpx.get(f"{address}/api/v1/replay/video").status_code >= 400
-    assert json.loads(httpx.get(f"{pictures}/right/pictures/0").text)["error"]["code"] == "not_found"
+        assert patient.get(f"{pictures}/{path}").status_code == 404, path
+    assert patient.get(f"{pictures}/left/pictures/0?width=9000").status_code == 422
+    assert patient.get(f"{address}/api/v1/replay/video").status_code >= 400
+    assert json.loads(patient.get(f"{pictures}/right/pictures/0").text)["error"]["code"] == "not_found"
