@@ -6,7 +6,7 @@ Who has no proportions is a stranger and has no poses; `add_performer` makes the
 Like `Pipeline` it is deterministic: the same calls in the same order give the same poses.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -178,8 +178,7 @@ class PeoplePipeline:
             return
         a, b = index[first], index[second]
         self._followed[a], self._followed[b] = self._followed[b], self._followed[a]
-        for one in (self._followed[a], self._followed[b]):
-            one.pipeline.set_settings(self._settings)
+        self._begin_anew([self._followed[a], self._followed[b]])
 
     # --- settings
 
@@ -197,10 +196,16 @@ class PeoplePipeline:
     def set_settings(self, settings: SolveSettings) -> None:
         """Use other settings from now on, and reset the motion."""
         self._settings, self._names = settings, settings.camera_names(tuple(self._calibration.cameras))
-        self._first.set_settings(self._settings_of(FIRST))
+        if self._crowd is None:
+            self._first.set_settings(self._settings_of(FIRST))
+        self._begin_anew(self._followed.values())
+
+    def _begin_anew(self, performers: Iterable[_Followed]) -> None:
+        """Reset the motion of performers, each with the settings of their own; all stand on the first one's floor."""
+        for one in performers:
+            one.pipeline.set_settings(self._settings_of(one.number))
         for one in self._followed.values():
             if one.number != FIRST:
-                one.pipeline.set_settings(self._settings_of(one.number))
                 one.pipeline.stand_beside(self._first)
 
     # --- poses
