@@ -9,6 +9,7 @@ from studio.engine.animation.clip.options import ExportOptions
 from studio.engine.animation.clip.together import on_one_clock
 from studio.engine.animation.export.glb import GltfDocument
 from studio.engine.animation.mannequin import mannequin
+from studio.engine.identity.recognised import performer_key
 from studio.engine.model.colours import performer_colour
 from studio.engine.model.poses import Poses
 
@@ -40,5 +41,5 @@ def replay_glb(
             document.add_animation(motion, "linear")
         else:
             linear = [(part / 255.0) ** 2.2 for part in performer_colour(number)]  # glTF's colours are linear
-            document.add_performer(f"performer_{number}", motion, mannequin(motion), "linear", [*linear, 1.0])
+            document.add_performer(performer_key(number), motion, mannequin(motion), "linear", [*linear, 1.0])
     return b"".join(document.finished())
