@@ -130,11 +130,9 @@ def measure_router(finder: Finder, jobs: Jobs) -> APIRouter:
         out = inside(opened.path / "exports", name)
         how = how_aligned(opened, request.reference)
         performers = opened.performer_names(names[0])
-        what, of = "report_solves", path
-        if performers:
-            what, of = "report_performers", references_by_performer(opened, performers, request.reference)
+        of = references_by_performer(opened, performers, request.reference) if performers else path
         job = jobs.submit(
-            "report", f"{session}/{take}", name, f"studio.review.report.take_report:{what}",
+            "report", f"{session}/{take}", name, "studio.review.report.take_report:report_solves",
             opened, of, names, how, request.language, out,
         )  # fmt: skip
         return jobs.get(job.id)

@@ -1,15 +1,12 @@
 """People who are known from before, as a fresh pipeline begins with them."""
 
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any, TypedDict
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import linear_sum_assignment
 
 from studio.engine.base.errors import FormatError
-from studio.engine.identity.crowd import ALIKE_M, apart_m
 from studio.engine.identity.person import FollowedPerson
 from studio.engine.model.calibration import Performer, PerformerJson, performer_from_json, performer_to_json
 from studio.engine.model.joints import JOINT_COUNT
@@ -87,15 +84,3 @@ class KnownPerson:
             raise FormatError(
                 "take.known_person", "a performer that cannot be read: {error!r}", error=error
             ) from error
-
-
-def recognise(bones_m: Sequence[NDArray[np.float64]], known: Sequence[KnownPerson]) -> dict[int, KnownPerson]:
-    """Return who of those that were seen is who of the known ones, by index: all together, the most alike bones.
-
-    Args:
-        bones_m: of everybody who was seen, see `FollowedPerson.bones_m`, shape (21,) each.
-        known: performers.
-    """
-    far = np.array([[min(apart_m(bones, one.bones_m), 1.0) for one in known] for bones in bones_m])
-    pairs = zip(*linear_sum_assignment(far), strict=True) if far.size else ()
-    return {int(who): known[one] for who, one in pairs if far[who, one] < ALIKE_M}

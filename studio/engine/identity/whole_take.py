@@ -9,13 +9,14 @@ from heapq import merge
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.optimize import linear_sum_assignment
 
 from studio.engine.base.geometry import transform_points
 from studio.engine.calibration.calibrate import walk_of, with_performer
 from studio.engine.calibration.cameras.noise import unbiased
 from studio.engine.calibration.performer.tpose import find_tpose
-from studio.engine.identity.crowd import Crowd, SeenBody, Someone
-from studio.engine.identity.known import KnownPerson, recognise
+from studio.engine.identity.crowd import ALIKE_M, Crowd, SeenBody, Someone, apart_m
+from studio.engine.identity.known import KnownPerson
 from studio.engine.identity.recognised import MOST_PERFORMERS, performer_key
 from studio.engine.identity.settle import settle
 from studio.engine.model.calibration import Calibration
@@ -202,3 +203,15 @@ def spans(times_s: list[float], least: int) -> tuple[tuple[float, float], ...]:
         else:
             spans.append([time_s, time_s, 1])
     return tuple((begin, end) for begin, end, count in spans if count >= least)
+
+
+def recognise(bones_m: Sequence[NDArray[np.float64]], known: Sequence[KnownPerson]) -> dict[int, KnownPerson]:
+    """Return who of those that were seen is who of the known ones, by index: all together, the most alike bones.
+
+    Args:
+        bones_m: of everybody who was seen, see `FollowedPerson.bones_m`, shape (21,) each.
+        known: performers.
+    """
+    far = np.array([[min(apart_m(bones, one.bones_m), 1.0) for one in known] for bones in bones_m])
+    pairs = zip(*linear_sum_assignment(far), strict=True) if far.size else ()
+    return {int(who): known[one] for who, one in pairs if far[who, one] < ALIKE_M}

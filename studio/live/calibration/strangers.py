@@ -13,7 +13,6 @@ from studio.engine.calibration.performer.tpose import tpose_problems
 from studio.engine.identity.recognised import Recognised
 from studio.engine.model.calibration import Calibration, Performer
 from studio.engine.model.frames import CameraFrame
-from studio.live.calibration.tpose import measure_performer
 from studio.worker import run_in_process
 
 _log = logging.getLogger(__name__)
@@ -141,9 +140,7 @@ class Strangers:
     ) -> None:
         performer = None
         try:
-            performer = run_in_process(
-                f"{measure_performer.__module__}:{measure_performer.__name__}", calibration, frames
-            )
+            performer = run_in_process("studio.live.calibration.tpose:measure_performer", calibration, frames)
         except StudioError as error:
             _log.warning("a stranger could not be measured: %s", error)
         except Exception:  # the boundary of the thread

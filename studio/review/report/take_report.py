@@ -95,7 +95,7 @@ def write_report(path: Path, page: str) -> None:
 
 def report_solves(
     take: Take,
-    reference: Path,
+    reference: Path | Mapping[str, Path],
     solves: Sequence[str],
     how: HowAligned,
     language: Language,
@@ -106,51 +106,28 @@ def report_solves(
     """Measure solves of a take and report them, as returned HTML or in the file `out`.
 
     Args:
-        reference: file of the reference.
+        reference: file of the reference; of several performers those of each who has one, by performer.
         solves: names; the others are compared with the first.
         how: options of the reference's alignment.
         progress: receives the share done.
 
     Raises:
         FormatError: a file that cannot be read or written.
+        TakeError: a solve has no such performer.
         StudioError: they cannot be aligned with the reference.
     """
-    told, measured = progress or (lambda share: None), len(solves) / (len(solves) + 1)
-    motion, say = read_reference(reference, unit_m=how.unit_m), Words(language)
-    figures = evaluate_solves(take, motion, solves, how, progress=lambda share: told(share * measured))
-    made = take_report(take, motion, figures, say)
-    if out is None:
-        return made
-    write_report(out, made)
-    return None
+    told, measured, say = progress or (lambda share: None), len(solves) / (len(solves) + 1), Words(language)
 
+    def measuring(share: float) -> None:
+        told(share * measured)
 
-def report_performers(
-    take: Take,
-    references: Mapping[str, Path],
-    solves: Sequence[str],
-    how: HowAligned,
-    language: Language,
-    out: Path | None = None,
-    *,
-    progress: Callable[[float], None] | None = None,
-) -> str | None:
-    """Measure solves of several performers and report them, as returned HTML or in the file `out`.
-
-    Args:
-        references: files by performer.
-        solves, how, language, out, progress: as in `report_solves`, also for errors.
-
-    Raises:
-        TakeError: a solve has no such performer.
-    """
-    told, measured = progress or (lambda share: None), len(solves) / (len(solves) + 1)
-    motions, say = (
-        {key: read_reference(file, unit_m=how.unit_m) for key, file in references.items()},
-        Words(language),
-    )
-    figures = evaluate_performers(take, motions, solves, how, progress=lambda share: told(share * measured))
-    made = several_report(take, motions, figures, say)
+    if isinstance(reference, Path):
+        motion = read_reference(reference, unit_m=how.unit_m)
+        made = take_report(take, motion, evaluate_solves(take, motion, solves, how, progress=measuring), say)
+    else:
+        motions = {key: read_reference(file, unit_m=how.unit_m) for key, file in reference.items()}
+        figures = evaluate_performers(take, motions, solves, how, progress=measuring)
+        made = several_report(take, motions, figures, say)
     if out is None:
         return made
     write_report(out, made)
