@@ -1,0 +1,1 @@
+"""Edits of a take: what an operator says about it, as evidence for its solves."""

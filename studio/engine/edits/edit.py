@@ -1,0 +1,139 @@
+"""The edits of a take: pins, directions, contacts, doubts, offsets and time.
+
+An edit says what was so in the take, and a solve honours it. Times are stage time in seconds, as `Poses.time_s`;
+places and directions are in the stage frame. An edit holds from `start_s` to `end_s`, both included; equal times are
+one instant. Before and after it eases in and out over `ease_s`.
+"""
+
+from typing import Literal
+
+import msgspec
+
+
+class _Edit(msgspec.Struct, frozen=True, kw_only=True, tag_field="kind", forbid_unknown_fields=True):
+    """What all edits have.
+
+    Attributes:
+        id: one of its own within the take; it stays while the edit changes.
+        start_s: begin, stage time [s].
+        end_s: end, stage time [s]; not before the begin.
+        ease_s: how long the edit comes in before its begin and goes after its end [s].
+        on: whether solves honour it.
+        performer: whose, `performer_1`, ...
+        note: what the operator wrote.
+    """
+
+    id: str
+    start_s: float
+    end_s: float
+    ease_s: float = 0.1
+    on: bool = True
+    performer: str = "performer_1"
+    note: str = ""
+
+
+class PinEdit(_Edit, tag="pin"):
+    """A joint is at a place.
+
+    Attributes:
+        joint: a canonical joint.
+        place_m: stage frame [m].
+        radius_m: how far from the place it may be [m]; 0 = just there.
+    """
+
+    joint: str
+    place_m: tuple[float, float, float]
+    radius_m: float = 0.0
+
+
+class DirectionEdit(_Edit, tag="direction"):
+    """The head looks, or a palm faces, in a direction.
+
+    Attributes:
+        of: what has the direction.
+        direction: stage frame; its length does not matter.
+        radius_deg: how far from it it may be [degrees].
+    """
+
+    of: Literal["head", "left_palm", "right_palm"]
+    direction: tuple[float, float, float]
+    radius_deg: float = 0.0
+
+
+class ContactEdit(_Edit, tag="contact"):
+    """A joint stands or is held, or does not.
+
+    Attributes:
+        joint: the canonical joint that touches: a hand, foot (`_ankle`), toe, knee or hip.
+        touches: `floor`; `nothing`, which takes a found contact away; or a canonical joint.
+        other: the performer whose joint it touches; None = their own.
+    """
+
+    joint: str
+    touches: str = "floor"
+    other: str | None = None
+
+
+class LeaveOutEdit(_Edit, tag="leave_out"):
+    """What a camera says is not used.
+
+    Attributes:
+        camera: its name; None = all.
+        joints: canonical joints that are left out; none = all.
+    """
+
+    camera: str | None = None
+    joints: tuple[str, ...] = ()
+
+
+class ExchangeEdit(_Edit, tag="exchange_sides"):
+    """A camera, or all, took left for right.
+
+    Attributes:
+        camera: its name; None = all.
+        joints: canonical joints of either side that are exchanged with those of the other side; none = all.
+    """
+
+    camera: str | None = None
+    joints: tuple[str, ...] = ()
+
+
+class OffsetEdit(_Edit, tag="offset"):
+    """A layer: a joint is turned further, or the whole body moved, after the solve.
+
+    Attributes:
+        joint: the output joint (HumanIK name) that is turned.
+        rotation_deg: added in the joint's own frame, as a rotation vector [degrees].
+        move_m: added to the place of the hips, stage frame [m]; only of `Hips`.
+    """
+
+    joint: str
+    rotation_deg: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    move_m: tuple[float, float, float] = (0.0, 0.0, 0.0)
+
+
+class TrimEdit(_Edit, tag="trim"):
+    """Only this part of the take is kept in solves; of all performers."""
+
+
+class RetimeEdit(_Edit, tag="retime"):
+    """A part of the take goes faster or slower, after the solve; what follows is moved in time.
+
+    Attributes:
+        factor: its new duration in old ones; over 1 is slower.
+    """
+
+    factor: float
+
+
+Edit = (
+    PinEdit
+    | DirectionEdit
+    | ContactEdit
+    | LeaveOutEdit
+    | ExchangeEdit
+    | OffsetEdit
+    | TrimEdit
+    | RetimeEdit
+)  # fmt: skip
+"""Any edit; in JSON its field `kind` tells which."""
