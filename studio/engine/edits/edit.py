@@ -32,7 +32,7 @@ class _Edit(msgspec.Struct, frozen=True, kw_only=True, tag_field="kind", forbid_
     note: str = ""
 
 
-class PinEdit(_Edit, tag="pin"):
+class PinEdit(_Edit, frozen=True, kw_only=True, tag="pin"):
     """A joint is at a place.
 
     Attributes:
@@ -46,7 +46,7 @@ class PinEdit(_Edit, tag="pin"):
     radius_m: float = 0.0
 
 
-class DirectionEdit(_Edit, tag="direction"):
+class DirectionEdit(_Edit, frozen=True, kw_only=True, tag="direction"):
     """The head looks, or a palm faces, in a direction.
 
     Attributes:
@@ -60,7 +60,7 @@ class DirectionEdit(_Edit, tag="direction"):
     radius_deg: float = 0.0
 
 
-class ContactEdit(_Edit, tag="contact"):
+class ContactEdit(_Edit, frozen=True, kw_only=True, tag="contact"):
     """A joint stands or is held, or does not.
 
     Attributes:
@@ -74,7 +74,7 @@ class ContactEdit(_Edit, tag="contact"):
     other: str | None = None
 
 
-class LeaveOutEdit(_Edit, tag="leave_out"):
+class LeaveOutEdit(_Edit, frozen=True, kw_only=True, tag="leave_out"):
     """What a camera says is not used.
 
     Attributes:
@@ -86,7 +86,7 @@ class LeaveOutEdit(_Edit, tag="leave_out"):
     joints: tuple[str, ...] = ()
 
 
-class ExchangeEdit(_Edit, tag="exchange_sides"):
+class ExchangeEdit(_Edit, frozen=True, kw_only=True, tag="exchange_sides"):
     """A camera, or all, took left for right.
 
     Attributes:
@@ -98,7 +98,7 @@ class ExchangeEdit(_Edit, tag="exchange_sides"):
     joints: tuple[str, ...] = ()
 
 
-class OffsetEdit(_Edit, tag="offset"):
+class OffsetEdit(_Edit, frozen=True, kw_only=True, tag="offset"):
     """A layer: a joint is turned further, or the whole body moved, after the solve.
 
     Attributes:
@@ -112,11 +112,11 @@ class OffsetEdit(_Edit, tag="offset"):
     move_m: tuple[float, float, float] = (0.0, 0.0, 0.0)
 
 
-class TrimEdit(_Edit, tag="trim"):
+class TrimEdit(_Edit, frozen=True, kw_only=True, tag="trim"):
     """Only this part of the take is kept in solves; of all performers."""
 
 
-class RetimeEdit(_Edit, tag="retime"):
+class RetimeEdit(_Edit, frozen=True, kw_only=True, tag="retime"):
     """A part of the take goes faster or slower, after the solve; what follows is moved in time.
 
     Attributes:
