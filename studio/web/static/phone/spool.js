@@ -30,7 +30,7 @@ export class Spool {
     this.full = false;
     this.origins = new Map(); // key -> {take_id, boot_id, hello, at, frames: Map(sequence -> bytes), unknown}
     this.database = null;
-    this.changes = []; // what the database does not have yet: [[take, boot, sequence], bytes or null]
+    this.changes = []; // what the database does not have yet: [store, key, what is put there, or null]
     this.timer = null;
   }
 
@@ -78,10 +78,10 @@ export class Spool {
     if (!this.origins.has(key)) {
       const origin = { take_id, boot_id, hello: { ...hello, token: "" }, at: Date.now() };
       this.origins.set(key, { ...origin, frames: new Map(), unknown: false });
-      this.#origins((origins) => origins.put(origin, key));
+      this.#change(ORIGINS, key, origin);
     }
     this.#hold(this.origins.get(key), sequence, data);
-    this.#change([take_id, boot_id, sequence], data);
+    this.#change(FRAMES, [take_id, boot_id, sequence], data);
     return true;
   }
 
@@ -91,7 +91,7 @@ export class Spool {
     for (const sequence of sequences) {
       this.bytes -= origin.frames.get(sequence).length;
       origin.frames.delete(sequence);
-      this.#change([origin.take_id, origin.boot_id, sequence], null);
+      this.#change(FRAMES, [origin.take_id, origin.boot_id, sequence], null);
     }
   }
 
@@ -101,19 +101,12 @@ export class Spool {
     if (!origin) return;
     this.drop(key, [...origin.frames.keys()]);
     this.origins.delete(key);
-    this.#origins((origins) => origins.delete(key));
+    this.#change(ORIGINS, key, null);
   }
 
-  #origins(change) {
-    const writing = this.database?.transaction(ORIGINS, "readwrite");
-    if (!writing) return;
-    change(writing.objectStore(ORIGINS));
-    writing.commit();
-  }
-
-  #change(key, data) {
+  #change(store, key, data) {
     if (!this.database) return;
-    this.changes.push([key, data]);
+    this.changes.push([store, key, data]);
     this.timer ??= setTimeout(() => this.write(), WRITE_MS);
   }
 
@@ -122,11 +115,10 @@ export class Spool {
     clearTimeout(this.timer);
     this.timer = null;
     if (!this.database || !this.changes.length) return;
-    const writing = this.database.transaction(FRAMES, "readwrite");
-    const frames = writing.objectStore(FRAMES);
-    for (const [key, data] of this.changes) {
-      if (data) frames.put(data, key);
-      else frames.delete(key);
+    const writing = this.database.transaction([ORIGINS, FRAMES], "readwrite");
+    for (const [store, key, data] of this.changes) {
+      if (data) writing.objectStore(store).put(data, key);
+      else writing.objectStore(store).delete(key);
     }
     writing.commit(); // a page that closes now would abort it
     this.changes = [];
