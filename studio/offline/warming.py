@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 
 from studio import wire
+from studio.engine.identity.crowd import Crowd
 from studio.engine.model.calibration import Performer
 from studio.engine.model.frames import CameraFrame, PictureJoints
 from studio.engine.model.human.face import PLACES_M
@@ -27,11 +28,12 @@ SECONDS = 0.7
 
 def prepare() -> None:
     """Solve a moment of the embedded performer with the preset `studio`, as depth cameras see it and as ordinary ones
-    do; search limbs; and discard the results."""
+    do; search limbs; tell two performers apart; and discard the results."""
     stage = make_stage(SECONDS)
     solve_stage(stage, preset("studio"))
     _solve_pictures(stage, preset("studio"))
     _find_limbs(stage.performer)
+    _tell_apart(_frames(stage)[:2])
 
 
 def solve_stage(stage: DemoStage, settings: SolveSettings) -> Poses:
@@ -76,3 +78,10 @@ def _find_limbs(performer: Performer) -> None:
     LimbReseed(humanoid, limited=True).settled(
         humanoid.rest_qpos, joints, joints + 1.0, weights, lambda: None
     )
+
+
+def _tell_apart(frames: list[CameraFrame]) -> None:
+    """Follow two performers who stand beside each other."""
+    crowd = Crowd()
+    for k, frame in enumerate(frames):
+        crowd.add(k * 0.03, np.stack([frame.positions, frame.positions + 1.0]))
