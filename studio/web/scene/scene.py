@@ -38,6 +38,9 @@ _FOV_RAD = float(np.radians(37.0))
 _FIRST_POSITION_M, _FIRST_TARGET_M = (1.5, -5.4, 2.1), (0.0, 0.0, 0.88)
 """Each browser's first viewpoint. Its page then chooses its own: `static/view/viewpoint.js`."""
 
+_SUN_M, _SUN_ANGLE_RAD = (2.4, 2.4, 12.0), 0.5
+"""Where the light that casts shadows hangs, and half its opening: it reaches 6.5 m around the middle of the stage."""
+
 _SEEN_THROUGH = 0.42
 _NO_NAMES: Mapping[int, str] = MappingProxyType({})
 _NO_TRAILS: Mapping[int, NDArray[np.float64]] = MappingProxyType({})
@@ -52,7 +55,7 @@ class Scene:
         self._server = server
         scene = server.scene
         scene.set_up_direction("+z")
-        scene.configure_default_lights(enabled=True, cast_shadow=True)
+        _light(scene)
         send_frames_whole(server)
         server.initial_camera.fov = _FOV_RAD
         server.initial_camera.position = _FIRST_POSITION_M
@@ -190,3 +193,17 @@ class Scene:
         for figure in self._figures.values():
             figure.hide()
         self._draw_strangers(())
+
+
+def _light(scene: viser.SceneApi) -> None:
+    """Light the scene by one lamp that casts shadows, and a weak one from below.
+
+    The viewer's own lights draw everything into three maps of shadows, which takes a software renderer as long as the
+    picture itself.
+    """
+    scene.configure_default_lights(enabled=False)
+    scene.add_light_spot(
+        "/lights/sun", intensity=3.0, angle=_SUN_ANGLE_RAD, penumbra=0.3, decay=0.0, cast_shadow=True,
+        position=_SUN_M, direction=(-_SUN_M[0], -_SUN_M[1], -_SUN_M[2]),
+    )  # fmt: skip
+    scene.add_light_directional("/lights/floor", intensity=0.4, position=(0.0, 0.0, -1.0))
