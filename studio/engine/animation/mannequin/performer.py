@@ -96,7 +96,7 @@ class Mannequin:
         rest_m = rest_positions(
             np.median(bone_offsets(poses.positions_m[some], poses.rotations_wxyz[some]), axis=0)
         )
-        return cls(stage_mesh(rest_m, body=body), rest_m)
+        return cls(stage_mesh(rest_m, poses.root_height_m, body=body), rest_m)
 
     def posed(self, positions_m: Array, rotations_wxyz: Array) -> tuple[Array, Array]:
         """Return vertices [m] and unit normals in a pose, stage frame, shapes (V, 3).

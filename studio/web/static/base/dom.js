@@ -56,8 +56,8 @@ export function redraw(element, key, build) {
   if (before.shown === shown && before.lang === lang) return;
   const focused = element.contains(document.activeElement) ? document.activeElement : null;
   const typed = before.shown === shown ? [...element.querySelectorAll(TYPED)].map(({ id, value }) => [id, value]) : [];
-  Object.assign(element.dataset, { shown, lang });
   element.replaceChildren(...[build()].flat());
+  Object.assign(element.dataset, { shown, lang }); // once it is built: an error leaves it to be tried again
   for (const [id, value] of typed) if (byId(id)) byId(id).value = value;
   if (focused?.id) byId(focused.id)?.focus();
 }
