@@ -6,7 +6,7 @@ from studio.engine.animation.clip.skeleton import LocalMotion
 from studio.engine.animation.export.fbx import scene
 from studio.engine.animation.export.fbx.binary import Node
 from studio.engine.animation.export.fbx.objects import Objects
-from studio.engine.animation.export.fbx.skeleton import CM, rest_matrices
+from studio.engine.animation.export.fbx.skeleton import CM, add_model, rest_matrices
 from studio.engine.animation.mannequin import mannequin
 
 _NAME = "Mannequin"
@@ -49,7 +49,7 @@ def add_mesh(
             for kind in ("LayerElementNormal", "LayerElementMaterial")
         )]),
     )  # fmt: skip
-    model = _add_model(objects, space + _NAME)
+    model = add_model(objects, space + _NAME, "Mesh")
     objects.connect(model, np.int64(0) if under is None else under)
     objects.connect(geometry, model)
     for name, colour in _TONES.items():
@@ -79,18 +79,6 @@ def _layer(kind: str, mapping: str, reference: str, *values: Node) -> Node:
     head = [Node("Version", 101), Node("Name", "")]
     head += [Node("MappingInformationType", mapping), Node("ReferenceInformationType", reference)]
     return Node(kind, 0, children=[*head, *values])
-
-
-def _add_model(objects: Objects, name: str) -> np.int64:
-    rows = scene.properties(
-        scene.integer("InheritType", 1, "enum"),
-        scene.integer("DefaultAttributeIndex", 0),
-        scene.vector("Lcl Translation", np.zeros(3)),
-        scene.vector("Lcl Rotation", np.zeros(3)),
-        scene.vector("Lcl Scaling", np.ones(3)),
-    )
-    culling = [Node("Shading", True), Node("Culling", "CullingOff")]
-    return objects.add("Model", name, "Model", "Mesh", Node("Version", 232), rows, *culling)
 
 
 def _add_material(objects: Objects, name: str, colour: tuple[float, float, float]) -> np.int64:

@@ -57,21 +57,24 @@ def add_skeleton(
 def add_performer(objects: Objects, name: str, motion: LocalMotion) -> np.int64:
     """Add the object above the skeleton of one of several performers, and return its identity."""
     attribute = objects.add("NodeAttribute", name, "NodeAttribute", "Null", Node("TypeFlags", "Null"))
-    rows = [
+    model = add_model(objects, name, "Null", undecided_rows(motion))
+    objects.connect(attribute, model)
+    objects.connect(model, np.int64(0))
+    return model
+
+
+def add_model(objects: Objects, name: str, kind: str, more: Sequence[Node] = ()) -> np.int64:
+    """Add an object that stays at the origin, with further properties, and return its identity."""
+    rows = scene.properties(
         scene.integer("InheritType", 1, "enum"),
         scene.integer("DefaultAttributeIndex", 0),
         scene.vector("Lcl Translation", np.zeros(3)),
         scene.vector("Lcl Rotation", np.zeros(3)),
         scene.vector("Lcl Scaling", np.ones(3)),
-        *undecided_rows(motion),
-    ]
-    culling = [Node("Shading", True), Node("Culling", "CullingOff")]
-    model = objects.add(
-        "Model", name, "Model", "Null", Node("Version", 232), scene.properties(*rows), *culling
+        *more,
     )
-    objects.connect(attribute, model)
-    objects.connect(model, np.int64(0))
-    return model
+    culling = [Node("Shading", True), Node("Culling", "CullingOff")]
+    return objects.add("Model", name, "Model", kind, Node("Version", 232), rows, *culling)
 
 
 def undecided_rows(motion: LocalMotion) -> list[Node]:
