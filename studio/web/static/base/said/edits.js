@@ -23,5 +23,5 @@ export default {
   "edits.not_used": "les corrections de cette prise ne sont pas utilisées : {why}",
   "edits.calibration": "elles ont été faites sous la calibration {number} : {why}",
   "edits.other_cameras": "elles ont été faites sous la calibration {number}, qui n'a aucune caméra en commun avec la calibration {now}",
-  "edits.carried": "les corrections ont été faites sous la calibration {number} et reportées sur la calibration {now}",
+  "edits.carried": "les corrections ont été faites sous la calibration {number} et reportées sur la calibration {now}"
 };
