@@ -106,7 +106,8 @@ def _common(one: Edit, performers: Sequence[str], span: tuple[float, float] | No
     if span is not None and (one.end_s < span[0] or one.start_s > span[1]):
         yield say(
             "edits.outside",
-            "{start_s:.2f} s to {end_s:.2f} s is outside the take, which is solved from {first_s:.2f} s to {last_s:.2f} s",
+            "{start_s:.2f} s to {end_s:.2f} s is outside the take, which is solved from {first_s:.2f} s to "
+            "{last_s:.2f} s",
             start_s=one.start_s, end_s=one.end_s, first_s=span[0], last_s=span[1],
         )  # fmt: skip
     if one.performer not in performers:

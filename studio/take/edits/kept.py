@@ -88,14 +88,14 @@ def write_edits(take: Take, edits: TakeEdits) -> None:
     write_json(take.path / EDITS_FILE, EDITS.stamped(msgspec.to_builtins(edits)))
 
 
-def edit_from_json(value: Any) -> Edit:
-    """Return the edit of a JSON value, as `edits.json` has it.
+def edit_from_json(value: Any, *, texts: bool = False) -> Edit:
+    """Return the edit of a JSON value, as `edits.json` has it; numbers may be `texts`.
 
     Raises:
         TakeError: an unknown kind or key, or a value of another type.
     """
     try:
-        return msgspec.convert(value, Edit)
+        return msgspec.convert(value, Edit, strict=not texts)
     except msgspec.ValidationError as error:
         raise TakeError(
             "edits.not_an_edit",
