@@ -55,6 +55,7 @@ OPTIONS = {
         "--mapping",
     ),
     "rig": ("--mapping", "--save", "--out", "--json"),
+    "edit": ("--json",),
     "performers": ("--name", "--exchange", "--at", "--undo"),
     "bench": ("--json",),
     "prepare": (),
