@@ -8,6 +8,9 @@ from pathlib import Path
 from studio.engine.base.errors import CalibrationError, TakeError
 from studio.engine.calibration.calibrate import with_performer
 from studio.engine.calibration.quality.agreement import agreement_figures, disagreements, without_named
+from studio.engine.edits.edit import Edit
+from studio.engine.edits.mended import edited_frames
+from studio.engine.edits.pins import Pins
 from studio.engine.identity.recognised import performer_key
 from studio.engine.identity.whole_take import spans
 from studio.engine.model.calibration import Calibration
@@ -20,6 +23,7 @@ from studio.engine.whole_take.residuals import SolveResiduals
 from studio.engine.whole_take.take import TakeSolve, check_together
 from studio.engine.whole_take.together import solve_together
 from studio.engine.whole_take.trace import TraceCollector
+from studio.offline.editing import AskedEdits
 from studio.offline.performers import people_of, without_depth
 from studio.offline.so_far import Show
 from studio.offline.tracking import is_tracked, tracked_frames
@@ -44,6 +48,8 @@ def solve_take(
     to_disk: bool = True,
     show: Show | None = None,
     processes: int | None = None,
+    edits: Sequence[Edit] | None = None,
+    edits_anew: bool = False,
 ) -> Path:
     """Solve a take and write `solves/<name>/`; return that folder.
 
@@ -57,6 +63,9 @@ def solve_take(
         to_disk: see `write_performers`.
         show: receives what the solve has so far, where it tracks depth first.
         processes: how many may track cameras side by side; None = one a core.
+        edits: of the take; those that are on are honoured, and `edits` in metrics.json says what became of each.
+            Not with `as_live`.
+        edits_anew: the take was calibrated anew since they were made, so that their places do not hold.
 
     Raises:
         TakeError: no raw frames, no live log, or a name that is not allowed.
@@ -68,7 +77,8 @@ def solve_take(
     if as_live:
         performers, settings, common = _as_live(take, progress)
     else:
-        performers, common = _plain(take, settings, progress, show, processes)
+        asked = AskedEdits(tuple(edit for edit in edits or () if edit.on), edits_anew)
+        performers, common = _plain(take, settings, progress, show, processes, asked)
     seconds = time.perf_counter() - began
     frames = sum(one.poses.frame_count for one in performers.values())
     metrics: SolveMetrics = {
@@ -96,6 +106,7 @@ def _plain(
     progress: Progress | None,
     show: Show | None,
     processes: int | None,
+    asked: AskedEdits,
 ) -> tuple[dict[str, Solved], SolveMetrics]:
     """Return what is solved of each performer, and the figures of all."""
     check_together(settings)
@@ -116,9 +127,11 @@ def _plain(
     found = people_of(take, used, calibration)
     if found is None:
         settings.check_performers([PERFORMER])
-        only = _PerformerSolve(take, used, calibration, settings.of_performer(PERFORMER), progress)
+        mine = asked.of(PERFORMER, used, calibration)
+        only = _PerformerSolve(take, used, calibration, settings.of_performer(PERFORMER), progress, mine)
         (poses,) = solve_together([only.solve])
-        return {PERFORMER: only.solved(poses)}, common
+        solved = {PERFORMER: only.solved(poses)}
+        return asked.applied(solved, used, common)
     people = found.people
     common["exchanges"] = [exchange_json(one) for one in found.exchanges]
     common["bystanders"] = people.bystanders
@@ -128,7 +141,14 @@ def _plain(
     settings.check_performers([one.name for one in people.performers])
     shares = _Shares(progress, len(people.performers))
     solves = [
-        _PerformerSolve(take, one.frames, one.calibration, settings.of_performer(one.name), shares.part(k))
+        _PerformerSolve(
+            take,
+            one.frames,
+            one.calibration,
+            settings.of_performer(one.name),
+            shares.part(k),
+            asked.of(one.name, one.frames, one.calibration),
+        )
         for k, one in enumerate(people.performers)
     ]
     solved: dict[str, Solved] = {}
@@ -137,7 +157,7 @@ def _plain(
         solved[one.name] = solve.solved(own)
         solved[one.name].metrics["undecided_s"] = [list(span) for span in one.undecided_s]
     common["camera_frames"] = sum(len(used[name]) for name in found.cameras)
-    return solved, common
+    return asked.applied(solved, used, common)
 
 
 def _of_pictures(cameras: list[str], *, alone: bool) -> str:
@@ -172,12 +192,14 @@ class _PerformerSolve:
         calibration: Calibration,
         settings: SolveSettings,
         progress: Progress | None,
+        edits: Sequence[Edit] = (),
     ) -> None:
         """Prepare; `frames` by camera show nobody else."""
         self._residuals, self._trace, self._physics = SolveResiduals(), TraceCollector(), SolveMetrics()
         calibration = _with_proportions(take, calibration, frames)
         self._found = disagreements(calibration, frames, from_s=take.meta["calibration_s"])
-        self._every = Joined(list(without_named(calibration, frames, self._found).values()))
+        agreeing = without_named(calibration, frames, self._found)
+        self._every = Joined(list(edited_frames(agreeing, calibration, edits).values()))
         self.solve = TakeSolve(
             self._every,
             calibration,
@@ -187,6 +209,7 @@ class _PerformerSolve:
             residuals=self._residuals,
             physics=self._physics,
             trace=self._trace,
+            pins=Pins(edits),
         )
 
     def solved(self, poses: Poses) -> Solved:
