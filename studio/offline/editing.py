@@ -21,11 +21,9 @@ class AskedEdits:
 
     Attributes:
         edits: those that are on.
-        anew: the take was calibrated anew since they were made.
     """
 
     edits: tuple[Edit, ...] = ()
-    anew: bool = False
     _lines: dict[str, Said] = field(default_factory=dict)
 
     def of(self, performer: str, frames: _Frames, calibration: Calibration) -> tuple[Edit, ...]:
@@ -38,7 +36,6 @@ class AskedEdits:
             cameras=list(calibration.cameras),
             performers=[performer],
             span_s=_span_s(frames, calibration),
-            anew=self.anew,
         )
         self._lines |= lines
         return tuple(edit for edit in mine if edit.id not in lines)

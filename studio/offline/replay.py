@@ -9,7 +9,6 @@ from studio.engine.base.errors import CalibrationError, TakeError
 from studio.engine.calibration.calibrate import with_performer
 from studio.engine.calibration.quality.agreement import agreement_figures, disagreements, without_named
 from studio.engine.edits.edit import Edit
-from studio.engine.edits.mended import edited_frames
 from studio.engine.edits.pins import Pins
 from studio.engine.identity.recognised import performer_key
 from studio.engine.identity.whole_take import spans
@@ -19,6 +18,7 @@ from studio.engine.model.poses import Poses
 from studio.engine.model.settings import SolveSettings
 from studio.engine.model.solve_metrics import SolveMetrics
 from studio.engine.whole_take.collect import collect_poses
+from studio.engine.whole_take.mending.frames import edited_frames
 from studio.engine.whole_take.residuals import SolveResiduals
 from studio.engine.whole_take.take import TakeSolve, check_together
 from studio.engine.whole_take.together import solve_together
@@ -50,7 +50,6 @@ def solve_take(
     show: Show | None = None,
     processes: int | None = None,
     edits: Sequence[Edit] | None = None,
-    edits_anew: bool = False,
 ) -> Path:
     """Solve a take and write `solves/<name>/`; return that folder.
 
@@ -66,7 +65,6 @@ def solve_take(
         processes: how many may track cameras side by side; None = one a core.
         edits: of the take; those that are on are honoured, and `edits` in metrics.json says what became of each.
             None = those that the take has. Not with `as_live`.
-        edits_anew: the take was calibrated anew since they were made, so that their places do not hold.
 
     Raises:
         TakeError: no raw frames, no live log, or a name that is not allowed.
@@ -79,7 +77,7 @@ def solve_take(
         performers, settings, common = _as_live(take, progress)
     else:
         kept = edits_of_solve(take) if edits is None else EditsOfSolve(tuple(edits), None)
-        asked = AskedEdits(tuple(edit for edit in kept.edits if edit.on), edits_anew)
+        asked = AskedEdits(tuple(edit for edit in kept.edits if edit.on))
         performers, common = _plain(take, settings, progress, show, processes, asked)
         common |= _of_edits(kept)
     seconds = time.perf_counter() - began

@@ -17,6 +17,10 @@ CLICK_M = 0.02
 """Standard deviation of a place that a person clicks, as a distance."""
 
 
+DRAWN = 6
+"""Times of which a foot is held in one."""
+
+
 @dataclass(frozen=True)
 class Fault:
     """A fault, from begin to end [s]; `joint` is the one to mend, None = the one that suffers most."""
@@ -30,14 +34,29 @@ class Fault:
 
 
 def a_fault(
-    kind: str, rng: np.random.Generator, span_s: tuple[float, float], cameras: Sequence[str]
+    kind: str,
+    rng: np.random.Generator,
+    span_s: tuple[float, float],
+    cameras: Sequence[str],
+    true_m: Callable[[np.ndarray], np.ndarray],
 ) -> Fault:
-    """Return a fault of a kind somewhere within a performance."""
+    """Return a fault of a kind somewhere within a performance.
+
+    A foot is held while it truly moves: the time with the longest way of some drawn ones.
+
+    Args:
+        true_m: returns the true joints [m], shape (time_count, 21, 3), at times [s].
+    """
     side = str(rng.choice(["left", "right"]))
     length = {"swapped": 2.0, "stuck": 1.5}.get(kind, 1.0)
-    begin = float(rng.uniform(span_s[0] + 1.0, span_s[1] - length - 1.0))
+    begins = rng.uniform(span_s[0] + 1.0, span_s[1] - length - 1.0, size=DRAWN if kind == "held" else 1)
+    if kind == "held":
+        foot = INDEX[f"{side}_ankle"]
+        ways = [np.ptp(true_m(np.linspace(one, one + length, 20))[:, foot], axis=0).max() for one in begins]
+        begins = begins[[int(np.argmax(ways))]]
+    begin = float(begins[0])
     end = begin + length
-    if kind in ("lost", "unseen"):
+    if kind == "lost":
         return Fault(kind, begin, end, f"{side}_wrist")
     if kind == "swapped":
         return Fault(kind, begin, end, None, str(rng.choice(list(cameras))))
@@ -85,15 +104,6 @@ def _lost(fault: Fault, R: np.ndarray) -> Callable[[CameraFrame], CameraFrame]:
     return change
 
 
-def _unseen(fault: Fault, R: np.ndarray) -> Callable[[CameraFrame], CameraFrame]:
-    def change(frame: CameraFrame) -> CameraFrame:
-        positions, confidence = frame.positions.copy(), frame.confidence.copy()
-        positions[_outward(fault.joint)], confidence[_outward(fault.joint)] = np.nan, 0.0
-        return replace(frame, positions=positions, confidence=confidence)
-
-    return change
-
-
 def _held(fault: Fault, R: np.ndarray) -> Callable[[CameraFrame], CameraFrame]:
     places: dict[int, np.ndarray] = {}
 
@@ -125,7 +135,7 @@ def _swapped(fault: Fault, R: np.ndarray) -> Callable[[CameraFrame], CameraFrame
     return lambda frame: with_sides_exchanged(frame, np.ones(JOINT_COUNT, dtype=bool))
 
 
-_CHANGES = {"lost": _lost, "unseen": _unseen, "held": _held, "stuck": _stuck, "swapped": _swapped}
+_CHANGES = {"lost": _lost, "held": _held, "stuck": _stuck, "swapped": _swapped}
 KINDS = tuple(_CHANGES)
 
 

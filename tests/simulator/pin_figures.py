@@ -95,7 +95,7 @@ class Bench:
         """Return the figures of a fault of a kind."""
         rng = np.random.default_rng(seed)
         span = float(self.clean.time_s[0]), float(self.clean.time_s[-1])
-        fault = a_fault(kind, rng, span, list(self._frames))
+        fault = a_fault(kind, rng, span, list(self._frames), self.true_m)
         frames = faulty(self._frames, self._calibration, fault)
         before, before_s = self._solved(frames)
         times, off = self.errors_m(before, fault.begin_s, fault.end_s)

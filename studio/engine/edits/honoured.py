@@ -9,7 +9,6 @@ from numpy.typing import NDArray
 from studio.engine.base.sentences import Said, say
 from studio.engine.edits.edit import (
     ContactEdit,
-    DirectionEdit,
     Edit,
     ExchangeEdit,
     LeaveOutEdit,
@@ -40,7 +39,6 @@ def refused(
     cameras: Sequence[str],
     performers: Sequence[str],
     span_s: tuple[float, float],
-    anew: bool = False,
 ) -> dict[str, Said]:
     """Return why edits cannot be honoured, one line by edit id; all others are left to the solve.
 
@@ -49,9 +47,8 @@ def refused(
         cameras: names of the take's cameras.
         performers: who is in the take.
         span_s: begin and end of the take, stage time [s].
-        anew: the take was calibrated anew since the edits were made.
     """
-    found = {edit.id: line for edit in edits if (line := _refused(edit, cameras, performers, span_s, anew))}
+    found = {edit.id: line for edit in edits if (line := _refused(edit, cameras, performers, span_s))}
     pins = [pin for pin in of_kind(edits, PinEdit) if pin.id not in found]
     for one, other in combinations(pins, 2):
         apart_m = _apart_m(one, other)
@@ -60,7 +57,7 @@ def refused(
                 found.setdefault(
                     this.id,
                     say(
-                        "edits.contradict",
+                        "evidence.contradict",
                         "contradicts pin {other}, which has {joint} {metres:.2f} m from here at the same time: "
                         "neither is used; switch one off",
                         other=that.id,
@@ -85,31 +82,25 @@ def _refused(
     cameras: Sequence[str],
     performers: Sequence[str],
     span_s: tuple[float, float],
-    anew: bool,
 ) -> Said | None:
     if edit.performer not in performers:
-        return say("edits.no_performer", "the take has no {performer}", performer=edit.performer)
+        return say("evidence.no_performer", "the take has no {performer}", performer=edit.performer)
     if edit.end_s < span_s[0] - SAME_S or edit.start_s > span_s[1] + SAME_S:
         return say(
-            "edits.outside",
+            "evidence.outside",
             "lies outside the take, which goes from {begin:.2f} to {end:.2f} s",
             begin=span_s[0],
             end=span_s[1],
         )
     for joint, known in _joints(edit).items():
         if not known:
-            return say("edits.no_joint", "the character has no joint {joint}", joint=joint)
+            return say("evidence.no_joint", "the character has no joint {joint}", joint=joint)
     if isinstance(edit, LeaveOutEdit | ExchangeEdit) and edit.camera not in (None, *cameras):
         return say(
-            "edits.no_camera",
+            "evidence.no_camera",
             "the take has no camera {camera}, only {cameras}",
             camera=edit.camera,
             cameras=[*cameras],
-        )
-    if anew and isinstance(edit, PinEdit | DirectionEdit | ContactEdit):
-        return say(
-            "edits.calibrated_anew",
-            "the take was calibrated anew since, so its place may be another; set it again",
         )
     return None
 
@@ -135,7 +126,7 @@ def outcome(edit: Edit, poses: Poses) -> EditJson:
         out: EditJson = {"honoured": missed_mm < NEAR_MM, "missed_mm": round(missed_mm, 1)}
         if not out["honoured"]:
             line = say(
-                "edits.missed",
+                "evidence.missed",
                 "{joint} came within {mm:.0f} mm: the body, or the other edits, hold it back",
                 joint=edit.joint,
                 mm=missed_mm,

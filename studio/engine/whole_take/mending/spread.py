@@ -21,25 +21,24 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import cho_solve_banded, cholesky_banded
 
+from studio.engine.whole_take.mending.around import STEP_S
+
 Array = NDArray[np.float64]
 
-STEP_S = 1.0 / 30.0
-"""Time between two instants of the path."""
-
 NOISE_M = 0.03
-"""Standard deviation of a camera's joint."""
+"""Standard deviation of an elbow of a camera, with the little that frames which are alike add."""
 
 PLACE_M = 0.003
 """Standard deviation of a pin."""
 
-ACCELERATION_M_S2 = 12.0
-SHARP = 2.0
+ACCELERATION_M_S2 = 10.0
+SHARP = 6.0
 """Standard deviation of the path's accelerations, and from how many of them on they count less."""
 
-ERROR_COST, ERROR_M = 0.25, 0.04
+ERROR_COST, ERROR_M = 0.06, 0.04
 """Cost of an error in a frame, and the size from which the cost hardly grows any more."""
 
-CHANGE_COST, CHANGE_M = 3.0, 0.015
+CHANGE_COST, CHANGE_M = 1.0, 0.01
 """Cost of a change of the error from one frame to the next, and the size from which it hardly grows any more."""
 
 WIDTHS = (12.0, 12.0, 8.0, 8.0, 5.0, 5.0, 3.0, 3.0, 2.0, 2.0, 1.4, 1.4, 1.0, 1.0, 1.0, 1.0)
@@ -52,7 +51,7 @@ class Spread:
 
     Attributes:
         path_m: shape (frame_count, 3) [m].
-        error_m: shape (frame_count, camera_count, 3) [m]; 0 where a camera sees nothing.
+        error_m: shape (frame_count, camera_count, 3) [m]; where a camera sees nothing, what lies between.
     """
 
     path_m: Array
@@ -63,17 +62,18 @@ def spread(seen_m: Array, pinned: NDArray[np.bool_], place_m: Array, sigma: Arra
     """Return the most likely path and errors.
 
     Args:
-        seen_m: the joint as each camera has it, at instants `STEP_S` apart, in axes in which it moves little [m],
-            shape (frame_count, camera_count, 3); NaN = unseen.
+        seen_m: the joint as each camera has it, at instants `around.STEP_S` apart, in axes in which it moves little
+            [m], shape (frame_count, camera_count, 3); NaN = unseen.
         pinned: instants with a pin, shape (frame_count,).
         place_m: its places in the same axes [m], shape (frame_count, 3).
-        sigma: standard deviation of each camera's joint relative to the usual, shape (frame_count, camera_count).
+        sigma: standard deviation of each camera's joint relative to that of an elbow, shape (frame_count,
+            camera_count).
     """
     frames = len(seen_m)
     seen = np.isfinite(seen_m[..., 0])
     told = seen / (NOISE_M if sigma is None else NOISE_M * sigma) ** 2
     measured = np.where(seen[..., None], seen_m, 0.0)
-    error = np.where(seen[..., None] & pinned.any(), _first_errors(measured, seen, pinned, place_m), 0.0)
+    error = _first_errors(seen_m, pinned, place_m)
     path = np.zeros((frames, 3))
     acceleration = np.ones(max(frames - 2, 0))
     for width in WIDTHS:
@@ -85,19 +85,19 @@ def spread(seen_m: Array, pinned: NDArray[np.bool_], place_m: Array, sigma: Arra
         bend = np.diff(path, n=2, axis=0) / STEP_S**2
         squared = (bend**2).sum(axis=1) / ACCELERATION_M_S2**2
         acceleration = 1.0 / (1.0 + squared / SHARP**2)
-    return Spread(path, np.where(seen[..., None], error, 0.0))
+    return Spread(path, error)
 
 
-def _first_errors(
-    measured: Array, seen: NDArray[np.bool_], pinned: NDArray[np.bool_], place_m: Array
-) -> Array:
-    """Each camera's error at the nearest pin, all along, shape (frame_count, camera_count, 3)."""
-    at = np.flatnonzero(pinned)
-    nearest = at[np.abs(np.arange(len(measured))[:, None] - at).argmin(axis=1)] if len(at) else None
-    if nearest is None:
-        return np.zeros_like(measured)
-    off = np.where(seen[..., None], measured - place_m[:, None], 0.0)
-    return off[nearest]
+def _first_errors(seen_m: Array, pinned: NDArray[np.bool_], place_m: Array) -> Array:
+    """Each camera's error at the nearest pin at which it sees the joint, all along, 0 where it sees it at none, shape
+    (frame_count, camera_count, 3)."""
+    out = np.zeros_like(seen_m)
+    for camera in range(seen_m.shape[1]):
+        at = np.flatnonzero(pinned & np.isfinite(seen_m[:, camera, 0]))
+        if len(at):
+            nearest = at[np.abs(np.arange(len(seen_m))[:, None] - at).argmin(axis=1)]
+            out[:, camera] = (seen_m[:, camera] - place_m)[nearest]
+    return out
 
 
 def _solved(
