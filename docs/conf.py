@@ -68,6 +68,7 @@ NAVIGATION = {
     "Reference": [
         "docs/metrics",
         "docs/formats",
+        "docs/edits",
         "docs/protocol",
         "docs/api",
         "docs/python",

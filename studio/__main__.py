@@ -25,6 +25,7 @@ COMMANDS = (
     "import",
     "calibrate",
     "solve",
+    "edit",
     "performers",
     "evaluate",
     "study",

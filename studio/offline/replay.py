@@ -8,6 +8,8 @@ from pathlib import Path
 from studio.engine.base.errors import CalibrationError, TakeError
 from studio.engine.calibration.calibrate import with_performer
 from studio.engine.calibration.quality.agreement import agreement_figures, disagreements, without_named
+from studio.engine.edits.edit import Edit
+from studio.engine.edits.pins import Pins
 from studio.engine.identity.recognised import performer_key
 from studio.engine.identity.whole_take import spans
 from studio.engine.model.calibration import Calibration
@@ -16,13 +18,16 @@ from studio.engine.model.poses import Poses
 from studio.engine.model.settings import SolveSettings
 from studio.engine.model.solve_metrics import SolveMetrics
 from studio.engine.whole_take.collect import collect_poses
+from studio.engine.whole_take.mending.frames import edited_frames
 from studio.engine.whole_take.residuals import SolveResiduals
 from studio.engine.whole_take.take import TakeSolve, check_together
 from studio.engine.whole_take.together import solve_together
 from studio.engine.whole_take.trace import TraceCollector
+from studio.offline.editing import AskedEdits
 from studio.offline.performers import people_of, without_depth
 from studio.offline.so_far import Show
 from studio.offline.tracking import is_tracked, tracked_frames
+from studio.take.edits.carry import EditsOfSolve, edits_of_solve
 from studio.take.folder.performers import exchange_json
 from studio.take.folder.solves import Solved, write_performers
 from studio.take.folder.take import PERFORMER, Take
@@ -44,6 +49,7 @@ def solve_take(
     to_disk: bool = True,
     show: Show | None = None,
     processes: int | None = None,
+    edits: Sequence[Edit] | None = None,
 ) -> Path:
     """Solve a take and write `solves/<name>/`; return that folder.
 
@@ -57,6 +63,8 @@ def solve_take(
         to_disk: see `write_performers`.
         show: receives what the solve has so far, where it tracks depth first.
         processes: how many may track cameras side by side; None = one a core.
+        edits: of the take; those that are on are honoured, and `edits` in metrics.json says what became of each.
+            None = those that the take has. Not with `as_live`.
 
     Raises:
         TakeError: no raw frames, no live log, or a name that is not allowed.
@@ -68,7 +76,10 @@ def solve_take(
     if as_live:
         performers, settings, common = _as_live(take, progress)
     else:
-        performers, common = _plain(take, settings, progress, show, processes)
+        kept = edits_of_solve(take) if edits is None else EditsOfSolve(tuple(edits), None)
+        asked = AskedEdits(tuple(edit for edit in kept.edits if edit.on))
+        performers, common = _plain(take, settings, progress, show, processes, asked)
+        common |= _of_edits(kept)
     seconds = time.perf_counter() - began
     frames = sum(one.poses.frame_count for one in performers.values())
     metrics: SolveMetrics = {
@@ -96,6 +107,7 @@ def _plain(
     progress: Progress | None,
     show: Show | None,
     processes: int | None,
+    asked: AskedEdits,
 ) -> tuple[dict[str, Solved], SolveMetrics]:
     """Return what is solved of each performer, and the figures of all."""
     check_together(settings)
@@ -116,9 +128,11 @@ def _plain(
     found = people_of(take, used, calibration)
     if found is None:
         settings.check_performers([PERFORMER])
-        only = _PerformerSolve(take, used, calibration, settings.of_performer(PERFORMER), progress)
+        mine = asked.of(PERFORMER, used, calibration)
+        only = _PerformerSolve(take, used, calibration, settings.of_performer(PERFORMER), progress, mine)
         (poses,) = solve_together([only.solve])
-        return {PERFORMER: only.solved(poses)}, common
+        solved = {PERFORMER: only.solved(poses)}
+        return asked.applied(solved, used, common)
     people = found.people
     common["exchanges"] = [exchange_json(one) for one in found.exchanges]
     common["bystanders"] = people.bystanders
@@ -128,7 +142,14 @@ def _plain(
     settings.check_performers([one.name for one in people.performers])
     shares = _Shares(progress, len(people.performers))
     solves = [
-        _PerformerSolve(take, one.frames, one.calibration, settings.of_performer(one.name), shares.part(k))
+        _PerformerSolve(
+            take,
+            one.frames,
+            one.calibration,
+            settings.of_performer(one.name),
+            shares.part(k),
+            asked.of(one.name, one.frames, one.calibration),
+        )
         for k, one in enumerate(people.performers)
     ]
     solved: dict[str, Solved] = {}
@@ -137,7 +158,17 @@ def _plain(
         solved[one.name] = solve.solved(own)
         solved[one.name].metrics["undecided_s"] = [list(span) for span in one.undecided_s]
     common["camera_frames"] = sum(len(used[name]) for name in found.cameras)
-    return solved, common
+    return asked.applied(solved, used, common)
+
+
+def _of_edits(kept: EditsOfSolve) -> SolveMetrics:
+    """Return which list of edits a solve had, and why it did not use it; nothing without a list."""
+    said = SolveMetrics()
+    if kept.revision is not None:
+        said["edits_revision"] = kept.revision
+    if kept.says:
+        said["edits_said"] = kept.says
+    return said
 
 
 def _of_pictures(cameras: list[str], *, alone: bool) -> str:
@@ -172,12 +203,14 @@ class _PerformerSolve:
         calibration: Calibration,
         settings: SolveSettings,
         progress: Progress | None,
+        edits: Sequence[Edit] = (),
     ) -> None:
         """Prepare; `frames` by camera show nobody else."""
         self._residuals, self._trace, self._physics = SolveResiduals(), TraceCollector(), SolveMetrics()
         calibration = _with_proportions(take, calibration, frames)
         self._found = disagreements(calibration, frames, from_s=take.meta["calibration_s"])
-        self._every = Joined(list(without_named(calibration, frames, self._found).values()))
+        agreeing = without_named(calibration, frames, self._found)
+        self._every = Joined(list(edited_frames(agreeing, calibration, edits).values()))
         self.solve = TakeSolve(
             self._every,
             calibration,
@@ -187,6 +220,7 @@ class _PerformerSolve:
             residuals=self._residuals,
             physics=self._physics,
             trace=self._trace,
+            pins=Pins(edits),
         )
 
     def solved(self, poses: Poses) -> Solved:

@@ -26,7 +26,7 @@ OPTIONS = {
     ),
     "import": ("--out",),
     "calibrate": ("--json",),
-    "solve": ("--preset", "--set", "--name", "--as-live", "--json"),
+    "solve": ("--preset", "--set", "--name", "--as-live", "--no-edits", "--json"),
     "evaluate": ("--reference", "--solve", "--json", "--report"),
     "study": ("--seeds", "--out", "--cameras", "--votes"),
     "export": (
@@ -55,6 +55,7 @@ OPTIONS = {
         "--mapping",
     ),
     "rig": ("--mapping", "--save", "--out", "--json"),
+    "edit": ("--json",),
     "performers": ("--name", "--exchange", "--at", "--undo"),
     "bench": ("--json",),
     "prepare": (),

@@ -114,6 +114,43 @@ class Reading:
 
 
 @dataclass(frozen=True)
+class Pinned:
+    """Joints whose place an operator knows, at one or more instants.
+
+    Attributes:
+        place_m: stage frame [m], shape (..., 21, 3); 0 where there is none.
+        radius_m: how far from it they may be [m], shape (..., 21).
+        information: inverse variance [1/m2], shape (..., 21); 0 = not pinned.
+    """
+
+    place_m: NDArray[np.float64]
+    radius_m: NDArray[np.float64]
+    information: NDArray[np.float64]
+
+    def part(self, rows: slice) -> "Pinned":
+        """Return some of the instants."""
+        return Pinned(self.place_m[rows], self.radius_m[rows], self.information[rows])
+
+    def raised(self, up_m: float) -> "Pinned":
+        """Return the places raised."""
+        return replace(self, place_m=self.place_m + np.array([0.0, 0.0, up_m]))
+
+    def rows(self, sites: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Return the information on joints [1/m2], shape (..., 21), 0 within the radius; and the way from them to the
+        nearest place that is allowed [m], shape (..., 21, 3).
+
+        Args:
+            sites: the joints of a pose [m], shape (..., 21, 3).
+        """
+        away = self.place_m - sites
+        distance = np.linalg.norm(away, axis=-1)
+        beyond = np.maximum(distance - self.radius_m, 0.0)
+        active = (self.radius_m == 0.0) | (beyond > 0.0)
+        left = beyond / np.maximum(distance, 1e-9)
+        return self.information * active, left[..., None] * away
+
+
+@dataclass(frozen=True)
 class FrameSet:
     """All cameras' skeletons at one stage time, in the stage frame.
 
@@ -131,6 +168,7 @@ class FrameSet:
         hand_rays: points on the rays of the hands' landmarks, left and right, shape (camera_count, 2, 21, 3) [m],
             NaN = unseen; None = no camera sees a hand's landmarks.
         face_rays: points on the rays of the face's landmarks, shape (camera_count, 11, 3) [m]; else as `hand_rays`.
+        pinned: joints whose place an operator knows, at this instant; None = none.
     """
 
     stage_time_ns: int
@@ -144,6 +182,7 @@ class FrameSet:
     rays: NDArray[np.bool_] = field(default_factory=lambda: np.zeros(0, dtype=np.bool_))
     hand_rays: NDArray[np.float64] | None = None
     face_rays: NDArray[np.float64] | None = None
+    pinned: Pinned | None = None
 
 
 @dataclass(frozen=True)

@@ -2,6 +2,7 @@
 
 from typing import TypedDict
 
+from studio.engine.base.sentences import Sentence
 from studio.engine.model.spans import SpanJson
 
 
@@ -20,6 +21,24 @@ class ExchangeJson(TypedDict):
     performers: list[str]
 
 
+class EditJson(TypedDict, total=False):
+    """What became of an edit in a solve, in `metrics.json`.
+
+    Attributes:
+        honoured: whether the solve is as the edit says.
+        missed_mm: of a pin, how far its joint is off its place, or off its radius, at the most.
+        missed_deg: the same of a direction.
+        line: one line, for people, where it was not honoured.
+        said: the line with its code.
+    """
+
+    honoured: bool
+    missed_mm: float
+    missed_deg: float
+    line: str
+    said: list[Sentence]
+
+
 class SolveMetrics(TypedDict, total=False):
     """Figures of a solve; units are in the keys. A key is missing where its step did not run.
 
@@ -35,6 +54,10 @@ class SolveMetrics(TypedDict, total=False):
         people: one line, for people: what becomes of cameras without depth where several bodies are seen.
         exchanges: of performers by the operator, as the solve made them.
         bystanders: people who held no T-pose and were left out.
+        edits: what became of each edit that is on, by its id; missing without any.
+        edits_revision: of the take's list of edits that the solve honoured; missing where it honoured none.
+        edits_said: one line, for people: why the edits were not used, or that they were carried to another
+            calibration.
         left_out: people who held one but came in after the eighth performer; missing where there are none.
     """
 
@@ -62,3 +85,6 @@ class SolveMetrics(TypedDict, total=False):
     left_out: int
     exchanges: list[ExchangeJson]
     recorded_s: list[list[float]]
+    edits: dict[str, EditJson]
+    edits_revision: int
+    edits_said: str

@@ -10,8 +10,9 @@ import numpy as np
 
 import studio.engine.base.blas  # noqa: F401, so that equal input gives equal bits
 from studio.engine.base.errors import CalibrationError
+from studio.engine.edits.pins import Pins
 from studio.engine.model.calibration import Calibration
-from studio.engine.model.frames import CameraFrame, ClockModel, FusedSkeleton, StepResult
+from studio.engine.model.frames import CameraFrame, ClockModel, FrameSet, FusedSkeleton, StepResult
 from studio.engine.model.guess import GUESSED_HEIGHT_M
 from studio.engine.model.settings import SolveSettings
 from studio.engine.solve.body import BodySolver
@@ -25,14 +26,17 @@ from studio.engine.solve.timing.sync import Synchroniser
 class Pipeline:
     """Turns camera frames into poses, one output frame per `step`."""
 
-    def __init__(self, calibration: Calibration, settings: SolveSettings) -> None:
-        """Start without any frame.
+    def __init__(
+        self, calibration: Calibration, settings: SolveSettings, *, pins: Pins | None = None
+    ) -> None:
+        """Start without any frame. `pins`: places of joints that an operator knows.
 
         Raises:
             CalibrationError: the calibration has no performer.
             SettingsError: the settings name a camera that the calibration lacks.
         """
         self._clocks: dict[str, ClockModel] = {}
+        self._pins = pins or None
         self._build(calibration, settings)
 
     def _build(self, calibration: Calibration, settings: SolveSettings) -> None:
@@ -95,10 +99,14 @@ class Pipeline:
         dt = 0.0 if self._last_ns is None else max(stage_time_ns - self._last_ns, 0) * 1e-9
         self._last_ns = stage_time_ns
         frames = self._sync.frame_set(stage_time_ns)
+        if self._pins is not None:
+            half = 0.5e9 / self._settings.output_hz
+            span_s = (stage_time_ns - half) * 1e-9, (stage_time_ns + half) * 1e-9
+            frames = replace(frames, pinned=self._pins.between(*span_s))
         if self._body.fuses:
             fused, pose = self._body.pose_of_cameras(frames, dt)
         else:
-            fused = self._conditioned(self._fusion.fuse(frames), dt)
+            fused = with_pinned(self._conditioned(self._fusion.fuse(frames), dt), frames)
             pose = self._body.pose(fused, frames, dt)
         if pose is None:
             return None
@@ -117,3 +125,18 @@ class Pipeline:
         return fused if joints is fused.positions else replace(
             fused, positions=joints, confidence=np.where(unseen, 0.0, fused.confidence)
         )  # fmt: skip
+
+
+def with_pinned(fused: FusedSkeleton, frames: FrameSet) -> FusedSkeleton:
+    """Return fused joints with pinned ones at their places."""
+    if frames.pinned is None:
+        return fused
+    told, away = frames.pinned.rows(np.nan_to_num(fused.positions))
+    unseen, known = np.isnan(fused.positions[:, 0]), told > 0.0
+    places = np.where(unseen[:, None], frames.pinned.place_m, fused.positions + away)
+    return replace(
+        fused,
+        positions=np.where(known[:, None], places, fused.positions),
+        confidence=np.where(known, 1.0, fused.confidence),
+        sigma=np.where(known, np.maximum(told, 1.0) ** -0.5, fused.sigma),
+    )

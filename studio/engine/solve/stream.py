@@ -1,5 +1,6 @@
 """Solves frames as they arrive and returns poses when they are due: a `Pipeline` with its `Schedule`."""
 
+from studio.engine.edits.pins import Pins
 from studio.engine.model.calibration import Calibration
 from studio.engine.model.frames import CameraFrame, StepResult
 from studio.engine.model.settings import SolveSettings
@@ -10,14 +11,16 @@ from studio.engine.solve.timing.schedule import Schedule
 class Stream:
     """Solves camera frames one by one, without a clock of its own."""
 
-    def __init__(self, calibration: Calibration, settings: SolveSettings) -> None:
-        """Start without any frame.
+    def __init__(
+        self, calibration: Calibration, settings: SolveSettings, *, pins: Pins | None = None
+    ) -> None:
+        """Start without any frame; `pins` as for `Pipeline`.
 
         Raises:
             CalibrationError: the calibration has no performer.
             SettingsError: the settings name a camera that the calibration lacks.
         """
-        self.pipeline = Pipeline(calibration, settings)
+        self.pipeline = Pipeline(calibration, settings, pins=pins)
         self._schedule = Schedule.of(settings)
 
     def add(self, frame: CameraFrame, *, now_stage_ns: int | None = None) -> list[StepResult]:

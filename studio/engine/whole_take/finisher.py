@@ -15,8 +15,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from studio.engine.base.errors import SettingsError
+from studio.engine.edits.pins import Pins
 from studio.engine.model.calibration import Performer
-from studio.engine.model.frames import FrameSet, StepResult
+from studio.engine.model.frames import FrameSet, Pinned, StepResult
 from studio.engine.model.human.humanoid import build_humanoid
 from studio.engine.model.human.skeleton import Skeleton
 from studio.engine.model.joints import CANONICAL, JOINT_COUNT, MIRROR, OUTPUT_OF_CANONICAL_INDEX
@@ -80,11 +81,19 @@ class Finisher:
         lifted_m: how far the results were raised onto the floor [m].
     """
 
-    def __init__(self, performer: Performer, settings: SolveSettings, *, floor_given: bool = False) -> None:
+    def __init__(
+        self,
+        performer: Performer,
+        settings: SolveSettings,
+        *,
+        floor_given: bool = False,
+        pins: Pins | None = None,
+    ) -> None:
         """Prepare for a performer.
 
         Args:
             floor_given: as in `Calibration`: the take stays on its floor.
+            pins: places of joints that an operator knows.
 
         Raises:
             SettingsError: `ik=none` has no humanoid to refine.
@@ -124,6 +133,8 @@ class Finisher:
         self._exchanged = np.zeros((0, 0), dtype=bool)  # frame and camera
         self._noise: tuple[NDArray[np.float64], NDArray[np.float64]] | None = None
         self._alike = 1.0
+        self._pins = pins or None
+        self._pinned: Pinned | None = None
 
     @property
     def physics_report(self) -> SolveMetrics:
@@ -155,6 +166,8 @@ class Finisher:
         """
         assert self._store is not None
         self._passes = _Passes(progress, self._pass_count() + beside)
+        if self._pins is not None:
+            self._pinned = self._pins.at(1e-9 * self._store.times_ns.astype(np.float64), self._dt)
         q, far = self._initial(self._store)
         pieces = self._pieces(self._store)
         for first, last in pieces:
@@ -171,6 +184,8 @@ class Finisher:
                 self._feet(q).joints_m, pieces, self._dt, self._rest_heights_m,
                 floor_given=self._floor_given, wander=wander_of(self._alike),
             )  # fmt: skip
+            if self._pinned is not None and not self._floor_given:
+                self._pinned = self._pinned.raised(-lift_m(self._feet(q), contacts))
             for iteration in range(CONTACT_ITERATIONS):
                 if iteration > 0:
                     feet = self._feet(q)
@@ -311,6 +326,7 @@ class Finisher:
                     None if contacts is None else contacts.part(slice(low, high)),
                     held=(HELD if low > first else 0, HELD if high < last else 0),
                     others=here,
+                    pinned=None if self._pinned is None else self._pinned.part(slice(low, high)),
                 )
                 q[begin:end] = stepped[begin - low : end - low]
                 self._passes.tell(end / len(q))

@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from studio.engine.base.errors import SettingsError
+from studio.engine.edits.pins import Pins
 from studio.engine.model.calibration import Calibration
 from studio.engine.model.frames import CameraFrame, StepResult
 from studio.engine.model.on_demand import FramesOnDemand
@@ -84,14 +85,16 @@ class TakeSolve:
         residuals: SolveResiduals | None = None,
         physics: SolveMetrics | None = None,
         trace: TraceCollector | None = None,
+        pins: Pins | None = None,
     ) -> None:
-        """Prepare; arguments and errors are those of `solve_frames`."""
+        """Prepare; arguments and errors are those of `solve_frames`. `pins`: places of joints that an operator
+        knows."""
         self._frames = frames if isinstance(frames, Sequence) else list(frames)
         self._calibration, self._settings, self._start_s = calibration, settings, start_s
         self._progress, self._physics = progress, physics
-        self._residuals, self._trace = residuals, trace
+        self._residuals, self._trace, self._pins = residuals, trace, pins
         self._collector = PoseCollector()
-        self.finisher = _finisher(calibration, settings)
+        self.finisher = _finisher(calibration, settings, pins)
         self._live_share = 1.0 if self.finisher is None else LIVE_SHARE
 
     def first(self) -> None:
@@ -100,7 +103,7 @@ class TakeSolve:
         parts = _parts(self._frames, placed)
         done = 0
         for part in range(int(parts.max(initial=0)) + 1):
-            stream = Stream(self._calibration, self._settings)
+            stream = Stream(self._calibration, self._settings, pins=self._pins)
             if self.finisher is not None:
                 self.finisher.cut()
             for place in placed["place"][parts == part].tolist():
@@ -218,8 +221,8 @@ def check_together(settings: SolveSettings) -> None:
         )
 
 
-def _finisher(calibration: Calibration, settings: SolveSettings) -> Finisher | None:
+def _finisher(calibration: Calibration, settings: SolveSettings, pins: Pins | None) -> Finisher | None:
     check_together(settings)
     if settings.finish == "off" or calibration.performer is None:
         return None
-    return Finisher(calibration.performer, settings, floor_given=calibration.floor_given)
+    return Finisher(calibration.performer, settings, floor_given=calibration.floor_given, pins=pins)

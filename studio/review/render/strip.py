@@ -18,11 +18,15 @@ _PAPER, _INK, _FAINT = (236, 238, 241), (38, 44, 54), (104, 113, 126)
 
 
 def stage_times(poses: Poses, times_s: list[float]) -> list[float]:
-    """Return the stage times [s] of a user's times: stage times already, or times since the first frame if
-    the stage clock is a wall clock (a live take).
+    """Return the stage times [s] of a user's times; see `stage_time`."""
+    return [stage_time(poses.begins_s, one) for one in times_s] if poses.frame_count > 0 else times_s
+
+
+def stage_time(begins_s: float, time_s: float) -> float:
+    """Return the stage time [s] of a user's time: a stage time already, or a time since the beginning of the take
+    if the stage clock is a wall clock (a live take).
     """
-    wall = poses.frame_count > 0 and poses.begins_s > _DAY_S
-    return [poses.begins_s + time_s for time_s in times_s] if wall else times_s
+    return begins_s + time_s if begins_s > _DAY_S > time_s else time_s
 
 
 def default_times(poses: Poses, count: int) -> list[float]:

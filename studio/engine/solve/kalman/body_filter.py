@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from studio.engine.model.frames import FrameSet, FusedSkeleton, Reading
+from studio.engine.model.frames import FrameSet, FusedSkeleton, Pinned, Reading
 from studio.engine.model.human.angles import configuration_of
 from studio.engine.model.human.humanoid import FREE_DOFS, Humanoid
 from studio.engine.model.human.kinematics import SiteKinematics
@@ -41,6 +41,9 @@ NO_BODY_M, DOUBTED_S = 0.05, 0.5
 
 CLEARLY = 0.7
 """Left and right are exchanged in some cameras if the joints are then this share as far from a pose."""
+
+PIN_STEPS, PIN_NEAR_M = 3, 0.002
+"""Most corrections by a known joint, and how near to its place it needs no other [m]."""
 
 LONGEST_S = 0.2
 """Longest prediction in one step [s]."""
@@ -116,6 +119,8 @@ class BodyFilter:
         elif self._started:
             ahead = [replace(r, offset_s=r.offset_s - self._ahead_s) for r in frames.readings]
             self._advance(ahead, frames.camera_positions, dt)
+            if frames.pinned is not None:
+                self._pin(frames.pinned.raised(self.floor_m))
         q = self._shown_of(*self._belief.earlier(), dt) if self._started else None
         return self._fused(frames), q
 
@@ -270,6 +275,24 @@ class BodyFilter:
         belief.correct(step, correction.told(), correction.gained())
         self._sites = self._kinematics.place(belief.moved(late_s)).copy()
         self._unstick(*(rows.middle() if watched is None else watched), elapsed)
+
+    def _pin(self, pinned: Pinned) -> None:
+        """Correct the state by joints that are known in the output frame, whatever the cameras say."""
+        belief, late_s = self._belief, -self._ahead_s
+        for _ in range(PIN_STEPS):
+            q = belief.moved(late_s)
+            sites, jacobian = self._linearised(q)
+            told, away = pinned.rows(sites)
+            if not told.any() or np.abs(away).max() < PIN_NEAR_M:
+                return
+            correction = Correction(*belief.toward(late_s), late_s, jacobian)
+            room = np.stack([self._high - q[7:], self._low - q[7:]])
+            information, pull = told[:, None, None] * np.eye(3), told[:, None] * away
+            correction.solve(information, pull, room)
+            if correction.beyond:
+                correction.solve(information, pull, room)
+            belief.correct(correction.step(), correction.told(), correction.gained())
+        self._sites = self._kinematics.place(belief.q).copy()
 
     def _choose(
         self,

@@ -274,5 +274,6 @@ class Synchroniser:
             head,
             tuple(readings),
             rays,
-            *part_rays,
+            hand_rays=part_rays[_HANDS],
+            face_rays=part_rays[_FACE],
         )

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from scipy.linalg import cho_solve_banded, cholesky_banded
 from scipy.ndimage import gaussian_filter1d
 
+from studio.engine.model.frames import Pinned
 from studio.engine.model.human.humanoid import BODY_JOINTS, FREE_DOFS, Humanoid
 from studio.engine.model.human.ranges import dofs_of
 from studio.engine.model.settings import SolveSettings
@@ -166,6 +167,7 @@ class Smoother:
         *,
         held: tuple[int, int] = (0, 0),
         others: Sequence[OtherPerformer] = (),
+        pinned: Pinned | None = None,
     ) -> NDArray[np.float64]:
         """Return the window's configurations after one step towards the minimum.
 
@@ -176,8 +178,11 @@ class Smoother:
             held: number of frames at the beginning and at the end that do not change, because their other neighbours
                 are outside the window.
             others: other performers in the same frames.
+            pinned: known joints in the same frames; None = none.
         """
         normal = self._normal(q, measurements, contacts)
+        if pinned is not None and pinned.information.any():
+            _add_pinned_rows(normal, q, self._kinematics, pinned)
         for other in others:
             _add_rows(normal, *self._others.rows(q, self._kinematics, other))
         k = np.arange(q.shape[1] - 1)
@@ -294,6 +299,19 @@ def _add_contact_rows(
     near = np.clip(1.0 + below / NEAR_M, 0.0, 1.0) ** 2 * (contacts.hold == 0.0)
     weight[:, joints, 2, 2] += np.where(below > 0.0, 1.0, near) / LEAST_SIGMA_M**2
     pull[:, joints, 2] += sunk / LEAST_SIGMA_M**2
+
+
+def _add_pinned_rows(
+    normal: NormalEquations, q: NDArray[np.float64], kinematics: Kinematics, pinned: Pinned
+) -> None:
+    """Pull joints to the places that an operator knows, without a limit to the weight of what is far off."""
+    known = np.flatnonzero(pinned.information.any(axis=1))
+    sites, jacobians = kinematics.linearised(q[known])
+    told, away = Pinned(pinned.place_m[known], pinned.radius_m[known], pinned.information[known]).rows(sites)
+    rows = np.repeat(told, 3, axis=1)
+    normal.diagonal[known] += np.matmul(jacobians.transpose(0, 2, 1), rows[..., None] * jacobians)
+    pull = (told[..., None] * away).reshape(len(known), 1, -1)
+    normal.right[known] += np.matmul(pull, jacobians)[:, 0]
 
 
 def _add_rows(

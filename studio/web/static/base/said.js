@@ -7,6 +7,7 @@
 import blind from "./said/blind.js";
 import calibration from "./said/calibration.js";
 import devices from "./said/devices.js";
+import edits from "./said/edits.js";
 import exporting from "./said/export.js";
 import files from "./said/files.js";
 import recordings from "./said/recordings.js";
@@ -18,7 +19,7 @@ import video from "./said/video.js";
 import { remember } from "./retell.js";
 import { language, number, template, unbroken } from "./strings.js";
 
-const FRENCH = { ...stage, ...calibration, ...takes, ...exporting, ...settings, ...files, ...recordings, ...devices, ...blind, ...sync, ...video };
+const FRENCH = { ...stage, ...calibration, ...takes, ...edits, ...exporting, ...settings, ...files, ...recordings, ...devices, ...blind, ...sync, ...video };
 const KEPT = 1000;
 const sentences = new Map(); // the last sentences heard, by their English text
 

@@ -1,0 +1,71 @@
+"""Pins as the solves take them: places of joints that are always right, with their information at any time."""
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from studio.engine.edits.edit import Edit, PinEdit
+from studio.engine.edits.timing import of_kind, share
+from studio.engine.model.frames import Pinned
+from studio.engine.model.joints import INDEX, JOINT_COUNT
+
+SIGMA_M = 0.005
+"""Standard deviation of a joint from the place of its pin [m]."""
+
+LEAST_SHARE = 0.02
+"""A range that has eased out further than this is over."""
+
+
+class Pins:
+    """The pins of one performer."""
+
+    def __init__(self, edits: Sequence[Edit]) -> None:
+        """Take the pins among edits; those of unknown joints are left out."""
+        self._pins = [pin for pin in of_kind(edits, PinEdit) if pin.joint in INDEX]
+        self._spans = [
+            (pin.start_s, pin.end_s)
+            if pin.start_s == pin.end_s
+            else (pin.start_s - pin.ease_s, pin.end_s + pin.ease_s)
+            for pin in self._pins
+        ]
+
+    def __bool__(self) -> bool:
+        return bool(self._pins)
+
+    def at(self, time_s: NDArray[np.float64], dt: float) -> Pinned:
+        """Return what is pinned in frames.
+
+        A pin of one instant is one of the nearest frame. A joint with several pins has their weighted mean.
+
+        Args:
+            time_s: of the frames [s], shape (frame_count,).
+            dt: time between two frames [s].
+        """
+        shape = (len(time_s), JOINT_COUNT)
+        place, radius, information = np.zeros((*shape, 3)), np.zeros(shape), np.zeros(shape)
+        for pin in self._pins:
+            told = _told(pin, time_s, dt) / SIGMA_M**2
+            joint = INDEX[pin.joint]
+            place[:, joint] += told[:, None] * np.array(pin.place_m)
+            radius[:, joint] += told * pin.radius_m
+            information[:, joint] += told
+        known = np.maximum(information, 1e-12)
+        return Pinned(place / known[..., None], radius / known, information)
+
+    def between(self, begin_s: float, end_s: float) -> Pinned | None:
+        """Return what is pinned after `begin_s` up to `end_s` [s], without an axis of frames; None = nothing."""
+        if not any(first <= end_s and last > begin_s for first, last in self._spans):
+            return None
+        middle = 0.5 * (begin_s + end_s)
+        found = self.at(np.array([middle]), end_s - begin_s)
+        return Pinned(found.place_m[0], found.radius_m[0], found.information[0])
+
+
+def _told(pin: PinEdit, time_s: NDArray[np.float64], dt: float) -> NDArray[np.float64]:
+    """How much of a pin counts in frames, 0..1, shape (frame_count,)."""
+    if pin.start_s == pin.end_s:
+        away = time_s - pin.start_s
+        return ((away >= -0.5 * dt) & (away < 0.5 * dt)).astype(np.float64)
+    told = share(pin, time_s)
+    return np.where(told > LEAST_SHARE, told**4, 0.0)

@@ -1,0 +1,230 @@
+"""The cameras' joints around some pins, at even instants, with left and right as they are."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.ndimage import gaussian_filter1d
+
+from studio.engine.base.geometry import transform_points
+from studio.engine.calibration.cameras.noise import unbiased
+from studio.engine.edits.frames import places_between, stage_s
+from studio.engine.model.calibration import Calibration
+from studio.engine.model.frames import CameraFrame
+from studio.engine.model.joint_noise import JOINT_FACTOR
+from studio.engine.model.joints import INDEX, JOINT_COUNT, MIRROR
+from studio.engine.solve.fusion.facing import forwardness
+
+Array = NDArray[np.float64]
+
+STEP_S = 1.0 / 30.0
+"""Time between two instants."""
+
+GAP_S = 0.1
+"""Longest gap between two frames that is interpolated."""
+
+SIDES_S = 0.15
+"""Standard deviation of the time over which a camera's sides are compared."""
+
+ROUNDS = 4
+AXES_S = 0.1
+"""Rounds in which cameras' sides are compared with their common skeleton, and smoothing of the trunk's axes."""
+
+_SIDED = MIRROR != np.arange(JOINT_COUNT)
+
+
+@dataclass(frozen=True)
+class SeenByCamera:
+    """A camera's frames around pins.
+
+    Attributes:
+        places: their indices among all of the camera.
+        time_s: stage time of each [s], shape (frame_count,).
+        positions: joints in the stage frame [m], shape (frame_count, 21, 3); NaN = unseen.
+        confidence: shape (frame_count, 21).
+    """
+
+    places: range
+    time_s: Array
+    positions: Array
+    confidence: Array
+
+
+@dataclass(frozen=True)
+class Around:
+    """All cameras with depth, around some pins.
+
+    Attributes:
+        time_s: the instants, `STEP_S` apart [s], shape (count,).
+        cameras: by name, in the order of the axes below.
+        tracks: joints with left and right as they are [m], shape (count, camera_count, 21, 3); NaN = unseen.
+        noise: standard deviation of each relative to that of an elbow that is surely seen, shape (count,
+            camera_count, 21).
+        exchanged: instants at which a camera has left and right exchanged, shape (count, camera_count).
+    """
+
+    time_s: Array
+    cameras: dict[str, SeenByCamera]
+    tracks: Array
+    noise: Array
+    exchanged: NDArray[np.bool_]
+
+    def middle(self) -> Array:
+        """Return the median over the cameras, gaps filled in time [m], shape (count, 21, 3)."""
+        return filled(median_of(self.tracks))
+
+    def row_of(self, time_s: float) -> int:
+        """Return the index of the nearest instant."""
+        return int(np.clip(round((time_s - self.time_s[0]) / STEP_S), 0, len(self.time_s) - 1))
+
+
+def around(
+    frames: Mapping[str, Sequence[CameraFrame]], calibration: Calibration, begin_s: float, end_s: float
+) -> Around | None:
+    """Return what the cameras with depth see between two stage times [s]; None where they see nothing."""
+    time_s = np.arange(begin_s, end_s + 0.5 * STEP_S, STEP_S)
+    cameras = {
+        name: found
+        for name, mine in frames.items()
+        if name in calibration.cameras
+        and (found := _of_camera(name, mine, calibration, begin_s, end_s)) is not None
+    }
+    if not cameras:
+        return None
+    grids = [_on_grid(time_s, seen) for seen in cameras.values()]
+    tracks = np.stack([positions for positions, _ in grids], axis=1)
+    noise = np.stack([noise for _, noise in grids], axis=1)
+    exchanged = _exchanged(tracks)
+    tracks = np.where(exchanged[..., None, None], tracks[:, :, MIRROR], tracks)
+    noise = np.where(exchanged[..., None], noise[:, :, MIRROR], noise)
+    return Around(time_s, cameras, tracks, noise, exchanged)
+
+
+def _of_camera(
+    name: str, frames: Sequence[CameraFrame], calibration: Calibration, begin_s: float, end_s: float
+) -> SeenByCamera | None:
+    """A camera's joints between two times; None for one without depth, or without frames there."""
+    time_of = stage_s(calibration, name)
+    places = places_between(frames, time_of, begin_s, end_s)
+    found = [frames[place] for place in places]
+    if not found or any(frame.picture is not None for frame in found):
+        return None
+    camera = calibration.cameras[name]
+    seen = unbiased(np.array([frame.positions for frame in found]), camera.depth_bias_m)
+    return SeenByCamera(
+        places,
+        np.array([time_of(frame) for frame in found]),
+        transform_points(camera.T_stage_camera, seen),
+        np.array([frame.confidence for frame in found]),
+    )
+
+
+def _on_grid(time_s: Array, seen: SeenByCamera) -> tuple[Array, Array]:
+    """A camera's joints, shape (count, 21, 3), NaN where it sees none, and their noise, (count, 21)."""
+    out = np.full((len(time_s), JOINT_COUNT, 3), np.nan)
+    doubt = np.clip(1.0 + 5.0 * (0.85 - seen.confidence), 1.0, 4.5)
+    noise = np.ones((len(time_s), JOINT_COUNT))
+    for joint in range(JOINT_COUNT):
+        known = np.isfinite(seen.positions[:, joint, 0])
+        if known.sum() < 2:
+            continue
+        times = seen.time_s[known]
+        after = np.clip(np.searchsorted(times, time_s), 1, len(times) - 1)
+        near = times[after] - times[after - 1] < GAP_S
+        near &= (time_s >= times[0] - 0.5 * STEP_S) & (time_s <= times[-1] + 0.5 * STEP_S)
+        for axis in range(3):
+            own = np.interp(time_s, times, seen.positions[known, joint, axis])
+            out[near, joint, axis] = own[near]
+        noise[:, joint] = JOINT_FACTOR[joint] * np.interp(time_s, times, doubt[known, joint])
+    return out, noise
+
+
+def _exchanged(tracks: Array) -> NDArray[np.bool_]:
+    """Instants at which a camera has left and right exchanged, shape (count, camera_count).
+
+    Feet and knees of each camera tell its sides at first, then the cameras' common skeleton does.
+    """
+    ahead = _averaged(np.nan_to_num(forwardness(tracks)))
+    exchanged = ahead < 0.0
+    mirrored = tracks[:, :, MIRROR]
+    for _ in range(ROUNDS):
+        as_named = np.where(exchanged[..., None, None], mirrored, tracks)
+        middle = gaussian_filter1d(filled(median_of(as_named)), 1.0, axis=0, mode="nearest")
+        stays, turns = (_apart(one, middle) for one in (tracks, mirrored))
+        exchanged = _averaged(turns - stays) < 0.0
+    return exchanged
+
+
+def _apart(tracks: Array, middle: Array) -> Array:
+    """Mean distance of the joints of either side, clipped [m], shape (count, camera_count)."""
+    distance = np.minimum(np.linalg.norm(tracks - middle[:, None], axis=3), 0.3)[:, :, _SIDED]
+    known = np.isfinite(distance)
+    return np.where(known, distance, 0.0).sum(axis=2) / np.maximum(known.sum(axis=2), 1)
+
+
+def _averaged(values: Array) -> Array:
+    return gaussian_filter1d(values, 1.0, axis=0, mode="nearest")
+
+
+def median_of(tracks: Array) -> Array:
+    """Return the median over cameras of tracks, shape (count, camera_count, 21, 3); NaN where none sees the joint."""
+    seen = np.isfinite(tracks[..., :1])
+    ordered = np.sort(np.where(seen, tracks, np.inf), axis=1)
+    count = seen.sum(axis=1)
+    low, high = np.maximum((count - 1) // 2, 0)[:, None], np.minimum(count // 2, tracks.shape[1] - 1)[:, None]
+    low, high = (
+        np.take_along_axis(ordered, np.broadcast_to(k, (*k.shape[:3], 3)), axis=1) for k in (low, high)
+    )
+    return np.where(count > 0, 0.5 * (low + high)[:, 0], np.nan)
+
+
+def filled(tracks: Array) -> Array:
+    """Return tracks, shape (count, joint_count, 3), with gaps filled in time; what is never seen is at 0."""
+    out = tracks.copy()
+    places = np.arange(len(out))
+    for joint in range(out.shape[1]):
+        known = np.isfinite(out[:, joint, 0])
+        for axis in range(3):
+            own = np.interp(places, places[known], out[known, joint, axis]) if known.any() else 0.0
+            out[:, joint, axis] = own
+    return out
+
+
+def axes_of(middle: Array, joint: int) -> tuple[Array, Array]:
+    """Return axes in which a joint moves little, shape (count, 3, 3), and their origin [m], shape (count, 3).
+
+    For a limb these are the trunk's axes at the limb's root, smoothed; for a joint of the trunk the stage's, at the
+    middle of the others.
+
+    Args:
+        middle: joints without gaps [m], shape (count, 21, 3).
+        joint: index of the joint.
+    """
+    smooth = gaussian_filter1d(middle, AXES_S / STEP_S, axis=0, mode="nearest")
+    root = _ROOTS[joint]
+    if root is None:
+        others = [INDEX[name] for name in ("hips", "chest", "neck") if INDEX[name] != joint]
+        return np.tile(np.eye(3), (len(middle), 1, 1)), smooth[:, others].mean(axis=1)
+    part = "hip" if root in (INDEX["left_hip"], INDEX["right_hip"]) else "shoulder"
+    x = _unit(smooth[:, INDEX[f"left_{part}"]] - smooth[:, INDEX[f"right_{part}"]])
+    y = _unit(np.cross(smooth[:, INDEX["neck"]] - smooth[:, INDEX["hips"]], x))
+    return np.stack([x, y, np.cross(x, y)], axis=2), smooth[:, root]
+
+
+def _unit(vectors: Array) -> Array:
+    return vectors / np.maximum(np.linalg.norm(vectors, axis=1, keepdims=True), 1e-6)
+
+
+def _roots() -> dict[int, int | None]:
+    """The shoulder or hip that carries each joint; None for the trunk's, to which shoulders and hips belong."""
+    out: dict[int, int | None] = {}
+    for name, index in INDEX.items():
+        side, _, part = name.partition("_")
+        arm = part in ("elbow", "wrist", "hand")
+        leg = part in ("knee", "ankle", "toe")
+        out[index] = INDEX[f"{side}_shoulder"] if arm else INDEX[f"{side}_hip"] if leg else None
+    return out
+
+
+_ROOTS = _roots()

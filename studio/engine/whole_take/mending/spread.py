@@ -1,0 +1,139 @@
+"""What a pin says about its neighbourhood: for how long the cameras were wrong, and by how much.
+
+A pin is a place at an instant. Cameras that contradict it do so for a while: a tracker takes a hip for a wrist, a
+limb hangs beside its true place. Each camera's error is therefore unknown, but zero at most times, and it changes
+seldom and then at once. The joint itself moves smoothly. The most likely path of the joint and the cameras' errors
+follow from that, given the pins. No truth is needed: where an error begins and ends, the camera's joint jumps against
+the smooth path.
+
+Minimised: the squared residuals of the cameras less their errors, the path's accelerations, the logarithm of the
+errors, and the logarithm of their changes, by iteratively reweighted least squares whose logarithms narrow from step
+to step. Frames couple with the next two only, so every step is a banded solve.
+
+Source: sparse changes by a logarithmic penalty and reweighting: Candes, Wakin, Boyd, "Enhancing sparsity by
+reweighted l1 minimization", J. Fourier Analysis and Applications 14, 2008; graduated narrowing: Blake, Zisserman,
+"Visual reconstruction", 1987, chapter 7.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg import cho_solve_banded, cholesky_banded
+
+from studio.engine.whole_take.mending.around import STEP_S
+
+Array = NDArray[np.float64]
+
+NOISE_M = 0.03
+"""Standard deviation of an elbow of a camera, with the little that frames which are alike add."""
+
+PLACE_M = 0.003
+"""Standard deviation of a pin."""
+
+ACCELERATION_M_S2 = 10.0
+SHARP = 6.0
+"""Standard deviation of the path's accelerations, and from how many of them on they count less."""
+
+ERROR_COST, ERROR_M = 0.06, 0.04
+"""Cost of an error in a frame, and the size from which the cost hardly grows any more."""
+
+CHANGE_COST, CHANGE_M = 1.0, 0.01
+"""Cost of a change of the error from one frame to the next, and the size from which it hardly grows any more."""
+
+WIDTHS = (12.0, 12.0, 8.0, 8.0, 5.0, 5.0, 3.0, 3.0, 2.0, 2.0, 1.4, 1.4, 1.0, 1.0, 1.0, 1.0)
+"""How much wider the logarithms are in each step."""
+
+
+@dataclass(frozen=True)
+class Spread:
+    """The path of a joint and the cameras' errors, most likely.
+
+    Attributes:
+        path_m: shape (frame_count, 3) [m].
+        error_m: shape (frame_count, camera_count, 3) [m]; where a camera sees nothing, what lies between.
+    """
+
+    path_m: Array
+    error_m: Array
+
+
+def spread(seen_m: Array, pinned: NDArray[np.bool_], place_m: Array, sigma: Array | None = None) -> Spread:
+    """Return the most likely path and errors.
+
+    Args:
+        seen_m: the joint as each camera has it, at instants `around.STEP_S` apart, in axes in which it moves little
+            [m], shape (frame_count, camera_count, 3); NaN = unseen.
+        pinned: instants with a pin, shape (frame_count,).
+        place_m: its places in the same axes [m], shape (frame_count, 3).
+        sigma: standard deviation of each camera's joint relative to that of an elbow, shape (frame_count,
+            camera_count).
+    """
+    frames = len(seen_m)
+    seen = np.isfinite(seen_m[..., 0])
+    told = seen / (NOISE_M if sigma is None else NOISE_M * sigma) ** 2
+    measured = np.where(seen[..., None], seen_m, 0.0)
+    error = _first_errors(seen_m, pinned, place_m)
+    path = np.zeros((frames, 3))
+    acceleration = np.ones(max(frames - 2, 0))
+    for width in WIDTHS:
+        wide, wide_change = ERROR_M * width, CHANGE_M * width
+        size, change = (error**2).sum(axis=2), (np.diff(error, axis=0) ** 2).sum(axis=2)
+        of_error = ERROR_COST / (wide**2 + size)
+        of_change = CHANGE_COST / (wide_change**2 + change)
+        path, error = _solved(measured, told, pinned, place_m, acceleration, of_error, of_change)
+        bend = np.diff(path, n=2, axis=0) / STEP_S**2
+        squared = (bend**2).sum(axis=1) / ACCELERATION_M_S2**2
+        acceleration = 1.0 / (1.0 + squared / SHARP**2)
+    return Spread(path, error)
+
+
+def _first_errors(seen_m: Array, pinned: NDArray[np.bool_], place_m: Array) -> Array:
+    """Each camera's error at the nearest pin at which it sees the joint, all along, 0 where it sees it at none, shape
+    (frame_count, camera_count, 3)."""
+    out = np.zeros_like(seen_m)
+    for camera in range(seen_m.shape[1]):
+        at = np.flatnonzero(pinned & np.isfinite(seen_m[:, camera, 0]))
+        if len(at):
+            nearest = at[np.abs(np.arange(len(seen_m))[:, None] - at).argmin(axis=1)]
+            out[:, camera] = (seen_m[:, camera] - place_m)[nearest]
+    return out
+
+
+def _solved(
+    measured: Array,
+    told: Array,
+    pinned: NDArray[np.bool_],
+    place_m: Array,
+    acceleration: Array,
+    of_error: Array,
+    of_change: Array,
+) -> tuple[Array, Array]:
+    """The least squares with these weights; unknowns of a frame are the path, then each camera's error."""
+    frames, cameras = told.shape
+    width = cameras + 1
+    band = np.zeros(
+        (2 * width + 1, frames * width)
+    )  # lower form: band[k, i] is the entry of row i + k, column i
+    right = np.zeros((frames * width, 3))
+    own = np.arange(frames) * width
+    pin = pinned / PLACE_M**2
+    band[0, own] += told.sum(axis=1) + pin + 1e-6
+    right[own] += np.einsum("tc,tca->ta", told, measured) + pin[:, None] * place_m
+    for c in range(cameras):
+        mine = own + 1 + c
+        band[0, mine] += told[:, c] + of_error[:, c] + 1e-6
+        band[1 + c, own] += told[:, c]
+        right[mine] += told[:, c, None] * measured[:, c]
+        band[0, mine[:-1]] += of_change[:, c]
+        band[0, mine[1:]] += of_change[:, c]
+        band[width, mine[:-1]] -= of_change[:, c]
+    stiff = acceleration / (ACCELERATION_M_S2 * STEP_S**2) ** 2
+    for rows, factor in ((own[:-2], 1.0), (own[1:-1], 4.0), (own[2:], 1.0)):
+        band[0, rows] += factor * stiff
+    band[width, own[:-2]] -= 2.0 * stiff
+    band[width, own[1:-1]] -= 2.0 * stiff
+    band[2 * width, own[:-2]] += stiff
+    factor = cholesky_banded(band, overwrite_ab=True, lower=True, check_finite=False)
+    found = cho_solve_banded((factor, True), right, check_finite=False).reshape(frames, width, 3)
+    return found[:, 0], found[:, 1:]

@@ -1,0 +1,145 @@
+"""How well one edit mends a fault that was put into a take on purpose.
+
+`python -m tests.simulator.pin_figures TAKE=TRUTH ...` prints a line for each.
+Each fault is solved, then mended by one edit at one instant, where the solve is furthest off, with its place from the
+truth and 2 cm of noise, and solved again.
+"""
+
+import argparse
+import tempfile
+import time
+from dataclasses import dataclass
+from pathlib import Path
+from unittest.mock import patch
+
+import numpy as np
+from numpy.typing import NDArray
+
+from studio.engine.edits.edit import Edit
+from studio.engine.metrics.cleanup.solve import cleanup_figures
+from studio.engine.metrics.reference.alignment import Alignment, align
+from studio.engine.metrics.reference.matching import match
+from studio.engine.metrics.reference.reference import Reference, read_reference
+from studio.engine.model.joints import CANONICAL, INDEX, OUTPUT_OF_CANONICAL_INDEX
+from studio.engine.model.poses import Poses
+from studio.engine.model.settings import parse_settings
+from studio.offline import replay
+from studio.take.folder.take import Take
+from studio.take.raw.frames import camera_frames
+from tests.simulator.pin_faults import KINDS, Fault, Frames, a_fault, faulty, mending
+
+OUTSIDE_S = 0.5
+
+
+@dataclass(frozen=True)
+class Figures:
+    """Of one fault: errors of the joint over the faulty range [mm], clean, faulty and mended; the 99th percentile of
+    what lies outside and was moved by the edit [mm]; clean-up events inside, faulty and mended; the duration of the
+    mended solve in that of the faulty one."""
+
+    fault: Fault
+    clean_mm: float
+    before_mm: float
+    after_mm: float
+    outside_mm: float
+    events: tuple[int, int]
+    ratio: float
+
+    @property
+    def mended(self) -> bool:
+        """Whether the error is a third, or what it was before the fault where the solve withstood it."""
+        return self.after_mm <= max(self.before_mm / 3.0, 1.15 * self.clean_mm + 2.0)
+
+
+class Bench:
+    """A take with its truth, and its solve without a fault."""
+
+    def __init__(self, take: Take, truth: Reference, preset: str) -> None:
+        self._take, self._truth, self._preset = take, truth, preset
+        self._frames: Frames = camera_frames(take.raw_path)
+        self._calibration = take.calibration()
+        self.clean, _ = self._solved(self._frames)
+        matched, alignment = align(match(self.clean, truth, start_s=self._start_s))
+        del matched
+        self._alignment: Alignment = alignment
+
+    @property
+    def _start_s(self) -> float:
+        return float(self._take.meta["calibration_s"] or 0.0)
+
+    def _solved(self, frames: Frames, edits: tuple[Edit, ...] = ()) -> tuple[Poses, float]:
+        began = time.process_time()
+        with tempfile.TemporaryDirectory(), patch.object(replay, "camera_frames", lambda path: dict(frames)):
+            folder = replay.solve_take(
+                self._take, parse_settings(self._preset), name="bench", to_disk=False, edits=edits
+            )
+        return Poses.load(folder / "poses.npz"), time.process_time() - began
+
+    def true_m(self, time_s: NDArray[np.float64]) -> NDArray[np.float64]:
+        """The true joints in the stage frame of the solves [m], shape (time_count, 21, 3)."""
+        return self._alignment.to_stage(self._truth.at(time_s))
+
+    def errors_m(self, poses: Poses, begin_s: float, end_s: float) -> tuple[NDArray, NDArray]:
+        """Times, shape (frame_count,), and errors of the joints [m], shape (frame_count, 21)."""
+        rows = (poses.time_s >= begin_s) & (poses.time_s <= end_s)
+        joints = poses.positions_m[rows][:, OUTPUT_OF_CANONICAL_INDEX]
+        times = poses.time_s[rows]
+        return times, np.linalg.norm(joints - self.true_m(times), axis=2)
+
+    def events(self, poses: Poses, begin_s: float, end_s: float) -> int:
+        """Number of clean-up events in a range."""
+        found = cleanup_figures(poses, self._truth, self._alignment)["cleanup_events"] or []
+        return sum(e["start_s"] <= end_s + OUTSIDE_S and e["end_s"] >= begin_s - OUTSIDE_S for e in found)
+
+    def measured(self, kind: str, seed: int) -> Figures:
+        """Return the figures of a fault of a kind."""
+        rng = np.random.default_rng(seed)
+        span = float(self.clean.time_s[0]), float(self.clean.time_s[-1])
+        fault = a_fault(kind, rng, span, list(self._frames), self.true_m)
+        frames = faulty(self._frames, self._calibration, fault)
+        before, before_s = self._solved(frames)
+        times, off = self.errors_m(before, fault.begin_s, fault.end_s)
+        clean = self.errors_m(self.clean, fault.begin_s, fault.end_s)[1]
+        joint = INDEX[fault.joint] if fault.joint else int(np.nanargmax((off - clean).mean(axis=0)))
+        at_s = float(times[np.nanargmax(off[:, joint])])
+        edit = mending(fault, at_s, self.true_m(np.array([at_s]))[0, joint], rng)
+        after, after_s = self._solved(frames, (edit,))
+        mended = self.errors_m(after, fault.begin_s, fault.end_s)[1]
+        outside = (after.time_s < fault.begin_s - OUTSIDE_S) | (after.time_s > fault.end_s + OUTSIDE_S)
+        moved = np.linalg.norm((after.positions_m - before.positions_m)[outside], axis=2)
+        return Figures(
+            Fault(kind, fault.begin_s, fault.end_s, CANONICAL[joint], fault.camera, fault.shift_m),
+            *(1e3 * float(np.nanmean(one[:, joint])) for one in (clean, off, mended)),
+            1e3 * float(np.percentile(moved, 99)),
+            (self.events(before, fault.begin_s, fault.end_s), self.events(after, fault.begin_s, fault.end_s)),
+            after_s / before_s,
+        )
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("takes", nargs="+", type=Path, metavar="TAKE=TRUTH")
+    parser.add_argument("--preset", default="finish")
+    parser.add_argument("--kinds", default=",".join(KINDS))
+    parser.add_argument("--seeds", type=int, default=1)
+    args = parser.parse_args()
+    every = []
+    for text in args.takes:
+        path, _, truth = str(text).partition("=")
+        bench = Bench(Take.open(path), read_reference(Path(truth)), args.preset)
+        for kind in args.kinds.split(","):
+            for seed in range(args.seeds):
+                one = bench.measured(kind, seed)
+                every.append(one)
+                print(
+                    f"{Path(path).name:26} {kind:8} {one.fault.joint:12} {one.fault.begin_s:6.2f} s  "
+                    f"{one.clean_mm:5.0f} {one.before_mm:5.0f} > {one.after_mm:5.0f} mm "
+                    f"{'ok' if one.mended else 'NO':3} outside {one.outside_mm:5.2f} mm  "
+                    f"events {one.events[0]} > {one.events[1]}  ratio {one.ratio:.2f}",
+                    flush=True,
+                )
+    print(f"mended {sum(one.mended for one in every)} of {len(every)}")
+
+
+if __name__ == "__main__":
+    main()
