@@ -34,6 +34,7 @@ from studio.api.stage.outputs import outputs_router
 from studio.api.stage.performers import performers_router
 from studio.api.stage.presets import presets_router
 from studio.api.stage.stage import stage_router
+from studio.api.stage.timecode import timecode_router
 from studio.api.structs import StructApi
 from studio.api.takes.changes import Changes
 from studio.api.takes.compare import compare_router
@@ -125,6 +126,7 @@ def create_app(
     events["takes"] = Changes(sessions).stamp
     add_routes(app, stage_router(stage, presets))
     add_routes(app, presets_router(presets))
+    add_routes(app, timecode_router(stage))
     finder = Finder(stage, sessions)
     add_routes(app, performers_router(stage))
     add_routes(app, takes_router(sessions, finder, jobs, presets, thumbnails))

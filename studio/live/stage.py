@@ -16,6 +16,7 @@ from studio.engine.calibration.views.seen.known_lens import KnownLenses
 from studio.engine.model.calibration import Calibration
 from studio.engine.model.frames import StepResult
 from studio.engine.model.settings import SolveSettings, preset
+from studio.engine.timecode.timecode import TimecodeRate
 from studio.live.borrowed import borrow
 from studio.live.calibration.kept import load_last_calibration
 from studio.live.calibration.performers import FOLDER as PERFORMERS
@@ -40,7 +41,9 @@ from studio.take.folder.marker import STOPPING, read_marker, remove_marker, writ
 from studio.take.folder.names import check_name
 from studio.take.library.sessions import new_take_path, session_of_today, take_path
 from studio.take.raw.frames import camera_frame
+from studio.take.raw.live_log import TimecodeEvent
 from studio.take.raw.records import depth_camera
+from studio.timecode.incoming import OFF, IncomingTimecode
 from studio.wire import ClockSample, DepthImage, Hello, SkeletonFrame, Status, depth_array
 
 CALIBRATION_S = 34.0
@@ -57,7 +60,7 @@ _log = logging.getLogger(__name__)
 class LiveStage:
     """The live stage. Call `start` first and `close` at the end.
 
-    `keeping` handles frames that clients keep, `previews` their small depth images.
+    `keeping` handles frames that clients keep, `previews` their small depth images, `timecode` what comes in.
     Methods that say "waits" wait for the engine thread or the disk, so they must not run on an event loop.
     """
 
@@ -93,6 +96,8 @@ class LiveStage:
         self._told_lock = threading.Lock()
         self._subscribers = Subscribers()
         self._refused = RefusedLinks()
+        self.timecode = IncomingTimecode(self.clock_ns)
+        self.timecode.on_reading = self._timecode_read
         self._engine = Engine(
             clock_ns=self.clock_ns,
             settings=preset("studio") if settings is None else settings,
@@ -102,6 +107,7 @@ class LiveStage:
             on_broken=self._end_broken,
             previews=self.previews,
             describe=stage_status,
+            timecode=self.timecode,
         )
         self.keeping = Keeping(self._links, self._engine, self._late, self.clock_ns)
 
@@ -123,6 +129,7 @@ class LiveStage:
         """Save a recording under way and end the threads; waits."""
         if self.recording_name() is not None:
             self.stop_recording()
+        self.timecode.close()
         self._engine.close()
         self._late.close()
 
@@ -422,7 +429,8 @@ class LiveStage:
                 if take is None
                 else take_path(self.sessions, session, take)
             )
-            recorder = Recorder.create(path, session=session, name=path.name)
+            rate = None if self.timecode.chosen == OFF else self.timecode.rate.name
+            recorder = Recorder.create(path, session=session, name=path.name, timecode_rate=rate)
             recorder.on_synced = lambda keys: self.keeping.synced(recorder, keys)
             recording = LiveRecording(recorder, self.clock_ns())
             try:
@@ -473,6 +481,11 @@ class LiveStage:
             finally:
                 self.keeping.synced(recording.recorder, set(), ended=True)
                 remove_marker(self.sessions)
+
+    def _timecode_read(self, time_ns: int, frame: int, rate: TimecodeRate, source: str) -> None:
+        recording = self._engine.recording
+        if recording is not None:
+            recording.add_timecode(time_ns, TimecodeEvent(frame, rate.name, source))
 
     def _end_broken(self) -> None:
         """End a take that can no longer be written, keep its data, and report the problem."""

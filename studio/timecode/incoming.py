@@ -24,7 +24,7 @@ _RETRY_S = 1.0
 _log = logging.getLogger(__name__)
 
 
-class TimecodeStatus(Struct):
+class TimecodeStatus(Struct, frozen=True):
     """The timecode that comes in.
 
     Attributes:

@@ -50,7 +50,7 @@ class TimecodeCourse:
 
     Attributes:
         rate: of the timecode.
-        source: where it came from, such as `ltc`, `clock`; "" = not known.
+        source: where it came from, such as `ltc`, `clock`; "" = counted from its start, so that nothing is missing.
         time_s: of each reading, increasing, shape (n,) [s].
         frame: of each, since midnight, shape (n,).
     """
@@ -107,6 +107,8 @@ class TimecodeCourse:
 
     def bridged_at(self, time_s: NDArray[np.float64]) -> NDArray[np.bool_]:
         """Return for each time whether timecode was missing there, so that the clock bridges it, shape (n,)."""
+        if not self.source:
+            return np.zeros(len(time_s), bool)
         known = np.concatenate([run.time_s for run in self.runs]) if self.runs else np.empty(0)
         length_s = _MISSING_FRAMES * self.rate.ltc_frames / self.rate.fps
         if not len(known):
@@ -162,6 +164,13 @@ def course(readings: Sequence[tuple[float, int]], rate: TimecodeRate, source: st
     ordered = sorted(readings)
     times = np.array([time for time, _ in ordered], np.float64)
     return TimecodeCourse(rate, source, times, np.array([frame for _, frame in ordered], np.int64))
+
+
+def counted_from(timecode: Timecode, time_s: float) -> TimecodeCourse:
+    """Return the course of a timecode at a time [s] that is counted on, and back, by the clock."""
+    steps = np.arange(_CONFIRMED)
+    rate = timecode.rate
+    return TimecodeCourse(rate, "", time_s + steps / rate.fps, (timecode.frame + steps) % rate.day)
 
 
 def _centred(frames: NDArray[np.float64] | float, day: int) -> NDArray[np.float64]:

@@ -16,7 +16,7 @@ def test_a_long_drop_out_is_bridged_with_the_drift(name):
     rate, ppm = RATES[name], 50.0
     whole = readings(rate.day - 100, 3.0, int(rate.fps * 600), rate, ppm)
     kept = [one for one in whole if not 100.0 < one[0] < 500.0]
-    path = course(kept, rate)
+    path = course(kept, rate, "ltc")
     assert len(path.runs) == 1 and not path.jumps()
     times = np.array([time for time, _ in whole])
     said = np.array([one.frame for one in path.timecodes_at(times + 0.3 / rate.fps)])
@@ -53,14 +53,14 @@ def test_jumps_forward_and_back():
 
 def test_before_the_first_and_after_the_last_reading():
     rate = RATES["24"]
-    path = course(readings(240, 10.0, 48, rate), rate)
+    path = course(readings(240, 10.0, 48, rate), rate, "ltc")
     said = [str(one) for one in path.timecodes_at(np.array([0.01, 20.01]))]
     assert said == ["00:00:00:00", "00:00:20:00"]
     assert path.bridged_at(np.array([0.0, 10.5, 20.0])).tolist() == [True, False, True]
 
 
 def test_no_reading_is_no_course():
-    path = course([], RATES["25"])
+    path = course([], RATES["25"], "ltc")
     assert path.runs == [] and path.drift_ppm is None and path.bridged_at(np.zeros(2)).all()
     with pytest.raises(ValueError, match="without a run"):
         path.frames_at(np.zeros(1))
