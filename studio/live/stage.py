@@ -61,6 +61,7 @@ class LiveStage:
     """The live stage. Call `start` first and `close` at the end.
 
     `keeping` handles frames that clients keep, `previews` their small depth images, `timecode` what comes in.
+    `on_recorded` is called with each start and stop (a `RecordStopped`), and must return at once.
     Methods that say "waits" wait for the engine thread or the disk, so they must not run on an event loop.
     """
 
@@ -96,6 +97,7 @@ class LiveStage:
         self._told_lock = threading.Lock()
         self._subscribers = Subscribers()
         self._refused = RefusedLinks()
+        self.on_recorded: Callable[[RecordStarted], object] = lambda what: None
         self.timecode = IncomingTimecode(self.clock_ns)
         self.timecode.on_reading = self._timecode_read
         self._engine = Engine(
@@ -403,7 +405,9 @@ class LiveStage:
         recording = self._engine.recording
         return None if recording is None else recording.name
 
-    def start_recording(self, session: str | None = None, take: str | None = None) -> RecordStarted:
+    def start_recording(
+        self, session: str | None = None, take: str | None = None, notes: str = ""
+    ) -> RecordStarted:
         """Start a take; waits. By default the session is the date and the take the next number.
 
         Raises:
@@ -432,6 +436,7 @@ class LiveStage:
             rate = None if self.timecode.chosen == OFF else self.timecode.rate.name
             recorder = Recorder.create(path, session=session, name=path.name, timecode_rate=rate)
             recorder.on_synced = lambda keys: self.keeping.synced(recorder, keys)
+            recorder.take.meta["notes"] = notes
             recording = LiveRecording(recorder, self.clock_ns())
             try:
                 write_marker(self.sessions, marker_of(recording, self.clock_ns()))
@@ -454,7 +459,9 @@ class LiveStage:
                 link for link in self._links.all() if recorder.owed.joined((link.name, link.hello.boot_id))
             ]
             self._tell_active(recording, known)
-            return RecordStarted(session, path.name)
+            started = RecordStarted(session, path.name)
+            self.on_recorded(started)
+            return started
 
     def stop_recording(self) -> RecordStopped:
         """End the take and save the live solve; waits.
@@ -477,7 +484,9 @@ class LiveStage:
                 for link in self._links.all():
                     link.send(recording_message(None, recording))
             try:
-                return recording.save()
+                stopped = recording.save()
+                self.on_recorded(stopped)
+                return stopped
             finally:
                 self.keeping.synced(recording.recorder, set(), ended=True)
                 remove_marker(self.sessions)

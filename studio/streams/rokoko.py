@@ -136,7 +136,7 @@ class RokokoEncoder:
         self._fps = fps
 
     def encode(self, actors: Sequence[RokokoActor], timecode: Timecode | None = None) -> list[bytes]:
-        """Return the datagram of a frame of at least one actor; `timecode` goes into fields that plugins pass over."""
+        """Return the datagram of a frame of at least one actor; `timecode` in fields that plugins pass over."""
         scene: dict[str, Any] = {
             "timestamp": actors[0].pose.time_s,
             "actors": [actor.to_json(place) for place, actor in enumerate(actors)],
