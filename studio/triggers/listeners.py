@@ -69,23 +69,42 @@ class UdpListener:
         self._hear = hear
         self.heard = Heard(f"{host}:{port}")
         self._stopping = threading.Event()
-        self._thread = threading.Thread(target=self._run, name="trigger", daemon=True)
+        channel = self._bound()  # packets that come from now on are heard
+        self._thread = threading.Thread(target=self._run, args=(channel,), name="trigger", daemon=True)
         self._thread.start()
 
-    def _run(self) -> None:
+    def _bound(self) -> socket.socket | None:
+        """Return a socket at the address; None where there is none to be had, with the reason as the problem."""
+        channel = None
+        try:
+            channel = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+            channel.bind(self._address)
+            channel.settimeout(WAIT_S)
+        except OSError as error:
+            self.heard.problem = say(
+                "trigger.not_listening", "cannot listen on {address}: {error}",
+                address=self.heard.address, error=system_says(error),
+            )  # fmt: skip
+            if channel is not None:
+                channel.close()
+            return None
+        self.heard.problem = ""
+        return channel
+
+    def _run(self, channel: socket.socket | None) -> None:
         while not self._stopping.is_set():
-            try:
-                with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as channel:
-                    channel.bind(self._address)
-                    channel.settimeout(WAIT_S)
-                    self.heard.problem = ""
-                    self._receive(channel)
-            except OSError as error:
-                self.heard.problem = say(
-                    "trigger.not_listening", "cannot listen on {address}: {error}",
-                    address=self.heard.address, error=system_says(error),
-                )  # fmt: skip
+            if channel is None:
                 self._stopping.wait(_RETRY_S)
+                channel = self._bound()
+                continue
+            with channel:
+                try:
+                    self._receive(channel)
+                except OSError as error:
+                    _log.info("%s: %s", self.heard.address, error)
+            channel = None
+        if channel is not None:
+            channel.close()
 
     def _receive(self, channel: socket.socket) -> None:
         while not self._stopping.is_set():

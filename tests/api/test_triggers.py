@@ -86,8 +86,9 @@ def test_a_take_by_the_packets_of_another_system(studio, cameras, triggers):  # 
         wait_until(lambda: recording(studio) is None, "it has ended")
         udp(OPTITRACK_START, triggers[0])
         wait_until(lambda: recording(studio) == "Monday/RemoteTriggerTest_take01", "it records")
-        status = studio.http.get("/triggers").json()["status"]["xml"]
-        assert status["heard"] == 3 and status["refused"] == 5 and "RemoteTriggerTest" in status["last"]
+        heard = lambda: studio.http.get("/triggers").json()["status"]["xml"]  # noqa: E731
+        wait_until(lambda: (heard()["heard"], heard()["refused"]) == (3, 5), "all packets are counted")
+        assert "RemoteTriggerTest" in heard()["last"]
     studio.http.post("/record/stop")
     (take,) = (Take.open(path.parent) for path in studio.sessions.glob("*/dance*/take.json"))
     assert take.meta["notes"].startswith("The pets ants") and take.meta["recording"] == "done"
