@@ -34,6 +34,8 @@ from studio.api.stage.outputs import outputs_router
 from studio.api.stage.performers import performers_router
 from studio.api.stage.presets import presets_router
 from studio.api.stage.stage import stage_router
+from studio.api.stage.timecode import timecode_router
+from studio.api.stage.triggers import make_triggers, triggers_router
 from studio.api.structs import StructApi
 from studio.api.takes.changes import Changes
 from studio.api.takes.compare import compare_router
@@ -55,6 +57,7 @@ from studio.review.blind.desk import Desk
 from studio.review.share.store import Shares
 from studio.streams import Member, Outputs
 from studio.take.library.presets import Presets
+from studio.timecode.chosen import choose_stored
 
 _DESCRIPTION = """
 Operate the studio: cameras, recording, settings, calibration, takes. The page does all it does through these
@@ -76,7 +79,8 @@ def create_app(
     hello_timeout_s: float = HELLO_TIMEOUT_S,
 ) -> FastAPI:
     """Return the app of a stage that the caller starts and closes; `state.outputs`, `state.local_cameras`,
-    `state.devices` and `state.announced` are closed with it, and every event includes the content of `state.events`.
+    `state.devices`, `state.announced` and `state.triggers` are closed with it, and every event includes the content
+    of `state.events`.
 
     Args:
         stage: the live stage.
@@ -126,6 +130,11 @@ def create_app(
     events["takes"] = Changes(sessions).stamp
     add_routes(app, stage_router(stage, presets))
     add_routes(app, presets_router(presets))
+    add_routes(app, timecode_router(stage, sessions))
+    choose_stored(sessions, stage.timecode)
+    app.state.triggers = make_triggers(stage, sessions, jobs)
+    add_routes(app, triggers_router(app.state.triggers))
+    events["triggers"] = app.state.triggers.status
     finder = Finder(stage, sessions)
     add_routes(app, performers_router(stage))
     add_routes(app, takes_router(sessions, finder, jobs, presets, thumbnails))

@@ -17,25 +17,29 @@ Write a solve as a file for other programs.
 
 FBX (with cubic keys), BVH, GLB and USD hold a skeleton with keys; C3D, TRC, CSV and npz hold points. mkv holds
 one camera's recorded depth, as an Azure Kinect recording; no solve is needed.
+OTIO is a timeline with the take as a clip at its timecode.
 Several performers make a file each, which begin at one instant, or with --together one file (FBX, GLB, USD).
 The default of --solve is finish, studio, live, or the first by name.
 docs/export.md explains the options."""
 
 _OF_SOLVES = (
     "performer", "together", "target", "root_motion", "rotation_order", "unit", "interpolation", "solve", "also",
-    "mesh", "rig", "mapping", "fps", "key_error_cm", "start", "end", "take_name", "timecode", "smooth_hz", "loop",
+    "mesh", "rig", "mapping", "fps", "key_error_cm", "start", "end", "take_name", "timecode", "timecode_rate",
+    "part_from", "part_to", "smooth_hz", "loop",
     "foot_lock",
 )  # fmt: skip
 """Options of solves, which do not apply to depth."""
-_TIMECODE_HZ = 60
-"""Frames a second of a take's timecode."""
+
+_RATES = (
+    "23.976", "24", "25", "29.97df", "29.97", "30", "47.952", "48", "50", "59.94df", "59.94", "60",
+)  # fmt: skip
 
 
 def add_parser(subparsers: Any) -> None:
     parser = add_command(subparsers, "export", run, _TEXT)
     add_take(parser)
     add = parser.add_argument
-    formats = ("fbx", "bvh", "glb", "c3d", "trc", "csv", "npz", "usd", "mkv")
+    formats = ("fbx", "bvh", "glb", "c3d", "trc", "csv", "npz", "usd", "otio", "mkv")
     add("--format", required=True, choices=formats, help="kind of file")
     add("--out", metavar="FILE", type=Path, required=True, help="the file to write")
     add("--solve", metavar="NAME", help="the solve (default: see above)")
@@ -83,8 +87,16 @@ def add_parser(subparsers: Any) -> None:
     add(
         "--timecode",
         metavar="TIME",
-        help="keys begin at this time of day, hh:mm:ss:ff, or `take`: the take's (FBX)",
+        help="of the first frame, hh:mm:ss:ff, or `take`: the take's own (FBX, BVH, USD, C3D, CSV, npz, OTIO)",
     )
+    add(
+        "--timecode-rate",
+        metavar="RATE",
+        choices=_RATES,
+        help="of --timecode (default: the file's frame rate)",
+    )
+    add("--from", metavar="TIME", dest="part_from", help="begin at this timecode of the take")
+    add("--to", metavar="TIME", dest="part_to", help="end at this timecode of the take")
     clean = parser.add_argument_group("clean-up")
     add = clean.add_argument
     add("--smooth-hz", metavar="HZ", type=float, help="low-pass filter with this cut-off, without lag")
@@ -124,13 +136,13 @@ def run(args: argparse.Namespace) -> int:
 def _performers(args: argparse.Namespace, take: "Take") -> "list[tuple[ToExport, str]]":
     """Return the performers of a take to export, each with the name of the solve."""
     from studio.library import choose_solve
-    from studio.take.folder.solved import solved_performers
     from studio.take.library.solve_export import to_export
+    from studio.take.timecode.wish import TimecodeWish
 
     solve = choose_solve(take.solve_names(), args.solve, str(take.path))
-    rate_hz = args.fps or solved_performers(take, solve)[0].poses.frames_per_second
-    options = _options(args, take, rate_hz)
-    return [(one, solve) for one in to_export(take, solve, options, args.format, args.performer)]
+    wish = TimecodeWish(args.timecode, args.timecode_rate, args.part_from, args.part_to)
+    mine = to_export(take, solve, _options(args, take), args.format, args.performer, wish)
+    return [(one, solve) for one in mine]
 
 
 def _export_scene(args: argparse.Namespace, performers: "list[list[tuple[ToExport, str]]]") -> int:
@@ -191,7 +203,7 @@ def _rig(args: argparse.Namespace) -> "Onto | None":
     return None
 
 
-def _options(args: argparse.Namespace, take: "Take", rate_hz: float) -> "ExportOptions":
+def _options(args: argparse.Namespace, take: "Take") -> "ExportOptions":
     from studio.engine.animation.export import ExportOptions
 
     name = args.take_name or take.path.resolve().name
@@ -207,25 +219,7 @@ def _options(args: argparse.Namespace, take: "Take", rate_hz: float) -> "ExportO
         unit=args.unit,
         key_error_cm=args.key_error_cm,
         take_name=name,
-        timecode=_timecode(args.timecode, take, rate_hz),
         smooth_hz=args.smooth_hz,
         loop=args.loop,
         foot_lock=args.foot_lock,
     )
-
-
-def _timecode(wanted: str | None, take: "Take", fps: float) -> str | None:
-    """Return the timecode, or that of the take if asked for, at the frames of the export."""
-    from studio.engine.base.errors import SettingsError
-
-    if wanted != "take":
-        return wanted
-    known = take.meta.get("timecode")
-    if known is None:
-        raise SettingsError(
-            "export.take_no_timecode",
-            "timecode=take: take {take} has none; give it as hh:mm:ss:ff",
-            take=take.path,
-        )
-    whole, _, frames = known.rpartition(":")
-    return f"{whole}:{int(int(frames) * round(fps) / _TIMECODE_HZ):02d}"

@@ -22,6 +22,7 @@ from studio.engine.model.calibration import Performer
 from studio.engine.model.frames import StepResult
 from studio.engine.model.settings import SolveSettings
 from studio.engine.solve.timing.schedule import Schedule
+from studio.engine.timecode.timecode import Timecode
 from studio.live import warmup
 from studio.live.calibration.calibrator import Calibrator, Outcome
 from studio.live.calibration.kept import KeptCalibration
@@ -38,6 +39,7 @@ from studio.live.raw_steps import RawSteps
 from studio.live.states import StageStatus
 from studio.live.subscribers import Subscribers
 from studio.take.raw import live_log as log
+from studio.timecode.incoming import IncomingTimecode
 from studio.wire import ClockSample, Hello
 
 _log = logging.getLogger(__name__)
@@ -58,6 +60,7 @@ class Engine(PerformedStage):
     Attributes:
         results: the newest step.
         status: the newest status.
+        timecode: what comes in.
     """
 
     def __init__(
@@ -71,6 +74,7 @@ class Engine(PerformedStage):
         on_broken: Callable[[], None],
         previews: Previews,
         describe: Callable[["Engine", int], StageStatus],
+        timecode: IncomingTimecode,
     ) -> None:
         """Start with a calibration or none; `describe` makes the status, at a time of the server's clock [ns]."""
         self._thread = threading.Thread(target=self._run, name="engine", daemon=True)
@@ -82,6 +86,7 @@ class Engine(PerformedStage):
         self.problem = ""
         self.folder = folder
         self.previews = previews
+        self.timecode = timecode
         self.calibrator = Calibrator(folder / "calibrations", self._computed, previews.floor_views)
         self.tpose = TPoseCapture(self._performer_measured)
         self.strangers = Strangers(self._stranger_measured)
@@ -329,8 +334,16 @@ class Engine(PerformedStage):
                 self.strangers.update(stage_time_ns, strangers, self.placed_calibration)
                 if strangers:
                     result = replace(result, strangers=tuple(strangers.values()))
+                timecode = self._timecode_at(stage_time_ns, now_ns)
+                if timecode is not None:
+                    result = replace(result, timecode=timecode)
                 self.results.publish(result)
                 self._subscribers.tell(result)
+
+    def _timecode_at(self, stage_time_ns: int, now_ns: int) -> Timecode | None:
+        """Return the timecode of an instant of the stage; `now_ns` is on the server's clock."""
+        now_stage_ns = self.roster.clock.server_to_stage_ns(now_ns)
+        return None if now_stage_ns is None else self.timecode.at(now_ns - (now_stage_ns - stage_time_ns))
 
     def set_settings(self, settings: SolveSettings) -> None:
         """Use other settings from now on.

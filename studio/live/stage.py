@@ -16,6 +16,7 @@ from studio.engine.calibration.views.seen.known_lens import KnownLenses
 from studio.engine.model.calibration import Calibration
 from studio.engine.model.frames import StepResult
 from studio.engine.model.settings import SolveSettings, preset
+from studio.engine.timecode.timecode import TimecodeRate
 from studio.live.borrowed import borrow
 from studio.live.calibration.kept import load_last_calibration
 from studio.live.calibration.performers import FOLDER as PERFORMERS
@@ -40,7 +41,9 @@ from studio.take.folder.marker import STOPPING, read_marker, remove_marker, writ
 from studio.take.folder.names import check_name
 from studio.take.library.sessions import new_take_path, session_of_today, take_path
 from studio.take.raw.frames import camera_frame
+from studio.take.raw.live_log import TimecodeEvent
 from studio.take.raw.records import depth_camera
+from studio.timecode.incoming import OFF, IncomingTimecode
 from studio.wire import ClockSample, DepthImage, Hello, SkeletonFrame, Status, depth_array
 
 CALIBRATION_S = 34.0
@@ -57,7 +60,8 @@ _log = logging.getLogger(__name__)
 class LiveStage:
     """The live stage. Call `start` first and `close` at the end.
 
-    `keeping` handles frames that clients keep, `previews` their small depth images.
+    `keeping` handles frames that clients keep, `previews` their small depth images, `timecode` what comes in.
+    `on_recorded` is called with each start and stop (a `RecordStopped`), and must return at once.
     Methods that say "waits" wait for the engine thread or the disk, so they must not run on an event loop.
     """
 
@@ -93,6 +97,9 @@ class LiveStage:
         self._told_lock = threading.Lock()
         self._subscribers = Subscribers()
         self._refused = RefusedLinks()
+        self.on_recorded: Callable[[RecordStarted], object] = lambda what: None
+        self.timecode = IncomingTimecode(self.clock_ns)
+        self.timecode.on_reading = self._timecode_read
         self._engine = Engine(
             clock_ns=self.clock_ns,
             settings=preset("studio") if settings is None else settings,
@@ -102,6 +109,7 @@ class LiveStage:
             on_broken=self._end_broken,
             previews=self.previews,
             describe=stage_status,
+            timecode=self.timecode,
         )
         self.keeping = Keeping(self._links, self._engine, self._late, self.clock_ns)
 
@@ -123,6 +131,7 @@ class LiveStage:
         """Save a recording under way and end the threads; waits."""
         if self.recording_name() is not None:
             self.stop_recording()
+        self.timecode.close()
         self._engine.close()
         self._late.close()
 
@@ -396,7 +405,9 @@ class LiveStage:
         recording = self._engine.recording
         return None if recording is None else recording.name
 
-    def start_recording(self, session: str | None = None, take: str | None = None) -> RecordStarted:
+    def start_recording(
+        self, session: str | None = None, take: str | None = None, notes: str = ""
+    ) -> RecordStarted:
         """Start a take; waits. By default the session is the date and the take the next number.
 
         Raises:
@@ -422,8 +433,10 @@ class LiveStage:
                 if take is None
                 else take_path(self.sessions, session, take)
             )
-            recorder = Recorder.create(path, session=session, name=path.name)
+            rate = None if self.timecode.chosen == OFF else self.timecode.rate.name
+            recorder = Recorder.create(path, session=session, name=path.name, timecode_rate=rate)
             recorder.on_synced = lambda keys: self.keeping.synced(recorder, keys)
+            recorder.take.meta["notes"] = notes
             recording = LiveRecording(recorder, self.clock_ns())
             try:
                 write_marker(self.sessions, marker_of(recording, self.clock_ns()))
@@ -446,7 +459,9 @@ class LiveStage:
                 link for link in self._links.all() if recorder.owed.joined((link.name, link.hello.boot_id))
             ]
             self._tell_active(recording, known)
-            return RecordStarted(session, path.name)
+            started = RecordStarted(session, path.name)
+            self.on_recorded(started)
+            return started
 
     def stop_recording(self) -> RecordStopped:
         """End the take and save the live solve; waits.
@@ -469,10 +484,17 @@ class LiveStage:
                 for link in self._links.all():
                     link.send(recording_message(None, recording))
             try:
-                return recording.save()
+                stopped = recording.save()
+                self.on_recorded(stopped)
+                return stopped
             finally:
                 self.keeping.synced(recording.recorder, set(), ended=True)
                 remove_marker(self.sessions)
+
+    def _timecode_read(self, time_ns: int, frame: int, rate: TimecodeRate, source: str) -> None:
+        recording = self._engine.recording
+        if recording is not None:
+            recording.add_timecode(time_ns, TimecodeEvent(frame, rate.name, source))
 
     def _end_broken(self) -> None:
         """End a take that can no longer be written, keep its data, and report the problem."""

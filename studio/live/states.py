@@ -9,6 +9,7 @@ from typing import Literal
 from msgspec import Struct
 
 from studio.take.folder.marker import Restart
+from studio.timecode.incoming import TimecodeStatus
 
 Progress = Literal["idle", "gathering", "computing", "done", "failed"]
 PerformerState = Literal["here", "away", "undecided", "measuring", "stranger"]
@@ -220,7 +221,7 @@ class RefusedLinks(Struct, frozen=True):
 class StageStatus(Struct):
     """The status of the live stage, cameras by name; `performers` is empty while cameras show one body.
 
-    `performer_warnings` say what may be lost on a stage of several.
+    `performer_warnings` say what may be lost on a stage of several. `timecode` is what comes in.
     """
 
     cameras: dict[str, CameraStatus]
@@ -231,6 +232,7 @@ class StageStatus(Struct):
     refused_links: RefusedLinks = RefusedLinks()
     performers: list[PerformerStatus] = []
     performer_warnings: list[str] = []
+    timecode: TimecodeStatus = TimecodeStatus()
 
 
 class RecordStarted(Struct):

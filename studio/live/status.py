@@ -62,6 +62,7 @@ def stage_status(engine: Engine, now_ns: int) -> StageStatus:
         settings=SettingsStatus(named, engine.settings.output_hz),
         performers=performers,
         performer_warnings=warnings,
+        timecode=engine.timecode.status(),
     )
 
 

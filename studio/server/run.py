@@ -168,6 +168,7 @@ def serve(config: Config, *, demo: str | None = None, performers: int = 1) -> in
             app.state.local_cameras.close()
             app.state.devices.close()
             app.state.announced.close()
+            app.state.triggers.close()
         stage.close()
         if app is not None:
             app.state.outputs.close()

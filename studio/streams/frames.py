@@ -32,9 +32,12 @@ def head_message() -> str:
 def frame_message(steps: Sequence[tuple[StepResult, Member]]) -> str:
     """Return the message of a frame of at least one performer: time [s], positions (52, 3), rotations (52, 4),
     confidence (52). A performer among several has the key `performer`, further ones stand in `others`.
+    Where timecode comes in, `timecode` and `timecode_rate` are that of the frame.
     """
     (first, _), *others = steps
     frame = {"type": "frame", "time_s": first.frame_set.stage_time_ns * 1e-9, **_pose(*steps[0])}
+    if first.timecode is not None:
+        frame["timecode"], frame["timecode_rate"] = str(first.timecode), first.timecode.rate.name
     if others:
         frame["others"] = [_pose(*one) for one in others]
     return msgspec.json.encode(frame).decode()

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from studio.engine.base.quaternions import IDENTITY, multiply, normalized, rotate
 from studio.engine.model.joints import FINGERS, OUTPUT_INDEX, OUTPUT_JOINTS
+from studio.engine.timecode.timecode import Timecode
 from studio.streams.unity import UnityPose
 
 PORT = 14043
@@ -134,12 +135,14 @@ class RokokoEncoder:
     def __init__(self, fps: float) -> None:
         self._fps = fps
 
-    def encode(self, actors: Sequence[RokokoActor]) -> list[bytes]:
-        """Return the datagram of a frame of at least one actor."""
-        scene = {
+    def encode(self, actors: Sequence[RokokoActor], timecode: Timecode | None = None) -> list[bytes]:
+        """Return the datagram of a frame of at least one actor; `timecode` in fields that plugins pass over."""
+        scene: dict[str, Any] = {
             "timestamp": actors[0].pose.time_s,
             "actors": [actor.to_json(place) for place, actor in enumerate(actors)],
             "characters": [],
             "props": [],
         }
+        if timecode is not None:
+            scene |= {"timecode": str(timecode), "timecodeRate": timecode.rate.name}
         return [lz4.frame.compress(msgspec.json.encode({"version": "3.0", "fps": self._fps, "scene": scene}))]

@@ -127,7 +127,7 @@ def _encoder(target: Target) -> Callable[[list[tuple[StepResult, Member]]], list
 
     if target.kind == "vmc":
         vmc = VmcEncoder()
-        return lambda steps: vmc.encode(pose_of(steps[0][0]))
+        return lambda steps: vmc.encode(pose_of(steps[0][0]), steps[0][0].timecode)
     rokoko = RokokoEncoder(target.rate_hz)
 
     def actor_of(one: StepResult, member: Member, several: bool) -> RokokoActor:
@@ -136,4 +136,6 @@ def _encoder(target: Target) -> Callable[[list[tuple[StepResult, Member]]], list
         name = member.name if several else target.actor
         return RokokoActor(name, pose_of(one), height * scale, hips * scale)
 
-    return lambda steps: rokoko.encode([actor_of(one, member, len(steps) > 1) for one, member in steps])
+    return lambda steps: rokoko.encode(
+        [actor_of(one, member, len(steps) > 1) for one, member in steps], steps[0][0].timecode
+    )

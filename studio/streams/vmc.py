@@ -8,9 +8,11 @@ import numpy as np
 from numpy.typing import NDArray
 from pythonosc.osc_message_builder import OscMessageBuilder
 
+from studio.engine.timecode.timecode import Timecode
 from studio.streams.unity import UNITY_BONES, UnityPose
 
 PORT = 39539
+TIMECODE = "/studio/timecode"
 MAX_DATAGRAM = 1400
 """Bytes; Ethernet splits a larger datagram, which is lost if one part is."""
 
@@ -52,11 +54,16 @@ class VmcEncoder:
         self._bones.append((first, words.reshape(len(places), _POSE_FLOATS)))
         return first + len(places)
 
-    def encode(self, pose: UnityPose) -> list[bytes]:
-        """Return the datagrams of a frame; the last one ends with its time [s]."""
+    def encode(self, pose: UnityPose, timecode: Timecode | None = None) -> list[bytes]:
+        """Return the datagrams of a frame; the last one ends with its time [s].
+
+        `timecode` goes first, in a datagram of its own: `/studio/timecode` text, rate. Receivers pass over addresses
+        that they do not know.
+        """
         values = np.concatenate([pose.local_positions_m, pose.local_rotations_wxyz[:, [1, 2, 3, 0]]], axis=1)
         words = values.astype(">f4").view(">u4")
         for datagram, (first, places) in zip(self._datagrams, self._bones, strict=True):
             datagram[places] = words[first : first + len(places)]
         self._datagrams[-1][-1:] = np.array([pose.time_s], dtype=">f4").view(">u4")
-        return [datagram.tobytes() for datagram in self._datagrams]
+        told = [] if timecode is None else [_message(TIMECODE, str(timecode), timecode.rate.name)]
+        return told + [datagram.tobytes() for datagram in self._datagrams]

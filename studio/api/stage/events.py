@@ -14,6 +14,7 @@ from studio.api.stage.shown import ReplayStatus, ViewState
 from studio.api.structs import encode
 from studio.live import LiveStage
 from studio.live.states import StageStatus
+from studio.triggers.triggers import TriggersStatus
 
 PERIOD_S = 0.25
 EVENTS_PATH = "/api/v1/events"
@@ -32,6 +33,7 @@ class StatusEvent(Struct, tag="status"):
     thumbnails: int
     takes: str
     devices: list[ConnectedDevice]
+    triggers: TriggersStatus
     replay: ReplayStatus | UnsetType = UNSET
     edits: str | UnsetType = UNSET
     view: ViewState | UnsetType = UNSET

@@ -32,6 +32,7 @@ from studio.take.library.presets import Presets
 from studio.take.library.query import parse_query
 from studio.take.library.sessions import new_take_path, session_of_today, take_info
 from studio.take.library.solve_export import SolveExport, named_file
+from studio.take.timecode.wish import TimecodeWish
 from studio.worker import run_in_process
 
 
@@ -57,7 +58,7 @@ class SolveRequest(Body):
 
 MOST_LISTED, MOST_OFFSET = 10_000, 1 << 31
 
-Format = Literal["fbx", "bvh", "glb", "c3d", "trc", "csv", "npz", "usd"]
+Format = Literal["fbx", "bvh", "glb", "c3d", "trc", "csv", "npz", "usd", "otio"]
 
 
 class ExportRequest(Body):
@@ -77,7 +78,12 @@ class ExportRequest(Body):
         None, gt=0, le=100, description="leave out keys within this bound [cm]"
     )
     take_name: str | None = Field(None, description="name of the animation; the take's where left out")
-    timecode: str | None = Field(None, description="keys begin at this time of day, hh:mm:ss:ff")
+    timecode: str | None = Field(
+        None, max_length=20, description="of the first frame, hh:mm:ss:ff, or `take`: the take's own"
+    )
+    timecode_rate: str | None = Field(None, description="of `timecode`; the file's frame rate where left out")
+    part_from: str | None = Field(None, max_length=20, description="begin at this timecode of the take")
+    part_to: str | None = Field(None, max_length=20, description="end at this timecode of the take")
     smooth_hz: float | None = Field(None, gt=0, description="cutoff of a zero-phase low-pass [Hz]")
     loop: bool = False
     foot_lock: bool = False
@@ -100,8 +106,9 @@ class ExportRequest(Body):
         if self.performer is not None and take.performer_names(solve):
             take.performer_folder(solve, self.performer)
             out = named_file(out, self.performer)
-        options = ExportOptions(**{**values, "take_name": self.take_name or name})
-        return SolveExport(take, solve, out, options, f"{session}/{out.name}", self.performer)
+        options = ExportOptions(**{**values, "timecode": None, "take_name": self.take_name or name})
+        wish = TimecodeWish(self.timecode, self.timecode_rate, self.part_from, self.part_to)
+        return SolveExport(take, solve, out, options, f"{session}/{out.name}", self.performer, wish)
 
     def file_of(self, one: SolveExport) -> Path:
         """Return the file that the export of one solve makes: its own, or an archive of its performers' files."""

@@ -5,6 +5,8 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from studio.engine.timecode.timecode import Timecode
+
 
 @dataclass(frozen=True)
 class HandSeen:
@@ -213,7 +215,8 @@ class StepResult:
     None without inverse kinematics. `root_height_m` is as in `Poses`, set where finishing has put the take on its
     soles. `performer` is the number of the performer, from 1 in the order in which they came in; `undecided`: they
     could not be told apart from another. `others` are the steps of further performers at the same instant.
-    `strangers` are the joints of those who are no performers, shape (21, 3) each, stage frame [m].
+    `strangers` are the joints of those who are no performers, shape (21, 3) each, stage frame [m]. `timecode` is that
+    of the instant, where some comes in.
     """
 
     frame_set: FrameSet
@@ -228,6 +231,7 @@ class StepResult:
     undecided: bool = False
     others: "tuple[StepResult, ...]" = ()
     strangers: tuple[NDArray[np.float64], ...] = ()
+    timecode: Timecode | None = None
 
     def each(self) -> "tuple[StepResult, ...]":
         """Return the step of every performer."""

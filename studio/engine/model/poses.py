@@ -1,6 +1,7 @@
 """A solve's result: the poses of the output skeleton over a take (`poses.npz`)."""
 
 import os
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -93,11 +94,12 @@ class Poses:
         *,
         to_disk: bool = True,
         undecided: NDArray[np.bool_] | None = None,
+        timecode: Sequence[object] | None = None,
     ) -> None:
         """Write `poses.npz` atomically.
 
         `to_disk`: see `files.write_atomically`. `undecided`: frames in which the performer was not told apart from
-        another, shape (frame_count,), as a further field; None = without it.
+        another, shape (frame_count,), as a further field; None = without it. `timecode`: of each frame, as text.
         """
         with write_atomically(path, to_disk=to_disk) as file:
             arrays: dict[str, ArrayLike] = {key: np.asarray(getattr(self, key)) for key in _KEYS}
@@ -105,6 +107,8 @@ class Poses:
                 arrays[_ROOT_HEIGHT] = np.float64(self.root_height_m)
             if undecided is not None:
                 arrays["undecided"] = undecided
+            if timecode is not None:
+                arrays["timecode"] = np.array([str(one) for one in timecode])
             save_arrays(file, arrays, POSES)
 
     @classmethod

@@ -96,8 +96,8 @@ class Recorder:
         self._syncer.start()
 
     @classmethod
-    def create(cls, path: Path, *, session: str, name: str) -> "Recorder":
-        """Return the recorder of a new take.
+    def create(cls, path: Path, *, session: str, name: str, timecode_rate: str | None = None) -> "Recorder":
+        """Return the recorder of a new take; `timecode_rate`: of the timecode that comes in, None = none does.
 
         Raises:
             StudioError: the place is taken, cannot be written, or is nearly full; nothing is left behind.
@@ -113,6 +113,8 @@ class Recorder:
                     least=2 * RESERVE_BYTES >> 20,
                 )
             take.meta["timecode"] = timecode(datetime.now().astimezone())
+            if timecode_rate is not None:
+                take.meta["timecode_rate"] = timecode_rate
             take.meta["number"] = sum(1 for _ in path.parent.glob("*/take.json"))
             take.save_meta()
             return cls(take)

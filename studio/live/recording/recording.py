@@ -3,7 +3,7 @@
 from collections.abc import Callable
 
 from studio.engine.model.calibration import Calibration
-from studio.engine.model.frames import CameraFrame, StepResult
+from studio.engine.model.frames import CameraFrame, ClockModel, StepResult
 from studio.engine.model.settings import SolveSettings
 from studio.live.cameras.camera import LiveCamera
 from studio.live.inbox import Arrived
@@ -12,8 +12,9 @@ from studio.live.states import RecordStopped
 from studio.take.folder.marker import Restart
 from studio.take.folder.meta import TakePerformerMeta
 from studio.take.library.live_solve import save_live_solve
-from studio.take.raw.live_log import LiveEvent, StoppedEvent, TickEvent
+from studio.take.raw.live_log import LiveEvent, StoppedEvent, TickEvent, TimecodeEvent
 from studio.take.raw.membership import BEGIN_NS
+from studio.take.timecode.kept import save_course, stage_course
 from studio.wire import Hello
 from studio.wire import Recording as RecordingMessage
 
@@ -27,6 +28,8 @@ class LiveRecording:
         restarts: of the server, within the take.
         stopping: its end was asked for.
         performers, names: who is known on a stage of several, at its beginning, and from its end on.
+        timecode: what was read of it, each at a time on the server's clock [ns]; of any thread.
+        server_to_stage: the map to the stage clock at the end; None = the stage had none.
     """
 
     def __init__(self, recorder: Recorder, began_ns: int, restarts: tuple[Restart, ...] = ()) -> None:
@@ -36,6 +39,8 @@ class LiveRecording:
         self.stopping = False
         self.performers: list[TakePerformerMeta] = []
         self.names: dict[str, str] = {}
+        self.timecode: list[tuple[int, LiveEvent]] = []
+        self.server_to_stage: ClockModel | None = None
         self._ended_ns = began_ns
         self._settings: SolveSettings | None = None
         self._calibration: Calibration | None = None
@@ -76,6 +81,11 @@ class LiveRecording:
         """Write an event that does not concern the pipeline."""
         self.recorder.event(time_ns, event)
 
+    def add_timecode(self, time_ns: int, event: TimecodeEvent) -> None:
+        """Write a reading of timecode, from any thread."""
+        self.timecode.append((time_ns, event))
+        self.recorder.event(time_ns, event)
+
     def end(
         self,
         now_ns: int,
@@ -109,6 +119,9 @@ class LiveRecording:
         if self._calibration is not None:
             take.add_calibration(self._calibration, use=True)
         self.save_performers()
+        course = stage_course(self.timecode, self.server_to_stage)
+        if course is not None:
+            save_course(take, course)
         poses = 0
         if self._settings is not None:
             poses = save_live_solve(take, self._settings, self.recorder.frames)

@@ -85,6 +85,7 @@ class RecordedTakes(ABC):
         if clock is not None:
             self.roster.restore(Anchor(clock.camera, clock.clock_id or ""), clock.model)
         self.recording, self._noted_stage_clock = recording, None
+        recording.timecode = [one for one in state.events if isinstance(one[1], log.TimecodeEvent)]
         self.restore_performers(recording.recorder.take)
         recording.note(self._clock_ns(), log.RestartEvent(recording.restarts[-1].gap_ms))
         self._restart()
@@ -102,6 +103,7 @@ class RecordedTakes(ABC):
         now = self._clock_ns()
         stage_ns = self.roster.clock.server_to_stage_ns(now)
         recording.performers, recording.names = self.known_performers(), self.given_names()
+        recording.server_to_stage = self.roster.clock.server_to_stage
         recording.end(now, self.settings, self.placed_calibration(), stage_ns)
         return recording
 

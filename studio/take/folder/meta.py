@@ -55,6 +55,7 @@ class TakeMeta(TypedDict):
         recording: state of the recording.
         take_id: names a live take for good.
         timecode: of a live take: time of day at its start, `hh:mm:ss:ff`.
+        timecode_rate: of a take that was recorded with timecode: its rate.
         number: of a live take, within the session.
         performer_names: names of its performers, by `performer_1`, ...
         exchanges: of performers, in the order in which they were made.
@@ -82,5 +83,6 @@ class TakeMeta(TypedDict):
     recording: str
     take_id: NotRequired[str]
     timecode: NotRequired[str]
+    timecode_rate: NotRequired[str]
     number: NotRequired[int]
     video_unwanted: NotRequired[bool]

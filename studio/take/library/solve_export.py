@@ -15,6 +15,7 @@ from studio.take.folder.names import safe_name
 from studio.take.folder.performers import performer_by_name
 from studio.take.folder.solved import solved_performers
 from studio.take.folder.take import Take
+from studio.take.timecode.wish import TimecodeWish
 
 Progress = Callable[[float], None]
 
@@ -23,7 +24,7 @@ Progress = Callable[[float], None]
 class SolveExport:
     """One solve of a take, its output file, the options, and its name in an archive.
 
-    `performer`: of several only this one; None = all.
+    `performer`: of several only this one; None = all. `timecode`: what is asked of it; None = nothing.
     """
 
     take: Take
@@ -32,6 +33,7 @@ class SolveExport:
     options: ExportOptions
     name: str
     performer: str | None = None
+    timecode: TimecodeWish | None = None
 
 
 @dataclass(frozen=True)
@@ -77,7 +79,7 @@ def export_solves(
     share = 1.0 / len(solves)
     made: list[tuple[Path, str]] = []
     for k, one in enumerate(solves):
-        mine = to_export(one.take, one.solve, one.options, format, one.performer)
+        mine = to_export(one.take, one.solve, one.options, format, one.performer, one.timecode)
         for i, performer in enumerate(mine):
             file = named_file(one.out, performer.name)
             if len(solves) == 1 and one.performer is not None:
@@ -96,7 +98,12 @@ def export_solves(
 
 
 def to_export(
-    take: Take, solve: str, options: ExportOptions, format: str, only: str | None = None
+    take: Take,
+    solve: str,
+    options: ExportOptions,
+    format: str,
+    only: str | None = None,
+    timecode: TimecodeWish | None = None,
 ) -> list[ToExport]:
     """Return what a solve gives to export: each performer, from the first frame of any to the last of any.
 
@@ -105,10 +112,16 @@ def to_export(
 
     Raises:
         TakeError: no performer of the name `only`.
-        SettingsError: nobody is on the stage in the part.
+        SettingsError: nobody is on the stage in the part, or what was asked of timecode is not there.
         FormatError: there is no such solve, or it is damaged.
     """
     performers = solved_performers(take, solve)
+    if timecode is not None:
+        begins, ends = zip(
+            *((one.poses.begins_s, float(one.poses.time_s[-1])) for one in performers), strict=True
+        )
+        fps = options.fps or performers[0].poses.frames_per_second
+        options = timecode.of(take, options, begins_s=min(begins), ends_s=max(ends), fps=fps)
     if only is not None:
         take.performer_folder(solve, only)  # reports a name that nobody has
     if performers[0].undecided_s is None:
@@ -159,7 +172,7 @@ def _export_together(
     takes: list[tuple[Poses, ExportOptions]] = []
     names: set[str] = set()
     for one in solves:
-        mine = to_export(one.take, one.solve, one.options, format, one.performer)
+        mine = to_export(one.take, one.solve, one.options, format, one.performer, one.timecode)
         if len(mine) > 1:
             check_scene(len(solves), rig)
             scene = [(performer.name, performer.poses, performer.options) for performer in mine]

@@ -129,6 +129,14 @@ class StoppedEvent(msgspec.Struct, tag="stopped"):
     stage_time_ns: int | None = None
 
 
+class TimecodeEvent(msgspec.Struct, tag="timecode"):
+    """At the time of this event a frame of timecode began: its number since midnight, its rate, what told it."""
+
+    frame: int
+    rate: str
+    source: str
+
+
 KnownEvent = (
     StartEvent
     | ClockEvent
@@ -143,6 +151,7 @@ KnownEvent = (
     | JoinedEvent
     | RestartEvent
     | StoppedEvent
+    | TimecodeEvent
 )
 
 

@@ -65,12 +65,19 @@ def clip(
     motion = with_keys_every(motion, steps)
     if options.fps is not None:
         motion = replace(motion, frames_per_second=standard_rate(options.fps))
-    start_s = 0.0
-    if options.timecode is not None:
+    start_s, timecode = 0.0, None
+    if options.timecodes is not None:
+        timecode = options.timecodes.timecodes_at(prepared.time_s[:1])[0]
+        start_s = timecode.seconds
+    elif options.timecode is not None:
         into_take = prepared.begins_s - poses.begins_s
         start_s = timecode_seconds(options.timecode, motion.frames_per_second) + into_take
     return replace(
-        motion, name=options.take_name, start_s=start_s, undecided_s=_undecided_s(prepared, options)
+        motion,
+        name=options.take_name,
+        start_s=start_s,
+        timecode=timecode,
+        undecided_s=_undecided_s(prepared, options),
     )
 
 

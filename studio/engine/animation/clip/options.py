@@ -7,6 +7,7 @@ from typing import Any
 from studio.engine.animation.clip.timecode import timecode_seconds
 from studio.engine.base.errors import SettingsError
 from studio.engine.base.sentences import say
+from studio.engine.timecode.course import TimecodeCourse
 
 INTERPOLATIONS = ("cubic", "linear", "constant")
 TARGETS = ("humanik", "mixamo", "unreal", "vrm")
@@ -44,6 +45,7 @@ class ExportOptions:
         take_name: name of the animation in the file.
         timecode: time of day of the take's first frame, hh:mm:ss:ff at the export's rate; keys then start
             there. None starts at 0.
+        timecodes: timecode of every stage time, in place of `timecode`; the file has it where its format has a place.
         smooth_hz: cutoff of a zero-phase low-pass filter [Hz]; None = off.
         loop: trim the clip to its best loop, and blend its end into its start.
         foot_lock: hold standing feet in place, by bending the legs.
@@ -63,6 +65,7 @@ class ExportOptions:
     key_error_cm: float | None = None
     take_name: str = "Take"
     timecode: str | None = None
+    timecodes: TimecodeCourse | None = None
     smooth_hz: float | None = None
     loop: bool = False
     foot_lock: bool = False
@@ -79,6 +82,7 @@ _BEFORE_CHECKED: dict[str, str] = {
     "mesh": say("export.format_no_body", "the format holds no body"),
     "key_error_cm": say("export.format_every_frame", "the format has a value for every frame"),
     "timecode": say("export.format_no_time", "the format has no time of day"),
+    "timecodes": say("export.format_no_time", "the format has no time of day"),
     "target": say("export.format_points", "the format holds points, not bones"),
     "root_motion": say("export.format_points", "the format holds points, not bones"),
 }
@@ -113,8 +117,8 @@ def check_options(options: ExportOptions, format: str, understood: frozenset[str
             raise SettingsError(
                 "export.not_for_format",
                 "{name}={value}: not for {format} ({why}); leave it out",
-                name=_shown(name),
-                value=value,
+                name=_shown(name).replace("timecodes", "timecode"),
+                value=value.rate.name if isinstance(value, TimecodeCourse) else value,
                 format=format,
                 why=why,
             )

@@ -15,6 +15,7 @@ from studio.engine.animation.clip.resample import resampled
 from studio.engine.base.quaternions import IDENTITY, continuous_signs, inverse, multiply, rotate
 from studio.engine.model.poses import Poses
 from studio.engine.model.soles import rest_lift_m
+from studio.engine.timecode.timecode import Timecode
 
 OFFSET_TOLERANCE_M = 2e-5
 """A joint gets position keys if its offset differs from its median by more; a chain of 12 then errs under 0.25 mm."""
@@ -40,6 +41,7 @@ class LocalMotion:
             joint_count, 4), signs continuous over time.
         name: of the take.
         start_s: time of the first key [s]; 0 unless keys lie at a time of day.
+        timecode: of the first key; None = not asked for.
         undecided_s: spans [s from the first key] in which the performer was not told apart from another; None = of
             one alone.
         between: the same motion with equal steps between the keys, if known and requested.
@@ -55,6 +57,7 @@ class LocalMotion:
     rotations_wxyz: NDArray[np.float64]
     name: str = "Take"
     start_s: float = 0.0
+    timecode: Timecode | None = None
     undecided_s: tuple[tuple[float, float], ...] | None = None
     between: "LocalMotion | None" = None
 

@@ -23,6 +23,7 @@ _PREPARING = 0.4
 """Share of the progress before writing starts."""
 
 _BONES = frozenset({"target", "root_motion"})
+_TIMECODES = frozenset({"timecodes"})
 
 
 @dataclass(frozen=True)
@@ -34,7 +35,7 @@ class Exporter:
         takes: input of the writer: `motion` (a `LocalMotion`, made by `clip`) or `poses` (`Poses`, made
             by `prepared_poses`).
         options: names of the options that it understands beside those of every format (`POSE_OPTIONS`).
-        several: whether it takes a list of takes for one file, and a `progress`.
+        several: whether it takes a list of takes for one file, of poses each with its options, and a `progress`.
         scene: writes several performers of a take, by name, called as scene(performers, path, options); None = the
             format holds one.
         stage_times: whether each frame has its stage time; else a file begins with its first frame.
@@ -72,29 +73,32 @@ EXPORTERS: dict[str, Exporter] = {
     "fbx": Exporter(
         _writer("fbx.writer", "write_fbx"),
         "motion",
-        _BONES | {"interpolation", "mesh", "key_error_cm", "timecode"},
+        _BONES | {"interpolation", "mesh", "key_error_cm", "timecode", "timecodes"},
         several=True,
         scene=_writer("fbx.writer", "write_fbx_scene"),
     ),
-    "bvh": Exporter(_writer("bvh", "write_bvh"), "motion", _BONES | {"rotation_order", "unit"}),
+    "bvh": Exporter(_writer("bvh", "write_bvh"), "motion", _BONES | {"rotation_order", "unit", "timecodes"}),
     "glb": Exporter(
         _writer("glb", "write_glb"),
         "motion",
         _BONES | {"interpolation", "mesh"},
         scene=_writer("glb", "write_glb_scene"),
     ),
-    "c3d": Exporter(_writer("c3d", "write_c3d"), "poses", needs="ezc3d", install="pip install ezc3d"),
+    "c3d": Exporter(
+        _writer("c3d", "write_c3d"), "poses", _TIMECODES, needs="ezc3d", install="pip install ezc3d"
+    ),
     "trc": Exporter(_writer("trc", "write_trc"), "poses"),
-    "csv": Exporter(_writer("table", "write_csv"), "poses", stage_times=True),
-    "npz": Exporter(_writer("table", "write_npz"), "poses", stage_times=True),
+    "csv": Exporter(_writer("table", "write_csv"), "poses", _TIMECODES, stage_times=True),
+    "npz": Exporter(_writer("table", "write_npz"), "poses", _TIMECODES, stage_times=True),
     "usd": Exporter(
         _writer("usd", "write_usd"),
         "motion",
-        _BONES | {"mesh"},
+        _BONES | {"mesh", "timecodes"},
         scene=_writer("usd", "write_usd_scene"),
         needs="pxr",
         install="pip install 'capture-studio[usd]' (209 MB)",
     ),
+    "otio": Exporter(_writer("otio", "write_otio"), "poses", _TIMECODES, several=True),
 }
 """Format -> its writer."""
 
@@ -169,8 +173,9 @@ def export_takes(
         )
         told(_PREPARING * (k + 1) / len(takes))
     if exporter.several:
+        what = made if exporter.takes == "motion" else list(zip(made, (own for _, own in takes), strict=True))
         exporter.write(
-            made, path, takes[0][1], progress=lambda share: told(_PREPARING + (1 - _PREPARING) * share)
+            what, path, takes[0][1], progress=lambda share: told(_PREPARING + (1 - _PREPARING) * share)
         )
     else:
         (write or exporter.write)(made[0], path, takes[0][1])

@@ -47,7 +47,7 @@ def _hierarchy(motion: LocalMotion, order: str, scale: float) -> list[str]:
             children[parent].append(joint)
     ends = end_sites(motion)
     turns = " ".join(f"{axis}rotation" for axis in order)
-    lines = ["HIERARCHY"]
+    lines = ["HIERARCHY" + _comment(motion)]
 
     def add(joint: int, indent: str) -> None:
         root = motion.parents[joint] < 0
@@ -69,6 +69,11 @@ def _hierarchy(motion: LocalMotion, order: str, scale: float) -> list[str]:
 
     add(0, "")
     return lines
+
+
+def _comment(motion: LocalMotion) -> str:
+    """Return the timecode of the first frame, behind the file's first word, where readers look at nothing else."""
+    return "" if motion.timecode is None else f" # timecode {motion.timecode} {motion.timecode.rate.name}"
 
 
 def _offset(offset_m: NDArray[np.float64], scale: float) -> str:

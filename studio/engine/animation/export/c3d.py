@@ -53,6 +53,12 @@ def write_c3d(poses: Poses, path: str | os.PathLike[str], options: ExportOptions
     ]
     file.add_parameter("POINT", "X_SCREEN", ["+X"])
     file.add_parameter("POINT", "Y_SCREEN", ["+Z"])
+    if options.timecodes is not None:
+        first = options.timecodes.timecodes_at(poses.time_s[:1])[0]
+        file.add_parameter("TIMECODE", "START", [str(first)])
+        file.add_parameter("TIMECODE", "RATE", [first.rate.name])
+        file.add_parameter("TIMECODE", "FRAMES_PER_SECOND", [first.rate.fps])
+        file.add_parameter("TIMECODE", "DROP_FRAME", [int(first.rate.drop)])
     file["data"]["points"] = values
     file["data"]["meta_points"]["residuals"] = np.where(gaps, -1.0, 0.0).T[None]
     file["data"]["meta_points"]["camera_masks"] = np.zeros((7, *values.shape[1:]), dtype=bool)

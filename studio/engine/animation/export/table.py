@@ -3,7 +3,8 @@
 The CSV has the form of a reference for `evaluate`: `time_s`, then `<joint>_x`, `_y`, `_z` [m] by canonical joint.
 `<joint>_confidence` and `<joint>_uncertainty_mm` follow, then joints without a canonical name under their own. Of a
 performer of several, a last column `undecided` is 1 where they were not told apart from another; so is the field
-`undecided` of the npz, shape (frame_count,).
+`undecided` of the npz, shape (frame_count,). Where asked for, the last column and the field `timecode` have the
+timecode of each frame.
 """
 
 import os
@@ -31,6 +32,8 @@ def write_csv(poses: Poses, path: str | os.PathLike[str], options: ExportOptions
     doubt = undecided(poses, options)
     header = ",".join(["time_s", *(f"{label}_{name}" for label in joint_labels(poses) for name in _COLUMNS)])
     header += "" if doubt is None else ",undecided"
+    codes = None if options.timecodes is None else options.timecodes.timecodes_at(poses.time_s)
+    header += "" if codes is None else ",timecode"
     values = np.concatenate(
         [poses.positions_m, poses.confidence[..., None], poses.uncertainty_mm[..., None]], axis=2
     ).reshape(poses.frame_count, -1)
@@ -40,7 +43,8 @@ def write_csv(poses: Poses, path: str | os.PathLike[str], options: ExportOptions
         for frame, (time_s, line) in enumerate(zip(poses.time_s.tolist(), values, strict=True)):
             text = row % tuple(line.tolist())
             last = "" if doubt is None else f",{int(doubt[frame])}"
-            file.write(f"{time_s:.6f},{text}{last}\n".replace("nan", "").encode())
+            last += "" if codes is None else f",{codes[frame]}"
+            file.write(f"{time_s:.6f},{text.replace('nan', '')}{last}\n".encode())
 
 
 def write_npz(poses: Poses, path: str | os.PathLike[str], options: ExportOptions) -> None:
@@ -51,7 +55,8 @@ def write_npz(poses: Poses, path: str | os.PathLike[str], options: ExportOptions
         StudioError: the file cannot be written.
     """
     check_poses(poses)
-    poses.save(path, undecided=undecided(poses, options))
+    timecode = None if options.timecodes is None else options.timecodes.timecodes_at(poses.time_s)
+    poses.save(path, undecided=undecided(poses, options), timecode=timecode)
 
 
 def undecided(poses: Poses, options: ExportOptions) -> NDArray[np.bool_] | None:

@@ -83,6 +83,9 @@ def _stage(pxr: Any, motion: LocalMotion) -> Any:
     stage.SetFramesPerSecond(motion.frames_per_second)
     stage.SetStartTimeCode(0)
     stage.SetEndTimeCode(motion.frame_count - 1)
+    if motion.timecode is not None:
+        told = {"timecode": str(motion.timecode), "timecodeRate": motion.timecode.rate.name}
+        stage.GetRootLayer().customLayerData = told
     return stage
 
 

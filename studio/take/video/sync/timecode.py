@@ -2,8 +2,9 @@
 
 import re
 
+from studio.engine.timecode.timecode import DAY_S, TimecodeRate
+
 _FORM = re.compile(r"(\d{2}):(\d{2}):(\d{2})([:;.,])(\d{2,3})")
-DAY_S = 86400.0
 _RATES = (24, 25, 30, 48, 50, 60, 100, 120, 240)
 _NEAR = 0.015
 """How near a usual rate the average rate of a video is, whose frames may come unevenly, as a share."""
@@ -31,11 +32,8 @@ def seconds_of(timecode: str, frames_per_second: float) -> float | None:
         return None
     if hours > 23 or minutes > 59 or seconds > 59 or frames >= rate:
         return None
-    count = (hours * 3600 + minutes * 60 + seconds) * rate + frames
-    if found.group(4) in ";,":
-        whole = hours * 60 + minutes
-        count -= rate // 15 * (whole - whole // 10)
-    return count / exact
+    of_file = TimecodeRate(rate, ntsc=exact != rate, drop=found.group(4) in ";,")
+    return of_file.number(hours, minutes, seconds, frames) / exact
 
 
 def apart_s(first: float, second: float) -> float:

@@ -22,7 +22,7 @@ def test_every_exporter_replaces_a_file_atomically(tmp_path: Path, format: str) 
     path = tmp_path / f"take.{format}"
     path.write_text("old")
     export(random_poses(np.random.default_rng(1), seconds=0.5), path, format)
-    assert path.stat().st_size > 10_000
+    assert path.stat().st_size > (1_000 if format == "otio" else 10_000)
     assert list(tmp_path.iterdir()) == [path]
 
 

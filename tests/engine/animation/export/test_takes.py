@@ -52,7 +52,7 @@ def test_takes_that_do_not_go_into_one_file_are_refused(tmp_path: Path) -> None:
     fewer = replace(other, joint_names=(*other.joint_names[:-1], "Tail"))
     with refused(SettingsError, "export.other_joints"):
         export_takes([(poses, ExportOptions()), (fewer, ExportOptions())], tmp_path / "x", "fbx")
-    with refused(SettingsError, "export.one_take_format", allowed="fbx"):
+    with refused(SettingsError, "export.one_take_format", allowed="fbx, otio"):
         export_takes([(poses, ExportOptions()), (other, ExportOptions())], tmp_path / "x", "bvh")
     assert not list(tmp_path.iterdir())
 

@@ -10,6 +10,7 @@ TICKS_PER_SECOND = 46_186_158_000
 _TIME_MODES = {120.0: 1, 100.0: 2, 60.0: 3, 50.0: 4, 48.0: 5, 30.0: 6, 30 / 1.001: 9, 25.0: 10, 24.0: 11,
                1000.0: 12, 24 / 1.001: 13, 96.0: 15, 72.0: 16, 60 / 1.001: 17, 120 / 1.001: 18}  # fmt: skip
 _CUSTOM_TIME_MODE = 14
+_DROP_FRAME_MODE = 8
 _APPLICATION = "Capture Studio"
 
 
@@ -90,12 +91,16 @@ def header() -> list[Node]:
     ]
 
 
-def global_settings(frames_per_second: float, start: np.int64, stop: np.int64, *, timecode: bool) -> Node:
+def global_settings(
+    frames_per_second: float, start: np.int64, stop: np.int64, *, timecode: bool, drop: bool = False
+) -> Node:
     """Return the settings: y up, facing +z, right-handed, centimetres, frame rate and time span.
 
-    With `timecode`, programs show times as hh:mm:ss:ff.
+    With `timecode`, programs show times as hh:mm:ss:ff; `drop`: drop-frame, at 29.97.
     """
     mode = _TIME_MODES.get(frames_per_second, _CUSTOM_TIME_MODE)
+    if drop and frames_per_second == 30 / 1.001:
+        mode = _DROP_FRAME_MODE
     rows = [
         integer("UpAxis", 1), integer("UpAxisSign", 1),
         integer("FrontAxis", 2), integer("FrontAxisSign", 1),

@@ -119,7 +119,11 @@ def _write(
     nodes = [
         *scene.header(),
         scene.global_settings(
-            frames_per_second, min(starts), max(stops), timecode=options.timecode is not None
+            frames_per_second,
+            min(starts),
+            max(stops),
+            timecode=options.timecode is not None or options.timecodes is not None,
+            drop=options.timecodes is not None and options.timecodes.rate.drop,
         ),
         *scene.documents(objects.identity(), spans[0][0]),
         scene.definitions(objects.nodes),

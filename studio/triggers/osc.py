@@ -1,0 +1,61 @@
+"""OSC over UDP: `/record/start [name [session]]`, `/record/stop`, `/record/state`, all answered by `/record/state`.
+
+The answer has `recording` or `idle`, the take as session/name, the timecode now, and why the request did nothing
+(else empty). With a token set, it is the last argument of every request. Source: Open Sound Control 1.0.
+"""
+
+from pythonosc.osc_bundle import OscBundle
+from pythonosc.osc_message import OscMessage
+from pythonosc.osc_message_builder import OscMessageBuilder
+
+from studio.triggers.command import TriggerCommand
+
+PORT = 9500
+LONGEST = 8192
+_KINDS = {"/record/start": "start", "/record/stop": "stop", "/record/state": "state"}
+_MOST = 16
+_LONGEST_TEXT = 1000
+ANSWER = "/record/state"
+
+
+def parse_osc(data: bytes, *, with_token: bool) -> list[TriggerCommand] | None:
+    """Return what a packet asks for, in order; None where it is no OSC or has none of the addresses.
+
+    Args:
+        data: a message or a bundle.
+        with_token: whether the last argument is a token.
+    """
+    if not data or len(data) > LONGEST or len(data) % 4:
+        return None
+    try:
+        found = [_command(message, with_token) for message in _messages(data)]
+    except Exception:  # the library raises errors of several kinds for what is no OSC
+        return None
+    return [one for one in found if one is not None][:_MOST] or None
+
+
+def _messages(data: bytes) -> list[OscMessage]:
+    """Return the messages of a packet; a bundle within a bundle is left out."""
+    if not data.startswith(b"#bundle\0"):
+        return [OscMessage(data)]
+    return [one for one in OscBundle(data) if isinstance(one, OscMessage)]
+
+
+def _command(message: OscMessage, with_token: bool) -> TriggerCommand | None:
+    kind = _KINDS.get(message.address)
+    if kind is None:
+        return None
+    texts = [str(one)[:_LONGEST_TEXT].strip() for one in message.params]
+    token = texts.pop() if with_token and texts else ""
+    name, session = (*texts, "", "")[:2]
+    if kind == "start":
+        return TriggerCommand("start", name=name, session=session, token=token)
+    return TriggerCommand("stop" if kind == "stop" else "state", token=token)
+
+
+def state_message(recording: bool, take: str, timecode: str, problem: str) -> bytes:
+    """Return the answer."""
+    builder = OscMessageBuilder(ANSWER)
+    for text in ("recording" if recording else "idle", take, timecode, problem):
+        builder.add_arg(text)
+    return builder.build().dgram

@@ -1,0 +1,142 @@
+"""Who is told when a recording starts and stops, and when a take is solved: XML over UDP, and HTTP webhooks."""
+
+import json
+import logging
+import queue
+import socket
+import threading
+import time
+from dataclasses import asdict, dataclass
+from urllib.error import URLError
+from urllib.request import Request, urlopen
+
+from studio.engine.base.sentences import say
+from studio.triggers.capture_xml import capture_packet
+from studio.triggers.listeners import Heard, TriggerStatus
+
+_MOST_WAITING = 200
+_TIMEOUT_S, _TRIES, _BETWEEN_S = 5.0, 3, 1.0
+_log = logging.getLogger(__name__)
+
+
+@dataclass(frozen=True)
+class TriggerNews:
+    """What is told.
+
+    Attributes:
+        event: `start`, `stop` or `solved`.
+        session, take: of the take.
+        timecode: then, "" = there was none.
+        solve: of `solved`, the solve's name.
+        seconds: of `stop`, the take's length [s].
+    """
+
+    event: str
+    session: str
+    take: str
+    timecode: str = ""
+    solve: str = ""
+    seconds: float = 0.0
+
+
+class XmlTeller:
+    """Sends `CaptureStart` and `CaptureStop` to addresses; packets are numbered on from the time of day."""
+
+    def __init__(self, targets: tuple[tuple[str, int], ...], token: str) -> None:
+        self._targets = targets
+        self._token = token
+        self._packet = int(time.time()) % 1_000_000 * 10
+        self.heard = Heard(", ".join(f"{host}:{port}" for host, port in targets))
+
+    def tell(self, news: TriggerNews) -> None:
+        """Send the packet of a start or a stop; the network is not waited for."""
+        if news.event == "solved":
+            return
+        self._packet += 1
+        data = capture_packet(
+            news.event, name=news.take, session=news.session, timecode=news.timecode, packet=self._packet,
+            token=self._token,
+        )  # fmt: skip
+        for target in self._targets:
+            try:
+                with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as channel:
+                    channel.setsockopt(socket.SOL_SOCKET, socket.SO_BROADCAST, 1)
+                    channel.sendto(data, target)
+            except OSError as error:
+                self._fail(f"{target[0]}:{target[1]}", error)
+            else:
+                self.heard.problem = ""
+                self.heard.add(f"{news.event} {news.take}", "")
+
+    def _fail(self, address: str, error: OSError) -> None:
+        self.heard.problem = say(
+            "trigger.not_told",
+            "cannot tell {address}: {error}",
+            address=address,
+            error=error.strerror or error,
+        )
+
+    def status(self) -> TriggerStatus:
+        """Return what was told so far."""
+        return self.heard.status()
+
+
+class WebhookTeller:
+    """Posts JSON to addresses, from a thread of its own, in order; one that does not answer is tried again."""
+
+    def __init__(self, urls: tuple[str, ...], token: str) -> None:
+        self._urls = urls
+        self._token = token
+        self.heard = Heard(", ".join(urls))
+        self._queue: queue.Queue[TriggerNews | None] = queue.Queue(_MOST_WAITING)
+        self._stopping = threading.Event()
+        self._thread = threading.Thread(target=self._run, name="webhooks", daemon=True)
+        self._thread.start()
+
+    def tell(self, news: TriggerNews) -> None:
+        """Post the news as soon as those before are through; too many waiting are dropped and said."""
+        try:
+            self._queue.put_nowait(news)
+        except queue.Full:
+            self.heard.add(f"{news.event} {news.take}", say("trigger.dropped", "too many wait to be told"))
+
+    def _run(self) -> None:
+        while (news := self._queue.get()) is not None:
+            for url in self._urls:
+                self._post(url, news)
+
+    def _post(self, url: str, news: TriggerNews) -> None:
+        body = json.dumps({key: value for key, value in asdict(news).items() if value}).encode()
+        headers = {"Content-Type": "application/json"}
+        if self._token:
+            headers["Authorization"] = f"Bearer {self._token}"
+        what = f"{news.event} {news.take}"
+        for number in range(_TRIES):
+            try:
+                with urlopen(Request(url, body, headers), timeout=_TIMEOUT_S):
+                    self.heard.problem = ""
+                    self.heard.add(what, "")
+                    return
+            except (OSError, URLError, ValueError) as error:
+                self.heard.problem = say(
+                    "trigger.not_told", "cannot tell {address}: {error}", address=url, error=error
+                )
+                _log.info("webhook %s: %s", url, error)
+            if number + 1 < _TRIES and self._stopping.wait(_BETWEEN_S):
+                return
+        self.heard.add(what, self.heard.problem)
+
+    def status(self) -> TriggerStatus:
+        """Return what was told so far."""
+        return self.heard.status()
+
+    def close(self) -> None:
+        """Tell nothing more; what is being posted is not waited for longer than a try takes."""
+        self._stopping.set()
+        while True:
+            try:
+                self._queue.put_nowait(None)
+                break
+            except queue.Full:
+                self._queue.get_nowait()
+        self._thread.join(timeout=1.0)
