@@ -24,8 +24,8 @@ STEP_S = 1.0 / 30.0
 GAP_S = 0.1
 """Longest gap between two frames that is interpolated."""
 
-SIDES_S = 0.15
-"""Standard deviation of the time over which a camera's sides are compared."""
+SIDES_STEPS = 1.0
+"""Standard deviation of the time over which a camera's sides are compared [instants]."""
 
 ROUNDS = 4
 AXES_S = 0.1
@@ -143,11 +143,16 @@ def _on_grid(time_s: Array, seen: SeenByCamera) -> tuple[Array, Array]:
 def _exchanged(tracks: Array) -> NDArray[np.bool_]:
     """Instants at which a camera has left and right exchanged, shape (count, camera_count).
 
-    Feet and knees of each camera tell its sides at first, then the cameras' common skeleton does.
+    Cameras are compared with the first, and most are right; where as many are not, feet and knees tell. Then each is
+    compared with their common skeleton.
     """
-    ahead = _averaged(np.nan_to_num(forwardness(tracks)))
-    exchanged = ahead < 0.0
     mirrored = tracks[:, :, MIRROR]
+    stays, turns = (_apart(one, tracks[:, 0]) for one in (tracks, mirrored))
+    unlike = _averaged(turns - stays) < 0.0
+    half = 0.5 * tracks.shape[1]
+    ahead = _averaged(np.where(unlike, -1.0, 1.0) * np.nan_to_num(forwardness(tracks))).sum(axis=1)
+    count = unlike.sum(axis=1)
+    exchanged = unlike ^ ((count > half) | (count == half) & (ahead < 0.0))[:, None]
     for _ in range(ROUNDS):
         as_named = np.where(exchanged[..., None, None], mirrored, tracks)
         middle = gaussian_filter1d(filled(median_of(as_named)), 1.0, axis=0, mode="nearest")
@@ -164,7 +169,7 @@ def _apart(tracks: Array, middle: Array) -> Array:
 
 
 def _averaged(values: Array) -> Array:
-    return gaussian_filter1d(values, 1.0, axis=0, mode="nearest")
+    return gaussian_filter1d(values, SIDES_STEPS, axis=0, mode="nearest")
 
 
 def median_of(tracks: Array) -> Array:

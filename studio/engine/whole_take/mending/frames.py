@@ -11,7 +11,7 @@ from studio.engine.calibration.cameras.noise import rays
 from studio.engine.edits.edit import Edit, PinEdit
 from studio.engine.edits.frames import Changed, Frames, doubted
 from studio.engine.edits.timing import of_kind
-from studio.engine.model.calibration import Calibration
+from studio.engine.model.calibration import Calibration, Performer
 from studio.engine.model.frames import CameraFrame
 from studio.engine.model.joints import CANONICAL, INDEX, MIRROR, PARENTS
 from studio.engine.whole_take.mending.around import GAP_S, STEP_S, Around, around, axes_of
@@ -25,8 +25,11 @@ REACH_S = 2.5
 WRONG_M = 0.06
 """Smallest error of a camera that is taken to last [m]."""
 
-WRONG_SHARE = 0.3
+WRONG_SHARE = 0.35
 """An error lasts as long as it has this share of what it is at the pin."""
+
+WILD = 2.5
+"""An error that many times as large as at the pin is another one."""
 
 ALIKE = 0.5
 """A camera errs like others if it is off by this share of their error along it."""
@@ -36,6 +39,16 @@ LENGTH_M = 0.06
 
 PARENT_FRAMES = 1.0
 """Smoothing of a joint's path about which its child's is found [instants]."""
+
+BONE_SHARE = (0.8, 1.2)
+"""A bone to a pin has this share of its length."""
+
+LIMB = ("elbow", "wrist", "hand", "knee", "ankle", "toe")
+SOUND_FRAMES, OFF_M = 1.0, 0.08
+"""Joints whose bone is measured; smoothing of its length [instants], and how far off it fits no more [m]."""
+
+DOUBTED = 8.0
+"""Factor of the noise of a joint that errs while its parent does not."""
 
 EDGE_FRAMES, SHARED = 3, 0.5
 """A neighbour has the same error if it jumps by this share of it between the means of so many instants."""
@@ -82,7 +95,10 @@ def _mended(frames: Frames, calibration: Calibration, pins: Sequence[PinEdit]) -
     middle = seen.middle()
     axes, origin = axes_of(middle, joint)
     local = np.einsum("tba,tcb->tca", axes, seen.tracks[:, :, joint] - origin[:, None])
-    found = spread(local, pinned, np.einsum("tba,tb->ta", axes, place - origin), seen.noise[:, :, joint])
+    sound = _sound(seen, joint, calibration.performer)
+    found = spread(
+        local, pinned, np.einsum("tba,tb->ta", axes, place - origin), seen.noise[:, :, joint], sound
+    )
     lasts = _in_all_cameras(_lasting(found.error_m, pinned), found.error_m, local - found.path_m[:, None])
     error = np.einsum("tab,tcb->tca", axes, found.error_m * lasts[..., None])
     too = [other for other in _beside(joint) if _errs_too(seen, other, error, lasts, axes, origin)]
@@ -90,7 +106,7 @@ def _mended(frames: Frames, calibration: Calibration, pins: Sequence[PinEdit]) -
     if parent in too or parent not in _beside(joint):
         path = np.einsum("tab,tb->ta", axes, found.path_m) + origin
     else:
-        path = _about_parent(seen, joint, middle, axes, lasts, pinned, place)
+        path = _about_parent(seen, joint, middle, axes, lasts, pinned, place, sound, calibration.performer)
     places = np.full((*seen.tracks.shape[:3], 3), np.nan)
     known = np.isfinite(seen.tracks[:, :, joint, 0])
     places[:, :, joint] = np.where((lasts & known)[..., None], path[:, None], np.nan)
@@ -102,6 +118,19 @@ def _mended(frames: Frames, calibration: Calibration, pins: Sequence[PinEdit]) -
     return _changed(frames, calibration, seen, places, gone)
 
 
+def _sound(seen: Around, joint: int, performer: Performer | None) -> Array:
+    """How well each camera's joint fits its limb, 0..1, shape (count, camera_count): the bones up to the trunk have
+    their lengths."""
+    worst = np.zeros(seen.tracks.shape[:2])
+    bones = {} if performer is None else performer.bones_m()
+    while performer is not None and CANONICAL[joint].split("_")[-1] in LIMB:
+        parent = int(PARENTS[joint])
+        apart = np.linalg.norm(seen.tracks[:, :, joint] - seen.tracks[:, :, parent], axis=2)
+        worst = np.fmax(worst, np.abs(apart - bones[CANONICAL[joint]]))
+        joint = parent
+    return 1.0 - np.clip(gaussian_filter1d(worst, SOUND_FRAMES, axis=0, mode="nearest") / OFF_M, 0.0, 1.0)
+
+
 def _about_parent(
     seen: Around,
     joint: int,
@@ -110,14 +139,23 @@ def _about_parent(
     lasts: NDArray[np.bool_],
     pinned: NDArray[np.bool_],
     place: Array,
+    sound: Array,
+    performer: Performer | None,
 ) -> Array:
-    """The path of a joint whose parent does not err, shape (count, 3) [m]: what cameras say of it while they err is
-    not used, since an error that does not move the parent is no mere shift."""
+    """The path of a joint whose parent does not err, shape (count, 3) [m]: what cameras say of it while they err
+    hardly counts, since an error that does not move the parent is no mere shift."""
     origin = gaussian_filter1d(middle[:, PARENTS[joint]], PARENT_FRAMES, axis=0, mode="nearest")
     local = np.einsum("tba,tcb->tca", axes, seen.tracks[:, :, joint] - origin[:, None])
-    local = np.where(lasts[..., None], np.nan, local)
-    found = spread(local, pinned, np.einsum("tba,tb->ta", axes, place - origin), seen.noise[:, :, joint])
-    return np.einsum("tab,tb->ta", axes, found.path_m) + origin
+    noise = np.where(lasts, DOUBTED, 1.0) * seen.noise[:, :, joint]
+    found = spread(local, pinned, np.einsum("tba,tb->ta", axes, place - origin), noise, sound)
+    away = np.einsum("tab,tb->ta", axes, found.path_m)
+    if performer is not None:
+        length = performer.bones_m()[CANONICAL[joint]]
+        off = np.linalg.norm((place - origin)[pinned], axis=1).mean() / length  # the pin's own share
+        away *= (
+            length * np.clip(off, *BONE_SHARE) / np.maximum(np.linalg.norm(away, axis=1, keepdims=True), 1e-6)
+        )
+    return away + origin
 
 
 def _pinned(seen: Around, pins: Sequence[PinEdit]) -> tuple[NDArray[np.bool_], Array]:
@@ -137,7 +175,8 @@ def _lasting(error: Array, pinned: NDArray[np.bool_]) -> NDArray[np.bool_]:
     for at in np.flatnonzero(pinned):
         here = size[max(at - 2, 0) : at + 3].max(axis=0)
         for camera in np.flatnonzero(here > WRONG_M):
-            wrong = size[:, camera] > max(WRONG_SHARE * here[camera], 0.5 * WRONG_M)
+            wrong = size[:, camera] > max(WRONG_SHARE * here[camera], WRONG_M)
+            wrong &= size[:, camera] < WILD * here[camera]
             first, last = run_about(wrong, int(at), gap)
             out[first:last, camera] = True
     return out
