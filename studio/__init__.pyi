@@ -24,6 +24,17 @@ from .engine.base.errors import (
     StudioError,
     TakeError,
 )
+from .engine.edits.edit import (
+    ContactEdit,
+    DirectionEdit,
+    Edit,
+    ExchangeEdit,
+    LeaveOutEdit,
+    OffsetEdit,
+    PinEdit,
+    RetimeEdit,
+    TrimEdit,
+)
 from .engine.model.calibration import Calibration, CameraCalibration, Performer
 from .engine.model.depth import DepthCamera
 from .engine.model.frames import CameraFrame, ClockModel, FusedSkeleton, StepResult
@@ -45,6 +56,8 @@ from .library import (
     simulate,
     solve,
 )
+from .take.edits.change import StaleEditsError, change_edits, redo_edits, undo_edits
+from .take.edits.kept import TakeEdits, read_edits
 from .take.folder.take import Take
 from .take.raw.frames import camera_frames
 
@@ -61,23 +74,31 @@ __all__ = [
     "CameraCalibration",
     "CameraFrame",
     "ClockModel",
+    "ContactEdit",
     "DepthCamera",
     "DepthSource",
     "DeviceConfig",
+    "DirectionEdit",
+    "Edit",
+    "ExchangeEdit",
     "ExportOptions",
     "Filter",
     "FormatError",
     "FusedSkeleton",
     "Kind",
     "KinectV2Config",
+    "LeaveOutEdit",
     "NotAvailableError",
+    "OffsetEdit",
     "OpenNIConfig",
     "OrbbecConfig",
     "Performer",
+    "PinEdit",
     "Pipeline",
     "Poses",
     "RealSenseConfig",
     "RecordingConfig",
+    "RetimeEdit",
     "SettingsError",
     "SimulatedConfig",
     "SimulatedDepthConfig",
@@ -86,17 +107,21 @@ __all__ = [
     "Source",
     "SourceConfig",
     "SourceFrame",
+    "StaleEditsError",
     "StepResult",
     "Stream",
     "StudioError",
     "Take",
+    "TakeEdits",
     "TakeError",
+    "TrimEdit",
     "VideoConfig",
     "WebcamConfig",
     "add_filter",
     "add_source",
     "calibrate",
     "camera_frames",
+    "change_edits",
     "collect_poses",
     "evaluate",
     "export",
@@ -104,10 +129,13 @@ __all__ = [
     "load_poses",
     "open_source",
     "open_take",
+    "read_edits",
+    "redo_edits",
     "run_camera",
     "settings",
     "simulate",
     "solve",
+    "undo_edits",
 ]
 
 __version__: str

@@ -163,6 +163,7 @@ def solve(
     *,
     name: str | None = None,
     as_live: bool = False,
+    edits: bool = True,
     progress: Progress | None = None,
 ) -> Poses:
     """Return the poses of a take, solved from its raw frames; they are stored as `solves/<name>`.
@@ -175,6 +176,7 @@ def solve(
         name: of the solve, which replaces one of that name; by default the preset's, `solve` for settings, `as-live`
             for `as_live`.
         as_live: repeat the decisions of the live stage, bit for bit.
+        edits: honour the edits of the take.
         progress: receives the share done.
 
     Raises:
@@ -186,7 +188,9 @@ def solve(
 
     chosen = settings(using) if isinstance(using, str) else using
     usual = "as-live" if as_live else using if isinstance(using, str) else "solve"
-    folder = solve_take(take, chosen, name=name or usual, as_live=as_live, progress=progress)
+    folder = solve_take(
+        take, chosen, name=name or usual, as_live=as_live, progress=progress, edits=None if edits else ()
+    )
     return load_poses(take, folder.name)
 
 

@@ -37,6 +37,7 @@ from studio.api.stage.stage import stage_router
 from studio.api.structs import StructApi
 from studio.api.takes.changes import Changes
 from studio.api.takes.compare import compare_router
+from studio.api.takes.edits import EditsStamp, edits_router
 from studio.api.takes.exports import exports_router
 from studio.api.takes.find import Finder
 from studio.api.takes.imports import imports_router
@@ -128,6 +129,8 @@ def create_app(
     finder = Finder(stage, sessions)
     add_routes(app, performers_router(stage))
     add_routes(app, takes_router(sessions, finder, jobs, presets, thumbnails))
+    add_routes(app, edits_router(finder))
+    app.state.edits_stamp = EditsStamp(sessions)
     add_routes(app, thumbnails_router(finder))
     add_routes(app, exports_router(sessions, finder, jobs))
     add_routes(app, imports_router(sessions, jobs))

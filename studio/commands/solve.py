@@ -9,7 +9,8 @@ _TEXT = """\
 Solve a take again from its raw frames, with the settings of a preset and any switches.
 
 The result is solves/<name> of the take: settings.json, poses.npz and metrics.json; solving again under the
-same name replaces it. --as-live repeats the decisions of the live stage."""
+same name replaces it. The edits of the take are honoured (`studio edit`). --as-live repeats the decisions of the
+live stage, without them."""
 
 
 def add_parser(subparsers: Any) -> None:
@@ -34,6 +35,9 @@ def add_parser(subparsers: Any) -> None:
     parser.add_argument(
         "--as-live", action="store_true", help="repeat the live stage's decisions bit for bit"
     )
+    parser.add_argument(
+        "--no-edits", action="store_true", help="without the edits of the take (`studio edit`)"
+    )
     add_json(parser)
 
 
@@ -48,7 +52,10 @@ def run(args: argparse.Namespace) -> int:
     take = Take.open(args.take)
     name = args.name or ("as-live" if args.as_live else args.preset)
     with progress_bar("solve") as progress:
-        folder = solve_take(take, settings, name=name, as_live=args.as_live, progress=progress)
+        folder = solve_take(
+            take, settings, name=name, as_live=args.as_live, progress=progress,
+            edits=() if args.no_edits else None,
+        )  # fmt: skip
     return _report(args, folder)
 
 
@@ -61,4 +68,6 @@ def _report(args: argparse.Namespace, folder: Any) -> int:
     for key, value in metrics.items():
         if isinstance(value, int | float | str):
             print(f"  {key}: {value:.4g}" if isinstance(value, float) else f"  {key}: {value}")
+    for id_, edit in metrics.get("edits", {}).items():
+        print(f"  edit {id_}: {edit.get('line') or 'honoured'}")
     return 0

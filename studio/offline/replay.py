@@ -27,6 +27,7 @@ from studio.offline.editing import AskedEdits
 from studio.offline.performers import people_of, without_depth
 from studio.offline.so_far import Show
 from studio.offline.tracking import is_tracked, tracked_frames
+from studio.take.edits.carry import EditsOfSolve, edits_of_solve
 from studio.take.folder.performers import exchange_json
 from studio.take.folder.solves import Solved, write_performers
 from studio.take.folder.take import PERFORMER, Take
@@ -63,7 +64,7 @@ def solve_take(
         show: receives what the solve has so far, where it tracks depth first.
         processes: how many may track cameras side by side; None = one a core.
         edits: of the take; those that are on are honoured, and `edits` in metrics.json says what became of each.
-            Not with `as_live`.
+            None = those that the take has. Not with `as_live`.
 
     Raises:
         TakeError: no raw frames, no live log, or a name that is not allowed.
@@ -75,8 +76,10 @@ def solve_take(
     if as_live:
         performers, settings, common = _as_live(take, progress)
     else:
-        asked = AskedEdits(tuple(edit for edit in edits or () if edit.on))
+        kept = edits_of_solve(take) if edits is None else EditsOfSolve(tuple(edits), None)
+        asked = AskedEdits(tuple(edit for edit in kept.edits if edit.on))
         performers, common = _plain(take, settings, progress, show, processes, asked)
+        common |= _of_edits(kept)
     seconds = time.perf_counter() - began
     frames = sum(one.poses.frame_count for one in performers.values())
     metrics: SolveMetrics = {
@@ -156,6 +159,16 @@ def _plain(
         solved[one.name].metrics["undecided_s"] = [list(span) for span in one.undecided_s]
     common["camera_frames"] = sum(len(used[name]) for name in found.cameras)
     return asked.applied(solved, used, common)
+
+
+def _of_edits(kept: EditsOfSolve) -> SolveMetrics:
+    """Return which list of edits a solve had, and why it did not use it; nothing without a list."""
+    said = SolveMetrics()
+    if kept.revision is not None:
+        said["edits_revision"] = kept.revision
+    if kept.says:
+        said["edits_said"] = kept.says
+    return said
 
 
 def _of_pictures(cameras: list[str], *, alone: bool) -> str:

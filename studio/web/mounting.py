@@ -98,6 +98,7 @@ def mount(app: FastAPI, stage: ViewedStage, *, sessions: Path, takes: TakeFinder
     add_routes(app, video_routes(player, takes, videos))
     app.state.player = player
     app.state.events["replay"] = player.status
+    app.state.events["edits"] = lambda: app.state.edits_stamp.of(player.clip.take if player.clip else "")
     app.state.events["view"] = lambda: view_state(view)
     add_page(app, sessions=sessions)
     return ViewHandle(view, player, videos, unsubscribe)

@@ -63,6 +63,23 @@ class OperatorPage(BaseModel):
     page: int
 
 
+class GizmoState(BaseModel):
+    """The gizmo: where it is, stage frame [m], and how often it was dragged since it is shown; `shown` is false while
+    there is none."""
+
+    shown: bool
+    place_m: tuple[float, float, float] | None = None
+    drags: int = 0
+
+
+class GizmoPlace(BaseModel):
+    """Where the gizmo is shown, stage frame."""
+
+    model_config = ConfigDict(extra="forbid")
+
+    place_m: _Point
+
+
 def view_routes(view: LiveView) -> APIRouter:
     """Return the routes of one view."""
     router = APIRouter(prefix="/api/v1/view", tags=["view"], route_class=StructRoute)
@@ -102,7 +119,31 @@ def view_routes(view: LiveView) -> APIRouter:
         shown = OperatorView(change.page, change.position_m, change.target_m, change.aspect)
         return OperatorPage(page=view.show_operator(shown, moved=change.moved))
 
+    @router.get("/gizmo")
+    async def get_gizmo() -> GizmoState:
+        """The gizmo by which a joint is dragged to its place."""
+        return _gizmo_state(view)
+
+    @router.put("/gizmo")
+    def show_gizmo(change: GizmoPlace) -> GizmoState:
+        """Show the gizmo at a place in the frame that is shown; it goes with the frame."""
+        view.gizmo.show(change.place_m)
+        return _gizmo_state(view)
+
+    @router.delete("/gizmo")
+    def hide_gizmo() -> GizmoState:
+        """Hide the gizmo."""
+        view.gizmo.hide()
+        return _gizmo_state(view)
+
     return router
+
+
+def _gizmo_state(view: LiveView) -> GizmoState:
+    state = view.gizmo.state()
+    if state is None:
+        return GizmoState(shown=False)
+    return GizmoState(shown=True, place_m=state[0], drags=state[1])
 
 
 def view_state(view: LiveView) -> ViewState:

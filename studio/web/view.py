@@ -23,6 +23,7 @@ from studio.web.points.maker import COLOURS
 from studio.web.points.replayed import NO_DEPTH, ReplayedDepth
 from studio.web.points.seen import DepthImages
 from studio.web.scene.drawing import Drawing, DrawnStep, Look, Wanted
+from studio.web.scene.gizmo import Gizmo
 from studio.web.scene.operator import OperatorView
 from studio.web.scene.scene import LAYERS
 
@@ -53,6 +54,7 @@ class LiveView:
 
     Attributes:
         points: the clouds of the layer `points`.
+        gizmo: the arrows by which a joint is dragged.
     """
 
     def __init__(
@@ -75,6 +77,7 @@ class LiveView:
         self._operator_moved = False
         self._stopping = False
         self._drawing = Drawing(self._server, look)
+        self.gizmo = Gizmo(self._server)
         self.points = PointClouds(
             depth, watched=lambda: bool(self._server.get_clients()), changed=self._wake, clock=clock
         )
@@ -126,6 +129,7 @@ class LiveView:
         take's depth images are. Safe from any thread."""
         with self._changed:
             self._replay = DrawnStep(result, ghost, trails, calibration, names)
+            self.gizmo.at(result.frame_set.stage_time_ns)
             self.points.show(depth, result)
             self._fresh = True
             self._changed.notify()
@@ -134,6 +138,7 @@ class LiveView:
         """Go back to the live stage."""
         with self._changed:
             self._replay = self._result = None
+            self.gizmo.at(None)
             self.points.show(None, None)
             self._changed.notify()
 

@@ -26,7 +26,7 @@ OPTIONS = {
     ),
     "import": ("--out",),
     "calibrate": ("--json",),
-    "solve": ("--preset", "--set", "--name", "--as-live", "--json"),
+    "solve": ("--preset", "--set", "--name", "--as-live", "--no-edits", "--json"),
     "evaluate": ("--reference", "--solve", "--json", "--report"),
     "study": ("--seeds", "--out", "--cameras", "--votes"),
     "export": (

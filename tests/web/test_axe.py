@@ -82,8 +82,20 @@ def stage_with_cameras(page: Page, url: str) -> Iterator[str]:
 
 
 def replay(page: Page, url: str) -> Iterator[str]:
+    pin = {
+        "kind": "pin",
+        "joint": "left_wrist",
+        "place_m": [0, 0, 1],
+        "start_s": 0.5,
+        "end_s": 0.5,
+        "note": "here",
+    }
+    doubt = {"kind": "leave_out", "joints": ["head"], "start_s": 0.5, "end_s": 1.0, "on": False}
+    for edit in (pin, doubt):
+        patient.post(f"{url}/api/v1/takes/monday/one/edits", json={"edit": edit}).raise_for_status()
     open_page(page, url)
     page.get_by_role("button", name="Replay one, solve studio").click()
+    expect(page.locator("#edit-list li")).to_have_count(2)
     expect(page.locator("#timeline")).to_be_visible()
     page.evaluate("document.querySelectorAll('details').forEach((one) => { one.open = true; })")
     yield "replay"

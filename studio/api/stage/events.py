@@ -22,8 +22,8 @@ EVENTS_PATH = "/api/v1/events"
 class StatusEvent(Struct, tag="status"):
     """What every page hears four times a second: status, jobs, and how many thumbnails were made.
 
-    `takes` is another text once takes came, went or were renamed. `replay` and `view` are left out where the server
-    shows no view.
+    `takes` is another text once takes came, went or were renamed, `edits` once those of the replayed take changed.
+    `replay`, `edits` and `view` are left out where the server shows no view.
     """
 
     status: StageStatus
@@ -33,6 +33,7 @@ class StatusEvent(Struct, tag="status"):
     takes: str
     devices: list[ConnectedDevice]
     replay: ReplayStatus | UnsetType = UNSET
+    edits: str | UnsetType = UNSET
     view: ViewState | UnsetType = UNSET
 
 

@@ -2,7 +2,7 @@
 
 from dataclasses import fields
 from pathlib import Path
-from typing import Annotated, Literal, Protocol
+from typing import Annotated, Any, Literal, Protocol
 
 from fastapi import APIRouter, Query, Request, Response
 from fastapi.responses import FileResponse
@@ -47,6 +47,7 @@ class SolveRequest(Body):
     )
     name: str | None = Field(None, description="name of the solve; the preset's where left out")
     as_live: bool = Field(False, description="repeat the live stage bit for bit; preset and set are not used")
+    edits: bool = Field(True, description="honour the edits of the take")
     draft: bool = Field(
         False,
         description="a preview of what is around the playhead where this take is replayed: shown there, without "
@@ -212,7 +213,10 @@ def takes_router(
             )  # fmt: skip
         else:
             jobs.replace(("solve",), id_, name)
-            job = _solve_job(jobs, http.app.state.player, opened, settings, name, as_live=request.as_live)
+            job = _solve_job(
+                jobs, http.app.state.player, opened, settings, name,
+                as_live=request.as_live, edits=None if request.edits else (),
+            )  # fmt: skip
         return jobs.get(job.id)
 
     @router.get("/takes/{session}/{take}/solves/{solve}/export", response_class=FileResponse)
@@ -260,9 +264,9 @@ def takes_router(
 
 
 def _solve_job(
-    jobs: Jobs, player: Replayer | None, take: Take, settings: SolveSettings, name: str, *, as_live: bool
+    jobs: Jobs, player: Replayer | None, take: Take, settings: SolveSettings, name: str, **options: Any
 ) -> Job:
-    """Submit a solve; the player shows its beginning while it is being made."""
+    """Submit a solve, with `options` of `solve_take`; the player shows its beginning while it is being made."""
     id_ = f"{take.path.parent.name}/{take.path.name}"
     job = jobs.list_new("solve", id_, name)
 
@@ -278,7 +282,7 @@ def _solve_job(
 
     return jobs.submit_listed(
         job, "studio.offline.replay:solve_take", take, settings,
-        name=name, as_live=as_live, part=part, clear=clear,
+        name=name, part=part, clear=clear, **options,
     )  # fmt: skip
 
 

@@ -55,6 +55,9 @@ class SolveMetrics(TypedDict, total=False):
         exchanges: of performers by the operator, as the solve made them.
         bystanders: people who held no T-pose and were left out.
         edits: what became of each edit that is on, by its id; missing without any.
+        edits_revision: of the take's list of edits that the solve honoured; missing where it honoured none.
+        edits_said: one line, for people: why the edits were not used, or that they were carried to another
+            calibration.
         left_out: people who held one but came in after the eighth performer; missing where there are none.
     """
 
@@ -83,3 +86,5 @@ class SolveMetrics(TypedDict, total=False):
     exchanges: list[ExchangeJson]
     recorded_s: list[list[float]]
     edits: dict[str, EditJson]
+    edits_revision: int
+    edits_said: str

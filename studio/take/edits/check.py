@@ -105,7 +105,7 @@ def _common(one: Edit, performers: Sequence[str], span: tuple[float, float] | No
         yield _range("ease_s", one.ease_s, 0.0, MOST_EASE_S)
     if span is not None and (one.end_s < span[0] or one.start_s > span[1]):
         yield say(
-            "edits.outside",
+            "edits.outside_solves",
             "{start_s:.2f} s to {end_s:.2f} s is outside the take, which is solved from {first_s:.2f} s to "
             "{last_s:.2f} s",
             start_s=one.start_s, end_s=one.end_s, first_s=span[0], last_s=span[1],
@@ -217,7 +217,7 @@ def _check_agree(one: Edit, other: Edit) -> None:
     apart_m = math.dist(one.place_m, other.place_m)
     if apart_m - one.radius_m - other.radius_m > APART_M:
         raise TakeError(
-            "edits.contradict",
+            "edits.two_places",
             "edits {one} and {other} hold {joint} at one time in two places, {apart_m:.2f} m apart; change or "
             "remove one of them",
             one=one.id,

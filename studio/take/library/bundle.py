@@ -35,7 +35,7 @@ _SUBFOLDERS = ("calibrations", "solves", "references", "video")
 _STORED = (".mcap", ".npz", *ENDINGS)
 """Files that are compressed already."""
 
-_FILE = re.compile(r"take\.json|raw[A-Za-z0-9_.-]*\.(mcap|jsonl)|[a-z]+/[^/]+(/[^/]+)?")
+_FILE = re.compile(r"take\.json|edits\.json|raw[A-Za-z0-9_.-]*\.(mcap|jsonl)|[a-z]+/[^/]+(/[^/]+)?")
 
 
 def write_bundle(take: Take, out: str | Path) -> int:

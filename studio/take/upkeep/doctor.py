@@ -206,6 +206,7 @@ def _temporary_files(path: Path, repair: bool) -> Iterator[Finding]:
     found = [
         *path.glob(f"{TEMPORARY_PREFIX}*"),
         *path.glob(".take.json.*"),
+        *path.glob(".edits.json.*"),
         *path.glob("calibrations/.*.json.*"),
         *path.glob("tracked/.*.npz.*"),
     ]

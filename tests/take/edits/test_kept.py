@@ -70,7 +70,7 @@ def test_a_take_without_a_file_has_no_edits(take):
         (pin(start_s=0.9), "edits.times"),
         (pin(start_s=math.nan), "edits.number"),
         (pin(place_m=(0.0, math.inf, 0.0)), "edits.number"),
-        (pin(start_s=7.0, end_s=8.0), "edits.outside"),
+        (pin(start_s=7.0, end_s=8.0), "edits.outside_solves"),
         (pin(ease_s=-1.0), "edits.range"),
         (pin(radius_m=-0.1), "edits.range"),
         (pin(place_m=(0.0, 0.0, 1e6)), "edits.range"),
@@ -97,7 +97,7 @@ def test_what_is_not_allowed_is_told_in_one_line(take, edit, code):
 def test_pins_that_contradict_each_other_are_told(take):
     change_edits(take, [pin(id="one")])
     change_edits(take, [pin(id="near", place_m=(0.4, 0.0, 1.0))])
-    with refused(TakeError, "edits.contradict"):
+    with refused(TakeError, "edits.two_places"):
         change_edits(take, [pin(id="far", place_m=(0.0, 0.6, 1.0))])
     change_edits(take, [pin(id="later", start_s=0.6, end_s=0.7, place_m=(0.0, 0.6, 1.0))])
     change_edits(take, [pin(id="off", place_m=(0.0, 0.6, 1.0), on=False)])

@@ -52,6 +52,9 @@ export async function getClock(number) {
     observer.disconnect();
   }
 }
+export const getGizmo = () => call("GET", "view/gizmo");
+export const showGizmo = (place_m) => call("PUT", "view/gizmo", { place_m });
+export const hideGizmo = () => call("DELETE", "view/gizmo");
 export const openReplay = (wanted) => call("PUT", "replay", wanted);
 export const changeReplay = (change) => call("PATCH", "replay", change);
 export const closeReplay = () => call("DELETE", "replay");
@@ -152,6 +155,14 @@ export const clearJobs = () => call("DELETE", "jobs");
 
 /** Begin to solve a take again with `{preset, set}` as solve `name`. */
 export const solveTake = (take, name, settings) => call("POST", `${takePath(take)}/solves`, { ...settings, name });
+
+const editsPath = (take) => `${takePath(take)}/edits`;
+export const getEdits = (take) => call("GET", editsPath(take));
+export const addEdit = (take, edit, revision) => call("POST", editsPath(take), { edit, revision });
+export const changeEdit = (take, id, edit, revision) => call("PATCH", `${editsPath(take)}/${encodeURIComponent(id)}`, { edit, revision });
+export const removeEdit = (take, id, revision) => call("DELETE", `${editsPath(take)}/${encodeURIComponent(id)}?revision=${revision}`);
+export const undoEdits = (take, revision) => call("POST", `${editsPath(take)}/undo`, { revision });
+export const redoEdits = (take, revision) => call("POST", `${editsPath(take)}/redo`, { revision });
 
 /** Begin to calibrate a take from its own frames (a job), or take the calibration of another take, by its id. */
 export const calibrateTake = (take, borrow) => call("POST", `${takePath(take)}/calibrations`, borrow ? { borrow } : {});

@@ -15,6 +15,7 @@ import exporting from "./strings/export.js";
 import graphs from "./strings/graphs.js";
 import help from "./strings/help.js";
 import importing from "./strings/import.js";
+import mend from "./strings/mend.js";
 import page from "./strings/page.js";
 import people from "./strings/people.js";
 import performers from "./strings/performers.js";
@@ -30,7 +31,7 @@ import view from "./strings/view.js";
 import wizard from "./strings/wizard.js";
 import work from "./strings/work.js";
 
-const TEXTS = { ...access, ...blind, ...calibration, ...cameras, ...compare, ...curves, ...exporting, ...graphs, ...help, ...importing, ...page, ...people, ...performers, ...phone, ...points, ...record, ...replay, ...share, ...switches, ...takes, ...video, ...view, ...wizard, ...work };
+const TEXTS = { ...access, ...blind, ...calibration, ...cameras, ...compare, ...curves, ...exporting, ...graphs, ...help, ...importing, ...mend, ...page, ...people, ...performers, ...phone, ...points, ...record, ...replay, ...share, ...switches, ...takes, ...video, ...view, ...wizard, ...work };
 const KEPT = "language";
 const ATTRIBUTES = { t: null, tTitle: "title", tAria: "aria-label", tPlaceholder: "placeholder", tAlt: "alt" };
 

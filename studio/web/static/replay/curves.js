@@ -1,5 +1,6 @@
 // What the timeline shows of a joint: tracks with curves, lanes with spans, and both in words at a frame.
 import { hasText, number, t } from "../base/strings.js";
+import { editLanes } from "../edits/bars.js";
 import { performerWords } from "./performers.js";
 
 /** Joints whose curves can be shown. */
@@ -56,7 +57,7 @@ export function lanesOf(curves, { colours, edits }) {
   const undecided = doubts.length ? [{ label: t("performers.undecided_label"), colour: "--fair", spans: doubts }] : [];
   const gone = curves.away.map(([first, last]) => [first, last, t("performers.away")]);
   const away = gone.length ? [{ label: t("performers.away_label"), colour: "--muted", spans: gone }] : [];
-  return [...cameras, feet, pops, ...away, ...undecided, ...apart, ...mended];
+  return [...cameras, feet, pops, ...away, ...undecided, ...apart, ...mended, ...editLanes()];
 }
 
 const reasonWords = (reason) => (hasText(`reason.${reason}`) ? t(`reason.${reason}`) : reason);

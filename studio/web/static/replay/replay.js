@@ -4,6 +4,10 @@ import { changeReplay, closeReplay, getCleanup, getCurves, getView, openReplay }
 import { besideIs, changeCurvesOf, curveLegend, curveList, curveListShown, showCurveList, showLegend, startCurveChoice } from "./curve_choice.js";
 import { forgetCurveData, loadCurveData, startCurveData } from "./curve_data.js";
 import { JOINTS, editSpans } from "./curves.js";
+import { grab, removeChosen } from "../edits/bars.js";
+import { forgetSolved } from "../edits/list.js";
+import { startEdits } from "../edits/panel.js";
+import { beginPin, leavePin } from "../edits/pinning.js";
 import { FRESH_MS } from "../base/events.js";
 import { attempt, showNote } from "../base/messages.js";
 import { t } from "../base/strings.js";
@@ -12,7 +16,7 @@ import { growingWords, holdsWords } from "./holds.js";
 import { addMarker, markerList, placesToSnap, showMarkers, startMarkers, timecodeOf, useMarkers } from "./markers.js";
 import { exchangesPending, forgetPerformers, performerButtons, performerList, showPerformers, startPerformers, usePerformers } from "./performers.js";
 import { frameWords, nextUnit, unit } from "./ruler.js";
-import { drawTimeline, frameAt, wordsAt } from "./timeline.js";
+import { drawTimeline, frameAt, laneAt, pixelsPerFrame, wordsAt } from "./timeline.js";
 import { hold, pan, wheel } from "./pointer.js";
 import { trial } from "./trial.js";
 import { turns } from "../base/turns.js";
@@ -109,6 +113,11 @@ export function goTo(frame) {
   send({ frame: state.replay.frame, playing: false });
 }
 
+/** Pin the chosen joint at the playhead. */
+function pinChosen() {
+  beginPin(state.replay, frameNow(), state.joint);
+}
+
 function zoom(notches) {
   zoomAbout(frameNow(), notches, state.replay);
   paint();
@@ -132,7 +141,9 @@ const KEYS = {
   "+": () => zoom(3),
   "-": () => zoom(-3),
   0: () => { showAll(state.replay); paint(); },
-  Escape: close,
+  p: pinChosen,
+  Delete: removeChosen,
+  Escape: () => leavePin() || close(),
 };
 
 /** Handle a key; return whether it was one of the replay's. */
@@ -250,7 +261,9 @@ function build() {
 const places = () => placesToSnap(state.replay, [...(state.curves?.pops ?? []), ...(state.more.edits ?? [])]);
 
 function press(event) {
+  const canvas = event.currentTarget;
   if (event.button === 1 || event.ctrlKey) pan(event, state.replay, paint);
+  else if (grab(event, laneAt(canvas, event, state.curves, state.more), { frameAt: (moved) => frameAt(canvas, moved, state.replay, true), perFrame: pixelsPerFrame(canvas, state.replay), frames: state.replay.frames, goTo, paint })) canvas.focus();
   else hold(event, { replay: state.replay, places, goTo, change: (values) => { change(values); paint(); } });
 }
 
@@ -340,6 +353,7 @@ export function solved(takeId, solve) {
   forgetCurveData();
   forgetVideo();
   forgetPerformers();
+  forgetSolved();
   open(takeId, solve, state.replay.ghost);
   showNote(t("replay.showing", { solve }));
 }
@@ -353,6 +367,7 @@ export function startReplay(listen, compare) {
   startCurveChoice(paint);
   startCurveData(paint);
   startVideo();
+  startEdits({ goTo, pin: pinChosen, painted: paint });
   startJointClicks(() => (state.replay.open && state.replay.solve ? frameNow() : null), JOINTS, chooseJoint);
   new ResizeObserver(paint).observe(byId("replay"));
   window.addEventListener("language", show);

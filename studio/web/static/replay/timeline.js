@@ -1,5 +1,6 @@
 // Draws the timeline: ruler, markers, a joint's curves or the graphs of several, which cameras were used, standing feet, pops, edits, the range, the playhead.
 import { prepare } from "../base/canvas.js";
+import { barsKey } from "../edits/bars.js";
 import { lanesOf, seriesNow, spansNow, tracksOf } from "./curves.js";
 import { curveDataKey } from "./curve_data.js";
 import { drawGraphs, graphs, graphsHeight } from "./graphs.js";
@@ -39,10 +40,15 @@ export function pixelsPerFrame(canvas, replay) {
 /** Whether a pointer is on the ruler. */
 export const onRuler = (canvas, event) => event.clientY - canvas.getBoundingClientRect().top < RULER;
 
+const tracksHeight = (curves) => graphsHeight() || tracksOf(curves).reduce((sum, track) => sum + track.height + GAP, 0);
+
 /** Height that the timeline needs [px]. */
-export function timelineHeight(curves, more) {
-  const tracks = graphsHeight() || tracksOf(curves).reduce((sum, track) => sum + track.height + GAP, 0);
-  return TOP + 4 + Math.max(tracks + lanesOf(curves, more).length * LANE, 28);
+export const timelineHeight = (curves, more) => TOP + 4 + Math.max(tracksHeight(curves) + lanesOf(curves, more).length * LANE, 28);
+
+/** The lane under a pointer, and its row; the lane is undefined where there is none. */
+export function laneAt(canvas, event, curves, more) {
+  const at = (event.clientY - canvas.getBoundingClientRect().top - TOP - tracksHeight(curves)) / LANE;
+  return { lane: at < 0 ? undefined : lanesOf(curves, more)[Math.floor(at)], row: at % 1 < 0.5 ? 0 : 1 };
 }
 
 function drawTrack(context, track, curves, top, x, colour) {
@@ -62,7 +68,7 @@ function drawLane(context, lane, top, x, colour) {
   const thick = lane.rows === 2 ? LANE / 2 - 2 : LANE - 4;
   for (const [first, last, , tone, row = 0] of lane.spans) {
     context.fillStyle = colour(tone ?? lane.colour);
-    if (lane.marks) {
+    if (lane.marks && last - first < 1) {
       context.beginPath();
       context.moveTo(x(first) - MARK, top);
       context.lineTo(x(first) + MARK, top);
@@ -154,7 +160,7 @@ export function drawTimeline(canvas, replay, curves, more, frame) {
   if (!width) return;
   const { take, solve, performer, frames, first, last } = replay;
   const key = JSON.stringify([width, height, devicePixelRatio, take, solve, performer, frames, first, last, more.serial, document.documentElement.dataset.theme, document.documentElement.lang,
-    shownPart(replay), unit(), markedFrames(replay), timecodeOf(take), graphs(), curveDataKey()]);
+    shownPart(replay), unit(), markedFrames(replay), timecodeOf(take), graphs(), curveDataKey(), barsKey()]);
   if (kept.key !== key) {
     kept.key = key;
     Object.assign(kept.canvas, { width: canvas.width, height: canvas.height });

@@ -9,6 +9,7 @@ import { updateCalibration } from "../calibration/calibration.js";
 import { forgetMeasured, startCompare, toggleCompare, updateCompare, updateCompareTakes } from "../compare/compare.js";
 import { updateCameras } from "../cameras/cameras.js";
 import { hearDevices } from "../cameras/devices.js";
+import { updateEdits } from "../edits/panel.js";
 import { updateDisk } from "./disk.js";
 import { startFrame } from "../base/frame.js";
 import { updateNextStep } from "./next_step.js";
@@ -225,6 +226,7 @@ function showMessage(message) {
   updateWorkList(message.jobs, state.takes);
   if (state.switches) showJobs(message.jobs);
   updateReplay(message.replay);
+  updateEdits(replayed(), message.edits);
   seeReplay(message.replay);
   updatePictures(message.thumbnails);
   if (state.stamp !== undefined && state.stamp !== message.takes) attempt(loadTakes); // takes came or went, whoever did it
@@ -261,6 +263,7 @@ startImport(() => showPanel("takes-title"));
 startCompare();
 startReplay((replay) => {
   followReplay(replay);
+  updateEdits(replay);
   updateCompare();
 }, toggleCompare);
 startWorkList();

@@ -56,6 +56,8 @@ export default {
   "keys.view": ["View", "Vue"],
   "keys.record": ["Record, stop", "Enregistrer, arrêter"],
   "keys.t_pose": ["T-pose: countdown, cancel", "Pose en T : compte à rebours, annuler"],
+  "keys.redo": ["Make an edit of the take that was taken back again", "Rétablir une correction de la prise annulée"],
+  "keys.pin": ["Pin the chosen joint", "Épingler l'articulation choisie"],
   "keys.undo": ["Take the last change back", "Annuler le dernier changement"],
   "keys.help": ["Help", "Aide"],
   "keys.work": ["List of work", "Liste des travaux"],

@@ -1,0 +1,159 @@
+"""Routes of a take's edits: list, change, undo and redo."""
+
+from pathlib import Path
+from typing import Annotated, Any
+
+import msgspec
+from fastapi import APIRouter, Query
+from msgspec import Struct
+from pydantic import Field
+
+from studio.api.errors import RESPONSES, NotFoundError
+from studio.api.stage.stage import Request as Body
+from studio.api.structs import StructRoute
+from studio.api.takes.find import Finder
+from studio.engine.edits.edit import Edit
+from studio.take.edits.carry import carried
+from studio.take.edits.change import change_edits, no_such_edit, redo_edits, undo_edits
+from studio.take.edits.kept import EDITS_FILE, TakeEdits, edit_from_json, read_edits
+from studio.take.folder.take import Take
+
+_Revision = Annotated[
+    int | None, Field(description="that of the list on which it is made; the newest where left out")
+]
+
+
+class EditRequest(Body):
+    """An edit, as `edits.json` has it (docs/edits.md), or some of its keys; the `id` of a new one may be left out."""
+
+    edit: dict[str, Any] = Field(
+        examples=[{"kind": "pin", "joint": "left_wrist", "start_s": 4.2, "end_s": 4.2, "place_m": [0.3, -0.2, 1.1]}]
+    )  # fmt: skip
+    revision: _Revision = None
+
+
+class EditsRequest(Body):
+    """All edits of a take."""
+
+    edits: list[dict[str, Any]]
+    revision: _Revision = None
+
+
+class HistoryRequest(Body):
+    """An undo or a redo."""
+
+    revision: _Revision = None
+
+
+class EditsOfTake(Struct):
+    """The edits of a take.
+
+    Attributes:
+        revision: rises by one with every change, undo and redo.
+        calibration: number of the calibration under which places and directions hold.
+        says: that they were carried to another calibration; "" = they were not.
+    """
+
+    revision: int
+    calibration: int | None
+    edits: tuple[Edit, ...]
+    can_undo: bool
+    can_redo: bool
+    says: str
+
+
+class EditsStamp:
+    """Tells whether the edits of a take changed, whoever did it."""
+
+    def __init__(self, sessions: Path) -> None:
+        self._sessions = sessions
+
+    def of(self, take: str) -> str:
+        """Return a text that is another once the edits of a take, session/name, have changed; "" = it has none."""
+        session, _, name = take.partition("/")
+        try:
+            state = (self._sessions / session / name / EDITS_FILE).stat()
+        except OSError:
+            return ""
+        return f"{state.st_mtime_ns}-{state.st_ino}"
+
+
+def edits_router(finder: Finder) -> APIRouter:
+    """Return the routes of edits."""
+    router = APIRouter(
+        prefix="/api/v1/takes/{session}/{take}/edits",
+        tags=["edits"],
+        responses=RESPONSES,
+        route_class=StructRoute,
+    )
+
+    @router.get("")
+    def get_edits(session: str, take: str) -> EditsOfTake:
+        """The edits of a take, in the order in which they were made."""
+        opened = finder.take(session, take)
+        kept, says = carried(opened, read_edits(opened))
+        return _answer(kept, says)
+
+    @router.put("")
+    def replace(session: str, take: str, request: EditsRequest) -> EditsOfTake:
+        """Replace all edits of a take, as one change."""
+        opened = finder.take(session, take)
+        edits = [edit_from_json(one) for one in request.edits]
+        new = {one.id for one in edits}
+        gone = [one.id for one in read_edits(opened).edits if one.id not in new]
+        return _answer(change_edits(opened, edits, gone, revision=request.revision))
+
+    @router.post("", status_code=201)
+    def add(session: str, take: str, request: EditRequest) -> EditsOfTake:
+        """Add an edit; it is the last one of the answer. One of its `id` is replaced."""
+        opened = finder.take(session, take)
+        edit = edit_from_json({"id": "", **request.edit})
+        return _answer(change_edits(opened, [edit], revision=request.revision))
+
+    @router.post("/undo")
+    def undo(session: str, take: str, request: HistoryRequest | None = None) -> EditsOfTake:
+        """Take the last change back, whoever made it; refused where the list is another one than `revision`."""
+        opened = finder.take(session, take)
+        return _answer(undo_edits(opened, revision=request.revision if request else None))
+
+    @router.post("/redo")
+    def redo(session: str, take: str, request: HistoryRequest | None = None) -> EditsOfTake:
+        """Make the change that was taken back last again; refused where the list is another one than `revision`."""
+        opened = finder.take(session, take)
+        return _answer(redo_edits(opened, revision=request.revision if request else None))
+
+    @router.patch("/{edit}")
+    def change(session: str, take: str, edit: str, request: EditRequest) -> EditsOfTake:
+        """Change some keys of an edit; refused where it was changed since `revision`."""
+        opened = finder.take(session, take)
+        before = msgspec.to_builtins(_known(opened, edit))
+        changed = edit_from_json({**before, **request.edit, "id": edit})
+        return _answer(change_edits(opened, [changed], revision=request.revision))
+
+    @router.delete("/{edit}")
+    def remove(
+        session: str, take: str, edit: str, revision: Annotated[int | None, Query()] = None
+    ) -> EditsOfTake:
+        """Remove an edit; refused where it was changed since `revision`."""
+        opened = finder.take(session, take)
+        _known(opened, edit)
+        return _answer(change_edits(opened, remove=[edit], revision=revision))
+
+    return router
+
+
+def _known(take: Take, edit: str) -> Edit:
+    """Return an edit by its id.
+
+    Raises:
+        NotFoundError: there is none.
+    """
+    kept, _ = carried(take, read_edits(take))
+    found = kept.by_id().get(edit)
+    if found is None:
+        raise NotFoundError(no_such_edit(edit, kept.edits).sentence)
+    return found
+
+
+def _answer(kept: TakeEdits, says: str = "") -> EditsOfTake:
+    return EditsOfTake(kept.revision, kept.calibration, kept.edits, bool(kept.undo), bool(kept.redo), says)

@@ -1,0 +1,76 @@
+// The form for edits over a range: contacts, doubts, offsets, trims.
+import { byId, h } from "../base/dom.js";
+import { t } from "../base/strings.js";
+import { add } from "./list.js";
+import { OUTPUT, TOUCHING } from "./words.js";
+
+const AROUND_S = 0.25; // where no range is chosen
+const FIELDS = { // which fields a kind has
+  contact_floor: ["touching"], contact_nothing: ["touching"], leave_out: ["camera", "joint"], exchange_sides: ["camera"], offset: ["output", "turn"], trim: [], retime: ["factor"],
+};
+const kept = { kind: "contact_floor", touching: "left_ankle", camera: "", joint: "", output: "LeftForeArm", factor: 1, turn: [0, 0, 0] }; // as last chosen
+
+/** The chosen range [s since the take's beginning]; around the playhead where none is. */
+function rangeOf({ first, last, frames, frame, rate_hz: rate }) {
+  if (first > 0 || last < frames - 1) return [first / rate, last / rate];
+  return [Math.max(frame / rate - AROUND_S, 0), Math.min(frame / rate + AROUND_S, (frames - 1) / rate)];
+}
+
+const select = (id, label, options, value, onchange) => h("label", { class: "field" }, h("span", {}, label),
+  h("select", { id, onchange: (event) => onchange(event.currentTarget.value) }, options.map(([key, text]) => h("option", { value: key, selected: key === value }, text))));
+
+const jointOptions = (joints) => joints.map((joint) => [joint, t(`joint.${joint}`)]);
+
+function numbered(id, label, value, step, onchange = () => {}) {
+  return h("label", { class: "field" }, h("span", {}, label), h("input", { id, type: "number", value, step, oninput: (event) => { event.currentTarget.dataset.typed = "yes"; }, onchange: (event) => onchange(event.currentTarget.valueAsNumber) }));
+}
+
+function fields(cameras) {
+  const all = ["", t("mend.all_cameras")], every = ["", t("mend.all_joints")];
+  return {
+    touching: () => [select("edit-touching", t("mend.joint"), jointOptions(TOUCHING), kept.touching, (value) => { kept.touching = value; })],
+    camera: () => [select("edit-camera", t("mend.camera"), [all, ...cameras.map((name) => [name, name])], kept.camera, (value) => { kept.camera = value; })],
+    joint: () => [select("edit-joint", t("mend.joint"), [every, ...jointOptions(Object.keys(OUTPUT))], kept.joint, (value) => { kept.joint = value; })],
+    output: () => [select("edit-output", t("mend.joint"), Object.values(OUTPUT).map((name) => [name, name]), kept.output, (value) => { kept.output = value; })],
+    turn: () => ["X", "Y", "Z"].map((axis, k) => numbered(`edit-turn-${k}`, `${axis} [°]`, kept.turn[k], 1, (value) => { kept.turn[k] = value || 0; })),
+    factor: () => [numbered("edit-factor", t("mend.factor"), kept.factor, 0.1, (value) => { kept.factor = value; })],
+  };
+}
+
+/** What the form says, as an edit. */
+function edit(replay) {
+  const stage = (id) => Number((replay.begins_s + byId(id).valueAsNumber).toFixed(4));
+  const common = { start_s: stage("edit-from"), end_s: stage("edit-to"), ...(replay.performer && { performer: replay.performer }) };
+  const camera = kept.camera || null;
+  return {
+    contact_floor: () => ({ kind: "contact", joint: kept.touching, touches: "floor", ...common }),
+    contact_nothing: () => ({ kind: "contact", joint: kept.touching, touches: "nothing", ...common }),
+    leave_out: () => ({ kind: "leave_out", camera, joints: kept.joint ? [kept.joint] : [], ...common }),
+    exchange_sides: () => ({ kind: "exchange_sides", camera, ...common }),
+    offset: () => ({ kind: "offset", joint: kept.output, rotation_deg: kept.turn, ...common }),
+    trim: () => ({ kind: "trim", ...common }),
+    retime: () => ({ kind: "retime", factor: kept.factor, ...common }),
+  }[kept.kind]();
+}
+
+/** Have the form's times be the chosen range, or around the playhead, unless they were typed. */
+export function showRange(replay) {
+  rangeOf(replay).forEach((seconds, k) => {
+    const input = byId(["edit-from", "edit-to"][k]);
+    if (input && !input.dataset.typed) input.value = seconds.toFixed(2);
+  });
+}
+
+/** The form, folded at first. */
+export function rangeForm(replay, { cameras }) {
+  const [from, to] = rangeOf(replay), makers = fields(cameras);
+  const own = h("div", { class: "edit-fields" });
+  const fill = () => own.replaceChildren(...FIELDS[kept.kind].flatMap((name) => makers[name]()));
+  fill();
+  return h("details", { id: "edit-range", class: "operate" }, h("summary", {}, t("mend.over")),
+    h("form", { class: "stack", onsubmit: (event) => { event.preventDefault(); add(edit(replay)); } },
+      select("edit-kind", t("mend.what"), Object.keys(FIELDS).map((kind) => [kind, t(`mend.form.${kind}`)]), kept.kind, (value) => { kept.kind = value; fill(); }),
+      own,
+      h("div", { class: "edit-fields" }, numbered("edit-from", t("mend.from"), from.toFixed(2), "any"), numbered("edit-to", t("mend.to"), to.toFixed(2), "any")),
+      h("div", { class: "buttons" }, h("button", { id: "edit-add", type: "submit", class: "small" }, t("mend.add")))));
+}

@@ -1,0 +1,115 @@
+// The edits of the replayed take: the list as the server has it, its changes, undo and redo, and the solve that honours them.
+import { addEdit, changeEdit, getEdits, getTakeDetail, redoEdits, removeEdit, solveTake, undoEdits } from "../base/api.js";
+import { attempt, keepUndo, showNote, undoing } from "../base/messages.js";
+import { hear } from "../base/said.js";
+import { t } from "../base/strings.js";
+import { wordsOf } from "./words.js";
+
+const NOT_SOLVED_AGAIN = ["", "live", "as-live", "imported"]; // these stay as they are: another solve gets the edits
+const INSTEAD = "studio";
+const UNKNOWN = { revision: -1, edits: [], can_undo: false, can_redo: false, says: "" };
+const state = { take: "", stamp: null, solve: "", ...UNKNOWN, cameras: [], solved: null, changed: () => {}, replay: { open: false }, sending: 0 };
+
+const named = (takeId) => ({ session: takeId.slice(0, takeId.indexOf("/")), name: takeId.slice(takeId.indexOf("/") + 1) });
+
+/** The list: `revision`, `edits`, `can_undo`, `can_redo`, `says`; the take's `cameras`; `solved`, what the replayed solve says of its edits. */
+export const editList = () => state;
+
+/** Whether the replayed solve has the edits as they are. */
+export const isSolved = () => (state.solved?.edits_revision ?? (state.edits.length ? -1 : state.revision)) === state.revision;
+
+function take(answer, takeId) {
+  if (state.take !== takeId || answer.revision < state.revision) return;
+  const { revision, edits, can_undo, can_redo, says } = answer;
+  Object.assign(state, { revision, edits, can_undo, can_redo, says });
+  state.changed();
+}
+
+async function load(takeId) {
+  const before = state.revision;
+  const answer = await attempt(() => getEdits(named(takeId)));
+  if (!answer || state.sending) return;
+  if (before >= 0 && state.take === takeId && answer.revision > before && answer.can_undo) keepUndo(t("mend.by_other"), UNDO, takeId);
+  take(answer, takeId);
+}
+
+async function loadSolve(takeId, solve) {
+  const found = await attempt(() => getTakeDetail(named(takeId)));
+  if (!found || state.take !== takeId) return;
+  Object.values(found.solve_details[solve]?.metrics?.edits ?? {}).forEach(hear);
+  Object.assign(state, { cameras: found.meta.cameras.map((one) => one.name), solved: found.solve_details[solve]?.metrics ?? null });
+  state.changed();
+}
+
+/** Take in what is replayed, and the stamp of its edits: a list that another browser changed is asked for. */
+export function useEdits(replay, stamp) {
+  state.replay = replay;
+  const takeId = replay.open ? replay.take : "";
+  if (state.take !== takeId) Object.assign(state, { take: takeId, stamp: null, solve: "", ...UNKNOWN, cameras: [], solved: null });
+  if (!takeId) return;
+  if (stamp !== undefined && state.stamp !== stamp && !state.sending) {
+    state.stamp = stamp;
+    load(takeId);
+  }
+  if (state.solve !== replay.solve) {
+    state.solve = replay.solve;
+    loadSolve(takeId, replay.solve);
+  }
+}
+
+/** The replayed solve is another one by its name. */
+export function forgetSolved() {
+  state.solve = "";
+}
+
+/** Send a change; then what is around the playhead is solved and shown, and the whole solve made again. */
+async function send(request, words, kept = true) {
+  const takeId = state.take;
+  state.sending += 1;
+  const answer = await attempt(request);
+  state.sending -= 1;
+  if (!answer) {
+    state.stamp = null; // somebody else may have changed it
+    return undefined;
+  }
+  take(answer, takeId);
+  if (kept) keepUndo(words, UNDO, takeId);
+  showNote(words);
+  solveAgain();
+  return answer;
+}
+
+/** Add an edit. */
+export const add = (edit) => send(() => addEdit(named(state.take), edit, state.revision), t("mend.added", { what: wordsOf(edit) }));
+
+/** Change some keys of an edit. */
+export const change = (edit, keys) => send(() => changeEdit(named(state.take), edit.id, keys, state.revision), t("mend.changed", { what: wordsOf({ ...edit, ...keys }) }));
+
+/** Remove an edit. */
+export const remove = (edit) => send(() => removeEdit(named(state.take), edit.id, state.revision), t("mend.removed", { what: wordsOf(edit) }));
+
+/** Take the last change of the edits back. */
+export const takeBack = () => send(() => undoEdits(named(state.take), state.revision), t("mend.undone"), false);
+
+/** Make the change that was taken back again; return whether there was one. */
+export function makeAgain() {
+  if (!state.take || !state.can_redo) return false;
+  send(() => redoEdits(named(state.take), state.revision), t("mend.redone"));
+  return true;
+}
+
+const UNDO = undoing("edits", takeBack, (takeId) => takeId === state.take && state.can_undo);
+
+/** Solve the replayed take again with its edits, what is around the playhead first. */
+export async function solveAgain(without = false) {
+  const { take: takeId, solve } = state.replay;
+  const settings = NOT_SOLVED_AGAIN.includes(solve) ? { preset: INSTEAD } : { settings_of: solve };
+  const name = without ? t("mend.without_name") : NOT_SOLVED_AGAIN.includes(solve) ? INSTEAD : solve;
+  const ask = (more) => attempt(() => solveTake(named(takeId), name, { ...settings, edits: !without, ...more }));
+  if (without || await ask({ draft: true })) await ask({});
+}
+
+/** Begin; `changed` hears of another list. */
+export function startEditList(changed) {
+  state.changed = changed;
+}
