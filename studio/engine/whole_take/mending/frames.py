@@ -260,7 +260,7 @@ def _mend_too(
 
 def _unseen_about(seen: Around, joint: int, pinned: NDArray[np.bool_]) -> NDArray[np.bool_]:
     """Instants around a pin in which no camera sees the joint, shape (count,)."""
-    unseen = np.isnan(seen.tracks[:, :, joint, 0]).all(axis=1)
+    unseen = ~np.logical_or.reduce(np.isfinite(seen.tracks[:, :, joint, 0]), axis=1)
     out = np.zeros_like(unseen)
     for at in np.flatnonzero(pinned):
         first, last = run_about(unseen, int(at), 1)
