@@ -76,7 +76,9 @@ def solve_around(
     for name, own in mended.items():
         clock = calibration.cameras[name].clock
         part += [frame for frame in own if first_ns <= clock.stage_ns(frame.device_time_ns) <= last_ns]
-    poses = solve_frames(part, calibration, one.settings, progress=progress, pins=Pins(mine))
+    poses = solve_frames(
+        part, calibration, one.settings, progress=progress, pins=Pins(mine, calibration.performer)
+    )
     shown = (poses.time_s >= begin_s) & (poses.time_s <= end_s)
     if not shown.any():
         raise TakeError(

@@ -121,7 +121,7 @@ class BodyFilter:
             self._advance(ahead, frames.camera_positions, dt)
             if frames.pinned is not None:
                 self._pin(frames.pinned.raised(self.floor_m))
-        q = self._shown_of(*self._belief.earlier(), dt) if self._started else None
+        q = self._shown_of(*self._belief.earlier(), dt, frames.stands) if self._started else None
         return self._fused(frames), q
 
     def solve(self, joints: Array, sigma: Array, dt: float) -> Array | None:
@@ -331,10 +331,12 @@ class BodyFilter:
             return None
         return configuration_of(self.humanoid, joints[INDEX["hips"]], rotations, limited=self._limited)
 
-    def _shown_of(self, q: Array, velocity: Array, place: Array, dt: float) -> Array:
+    def _shown_of(
+        self, q: Array, velocity: Array, place: Array, dt: float, stands: NDArray[np.int8] | None = None
+    ) -> Array:
         """The output configuration: standing feet held, restarted limbs blended."""
         q = self._watch.led(q, dt)
-        return q if self._feet is None else self._feet.held(q, velocity, place, dt)
+        return q if self._feet is None else self._feet.held(q, velocity, place, dt, stands)
 
     def _fused(self, frames: FrameSet) -> FusedSkeleton:
         """The cameras' used joints at the output frame, fused."""

@@ -13,7 +13,7 @@ from studio.engine.edits.frames import places_between, stage_s
 from studio.engine.model.calibration import Calibration
 from studio.engine.model.frames import CameraFrame
 from studio.engine.model.joint_noise import JOINT_FACTOR
-from studio.engine.model.joints import INDEX, JOINT_COUNT, MIRROR
+from studio.engine.model.joints import INDEX, JOINT_COUNT, LIMB_ROOTS, MIRROR
 from studio.engine.solve.fusion.facing import forwardness
 
 Array = NDArray[np.float64]
@@ -207,8 +207,8 @@ def axes_of(middle: Array, joint: int) -> tuple[Array, Array]:
         joint: index of the joint.
     """
     smooth = gaussian_filter1d(middle, AXES_S / STEP_S, axis=0, mode="nearest")
-    root = _ROOTS[joint]
-    if root is None:
+    root = int(LIMB_ROOTS[joint])
+    if root == joint:
         others = [INDEX[name] for name in ("hips", "chest", "neck") if INDEX[name] != joint]
         return np.tile(np.eye(3), (len(middle), 1, 1)), smooth[:, others].mean(axis=1)
     part = "hip" if root in (INDEX["left_hip"], INDEX["right_hip"]) else "shoulder"
@@ -219,17 +219,3 @@ def axes_of(middle: Array, joint: int) -> tuple[Array, Array]:
 
 def _unit(vectors: Array) -> Array:
     return vectors / np.maximum(np.linalg.norm(vectors, axis=1, keepdims=True), 1e-6)
-
-
-def _roots() -> dict[int, int | None]:
-    """The shoulder or hip that carries each joint; None for the trunk's, to which shoulders and hips belong."""
-    out: dict[int, int | None] = {}
-    for name, index in INDEX.items():
-        side, _, part = name.partition("_")
-        arm = part in ("elbow", "wrist", "hand")
-        leg = part in ("knee", "ankle", "toe")
-        out[index] = INDEX[f"{side}_shoulder"] if arm else INDEX[f"{side}_hip"] if leg else None
-    return out
-
-
-_ROOTS = _roots()

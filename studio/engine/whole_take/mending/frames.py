@@ -94,6 +94,10 @@ def _mended(frames: Frames, calibration: Calibration, pins: Sequence[PinEdit]) -
     pinned, place = _pinned(seen, pins)
     middle = seen.middle()
     axes, origin = axes_of(middle, joint)
+    if calibration.performer is not None:
+        out = place - origin
+        far = np.linalg.norm(out, axis=1, keepdims=True) / calibration.performer.reach_m()[joint]
+        place = origin + out / np.maximum(far, 1.0)
     local = np.einsum("tba,tcb->tca", axes, seen.tracks[:, :, joint] - origin[:, None])
     sound = _sound(seen, joint, calibration.performer)
     found = spread(
