@@ -15,7 +15,7 @@ from studio.engine.model.calibration import Calibration, Performer
 from studio.engine.model.frames import CameraFrame
 from studio.engine.model.joints import CANONICAL, INDEX, MIRROR, PARENTS
 from studio.engine.whole_take.mending.around import GAP_S, STEP_S, Around, around, axes_of
-from studio.engine.whole_take.mending.spread import spread
+from studio.engine.whole_take.mending.spread import Spread, spread
 
 Array = NDArray[np.float64]
 
@@ -98,11 +98,16 @@ def _mended(frames: Frames, calibration: Calibration, pins: Sequence[PinEdit]) -
         out = place - origin
         far = np.linalg.norm(out, axis=1, keepdims=True) / calibration.performer.reach_m()[joint]
         place = origin + out / np.maximum(far, 1.0)
-    local = np.einsum("tba,tcb->tca", axes, seen.tracks[:, :, joint] - origin[:, None])
     sound = _sound(seen, joint, calibration.performer)
-    found = spread(
-        local, pinned, np.einsum("tba,tb->ta", axes, place - origin), seen.noise[:, :, joint], sound
-    )
+
+    def in_axes(axes: Array) -> tuple[Array, Array, Spread]:
+        local = np.einsum("tba,tcb->tca", axes, seen.tracks[:, :, joint] - origin[:, None])
+        pin = np.einsum("tba,tb->ta", axes, place - origin)
+        return axes, local, spread(local, pinned, pin, seen.noise[:, :, joint], sound)
+
+    # An error may last in the body's axes or in the stage's: whichever explains more.
+    candidates = [in_axes(axes), in_axes(np.tile(np.eye(3), (len(axes), 1, 1)))]
+    axes, local, found = min(candidates, key=lambda one: one[2].cost)
     lasts = _in_all_cameras(_lasting(found.error_m, pinned), found.error_m, local - found.path_m[:, None])
     error = np.einsum("tab,tcb->tca", axes, found.error_m * lasts[..., None])
     too = [other for other in _beside(joint) if _errs_too(seen, other, error, lasts, axes, origin)]

@@ -58,10 +58,12 @@ class Spread:
     Attributes:
         path_m: shape (frame_count, 3) [m].
         error_m: shape (frame_count, camera_count, 3) [m]; where a camera sees nothing, what lies between.
+        cost: what was minimised.
     """
 
     path_m: Array
     error_m: Array
+    cost: float
 
 
 def spread(
@@ -90,7 +92,7 @@ def spread(
     path = np.zeros((frames, 3))
     cost = np.interp(sound, [0.0, 1.0], ERROR_COSTS)
     usual = _usual_acceleration(seen_m)
-    acceleration = np.full(max(frames - 2, 0), usual**-2)
+    acceleration, squared = np.full(max(frames - 2, 0), usual**-2), np.zeros(max(frames - 2, 0))
     for width in WIDTHS:
         wide, wide_change = ERROR_M * width, CHANGE_M * width
         size, change = (error**2).sum(axis=2), (np.diff(error, axis=0) ** 2).sum(axis=2)
@@ -100,7 +102,11 @@ def spread(
         bend = np.diff(path, n=2, axis=0) / STEP_S**2
         squared = (bend**2).sum(axis=1) / usual**2
         acceleration = usual**-2 / (1.0 + squared / SHARP**2)
-    return Spread(path, error)
+    size, change = (error**2).sum(axis=2), (np.diff(error, axis=0) ** 2).sum(axis=2)
+    off = ((measured - path[:, None] - error) ** 2).sum(axis=2)
+    total = (told * off).sum() + SHARP**2 * np.log1p(squared / SHARP**2).sum()
+    total += (cost * np.log1p(size / ERROR_M**2)).sum() + CHANGE_COST * np.log1p(change / CHANGE_M**2).sum()
+    return Spread(path, error, float(total))
 
 
 def _usual_acceleration(seen_m: Array) -> float:

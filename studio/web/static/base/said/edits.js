@@ -30,6 +30,6 @@ export default {
   "evidence.no_joint": "le personnage n'a pas d'articulation {joint}",
   "evidence.no_camera": "la prise n'a pas de caméra {camera}, seulement {cameras}",
   "evidence.not_used": "les calculs n'utilisent pas encore ce genre de correction",
-  "evidence.missed": "{joint} s'est approché à {mm:.0f} mm : le corps, ou les autres corrections, le retiennent",
-  "evidence.missed_direction": "{of} s'est approché à {deg:.0f} degrés : le cou et le poignet ne tournent pas plus"
+  "evidence.missed": "{joint} s'est approché à {mm} mm : le corps, ou les autres corrections, le retiennent",
+  "evidence.missed_direction": "{of} s'est approché à {deg} degrés : le cou et le poignet ne tournent pas plus"
 };
