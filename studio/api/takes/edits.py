@@ -4,14 +4,16 @@ from pathlib import Path
 from typing import Annotated, Any
 
 import msgspec
-from fastapi import APIRouter, Query
+from fastapi import APIRouter, Query, Request
 from msgspec import Struct
 from pydantic import Field
 
 from studio.api.errors import RESPONSES, NotFoundError
+from studio.api.jobs import Jobs, JobStatus
 from studio.api.stage.stage import Request as Body
 from studio.api.structs import StructRoute
 from studio.api.takes.find import Finder
+from studio.api.takes.takes import Replayer, settings_of
 from studio.engine.edits.edit import Edit
 from studio.take.edits.carry import carried
 from studio.take.edits.change import change_edits, no_such_edit, redo_edits, undo_edits
@@ -78,7 +80,13 @@ class EditsStamp:
         return f"{state.st_mtime_ns}-{state.st_ino}"
 
 
-def edits_router(finder: Finder) -> APIRouter:
+class PreviewRequest(Body):
+    """Which solve is looked at."""
+
+    solve: str = Field(description="the solve that is replayed; it has settings", examples=["studio"])
+
+
+def edits_router(finder: Finder, jobs: Jobs) -> APIRouter:
     """Return the routes of edits."""
     router = APIRouter(
         prefix="/api/v1/takes/{session}/{take}/edits",
@@ -121,6 +129,22 @@ def edits_router(finder: Finder) -> APIRouter:
         """Make the change that was taken back last again; refused where the list is another one than `revision`."""
         opened = finder.take(session, take)
         return _answer(redo_edits(opened, revision=request.revision if request else None))
+
+    @router.post("/preview", status_code=202)
+    def preview(session: str, take: str, request: PreviewRequest, http: Request) -> JobStatus:
+        """Solve what is around the playhead with the take's edits, and show it there until the solve is made again;
+        nothing is kept. Answers the job."""
+        opened, id_ = finder.take(session, take), f"{session}/{take}"
+        finder.solve(opened, request.solve)
+        player: Replayer = http.app.state.player
+        at_s, performer = player.playhead(id_)
+        jobs.replace(("draft", "solve"), id_, request.solve)
+        job = jobs.submit(
+            "draft", id_, request.solve, "studio.offline.first_look:look_at_edits",
+            opened, settings_of(opened, request.solve), request.solve, at_s,
+            performer=performer, then=lambda poses: player.show_part(id_, poses, performer),
+        )  # fmt: skip
+        return jobs.get(job.id)
 
     @router.patch("/{edit}")
     def change(session: str, take: str, edit: str, request: EditRequest) -> EditsOfTake:
