@@ -161,10 +161,10 @@ class StandingFeet:
             self._stands[k] = stands[k] > 0
             if stands[k] < 0:
                 self._held[k] = max(self._held[k] - (2.0 * step if was_found else 0.0), 0.0)
-            elif not was_found:
-                self._at[k] = at[k] if stood[k] else here[k]
-                self._at[k, 2] = self._rest[k] + (self.stand_m or 0.0)
-                self._held[k] = min(self._held[k] + 2.0 * step, 1.0)
+                continue
+            self._at[k] = at[k] if stood[k] else here[k]  # it does not follow the state then
+            self._at[k, 2] = self._rest[k] + (self.stand_m or 0.0)
+            self._held[k] = min(self._held[k] + (0.0 if was_found else 2.0 * step), 1.0)
 
     def _follow(self, here: Array, velocity: Array, dt: float) -> None:
         """Update which joints stand, where, and the weight of each hold."""
