@@ -1,7 +1,7 @@
 """Routes of a take's edits: list, change, undo and redo."""
 
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import msgspec
 from fastapi import APIRouter, Query, Request
@@ -15,10 +15,15 @@ from studio.api.structs import StructRoute
 from studio.api.takes.find import Finder
 from studio.api.takes.takes import Replayer, settings_of
 from studio.engine.edits.edit import Edit
+from studio.engine.metrics.results import CleanupEventJson
 from studio.take.edits.carry import carried
 from studio.take.edits.change import change_edits, no_such_edit, redo_edits, undo_edits
 from studio.take.edits.kept import EDITS_FILE, TakeEdits, edit_from_json, read_edits
 from studio.take.folder.take import Take
+from studio.worker import run_in_process
+
+if TYPE_CHECKING:
+    from studio.offline.offers import Offer
 
 _Revision = Annotated[
     int | None, Field(description="that of the list on which it is made; the newest where left out")
@@ -62,6 +67,30 @@ class EditsOfTake(Struct):
     can_undo: bool
     can_redo: bool
     says: str
+
+
+class OfferedEdits(Struct):
+    """A clean-up event, what caused it, and edits of which each would mend it.
+
+    Attributes:
+        camera: whose joint is furthest off the body's course; null = no camera's.
+        joint: the canonical joint; off_mm: how far it is off.
+        why: the cause, one line.
+        edits: the likeliest first.
+    """
+
+    event: CleanupEventJson
+    camera: str | None
+    joint: str
+    off_mm: float
+    why: str
+    edits: tuple[Edit, ...]
+
+
+class OffersOfSolve(Struct):
+    """The clean-up events of a solve in order of time, each with what would mend it."""
+
+    offers: list[OfferedEdits]
 
 
 class EditsStamp:
@@ -145,6 +174,19 @@ def edits_router(finder: Finder, jobs: Jobs) -> APIRouter:
             performer=performer, then=lambda poses: player.show_part(id_, poses, performer),
         )  # fmt: skip
         return jobs.get(job.id)
+
+    @router.get("/offers")
+    def get_offers(session: str, take: str, solve: str, performer: str = "") -> OffersOfSolve:
+        """What to mend in a solve, in order of time: the cause of each clean-up event, and edits that would mend it."""
+        opened = finder.take(session, take)
+        finder.solve(opened, solve, performer or None)
+        found: list[Offer] = run_in_process(
+            "studio.offline.offered:offers_of_solve", opened, solve, performer
+        )
+        lines = [
+            OfferedEdits(one.event, one.camera, one.joint, one.off_mm, one.why, one.edits) for one in found
+        ]
+        return OffersOfSolve(lines)
 
     @router.patch("/{edit}")
     def change(session: str, take: str, edit: str, request: EditRequest) -> EditsOfTake:
