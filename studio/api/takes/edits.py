@@ -177,7 +177,7 @@ def edits_router(finder: Finder, jobs: Jobs) -> APIRouter:
 
     @router.get("/offers")
     def get_offers(session: str, take: str, solve: str, performer: str = "") -> OffersOfSolve:
-        """What to mend in a solve, in order of time: the cause of each clean-up event, and edits that would mend it."""
+        """What to mend in a solve, in order of time: each clean-up event, its cause, and edits that would mend it."""
         opened = finder.take(session, take)
         finder.solve(opened, solve, performer or None)
         found: list[Offer] = run_in_process(
