@@ -47,6 +47,9 @@ LIMB = ("elbow", "wrist", "hand", "knee", "ankle", "toe")
 SOUND_FRAMES, OFF_M = 1.0, 0.08
 """Joints whose bone is measured; smoothing of its length [instants], and how far off it fits no more [m]."""
 
+AS_SOUND = 0.2
+"""A joint that fits its limb at a pin that it contradicts tells little by fitting elsewhere, by this much."""
+
 DOUBTED = 8.0
 """Factor of the noise of a joint that errs while its parent does not."""
 
@@ -98,7 +101,7 @@ def _mended(frames: Frames, calibration: Calibration, pins: Sequence[PinEdit]) -
         out = place - origin
         far = np.linalg.norm(out, axis=1, keepdims=True) / calibration.performer.reach_m()[joint]
         place = origin + out / np.maximum(far, 1.0)
-    sound = _sound(seen, joint, calibration.performer)
+    sound = _sound(seen, joint, calibration.performer, pinned)
 
     def in_axes(axes: Array) -> tuple[Array, Array, Spread]:
         local = np.einsum("tba,tcb->tca", axes, seen.tracks[:, :, joint] - origin[:, None])
@@ -127,9 +130,9 @@ def _mended(frames: Frames, calibration: Calibration, pins: Sequence[PinEdit]) -
     return _changed(frames, calibration, seen, places, gone)
 
 
-def _sound(seen: Around, joint: int, performer: Performer | None) -> Array:
-    """How well each camera's joint fits its limb, 0..1, shape (count, camera_count): the bones up to the trunk have
-    their lengths."""
+def _sound(seen: Around, joint: int, performer: Performer | None, pinned: NDArray[np.bool_]) -> Array:
+    """How much better each camera's joint fits its limb than at the pins, 0..1, shape (count, camera_count): bones
+    up to the trunk have their lengths."""
     worst = np.zeros(seen.tracks.shape[:2])
     bones = {} if performer is None else performer.bones_m()
     while performer is not None and CANONICAL[joint].split("_")[-1] in LIMB:
@@ -137,7 +140,9 @@ def _sound(seen: Around, joint: int, performer: Performer | None) -> Array:
         apart = np.linalg.norm(seen.tracks[:, :, joint] - seen.tracks[:, :, parent], axis=2)
         worst = np.fmax(worst, np.abs(apart - bones[CANONICAL[joint]]))
         joint = parent
-    return 1.0 - np.clip(gaussian_filter1d(worst, SOUND_FRAMES, axis=0, mode="nearest") / OFF_M, 0.0, 1.0)
+    sound = 1.0 - np.clip(gaussian_filter1d(worst, SOUND_FRAMES, axis=0, mode="nearest") / OFF_M, 0.0, 1.0)
+    at_pins = sound[pinned].mean(axis=0)
+    return np.clip((sound - at_pins) / (1.0 - at_pins + AS_SOUND), 0.0, 1.0)
 
 
 def _about_parent(
