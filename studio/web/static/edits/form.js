@@ -6,9 +6,9 @@ import { OUTPUT, TOUCHING } from "./words.js";
 
 const AROUND_S = 0.25; // where no range is chosen
 const FIELDS = { // which fields a kind has
-  contact_floor: ["touching"], contact_nothing: ["touching"], leave_out: ["camera", "joint"], exchange_sides: ["camera"], offset: ["output", "turn"], trim: [], retime: ["factor"],
+  contact_floor: ["touching"], contact_nothing: ["touching"], leave_out: ["camera", "joint"], exchange_sides: ["camera"], offset: ["output", "turn"], trim: [],
 };
-const kept = { kind: "contact_floor", touching: "left_ankle", camera: "", joint: "", output: "LeftForeArm", factor: 1, turn: [0, 0, 0], typed: {} }; // as last chosen; times that were typed
+const kept = { kind: "contact_floor", touching: "left_ankle", camera: "", joint: "", output: "LeftForeArm", turn: [0, 0, 0], typed: {} }; // as last chosen; times that were typed
 
 /** The chosen range [s since the take's beginning]; around the playhead where none is. */
 function rangeOf({ first, last, frames, frame, rate_hz: rate }) {
@@ -33,7 +33,6 @@ function fields(cameras) {
     joint: () => [select("edit-joint", t("mend.joint"), [every, ...jointOptions(Object.keys(OUTPUT))], kept.joint, (value) => { kept.joint = value; })],
     output: () => [select("edit-output", t("mend.joint"), Object.values(OUTPUT).map((name) => [name, name]), kept.output, (value) => { kept.output = value; })],
     turn: () => ["X", "Y", "Z"].map((axis, k) => numbered(`edit-turn-${k}`, `${axis} [°]`, kept.turn[k], 1, (value) => { kept.turn[k] = value || 0; })),
-    factor: () => [numbered("edit-factor", t("mend.factor"), kept.factor, 0.1, (value) => { kept.factor = value; })],
   };
 }
 
@@ -49,7 +48,6 @@ function edit(replay) {
     exchange_sides: () => ({ kind: "exchange_sides", camera, ...common }),
     offset: () => ({ kind: "offset", joint: kept.output, rotation_deg: kept.turn, ...common }),
     trim: () => ({ kind: "trim", ...common }),
-    retime: () => ({ kind: "retime", factor: kept.factor, ...common }),
   }[kept.kind]();
 }
 
