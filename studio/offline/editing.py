@@ -1,15 +1,20 @@
 """The edits of a take within its solve: which of them count for whom, and what became of each."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
+import numpy as np
+
+from studio.engine.animation.clip.resample import frames_of
+from studio.engine.animation.layers import missed_deg, with_layers
 from studio.engine.base.sentences import Said
-from studio.engine.edits.edit import Edit
-from studio.engine.edits.honoured import outcomes, refused
-from studio.engine.edits.timing import of_performer
+from studio.engine.edits.edit import DirectionEdit, Edit, TrimEdit
+from studio.engine.edits.honoured import direction_outcome, outcomes, refused
+from studio.engine.edits.timing import of_kind, of_performer
 from studio.engine.model.calibration import Calibration
 from studio.engine.model.frames import CameraFrame
-from studio.engine.model.solve_metrics import SolveMetrics
+from studio.engine.model.poses import Poses
+from studio.engine.model.solve_metrics import EditJson, SolveMetrics
 from studio.take.folder.solves import Solved
 
 _Frames = Mapping[str, Sequence[CameraFrame]]
@@ -50,8 +55,35 @@ class AskedEdits:
         lines = self._lines | refused(
             strangers, cameras=list(frames), performers=list(solved), span_s=(-1e18, 1e18)
         )
-        poses = {name: one.poses for name, one in solved.items()}
-        return dict(solved), {**metrics, "edits": outcomes(self.edits, lines, poses)}
+        kept = [edit for edit in self.edits if edit.id not in lines]
+        layered = {
+            name: replace(one, poses=with_layers(one.poses, of_performer(kept, name)))
+            for name, one in solved.items()
+        }
+        poses = {name: one.poses for name, one in layered.items()}
+        told = outcomes(self.edits, lines, poses) | _directions(kept, poses)
+        return {name: _trimmed(one, kept) for name, one in layered.items()}, {**metrics, "edits": told}
+
+
+def _directions(edits: Sequence[Edit], poses: Mapping[str, Poses]) -> dict[str, EditJson]:
+    return {
+        edit.id: direction_outcome(edit, missed_deg(edit, poses[edit.performer]))
+        for edit in of_kind(edits, DirectionEdit)
+    }
+
+
+def _trimmed(solved: Solved, edits: Sequence[Edit]) -> Solved:
+    """Return what trims leave of a solve; one that leaves nothing is not made."""
+    trims = of_kind(edits, TrimEdit)
+    if not trims:
+        return solved
+    begin, end = max(trim.start_s for trim in trims), min(trim.end_s for trim in trims)
+    first, last = np.searchsorted(solved.poses.time_s, [begin - 1e-6, end + 1e-6])
+    if last - first < 2:
+        return solved
+    rows = slice(int(first), int(last))
+    trace = None if solved.trace is None else solved.trace.part(rows)
+    return replace(solved, poses=frames_of(solved.poses, rows), trace=trace)
 
 
 def _span_s(frames: _Frames, calibration: Calibration) -> tuple[float, float]:

@@ -2,7 +2,7 @@
 
 from bisect import bisect_left, bisect_right
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import lru_cache, partial
 from pathlib import Path
 
@@ -48,26 +48,13 @@ def solve_part(
         TakeError: no frames in this part, no raw frames, or depth not yet tracked with these settings.
     """
     settings = replace(settings, finish="off", physics="off")
-    take.calibration()  # raises the right error if there is none
-    number = take.meta["calibration"]
-    assert number is not None
-    file = take.calibration_path(number)
-    tracked_as = (
-        (settings.tracker, settings.cameras, settings.refine_cameras) if is_tracked(take, settings) else None
-    )
-    people = _recent(take.path, _state(take.raw_path), _state(file), tracked_as, exchanges_of(take.meta))
-    performer = performer if performer in people else next(iter(people))
-    (frames, calibration), settings = people[performer], settings.of_performer(performer)
-    if tracked_as is not None:
-        settings = replace(settings, cameras="all")  # only the used ones were tracked
-    clocks = {name: camera.clock for name, camera in calibration.cameras.items()}
-    first_ns, last_ns = (start_s - LEAD_S) * 1e9, end_s * 1e9
+    one = seen_performer(take, settings, performer)
+    settings, clocks = one.settings, one.calibration.cameras
     part: list[CameraFrame] = []
-    for name, mine in frames.items():
+    for name, mine in one.frames.items():
         if name in clocks:
-            stage_ns = partial(_stage_ns, clocks[name])
-            begin, end = bisect_left(mine, first_ns, key=stage_ns), bisect_right(mine, last_ns, key=stage_ns)
-            part.extend(mine[begin:end])
+            part.extend(frames_between(mine, clocks[name].clock, start_s - LEAD_S, end_s))
+    calibration = one.calibration
     poses = solve_frames(part, calibration, settings, progress=progress)
     shown = (poses.time_s >= start_s) & (poses.time_s <= end_s)
     if not shown.any():
@@ -80,6 +67,50 @@ def solve_part(
         )
     first, last = np.flatnonzero(shown)[[0, -1]]
     return frames_of(poses, slice(int(first), int(last) + 1))
+
+
+@dataclass(frozen=True)
+class SeenPerformer:
+    """A performer of a take: their name, frames by camera, calibration and settings."""
+
+    name: str
+    frames: Mapping[str, Sequence[CameraFrame]]
+    calibration: Calibration
+    settings: SolveSettings
+
+
+def seen_performer(take: Take, settings: SolveSettings, performer: str) -> SeenPerformer:
+    """Return a performer of a take as a solve with these settings takes them, from what is kept of the last take.
+
+    Args:
+        performer: of several; the first where there is none of this name.
+
+    Raises:
+        CalibrationError: the take has no calibration, or no performer.
+        TakeError: no raw frames, or depth not yet tracked with these settings.
+    """
+    take.calibration()  # raises the right error if there is none
+    number = take.meta["calibration"]
+    assert number is not None
+    file = take.calibration_path(number)
+    tracked_as = (
+        (settings.tracker, settings.cameras, settings.refine_cameras) if is_tracked(take, settings) else None
+    )
+    people = _recent(take.path, _state(take.raw_path), _state(file), tracked_as, exchanges_of(take.meta))
+    performer = performer if performer in people else next(iter(people))
+    (frames, calibration), settings = people[performer], settings.of_performer(performer)
+    if tracked_as is not None:
+        settings = replace(settings, cameras="all")  # only the used ones were tracked
+    return SeenPerformer(performer, frames, calibration, settings)
+
+
+def frames_between(
+    frames: Sequence[CameraFrame], clock: ClockModel, begin_s: float, end_s: float
+) -> Sequence[CameraFrame]:
+    """Return a camera's frames between two stage times [s]."""
+    stage_ns = partial(_stage_ns, clock)
+    begin = bisect_left(frames, begin_s * 1e9, key=stage_ns)
+    return frames[begin : bisect_right(frames, end_s * 1e9, key=stage_ns)]
 
 
 def _stage_ns(clock: ClockModel, frame: CameraFrame) -> int:

@@ -220,7 +220,7 @@ class _PerformerSolve:
             residuals=self._residuals,
             physics=self._physics,
             trace=self._trace,
-            pins=Pins(edits),
+            pins=Pins(edits, calibration.performer),
         )
 
     def solved(self, poses: Poses) -> Solved:

@@ -34,8 +34,8 @@ OUTSIDE_S = 0.5
 @dataclass(frozen=True)
 class Figures:
     """Of one fault: errors of the joint over the faulty range [mm], clean, faulty and mended; the 99th percentile of
-    what lies outside and was moved by the edit [mm]; clean-up events inside, faulty and mended; the duration of the
-    mended solve in that of the faulty one."""
+    what lies outside and was moved by the edit [mm], less what was moved to where it is without the fault; clean-up
+    events inside, faulty and mended; the duration of the mended solve in that of the faulty one."""
 
     fault: Fault
     clean_mm: float
@@ -86,6 +86,14 @@ class Bench:
         times = poses.time_s[rows]
         return times, np.linalg.norm(joints - self.true_m(times), axis=2)
 
+    def _moved_m(self, after: Poses, before: Poses) -> NDArray[np.float64]:
+        """How far joints were moved [m], shape (frame_count, joint_count), except to where they are without a
+        fault."""
+        from_before, from_clean = (
+            np.linalg.norm(after.positions_m - other.positions_m, axis=2) for other in (before, self.clean)
+        )
+        return np.minimum(from_before, from_clean)
+
     def events(self, poses: Poses, begin_s: float, end_s: float) -> int:
         """Number of clean-up events in a range."""
         found = cleanup_figures(poses, self._truth, self._alignment)["cleanup_events"] or []
@@ -106,7 +114,7 @@ class Bench:
         after, after_s = self._solved(frames, (edit,))
         mended = self.errors_m(after, fault.begin_s, fault.end_s)[1]
         outside = (after.time_s < fault.begin_s - OUTSIDE_S) | (after.time_s > fault.end_s + OUTSIDE_S)
-        moved = np.linalg.norm((after.positions_m - before.positions_m)[outside], axis=2)
+        moved = self._moved_m(after, before)[outside]
         return Figures(
             Fault(kind, fault.begin_s, fault.end_s, CANONICAL[joint], fault.camera, fault.shift_m),
             *(1e3 * float(np.nanmean(one[:, joint])) for one in (clean, off, mended)),

@@ -9,12 +9,15 @@ from numpy.typing import NDArray
 from studio.engine.base.sentences import Said, say
 from studio.engine.edits.edit import (
     ContactEdit,
+    DirectionEdit,
     Edit,
     ExchangeEdit,
     LeaveOutEdit,
     OffsetEdit,
     PinEdit,
+    RetimeEdit,
 )
+from studio.engine.edits.stances import is_of_feet
 from studio.engine.edits.timing import of_kind
 from studio.engine.model.joints import INDEX, OUTPUT_INDEX, OUTPUT_OF_CANONICAL
 from studio.engine.model.poses import Poses
@@ -102,6 +105,8 @@ def _refused(
             camera=edit.camera,
             cameras=[*cameras],
         )
+    if isinstance(edit, RetimeEdit) or (isinstance(edit, ContactEdit) and not is_of_feet(edit)):
+        return say("evidence.not_used", "solves do not use this kind of edit yet")
     return None
 
 
@@ -134,6 +139,20 @@ def outcome(edit: Edit, poses: Poses) -> EditJson:
             out |= {"line": str(line), "said": [line.to_json()]}
         return out
     return {"honoured": True}
+
+
+def direction_outcome(edit: DirectionEdit, missed: float) -> EditJson:
+    """Return what a solve made of a direction that it missed by so many degrees."""
+    out: EditJson = {"honoured": missed < NEAR_DEG, "missed_deg": round(missed, 1)}
+    if not out["honoured"]:
+        line = say(
+            "evidence.missed_direction",
+            "{of} came within {deg:.0f} degrees: neck and wrist turn no further",
+            of=edit.of,
+            deg=missed,
+        )
+        out |= {"line": str(line), "said": [line.to_json()]}
+    return out
 
 
 def missed_m(pin: PinEdit, poses: Poses) -> float:

@@ -6,7 +6,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from studio.engine.edits.edit import Edit, PinEdit
+from studio.engine.edits.stances import Stances
 from studio.engine.edits.timing import of_kind, share
+from studio.engine.model.calibration import Performer
 from studio.engine.model.frames import Pinned
 from studio.engine.model.joints import INDEX, JOINT_COUNT
 
@@ -18,10 +20,21 @@ LEAST_SHARE = 0.02
 
 
 class Pins:
-    """The pins of one performer."""
+    """The pins of one performer.
 
-    def __init__(self, edits: Sequence[Edit]) -> None:
-        """Take the pins among edits; those of unknown joints are left out."""
+    Attributes:
+        stances: what is said about their feet.
+    """
+
+    def __init__(self, edits: Sequence[Edit], performer: Performer | None = None) -> None:
+        """Take the pins and stances among edits; pins of unknown joints are left out.
+
+        Args:
+            edits: of one performer.
+            performer: their proportions, which tell how far limbs reach; None = any way.
+        """
+        self._reach_m = np.full(JOINT_COUNT, np.inf) if performer is None else performer.reach_m()
+        self.stances = Stances(edits)
         self._pins = [pin for pin in of_kind(edits, PinEdit) if pin.joint in INDEX]
         self._spans = [
             (pin.start_s, pin.end_s)
@@ -31,7 +44,7 @@ class Pins:
         ]
 
     def __bool__(self) -> bool:
-        return bool(self._pins)
+        return bool(self._pins) or bool(self.stances)
 
     def at(self, time_s: NDArray[np.float64], dt: float) -> Pinned:
         """Return what is pinned in frames.
@@ -51,7 +64,7 @@ class Pins:
             radius[:, joint] += told * pin.radius_m
             information[:, joint] += told
         known = np.maximum(information, 1e-12)
-        return Pinned(place / known[..., None], radius / known, information)
+        return Pinned(place / known[..., None], radius / known, information, self._reach_m)
 
     def between(self, begin_s: float, end_s: float) -> Pinned | None:
         """Return what is pinned after `begin_s` up to `end_s` [s], without an axis of frames; None = nothing."""
@@ -59,7 +72,7 @@ class Pins:
             return None
         middle = 0.5 * (begin_s + end_s)
         found = self.at(np.array([middle]), end_s - begin_s)
-        return Pinned(found.place_m[0], found.radius_m[0], found.information[0])
+        return Pinned(found.place_m[0], found.radius_m[0], found.information[0], self._reach_m)
 
 
 def _told(pin: PinEdit, time_s: NDArray[np.float64], dt: float) -> NDArray[np.float64]:

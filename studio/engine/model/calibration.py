@@ -13,7 +13,7 @@ from studio.engine.base.geometry import is_rigid
 from studio.engine.base.sentences import Sentence, about, codes_of, say, with_codes
 from studio.engine.base.versions import CALIBRATION
 from studio.engine.model.frames import ClockModel
-from studio.engine.model.joints import CANONICAL, INDEX
+from studio.engine.model.joints import CANONICAL, INDEX, LIMB_ROOTS, PARENTS
 from studio.engine.model.lens import Lens
 from studio.engine.model.spans import Span, SpanJson
 
@@ -47,6 +47,15 @@ class Performer:
         return {
             name: float(np.linalg.norm(self.offsets_m[INDEX[name]])) for name in CANONICAL if name != "hips"
         }
+
+    def reach_m(self) -> NDArray[np.float64]:
+        """How far each joint reaches from the shoulder or hip that carries it [m], shape (21,); infinite for those of
+        the trunk."""
+        reach = np.zeros(len(CANONICAL))
+        for joint, (root, parent) in enumerate(zip(LIMB_ROOTS.tolist(), PARENTS.tolist(), strict=True)):
+            if joint != root:
+                reach[joint] = reach[parent] + np.linalg.norm(self.offsets_m[joint])
+        return np.where(LIMB_ROOTS == np.arange(len(CANONICAL)), np.inf, reach)
 
 
 @dataclass(frozen=True)

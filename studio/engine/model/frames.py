@@ -5,6 +5,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from studio.engine.model.joints import LIMB_ROOTS
 from studio.engine.timecode.timecode import Timecode
 
 
@@ -123,15 +124,18 @@ class Pinned:
         place_m: stage frame [m], shape (..., 21, 3); 0 where there is none.
         radius_m: how far from it they may be [m], shape (..., 21).
         information: inverse variance [1/m2], shape (..., 21); 0 = not pinned.
+        reach_m: how far each joint reaches from its shoulder or hip [m], shape (21,); infinite for the trunk's. A
+            place beyond is approached by the limb, and the body stays.
     """
 
     place_m: NDArray[np.float64]
     radius_m: NDArray[np.float64]
     information: NDArray[np.float64]
+    reach_m: NDArray[np.float64]
 
-    def part(self, rows: slice) -> "Pinned":
+    def part(self, rows: slice | NDArray[np.int64]) -> "Pinned":
         """Return some of the instants."""
-        return Pinned(self.place_m[rows], self.radius_m[rows], self.information[rows])
+        return Pinned(self.place_m[rows], self.radius_m[rows], self.information[rows], self.reach_m)
 
     def raised(self, up_m: float) -> "Pinned":
         """Return the places raised."""
@@ -144,7 +148,10 @@ class Pinned:
         Args:
             sites: the joints of a pose [m], shape (..., 21, 3).
         """
-        away = self.place_m - sites
+        roots = sites[..., LIMB_ROOTS, :]
+        out = self.place_m - roots
+        beyond = np.linalg.norm(out, axis=-1) / self.reach_m
+        away = roots + out / np.maximum(beyond, 1.0)[..., None] - sites
         distance = np.linalg.norm(away, axis=-1)
         beyond = np.maximum(distance - self.radius_m, 0.0)
         active = (self.radius_m == 0.0) | (beyond > 0.0)
@@ -171,6 +178,8 @@ class FrameSet:
             NaN = unseen; None = no camera sees a hand's landmarks.
         face_rays: points on the rays of the face's landmarks, shape (camera_count, 11, 3) [m]; else as `hand_rays`.
         pinned: joints whose place an operator knows, at this instant; None = none.
+        stands: feet of which an operator says that they stand (1) or do not (-1): left ankle and toe, right ankle and
+            toe, shape (4,); None = nothing.
     """
 
     stage_time_ns: int
@@ -185,6 +194,7 @@ class FrameSet:
     hand_rays: NDArray[np.float64] | None = None
     face_rays: NDArray[np.float64] | None = None
     pinned: Pinned | None = None
+    stands: NDArray[np.int8] | None = None
 
 
 @dataclass(frozen=True)

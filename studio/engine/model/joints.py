@@ -37,6 +37,17 @@ PARENTS: NDArray[np.int64] = np.array(
 )
 """Index of each canonical joint's parent, -1 for the root; a parent always comes before its child."""
 
+LIMB_ROOTS: NDArray[np.int64] = np.array(
+    [
+        INDEX[f"{side}_shoulder"] if part in ("elbow", "wrist", "hand")
+        else INDEX[f"{side}_hip"] if part in ("knee", "ankle", "toe")
+        else INDEX[name]
+        for name in CANONICAL
+        for side, _, part in (name.partition("_"),)
+    ]
+)  # fmt: skip
+"""Index of the shoulder or hip that carries each joint; of joints of the trunk, their own."""
+
 MIRROR: NDArray[np.int64] = np.array(
     [
         INDEX[{"left": "right", "right": "left"}[name.split("_")[0]] + "_" + name.split("_")[1]]

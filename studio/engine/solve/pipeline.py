@@ -102,7 +102,10 @@ class Pipeline:
         if self._pins is not None:
             half = 0.5e9 / self._settings.output_hz
             span_s = (stage_time_ns - half) * 1e-9, (stage_time_ns + half) * 1e-9
-            frames = replace(frames, pinned=self._pins.between(*span_s))
+            stands = (
+                self._pins.stances.at(np.array([stage_time_ns * 1e-9]))[0] if self._pins.stances else None
+            )
+            frames = replace(frames, pinned=self._pins.between(*span_s), stands=stands)
         if self._body.fuses:
             fused, pose = self._body.pose_of_cameras(frames, dt)
         else:

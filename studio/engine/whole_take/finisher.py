@@ -184,6 +184,12 @@ class Finisher:
                 self._feet(q).joints_m, pieces, self._dt, self._rest_heights_m,
                 floor_given=self._floor_given, wander=wander_of(self._alike),
             )  # fmt: skip
+            if self._pins is not None and self._pins.stances:
+                times_s = 1e-9 * self._store.times_ns.astype(np.float64)
+                asked = self._pins.stances.asked(times_s, contacts.hold, pieces)
+                contacts = contacts.as_asked(
+                    asked, self._feet(q).joints_m, pieces, self._dt, self._rest_heights_m
+                )
             if self._pinned is not None and not self._floor_given:
                 self._pinned = self._pinned.raised(-lift_m(self._feet(q), contacts))
             for iteration in range(CONTACT_ITERATIONS):

@@ -40,6 +40,7 @@ def solve_frames(
     residuals: SolveResiduals | None = None,
     physics: SolveMetrics | None = None,
     trace: TraceCollector | None = None,
+    pins: Pins | None = None,
 ) -> Poses:
     """Return the poses of a take's frames, of one performer.
 
@@ -54,6 +55,7 @@ def solve_frames(
         residuals: counts the joints that the poses do not follow.
         physics: receives the effect of `physics=on`, as in `metrics.json`.
         trace: receives the inputs of each frame.
+        pins: places of joints that an operator knows.
 
     Raises:
         TakeError: there is no frame, or no camera shows the performer.
@@ -61,7 +63,7 @@ def solve_frames(
     """
     solve = TakeSolve(
         frames, calibration, settings,
-        start_s=start_s, progress=progress, residuals=residuals, physics=physics, trace=trace,
+        start_s=start_s, progress=progress, residuals=residuals, physics=physics, trace=trace, pins=pins,
     )  # fmt: skip
     solve.first()
     return solve.poses()
@@ -87,8 +89,7 @@ class TakeSolve:
         trace: TraceCollector | None = None,
         pins: Pins | None = None,
     ) -> None:
-        """Prepare; arguments and errors are those of `solve_frames`. `pins`: places of joints that an operator
-        knows."""
+        """Prepare; arguments and errors are those of `solve_frames`."""
         self._frames = frames if isinstance(frames, Sequence) else list(frames)
         self._calibration, self._settings, self._start_s = calibration, settings, start_s
         self._progress, self._physics = progress, physics

@@ -3,6 +3,7 @@
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 
+import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
@@ -121,7 +122,12 @@ class BodyFilter:
             self._advance(ahead, frames.camera_positions, dt)
             if frames.pinned is not None:
                 self._pin(frames.pinned.raised(self.floor_m))
-        q = self._shown_of(*self._belief.earlier(), dt) if self._started else None
+        if not self._started:
+            return self._fused(frames), None
+        q, velocity, place = self._belief.earlier()
+        q = self._shown_of(q, velocity, place, dt, frames.stands)
+        if frames.pinned is not None:
+            self._put_on_pins(q, place, frames.pinned.raised(self.floor_m))
         return self._fused(frames), q
 
     def solve(self, joints: Array, sigma: Array, dt: float) -> Array | None:
@@ -294,6 +300,22 @@ class BodyFilter:
             belief.correct(correction.step(), correction.told(), correction.gained())
         self._sites = self._kinematics.place(belief.q).copy()
 
+    def _put_on_pins(self, q: Array, place: Array, pinned: Pinned) -> None:
+        """Move the output configuration's joints to where they are known to be, in place; `place`: its covariance."""
+        for _ in range(PIN_STEPS):
+            sites, jacobian = self._linearised(q)
+            told, away = pinned.rows(sites)
+            rows = np.flatnonzero(np.repeat(told > 0.0, 3))
+            if not len(rows) or np.abs(away[told > 0.0]).max() < PIN_NEAR_M:
+                return
+            own = jacobian[rows]
+            spread = place @ own.T
+            total = own @ spread
+            total.flat[:: len(total) + 1] += 1.0 / np.repeat(told, 3)[rows]
+            step = spread @ np.linalg.solve(total, away.ravel()[rows])
+            mujoco.mj_integratePos(self.humanoid.model, q, step, 1.0)
+            np.clip(q[7:], self._low, self._high, out=q[7:])
+
     def _choose(
         self,
         rows: ReadingRows,
@@ -331,10 +353,12 @@ class BodyFilter:
             return None
         return configuration_of(self.humanoid, joints[INDEX["hips"]], rotations, limited=self._limited)
 
-    def _shown_of(self, q: Array, velocity: Array, place: Array, dt: float) -> Array:
+    def _shown_of(
+        self, q: Array, velocity: Array, place: Array, dt: float, stands: NDArray[np.int8] | None = None
+    ) -> Array:
         """The output configuration: standing feet held, restarted limbs blended."""
         q = self._watch.led(q, dt)
-        return q if self._feet is None else self._feet.held(q, velocity, place, dt)
+        return q if self._feet is None else self._feet.held(q, velocity, place, dt, stands)
 
     def _fused(self, frames: FrameSet) -> FusedSkeleton:
         """The cameras' used joints at the output frame, fused."""

@@ -86,7 +86,14 @@ class StandingFeet:
         self._velocity = np.zeros((4, 3))
         self._slid = np.zeros(4, dtype=bool)
 
-    def held(self, q: Array, velocity: Array, place: Array, dt: float) -> Array:
+    def held(
+        self,
+        q: Array,
+        velocity: Array,
+        place: Array,
+        dt: float,
+        stands: NDArray[np.int8] | None = None,
+    ) -> Array:
         """Return the configuration with standing feet held, shape (nq,).
 
         Args:
@@ -94,9 +101,13 @@ class StandingFeet:
             velocity: shape (nv,).
             place: covariance of the configuration, shape (nv, nv); less certain degrees of freedom move more.
             dt: time since the last frame [s].
+            stands: joints that stand (1) or do not (-1) whatever is found, shape (4,); None = nothing is known.
         """
         here, jacobian = self._linearised(q)
+        stood, at = self._stands.copy(), self._at.copy()
         self._follow(here, jacobian @ velocity, dt)
+        if stands is not None:
+            self._obey(stands, stood, at, here, dt)
         share = (self._held**2 * (3.0 - 2.0 * self._held))[:, None]
         target = here + share * (self._at - here)
         least = self.floor_m + LEAST_HEIGHT * self._rest
@@ -139,6 +150,21 @@ class StandingFeet:
         """Positions, shape (4, 3), and Jacobians, (4, 3, nv), of the feet's joints."""
         positions, jacobian = self._kinematics.linearise(q)
         return positions[FEET], jacobian.reshape(-1, 3, self._model.nv)[FEET]
+
+    def _obey(
+        self, stands: NDArray[np.int8], stood: NDArray[np.bool_], at: Array, here: Array, dt: float
+    ) -> None:
+        """Put feet down and release them as an operator says; `stood`, `at`: which stood before, and where."""
+        step = dt / FADE_S
+        for k in np.flatnonzero(stands):
+            was_found = self._stands[k]
+            self._stands[k] = stands[k] > 0
+            if stands[k] < 0:
+                self._held[k] = max(self._held[k] - (2.0 * step if was_found else 0.0), 0.0)
+                continue
+            self._at[k] = at[k] if stood[k] else here[k]  # it does not follow the state then
+            self._at[k, 2] = self._rest[k] + (self.stand_m or 0.0)
+            self._held[k] = min(self._held[k] + (0.0 if was_found else 2.0 * step), 1.0)
 
     def _follow(self, here: Array, velocity: Array, dt: float) -> None:
         """Update which joints stand, where, and the weight of each hold."""

@@ -83,6 +83,34 @@ class Contacts:
         np.maximum(place[:, :, 2], self.least_m, out=place[:, :, 2])
         return replace(self, place_m=place)
 
+    def as_asked(
+        self,
+        asked: NDArray[np.int8],
+        feet: NDArray[np.float64],
+        pieces: list[tuple[int, int]],
+        dt: float,
+        rest_heights_m: NDArray[np.float64],
+    ) -> "Contacts":
+        """The stances with those that an operator added (1) or took away (-1), shape (frame_count, 4); the others are
+        arguments of `find_contacts`. An added stance is on the floor."""
+        hold = np.where(asked < 0, 0.0, self.hold)
+        for begin, end in pieces:
+            for column in range(len(JOINTS)):
+                for first, last in _runs(asked[begin:end, column] != 0):
+                    rows = slice(begin + first, begin + last)
+                    free = first > 0, begin + last < end
+                    eased = _eased(last - first, dt, free)
+                    told = np.where(asked[rows, column] > 0, eased, 1.0 - eased)
+                    hold[rows, column] = np.where(
+                        asked[rows, column] > 0,
+                        np.maximum(self.hold[rows, column], told),
+                        np.minimum(self.hold[rows, column], told),
+                    )
+        on_floor = feet.copy()
+        height = self.floor_m + rest_heights_m
+        on_floor[:, :, 2] = np.where(asked > 0, height, feet[:, :, 2])
+        return replace(self, hold=hold).at_places_of(on_floor, pieces, dt)
+
 
 def find_contacts(
     feet: NDArray[np.float64],

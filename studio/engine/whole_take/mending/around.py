@@ -13,7 +13,7 @@ from studio.engine.edits.frames import places_between, stage_s
 from studio.engine.model.calibration import Calibration
 from studio.engine.model.frames import CameraFrame
 from studio.engine.model.joint_noise import JOINT_FACTOR
-from studio.engine.model.joints import INDEX, JOINT_COUNT, MIRROR
+from studio.engine.model.joints import INDEX, JOINT_COUNT, LIMB_ROOTS, MIRROR
 from studio.engine.solve.fusion.facing import forwardness
 
 Array = NDArray[np.float64]
@@ -24,8 +24,8 @@ STEP_S = 1.0 / 30.0
 GAP_S = 0.1
 """Longest gap between two frames that is interpolated."""
 
-SIDES_S = 0.15
-"""Standard deviation of the time over which a camera's sides are compared."""
+SIDES_STEPS = 1.0
+"""Standard deviation of the time over which a camera's sides are compared [instants]."""
 
 ROUNDS = 4
 AXES_S = 0.1
@@ -143,11 +143,16 @@ def _on_grid(time_s: Array, seen: SeenByCamera) -> tuple[Array, Array]:
 def _exchanged(tracks: Array) -> NDArray[np.bool_]:
     """Instants at which a camera has left and right exchanged, shape (count, camera_count).
 
-    Feet and knees of each camera tell its sides at first, then the cameras' common skeleton does.
+    Cameras are compared with the first, and most are right; where as many are not, feet and knees tell. Then each is
+    compared with their common skeleton.
     """
-    ahead = _averaged(np.nan_to_num(forwardness(tracks)))
-    exchanged = ahead < 0.0
     mirrored = tracks[:, :, MIRROR]
+    stays, turns = (_apart(one, tracks[:, 0]) for one in (tracks, mirrored))
+    unlike = _averaged(turns - stays) < 0.0
+    half = 0.5 * tracks.shape[1]
+    ahead = _averaged(np.where(unlike, -1.0, 1.0) * np.nan_to_num(forwardness(tracks))).sum(axis=1)
+    count = unlike.sum(axis=1)
+    exchanged = unlike ^ ((count > half) | (count == half) & (ahead < 0.0))[:, None]
     for _ in range(ROUNDS):
         as_named = np.where(exchanged[..., None, None], mirrored, tracks)
         middle = gaussian_filter1d(filled(median_of(as_named)), 1.0, axis=0, mode="nearest")
@@ -164,7 +169,7 @@ def _apart(tracks: Array, middle: Array) -> Array:
 
 
 def _averaged(values: Array) -> Array:
-    return gaussian_filter1d(values, 1.0, axis=0, mode="nearest")
+    return gaussian_filter1d(values, SIDES_STEPS, axis=0, mode="nearest")
 
 
 def median_of(tracks: Array) -> Array:
@@ -202,8 +207,8 @@ def axes_of(middle: Array, joint: int) -> tuple[Array, Array]:
         joint: index of the joint.
     """
     smooth = gaussian_filter1d(middle, AXES_S / STEP_S, axis=0, mode="nearest")
-    root = _ROOTS[joint]
-    if root is None:
+    root = int(LIMB_ROOTS[joint])
+    if root == joint:
         others = [INDEX[name] for name in ("hips", "chest", "neck") if INDEX[name] != joint]
         return np.tile(np.eye(3), (len(middle), 1, 1)), smooth[:, others].mean(axis=1)
     part = "hip" if root in (INDEX["left_hip"], INDEX["right_hip"]) else "shoulder"
@@ -214,17 +219,3 @@ def axes_of(middle: Array, joint: int) -> tuple[Array, Array]:
 
 def _unit(vectors: Array) -> Array:
     return vectors / np.maximum(np.linalg.norm(vectors, axis=1, keepdims=True), 1e-6)
-
-
-def _roots() -> dict[int, int | None]:
-    """The shoulder or hip that carries each joint; None for the trunk's, to which shoulders and hips belong."""
-    out: dict[int, int | None] = {}
-    for name, index in INDEX.items():
-        side, _, part = name.partition("_")
-        arm = part in ("elbow", "wrist", "hand")
-        leg = part in ("knee", "ankle", "toe")
-        out[index] = INDEX[f"{side}_shoulder"] if arm else INDEX[f"{side}_hip"] if leg else None
-    return out
-
-
-_ROOTS = _roots()

@@ -11,11 +11,11 @@ from studio.engine.calibration.cameras.noise import rays
 from studio.engine.edits.edit import Edit, PinEdit
 from studio.engine.edits.frames import Changed, Frames, doubted
 from studio.engine.edits.timing import of_kind
-from studio.engine.model.calibration import Calibration
+from studio.engine.model.calibration import Calibration, Performer
 from studio.engine.model.frames import CameraFrame
 from studio.engine.model.joints import CANONICAL, INDEX, MIRROR, PARENTS
 from studio.engine.whole_take.mending.around import GAP_S, STEP_S, Around, around, axes_of
-from studio.engine.whole_take.mending.spread import spread
+from studio.engine.whole_take.mending.spread import Spread, spread
 
 Array = NDArray[np.float64]
 
@@ -25,8 +25,11 @@ REACH_S = 2.5
 WRONG_M = 0.06
 """Smallest error of a camera that is taken to last [m]."""
 
-WRONG_SHARE = 0.3
+WRONG_SHARE = 0.35
 """An error lasts as long as it has this share of what it is at the pin."""
+
+WILD = 2.5
+"""An error that many times as large as at the pin is another one."""
 
 ALIKE = 0.5
 """A camera errs like others if it is off by this share of their error along it."""
@@ -36,6 +39,19 @@ LENGTH_M = 0.06
 
 PARENT_FRAMES = 1.0
 """Smoothing of a joint's path about which its child's is found [instants]."""
+
+BONE_SHARE = (0.8, 1.2)
+"""A bone to a pin has this share of its length."""
+
+LIMB = ("elbow", "wrist", "hand", "knee", "ankle", "toe")
+SOUND_FRAMES, OFF_M = 1.0, 0.08
+"""Joints whose bone is measured; smoothing of its length [instants], and how far off it fits no more [m]."""
+
+AS_SOUND = 0.2
+"""A joint that fits its limb at a pin that it contradicts tells little by fitting elsewhere, by this much."""
+
+DOUBTED = 8.0
+"""Factor of the noise of a joint that errs while its parent does not."""
 
 EDGE_FRAMES, SHARED = 3, 0.5
 """A neighbour has the same error if it jumps by this share of it between the means of so many instants."""
@@ -81,8 +97,20 @@ def _mended(frames: Frames, calibration: Calibration, pins: Sequence[PinEdit]) -
     pinned, place = _pinned(seen, pins)
     middle = seen.middle()
     axes, origin = axes_of(middle, joint)
-    local = np.einsum("tba,tcb->tca", axes, seen.tracks[:, :, joint] - origin[:, None])
-    found = spread(local, pinned, np.einsum("tba,tb->ta", axes, place - origin), seen.noise[:, :, joint])
+    if calibration.performer is not None:
+        out = place - origin
+        far = np.linalg.norm(out, axis=1, keepdims=True) / calibration.performer.reach_m()[joint]
+        place = origin + out / np.maximum(far, 1.0)
+    sound = _sound(seen, joint, calibration.performer, pinned)
+
+    def in_axes(axes: Array) -> tuple[Array, Array, Spread]:
+        local = np.einsum("tba,tcb->tca", axes, seen.tracks[:, :, joint] - origin[:, None])
+        pin = np.einsum("tba,tb->ta", axes, place - origin)
+        return axes, local, spread(local, pinned, pin, seen.noise[:, :, joint], sound)
+
+    # An error may last in the body's axes or in the stage's: whichever explains more.
+    candidates = [in_axes(axes), in_axes(np.tile(np.eye(3), (len(axes), 1, 1)))]
+    axes, local, found = min(candidates, key=lambda one: one[2].cost)
     lasts = _in_all_cameras(_lasting(found.error_m, pinned), found.error_m, local - found.path_m[:, None])
     error = np.einsum("tab,tcb->tca", axes, found.error_m * lasts[..., None])
     too = [other for other in _beside(joint) if _errs_too(seen, other, error, lasts, axes, origin)]
@@ -90,7 +118,7 @@ def _mended(frames: Frames, calibration: Calibration, pins: Sequence[PinEdit]) -
     if parent in too or parent not in _beside(joint):
         path = np.einsum("tab,tb->ta", axes, found.path_m) + origin
     else:
-        path = _about_parent(seen, joint, middle, axes, lasts, pinned, place)
+        path = _about_parent(seen, joint, middle, axes, lasts, pinned, place, sound, calibration.performer)
     places = np.full((*seen.tracks.shape[:3], 3), np.nan)
     known = np.isfinite(seen.tracks[:, :, joint, 0])
     places[:, :, joint] = np.where((lasts & known)[..., None], path[:, None], np.nan)
@@ -102,6 +130,21 @@ def _mended(frames: Frames, calibration: Calibration, pins: Sequence[PinEdit]) -
     return _changed(frames, calibration, seen, places, gone)
 
 
+def _sound(seen: Around, joint: int, performer: Performer | None, pinned: NDArray[np.bool_]) -> Array:
+    """How much better each camera's joint fits its limb than at the pins, 0..1, shape (count, camera_count): bones
+    up to the trunk have their lengths."""
+    worst = np.zeros(seen.tracks.shape[:2])
+    bones = {} if performer is None else performer.bones_m()
+    while performer is not None and CANONICAL[joint].split("_")[-1] in LIMB:
+        parent = int(PARENTS[joint])
+        apart = np.linalg.norm(seen.tracks[:, :, joint] - seen.tracks[:, :, parent], axis=2)
+        worst = np.fmax(worst, np.abs(apart - bones[CANONICAL[joint]]))
+        joint = parent
+    sound = 1.0 - np.clip(gaussian_filter1d(worst, SOUND_FRAMES, axis=0, mode="nearest") / OFF_M, 0.0, 1.0)
+    at_pins = sound[pinned].mean(axis=0)
+    return np.clip((sound - at_pins) / (1.0 - at_pins + AS_SOUND), 0.0, 1.0)
+
+
 def _about_parent(
     seen: Around,
     joint: int,
@@ -110,14 +153,23 @@ def _about_parent(
     lasts: NDArray[np.bool_],
     pinned: NDArray[np.bool_],
     place: Array,
+    sound: Array,
+    performer: Performer | None,
 ) -> Array:
-    """The path of a joint whose parent does not err, shape (count, 3) [m]: what cameras say of it while they err is
-    not used, since an error that does not move the parent is no mere shift."""
+    """The path of a joint whose parent does not err, shape (count, 3) [m]: what cameras say of it while they err
+    hardly counts, since an error that does not move the parent is no mere shift."""
     origin = gaussian_filter1d(middle[:, PARENTS[joint]], PARENT_FRAMES, axis=0, mode="nearest")
     local = np.einsum("tba,tcb->tca", axes, seen.tracks[:, :, joint] - origin[:, None])
-    local = np.where(lasts[..., None], np.nan, local)
-    found = spread(local, pinned, np.einsum("tba,tb->ta", axes, place - origin), seen.noise[:, :, joint])
-    return np.einsum("tab,tb->ta", axes, found.path_m) + origin
+    noise = np.where(lasts, DOUBTED, 1.0) * seen.noise[:, :, joint]
+    found = spread(local, pinned, np.einsum("tba,tb->ta", axes, place - origin), noise, sound)
+    away = np.einsum("tab,tb->ta", axes, found.path_m)
+    if performer is not None:
+        length = performer.bones_m()[CANONICAL[joint]]
+        off = np.linalg.norm((place - origin)[pinned], axis=1).mean() / length  # the pin's own share
+        away *= (
+            length * np.clip(off, *BONE_SHARE) / np.maximum(np.linalg.norm(away, axis=1, keepdims=True), 1e-6)
+        )
+    return away + origin
 
 
 def _pinned(seen: Around, pins: Sequence[PinEdit]) -> tuple[NDArray[np.bool_], Array]:
@@ -137,7 +189,8 @@ def _lasting(error: Array, pinned: NDArray[np.bool_]) -> NDArray[np.bool_]:
     for at in np.flatnonzero(pinned):
         here = size[max(at - 2, 0) : at + 3].max(axis=0)
         for camera in np.flatnonzero(here > WRONG_M):
-            wrong = size[:, camera] > max(WRONG_SHARE * here[camera], 0.5 * WRONG_M)
+            wrong = size[:, camera] > max(WRONG_SHARE * here[camera], WRONG_M)
+            wrong &= size[:, camera] < WILD * here[camera]
             first, last = run_about(wrong, int(at), gap)
             out[first:last, camera] = True
     return out
@@ -221,7 +274,7 @@ def _mend_too(
 
 def _unseen_about(seen: Around, joint: int, pinned: NDArray[np.bool_]) -> NDArray[np.bool_]:
     """Instants around a pin in which no camera sees the joint, shape (count,)."""
-    unseen = np.isnan(seen.tracks[:, :, joint, 0]).all(axis=1)
+    unseen = ~np.logical_or.reduce(np.isfinite(seen.tracks[:, :, joint, 0]), axis=1)
     out = np.zeros_like(unseen)
     for at in np.flatnonzero(pinned):
         first, last = run_about(unseen, int(at), 1)

@@ -20,8 +20,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import cho_solve_banded, cholesky_banded
+from scipy.ndimage import gaussian_filter1d
 
-from studio.engine.whole_take.mending.around import STEP_S
+from studio.engine.whole_take.mending.around import STEP_S, filled, median_of
 
 Array = NDArray[np.float64]
 
@@ -31,12 +32,17 @@ NOISE_M = 0.03
 PLACE_M = 0.003
 """Standard deviation of a pin."""
 
-ACCELERATION_M_S2 = 10.0
+ACCELERATION_RANGE_M_S2 = (8.0, 40.0)
+LIVELY, LIVELY_STEPS = 60.0, 1.5
 SHARP = 6.0
-"""Standard deviation of the path's accelerations, and from how many of them on they count less."""
+"""Standard deviation of the path's accelerations: within this range, by this percentile of those of the cameras'
+joint, smoothed over so many instants; and from how many deviations on an acceleration counts less.
+"""
 
-ERROR_COST, ERROR_M = 0.06, 0.04
-"""Cost of an error in a frame, and the size from which the cost hardly grows any more."""
+ERROR_COSTS, ERROR_M = (0.03, 0.3), 0.04
+"""Cost of an error in a frame, where the joint fits its limb not at all and well; and the size from which the cost
+hardly grows any more.
+"""
 
 CHANGE_COST, CHANGE_M = 1.0, 0.01
 """Cost of a change of the error from one frame to the next, and the size from which it hardly grows any more."""
@@ -52,13 +58,21 @@ class Spread:
     Attributes:
         path_m: shape (frame_count, 3) [m].
         error_m: shape (frame_count, camera_count, 3) [m]; where a camera sees nothing, what lies between.
+        cost: what was minimised.
     """
 
     path_m: Array
     error_m: Array
+    cost: float
 
 
-def spread(seen_m: Array, pinned: NDArray[np.bool_], place_m: Array, sigma: Array | None = None) -> Spread:
+def spread(
+    seen_m: Array,
+    pinned: NDArray[np.bool_],
+    place_m: Array,
+    sigma: Array,
+    sound: Array,
+) -> Spread:
     """Return the most likely path and errors.
 
     Args:
@@ -68,24 +82,39 @@ def spread(seen_m: Array, pinned: NDArray[np.bool_], place_m: Array, sigma: Arra
         place_m: its places in the same axes [m], shape (frame_count, 3).
         sigma: standard deviation of each camera's joint relative to that of an elbow, shape (frame_count,
             camera_count).
+        sound: how well each fits the rest of its limb, 0..1, same shape: errors are rarer where it does.
     """
     frames = len(seen_m)
     seen = np.isfinite(seen_m[..., 0])
-    told = seen / (NOISE_M if sigma is None else NOISE_M * sigma) ** 2
+    told = seen / (NOISE_M * sigma) ** 2
     measured = np.where(seen[..., None], seen_m, 0.0)
     error = _first_errors(seen_m, pinned, place_m)
     path = np.zeros((frames, 3))
-    acceleration = np.ones(max(frames - 2, 0))
+    cost = np.interp(sound, [0.0, 1.0], ERROR_COSTS)
+    usual = _usual_acceleration(seen_m)
+    acceleration, squared = np.full(max(frames - 2, 0), usual**-2), np.zeros(max(frames - 2, 0))
     for width in WIDTHS:
         wide, wide_change = ERROR_M * width, CHANGE_M * width
         size, change = (error**2).sum(axis=2), (np.diff(error, axis=0) ** 2).sum(axis=2)
-        of_error = ERROR_COST / (wide**2 + size)
+        of_error = cost / (wide**2 + size)
         of_change = CHANGE_COST / (wide_change**2 + change)
         path, error = _solved(measured, told, pinned, place_m, acceleration, of_error, of_change)
         bend = np.diff(path, n=2, axis=0) / STEP_S**2
-        squared = (bend**2).sum(axis=1) / ACCELERATION_M_S2**2
-        acceleration = 1.0 / (1.0 + squared / SHARP**2)
-    return Spread(path, error)
+        squared = (bend**2).sum(axis=1) / usual**2
+        acceleration = usual**-2 / (1.0 + squared / SHARP**2)
+    size, change = (error**2).sum(axis=2), (np.diff(error, axis=0) ** 2).sum(axis=2)
+    off = ((measured - path[:, None] - error) ** 2).sum(axis=2)
+    total = (told * off).sum() + SHARP**2 * np.log1p(squared / SHARP**2).sum()
+    total += (cost * np.log1p(size / ERROR_M**2)).sum() + CHANGE_COST * np.log1p(change / CHANGE_M**2).sum()
+    return Spread(path, error, float(total))
+
+
+def _usual_acceleration(seen_m: Array) -> float:
+    """Standard deviation of the joint's acceleration [m/s2]."""
+    path = filled(median_of(seen_m[:, :, None]))[:, 0]
+    smooth = gaussian_filter1d(path, LIVELY_STEPS, axis=0, mode="nearest")
+    size = np.linalg.norm(np.diff(smooth, n=2, axis=0), axis=1) / STEP_S**2
+    return float(np.clip(np.percentile(size, LIVELY), *ACCELERATION_RANGE_M_S2)) if len(size) else 1.0
 
 
 def _first_errors(seen_m: Array, pinned: NDArray[np.bool_], place_m: Array) -> Array:
@@ -128,7 +157,7 @@ def _solved(
         band[0, mine[:-1]] += of_change[:, c]
         band[0, mine[1:]] += of_change[:, c]
         band[width, mine[:-1]] -= of_change[:, c]
-    stiff = acceleration / (ACCELERATION_M_S2 * STEP_S**2) ** 2
+    stiff = acceleration / STEP_S**4
     for rows, factor in ((own[:-2], 1.0), (own[1:-1], 4.0), (own[2:], 1.0)):
         band[0, rows] += factor * stiff
     band[width, own[:-2]] -= 2.0 * stiff

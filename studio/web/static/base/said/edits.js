@@ -23,5 +23,16 @@ export default {
   "edits.not_used": "les corrections de cette prise ne sont pas utilisées : {why}",
   "edits.calibration": "elles ont été faites sous la calibration {number} : {why}",
   "edits.other_cameras": "elles ont été faites sous la calibration {number}, qui n'a aucune caméra en commun avec la calibration {now}",
-  "edits.carried": "les corrections ont été faites sous la calibration {number} et reportées sur la calibration {now}"
+  "edits.carried": "les corrections ont été faites sous la calibration {number} et reportées sur la calibration {now}",
+  "offers.solve": "aucune caméra n'est loin : c'est le calcul lui-même qui déplace {joint}",
+  "offers.camera": "{camera} a {joint} à {mm:.0f} mm de sa trajectoire",
+  "offers.no_trace": "le calcul « {name} » ne dit pas de quoi il est fait ; recalculez la prise",
+  "evidence.contradict": "contredit l'épingle {other}, qui met {joint} à {metres:.2f} m d'ici au même moment : aucune des deux ne sert ; désactivez-en une",
+  "evidence.no_performer": "la prise n'a pas de {performer}",
+  "evidence.outside": "est hors de la prise, qui va de {begin:.2f} à {end:.2f} s",
+  "evidence.no_joint": "le personnage n'a pas d'articulation {joint}",
+  "evidence.no_camera": "la prise n'a pas de caméra {camera}, seulement {cameras}",
+  "evidence.not_used": "les calculs n'utilisent pas encore ce genre de correction",
+  "evidence.missed": "{joint} s'est approché à {mm} mm : le corps, ou les autres corrections, le retiennent",
+  "evidence.missed_direction": "{of} s'est approché à {deg} degrés : le cou et le poignet ne tournent pas plus"
 };

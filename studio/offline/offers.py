@@ -1,0 +1,220 @@
+"""What to mend, in order: the clean-up events of a solve, what caused each, and the edit that would mend it."""
+
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from studio.engine.base.sentences import Said, say
+from studio.engine.edits.edit import ContactEdit, Edit, LeaveOutEdit, PinEdit
+from studio.engine.metrics.cleanup.events import limb_of
+from studio.engine.metrics.cleanup.solve import solve_cleanup
+from studio.engine.metrics.results import CleanupEventJson
+from studio.engine.model.joints import CANONICAL, INDEX, MIRROR, OUTPUT_OF_CANONICAL_INDEX
+from studio.engine.model.poses import Poses
+from studio.engine.whole_take.trace import Trace
+
+Array = NDArray[np.float64]
+
+ABOUT_S = 0.1
+"""A cause is looked for so long before and after an event [s]."""
+
+COURSE_S, LEFT_OUT_S = 0.15, 0.04
+"""A joint's course is the cubic through its places up to the first time from the peak, without those within the
+second [s]."""
+
+CAUSE_M = 0.08
+"""A camera caused an event if its joint is off the course by more than this [m]."""
+
+FEET = ("left_ankle", "left_toe", "right_ankle", "right_toe")
+
+
+@dataclass(frozen=True)
+class Offer:
+    """A clean-up event, its cause, and what would mend it.
+
+    Attributes:
+        event: as in the figures of a solve.
+        camera: whose joint is furthest off the course of the body's; None = no camera's.
+        joint: the canonical joint.
+        off_mm: how far it is off [mm].
+        why: the cause, one line.
+        edits: each would mend it, the likeliest first; empty = none is known.
+    """
+
+    event: CleanupEventJson
+    camera: str | None
+    joint: str
+    off_mm: float
+    why: Said
+    edits: tuple[Edit, ...]
+
+
+def offers(
+    poses: Poses, trace: Trace, *, start_s: float | None = None, performer: str = "performer_1"
+) -> list[Offer]:
+    """Return the clean-up events of a solve by time, each with its cause and an edit.
+
+    Args:
+        poses: the solve.
+        trace: its inputs, with as many frames.
+        start_s: stage time before which nothing counts [s].
+        performer: whose it is.
+    """
+    events = solve_cleanup(poses, start_s=start_s)["cleanup_events"] or []
+    return [_offer(event, k, poses, trace, performer) for k, event in enumerate(events)]
+
+
+def _offer(event: CleanupEventJson, number: int, poses: Poses, trace: Trace, performer: str) -> Offer:
+    joint = INDEX[event["joint"]]
+    camera, off_m = _cause(event, joint, poses, trace)
+    name = trace.cameras[camera] if camera is not None else None
+    if name is None:
+        why = say(
+            "offers.solve", "no camera is far off: the solve itself moves {joint}", joint=event["joint"]
+        )
+    else:
+        why = say(
+            "offers.camera",
+            "{camera} has {joint} {mm:.0f} mm off its course",
+            camera=name,
+            joint=event["joint"],
+            mm=1e3 * off_m,
+        )
+    edits = _edits(event, name, poses, f"offer_{number}", performer)
+    return Offer(event, name, event["joint"], round(1e3 * off_m, 1), why, tuple(edits))
+
+
+def _edits(
+    event: CleanupEventJson, camera: str | None, poses: Poses, id_: str, performer: str
+) -> Iterator[Edit]:
+    """The edits of which each would mend an event, the likeliest first."""
+    joint, note = event["joint"], "offered"
+    begin, end = event["start_s"] - 0.5 * ABOUT_S, event["end_s"] + 0.5 * ABOUT_S
+    limb = tuple(name for name in CANONICAL if limb_of(name) == limb_of(joint))
+    if event["kind"] in ("stance_slide", "floor_penetration") and joint in FEET:
+        for one in (joint, f"{joint.split('_')[0]}_ankle"):
+            yield ContactEdit(id=id_, joint=one, start_s=begin, end_s=end, performer=performer, note=note)
+    if camera is not None:
+        yield LeaveOutEdit(
+            id=id_, camera=camera, joints=limb, start_s=begin, end_s=end, performer=performer, note=note
+        )
+    if event["kind"] == "joint_pop":
+        at = int(np.abs(poses.time_s - event["peak_s"]).argmin())
+        place = _course(poses, INDEX[joint], at)
+        if place is not None:
+            x, y, z = place.tolist()
+            at_s = float(poses.time_s[at])
+            yield PinEdit(
+                id=id_,
+                joint=joint,
+                place_m=(x, y, z),
+                start_s=at_s,
+                end_s=at_s,
+                performer=performer,
+                note=note,
+            )
+    if joint in FEET or joint.endswith("_knee"):
+        foot = f"{joint.split('_')[0]}_ankle"
+        yield ContactEdit(
+            id=id_, joint=foot, touches="nothing", start_s=begin, end_s=end, performer=performer, note=note
+        )
+    yield LeaveOutEdit(id=id_, joints=(joint,), start_s=begin, end_s=end, performer=performer, note=note)
+
+
+def _course(poses: Poses, joint: int, at: int) -> Array | None:
+    """Where a joint would be on the course of its places around a frame, without those near it [m], shape (3,)."""
+    away = poses.time_s - poses.time_s[at]
+    rows = np.flatnonzero((np.abs(away) <= COURSE_S) & (np.abs(away) > LEFT_OUT_S))
+    if len(rows) < 6 or away[rows].min() > 0.0 or away[rows].max() < 0.0:
+        return None
+    powers = away[rows, None] ** np.arange(4)
+    return np.linalg.lstsq(powers, poses.positions_m[rows, OUTPUT_OF_CANONICAL_INDEX[joint]], rcond=None)[0][
+        0
+    ]
+
+
+def _cause(event: CleanupEventJson, joint: int, poses: Poses, trace: Trace) -> tuple[int | None, float]:
+    """The camera whose used joint is furthest off the body's course around an event, and how far [m]."""
+    rows = np.flatnonzero(
+        (poses.time_s >= event["start_s"] - ABOUT_S) & (poses.time_s <= event["end_s"] + ABOUT_S)
+    )
+    best: tuple[int | None, float] = (None, 0.0)
+    for row in rows.tolist():
+        course = _course(poses, joint, row)
+        if course is None:
+            continue
+        frames, fused = trace.inputs(row)
+        either = np.stack([frames.positions[:, joint], frames.positions[:, MIRROR[joint]]])
+        away = np.linalg.norm(either - course, axis=2).min(axis=0)
+        away = np.where(fused.used[:, joint], away, np.nan)
+        if np.isfinite(away).any() and np.nanmax(away) > best[1]:
+            best = int(np.nanargmax(away)), float(np.nanmax(away))
+    return best if best[1] > CAUSE_M else (None, best[1])
+
+
+Solve = Callable[[Sequence[Edit]], Poses]
+"""Solves the take with edits."""
+
+NEAR_S, MOVED_M = 0.5, 0.005
+"""Beyond this time from an edit nothing may move by more than this [s], [m]."""
+
+
+def apply_offers(
+    found: Sequence[Offer], before: Poses, solve: Solve, *, start_s: float | None = None
+) -> tuple[list[Edit], Poses]:
+    """Return the offered edits that remove their events, create no other and move nothing else, and the solve with
+    them.
+
+    All are tried at once; those that a solve proves wrong are left out of the next, until none is. Then events that
+    are left have their next edits tried with those that are kept.
+
+    Args:
+        found: by `offers`.
+        before: the solve without them.
+        solve: with some of them; its frames are those of `before`.
+        start_s: as for `offers`.
+    """
+    kept: dict[int, Edit] = {}
+    best = before
+    old = solve_cleanup(before, start_s=start_s)["cleanup_events"] or []
+    for turn in range(max((len(offer.edits) for offer in found), default=0)):
+        tried = kept | {
+            k: offer.edits[turn] for k, offer in enumerate(found) if k not in kept and turn < len(offer.edits)
+        }
+        while tried.keys() != kept.keys():
+            after = solve(list(tried.values()))
+            new = solve_cleanup(after, start_s=start_s)["cleanup_events"] or []
+            wrong = {k for k in tried if _still(found[k].event, new)}
+            wrong |= {_nearest(tried, one["peak_s"]) for one in new if not _still(one, old)}
+            wrong |= {_nearest(tried, at_s) for at_s in _moved_outside_s(tried.values(), before, after)}
+            if not wrong:
+                kept, best = tried, after
+                break
+            tried = {k: edit for k, edit in tried.items() if k not in wrong}
+    return list(kept.values()), best
+
+
+def _still(event: CleanupEventJson, events: Sequence[CleanupEventJson]) -> bool:
+    """Whether an event is among others: of its kind and limb, at the same time."""
+    return any(
+        one["kind"] == event["kind"]
+        and limb_of(one["joint"]) == limb_of(event["joint"])
+        and one["start_s"] <= event["end_s"] + ABOUT_S
+        and one["end_s"] >= event["start_s"] - ABOUT_S
+        for one in events
+    )
+
+
+def _nearest(tried: Mapping[int, Edit], at_s: float) -> int:
+    """The edit nearest to a time, by its key."""
+    return min(tried, key=lambda k: max(tried[k].start_s - at_s, at_s - tried[k].end_s, 0.0))
+
+
+def _moved_outside_s(tried: Iterable[Edit], before: Poses, after: Poses) -> list[float]:
+    """Times of frames that moved too far away from any edit [s]."""
+    moved = np.linalg.norm(after.positions_m - before.positions_m, axis=2).max(axis=1) > MOVED_M
+    for edit in tried:
+        moved &= (before.time_s < edit.start_s - NEAR_S) | (before.time_s > edit.end_s + NEAR_S)
+    return before.time_s[moved].tolist()
