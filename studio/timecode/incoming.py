@@ -57,6 +57,7 @@ class IncomingTimecode:
     def __init__(self, clock_ns: Callable[[], int]) -> None:
         self._clock_ns = clock_ns
         self._lock = threading.Lock()
+        self._choosing = threading.Lock()
         self._stopping = threading.Event()
         self._thread: threading.Thread | None = None
         self.chosen, self.rate = OFF, RATES["25"]
@@ -80,18 +81,19 @@ class IncomingTimecode:
         """
         of_rate = rate_named(rate)
         opened = None if source == OFF else open_source(source, of_rate)
-        self.close()
-        with self._lock:
-            self._forget()
-            self.chosen, self.rate = source, of_rate
-            self._stopping = threading.Event()
-            self._thread = None
-            if opened is not None:
-                arguments = (opened, self._stopping)
-                self._thread = threading.Thread(
-                    target=self._run, args=arguments, name="timecode", daemon=True
-                )
-                self._thread.start()
+        with self._choosing:
+            self.close()
+            with self._lock:
+                self._forget()
+                self.chosen, self.rate = source, of_rate
+                self._stopping = threading.Event()
+                self._thread = None
+                if opened is not None:
+                    arguments = (opened, self._stopping)
+                    self._thread = threading.Thread(
+                        target=self._run, args=arguments, name="timecode", daemon=True
+                    )
+                    self._thread.start()
 
     def close(self) -> None:
         """Listen to nothing any more; a device that does not answer is not waited for."""

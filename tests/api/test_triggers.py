@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 from pythonosc.osc_message import OscMessage
 from pythonosc.udp_client import SimpleUDPClient
+from websockets.exceptions import ConnectionClosed
 
 from studio.take.folder.take import Take
 from studio.take.raw.frames import RawFrame, read_raw
@@ -40,8 +41,16 @@ def triggers(studio):  # noqa: F811
 
 @contextlib.contextmanager
 def sending(cameras):  # noqa: F811
-    """The cameras send frames at their rate meanwhile."""
+    """The cameras send frames, and read what the server tells them, meanwhile."""
     stopping = threading.Event()
+
+    def read(camera):
+        with contextlib.suppress(TimeoutError, ConnectionClosed):
+            while True:
+                camera.socket.recv()
+
+    for camera in cameras:
+        threading.Thread(target=read, args=(camera,), daemon=True).start()
 
     def run():
         while not stopping.is_set():

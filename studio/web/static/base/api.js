@@ -122,6 +122,9 @@ export const savePreset = (name, settings) => call("PUT", `presets/${encodeURICo
 export const renamePreset = (name, to) => call("PATCH", `presets/${encodeURIComponent(name)}`, { name: to });
 export const removePreset = (name) => call("DELETE", `presets/${encodeURIComponent(name)}`);
 
+export const putTimecode = (source, rate) => call("PUT", "timecode", { source, rate });
+export const getTriggers = () => call("GET", "triggers");
+export const changeTriggers = (change) => call("PATCH", "triggers", change);
 export const getOutputs = () => call("GET", "outputs");
 export const addOutput = (output) => call("POST", "outputs", output);
 export const changeOutput = (id, change) => call("PATCH", `outputs/${id}`, change);

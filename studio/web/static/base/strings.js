@@ -23,6 +23,7 @@ import phone from "./strings/phone.js";
 import points from "./strings/points.js";
 import record from "./strings/record.js";
 import replay from "./strings/replay.js";
+import set from "./strings/set.js";
 import share from "./strings/share.js";
 import switches from "./strings/switches.js";
 import takes from "./strings/takes.js";
@@ -31,7 +32,7 @@ import view from "./strings/view.js";
 import wizard from "./strings/wizard.js";
 import work from "./strings/work.js";
 
-const TEXTS = { ...access, ...blind, ...calibration, ...cameras, ...compare, ...curves, ...exporting, ...graphs, ...help, ...importing, ...mend, ...page, ...people, ...performers, ...phone, ...points, ...record, ...replay, ...share, ...switches, ...takes, ...video, ...view, ...wizard, ...work };
+const TEXTS = { ...access, ...blind, ...calibration, ...cameras, ...compare, ...curves, ...exporting, ...graphs, ...help, ...importing, ...mend, ...page, ...people, ...performers, ...phone, ...points, ...record, ...replay, ...set, ...share, ...switches, ...takes, ...video, ...view, ...wizard, ...work };
 const KEPT = "language";
 const ATTRIBUTES = { t: null, tTitle: "title", tAria: "aria-label", tPlaceholder: "placeholder", tAlt: "alt" };
 

@@ -2,7 +2,7 @@
 import { byId } from "../base/dom.js";
 
 const KEPT = "folded";
-const FOLDED_FIRST = ["outputs-title"];
+const FOLDED_FIRST = ["outputs-title", "set-title"];
 
 function folded() {
   return new Set(JSON.parse(localStorage.getItem(KEPT) ?? "null") ?? FOLDED_FIRST);

@@ -6,6 +6,7 @@ import { canOperate } from "../base/role.js";
 import { play } from "../base/sound.js";
 import { language, t } from "../base/strings.js";
 import { inTextField, onKey } from "../view/viewer.js";
+import { timecodeNow } from "./set.js";
 
 const COUNTDOWNS = [0, 3, 5, 10];
 const KEPT = "countdown";
@@ -83,7 +84,8 @@ function showSlate(take) {
   slate.replaceChildren(
     h("strong", {}, take),
     h("span", {}, now.toLocaleDateString(language, { day: "numeric", month: "long", year: "numeric" })),
-    h("span", {}, now.toLocaleTimeString(language)));
+    h("span", {}, now.toLocaleTimeString(language)),
+    ...(timecodeNow() ? [h("span", { class: "slate-timecode" }, timecodeNow())] : []));
   slate.hidden = false;
   setTimeout(() => { slate.hidden = true; }, SLATE_MS);
 }

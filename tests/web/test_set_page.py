@@ -1,0 +1,44 @@
+"""The set panel in a real browser: timecode beside the recording, triggers switched on, and what they heard."""
+
+import re
+import socket
+
+import pytest
+from playwright.sync_api import expect
+
+from tests.acceptance.program import studio_program
+from tests.triggers.test_packets import osc
+from tests.web.browser import quiet_page
+
+pytestmark = pytest.mark.browser
+
+
+def test_timecode_is_shown_and_a_trigger_is_heard(tmp_path, chromium):
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as channel:
+        channel.bind(("127.0.0.1", 0))
+        port = channel.getsockname()[1]
+    with (
+        socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as desk,
+        studio_program(tmp_path) as host,
+        quiet_page(chromium) as page,
+    ):
+        page.add_locator_handler(page.locator("#wizard"), lambda _: page.keyboard.press("Escape"))
+        page.goto(f"http://{host}/")
+        page.get_by_role("button", name="On set").click()
+        expect(page.locator("#timecode")).to_be_hidden()
+        page.locator("#timecode-rate").select_option("25")
+        page.locator("#timecode-source").fill("clock")
+        page.locator("#timecode-source").press("Enter")
+        page.locator("#set-title-fold").focus()
+        expect(page.locator("#timecode")).to_have_text(re.compile(r"^\d\d:\d\d:\d\d:\d\d$"))
+        expect(page.locator("#timecode-state")).to_contain_text("Timecode comes in")
+        expect(page.locator("#set-count")).to_contain_text("clock")
+        page.locator("#trigger-osc_port").fill(str(port))
+        page.locator("#trigger-osc").check()
+        expect(page.locator("#set-count")).to_contain_text("1 trigger on")
+        desk.settimeout(60.0)
+        desk.sendto(osc("/record/state").dgram, ("127.0.0.1", port))
+        assert b"idle" in desk.recv(4096)
+        expect(page.locator("#set")).to_contain_text("state (127.0.0.1)")
+        page.locator("#trigger-osc").uncheck()
+        expect(page.locator("#set-count")).not_to_contain_text("trigger")
