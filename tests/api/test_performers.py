@@ -76,6 +76,25 @@ def test_figures_are_those_of_a_performer(http, studio):
     assert "became another" in page and "performer_2" in page
 
 
+def test_all_who_have_a_reference_are_measured_at_once(http, studio):
+    refused = http.post(f"{TAKE}/evaluate-together", json={})
+    assert_error(refused, 404, "not_found", "reference.of_nobody")
+    folder = studio.sessions / "monday/fight/solves/studio"
+    for performer in ("performer_1", "performer_2"):
+        reference = f"{TAKE}/references/{performer}.npz"
+        http.put(reference, content=(folder / performer / "poses.npz").read_bytes()).raise_for_status()
+        how = {"solve": "studio", "align_time": False, "performer": performer}
+        http.post(f"{reference}/align", json=how).raise_for_status()
+    answer = http.post(f"{TAKE}/evaluate-together", json={"solves": ["studio"]})
+    assert answer.status_code == 200, answer.text
+    assert answer.json()["references"] == {f"performer_{k}": f"performer_{k}.npz" for k in (1, 2)}
+    found = answer.json()["solves"]["studio"]
+    assert found["identity_switches"] == 0 and found["missed_percent"] == 0.0
+    assert (
+        all(one["mpjpe_mm"] < 1.0 for one in found["performers"].values()) and len(found["performers"]) == 2
+    )
+
+
 def test_a_shared_replay_has_everybody(http):
     made = http.post(f"{TAKE}/solves/studio/share", json={}).json()
     assert "performer_1, performer_2" in http.get(f"/shares/{made['id']}/file").text
