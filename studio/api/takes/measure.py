@@ -132,6 +132,9 @@ def measure_router(finder: Finder, jobs: Jobs) -> APIRouter:
             )
         how = how_aligned(opened, next(iter(files.values())).name)
         found = run_in_process("studio.take.folder.evaluating:evaluate_references", opened, files, names, how)
+        for name, several in found.items():
+            for performer, one in several["performers"].items():
+                keep_measured(opened.performer_folder(name, performer), None, {files[performer].name: one})
         return EvaluationsTogether(found, {performer: file.name for performer, file in files.items()})
 
     @router.get("/report", response_class=HTMLResponse)
