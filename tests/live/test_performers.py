@@ -9,7 +9,7 @@ from studio.engine.base.geometry import invert_transform, transform_points
 from studio.engine.identity.recognised import FIRST
 from studio.engine.model.joints import JOINT_COUNT
 from studio.engine.model.poses import Poses
-from studio.engine.model.settings import preset
+from studio.engine.model.settings import parse_settings, preset
 from studio.live import LiveStage
 from studio.offline.replay import solve_take
 from studio.take.folder.solves import read_metrics, undecided_spans
@@ -230,6 +230,37 @@ def test_two_are_exchanged_from_a_moment_on_and_back(shoot):
     take = Take.open(shoot.stage.sessions / started.session / started.take)
     solve_take(take, preset("studio"), name="again", as_live=True)
     for name in ("performer_1", "Bo"):
+        live, again = (Poses.load(take.performer_folder(solve, name) / POSES) for solve in ("live", "again"))
+        np.testing.assert_array_equal(live.positions_m, again.positions_m)
+
+
+def smoothings(shoot):
+    """The smoothing that each performer's pipeline has, by number, and where their hips are."""
+    pipeline = shoot.stage._engine._pipeline.pipeline
+    _, result = shoot.stage.results.get()
+    places = {one.performer: float(one.positions_m[0, 0]) for one in result.each()}
+    return {
+        one.number: (one.pipeline._settings.smoothing, round(places[one.number] / APART_M[0]))
+        for one in pipeline._followed.values()
+    }
+
+
+def test_who_is_exchanged_keeps_settings_of_their_own(shoot):
+    a_second_performer(shoot)
+    shoot.stage.set_settings(parse_settings("raw", ["performer_2.smoothing=one_euro:before"]))
+    started = shoot.stage.start_recording("day", "both")
+    shoot.play(0.7)
+    assert smoothings(shoot) == {1: ("none", 0), 2: ("one_euro:before", 1)}
+    shoot.stage.exchange_performers("performer_1", "performer_2")
+    shoot.play(0.7)
+    assert smoothings(shoot) == {1: ("none", 1), 2: ("one_euro:before", 0)}
+    shoot.stage.exchange_performers("performer_2", "performer_1")
+    shoot.play(0.7)
+    assert smoothings(shoot) == {1: ("none", 0), 2: ("one_euro:before", 1)}
+    shoot.stage.stop_recording()
+    take = Take.open(shoot.stage.sessions / started.session / started.take)
+    solve_take(take, preset("studio"), name="again", as_live=True)
+    for name in take.performer_names("live"):
         live, again = (Poses.load(take.performer_folder(solve, name) / POSES) for solve in ("live", "again"))
         np.testing.assert_array_equal(live.positions_m, again.positions_m)
 
