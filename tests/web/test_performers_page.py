@@ -23,6 +23,11 @@ def address(tmp_path: Path) -> Iterator[str]:
         yield url
 
 
+ROWS = """[...document.querySelectorAll("#replay-bar .replay-row")].map((row) => new Set(
+  [...row.querySelectorAll("button, select")].map((one) => Math.round(one.getBoundingClientRect().top))).size)"""
+"""In how many lines the buttons of each row of the replay's bar stand."""
+
+
 def test_all_performers_are_measured_at_once(address: str, page: Page, tmp_path: Path) -> None:
     take = f"{address}/api/v1/takes/monday/fight"
     solve = tmp_path / "monday/fight/solves/studio"
@@ -33,6 +38,9 @@ def test_all_performers_are_measured_at_once(address: str, page: Page, tmp_path:
         patient.post(f"{take}/references/{performer}.npz/align", json=how).raise_for_status()
     page.goto(address)
     page.get_by_role("button", name="Replay fight, solve studio").click()
+    page.set_viewport_size({"width": 1280, "height": 800})
+    expect(page.locator("#replay-performer")).to_be_visible()
+    assert page.evaluate(ROWS) == [1, 1]
     page.locator("#replay-compare").click()
     page.locator("#compare-together").click()
     table = page.locator("#compare-people")
