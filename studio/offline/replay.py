@@ -11,7 +11,7 @@ from studio.engine.calibration.quality.agreement import agreement_figures, disag
 from studio.engine.edits.edit import Edit
 from studio.engine.edits.pins import Pins
 from studio.engine.identity.recognised import performer_key
-from studio.engine.identity.whole_take import spans
+from studio.engine.identity.undecided import spans
 from studio.engine.model.calibration import Calibration
 from studio.engine.model.frames import CameraFrame, StepResult
 from studio.engine.model.poses import Poses
@@ -31,6 +31,7 @@ from studio.take.edits.carry import EditsOfSolve, edits_of_solve
 from studio.take.folder.performers import exchange_json
 from studio.take.folder.solves import Solved, write_performers
 from studio.take.folder.take import PERFORMER, Take
+from studio.take.library.live_solve import recorded_spans
 from studio.take.raw.frames import RawEvent, RawFrame, camera_frames, inspect_raw, read_raw
 from studio.take.raw.kept_frames import Joined, several_bodies
 from studio.take.raw.live_log import LoggedPipeline
@@ -288,6 +289,8 @@ def _as_live(take: Take, progress: Progress | None) -> tuple[dict[str, Solved], 
         )
     solved = {performer_key(number): one.solved() for number, one in sorted(performers.items())}
     common: SolveMetrics = {"camera_frames": done}
+    if len(solved) > 1:
+        common["recorded_s"] = recorded_spans([one.poses for one in solved.values()])
     return solved or {PERFORMER: _AsLive().solved()}, pipeline.settings, common
 
 

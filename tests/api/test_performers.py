@@ -76,6 +76,34 @@ def test_figures_are_those_of_a_performer(http, studio):
     assert "became another" in page and "performer_2" in page
 
 
+def test_all_who_have_a_reference_are_measured_at_once(http, studio):
+    refused = http.post(f"{TAKE}/evaluate-together", json={})
+    assert_error(refused, 404, "not_found", "reference.of_nobody")
+    folder = studio.sessions / "monday/fight/solves/studio"
+    assert searched(http, "error:<20") == []
+    for performer in ("performer_1", "performer_2"):
+        reference = f"{TAKE}/references/{performer}.npz"
+        http.put(reference, content=(folder / performer / "poses.npz").read_bytes()).raise_for_status()
+        how = {"solve": "studio", "align_time": False, "performer": performer}
+        http.post(f"{reference}/align", json=how).raise_for_status()
+    answer = http.post(f"{TAKE}/evaluate-together", json={"solves": ["studio"]})
+    assert answer.status_code == 200, answer.text
+    assert answer.json()["references"] == {f"performer_{k}": f"performer_{k}.npz" for k in (1, 2)}
+    found = answer.json()["solves"]["studio"]
+    assert found["identity_switches"] == 0 and found["missed_percent"] == 0.0
+    assert [one["mpjpe_mm"] < 1.0 for one in found["performers"].values()] == [True, True]
+    assert searched(http, "error:<20") == ["monday/fight"] and searched(http, "error:>20") == []
+    assert searched(http, "jitter:<1000") == []
+    http.get(f"{TAKE}/solves/studio/figures", params={"performer": "performer_2"}).raise_for_status()
+    assert searched(http, "jitter:<1000") == ["monday/fight"]
+
+
+def searched(http, words: str) -> list[str]:
+    """The takes that a search finds."""
+    found = http.get("/takes", params={"search": words}).json()
+    return [f"{one['session']}/{one['name']}" for one in found]
+
+
 def test_a_shared_replay_has_everybody(http):
     made = http.post(f"{TAKE}/solves/studio/share", json={}).json()
     assert "performer_1, performer_2" in http.get(f"/shares/{made['id']}/file").text

@@ -9,9 +9,10 @@ from studio.engine.base.geometry import invert_transform, transform_points
 from studio.engine.identity.recognised import FIRST
 from studio.engine.model.joints import JOINT_COUNT
 from studio.engine.model.poses import Poses
-from studio.engine.model.settings import preset
+from studio.engine.model.settings import parse_settings, preset
 from studio.live import LiveStage
 from studio.offline.replay import solve_take
+from studio.take.folder.solves import read_metrics, undecided_spans
 from studio.take.folder.take import POSES, Take
 from tests.api.camera import wait_until
 from tests.live.performer import camera_transform, hello, joints_m, offsets_m, save_stage_calibration
@@ -46,6 +47,7 @@ class Shoot:
         self.sequence = 0
         self.hidden_from: set[str] = set()
         self.ghost = False
+        self.apart_m = APART_M
 
     def see(self, first_s: float | None, second_s: float | None = None) -> None:
         """Move on by one frame of all cameras: each performer at their time of `joints_m`, None = not there."""
@@ -58,7 +60,7 @@ class Shoot:
             for number, at_s in enumerate((first_s, second_s)):
                 if at_s is None or (number and link.name in self.hidden_from):
                     continue
-                joints = joints_m(at_s) * (SMALLER if number else 1.0) + number * APART_M
+                joints = joints_m(at_s) * (SMALLER if number else 1.0) + number * self.apart_m
                 seen = transform_points(invert_transform(camera_transform(index)), joints)
                 seen += rng.normal(0.0, 0.004, seen.shape)
                 number_of_body = 7 * self.sequence + number  # of no use
@@ -136,6 +138,23 @@ def test_a_recording_has_both_and_repeats_to_the_last_bit(shoot):
     assert not list(take.path.glob("*.poses"))
 
 
+def test_a_live_take_tells_when_two_were_not_told_apart(shoot):
+    a_second_performer(shoot)
+    started = shoot.stage.start_recording("day", "both")
+    shoot.play(0.5)
+    shoot.apart_m = 0.02 * APART_M
+    shoot.play(0.5)
+    shoot.stage.stop_recording()
+    take = Take.open(shoot.stage.sessions / started.session / started.take)
+    solve_take(take, preset("studio"), name="again", as_live=True)
+    for name in take.performer_names("live"):
+        live, again = (undecided_spans(take.performer_folder(solve, name)) for solve in ("live", "again"))
+        assert live == again and len(live) == 1
+        assert 0.1 < live[0][1] - live[0][0] < 0.7
+    live, again = (read_metrics(take.solve_folder(solve)) for solve in ("live", "again"))
+    assert live["recorded_s"] == again["recorded_s"]
+
+
 def test_performers_who_leave_come_back_as_themselves(shoot):
     a_second_performer(shoot)
     shoot.play(0.5)
@@ -211,6 +230,37 @@ def test_two_are_exchanged_from_a_moment_on_and_back(shoot):
     take = Take.open(shoot.stage.sessions / started.session / started.take)
     solve_take(take, preset("studio"), name="again", as_live=True)
     for name in ("performer_1", "Bo"):
+        live, again = (Poses.load(take.performer_folder(solve, name) / POSES) for solve in ("live", "again"))
+        np.testing.assert_array_equal(live.positions_m, again.positions_m)
+
+
+def smoothings(shoot):
+    """The smoothing that each performer's pipeline has, by number, and where their hips are."""
+    pipeline = shoot.stage._engine._pipeline.pipeline
+    _, result = shoot.stage.results.get()
+    places = {one.performer: float(one.positions_m[0, 0]) for one in result.each()}
+    return {
+        one.number: (one.pipeline._settings.smoothing, round(places[one.number] / APART_M[0]))
+        for one in pipeline._followed.values()
+    }
+
+
+def test_who_is_exchanged_keeps_settings_of_their_own(shoot):
+    a_second_performer(shoot)
+    shoot.stage.set_settings(parse_settings("raw", ["performer_2.smoothing=one_euro:before"]))
+    started = shoot.stage.start_recording("day", "both")
+    shoot.play(0.7)
+    assert smoothings(shoot) == {1: ("none", 0), 2: ("one_euro:before", 1)}
+    shoot.stage.exchange_performers("performer_1", "performer_2")
+    shoot.play(0.7)
+    assert smoothings(shoot) == {1: ("none", 1), 2: ("one_euro:before", 0)}
+    shoot.stage.exchange_performers("performer_2", "performer_1")
+    shoot.play(0.7)
+    assert smoothings(shoot) == {1: ("none", 0), 2: ("one_euro:before", 1)}
+    shoot.stage.stop_recording()
+    take = Take.open(shoot.stage.sessions / started.session / started.take)
+    solve_take(take, preset("studio"), name="again", as_live=True)
+    for name in take.performer_names("live"):
         live, again = (Poses.load(take.performer_folder(solve, name) / POSES) for solve in ("live", "again"))
         np.testing.assert_array_equal(live.positions_m, again.positions_m)
 

@@ -23,6 +23,33 @@ def address(tmp_path: Path) -> Iterator[str]:
         yield url
 
 
+ROWS = """[...document.querySelectorAll("#replay-bar .replay-row")].map((row) => new Set(
+  [...row.querySelectorAll("button, select")].map((one) => Math.round(one.getBoundingClientRect().top))).size)"""
+"""In how many lines the buttons of each row of the replay's bar stand."""
+
+
+def test_all_performers_are_measured_at_once(address: str, page: Page, tmp_path: Path) -> None:
+    take = f"{address}/api/v1/takes/monday/fight"
+    solve = tmp_path / "monday/fight/solves/studio"
+    for performer in ("performer_1", "performer_2"):
+        file = (solve / performer / "poses.npz").read_bytes()
+        patient.put(f"{take}/references/{performer}.npz", content=file).raise_for_status()
+        how = {"solve": "studio", "align_time": False, "performer": performer}
+        patient.post(f"{take}/references/{performer}.npz/align", json=how).raise_for_status()
+    page.goto(address)
+    page.get_by_role("button", name="Replay fight, solve studio").click()
+    page.set_viewport_size({"width": 1280, "height": 800})
+    expect(page.locator("#replay-performer")).to_be_visible()
+    assert page.evaluate(ROWS) == [1, 1]
+    page.locator("#replay-compare").click()
+    page.locator("#compare-together").click()
+    table = page.locator("#compare-people")
+    expect(table.get_by_role("row", name="Performer 1")).to_contain_text("0.0")
+    expect(table.get_by_role("row", name="Performer 2")).to_contain_text("0.0")
+    expect(table.get_by_role("row", name="Became another one")).to_contain_text("0")
+    expect(table.get_by_role("row", name="Frames missed")).to_contain_text("0.0 %")
+
+
 def test_two_are_replayed_exchanged_named_and_exported(address: str, page: Page, tmp_path: Path) -> None:
     def meta() -> dict:
         return dict(Take.open(tmp_path / "monday" / "fight").meta)

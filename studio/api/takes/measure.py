@@ -15,7 +15,13 @@ from studio.api.stage.stage import Request as Body
 from studio.api.structs import StructRoute
 from studio.api.takes.find import Finder
 from studio.api.takes.references import find_reference
-from studio.engine.metrics.results import Cleanup, DifferenceSummary, Evaluation, SolveFigures
+from studio.engine.metrics.results import (
+    Cleanup,
+    DifferenceSummary,
+    Evaluation,
+    SeveralEvaluation,
+    SolveFigures,
+)
 from studio.review.report.words import Language
 from studio.take.folder.measured import keep_measured
 from studio.take.folder.names import check_name, inside
@@ -45,6 +51,12 @@ class EvaluateRequest(Body):
     )
 
 
+class EvaluateTogetherRequest(Body):
+    """Solves of several performers."""
+
+    solves: list[str] = Field(default_factory=list, description="all where empty")
+
+
 class ReportRequest(Body):
     """The take's reference and solves; the others are compared with the first."""
 
@@ -57,6 +69,14 @@ class Evaluations(Struct):
     """Figures of solves against a reference, by name of the solve, as in `evaluate --json`."""
 
     solves: dict[str, Evaluation]
+
+
+class EvaluationsTogether(Struct):
+    """Figures of solves of several performers, by name of the solve, as in `evaluate --json`, and the references
+    that they were measured against, by performer."""
+
+    solves: dict[str, SeveralEvaluation]
+    references: dict[str, str]
 
 
 def measure_router(finder: Finder, jobs: Jobs) -> APIRouter:
@@ -97,6 +117,25 @@ def measure_router(finder: Finder, jobs: Jobs) -> APIRouter:
                 folder = opened.performer_folder(name, how.performer)
                 keep_measured(folder, None, {request.reference: found[name]})
         return Evaluations(found)
+
+    @router.post("/evaluate-together")
+    def evaluate_together(session: str, take: str, request: EvaluateTogetherRequest) -> EvaluationsTogether:
+        """Measure all performers that have a reference, with one alignment: as kept with the first one's."""
+        opened = finder.take(session, take)
+        names = solves_of(opened, request.solves)
+        files = references_by_performer(opened, opened.performer_names(names[0]))
+        if not files:
+            raise NotFoundError(
+                "reference.of_nobody",
+                "no performer of take {take} has a reference; send one for each, and say whose motion it is",
+                take=opened.meta["id"],
+            )
+        how = how_aligned(opened, next(iter(files.values())).name)
+        found = run_in_process("studio.take.folder.evaluating:evaluate_references", opened, files, names, how)
+        for name, several in found.items():
+            for performer, one in several["performers"].items():
+                keep_measured(opened.performer_folder(name, performer), None, {files[performer].name: one})
+        return EvaluationsTogether(found, {performer: file.name for performer, file in files.items()})
 
     @router.get("/report", response_class=HTMLResponse)
     def report(
@@ -192,10 +231,12 @@ def measure_router(finder: Finder, jobs: Jobs) -> APIRouter:
     return router
 
 
-def references_by_performer(take: Take, performers: list[str], first: str) -> dict[str, Path]:
+def references_by_performer(take: Take, performers: list[str], first: str = "") -> dict[str, Path]:
     """Return the references of a take by performer, in the performers' order; of one performer's several that named
-    `first`, else the first by name."""
+    `first`, else the first by name; none where there is one performer."""
     found: dict[str, Path] = {}
+    if not performers:
+        return found
     for name in sorted(reference_names(take), key=lambda name: name != first):
         whose = how_aligned(take, name).performer
         found.setdefault(

@@ -19,6 +19,7 @@ from studio.engine.identity.crowd import ALIKE_M, Crowd, SeenBody, Someone, apar
 from studio.engine.identity.known import KnownPerson
 from studio.engine.identity.recognised import MOST_PERFORMERS, performer_key
 from studio.engine.identity.settle import settle
+from studio.engine.identity.undecided import spans
 from studio.engine.model.calibration import Calibration
 from studio.engine.model.frames import CameraFrame
 from studio.engine.model.joints import MIRROR, PARENTS
@@ -28,7 +29,6 @@ _UP = np.array([0.0, 0.0, 1.0])
 _LEAST_S = 1.0
 """Who is seen for less than this is nobody."""
 
-_CLOSE_S = 0.1
 _SURE = 0.8
 """Lowest confidence of a joint whose bones are measured."""
 _LEAST_DOUBTS = 3
@@ -192,17 +192,6 @@ def _measured(calibration: Calibration, frames: Mapping[str, Sequence[CameraFram
         return None
     theirs = with_performer(replace(calibration, performer=None), frames, another=True)
     return None if theirs.performer is None else theirs
-
-
-def spans(times_s: list[float], least: int) -> tuple[tuple[float, float], ...]:
-    """Return the spans in which at least so many times follow each other closely."""
-    spans: list[list[float]] = []
-    for time_s in times_s:
-        if spans and time_s - spans[-1][1] < _CLOSE_S:
-            spans[-1][1:] = [time_s, spans[-1][2] + 1]
-        else:
-            spans.append([time_s, time_s, 1])
-    return tuple((begin, end) for begin, end, count in spans if count >= least)
 
 
 def recognise(bones_m: Sequence[NDArray[np.float64]], known: Sequence[KnownPerson]) -> dict[int, KnownPerson]:

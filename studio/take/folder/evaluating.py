@@ -1,6 +1,7 @@
 """Evaluation of a take's solves against a reference, for the command, the API and batches."""
 
 from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from studio.engine.metrics.results import Evaluation, SeveralEvaluation
@@ -73,6 +74,21 @@ def evaluate_performers(
         if progress is not None:
             progress((k + 1) / len(solves))
     return figures
+
+
+def evaluate_references(
+    take: Take, references: Mapping[str, Path], solves: Sequence[str], how: HowAligned
+) -> dict[str, SeveralEvaluation]:
+    """Return the figures as `evaluate_performers`; `references` are files by performer.
+
+    Raises:
+        FormatError: a file that cannot be read.
+        TakeError, StudioError: as `evaluate_performers`.
+    """
+    from studio.engine.metrics.reference.reference import read_reference
+
+    motions = {name: read_reference(file, unit_m=how.unit_m) for name, file in references.items()}
+    return evaluate_performers(take, motions, solves, how)
 
 
 def evaluate_poses(

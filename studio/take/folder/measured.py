@@ -4,6 +4,7 @@ It is derived: gone with the solve, and of a reference with it or with how it is
 """
 
 import json
+import os
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any, TypedDict
@@ -12,6 +13,7 @@ from studio.engine.base.errors import FormatError, StudioError
 from studio.engine.base.files import write_json
 from studio.engine.base.versions import MEASURED_FIGURES
 from studio.take.folder.solves import read_metrics
+from studio.take.folder.take import POSES
 
 MEASURED = "measured.json"
 _OWN = {"jitter": "jitter_mm", "slide": "own_stance_foot_slide_cm_s", "edits": "cleanup_events_per_min"}
@@ -46,7 +48,13 @@ def forget_measured(solve: Path, reference: str) -> None:
 
 def measured_figures(solve: Path) -> Iterator[tuple[str, float]]:
     """Yield what a search asks of a solve: `jumps`, and as it was measured `jitter` [mm], `slide` [cm/s], `edits`
-    [1/min] and, once for each reference, `error` [mm]."""
+    [1/min] and, once for each reference, `error` [mm]; of several performers those of each."""
+    for folder in (solve, *sorted(file.parent for file in solve.glob(f"*/{POSES}"))):
+        yield from _figures_in(folder)
+
+
+def _figures_in(solve: Path) -> Iterator[tuple[str, float]]:
+    """Yield the figures of a folder with poses."""
     jumps = (read_metrics(solve) or {}).get("jumps")
     if jumps is not None and _is_number(jumps):
         yield "jumps", float(jumps)
@@ -85,5 +93,6 @@ def _write(solve: Path, value: _Kept) -> None:
     try:
         if solve.is_dir():
             write_json(solve / MEASURED, MEASURED_FIGURES.stamped(value), to_disk=False)
-    except (StudioError, ValueError):
+            os.utime(solve.parent)  # of a performer's folder, that of the solve tells the index of takes
+    except (StudioError, ValueError, OSError):
         return

@@ -27,7 +27,8 @@ _WAIT_S = 60.0
 FIELDS = [field.name for field in fields(TakeInfo) if field.name != "path"]
 SAID = "said"
 """Key of the codes that belong to a take's problem."""
-_LAYOUT = f"{VERSION}: {' '.join(FIELDS)}: {' '.join(COLUMNS)}"
+_FIGURES = "of each performer"
+_LAYOUT = f"{VERSION}: {_FIGURES}: {' '.join(FIELDS)}: {' '.join(COLUMNS)}"
 _SCHEMA = f"""
 CREATE TABLE takes (id TEXT PRIMARY KEY, names TEXT, stamp TEXT, settled INTEGER, info TEXT, {", ".join(COLUMNS)});
 CREATE INDEX newest ON takes (created DESC, id DESC);

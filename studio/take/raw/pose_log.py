@@ -6,6 +6,7 @@ length.
 """
 
 import os
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -18,6 +19,9 @@ from studio.engine.model.joints import OUTPUT_JOINTS, OUTPUT_PARENTS
 from studio.engine.model.poses import Poses
 
 POSE_LOG = "live.poses"
+UNDECIDED = 1 << 62
+"""Added to a record's tick where the performer was not told apart from another."""
+
 _COUNT = len(OUTPUT_JOINTS)
 RECORD = np.dtype(
     [
@@ -45,14 +49,15 @@ class PoseLog:
     def __init__(self, path: Path, *, ticks: int | None = None) -> None:
         self.path = path
         if ticks is not None and self.path.is_file():
-            whole = int((read_records(self.path)["tick"] < ticks).sum())
+            whole = int((read_records(self.path)["tick"] % UNDECIDED < ticks).sum())
             os.truncate(self.path, whole * RECORD.itemsize)
         self._file = open(self.path, "wb" if ticks is None else "ab")
 
     def add(self, tick: int, result: StepResult) -> None:
         """Write the pose of tick number `tick`."""
         record = np.zeros((), dtype=RECORD)
-        record["tick"], record["stage_time_ns"] = tick, result.frame_set.stage_time_ns
+        record["tick"] = tick + (UNDECIDED if result.undecided else 0)
+        record["stage_time_ns"] = result.frame_set.stage_time_ns
         for name in ("positions_m", "rotations_wxyz", "confidence", "uncertainty_mm"):
             record[name] = getattr(result, name)
         self._file.write(record.tobytes())
@@ -137,8 +142,16 @@ def read_records(path: Path) -> NDArray[np.void]:
     return np.memmap(path, dtype=RECORD, mode="r", shape=(count,))
 
 
-def read_poses(path: Path) -> Poses | None:
-    """Return the poses of a pose log; None if it has none.
+@dataclass(frozen=True)
+class LoggedPoses:
+    """The poses of one performer in their log, and the times at which they were not told apart from another [s]."""
+
+    poses: Poses
+    undecided_s: list[float]
+
+
+def read_poses(path: Path) -> LoggedPoses | None:
+    """Return what a pose log holds; None if it has no pose.
 
     Raises:
         TakeError: it cannot be read.
@@ -149,7 +162,8 @@ def read_poses(path: Path) -> Poses | None:
         raise TakeError(unreadable(path, error)) from error
     if len(records) == 0:
         return None
-    return Poses(
+    doubted = records["stage_time_ns"][records["tick"] >= UNDECIDED] * 1e-9
+    poses = Poses(
         time_s=records["stage_time_ns"] * 1e-9,
         joint_names=OUTPUT_JOINTS,
         parents=OUTPUT_PARENTS.copy(),
@@ -158,3 +172,4 @@ def read_poses(path: Path) -> Poses | None:
         confidence=records["confidence"],
         uncertainty_mm=records["uncertainty_mm"],
     )
+    return LoggedPoses(poses, doubted.tolist())

@@ -8,7 +8,6 @@ from numpy.typing import NDArray
 
 from studio.engine.model.colours import performer_colour
 from studio.engine.model.frames import StepResult
-from studio.engine.model.joints import OUTPUT_INDEX
 from studio.web.scene.character import Character
 from studio.web.scene.effectors import EffectorMarks
 from studio.web.scene.ghost import Ghost
@@ -21,8 +20,6 @@ FIGURES = ("character", "fused", "raw", "effectors", "ghost", "trails")
 BODY = ("character", "fused", "effectors", "trails")
 """Layers that show nothing where there is no solve."""
 
-_HEAD = OUTPUT_INDEX["Head"]
-_NAME_OVER_HEAD_M = 0.27
 _NO_PATH = np.zeros((0, 3))
 
 Shown = Callable[[str], bool]
@@ -78,8 +75,17 @@ class PerformerFigure:
         *,
         shown: Shown,
         colours: Mapping[str, tuple[int, int, int]],
+        name_at: NDArray[np.float64] | None = None,
     ) -> None:
-        """Show the performer's step, and a second figure beside it; `colours` are of the cameras."""
+        """Show the performer's step, and a second figure beside it.
+
+        Args:
+            result: the step.
+            ghost: of the second figure.
+            shown: tells which layers are.
+            colours: of the cameras.
+            name_at: where the name stands [m], shape (3,).
+        """
         body = bool(np.isfinite(result.positions_m[0]).all())
         if shown("raw"):
             self._draw_raw(result, colours)
@@ -89,9 +95,8 @@ class PerformerFigure:
             self._effectors.draw(result)
         if shown("character") and body:
             self._character.draw(result)
-            if self._label is not None:
-                x, y, z = result.positions_m[_HEAD].round(3).tolist()
-                self._label.position = (x, y, z + _NAME_OVER_HEAD_M)
+            if self._label is not None and name_at is not None:
+                self._label.position = name_at.round(3)
         self._ghost.draw(ghost, result.positions_m[0])
         for name, frame in self._frames.items():
             frame.visible = (name != "ghost" or ghost is not None) and (body or name not in BODY)

@@ -14,6 +14,7 @@ from studio.engine.model.joints import JOINT_COUNT
 from studio.web.scene.clouds import Cloud, CloudNodes
 from studio.web.scene.figure import PerformerFigure
 from studio.web.scene.frusta import Frustum, Picture
+from studio.web.scene.names import name_places
 from studio.web.scene.palette import STRANGER_RGB, camera_colours
 from studio.web.scene.skeletons import RawSkeleton
 from studio.web.scene.skin import send_frames_whole
@@ -164,10 +165,17 @@ class Scene:
         unknown = sorted({name for one in steps.values() for name in one.frame_set.cameras} - {*self.colours})
         if unknown:
             self.use_cameras([*self.colours, *unknown])
+        places = name_places(steps) if names else {}
         for number, one in steps.items():
             figure = self._figure(number)
             figure.call(names.get(number))
-            figure.draw(one, beside.get(number), shown=self.layer_shown, colours=self.colours)
+            figure.draw(
+                one,
+                beside.get(number),
+                shown=self.layer_shown,
+                colours=self.colours,
+                name_at=places.get(number),
+            )
             if self.layer_shown("trails"):
                 figure.draw_trails(trails.get(number, _NO_TRAIL))
         for number in [number for number in self._figures if number not in steps]:

@@ -197,6 +197,9 @@ export const compareMotions = (wanted) => call("POST", "compare", wanted);
 export const getFigures = ({ take, solve, performer }, reference) =>
   call("GET", `${byId(take)}/solves/${encodeURIComponent(solve)}/figures?${new URLSearchParams({ ...(reference && { reference }), ...(performer && { performer }) })}`);
 
+/** Figures of all performers that have a reference. */
+export const evaluateTogether = (take, solves) => call("POST", `${byId(take)}/evaluate-together`, { solves });
+
 const referencePath = (take, name) => `${byId(take)}/references/${encodeURIComponent(name)}`;
 
 export const getReferenceFiles = () => call("GET", "reference-files");

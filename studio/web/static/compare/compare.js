@@ -4,6 +4,7 @@ import { compareMotions, getFigures } from "../base/api.js";
 import { drawDifference, nearest } from "./compare_curve.js";
 import { figureTable, jointTable } from "./compare_tables.js";
 import { attempt } from "../base/messages.js";
+import { PeopleFigures } from "./compare_people.js";
 import { ReferenceSection } from "./reference.js";
 import { performerWords, several } from "../replay/performers.js";
 import { change, frameNow, goTo, open, replayed } from "../replay/replay.js";
@@ -17,7 +18,7 @@ const KEPT = "compare";
 
 const state = {
   shown: false, takes: [], found: null, foundKey: "", wantedKey: "", failure: "", joint: "", timer: 0, against: "",
-  figures: new Map(), measured: 0, references: null, put_away: null,
+  figures: new Map(), measured: 0, references: null, people: null, put_away: null,
 };
 
 const sideKey = (side) => (side.reference ? `${side.take}|ref:${side.reference}` : `${side.take}|${side.solve}`);
@@ -210,6 +211,12 @@ async function loadFigures(side) {
   updateCompare();
 }
 
+/** The solves of the replayed take that stand side by side. */
+function solvesShown() {
+  const { take: takeId, solve, ghost } = replayed();
+  return ghost?.solve && ghost.take === takeId ? [solve, ghost.solve] : [solve];
+}
+
 /** The part between the in and out points, as the page of blind tests takes it; 0: to the end. */
 const partOf = ({ first, last, frames, rate_hz: rate }) =>
   new URLSearchParams({ start: (first / rate).toFixed(2), end: last < frames - 1 ? (last / rate).toFixed(2) : "0" });
@@ -228,6 +235,7 @@ function figures() {
     h("label", { class: "field against" }, h("span", {}, t("compare.against")), h("select", { id: "compare-against", disabled: !references.length, onchange: (event) => { state.against = event.currentTarget.value; updateCompare(); } },
       h("option", { value: "" }, references.length ? t("compare.no_reference") : t("compare.none_loaded")), references.map((name) => h("option", { value: name, selected: name === state.against }, name)))),
     busy ? h("progress", { aria: { label: t("compare.measuring") } }) : figureTable(names, values, state.against),
+    ...state.people.build(replayed(), solvesShown(), references),
     ...failures.map((words) => h("p", { class: "bad" }, words)),
     h("p", { class: "muted hint" }, t(state.against ? "compare.marked" : "compare.marked_alone")),
     ghost?.solve && h("a", {
@@ -257,7 +265,7 @@ export function updateCompare() {
   if (found) redraw(byId("compare-joints"), [state.foundKey, state.joint], () => jointTable(found, state.joint, chooseJoint));
   loadFigures(sideOf(replay));
   if (ghost?.solve) loadFigures(beside(ghost));
-  redraw(byId("compare-figures"), [takeId, solve, replay.performer, replay.performers, ghost, state.against, names, state.measured, replay.first, replay.last], figures);
+  redraw(byId("compare-figures"), [takeId, solve, replay.performer, replay.performers, ghost, state.against, names, state.measured, state.people.version, replay.first, replay.last], figures);
   state.references.draw();
   paint();
 }
@@ -270,6 +278,7 @@ export function updateCompareTakes(takes) {
 
 function forget() {
   state.figures.clear();
+  state.people.forget();
   state.measured += 1;
   Object.assign(state, { foundKey: "", wantedKey: "" });
 }
@@ -293,6 +302,7 @@ export function startCompare() {
     show: (reference) => { const { take: takeId, solve } = replayed(); return open(takeId, solve, reference ? { take: takeId, reference } : null); },
     solves: (takeId) => takeOf(takeId)?.solves ?? [],
   });
+  state.people = new PeopleFigures(updateCompare);
   byId("compare-close").addEventListener("click", toggleCompare);
   state.shown = sessionStorage.getItem(KEPT) === "open";
   document.body.classList.toggle("comparing", state.shown);

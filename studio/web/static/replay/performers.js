@@ -112,8 +112,8 @@ export function performerButtons(replay, frameNow, choice, choose) {
   return [
     choice("replay-performer", t("performers.choice"), replay.performers.map((one) => [one.performer, performerWords(one.name)]), replay.performer, choose),
     h("button", { id: "replay-performers", type: "button", class: "small", title: t("performers.hint"), aria: { expanded: String(!performerList.hidden), controls: "performer-list" }, onclick: list }, t("performers.title")),
-    h("button", { id: "replay-exchange", type: "button", class: "small operate", title: two ? t("performers.exchange_hint", words) : t("performers.exchange_choose"),
-      onclick: () => (two ? exchange(replay, frameNow(), first, second) : list()) }, t("performers.exchange")),
+    h("button", { id: "replay-exchange", type: "button", class: "small operate", title: two ? t("performers.exchange_hint", words) : t("performers.exchange_choose"), aria: { label: t("performers.exchange") },
+      onclick: () => (two ? exchange(replay, frameNow(), first, second) : list()) }, "⇄"),
   ];
 }
 

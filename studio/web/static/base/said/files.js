@@ -205,6 +205,7 @@ export default {
   "import.only_videos": "{options} : pour les vidéos seulement ; laissez-le de côté",
   "file.unreadable_rights": "impossible de lire {path} : {error} ; vérifiez les droits",
   "file.version": "{path} est au format de version {version} ; ce programme lit les versions {oldest} à {newest} ({kind}) : prenez le programme qui l'a écrit, ou un plus récent",
+  "reference.of_nobody": "aucun interprète de la prise {take} n'a de référence ; envoyez-en une pour chacun et dites de qui c'est le mouvement",
   "reference.send_first": "la prise {take} n'a pas de référence « {name} » ; envoyez-la d'abord",
   "trace.damaged": "{path} n'est pas la trace d'un calcul ({error}) ; recalculez la prise",
   "trace.no_frames": "un calcul sans images n'a pas de trace",
