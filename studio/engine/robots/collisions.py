@@ -10,6 +10,10 @@ FLOOR = "studio_floor"
 NEAR_M = 0.01
 """Contacts are found from this distance on."""
 
+DEEP_M = 0.01
+"""Parts that overlap by more are pushed apart along the way between their centres of mass: the nearest way out of a
+deep overlap may be through the other part."""
+
 FAMILY = 2
 """Bodies with at most this many hinges between them touch by their construction."""
 
@@ -68,9 +72,14 @@ def _hinges_between(model: mujoco.MjModel, one: int, other: int) -> int:
 class Contacts:
     """Finds a robot's contacts, configuration by configuration."""
 
-    def __init__(self, model: mujoco.MjModel) -> None:
+    def __init__(self, model: mujoco.MjModel, active: NDArray[np.bool_]) -> None:
+        """`active`: hinges that move, shape (hinge_count,)."""
         self._model = model
-        self._floor = model.geom(FLOOR).id
+        self._carrier = np.arange(model.nbody)
+        for body in range(2, model.nbody):
+            joint = model.body_jntadr[body]
+            if joint < 0 or not active[joint - 1]:
+                self._carrier[body] = self._carrier[model.body_parentid[body]]
 
     def found(
         self, data: mujoco.MjData
@@ -84,4 +93,10 @@ class Contacts:
         mujoco.mj_collision(self._model, data)
         contact = data.contact
         bodies = self._model.geom_bodyid[contact.geom].astype(np.int64).reshape(-1, 2)
-        return bodies, contact.pos.copy(), contact.frame[:, :3].copy(), contact.dist.copy()
+        ways, distance = contact.frame[:, :3].copy(), contact.dist.copy()
+        deep = (distance < -DEEP_M) & (bodies != 0).all(axis=1)
+        if deep.any():
+            first, second = self._carrier[bodies[deep]].T
+            apart = data.xipos[second] - data.xipos[first]
+            ways[deep] = apart / np.maximum(np.linalg.norm(apart, axis=1, keepdims=True), 1e-9)
+        return bodies, contact.pos.copy(), ways, distance

@@ -59,7 +59,7 @@ class RobotKinematics:
     def __init__(self, robot: Robot) -> None:
         model = robot.model
         self._model, self._data = model, mujoco.MjData(model)
-        self._contacts = Contacts(model)
+        self._contacts = Contacts(model, robot.active)
         self._sites = robot.site_ids
         self.dofs = np.concatenate([np.arange(FREE_DOFS), FREE_DOFS + np.flatnonzero(robot.active)])
         self._columns = np.concatenate([np.arange(FREE), FREE + np.flatnonzero(robot.active)])

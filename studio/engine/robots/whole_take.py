@@ -28,8 +28,8 @@ WINDOW, MARGIN, JOINED = 1500, 120, 2
 that keep what they are."""
 
 ITERATIONS = 24
-FREE_ITERATIONS = 8
-"""Gauss-Newton steps, and the first of them in which the robot may overlap with itself."""
+FIRM_ITERATION = 14
+"""Gauss-Newton steps, and the first of them in which parts are kept apart firmly."""
 
 ACCELERATION = (6.0, 30.0, 40.0)
 """Standard deviation of accelerations: base [m/s2], base [rad/s2], joints [rad/s2]."""
@@ -37,14 +37,14 @@ ACCELERATION = (6.0, 30.0, 40.0)
 REST_RAD = 1.5
 """Standard deviation of hinges from the relaxed stance [rad]; it decides what no point shows."""
 
-LIMIT_RAD = 0.003
+LIMIT_RAD = 0.001
 VELOCITY_SHARE = 0.95
 """Deviation beyond a limit, and share of the velocity limit from which a solve keeps away."""
 
 FLOOR_M = 0.001
-APART_M, APART_SIGMA_M = 0.002, 0.002
-"""Deviation of a sole below the floor; distance that parts keep from each other and from the floor, and deviation
-below it."""
+APART_M, APART_SIGMA_M, APART_SOFT_M = 0.002, 0.002, 0.1
+"""Deviation of a sole below the floor; distance that parts keep from each other and from the floor, deviation below
+it, and the same in the first step."""
 
 TOGETHER_M = 0.015
 """Deviation of the hands' distance where they are near each other."""
@@ -86,7 +86,7 @@ def retargeted(
         rows = slice(low, high)
         for iteration in range(ITERATIONS):
             q[rows] = solver.stepped(
-                q[rows], targets.part(rows), begin - low, contacts=options.self_contact and iteration >= FREE_ITERATIONS
+                q[rows], targets.part(rows), begin - low, apart=_apart(iteration) if options.self_contact else None
             )
             progress((begin + (high - begin) * (iteration + 1) / ITERATIONS) / len(q))
     return solver.finished(q)
@@ -115,9 +115,9 @@ class _Solver:
         q[:, FREE:] = self._rest
         return q
 
-    def stepped(self, q: Array, targets: Targets, held: int, *, contacts: bool) -> Array:
+    def stepped(self, q: Array, targets: Targets, held: int, *, apart: float | None) -> Array:
         """A window's configurations after one Gauss-Newton step; the first `held` stay."""
-        at = self._kinematics.linearised(q, contacts=contacts, mass=self._options.balance)
+        at = self._kinematics.linearised(q, contacts=apart is not None, mass=self._options.balance)
         normal = _point_rows(at, targets)
         _hand_rows(normal, at, targets)
         _floor_rows(normal, at)
@@ -127,8 +127,8 @@ class _Solver:
         self._velocity_rows(normal, way)
         acceleration = np.diff(way, axis=0)
         add_accelerations(normal, acceleration, np.broadcast_to(self._stiffness, acceleration.shape))
-        if at.contacts is not None:
-            _contact_rows(normal, at.contacts)
+        if at.contacts is not None and apart is not None:
+            _contact_rows(normal, at.contacts, apart)
         if self._options.balance:
             add_rows(normal, *balance_rows(at, targets))
         k = np.arange(q.shape[1] - 1)
@@ -196,10 +196,16 @@ def _floor_rows(normal: BandedNormal, at: Linearised) -> None:
     add_rows(normal, frames, rows / FLOOR_M, -height[frames, corners] / FLOOR_M)
 
 
-def _contact_rows(normal: BandedNormal, contacts: ContactRows) -> None:
+def _apart(iteration: int) -> float:
+    """Deviation of parts that are too near each other [m]: it falls, so that a limb passes another on the way."""
+    share = min(iteration / FIRM_ITERATION, 1.0)
+    return APART_SOFT_M ** (1.0 - share) * APART_SIGMA_M**share
+
+
+def _contact_rows(normal: BandedNormal, contacts: ContactRows, sigma_m: float) -> None:
     """Push parts apart that are too near; a step towards each other is damped where they are near."""
     too_near = np.maximum(APART_M - contacts.distance_m, 0.0)
-    add_rows(normal, contacts.frames, contacts.rows / APART_SIGMA_M, too_near / APART_SIGMA_M)
+    add_rows(normal, contacts.frames, contacts.rows / sigma_m, too_near / sigma_m)
 
 
 def within_velocity(angles: Array, reach: Array) -> Array:
