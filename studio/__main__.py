@@ -30,6 +30,7 @@ COMMANDS = (
     "study",
     "export",
     "rig",
+    "robot",
     "bench",
     "prepare",
     "doctor",

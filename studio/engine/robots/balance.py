@@ -5,7 +5,7 @@ from numpy.typing import NDArray
 
 from studio.engine.robots.kinematics import Linearised
 from studio.engine.robots.robot import CORNERS, INDEX
-from studio.engine.robots.targets import Targets
+from studio.engine.robots.targets import SOLES, Targets
 
 Array = NDArray[np.float64]
 
@@ -17,7 +17,6 @@ INSIDE_M = 0.015
 
 SIGMA_M = 0.004
 
-_SOLES = np.array([[INDEX[f"{side}_{corner}"] for corner in CORNERS] for side in ("left", "right")])
 
 
 def standing_frames(targets: Targets) -> NDArray[np.bool_]:
@@ -81,7 +80,7 @@ def balance_rows(at: Linearised, targets: Targets) -> tuple[NDArray[np.int64], A
     """Return rows that pull the centre of mass over the support where the performer stands; see `add_rows`."""
     assert at.mass_jacobians is not None
     stands = targets.standing & standing_frames(targets)[:, None, None]
-    way = outside(at.mass_m, at.points_m[:, _SOLES], stands, INSIDE_M)
+    way = outside(at.mass_m, at.points_m[:, SOLES], stands, INSIDE_M)
     frames = np.flatnonzero((way != 0.0).any(axis=1))
     rows = at.mass_jacobians[frames, :2].reshape(-1, at.mass_jacobians.shape[2])
     return np.repeat(frames, 2), rows / SIGMA_M, way[frames].ravel() / SIGMA_M

@@ -9,7 +9,7 @@ from studio.engine.robots.balance import outside, standing_frames
 from studio.engine.robots.kinematics import RobotKinematics
 from studio.engine.robots.reading import FREE
 from studio.engine.robots.robot import CORNERS, INDEX, Robot
-from studio.engine.robots.targets import KEY_POINTS, Targets
+from studio.engine.robots.targets import KEY_POINTS, SOLES, Targets
 from studio.engine.robots.parts import SIDES
 
 Array = NDArray[np.float64]
@@ -19,7 +19,6 @@ DEEP_M = 0.005
 
 ROUNDING = 1e-6
 
-_SOLES = np.array([[INDEX[f"{side}_{corner}"] for corner in CORNERS] for side in SIDES])
 _KEY_POINTS = [INDEX[point] for point in KEY_POINTS]
 
 
@@ -68,7 +67,7 @@ def robot_figures(robot: Robot, q: Array, targets: Targets) -> RobotFigures:
     reduced = kinematics.reduced(q)
     at = kinematics.linearised(reduced, contacts=True)
     assert at.contacts is not None
-    soles = at.points_m[:, _SOLES]
+    soles = at.points_m[:, SOLES]
     stands = targets.standing
     on = stands[1:] & stands[:-1]
     speed = np.linalg.norm(np.diff(soles[..., :2], axis=0), axis=3) / targets.frame_s

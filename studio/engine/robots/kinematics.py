@@ -64,7 +64,7 @@ class RobotKinematics:
         self.dofs = np.concatenate([np.arange(FREE_DOFS), FREE_DOFS + np.flatnonzero(robot.active)])
         self._columns = np.concatenate([np.arange(FREE), FREE + np.flatnonzero(robot.active)])
         self._still = robot.standing
-        self._moves = _moves(model)[:, self.dofs]
+        self._moves = body_dofs(model)[:, self.dofs]
         self._mask = np.repeat(self._moves[model.site_bodyid[self._sites]], 3, axis=0)
 
     def reduced(self, q: Array) -> Array:
@@ -112,14 +112,24 @@ class RobotKinematics:
             part[keep] for part in (frames, bodies, places, ways, distance)
         )
         arms = places - centre[frames, 0]
-        screw = np.concatenate([np.cross(arms, ways), ways], axis=1)  # of a force along the normal
-        along = np.einsum("cvk,ck->cv", motion[frames], screw)
-        rows = along * (self._moves[bodies[:, 1]] - self._moves[bodies[:, 0]])
+        rows = contact_rows(arms, ways, motion[frames]) * (self._moves[bodies[:, 1]] - self._moves[bodies[:, 0]])
         return ContactRows(frames, bodies, distance, rows)
 
 
-def _moves(model: mujoco.MjModel) -> Array:
-    """1 where a degree of freedom moves a body, shape (nbody, nv)."""
+def contact_rows(arms: Array, ways: Array, motion: Array) -> Array:
+    """Return how fast points that every degree of freedom moves go along directions, shape (count, nv).
+
+    Args:
+        arms: points from the centre of mass of the tree [m], shape (count, 3).
+        ways: directions, shape (count, 3).
+        motion: MuJoCo's `cdof`, shape (nv, 6) or (count, nv, 6).
+    """
+    screw = np.concatenate([np.cross(arms, ways), ways], axis=1)  # of a force along the direction
+    return np.matmul(motion, screw[..., None])[..., 0]
+
+
+def body_dofs(model: mujoco.MjModel) -> Array:
+    """Return 1 where a degree of freedom moves a body, shape (nbody, nv)."""
     out = np.zeros((model.nbody, model.nv))
     for body in range(1, model.nbody):
         first, count = model.body_dofadr[body], model.body_dofnum[body]

@@ -26,6 +26,9 @@ torso."""
 LEAST_HINGES = 3
 """Fewer hinges make no leg and no arm."""
 
+LEAST_SHARE = 0.15
+"""A knee or elbow is at least this share of the limb away from both ends."""
+
 SAME_HEIGHT = 0.15
 """Ends of chains within this share of the height above the lowest are feet."""
 
@@ -101,7 +104,7 @@ def found_parts(path: Path, model: mujoco.MjModel) -> dict[str, str]:
         first, middle, last = LIMBS[limb]
         for side, end in zip(SIDES, ends, strict=True):
             chain = tree.hinged_up(end, root)
-            bend = _middle(tree, chain, middle, end)
+            bend = _middle(path, tree, chain, middle, end)
             found[f"{side}_{middle}"] = bend
             found[f"{side}_{first}"] = _first(chain, bend)
             found[f"{side}_{last}"] = end if limb == "leg" else _hand(tree, end, bend)
@@ -189,19 +192,26 @@ def _trunk_of_limb(tree: Tree, body: int) -> int:
         last = body if tree.hinged(body) else last
 
 
-def _middle(tree: Tree, chain: list[int], part: str, end: int) -> int:
-    """Knee or elbow: by name, else the hinge across the limb that divides it most evenly."""
-    named = [body for body in chain if any(name in tree.names[body].lower() for name in _NAMES[part])]
-    if named:
-        return named[0]
-    last = tree.anchor(chain[-1])
-    start = tree.anchor(chain[0])
-    return max(
-        chain[1:],
-        key=lambda body: min(
-            np.linalg.norm(tree.anchor(body) - start), np.linalg.norm(last - tree.anchor(body))
-        ),
-    )
+def _middle(path: Path, tree: Tree, chain: list[int], part: str, end: int) -> int:
+    """Knee or elbow: by name, else the hinge that divides the limb most evenly.
+
+    A leg ends at its last hinge, an arm at its farthest point.
+    """
+    start, tip = tree.anchor(chain[0]), tree.anchor(end)
+    if part == "elbow":
+        points = surface_points(tree.model, tree.data, tree.below(end))
+        far = points if len(points) else tree.data.xipos[end][None]
+        tip = far[np.argmax(np.linalg.norm(far - start, axis=1))]
+
+    def even(body: int) -> float:
+        at = tree.anchor(body)
+        return float(min(np.linalg.norm(at - start), np.linalg.norm(tip - at)))
+
+    best = max(chain[1:], key=even)
+    if even(best) < LEAST_SHARE * float(np.linalg.norm(tip - start)):
+        raise _refused(path, "no feet below the knees" if part == "knee" else "no elbows")
+    named = [body for body in chain[1:] if any(name in tree.names[body].lower() for name in _NAMES[part])]
+    return named[0] if named else best
 
 
 def _first(chain: list[int], bend: int) -> int:

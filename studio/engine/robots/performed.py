@@ -1,6 +1,6 @@
 """A performer's motion as a robot needs it: joints, turns of the parts, lengths, and stances over the floor."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,6 +29,7 @@ class Performed:
 
     Attributes:
         time_s: shape (frame_count,).
+        frame_s: time between frames [s].
         at: joint -> positions [m], shape (frame_count, 3).
         turned: hips, chest, head, and each foot and hand -> rotations from the T-pose, wxyz, shape (frame_count, 4).
         feet_rest: for each side the constant turn between a foot and a flat foot, wxyz, shape (2, 4).
@@ -38,6 +39,7 @@ class Performed:
     """
 
     time_s: Array
+    frame_s: float
     at: dict[str, Array]
     turned: dict[str, Array]
     feet_rest: Array
@@ -46,14 +48,19 @@ class Performed:
     lengths_m: dict[str, float]
 
     @property
-    def frame_s(self) -> float:
-        """Time between frames [s]."""
-        return float(self.time_s[1] - self.time_s[0])
-
-    @property
     def leg_m(self) -> float:
         """Length of a straight leg from hip to sole [m]."""
         return self.lengths_m["thigh"] + self.lengths_m["shank"] + float(self.stand_m[[0, 2]].mean())
+
+    def part(self, rows: slice) -> "Performed":
+        """The motion in some frames."""
+        return replace(
+            self,
+            time_s=self.time_s[rows],
+            at={name: places[rows] for name, places in self.at.items()},
+            turned={name: turns[rows] for name, turns in self.turned.items()},
+            hold=self.hold[rows],
+        )
 
     def middle(self, part: str) -> Array:
         """Middle between the left and the right joint [m], shape (frame_count, 3)."""
@@ -112,6 +119,7 @@ def _on_floor(poses: Poses, at: dict[str, Array], turned: dict[str, Array]) -> P
         places[:, 2] -= floor
     return Performed(
         time_s=poses.time_s[0] + np.arange(poses.frame_count) * frame_s,
+        frame_s=frame_s,
         at=at,
         turned=turned,
         feet_rest=np.stack([_flat_turn(turned[f"{side}Foot"], hold[:, 2 * k : 2 * k + 2]) for k, side in enumerate(SIDES)]),

@@ -30,6 +30,9 @@ HAND_SHARE = 0.85
 """Length of the lever that shows how a hand is turned; and place of a hand without a name of its own, from elbow to
 the end of the arm."""
 
+SIDEWAYS = 0.6
+"""A bone that goes sideways by more than this share of its length is an arm of a T-pose."""
+
 BENT_RAD = 0.05
 """A solve keeps knees and elbows bent by this much, where their limits would let them bend backwards."""
 
@@ -233,7 +236,10 @@ def _centre(tree: Tree, above: list[int], bend: Array) -> Array:
     axis, anchor = tree.data.xaxis[joint], tree.data.xanchor[joint]
     if abs(axis[1]) < 0.5:
         return anchor.copy()
-    return anchor + axis * (bend[1] - anchor[1]) / axis[1]
+    aside = (bend[1] - anchor[1]) / axis[1]
+    if abs(aside) > SIDEWAYS * float(np.linalg.norm(bend - anchor)):  # the limb itself lies along the axis
+        return anchor.copy()
+    return anchor + axis * aside
 
 
 def _bend_axis(tree: Tree, body: int, above: Array, ahead: float) -> Array:

@@ -38,7 +38,7 @@ def surface_points(
 
 def geom_points(model: mujoco.MjModel, geom: int) -> Array:
     """Return points on a geom's surface in its own axes [m], shape (point_count, 3)."""
-    kind, size = model.geom_type[geom], model.geom_size[geom]
+    kind, size = mujoco.mjtGeom(int(model.geom_type[geom])), model.geom_size[geom]
     kinds = mujoco.mjtGeom
     if kind == kinds.mjGEOM_MESH:
         mesh = model.geom_dataid[geom]

@@ -4,7 +4,7 @@ The path and the legs are scaled by the ratio of leg lengths, the trunk and the 
 robot's own width beside the scaled path. A standing foot has one place and one heading for its whole stance.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -39,8 +39,11 @@ SIGMA_M = {
 }  # fmt: skip
 """Standard deviation of a robot's points from their targets [m]; infinite = only a figure is made of it."""
 
-STANDS_SIGMA_M = 0.001
-"""Of the corners of a standing sole."""
+STANDS_SIGMA_M = np.array([0.0004, 0.0004, 0.001])
+"""Of the corners of a standing sole, along x, y and z: a foot that cannot be flat tips rather than slides."""
+
+SOLES = np.array([[INDEX[f"{side}_{corner}"] for corner in CORNERS] for side in SIDES])
+"""Corners of the soles among a robot's points, shape (2, 4)."""
 
 KEY_POINTS = tuple(
     f"{side}_{part}" for side in SIDES for part in ("knee", "ankle", "shoulder", "elbow", "hand")
@@ -83,11 +86,23 @@ class Targets:
 
     def part(self, rows: slice) -> "Targets":
         """The targets of some frames."""
-        return Targets(self.frame_s, *(getattr(self, name)[rows] for name in self.__annotations__ if name != "frame_s"))
+        arrays = [field.name for field in fields(self) if field.name != "frame_s"]
+        return replace(self, **{name: getattr(self, name)[rows] for name in arrays})
 
 
 def targets_of(robot: Robot, motion: Performed) -> Targets:
-    """Return where a robot's points shall be in each frame of a performer's motion."""
+    """Return where a robot's points shall be in each frame of a performer's motion, its standing feet in place."""
+    targets = scaled(robot, motion)
+    hold = corner_hold(motion.hold)
+    soles = targets.points_m[:, SOLES]
+    _plant(robot, motion.frame_s, soles, soles.copy(), hold, slice(0, len(soles)))
+    targets.points_m[:, SOLES] = soles
+    targets.sigma_m[:, SOLES] = sole_sigma_m(hold)
+    return replace(targets, hold=hold)
+
+
+def scaled(robot: Robot, motion: Performed) -> Targets:
+    """Return where a robot's points would be in each frame of a performer's motion if no foot stood."""
     ratio = robot.leg_m / motion.leg_m
     frames = len(motion.time_s)
     points = np.empty((frames, len(POINTS), 3))
@@ -111,18 +126,13 @@ def targets_of(robot: Robot, motion: Performed) -> Targets:
         _limb(robot, motion, points, side, theirs)
     ankles, feet = _ankles(robot, motion, hips_turn, ratio)
     points[:, [INDEX["left_ankle"], INDEX["right_ankle"]]] = ankles
-    hold = _corner_hold(motion)
-    soles = _soles(robot, ankles, feet)
-    _plant(robot, motion, soles, feet, hold)
-    for k, side in enumerate(SIDES):
-        first = INDEX[f"{side}_{CORNERS[0]}"]
-        points[:, first : first + 4] = soles[:, k]
+    points[:, SOLES] = _soles(robot, ankles, feet)
     hands, together = _hands(robot, motion, points)
     return Targets(
         frame_s=motion.frame_s,
         points_m=points,
-        sigma_m=_sigma(frames, hold),
-        hold=hold,
+        sigma_m=np.tile(_SIGMA_M[:, None], (frames, 1, 3)),
+        hold=np.zeros((frames, 2, 4)),
         hips_wxyz=hips_turn,
         chest_wxyz=chest_turn,
         feet_wxyz=feet,
@@ -169,45 +179,93 @@ def _ankles(robot: Robot, motion: Performed, hips_turn: Array, ratio: float) -> 
 
 def _soles(robot: Robot, ankles: Array, feet: Array) -> Array:
     """Corners of the soles [m], shape (frame_count, 2, 4, 3), none of them below the floor."""
-    out = np.empty((len(ankles), 2, 4, 3))
-    for k, side in enumerate(SIDES):
-        first = INDEX[f"{side}_{CORNERS[0]}"]
-        local = robot.at_rest_m[first : first + 4] - robot.ankle_m[k]
-        out[:, k] = ankles[:, k, None] + rotate(feet[:, k, None], local)
+    local = robot.at_rest_m[SOLES] - robot.ankle_m[:, None]
+    out = ankles[:, :, None] + rotate(feet[:, :, None], local)
     out[..., 2] -= np.minimum(out[..., 2].min(axis=2, keepdims=True), 0.0)
     return out
 
 
-def _corner_hold(motion: Performed) -> Array:
-    """How much each corner stands: heels as the performer's ankle, toes as the toe."""
-    heels, toes = motion.hold[:, [0, 2], None], motion.hold[:, [1, 3], None]
+def corner_hold(hold: Array) -> Array:
+    """Return how much each corner of the soles stands: heels as the performer's ankle, toes as the toe."""
+    heels, toes = hold[:, [0, 2], None], hold[:, [1, 3], None]
     return np.concatenate([heels, heels, toes, toes], axis=2)
 
 
-def _plant(robot: Robot, motion: Performed, soles: Array, feet: Array, hold: Array) -> None:
-    """Put the corners of standing soles, in place, at one place on the floor for each stance."""
-    ahead = rotate(feet, np.array([1.0, 0.0, 0.0]))
-    heading = np.arctan2(ahead[..., 1], ahead[..., 0])
-    for k, side in enumerate(SIDES):
-        first = INDEX[f"{side}_{CORNERS[0]}"]
-        local = (robot.at_rest_m[first : first + 4] - robot.ankle_m[k])[:, :2]
-        stands = hold[:, k].max(axis=1) > 0.0
-        for begin, end in runs(stands):
-            rows = slice(begin, end)
-            yaw = np.unwrap(heading[rows, k])
-            by_toe = (hold[rows, k, 2] > 0.0)[:, None]
-            seen = np.where(by_toe, soles[rows, k, 2:, :2].mean(axis=1), soles[rows, k, :2, :2].mean(axis=1))
-            edge = np.where(by_toe, local[2:].mean(axis=0), local[:2].mean(axis=0))
-            origin = seen - _turned(yaw, edge[:, None])[:, 0]
-            path = np.column_stack([origin, TURN_M * yaw])
-            trusted = hold[rows, k].max(axis=1) >= 1.0
-            if trusted.any():
-                path[~trusted] = path[np.flatnonzero(trusted)[np.abs(np.flatnonzero(~trusted)[:, None] - np.flatnonzero(trusted)).argmin(axis=1)]]
-            place = places_of(path, motion.frame_s, change_m2_s=CHANGE_M2_S)
-            planted = np.zeros((end - begin, 4, 3))
-            planted[..., :2] = place[:, None, :2] + _turned(place[:, 2] / TURN_M, local[None])
-            here = hold[rows, k, :, None] > 0.0
-            soles[rows, k] = np.where(here, planted, soles[rows, k])
+def _plant(robot: Robot, frame_s: float, soles: Array, seen: Array, hold: Array, rows: slice) -> None:
+    """Put the corners of standing soles, in place, at one place on the floor for each stance that begins in the rows.
+
+    Args:
+        soles: corners, shape (frame_count, 2, 4, 3).
+        seen: the same of the feet that show where they stand, in the rows, shape (row_count, 2, 4, 3).
+        hold: of the corners, shape (frame_count, 2, 4).
+    """
+    low, high = rows.start, rows.stop
+    for k in range(2):
+        local = sole_of(robot, k)
+        for begin, end in runs(hold[:, k].max(axis=1) > 0.0):
+            if not low <= begin < high:
+                continue
+            until = min(end, high)
+            own = hold[begin:until, k]
+            pose = np.column_stack(flat_pose(local, seen[begin - low : until - low, k], own[:, 2] > 0.0))
+            pose[:, 2] = TURN_M * np.unwrap(pose[:, 2])
+            path = _of_sure(pose, own.max(axis=1) >= 1.0)
+            place = places_of(path, frame_s, change_m2_s=CHANGE_M2_S)
+            place = np.concatenate([place, np.repeat(place[-1:], end - until, axis=0)])
+            planted = flat_sole(local, place[:, :2], place[:, 2] / TURN_M)
+            stands = hold[begin:end, k, :, None] > 0.0
+            soles[begin:end, k] = np.where(stands, planted, soles[begin:end, k])
+
+
+def replanted(robot: Robot, targets: Targets, points_m: Array, rows: slice) -> Targets:
+    """Return the targets with every stance that begins in the rows at the place where the robot's foot is.
+
+    A robot may not reach all places at once: its legs are less free than the performer's.
+
+    Args:
+        points_m: of the robot in the rows, shape (row_count, point_count, 3).
+    """
+    points = targets.points_m.copy()
+    soles = points[:, SOLES]
+    _plant(robot, targets.frame_s, soles, points_m[:, SOLES], targets.hold, rows)
+    points[:, SOLES] = soles
+    return replace(targets, points_m=points)
+
+
+def _of_sure(path: Array, sure: NDArray[np.bool_]) -> Array:
+    """The path with frames that are not sure like the nearest that is."""
+    known = np.flatnonzero(sure)
+    if not len(known):
+        return path
+    return path[known[np.abs(np.arange(len(path))[:, None] - known).argmin(axis=1)]]
+
+
+def sole_of(robot: Robot, side: int) -> Array:
+    """Return the corners of a sole from its ankle, on the floor [m], shape (4, 2)."""
+    return (robot.at_rest_m[SOLES[side]] - robot.ankle_m[side])[:, :2]
+
+
+def flat_pose(local: Array, corners: Array, by_toe: NDArray[np.bool_]) -> tuple[Array, Array]:
+    """Return where a foot's ankle would be on the floor [m], shape (frame_count, 2), and its heading [rad].
+
+    Args:
+        local: `sole_of` the foot.
+        corners: of its sole, shape (frame_count, 4, 3).
+        by_toe: whether the toe's edge stays when the foot becomes flat, else the heel's, shape (frame_count,).
+    """
+    ahead = (corners[:, 2:] - corners[:, :2]).sum(axis=1)
+    heading = np.arctan2(ahead[:, 1], ahead[:, 0])
+    choose = by_toe[:, None]
+    seen = np.where(choose, corners[:, 2:, :2].mean(axis=1), corners[:, :2, :2].mean(axis=1))
+    edge = np.where(choose, local[2:].mean(axis=0), local[:2].mean(axis=0))
+    return seen - _turned(heading, edge[:, None])[:, 0], heading
+
+
+def flat_sole(local: Array, ankle_m: Array, heading: Array) -> Array:
+    """Return the corners of flat soles on the floor [m], shape (frame_count, 4, 3)."""
+    out = np.zeros((len(ankle_m), 4, 3))
+    out[..., :2] = ankle_m[:, None] + _turned(heading, local[None])
+    return out
 
 
 def _turned(yaw: Array, local: Array) -> Array:
@@ -233,14 +291,15 @@ def _hands(robot: Robot, motion: Performed, points: Array) -> tuple[Array, Array
     return ratio * way, t * t * (3.0 - 2.0 * t)
 
 
-def _sigma(frames: int, hold: Array) -> Array:
-    """Standard deviations of the points' coordinates [m], shape (frame_count, point_count, 3)."""
-    out = np.empty((frames, len(POINTS), 3))
-    for point, k in INDEX.items():
-        part = point.split("_", 1)[-1] if point.startswith(SIDES) else point
-        out[:, k] = SIGMA_M["corner" if part in CORNERS else part]
-    for k, side in enumerate(SIDES):
-        first = INDEX[f"{side}_{CORNERS[0]}"]
-        loose = SIGMA_M["corner"]
-        out[:, first : first + 4] = (loose * (STANDS_SIGMA_M / loose) ** hold[:, k])[..., None]
-    return out
+def sole_sigma_m(hold: Array) -> Array:
+    """Return the standard deviation of corners from their targets by how much they stand [m], shape (..., 3)."""
+    loose = SIGMA_M["corner"]
+    return loose * (STANDS_SIGMA_M / loose) ** hold[..., None]
+
+
+def _sigmas() -> Array:
+    parts = [point.split("_", 1)[1] if point.startswith(SIDES) else point for point in POINTS]
+    return np.array([SIGMA_M["corner" if part in CORNERS else part] for part in parts])
+
+
+_SIGMA_M = _sigmas()

@@ -11,12 +11,13 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+import studio.engine.base.blas  # noqa: F401, so that equal input gives equal bits
 from studio.engine.base.quaternions import rotate
 from studio.engine.robots.balance import balance_rows
 from studio.engine.robots.kinematics import ContactRows, Linearised, RobotKinematics
 from studio.engine.robots.reading import FREE, FREE_DOFS
 from studio.engine.robots.robot import INDEX, Robot
-from studio.engine.robots.targets import Targets
+from studio.engine.robots.targets import SOLES, Targets, replanted
 from studio.engine.whole_take.finish.banded import BandedNormal, add_accelerations, add_rows
 from studio.engine.whole_take.finish.smoother import HELD, MAX_STEP
 from studio.engine.whole_take.finish.trajectory import moved, steps
@@ -30,6 +31,9 @@ that keep what they are."""
 ITERATIONS = 24
 FIRM_ITERATION = 14
 """Gauss-Newton steps, and the first of them in which parts are kept apart firmly."""
+
+REPLANTED = (8, 13, 18)
+"""Steps before which stances move to where the robot's feet are."""
 
 ACCELERATION = (6.0, 30.0, 40.0)
 """Standard deviation of accelerations: base [m/s2], base [rad/s2], joints [rad/s2]."""
@@ -50,7 +54,7 @@ TOGETHER_M = 0.015
 """Deviation of the hands' distance where they are near each other."""
 
 _LEFT_HAND, _RIGHT_HAND = INDEX["left_hand"], INDEX["right_hand"]
-_SOLES = [k for name, k in INDEX.items() if "heel" in name or "toe" in name]
+_CORNERS = SOLES.ravel()
 
 
 @dataclass(frozen=True)
@@ -78,23 +82,24 @@ def retargeted(
     Every hinge is within its limits, and changes by no more per frame than its velocity allows.
     """
     solver = _Solver(robot, targets, options)
-    q = solver.start()
+    q = solver.start(targets)
     for begin in range(0, len(q), WINDOW):
         low, high = max(begin - JOINED, 0), min(begin + WINDOW + MARGIN, len(q))
         if low > 0 and high - begin <= MARGIN:  # solved with the window before
             break
         rows = slice(low, high)
         for iteration in range(ITERATIONS):
-            q[rows] = solver.stepped(
-                q[rows], targets.part(rows), begin - low, apart=_apart(iteration) if options.self_contact else None
-            )
+            if iteration in REPLANTED:
+                targets = replanted(robot, targets, solver.points(q[rows]), rows)
+            apart = _apart(iteration) if options.self_contact else None
+            q[rows] = solver.stepped(q[rows], targets.part(rows), begin - low, apart=apart)
             progress((begin + (high - begin) * (iteration + 1) / ITERATIONS) / len(q))
     return solver.finished(q)
 
 
 class _Solver:
     def __init__(self, robot: Robot, targets: Targets, options: Retargeting) -> None:
-        self._robot, self._targets, self._options = robot, targets, options
+        self._robot, self._options = robot, options
         self._kinematics = RobotKinematics(robot)
         active = robot.active
         self._low, self._high = robot.bent_rad[active].T
@@ -104,9 +109,13 @@ class _Solver:
         sigma = np.repeat(ACCELERATION, (3, 3, count))
         self._stiffness = 1.0 / (sigma * targets.frame_s**2) ** 2
 
-    def start(self) -> Array:
+    def points(self, q: Array) -> Array:
+        """The robot's points, shape (frame_count, point_count, 3)."""
+        return self._kinematics.linearised(q).points_m
+
+    def start(self, targets: Targets) -> Array:
         """The base at its target, hinges at rest, shape (frame_count, 7 + active)."""
-        targets, robot = self._targets, self._robot
+        robot = self._robot
         hips = [INDEX["left_hip"], INDEX["right_hip"]]
         from_hips = robot.base_m - robot.at_rest_m[hips].mean(axis=0)
         q = np.empty((len(targets), FREE + len(self._rest)))
@@ -190,9 +199,9 @@ def _hand_rows(normal: BandedNormal, at: Linearised, targets: Targets) -> None:
 
 def _floor_rows(normal: BandedNormal, at: Linearised) -> None:
     """Lift corners of soles that are below the floor."""
-    height = at.points_m[:, _SOLES, 2]
+    height = at.points_m[:, _CORNERS, 2]
     frames, corners = np.nonzero(height < 0.0)
-    rows = at.jacobians.reshape(len(height), -1, 3, at.jacobians.shape[2])[frames, np.array(_SOLES)[corners], 2]
+    rows = at.jacobians.reshape(len(height), -1, 3, at.jacobians.shape[2])[frames, _CORNERS[corners], 2]
     add_rows(normal, frames, rows / FLOOR_M, -height[frames, corners] / FLOOR_M)
 
 
@@ -204,7 +213,8 @@ def _apart(iteration: int) -> float:
 
 def _contact_rows(normal: BandedNormal, contacts: ContactRows, sigma_m: float) -> None:
     """Push parts apart that are too near; a step towards each other is damped where they are near."""
-    too_near = np.maximum(APART_M - contacts.distance_m, 0.0)
+    wanted = np.where((contacts.bodies == 0).any(axis=1), 0.0, APART_M)
+    too_near = np.maximum(wanted - contacts.distance_m, 0.0)
     add_rows(normal, contacts.frames, contacts.rows / sigma_m, too_near / sigma_m)
 
 
