@@ -73,8 +73,16 @@ def add_parser(subparsers: Any) -> None:
         help="roles of the rig's bones (default: the table beside it, else by name)")  # fmt: skip
     robots = parser.add_argument_group("robots")
     add = robots.add_argument
-    add("--robot", metavar="NAME", help="the motion of a kept robot that follows the performer (CSV, npz); see `studio robot`")
-    add("--balance", action="store_true", help="keep the robot's centre of mass over its feet while they stand")
+    add(
+        "--robot",
+        metavar="NAME",
+        help="the motion of a kept robot that follows the performer (CSV, npz); see `studio robot`",
+    )
+    add(
+        "--balance",
+        action="store_true",
+        help="keep the robot's centre of mass over its feet while they stand",
+    )
     add_sessions(robots)
     keys = parser.add_argument_group("keys")
     add = keys.add_argument
@@ -165,7 +173,7 @@ def _export_robot(args: argparse.Namespace) -> int:
     from studio.engine.base.errors import SettingsError
     from studio.engine.robots.files import FOLDER, load_robot
     from studio.engine.robots.motion import FORMATS, moved_robot, write_motion
-    from studio.engine.robots.whole_take import Retargeting
+    from studio.engine.robots.moving.whole_take import Retargeting
     from studio.library import choose_solve
     from studio.take.folder.solved import solved_performers
     from studio.take.folder.take import Take
@@ -189,10 +197,16 @@ def _export_robot(args: argparse.Namespace) -> int:
         out = args.out if args.performer is not None else named_file(args.out, one.name)
         with progress_bar("Retargeting") as progress:
             motion, _ = moved_robot(
-                robot, one.poses, options, Retargeting(balance=args.balance), progress=progress or (lambda share: None)
+                robot,
+                one.poses,
+                options,
+                Retargeting(balance=args.balance),
+                progress=progress or (lambda share: None),
             )
         write_motion(motion, out, args.format)
-        print(f"{out}: solve {solve}, robot {robot.name}, {len(motion.time_s)} frames at {motion.frames_per_second:g} Hz")
+        print(
+            f"{out}: solve {solve}, robot {robot.name}, {len(motion.time_s)} frames, {motion.frames_per_second:g} Hz"
+        )
     return 0
 
 

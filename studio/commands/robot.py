@@ -6,10 +6,10 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from studio.commands.common import add_command, add_json, table, write_result
+from studio.commands.common import add_command, add_json, figure, table, write_result
 
 if TYPE_CHECKING:
-    from studio.engine.robots.robot import Robot
+    from studio.engine.robots.body.robot import Robot
 
 _TEXT = """\
 Keep humanoid robots, for exports onto them (`studio export --robot`), or play a motion of one.
@@ -38,8 +38,12 @@ def add_parser(subparsers: Any) -> None:
     remove.add_argument("name", metavar="NAME", help="of the robot")
     play = _action(actions, "play", "show a motion in MuJoCo's viewer, or write pictures or a video of it")
     play.add_argument("name", metavar="NAME", help="of the robot")
-    play.add_argument("motion", metavar="FILE", type=Path, help="npz or CSV, as `studio export --robot` writes it")
-    play.add_argument("--out", metavar="FILE", type=Path, help="write a strip of pictures (.png) or a video (.mp4)")
+    play.add_argument(
+        "motion", metavar="FILE", type=Path, help="npz or CSV, as `studio export --robot` writes it"
+    )
+    play.add_argument(
+        "--out", metavar="FILE", type=Path, help="write a strip of pictures (.png) or a video (.mp4)"
+    )
 
 
 def _action(actions: Any, name: str, text: str) -> argparse.ArgumentParser:
@@ -102,16 +106,16 @@ def _show(args: argparse.Namespace, robot: "Robot") -> None:
 
     facts = robot_facts(robot)
     print(table([("part", "body"), *facts["parts"].items()]))
-    rows = [("joint", "from rad", "to rad", "rad/s", "turns")]
-    rows += [
-        (joint["name"], f"{joint['low_rad']:.2f}", f"{joint['high_rad']:.2f}", f"{joint['velocity_rad_s']:.2f}", joint["turns"])
-        for joint in facts["joints"]
-    ]  # fmt: skip
+    rows = [["joint", "from rad", "to rad", "rad/s", "turns"]]
+    for joint in facts["joints"]:
+        limits = (joint["low_rad"], joint["high_rad"], joint["velocity_rad_s"])
+        rows.append([joint["name"], *(figure(value, 2) for value in limits), joint["turns"]])
     print(table(rows))
-    lengths = ", ".join(f"{limb.replace('_', ' ')} {length:.3f} m" for limb, length in facts["lengths_m"].items())
-    print(f"{robot.name}: {facts['height_m']:.2f} m high, {facts['mass_kg']:.1f} kg, legs {facts['leg_m']:.3f} m ({lengths})")
-    soles = " x ".join(f"{100.0 * side:.1f}" for side in facts["sole_m"])
-    print(f"soles {soles} cm, {len(facts['joints'])} joints, {facts['moved']} of them moved; the others keep their place")
+    sizes = [f"legs {facts['leg_m']:.3f} m"]
+    sizes += [f"{limb.replace('_', ' ')} {length:.3f} m" for limb, length in facts["lengths_m"].items()]
+    sizes.append("soles " + " x ".join(f"{100.0 * side:.1f}" for side in facts["sole_m"]) + " cm")
+    print(f"{robot.name}: {facts['height_m']:.2f} m high, {facts['mass_kg']:.1f} kg; {', '.join(sizes)}")
+    print(f"{len(facts['joints'])} joints, {facts['moved']} of them moved; the others keep their place")
     for note in facts["notes"]:
         print(f"note: {note}")
     write_result(args, facts)

@@ -5,7 +5,7 @@ from typing import TypedDict
 import mujoco
 import numpy as np
 
-from studio.engine.robots.robot import INDEX, Robot
+from studio.engine.robots.body.robot import INDEX, Robot
 
 _AXES = ("roll", "pitch", "yaw")
 

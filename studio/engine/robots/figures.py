@@ -5,12 +5,11 @@ from dataclasses import asdict, dataclass, fields
 import numpy as np
 from numpy.typing import NDArray
 
-from studio.engine.robots.balance import outside, standing_frames
-from studio.engine.robots.kinematics import RobotKinematics
-from studio.engine.robots.reading import FREE
-from studio.engine.robots.robot import CORNERS, INDEX, Robot
-from studio.engine.robots.targets import KEY_POINTS, SOLES, Targets
-from studio.engine.robots.parts import SIDES
+from studio.engine.robots.body.reading import FREE
+from studio.engine.robots.body.robot import INDEX, Robot
+from studio.engine.robots.moving.balance import outside, standing_frames
+from studio.engine.robots.moving.kinematics import RobotKinematics
+from studio.engine.robots.moving.targets import KEY_POINTS, SOLES, Targets
 
 Array = NDArray[np.float64]
 

@@ -14,7 +14,7 @@ from studio.engine.base.errors import FormatError
 from studio.engine.base.file_sentences import unreadable_give_other
 from studio.engine.base.files import write_json
 from studio.engine.base.versions import ROBOT
-from studio.engine.robots.robot import Robot, build_robot
+from studio.engine.robots.body.robot import Robot, build_robot
 
 FOLDER = "robots"
 """Folder of the kept robots among the sessions."""
@@ -73,7 +73,10 @@ def load_robot(folder: Path, name: str) -> Robot:
     model = Path(table["model"])
     if not model.is_file():
         raise FormatError(
-            "robot.model_gone", "the model of robot {name}, {path}, is gone; add the robot again", name=name, path=model
+            "robot.model_gone",
+            "the model of robot {name}, {path}, is gone; add the robot again",
+            name=name,
+            path=model,
         )
     if _digest(model) != table.get("sha256"):
         raise FormatError(
@@ -128,7 +131,10 @@ def _read(path: Path) -> dict[str, Any]:
         value = json.loads(path.read_text(encoding="utf-8"))
     except (OSError, ValueError, RecursionError) as error:
         raise FormatError(
-            "robot.table", "{path} is no table of a robot: {error}; add the robot again", path=path, error=str(error)[:120]
+            "robot.table",
+            "{path} is no table of a robot: {error}; add the robot again",
+            path=path,
+            error=str(error)[:120],
         ) from error
     wrong = not isinstance(value, dict) or not isinstance(value.get("model"), str)
     if wrong or not _texts(value.get("parts")) or not _numbers(value.get("velocity_rad_s", {})):

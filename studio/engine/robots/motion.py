@@ -18,11 +18,11 @@ from studio.engine.base.files import write_atomically
 from studio.engine.base.quaternions import continuous_signs
 from studio.engine.base.versions import ROBOT_MOTION
 from studio.engine.model.poses import Poses
-from studio.engine.robots.performed import Performed, performed
-from studio.engine.robots.reading import FREE
-from studio.engine.robots.robot import Robot
-from studio.engine.robots.targets import Targets, targets_of
-from studio.engine.robots.whole_take import Retargeting, retargeted
+from studio.engine.robots.body.reading import FREE
+from studio.engine.robots.body.robot import Robot
+from studio.engine.robots.moving.performed import Performed, performed
+from studio.engine.robots.moving.targets import Targets, targets_of
+from studio.engine.robots.moving.whole_take import Retargeting, retargeted
 
 Array = NDArray[np.float64]
 
@@ -48,7 +48,11 @@ class RobotMotion:
     @property
     def frames_per_second(self) -> float:
         """Frame rate [Hz]; 60 for a single frame."""
-        return 60.0 if len(self.time_s) < 2 else float((len(self.time_s) - 1) / (self.time_s[-1] - self.time_s[0]))
+        return (
+            60.0
+            if len(self.time_s) < 2
+            else float((len(self.time_s) - 1) / (self.time_s[-1] - self.time_s[0]))
+        )
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write the motion as npz, atomically."""
@@ -101,7 +105,10 @@ def load_motion(path: str | os.PathLike[str], robot: Robot) -> RobotMotion:
     width = robot.model.nq
     if motion.joint_names != robot.joint_names or motion.qpos.ndim != 2 or motion.qpos.shape[1] != width:
         raise FormatError(
-            "robot.motion_other", "{path} is a motion of another robot than {name}", path=path, name=robot.name
+            "robot.motion_other",
+            "{path} is a motion of another robot than {name}",
+            path=path,
+            name=robot.name,
         )
     if not np.isfinite(motion.qpos).all() or len(motion.qpos) == 0:
         raise FormatError("robot.motion_not_finite", "{path} has no finite motion", path=path)
@@ -123,7 +130,7 @@ def moved_robot(
     robot: Robot,
     poses: Poses,
     options: ExportOptions | None = None,
-    how: Retargeting = Retargeting(),
+    how: Retargeting | None = None,
     *,
     progress: Callable[[float], None] = lambda share: None,
 ) -> tuple[RobotMotion, Targets]:
@@ -133,7 +140,7 @@ def moved_robot(
         robot: to move.
         poses: of the performer.
         options: part (`start_s`, `end_s`), rate (`fps`) and smoothing (`smooth_hz`) of the poses.
-        how: switches of retargeting.
+        how: switches of retargeting; None = as usual.
         progress: receives the share done.
 
     Raises:
@@ -156,6 +163,9 @@ def write_motion(motion: RobotMotion, path: str | os.PathLike[str], format: str)
     """
     if format not in FORMATS:
         raise SettingsError(
-            "export.robot_format", "format={format}: a robot's motion is {allowed}", format=format, allowed=[*FORMATS]
+            "export.robot_format",
+            "format={format}: a robot's motion is {allowed}",
+            format=format,
+            allowed=[*FORMATS],
         )
     FORMATS[format](motion, path)

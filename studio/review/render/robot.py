@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 
 from studio.engine.base.errors import FormatError, NotAvailableError
 from studio.engine.base.files import write_atomically
+from studio.engine.robots.body.robot import Robot
 from studio.engine.robots.motion import RobotMotion
-from studio.engine.robots.robot import Robot
 
 Image = NDArray[np.uint8]
 
@@ -108,7 +108,8 @@ def play(robot: Robot, motion: RobotMotion) -> None:
     """
     if sys.platform == "linux" and not (os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")):
         raise NotAvailableError(
-            "robot.no_screen", "there is no screen for MuJoCo's viewer; --out FILE.mp4 or FILE.png writes pictures"
+            "robot.no_screen",
+            "there is no screen for MuJoCo's viewer; --out FILE.mp4 or FILE.png writes pictures",
         )
     import mujoco
     import mujoco.viewer

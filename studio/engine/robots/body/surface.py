@@ -53,5 +53,5 @@ def geom_points(model: mujoco.MjModel, geom: int) -> Array:
         return (ends[:, None] + _AXES * size[0]).reshape(-1, 3)
     if kind == kinds.mjGEOM_CYLINDER:
         ring = np.stack([np.cos(_RING), np.sin(_RING), np.zeros(12)], axis=1) * size[0]
-        return np.concatenate([ring + [0.0, 0.0, z] for z in (size[1], -size[1])])
+        return np.concatenate([ring + np.array([0.0, 0.0, z]) for z in (size[1], -size[1])])
     return np.empty((0, 3))

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from studio.engine.base.errors import FormatError
-from studio.engine.robots.surface import surface_points
+from studio.engine.robots.body.surface import surface_points
 
 SIDES = ("left", "right")
 LIMBS = {"leg": ("hip", "knee", "foot"), "arm": ("shoulder", "elbow", "hand")}
@@ -159,9 +159,7 @@ def _branch(tree: Tree, ends: tuple[int, int]) -> int:
     return next(body for body in tree.up(ends[0]) if body in above)
 
 
-def _arms(
-    path: Path, tree: Tree, pelvis: int, legs: tuple[int, int]
-) -> tuple[tuple[int, int], int]:
+def _arms(path: Path, tree: Tree, pelvis: int, legs: tuple[int, int]) -> tuple[tuple[int, int], int]:
     """The last hinged bodies of the arms, and the body on which both hang. A hand's fingers count as one end."""
     in_legs = {body for leg in legs for body in tree.up(leg)} - set(tree.up(pelvis))
     for body in sorted(tree.below(1), key=lambda body: -len(tree.up(body))):
@@ -224,7 +222,9 @@ def _hand(tree: Tree, end: int, bend: int) -> int:
     """The hand: by name beyond the elbow, else the end of the arm."""
     chain = tree.up(end)
     inner = chain[: chain.index(bend) + 1]
-    named = [body for body in reversed(inner) if any(name in tree.names[body].lower() for name in _NAMES["hand"])]
+    named = [
+        body for body in reversed(inner) if any(name in tree.names[body].lower() for name in _NAMES["hand"])
+    ]
     return named[-1] if named else end
 
 

@@ -9,10 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from studio.engine.base.errors import FormatError
-from studio.engine.robots.collisions import with_floor
-from studio.engine.robots.parts import LIMBS, PARTS, SIDES, Tree, found_parts
-from studio.engine.robots.reading import FREE, FREE_DOFS, ReadModel, compiled, read_model
-from studio.engine.robots.surface import surface_points
+from studio.engine.robots.body.collisions import with_floor
+from studio.engine.robots.body.parts import LIMBS, PARTS, SIDES, Tree, found_parts
+from studio.engine.robots.body.reading import FREE, FREE_DOFS, ReadModel, compiled, read_model
+from studio.engine.robots.body.surface import surface_points
 
 Array = NDArray[np.float64]
 
@@ -143,13 +143,15 @@ def build_robot(
     ankle = ankles - origin
     lengths = {
         "thigh": _mean_length(at_rest, "hip", "knee"),
-        "shank": float(np.mean([np.linalg.norm(at_rest[INDEX[f"{s}_knee"]] - a) for s, a in zip(SIDES, ankle, strict=True)])),
+        "shank": _mean_length(at_rest, "knee", "ankle"),
         "upper_arm": _mean_length(at_rest, "shoulder", "elbow"),
         "forearm": _mean_length(at_rest, "elbow", "hand"),
     }  # fmt: skip
     short = [limb for limb, length in lengths.items() if length < 0.01]
     if short:
-        raise FormatError("robot.no_length", "{path}: {limb} has no length; correct the mapping", path=path, limb=short[0])
+        raise FormatError(
+            "robot.no_length", "{path}: {limb} has no length; correct the mapping", path=path, limb=short[0]
+        )
     bent = _bent(tree, body, axes, read.range_rad)
     return Robot(
         name=name,
@@ -176,7 +178,12 @@ def _mapping(read: ReadModel, given: dict[str, str]) -> dict[str, str]:
     names = [read.model.body(k).name for k in range(1, read.model.nbody)]
     for part, name in given.items():
         if part not in PARTS:
-            raise FormatError("robot.no_part", "mapping: {part!r} is no part; allowed are {allowed}", part=part, allowed=[*PARTS])
+            raise FormatError(
+                "robot.no_part",
+                "mapping: {part!r} is no part; allowed are {allowed}",
+                part=part,
+                allowed=[*PARTS],
+            )
         if name not in names:
             raise FormatError(
                 "robot.no_body", "mapping: {part} is {body!r}, but {path} has {allowed}",
@@ -204,7 +211,12 @@ def _points(
                 )  # fmt: skip
             above = [one for one in tree.hinged_up(body[middle], body[root]) if one != body[middle]]
             if not above or not tree.hinged(body[middle]):
-                raise FormatError("robot.no_hinge", "{path}: {part} does not turn; correct the mapping", path=path, part=middle)
+                raise FormatError(
+                    "robot.no_hinge",
+                    "{path}: {part} does not turn; correct the mapping",
+                    path=path,
+                    part=middle,
+                )
             bend = tree.anchor(body[middle])
             out[middle] = body[middle], bend
             out[first] = above[-1], _centre(tree, above, bend)
@@ -221,9 +233,11 @@ def _points(
         thumb = np.cross(axes[f"{side}_elbow"], place - elbow)
         out[f"{side}_hand"] = hand, place
         out[f"{side}_thumb"] = hand, place + THUMB_M * thumb / max(float(np.linalg.norm(thumb)), 1e-9)
-    hips, shoulders = (0.5 * (out[f"left_{part}"][1] + out[f"right_{part}"][1]) for part in ("hip", "shoulder"))
-    out["pelvis_up"] = body["pelvis"], hips + [0.0, 0.0, LEVER_M]
-    out["torso_front"] = body["torso"], shoulders + [LEVER_M, 0.0, 0.0]
+    hips, shoulders = (
+        0.5 * (out[f"left_{part}"][1] + out[f"right_{part}"][1]) for part in ("hip", "shoulder")
+    )
+    out["pelvis_up"] = body["pelvis"], hips + np.array([0.0, 0.0, LEVER_M])
+    out["torso_front"] = body["torso"], shoulders + np.array([LEVER_M, 0.0, 0.0])
     out["head_front"] = body["head"], np.array([LEVER_M, 0.0, 0.0]) + tree.anchor(body["head"])
     return out, np.array(ankles), axes
 
@@ -333,7 +347,9 @@ def _velocities(read: ReadModel, given: Mapping[str, float] | float | None) -> A
     if isinstance(given, Mapping):
         unknown = sorted(set(given) - set(read.joint_names))
         if unknown:
-            raise FormatError("robot.no_joint", "{path} has no joint {name!r}", path=read.path, name=unknown[0])
+            raise FormatError(
+                "robot.no_joint", "{path} has no joint {name!r}", path=read.path, name=unknown[0]
+            )
         for name, limit in given.items():
             out[read.joint_names.index(name)] = limit
     elif given is not None:

@@ -1,8 +1,8 @@
 """The usual way of retargeting, frame by frame, as a baseline: mink set up as General Motion Retargeting does.
 
 Two problems are solved for each frame, both from the frame before: first the turns of all parts with the places of
-pelvis and feet, then all places too. Costs, damping, iterations, velocity limit and solver are those of that program's
-configuration for the Unitree G1; the robot's points and axes are this studio's.
+pelvis and feet, then all places too. Costs, damping, iterations, velocity limit and solver are those of that
+program's configuration for the Unitree G1; the robot's points and axes are this studio's.
 
 Source: Araujo, Ze, Xu, Wu, Liu, "Retargeting matters: general motion retargeting for humanoid motion tracking", 2025.
 """
@@ -15,11 +15,11 @@ from numpy.typing import NDArray
 
 from studio.engine.base.geometry import quaternions
 from studio.engine.base.quaternions import multiply, rotate
-from studio.engine.robots.parts import SIDES
-from studio.engine.robots.performed import SIDES as PERFORMER_SIDES
-from studio.engine.robots.performed import Performed
-from studio.engine.robots.robot import INDEX, Robot
-from studio.engine.robots.targets import Targets
+from studio.engine.robots.body.parts import SIDES
+from studio.engine.robots.body.robot import INDEX, Robot
+from studio.engine.robots.moving.performed import SIDES as PERFORMER_SIDES
+from studio.engine.robots.moving.performed import Performed
+from studio.engine.robots.moving.targets import Targets
 
 Array = NDArray[np.float64]
 
@@ -72,7 +72,11 @@ class PerFrame:
         return mink.FrameTask(f"studio_{point}", "site", place, turn, lm_damping=LM_DAMPING)
 
     def solve(
-        self, targets: Targets, turns: dict[str, Array], *, progress: Callable[[float], None] = lambda share: None
+        self,
+        targets: Targets,
+        turns: dict[str, Array],
+        *,
+        progress: Callable[[float], None] = lambda share: None,
     ) -> Array:
         """Return configurations, shape (frame_count, nq).
 
@@ -82,9 +86,9 @@ class PerFrame:
             progress: receives the share done.
         """
         q = self._robot.standing
-        q[:3] += targets.points_m[0, [INDEX["left_hip"], INDEX["right_hip"]]].mean(axis=0) - self._robot.at_rest_m[
-            [INDEX["left_hip"], INDEX["right_hip"]]
-        ].mean(axis=0)
+        q[:3] += targets.points_m[0, [INDEX["left_hip"], INDEX["right_hip"]]].mean(
+            axis=0
+        ) - self._robot.at_rest_m[[INDEX["left_hip"], INDEX["right_hip"]]].mean(axis=0)
         q[3:7] = targets.hips_wxyz[0]
         self._configuration.update(q)
         out = np.empty((len(targets), len(q)))
@@ -115,11 +119,11 @@ class PerFrame:
         """The error after a step; without one given, only the error."""
         if error is not None:
             dt = self._robot.model.opt.timestep
-            velocity = mink.solve_ik(
-                self._configuration, tasks, dt, "daqp", DAMPING, limits=self._limits
-            )
+            velocity = mink.solve_ik(self._configuration, tasks, dt, "daqp", DAMPING, limits=self._limits)
             self._configuration.integrate_inplace(velocity, dt)
-        return float(np.linalg.norm(np.concatenate([task.compute_error(self._configuration) for task in tasks])))
+        return float(
+            np.linalg.norm(np.concatenate([task.compute_error(self._configuration) for task in tasks]))
+        )
 
 
 def _wxyz(matrix: Array) -> Array:
@@ -144,7 +148,8 @@ def part_turns(robot: Robot, motion: Performed, targets: Targets) -> dict[str, A
             first, last = INDEX[f"{side}_{point}"], INDEX[f"{side}_{end}"]
             bone = targets.points_m[:, last] - targets.points_m[:, first]
             rest = _frames(
-                (robot.at_rest_m[last] - robot.at_rest_m[first])[None], robot.bend_axes[f"{side}_{bend}"][None]
+                (robot.at_rest_m[last] - robot.at_rest_m[first])[None],
+                robot.bend_axes[f"{side}_{bend}"][None],
             )
             now = _frames(bone, rotate(motion.turned[theirs + joint], axis))
             out[f"{side}_{point}"] = quaternions(now @ rest.transpose(0, 2, 1))

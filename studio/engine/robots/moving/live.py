@@ -6,20 +6,26 @@ its sole had. Limits of angles and velocities are bounds of every step, so every
 
 from collections.abc import Callable
 from dataclasses import replace
-from time import process_time
 from typing import Any, cast
 
 import mink
 import numpy as np
 from numpy.typing import NDArray
 
-from studio.engine.robots.collisions import Contacts
-from studio.engine.robots.kinematics import body_dofs, contact_rows
-from studio.engine.robots.performed import Performed
-from studio.engine.robots.reading import FREE, FREE_DOFS
-from studio.engine.robots.robot import INDEX, Robot
-from studio.engine.robots.targets import (
-    SOLES, Targets, corner_hold, flat_pose, flat_sole, scaled, sole_of, sole_sigma_m,
+from studio.engine.robots.body.collisions import Contacts
+from studio.engine.robots.body.reading import FREE, FREE_DOFS
+from studio.engine.robots.body.robot import INDEX, Robot
+from studio.engine.robots.moving.kinematics import body_dofs, contact_rows
+from studio.engine.robots.moving.performed import Performed
+from studio.engine.robots.moving.targets import (
+    SOLES,
+    Targets,
+    corner_hold,
+    flat_pose,
+    flat_sole,
+    scaled,
+    sole_of,
+    sole_sigma_m,
 )
 from studio.engine.solve.ik.box_qp import UNBOUNDED, BoxQP
 from studio.engine.solve.ik.tasks import JointPositionsTask
@@ -71,8 +77,9 @@ class LiveStances:
         """Return how much each joint stands, 0..1, shape (4,), from their positions [m], shape (4, 3)."""
         share = 1.0 - np.exp(-self._frame_s / SMOOTHING_S)
         before = feet if self._smooth is None else self._smooth
-        self._smooth = before + share * (feet - before)
-        speed = np.linalg.norm(self._smooth - before, axis=1) / self._frame_s
+        moved = share * (feet - before)
+        self._smooth = before + moved
+        speed = np.linalg.norm(moved, axis=1) / self._frame_s
         height = feet[:, 2] - self._stand_m
         near = (speed < STAND_M_S) & (height < STAND_M)
         away = (speed > LEAVE_M_S) | (height > LEAVE_M)
@@ -113,20 +120,25 @@ class LiveFeet:
         return replace(targets, hold=corners)
 
 
-def followed(robot: Robot, motion: Performed) -> tuple[Array, Array]:
+def followed(
+    robot: Robot, motion: Performed, now_s: Callable[[], float] = lambda: 0.0
+) -> tuple[Array, Array]:
     """Return the configurations with which a robot follows a motion live, shape (frame_count, nq), and the time that
-    each frame took [s], shape (frame_count,). Nothing that a frame needs comes after it, except lengths."""
+    each frame took by the clock `now_s` [s], shape (frame_count,).
+
+    Nothing that a frame needs comes after it, except lengths and heights of the performer's own body.
+    """
     solver, feet = LiveRobot(robot, motion.frame_s), LiveFeet(robot)
     stances = LiveStances(motion.stand_m, motion.frame_s)
     joints = ("LeftFoot", "LeftToeBase", "RightFoot", "RightToeBase")
     out, took = np.empty((len(motion.time_s), robot.model.nq)), np.empty(len(motion.time_s))
     for t in range(len(out)):
-        begin_s = process_time()
+        begin_s = now_s()
         frame = motion.part(slice(t, t + 1))
         hold = stances.follow(np.stack([frame.at[joint][0] for joint in joints]))
         targets = feet.plant(scaled(robot, frame), hold)
         out[t] = solver.follow(targets)
-        took[t] = process_time() - begin_s
+        took[t] = now_s() - begin_s
     return out, took
 
 

@@ -3,9 +3,9 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from studio.engine.robots.kinematics import Linearised
-from studio.engine.robots.robot import CORNERS, INDEX
-from studio.engine.robots.targets import SOLES, Targets
+from studio.engine.robots.body.robot import INDEX
+from studio.engine.robots.moving.kinematics import Linearised
+from studio.engine.robots.moving.targets import SOLES, Targets
 
 Array = NDArray[np.float64]
 
@@ -16,7 +16,6 @@ INSIDE_M = 0.015
 """A solve keeps the centre of mass this far inside the support."""
 
 SIGMA_M = 0.004
-
 
 
 def standing_frames(targets: Targets) -> NDArray[np.bool_]:

@@ -14,7 +14,9 @@ from studio.engine.whole_take.finish.contacts import find_contacts
 Array = NDArray[np.float64]
 
 SIDES = ("Left", "Right")
-_LIMBS = tuple(f"{side}{part}" for side in SIDES for part in ("UpLeg", "Leg", "Foot", "Arm", "ForeArm", "Hand"))
+_LIMBS = tuple(
+    f"{side}{part}" for side in SIDES for part in ("UpLeg", "Leg", "Foot", "Arm", "ForeArm", "Hand")
+)
 _TOE = np.array([0.0, -0.15, -0.06])
 """A toe that the skeleton lacks, from the ankle in the T-pose [m]."""
 
@@ -82,7 +84,12 @@ def performed(poses: Poses) -> Performed:
             names=missing,
         )
     if poses.frame_count < LEAST_FRAMES:
-        raise FormatError("robot.motion_short", "the motion has {n} frames; a robot needs {least}", n=poses.frame_count, least=LEAST_FRAMES)
+        raise FormatError(
+            "robot.motion_short",
+            "the motion has {n} frames; a robot needs {least}",
+            n=poses.frame_count,
+            least=LEAST_FRAMES,
+        )
     at = {name: poses.positions_m[:, index[name]].copy() for name in ("Hips", *_LIMBS)}
     turned = {
         "Hips": poses.rotations_wxyz[:, index["Hips"]],
@@ -122,7 +129,9 @@ def _on_floor(poses: Poses, at: dict[str, Array], turned: dict[str, Array]) -> P
         frame_s=frame_s,
         at=at,
         turned=turned,
-        feet_rest=np.stack([_flat_turn(turned[f"{side}Foot"], hold[:, 2 * k : 2 * k + 2]) for k, side in enumerate(SIDES)]),
+        feet_rest=np.stack(
+            [_flat_turn(turned[f"{side}Foot"], hold[:, 2 * k : 2 * k + 2]) for k, side in enumerate(SIDES)]
+        ),
         hold=hold,
         stand_m=stand - floor,
         lengths_m=_lengths(at),
@@ -151,7 +160,9 @@ def _flat_turn(turns: Array, hold: Array) -> Array:
 
 def _lengths(at: dict[str, Array]) -> dict[str, float]:
     def length(first: str, last: str) -> float:
-        return float(np.mean([np.median(np.linalg.norm(at[s + last] - at[s + first], axis=1)) for s in SIDES]))
+        return float(
+            np.mean([np.median(np.linalg.norm(at[s + last] - at[s + first], axis=1)) for s in SIDES])
+        )
 
     def across(part: str) -> Array:
         return 0.5 * (at[f"Left{part}"] + at[f"Right{part}"])

@@ -9,9 +9,9 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from studio.engine.robots.collisions import Contacts
-from studio.engine.robots.reading import FREE, FREE_DOFS
-from studio.engine.robots.robot import Robot
+from studio.engine.robots.body.collisions import Contacts, Found
+from studio.engine.robots.body.reading import FREE, FREE_DOFS
+from studio.engine.robots.body.robot import Robot
 from studio.engine.whole_take.finish.trajectory import point_jacobians
 
 Array = NDArray[np.float64]
@@ -100,19 +100,25 @@ class RobotKinematics:
         jacobians = point_jacobians(points - centre, motion)
         jacobians *= self._mask
         return Linearised(
-            points, jacobians, self._rows(found, motion, centre) if contacts else None, centre[:, 0], mass_rows
+            points,
+            jacobians,
+            self._rows(found, motion, centre) if contacts else None,
+            centre[:, 0],
+            mass_rows,
         )
 
-    def _rows(self, found: list[tuple], motion: Array, centre: Array) -> ContactRows:
+    def _rows(self, found: list[Found], motion: Array, centre: Array) -> ContactRows:
         counts = [len(one[3]) for one in found]
         frames = np.repeat(np.arange(len(found)), counts)
-        bodies, places, ways, distance = (np.concatenate(parts) for parts in zip(*found, strict=True))
+        bodies = np.concatenate([one[0] for one in found])
+        distance = np.concatenate([one[3] for one in found])
         keep = _deepest(frames, bodies, distance)
-        frames, bodies, places, ways, distance = (
-            part[keep] for part in (frames, bodies, places, ways, distance)
-        )
+        places, ways = (np.concatenate([one[k] for one in found])[keep] for k in (1, 2))
+        frames, bodies, distance = frames[keep], bodies[keep], distance[keep]
         arms = places - centre[frames, 0]
-        rows = contact_rows(arms, ways, motion[frames]) * (self._moves[bodies[:, 1]] - self._moves[bodies[:, 0]])
+        rows = contact_rows(arms, ways, motion[frames]) * (
+            self._moves[bodies[:, 1]] - self._moves[bodies[:, 0]]
+        )
         return ContactRows(frames, bodies, distance, rows)
 
 

@@ -13,11 +13,11 @@ from numpy.typing import NDArray
 
 import studio.engine.base.blas  # noqa: F401, so that equal input gives equal bits
 from studio.engine.base.quaternions import rotate
-from studio.engine.robots.balance import balance_rows
-from studio.engine.robots.kinematics import ContactRows, Linearised, RobotKinematics
-from studio.engine.robots.reading import FREE, FREE_DOFS
-from studio.engine.robots.robot import INDEX, Robot
-from studio.engine.robots.targets import SOLES, Targets, replanted
+from studio.engine.robots.body.reading import FREE, FREE_DOFS
+from studio.engine.robots.body.robot import INDEX, Robot
+from studio.engine.robots.moving.balance import balance_rows
+from studio.engine.robots.moving.kinematics import ContactRows, Linearised, RobotKinematics
+from studio.engine.robots.moving.targets import SOLES, Targets, replanted
 from studio.engine.whole_take.finish.banded import BandedNormal, add_accelerations, add_rows
 from studio.engine.whole_take.finish.smoother import HELD, MAX_STEP
 from studio.engine.whole_take.finish.trajectory import moved, steps
@@ -28,8 +28,8 @@ WINDOW, MARGIN, JOINED = 1500, 120, 2
 """Frames solved at once, frames after them that are solved again with the next window, and frames before a window
 that keep what they are."""
 
-ITERATIONS = 24
-FIRM_ITERATION = 14
+ITERATIONS = 32
+FIRM_ITERATION = 20
 """Gauss-Newton steps, and the first of them in which parts are kept apart firmly."""
 
 REPLANTED = (8, 13, 18)
@@ -46,7 +46,7 @@ VELOCITY_SHARE = 0.95
 """Deviation beyond a limit, and share of the velocity limit from which a solve keeps away."""
 
 FLOOR_M = 0.001
-APART_M, APART_SIGMA_M, APART_SOFT_M = 0.002, 0.002, 0.1
+APART_M, APART_SIGMA_M, APART_SOFT_M = 0.005, 0.002, 0.1
 """Deviation of a sole below the floor; distance that parts keep from each other and from the floor, deviation below
 it, and the same in the first step."""
 
@@ -73,7 +73,7 @@ class Retargeting:
 def retargeted(
     robot: Robot,
     targets: Targets,
-    options: Retargeting = Retargeting(),
+    options: Retargeting | None = None,
     *,
     progress: Callable[[float], None] = lambda share: None,
 ) -> Array:
@@ -81,6 +81,7 @@ def retargeted(
 
     Every hinge is within its limits, and changes by no more per frame than its velocity allows.
     """
+    options = options or Retargeting()
     solver = _Solver(robot, targets, options)
     q = solver.start(targets)
     for begin in range(0, len(q), WINDOW):

@@ -42,7 +42,9 @@ def with_floor(spec: mujoco.MjSpec, model: mujoco.MjModel) -> None:
     overlapping = _overlapping(model)
     for one, other in combinations(sorted(set(model.geom_bodyid[hard].tolist())), 2):
         pair = frozenset((names[one], names[other]))
-        if pair not in known and (_hinges_between(model, one, other) <= FAMILY or (one, other) in overlapping):
+        if pair not in known and (
+            _hinges_between(model, one, other) <= FAMILY or (one, other) in overlapping
+        ):
             spec.add_exclude(bodyname1=names[one], bodyname2=names[other])
 
 
@@ -69,6 +71,10 @@ def _hinges_between(model: mujoco.MjModel, one: int, other: int) -> int:
     return int(sum(model.body_jntnum[body] for body in apart))
 
 
+Found = tuple[NDArray[np.int64], NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]
+"""Contacts of a configuration: bodies, places, directions, distances; see `Contacts.found`."""
+
+
 class Contacts:
     """Finds a robot's contacts, configuration by configuration."""
 
@@ -81,9 +87,7 @@ class Contacts:
             if joint < 0 or not active[joint - 1]:
                 self._carrier[body] = self._carrier[model.body_parentid[body]]
 
-    def found(
-        self, data: mujoco.MjData
-    ) -> tuple[NDArray[np.int64], NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
+    def found(self, data: mujoco.MjData) -> Found:
         """Return the contacts in `data`, with its kinematics computed.
 
         Returns:

@@ -10,10 +10,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from studio.engine.base.quaternions import multiply, rotate
-from studio.engine.robots.performed import SIDES as PERFORMER_SIDES
-from studio.engine.robots.performed import Performed
-from studio.engine.robots.robot import CORNERS, INDEX, POINTS, THUMB_M, Robot
-from studio.engine.robots.parts import SIDES
+from studio.engine.robots.body.parts import SIDES
+from studio.engine.robots.body.robot import CORNERS, INDEX, POINTS, THUMB_M, Robot
+from studio.engine.robots.moving.performed import SIDES as PERFORMER_SIDES
+from studio.engine.robots.moving.performed import Performed
 from studio.engine.whole_take.finish.places import places_of
 
 Array = NDArray[np.float64]
@@ -172,7 +172,9 @@ def _ankles(robot: Robot, motion: Performed, hips_turn: Array, ratio: float) -> 
     wider = 0.5 * (float(apart) - ratio * motion.lengths_m["hip_width"])
     for k, (theirs, sign) in enumerate(zip(PERFORMER_SIDES, (1.0, -1.0), strict=True)):
         ankles[:, k] = ratio * motion.at[f"{theirs}Foot"] + sign * wider * left
-        ankles[:, k, 2] = robot.ankle_m[k, 2] + ratio * (motion.at[f"{theirs}Foot"][:, 2] - motion.stand_m[2 * k])
+        ankles[:, k, 2] = robot.ankle_m[k, 2] + ratio * (
+            motion.at[f"{theirs}Foot"][:, 2] - motion.stand_m[2 * k]
+        )
         feet[:, k] = multiply(multiply(motion.turned[f"{theirs}Foot"], motion.feet_rest[k]), TO_STAGE)
     return ankles, feet
 

@@ -20,7 +20,9 @@ FREE_DOFS = 6
 UNLIMITED_RAD = float(np.pi)
 """Range taken for a joint without limits, to both sides."""
 
-_MISSING = re.compile(r"(?:Error opening file|could not open|resource not found|not found)[^'\"]*['\"]([^'\"]+)['\"]")
+_MISSING = re.compile(
+    r"(?:Error opening file|could not open|resource not found|not found)[^'\"]*['\"]([^'\"]+)['\"]"
+)
 
 
 @dataclass(frozen=True)
@@ -62,7 +64,9 @@ def read_model(path: Path) -> ReadModel:
     bodies = list(spec.worldbody.bodies)
     base = max(bodies, key=_hinge_count, default=None)
     if base is None or _hinge_count(base) == 0:
-        raise FormatError("robot.no_joints", "{path}: no joints; give the MJCF or URDF of a humanoid", path=path)
+        raise FormatError(
+            "robot.no_joints", "{path}: no joints; give the MJCF or URDF of a humanoid", path=path
+        )
     _alone(spec, base)
     for joint in spec.joints:
         if joint.type not in (mujoco.mjtJoint.mjJNT_HINGE, mujoco.mjtJoint.mjJNT_FREE):
@@ -73,8 +77,14 @@ def read_model(path: Path) -> ReadModel:
                 name=joint.name,
             )
     model = compiled(path, spec)
-    if model.njnt == 0 or model.jnt_type[0] != mujoco.mjtJoint.mjJNT_FREE or model.nq != model.njnt + FREE - 1:
-        raise FormatError("robot.base", "{path}: the free base must be the first joint, and the only one", path=path)
+    if (
+        model.njnt == 0
+        or model.jnt_type[0] != mujoco.mjtJoint.mjJNT_FREE
+        or model.nq != model.njnt + FREE - 1
+    ):
+        raise FormatError(
+            "robot.base", "{path}: the free base must be the first joint, and the only one", path=path
+        )
     limited = model.jnt_limited[1:].astype(bool)
     ranges = np.where(limited[:, None], model.jnt_range[1:], [-UNLIMITED_RAD, UNLIMITED_RAD])
     names = [model.joint(k).name for k in range(1, model.njnt)]
