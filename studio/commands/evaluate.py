@@ -124,11 +124,11 @@ def run(args: argparse.Namespace) -> int:
     from studio.take.folder.references import HowAligned
     from studio.take.folder.take import POSES, Take
 
+    if not args.reference and args.robot is None:
+        raise SettingsError("evaluate.no_reference", "give --reference FILE, or --robot NAME")
     take = Take.open(args.take)
     if args.robot is not None:
         return _of_robot(args, take)
-    if not args.reference:
-        raise SettingsError("evaluate.no_reference", "give --reference FILE, or --robot NAME")
     available = take.solve_names()
     names = [choose_solve(available, name, str(take.path)) for name in dict.fromkeys(args.solve)] or available
     if not names:

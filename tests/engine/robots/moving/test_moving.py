@@ -22,7 +22,7 @@ from studio.engine.robots.moving.whole_take import Retargeting, retargeted, with
 from studio.engine.whole_take.finish.trajectory import moved
 from tests.engine.robots import models
 
-FRAMES = slice(1, 150)
+FRAMES = slice(1, 110)
 
 
 @cache
