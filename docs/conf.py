@@ -52,6 +52,7 @@ NAVIGATION = {
     "Using it": [
         "docs/switches",
         "docs/export",
+        "docs/robots",
         "docs/streaming",
         "docs/batch",
         "docs/blind_tests",

@@ -31,6 +31,7 @@ COMMANDS = (
     "study",
     "export",
     "rig",
+    "robot",
     "bench",
     "prepare",
     "doctor",

@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from studio.commands.common import add_command, add_json, add_take, figure, progress_bar, table, write_result
+from studio.commands.robot import add_sessions
 
 if TYPE_CHECKING:
     from studio.engine.metrics.results import Evaluation
@@ -23,6 +24,9 @@ offset and drift. Foot slide is measured in the reference's stances and in the s
 errors that an animator would correct; --edit-list prints them with the time since the performance began, as in the
 replay (--json has stage times). --report writes all of it as one HTML file, with curves, worst frames and the effect
 of each solve's switches relative to the first one named.
+
+--robot measures a robot's motion instead: retargeted as a whole take, with balance, live, and frame by frame as other
+tools do (docs/robots.md).
 
 Several performers have a reference each, such as --reference performer_1=A.csv --reference performer_2=B.csv. One
 transform aligns all of them, and the figures say how often a performer became another one."""
@@ -68,7 +72,7 @@ def add_parser(subparsers: Any) -> None:
         "--reference",
         metavar="[PERFORMER=]FILE",
         action="append",
-        required=True,
+        default=[],
         help="CSV, BVH, C3D, TRC, ... to measure against; of a solve of several performers one each",
     )
     parser.add_argument(
@@ -95,6 +99,10 @@ def add_parser(subparsers: Any) -> None:
         type=float,
         help="metres per unit of a BVH reference (default: by a height of 1.75 m)",
     )
+    parser.add_argument(
+        "--robot", metavar="NAME", help="instead of a reference: how well this kept robot follows the solves"
+    )
+    add_sessions(parser)
     add_json(parser)
     parser.add_argument(
         "--report", metavar="FILE.html", type=Path, help="write a report with plots and pictures"
@@ -105,6 +113,7 @@ def add_parser(subparsers: Any) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
+    from studio.engine.base.errors import SettingsError
     from studio.engine.metrics.reference.reference import read_reference
     from studio.engine.model.poses import Poses
     from studio.library import choose_solve, no_solve
@@ -115,7 +124,11 @@ def run(args: argparse.Namespace) -> int:
     from studio.take.folder.references import HowAligned
     from studio.take.folder.take import POSES, Take
 
+    if not args.reference and args.robot is None:
+        raise SettingsError("evaluate.no_reference", "give --reference FILE, or --robot NAME")
     take = Take.open(args.take)
+    if args.robot is not None:
+        return _of_robot(args, take)
     available = take.solve_names()
     names = [choose_solve(available, name, str(take.path)) for name in dict.fromkeys(args.solve)] or available
     if not names:
@@ -137,6 +150,28 @@ def run(args: argparse.Namespace) -> int:
         for name, figures in solves.items():
             begins_s = Poses.load(take.performer_folder(name) / POSES).begins_s
             print(edit_list(name, figures, begins_s))
+    return 0
+
+
+def _of_robot(args: argparse.Namespace, take: "Take") -> int:
+    """Print how well a robot follows the performers of the solves, in each way."""
+    from studio.engine.robots.comparing import compare_ways, ways_table
+    from studio.engine.robots.files import FOLDER, load_robot
+    from studio.library import choose_solve
+    from studio.take.folder.solved import solved_performers
+
+    robot = load_robot(args.sessions / FOLDER, args.robot)
+    wanted = list(dict.fromkeys(args.solve)) or [None]
+    found: dict[str, Any] = {}
+    for name in wanted:
+        solve = choose_solve(take.solve_names(), name, str(take.path))
+        for one in solved_performers(take, solve):
+            title = f"{solve}, {one.name}" if one.name else solve
+            with progress_bar("evaluate") as progress:
+                ways = compare_ways(robot, one.poses, progress=progress or (lambda share: None))
+            found[title] = {way: figures.as_dict() for way, figures in ways.items()}
+            print(f"{title}, robot {robot.name}:\n{table(ways_table(ways))}")
+    write_result(args, {"robot": robot.name, "solves": found})
     return 0
 
 

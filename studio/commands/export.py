@@ -5,6 +5,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from studio.commands.common import add_command, add_take, progress_bar
+from studio.commands.robot import add_sessions
 
 if TYPE_CHECKING:
     from studio.engine.animation.export import ExportOptions
@@ -74,6 +75,19 @@ def add_parser(subparsers: Any) -> None:
     add("--rig", metavar="FILE", type=Path, help="onto the skeleton of this GLB, FBX or BVH file")
     add("--mapping", metavar="FILE", type=Path,
         help="roles of the rig's bones (default: the table beside it, else by name)")  # fmt: skip
+    robots = parser.add_argument_group("robots")
+    add = robots.add_argument
+    add(
+        "--robot",
+        metavar="NAME",
+        help="the motion of a kept robot that follows the performer (CSV, npz); see `studio robot`",
+    )
+    add(
+        "--balance",
+        action="store_true",
+        help="keep the robot's centre of mass over its feet while they stand",
+    )
+    add_sessions(robots)
     keys = parser.add_argument_group("keys")
     add = keys.add_argument
     add("--fps", metavar="F", type=float, help="frames per second (default: the solve's)")
@@ -111,6 +125,8 @@ def run(args: argparse.Namespace) -> int:
     from studio.take.folder.take import Take
     from studio.take.library.solve_export import named_file
 
+    if args.robot is not None or args.balance:
+        return _export_robot(args)
     if args.format == "mkv" or args.camera is not None:
         return _export_depth(args)
     onto = _rig(args)
@@ -160,6 +176,68 @@ def _export_scene(args: argparse.Namespace, performers: "list[list[tuple[ToExpor
     return 0
 
 
+_OF_ROBOTS = frozenset({"solve", "performer", "fps", "start", "end", "smooth_hz"})
+"""Options of solves that also apply to a robot's motion."""
+
+
+def _export_robot(args: argparse.Namespace) -> int:
+    from studio.engine.animation.export import ExportOptions
+    from studio.engine.base.errors import SettingsError
+    from studio.engine.robots.files import FOLDER, load_robot
+    from studio.engine.robots.motion import FORMATS, moved_robot, write_motion
+    from studio.engine.robots.moving.whole_take import Retargeting
+    from studio.library import choose_solve
+    from studio.take.folder.solved import solved_performers
+    from studio.take.folder.take import Take
+    from studio.take.library.solve_export import named_file
+
+    if args.robot is None:
+        raise SettingsError("export.balance_without_robot", "--balance goes with --robot; name the robot too")
+    if args.format not in FORMATS:
+        raise SettingsError(
+            "export.robot_format",
+            "format={format}: a robot's motion is {allowed}",
+            format=args.format,
+            allowed=[*FORMATS],
+        )
+    _refuse_options(args, _OF_ROBOTS, "a robot's motion")
+    robot = load_robot(args.sessions / FOLDER, args.robot)
+    take = Take.open(args.take)
+    solve = choose_solve(take.solve_names(), args.solve, str(take.path))
+    options = ExportOptions(fps=args.fps, start_s=args.start, end_s=args.end, smooth_hz=args.smooth_hz)
+    for one in solved_performers(take, solve, args.performer):
+        out = args.out if args.performer is not None else named_file(args.out, one.name)
+        with progress_bar("Retargeting") as progress:
+            motion, _ = moved_robot(
+                robot,
+                one.poses,
+                options,
+                Retargeting(balance=args.balance),
+                progress=progress or (lambda share: None),
+            )
+        write_motion(motion, out, args.format)
+        print(
+            f"{out}: solve {solve}, robot {robot.name}, {len(motion.time_s)} frames, {motion.frames_per_second:g} Hz"
+        )
+    return 0
+
+
+def _refuse_options(args: argparse.Namespace, allowed: frozenset[str], what: str) -> None:
+    """Refuse options of solves that were given but do not apply."""
+    from studio.engine.base.errors import SettingsError
+
+    for option in _OF_SOLVES:
+        value = getattr(args, option)
+        if option not in allowed and value not in (args.usual[option], None, False, []):
+            raise SettingsError(
+                "export.not_for",
+                "{option}={value}: does not apply to {what}; leave it out",
+                option=option,
+                value=value,
+                what=what,
+            )
+
+
 def _export_depth(args: argparse.Namespace) -> int:
     from studio.engine.base.errors import SettingsError
     from studio.take.folder.take import Take
@@ -172,15 +250,7 @@ def _export_depth(args: argparse.Namespace) -> int:
             camera=args.camera,
             format=args.format,
         )
-    for option in _OF_SOLVES:
-        value = getattr(args, option)
-        if value not in (args.usual[option], None, False, []):
-            raise SettingsError(
-                "export.not_for_mkv",
-                "{option}={value}: mkv holds depth as it was recorded; leave it out",
-                option=option,
-                value=value,
-            )
+    _refuse_options(args, frozenset(), "mkv, which holds depth as it was recorded")
     with progress_bar("Exporting") as progress:
         camera, count = export_depth(Take.open(args.take), args.out, args.camera, progress=progress)
     print(f"{args.out}: {count} depth images of {camera}, {args.out.stat().st_size / 1e6:.1f} MB")

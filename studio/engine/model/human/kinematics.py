@@ -6,13 +6,22 @@ section 2.2). For all points and degrees of freedom this is one product of a (3 
 mask keeps the degrees of freedom between the hips and each point.
 """
 
+from typing import Protocol
+
 import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from studio.engine.model.human.humanoid import Humanoid
-
 Array = NDArray[np.float64]
+
+
+class SitedModel(Protocol):
+    """A body on a free base, whose points are sites: the human's joints, or a robot's points."""
+
+    @property
+    def model(self) -> mujoco.MjModel: ...
+    @property
+    def site_ids(self) -> NDArray[np.int64]: ...
 
 
 class SiteKinematics:
@@ -27,7 +36,7 @@ class SiteKinematics:
     The next call overwrites `positions` and `jacobian`.
     """
 
-    def __init__(self, humanoid: Humanoid) -> None:
+    def __init__(self, humanoid: SitedModel) -> None:
         self._model, self._sites = humanoid.model, humanoid.site_ids
         self.data = mujoco.MjData(humanoid.model)
         count = len(humanoid.site_ids)
@@ -68,7 +77,7 @@ class SiteKinematics:
         return data.site_xpos.take(self._sites, axis=0, out=self.positions, mode="clip")
 
 
-def moving_dofs(humanoid: Humanoid) -> NDArray[np.bool_]:
+def moving_dofs(humanoid: SitedModel) -> NDArray[np.bool_]:
     """Return which degrees of freedom move each canonical joint, shape (21, nv)."""
     model = humanoid.model
     moves = np.zeros((len(humanoid.site_ids), model.nv), dtype=bool)

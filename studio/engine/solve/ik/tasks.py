@@ -7,7 +7,7 @@ from mink.tasks import BaseTask, Objective, Task
 from numpy.typing import NDArray
 
 from studio.engine.model.human.humanoid import FREE_DOFS, Humanoid
-from studio.engine.model.human.kinematics import SiteKinematics
+from studio.engine.model.human.kinematics import SitedModel, SiteKinematics
 
 MAX_ERROR_M = 1.0
 """Distances are clipped at this length; beyond it the linear model does not hold."""
@@ -20,7 +20,7 @@ class JointPositionsTask(Task):
     Python. A joint of weight 0 has no effect.
     """
 
-    def __init__(self, humanoid: Humanoid, pull_scale: NDArray[np.float64] | None = None) -> None:
+    def __init__(self, humanoid: SitedModel, pull_scale: NDArray[np.float64] | None = None) -> None:
         """`pull_scale`: share of each joint's pull on each degree of freedom, shape (21, nv); None = all."""
         super().__init__(cost=np.zeros(3 * len(humanoid.site_ids)))
         self._pull_scale = None if pull_scale is None else np.repeat(pull_scale, 3, axis=0)

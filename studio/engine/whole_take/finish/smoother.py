@@ -10,11 +10,9 @@ Source: batch estimation with a white-noise-on-acceleration prior (Barfoot, "Sta
 """
 
 from collections.abc import Sequence
-from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import cho_solve_banded, cholesky_banded
 from scipy.ndimage import gaussian_filter1d
 
 from studio.engine.model.frames import Pinned
@@ -23,6 +21,12 @@ from studio.engine.model.human.ranges import dofs_of
 from studio.engine.model.settings import SolveSettings
 from studio.engine.model.switches import Effector
 from studio.engine.solve.ik.effectors import pull_scale, resist_scale
+from studio.engine.whole_take.finish.banded import (
+    BandedNormal,
+    NormalEquations,
+    add_accelerations,
+    add_rows,
+)
 from studio.engine.whole_take.finish.body_contact import BodyContact
 from studio.engine.whole_take.finish.contacts import JOINTS, Contacts
 from studio.engine.whole_take.finish.measurements import Measurements
@@ -36,9 +40,6 @@ CAUCHY = 5.0
 INFLATION = 3.0
 """A camera's noise is correlated between frames: each frame carries this much less information than its covariance
 says."""
-
-DAMPING = 3.0
-"""Damping, which keeps steps where the linear model holds [1/rad2]."""
 
 MAX_STEP = 0.3
 LEAST_FREEDOM = 0.01
@@ -88,43 +89,6 @@ def acceleration_sigma() -> NDArray[np.float64]:
         name.removeprefix("Left").removeprefix("Right") for name in BODY_JOINTS[1:] for _ in dofs_of(name)
     ]
     return np.array([*_HIPS, *(_ACCELERATION[name] for name in sides)])
-
-
-class NormalEquations(Protocol):
-    """Normal equations of frames' steps: the diagonal blocks of the matrix (lower triangle), the right-hand side, and
-    their solution, shape (frame_count, nv)."""
-
-    @property
-    def diagonal(self) -> NDArray[np.float64]: ...
-    @property
-    def right(self) -> NDArray[np.float64]: ...
-    def solve(self) -> NDArray[np.float64]: ...
-
-
-class _Normal:
-    """The normal equations: blocks of the matrix (lower triangle) and the right-hand side."""
-
-    def __init__(self, diagonal: NDArray[np.float64], right: NDArray[np.float64]) -> None:
-        frames, nv = right.shape
-        self.diagonal = diagonal  # (frame_count, nv, nv)
-        self.right = right  # (frame_count, nv)
-        self.next = np.zeros((frames - 1, nv, nv))  # columns t (first), rows t + 1
-        self.second = np.zeros((frames - 2, nv))  # diagonal of rows t + 2, columns t
-
-    def solve(self) -> NDArray[np.float64]:
-        """The steps, shape (frame_count, nv)."""
-        frames, nv = self.right.shape
-        columns = np.zeros(
-            (frames, nv, 2 * nv + 1)
-        )  # in LAPACK's column order: the diagonal, then the entries below it
-        for j in range(nv):
-            columns[:, j, : nv - j] = self.diagonal[:, j, j:]
-            columns[:-1, j, nv - j : 2 * nv - j] = self.next[:, j]
-        columns[:-2, :, 2 * nv] = self.second
-        columns[:, :, 0] += DAMPING
-        band = columns.reshape(frames * nv, -1).T
-        factor = cholesky_banded(band, overwrite_ab=True, lower=True, check_finite=False)
-        return cho_solve_banded((factor, True), self.right.ravel(), check_finite=False).reshape(frames, nv)
 
 
 class Smoother:
@@ -184,7 +148,7 @@ class Smoother:
         if pinned is not None and pinned.information.any():
             _add_pinned_rows(normal, q, self._kinematics, pinned)
         for other in others:
-            _add_rows(normal, *self._others.rows(q, self._kinematics, other))
+            add_rows(normal, *self._others.rows(q, self._kinematics, other))
         k = np.arange(q.shape[1] - 1)
         for edge in (slice(0, held[0]), slice(len(q) - held[1], None)):
             normal.diagonal[edge, k[:, None], k[:, None]] += HELD
@@ -200,7 +164,7 @@ class Smoother:
         """Return configurations, shape (frame_count, nq), with every hinge clamped to its limits."""
         return np.concatenate([q[:, :7], np.clip(q[:, 7:], self._low, self._high)], axis=1)
 
-    def _limit_rows(self, q: NDArray[np.float64], normal: _Normal) -> None:
+    def _limit_rows(self, q: NDArray[np.float64], normal: BandedNormal) -> None:
         """Pull hinges beyond a limit back to it."""
         beyond = q[:, 7:] - np.clip(q[:, 7:], self._low, self._high)
         k = np.arange(FREE_DOFS, q.shape[1] - 1)
@@ -214,7 +178,7 @@ class Smoother:
 
     def _equations(
         self, q: NDArray[np.float64], measurements: Measurements, contacts: Contacts | None
-    ) -> _Normal:
+    ) -> BandedNormal:
         sites, jacobians = self._kinematics.linearised(q)
         frames, nv = len(sites), jacobians.shape[2]
         weight, pull = _camera_rows(sites, measurements)
@@ -222,18 +186,18 @@ class Smoother:
             _add_contact_rows(contacts, sites, weight, pull)
         j = jacobians.reshape(frames, -1, 3, nv)
         weighted = np.matmul(weight, j).reshape(frames, -1, nv)
-        normal = _Normal(
+        normal = BandedNormal(
             np.matmul(jacobians.transpose(0, 2, 1), weighted),
             np.matmul(pull.reshape(frames, 1, -1), jacobians)[:, 0],
         )
         if self._body is not None:
-            _add_rows(normal, *self._body.rows(sites, jacobians))
+            add_rows(normal, *self._body.rows(sites, jacobians))
         self._rest_rows(q, normal)
         self._limit_rows(q, normal)
         self._acceleration_rows(q, normal)
         return normal
 
-    def _rest_rows(self, q: NDArray[np.float64], normal: _Normal) -> None:
+    def _rest_rows(self, q: NDArray[np.float64], normal: BandedNormal) -> None:
         stiffness = self.posture_share * self._rest_stiffness
         k = np.arange(len(stiffness))
         normal.diagonal[:, k, k] += stiffness
@@ -250,19 +214,9 @@ class Smoother:
             stiffness = stiffness / np.minimum(expected, MOST_LIVELY**2)
         return stiffness / (1.0 + stiffness * acceleration**2 / TAIL**2)
 
-    def _acceleration_rows(self, q: NDArray[np.float64], normal: _Normal) -> None:
+    def _acceleration_rows(self, q: NDArray[np.float64], normal: BandedNormal) -> None:
         acceleration = np.diff(steps(q), axis=0)
-        stiffness = self._acceleration_stiffness(acceleration)
-        pull = stiffness * acceleration
-        normal.right[:-2] -= pull
-        normal.right[1:-1] += 2.0 * pull
-        normal.right[2:] -= pull
-        k = np.arange(stiffness.shape[1])
-        for rows, factor in ((slice(None, -2), 1.0), (slice(1, -1), 4.0), (slice(2, None), 1.0)):
-            normal.diagonal[rows, k, k] += factor * stiffness
-        normal.next[:-1, k, k] -= 2.0 * stiffness
-        normal.next[1:, k, k] -= 2.0 * stiffness
-        normal.second += stiffness
+        add_accelerations(normal, acceleration, self._acceleration_stiffness(acceleration))
 
 
 def _camera_rows(
@@ -312,15 +266,3 @@ def _add_pinned_rows(
     normal.diagonal[known] += np.matmul(jacobians.transpose(0, 2, 1), rows[..., None] * jacobians)
     pull = (told[..., None] * away).reshape(len(known), 1, -1)
     normal.right[known] += np.matmul(pull, jacobians)[:, 0]
-
-
-def _add_rows(
-    normal: NormalEquations,
-    frames: NDArray[np.int64],
-    rows: NDArray[np.float64],
-    residuals: NDArray[np.float64],
-) -> None:
-    """Add rows, shape (row_count, nv), each of one frame, with their residuals, shape (row_count,)."""
-    for frame, row, residual in zip(frames.tolist(), rows, residuals, strict=True):
-        normal.diagonal[frame] += np.outer(row, row)
-        normal.right[frame] += residual * row

@@ -42,15 +42,25 @@ class Kinematics:
             data.site_xpos.take(self._ids, axis=0, out=sites[t], mode="clip")
             motion[t] = data.cdof
             centre[t] = data.subtree_com[1]
-        x, y, z = np.moveaxis(sites - centre, 2, 0)
-        arms = np.zeros((*sites.shape, 6))
-        arms[:, :, 0, 1], arms[:, :, 0, 2] = z, -y
-        arms[:, :, 1, 2], arms[:, :, 1, 0] = x, -z
-        arms[:, :, 2, 0], arms[:, :, 2, 1] = y, -x
-        arms[:, :, range(3), range(3, 6)] = 1.0
-        jacobians = np.matmul(arms.reshape(len(q), -1, 6), motion.transpose(0, 2, 1))
+        jacobians = point_jacobians(sites - centre, motion)
         jacobians *= self._mask
         return sites, jacobians
+
+
+def point_jacobians(arms: NDArray[np.float64], motion: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return Jacobians of points that every degree of freedom moves, shape (frame_count, 3 * point_count, nv).
+
+    Args:
+        arms: points from the centre of mass of the tree [m], shape (frame_count, point_count, 3).
+        motion: MuJoCo's `cdof` of each frame, shape (frame_count, nv, 6).
+    """
+    x, y, z = np.moveaxis(arms, 2, 0)
+    levers = np.zeros((*arms.shape, 6))
+    levers[:, :, 0, 1], levers[:, :, 0, 2] = z, -y
+    levers[:, :, 1, 2], levers[:, :, 1, 0] = x, -z
+    levers[:, :, 2, 0], levers[:, :, 2, 1] = y, -x
+    levers[:, :, range(3), range(3, 6)] = 1.0
+    return np.matmul(levers.reshape(len(arms), -1, 6), motion.transpose(0, 2, 1))
 
 
 def moved(q: NDArray[np.float64], step: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import cho_solve_banded, cholesky_banded
 
-from studio.engine.whole_take.finish.smoother import DAMPING, _Normal
+from studio.engine.whole_take.finish.banded import DAMPING, BandedNormal
 
 
 @dataclass(frozen=True)
@@ -26,7 +26,7 @@ class Blocks:
     right: NDArray[np.float64]
 
     @classmethod
-    def of(cls, normal: _Normal) -> "Blocks":
+    def of(cls, normal: BandedNormal) -> "Blocks":
         """Convert finishing's equations, in which a degree of freedom couples only with itself two frames on."""
         frames, nv = normal.right.shape
         second, k = np.zeros((frames - 2, nv, nv)), np.arange(nv)

@@ -11,6 +11,7 @@ import edits from "./said/edits.js";
 import exporting from "./said/export.js";
 import files from "./said/files.js";
 import recordings from "./said/recordings.js";
+import robots from "./said/robots.js";
 import set from "./said/set.js";
 import settings from "./said/settings.js";
 import stage from "./said/stage.js";
@@ -20,7 +21,7 @@ import video from "./said/video.js";
 import { remember } from "./retell.js";
 import { language, number, template, unbroken } from "./strings.js";
 
-const FRENCH = { ...stage, ...calibration, ...takes, ...edits, ...exporting, ...set, ...settings, ...files, ...recordings, ...devices, ...blind, ...sync, ...video };
+const FRENCH = { ...stage, ...calibration, ...takes, ...edits, ...exporting, ...set, ...settings, ...files, ...recordings, ...devices, ...blind, ...robots, ...sync, ...video };
 const KEPT = 1000;
 const sentences = new Map(); // the last sentences heard, by their English text
 

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from studio.engine.whole_take.finish.smoother import DAMPING
+from studio.engine.whole_take.finish.banded import DAMPING
 from studio.engine.whole_take.finish.trajectory import moved
 from studio.engine.whole_take.physics.blocks import Blocks
 from studio.engine.whole_take.physics.correction import WindowStep

@@ -1,0 +1,1 @@
+"""A robot as a body: its model read, its parts found, and measured."""

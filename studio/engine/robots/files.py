@@ -1,0 +1,157 @@
+"""Robots that are kept: one table a robot, which names its model, its parts and its velocity limits.
+
+The model stays where it is, with its meshes. A table can be corrected by hand; docs/formats.md describes it.
+"""
+
+import json
+from collections.abc import Mapping
+from dataclasses import replace
+from hashlib import sha256
+from pathlib import Path
+from typing import Any
+
+from studio.engine.base.errors import FormatError
+from studio.engine.base.file_sentences import unreadable_give_other
+from studio.engine.base.files import write_json
+from studio.engine.base.versions import ROBOT
+from studio.engine.robots.body.robot import Robot, build_robot
+
+FOLDER = "robots"
+"""Folder of the kept robots among the sessions."""
+
+
+def add_robot(
+    folder: Path,
+    model: Path,
+    name: str,
+    *,
+    parts: Mapping[str, str] | None = None,
+    velocity_rad_s: float | None = None,
+) -> Robot:
+    """Read a robot's model, keep its table as `folder/name.json`, and return the robot.
+
+    Args:
+        folder: of the kept robots.
+        model: MJCF or URDF.
+        name: of the robot; one of that name is replaced.
+        parts: corrections of the mapping, part -> body.
+        velocity_rad_s: limit of every hinge; None = the model's, else the usual one.
+
+    Raises:
+        FormatError: as `build_robot`; or a name that is not allowed.
+        StudioError: the table cannot be written.
+    """
+    path = _path(folder, name)
+    robot = build_robot(model, name, parts=parts, velocity_rad_s=velocity_rad_s)
+    limits = zip(robot.joint_names, robot.velocity_rad_s.tolist(), strict=True)
+    table = {
+        "model": str(model.resolve()),
+        "sha256": _digest(model),
+        "parts": dict(robot.parts),
+        "velocity_rad_s": {joint: round(limit, 6) for joint, limit in limits},
+    }
+    write_json(path, ROBOT.stamped(table))
+    return robot
+
+
+def load_robot(folder: Path, name: str) -> Robot:
+    """Return a kept robot.
+
+    Raises:
+        FormatError: there is none of that name, its table cannot be read, or its model is missing or another now.
+    """
+    path = _path(folder, name)
+    if not path.is_file():
+        known = ", ".join(kept_robots(folder)) or "none"
+        raise FormatError(
+            "robot.none",
+            "there is no robot {name!r}; kept are: {known}; `studio robot add MODEL --name {name}` adds one",
+            name=name,
+            known=known,
+        )
+    table = _read(path)
+    model = Path(table["model"])
+    if not model.is_file():
+        raise FormatError(
+            "robot.model_gone",
+            "the model of robot {name}, {path}, is gone; add the robot again",
+            name=name,
+            path=model,
+        )
+    if _digest(model) != table.get("sha256"):
+        raise FormatError(
+            "robot.model_changed",
+            "the model of robot {name}, {path}, is not as it was; add the robot again",
+            name=name,
+            path=model,
+        )
+    robot = build_robot(model, name, parts=table["parts"], velocity_rad_s=table.get("velocity_rad_s"))
+    return replace(robot, name=name)
+
+
+def kept_robots(folder: Path) -> list[str]:
+    """Return the names of the kept robots, sorted."""
+    return sorted(path.stem for path in folder.glob("*.json"))
+
+
+def remove_robot(folder: Path, name: str) -> None:
+    """Remove a kept robot's table; its model stays.
+
+    Raises:
+        FormatError: there is none of that name.
+    """
+    path = _path(folder, name)
+    if not path.is_file():
+        raise FormatError(
+            "robot.none",
+            "there is no robot {name!r}; kept are: {known}; `studio robot add MODEL --name {name}` adds one",
+            name=name,
+            known=", ".join(kept_robots(folder)) or "none",
+        )
+    path.unlink()
+
+
+def _path(folder: Path, name: str) -> Path:
+    if not name or len(name) > 64 or not all(one.isalnum() or one in "-_" for one in name):
+        raise FormatError(
+            "robot.name", "robot {name!r}: allowed are up to 64 letters, digits, - and _", name=name
+        )
+    return folder / f"{name}.json"
+
+
+def _digest(model: Path) -> str:
+    try:
+        return sha256(model.read_bytes()).hexdigest()
+    except OSError as error:
+        raise FormatError(unreadable_give_other(model, error)) from error
+
+
+def _read(path: Path) -> dict[str, Any]:
+    try:
+        value = json.loads(path.read_text(encoding="utf-8"))
+    except (OSError, ValueError, RecursionError) as error:
+        raise FormatError(
+            "robot.table",
+            "{path} is no table of a robot: {error}; add the robot again",
+            path=path,
+            error=str(error)[:120],
+        ) from error
+    wrong = not isinstance(value, dict) or not isinstance(value.get("model"), str)
+    if wrong or not _texts(value.get("parts")) or not _numbers(value.get("velocity_rad_s", {})):
+        raise FormatError(
+            "robot.table",
+            "{path} is no table of a robot: {error}; add the robot again",
+            path=path,
+            error="model, parts and velocity_rad_s are needed",
+        )
+    return ROBOT.current(value, path)
+
+
+def _texts(value: object) -> bool:
+    return isinstance(value, dict) and all(isinstance(one, str) for one in value.values())
+
+
+def _numbers(value: object) -> bool:
+    return isinstance(value, dict) and all(
+        isinstance(one, int | float) and not isinstance(one, bool) for one in value.values()
+    )

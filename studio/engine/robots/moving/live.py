@@ -1,0 +1,218 @@
+"""The live way: a robot follows a performer frame by frame, by mink with the points of the whole take.
+
+Each frame starts from the one before. Stances are found from what has passed: a foot that stands keeps the place that
+its sole had. Limits of angles and velocities are bounds of every step, so every frame has an answer.
+"""
+
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Any, cast
+
+import mink
+import numpy as np
+from numpy.typing import NDArray
+
+from studio.engine.robots.body.collisions import Contacts
+from studio.engine.robots.body.reading import FREE, FREE_DOFS
+from studio.engine.robots.body.robot import INDEX, Robot
+from studio.engine.robots.moving.kinematics import body_dofs, contact_rows
+from studio.engine.robots.moving.performed import Performed
+from studio.engine.robots.moving.targets import (
+    SOLES,
+    Targets,
+    corner_hold,
+    flat_pose,
+    flat_sole,
+    scaled,
+    sole_of,
+    sole_sigma_m,
+)
+from studio.engine.solve.ik.box_qp import UNBOUNDED, BoxQP
+from studio.engine.solve.ik.tasks import JointPositionsTask
+
+Array = NDArray[np.float64]
+
+_build_ik = cast("Callable[..., Any]", mink.build_ik)
+"""Typed as if the matrix could be sparse; mink's is always dense."""
+
+FIRST_ITERATIONS = 60
+"""Steps of a first frame; a later one has one."""
+
+MAX_STEP_RAD = 0.3
+VELOCITY_SHARE = 0.9
+"""Share of the last frame's velocity that is expected to go on."""
+
+DAMPING = 1e-3
+REST_RAD = 1.5
+BASE_SIGMA = (2.0, 6.0)
+HINGE_SIGMA_RAD_S = 4.0
+"""Standard deviation of velocities' changes: base [m/s], [rad/s], and hinges [rad/s]."""
+
+STAND_M_S, LEAVE_M_S = 0.30, 0.45
+STAND_M, LEAVE_M = 0.03, 0.045
+"""Speed and height below which a joint of a foot stands, and above which it no longer does."""
+
+APART_M, APART_SIGMA_M = 0.005, 0.004
+"""Distance that parts keep from each other, and deviation below it and below the floor."""
+
+LIVE_SIGMA_M = 0.001
+"""Least standard deviation of the corners of standing soles."""
+
+EASE_S = 0.05
+SMOOTHING_S = 0.03
+
+
+class LiveStances:
+    """Which joints of the performer's feet stand, by their speed and height so far."""
+
+    def __init__(self, stand_m: Array, frame_s: float) -> None:
+        """`stand_m`: heights of left ankle and toe, right ankle and toe where they stand, shape (4,)."""
+        self._stand_m, self._frame_s = stand_m, frame_s
+        self._smooth: Array | None = None
+        self._velocity = np.zeros((4, 3))
+        self._stands = np.zeros(4, dtype=bool)
+        self._hold = np.zeros(4)
+
+    def follow(self, feet: Array) -> Array:
+        """Return how much each joint stands, 0..1, shape (4,), from their positions [m], shape (4, 3)."""
+        share = 1.0 - np.exp(-self._frame_s / SMOOTHING_S)
+        before = feet if self._smooth is None else self._smooth
+        moved = share * (feet - before)
+        self._smooth = before + moved
+        speed = np.linalg.norm(moved, axis=1) / self._frame_s
+        height = feet[:, 2] - self._stand_m
+        near = (speed < STAND_M_S) & (height < STAND_M)
+        away = (speed > LEAVE_M_S) | (height > LEAVE_M)
+        self._stands = np.where(self._stands, ~away, near)
+        self._hold = np.clip(
+            self._hold + np.where(self._stands, 1.0, -1.0) * self._frame_s / EASE_S, 0.0, 1.0
+        )
+        return self._hold.copy()
+
+
+class LiveFeet:
+    """Places of standing feet: each keeps, for its whole stance, the place at which its target was first flat."""
+
+    def __init__(self, robot: Robot) -> None:
+        self._local = [sole_of(robot, side) for side in (0, 1)]
+        self._placed: list[Array | None] = [None, None]
+
+    def plant(self, targets: Targets, hold: Array) -> Targets:
+        """Return one frame's targets with its standing feet in place.
+
+        Args:
+            targets: of one frame; changed.
+            hold: of the performer's ankles and toes, shape (4,).
+        """
+        corners = corner_hold(hold[None])
+        soles = targets.points_m[:, SOLES]
+        for k, local in enumerate(self._local):
+            own = corners[0, k]
+            if own.max() <= 0.0:
+                self._placed[k] = None
+                continue
+            if self._placed[k] is None or own.max() < 1.0:
+                pose = flat_pose(local, soles[:, k], own[2:3] > 0.0)
+                self._placed[k] = flat_sole(local, *pose)[0]
+            soles[0, k] = np.where(own[:, None] > 0.0, self._placed[k], soles[0, k])
+        targets.points_m[:, SOLES] = soles
+        targets.sigma_m[:, SOLES] = np.maximum(sole_sigma_m(corners), LIVE_SIGMA_M)
+        return replace(targets, hold=corners)
+
+
+def followed(
+    robot: Robot, motion: Performed, now_s: Callable[[], float] = lambda: 0.0
+) -> tuple[Array, Array]:
+    """Return the configurations with which a robot follows a motion live, shape (frame_count, nq), and the time that
+    each frame took by the clock `now_s` [s], shape (frame_count,).
+
+    Nothing that a frame needs comes after it, except lengths and heights of the performer's own body.
+    """
+    solver, feet = LiveRobot(robot, motion.frame_s), LiveFeet(robot)
+    stances = LiveStances(motion.stand_m, motion.frame_s)
+    joints = ("LeftFoot", "LeftToeBase", "RightFoot", "RightToeBase")
+    out, took = np.empty((len(motion.time_s), robot.model.nq)), np.empty(len(motion.time_s))
+    for t in range(len(out)):
+        begin_s = now_s()
+        frame = motion.part(slice(t, t + 1))
+        hold = stances.follow(np.stack([frame.at[joint][0] for joint in joints]))
+        targets = feet.plant(scaled(robot, frame), hold)
+        out[t] = solver.follow(targets)
+        took[t] = now_s() - begin_s
+    return out, took
+
+
+class LiveRobot:
+    """Follows targets frame by frame."""
+
+    def __init__(self, robot: Robot, frame_s: float) -> None:
+        self._robot, self._frame_s = robot, frame_s
+        model = robot.model
+        self._configuration = mink.Configuration(model, robot.standing)
+        self._task = JointPositionsTask(robot)
+        self._qp = BoxQP(model.nv)
+        self._velocity = np.zeros(model.nv)
+        sigma = np.repeat((*BASE_SIGMA, HINGE_SIGMA_RAD_S), (3, 3, model.nv - FREE_DOFS))
+        self._stiffness = 1.0 / (sigma * frame_s) ** 2
+        rest = np.zeros(model.nv)
+        rest[FREE_DOFS:] = 1.0 / REST_RAD**2
+        self._rest_stiffness = rest
+        self._reach = np.full(model.nv, UNBOUNDED)
+        self._reach[FREE_DOFS:] = np.minimum(robot.velocity_rad_s * frame_s, MAX_STEP_RAD)
+        self._reach[FREE_DOFS:][~robot.active] = 0.0
+        self._low, self._high = robot.bent_rad.T
+        self._contacts = Contacts(model, robot.active)
+        self._moves = body_dofs(model)
+        self._started = False
+
+    def follow(self, targets: Targets) -> Array:
+        """Return the configuration for the targets of the next frame, shape (nq,)."""
+        self._task.set_targets(targets.points_m[0], 1.0 / targets.sigma_m[0, :, 0])
+        if not self._started:
+            self._started = True
+            hips = targets.points_m[0, [INDEX["left_hip"], INDEX["right_hip"]]].mean(axis=0)
+            self._start(hips, targets.hips_wxyz[0])
+        self._velocity = VELOCITY_SHARE * self._step(self._velocity)
+        return self._configuration.q.copy()
+
+    def _start(self, hips_m: Array, hips_wxyz: Array) -> None:
+        q = self._robot.standing
+        rest = self._robot.at_rest_m[[INDEX["left_hip"], INDEX["right_hip"]]].mean(axis=0)
+        q[:3] += hips_m - rest
+        q[3:FREE] = hips_wxyz
+        self._configuration.update(q)
+        reach, self._reach = self._reach, np.where(self._reach > 0.0, MAX_STEP_RAD, 0.0)
+        stiffness, self._stiffness = self._stiffness, np.ones_like(self._stiffness)
+        for _ in range(FIRST_ITERATIONS):
+            self._step(np.zeros_like(self._velocity))
+        self._reach, self._stiffness = reach, stiffness
+
+    def _step(self, expected: Array) -> Array:
+        """Move by one step of mink's problem, near the expected one; return it."""
+        problem = _build_ik(self._configuration, [self._task], 1.0, DAMPING, limits=[])
+        hinges = self._configuration.q[FREE:]
+        H, c = problem.P, problem.q
+        diagonal = H.reshape(-1)[:: len(H) + 1]
+        diagonal += self._stiffness + self._rest_stiffness
+        c -= self._stiffness * expected
+        c[FREE_DOFS:] += self._rest_stiffness[FREE_DOFS:] * (hinges - self._robot.rest)
+        self._keep_apart(H, c)
+        low, high = -self._reach, self._reach.copy()
+        np.maximum(low[FREE_DOFS:], np.minimum(self._low - hinges, 0.0), out=low[FREE_DOFS:])
+        np.minimum(high[FREE_DOFS:], np.maximum(self._high - hinges, 0.0), out=high[FREE_DOFS:])
+        step = self._qp.solve(H, c, low, high)
+        self._configuration.integrate_inplace(step, 1.0)
+        return step
+
+    def _keep_apart(self, H: Array, c: Array) -> None:
+        """Add the contacts at the configuration to the problem: parts that are too near are pushed apart."""
+        data = self._configuration.data
+        bodies, places, ways, distance = self._contacts.found(data)
+        if not len(distance):
+            return
+        rows = contact_rows(places - data.subtree_com[1], ways, data.cdof)
+        rows *= self._moves[bodies[:, 1]] - self._moves[bodies[:, 0]]
+        rows /= APART_SIGMA_M
+        H += rows.T @ rows
+        wanted = np.where((bodies == 0).any(axis=1), 0.0, APART_M)
+        c -= rows.T @ (np.maximum(wanted - distance, 0.0) / APART_SIGMA_M)

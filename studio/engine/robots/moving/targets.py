@@ -1,0 +1,307 @@
+"""Where a robot's points shall be: a performer's motion, scaled part by part.
+
+The path and the legs are scaled by the ratio of leg lengths, the trunk and the arms by their own. Feet keep the
+robot's own width beside the scaled path. A standing foot has one place and one heading for its whole stance.
+"""
+
+from dataclasses import dataclass, fields, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from studio.engine.base.quaternions import multiply, rotate
+from studio.engine.robots.body.parts import SIDES
+from studio.engine.robots.body.robot import CORNERS, INDEX, POINTS, THUMB_M, Robot
+from studio.engine.robots.moving.performed import SIDES as PERFORMER_SIDES
+from studio.engine.robots.moving.performed import Performed
+from studio.engine.whole_take.finish.places import places_of
+
+Array = NDArray[np.float64]
+
+TO_STAGE = np.array([np.sqrt(0.5), 0.0, 0.0, -np.sqrt(0.5)])
+"""Turn from a robot's axes (x ahead, y left) to a performer's in the T-pose (-y ahead, x left), wxyz."""
+
+SINK = 0.01
+"""The hips are lowered by this share of the leg, so that straight legs are not at the end of their reach."""
+
+TURN_M = 0.15
+"""A stance's heading counts as a place at this distance [m/rad]."""
+
+CHANGE_M2_S = 4e-3
+"""Cost of a change of place in a stance (`places`)."""
+
+HANDS_M = (0.10, 0.25)
+"""Hands are as near to each other as the performer's below the first distance, and free of it above the second."""
+
+SIGMA_M = {
+    "pelvis_up": 0.06, "torso_front": 0.05, "head_front": 0.08, "hip": 0.03, "knee": 0.04, "shoulder": 0.03,
+    "ankle": np.inf, "elbow": 0.03, "hand": 0.02, "thumb": 0.08, "corner": 0.02,
+}  # fmt: skip
+"""Standard deviation of a robot's points from their targets [m]; infinite = only a figure is made of it."""
+
+STANDS_SIGMA_M = np.array([0.0004, 0.0004, 0.001])
+"""Of the corners of a standing sole, along x, y and z: a foot that cannot be flat tips rather than slides."""
+
+SOLES = np.array([[INDEX[f"{side}_{corner}"] for corner in CORNERS] for side in SIDES])
+"""Corners of the soles among a robot's points, shape (2, 4)."""
+
+KEY_POINTS = tuple(
+    f"{side}_{part}" for side in SIDES for part in ("knee", "ankle", "shoulder", "elbow", "hand")
+)
+"""Points whose distance from their targets is a figure."""
+
+
+@dataclass(frozen=True)
+class Targets:
+    """Targets of a robot's points over time.
+
+    Attributes:
+        frame_s: time between frames [s].
+        points_m: shape (frame_count, point_count, 3).
+        sigma_m: standard deviation of each coordinate, shape (frame_count, point_count, 3).
+        hold: how much each corner of the soles stands, 0..1, shape (frame_count, 2, 4).
+        hips_wxyz, chest_wxyz: turns of pelvis and torso from the zero pose, robot's axes, shape (frame_count, 4).
+        feet_wxyz: of the feet, shape (frame_count, 2, 4).
+        hands_m: wanted way from the right hand to the left [m], shape (frame_count, 3).
+        together: how much that counts, 0..1, shape (frame_count,).
+    """
+
+    frame_s: float
+    points_m: Array
+    sigma_m: Array
+    hold: Array
+    hips_wxyz: Array
+    chest_wxyz: Array
+    feet_wxyz: Array
+    hands_m: Array
+    together: Array
+
+    def __len__(self) -> int:
+        return len(self.points_m)
+
+    @property
+    def standing(self) -> NDArray[np.bool_]:
+        """Corners that stand fully, shape (frame_count, 2, 4)."""
+        return self.hold >= 1.0
+
+    def part(self, rows: slice) -> "Targets":
+        """The targets of some frames."""
+        arrays = [field.name for field in fields(self) if field.name != "frame_s"]
+        return replace(self, **{name: getattr(self, name)[rows] for name in arrays})
+
+
+def targets_of(robot: Robot, motion: Performed) -> Targets:
+    """Return where a robot's points shall be in each frame of a performer's motion, its standing feet in place."""
+    targets = scaled(robot, motion)
+    hold = corner_hold(motion.hold)
+    soles = targets.points_m[:, SOLES]
+    _plant(robot, motion.frame_s, soles, soles.copy(), hold, slice(0, len(soles)))
+    targets.points_m[:, SOLES] = soles
+    targets.sigma_m[:, SOLES] = sole_sigma_m(hold)
+    return replace(targets, hold=hold)
+
+
+def scaled(robot: Robot, motion: Performed) -> Targets:
+    """Return where a robot's points would be in each frame of a performer's motion if no foot stood."""
+    ratio = robot.leg_m / motion.leg_m
+    frames = len(motion.time_s)
+    points = np.empty((frames, len(POINTS), 3))
+    hips_turn, chest_turn = (multiply(motion.turned[part], TO_STAGE) for part in ("Hips", "Chest"))
+    rest = robot.at_rest_m
+    hips_rest = 0.5 * (rest[INDEX["left_hip"]] + rest[INDEX["right_hip"]])
+    shoulders_rest = 0.5 * (rest[INDEX["left_shoulder"]] + rest[INDEX["right_shoulder"]])
+    hips = ratio * motion.middle("UpLeg")
+    hips[:, 2] -= SINK * robot.leg_m
+    for point in ("left_hip", "right_hip", "pelvis_up"):
+        points[:, INDEX[point]] = hips + rotate(hips_turn, rest[INDEX[point]] - hips_rest)
+    trunk_m = float(np.linalg.norm(shoulders_rest - hips_rest))
+    shoulders = hips + _directions(motion.middle("Arm") - motion.middle("UpLeg"), trunk_m)
+    for point in ("left_shoulder", "right_shoulder", "torso_front"):
+        points[:, INDEX[point]] = shoulders + rotate(chest_turn, rest[INDEX[point]] - shoulders_rest)
+    head_turn = multiply(motion.turned["Head"], TO_STAGE)
+    ahead = np.array([0.2, 0.0, 0.0])
+    head = shoulders + rotate(chest_turn, rest[INDEX["head_front"]] - ahead - shoulders_rest)
+    points[:, INDEX["head_front"]] = head + rotate(head_turn, ahead)
+    for side, theirs in zip(SIDES, PERFORMER_SIDES, strict=True):
+        _limb(robot, motion, points, side, theirs)
+    ankles, feet = _ankles(robot, motion, hips_turn, ratio)
+    points[:, [INDEX["left_ankle"], INDEX["right_ankle"]]] = ankles
+    points[:, SOLES] = _soles(robot, ankles, feet)
+    hands, together = _hands(robot, motion, points)
+    return Targets(
+        frame_s=motion.frame_s,
+        points_m=points,
+        sigma_m=np.tile(_SIGMA_M[:, None], (frames, 1, 3)),
+        hold=np.zeros((frames, 2, 4)),
+        hips_wxyz=hips_turn,
+        chest_wxyz=chest_turn,
+        feet_wxyz=feet,
+        hands_m=hands,
+        together=together,
+    )
+
+
+def _directions(ways: Array, length_m: float) -> Array:
+    """Ways of a given length in the directions of others, shape (frame_count, 3)."""
+    return ways * (length_m / np.maximum(np.linalg.norm(ways, axis=1, keepdims=True), 1e-9))
+
+
+def _limb(robot: Robot, motion: Performed, points: Array, side: str, theirs: str) -> None:
+    """Set the knee, elbow, hand and thumb of a side, from its hip and shoulder."""
+    at, lengths = motion.at, robot.lengths_m
+
+    def way(first: str, last: str, length: str) -> Array:
+        return _directions(at[theirs + last] - at[theirs + first], lengths[length])
+
+    points[:, INDEX[f"{side}_knee"]] = points[:, INDEX[f"{side}_hip"]] + way("UpLeg", "Leg", "thigh")
+    elbow = points[:, INDEX[f"{side}_shoulder"]] + way("Arm", "ForeArm", "upper_arm")
+    hand = elbow + way("ForeArm", "Hand", "forearm")
+    points[:, INDEX[f"{side}_elbow"]], points[:, INDEX[f"{side}_hand"]] = elbow, hand
+    thumb = rotate(motion.turned[f"{theirs}Hand"], np.array([0.0, -1.0, 0.0]))
+    points[:, INDEX[f"{side}_thumb"]] = hand + THUMB_M * thumb
+
+
+def _ankles(robot: Robot, motion: Performed, hips_turn: Array, ratio: float) -> tuple[Array, Array]:
+    """Places of the ankles [m], shape (frame_count, 2, 3), and turns of the feet, shape (frame_count, 2, 4)."""
+    ankles = np.empty((len(motion.time_s), 2, 3))
+    feet = np.empty((len(motion.time_s), 2, 4))
+    left = rotate(hips_turn, np.array([0.0, 1.0, 0.0]))
+    left[:, 2] = 0.0
+    left /= np.maximum(np.linalg.norm(left, axis=1, keepdims=True), 1e-9)
+    apart = np.linalg.norm(robot.at_rest_m[INDEX["left_hip"]] - robot.at_rest_m[INDEX["right_hip"]])
+    wider = 0.5 * (float(apart) - ratio * motion.lengths_m["hip_width"])
+    for k, (theirs, sign) in enumerate(zip(PERFORMER_SIDES, (1.0, -1.0), strict=True)):
+        ankles[:, k] = ratio * motion.at[f"{theirs}Foot"] + sign * wider * left
+        ankles[:, k, 2] = robot.ankle_m[k, 2] + ratio * (
+            motion.at[f"{theirs}Foot"][:, 2] - motion.stand_m[2 * k]
+        )
+        feet[:, k] = multiply(multiply(motion.turned[f"{theirs}Foot"], motion.feet_rest[k]), TO_STAGE)
+    return ankles, feet
+
+
+def _soles(robot: Robot, ankles: Array, feet: Array) -> Array:
+    """Corners of the soles [m], shape (frame_count, 2, 4, 3), none of them below the floor."""
+    local = robot.at_rest_m[SOLES] - robot.ankle_m[:, None]
+    out = ankles[:, :, None] + rotate(feet[:, :, None], local)
+    out[..., 2] -= np.minimum(out[..., 2].min(axis=2, keepdims=True), 0.0)
+    return out
+
+
+def corner_hold(hold: Array) -> Array:
+    """Return how much each corner of the soles stands: heels as the performer's ankle, toes as the toe."""
+    heels, toes = hold[:, [0, 2], None], hold[:, [1, 3], None]
+    return np.concatenate([heels, heels, toes, toes], axis=2)
+
+
+def _plant(robot: Robot, frame_s: float, soles: Array, seen: Array, hold: Array, rows: slice) -> None:
+    """Put the corners of standing soles, in place, at one place on the floor for each stance that begins in the rows.
+
+    Args:
+        soles: corners, shape (frame_count, 2, 4, 3).
+        seen: the same of the feet that show where they stand, in the rows, shape (row_count, 2, 4, 3).
+        hold: of the corners, shape (frame_count, 2, 4).
+    """
+    low, high = rows.start, rows.stop
+    for k in range(2):
+        local = sole_of(robot, k)
+        for begin, end in runs(hold[:, k].max(axis=1) > 0.0):
+            if not low <= begin < high:
+                continue
+            until = min(end, high)
+            own = hold[begin:until, k]
+            pose = np.column_stack(flat_pose(local, seen[begin - low : until - low, k], own[:, 2] > 0.0))
+            pose[:, 2] = TURN_M * np.unwrap(pose[:, 2])
+            path = _of_sure(pose, own.max(axis=1) >= 1.0)
+            place = places_of(path, frame_s, change_m2_s=CHANGE_M2_S)
+            place = np.concatenate([place, np.repeat(place[-1:], end - until, axis=0)])
+            planted = flat_sole(local, place[:, :2], place[:, 2] / TURN_M)
+            stands = hold[begin:end, k, :, None] > 0.0
+            soles[begin:end, k] = np.where(stands, planted, soles[begin:end, k])
+
+
+def replanted(robot: Robot, targets: Targets, points_m: Array, rows: slice) -> Targets:
+    """Return the targets with every stance that begins in the rows at the place where the robot's foot is.
+
+    A robot may not reach all places at once: its legs are less free than the performer's.
+
+    Args:
+        points_m: of the robot in the rows, shape (row_count, point_count, 3).
+    """
+    points = targets.points_m.copy()
+    soles = points[:, SOLES]
+    _plant(robot, targets.frame_s, soles, points_m[:, SOLES], targets.hold, rows)
+    points[:, SOLES] = soles
+    return replace(targets, points_m=points)
+
+
+def _of_sure(path: Array, sure: NDArray[np.bool_]) -> Array:
+    """The path with frames that are not sure like the nearest that is."""
+    known = np.flatnonzero(sure)
+    if not len(known):
+        return path
+    return path[known[np.abs(np.arange(len(path))[:, None] - known).argmin(axis=1)]]
+
+
+def sole_of(robot: Robot, side: int) -> Array:
+    """Return the corners of a sole from its ankle, on the floor [m], shape (4, 2)."""
+    return (robot.at_rest_m[SOLES[side]] - robot.ankle_m[side])[:, :2]
+
+
+def flat_pose(local: Array, corners: Array, by_toe: NDArray[np.bool_]) -> tuple[Array, Array]:
+    """Return where a foot's ankle would be on the floor [m], shape (frame_count, 2), and its heading [rad].
+
+    Args:
+        local: `sole_of` the foot.
+        corners: of its sole, shape (frame_count, 4, 3).
+        by_toe: whether the toe's edge stays when the foot becomes flat, else the heel's, shape (frame_count,).
+    """
+    ahead = (corners[:, 2:] - corners[:, :2]).sum(axis=1)
+    heading = np.arctan2(ahead[:, 1], ahead[:, 0])
+    choose = by_toe[:, None]
+    seen = np.where(choose, corners[:, 2:, :2].mean(axis=1), corners[:, :2, :2].mean(axis=1))
+    edge = np.where(choose, local[2:].mean(axis=0), local[:2].mean(axis=0))
+    return seen - _turned(heading, edge[:, None])[:, 0], heading
+
+
+def flat_sole(local: Array, ankle_m: Array, heading: Array) -> Array:
+    """Return the corners of flat soles on the floor [m], shape (frame_count, 4, 3)."""
+    out = np.zeros((len(ankle_m), 4, 3))
+    out[..., :2] = ankle_m[:, None] + _turned(heading, local[None])
+    return out
+
+
+def _turned(yaw: Array, local: Array) -> Array:
+    """Vectors on the floor, shape (1 or frame_count, count, 2), turned by headings, shape (frame_count,)."""
+    c, s = np.cos(yaw)[:, None], np.sin(yaw)[:, None]
+    return np.stack([c * local[..., 0] - s * local[..., 1], s * local[..., 0] + c * local[..., 1]], axis=-1)
+
+
+def runs(flags: NDArray[np.bool_]) -> list[tuple[int, int]]:
+    """Begin and end of each run of true flags."""
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], flags, [False]])))
+    return [(int(a), int(b)) for a, b in zip(edges[::2], edges[1::2], strict=True)]
+
+
+def _hands(robot: Robot, motion: Performed, points: Array) -> tuple[Array, Array]:
+    """The way between the hands where they are near each other, and how much it counts."""
+    way = motion.at["LeftHand"] - motion.at["RightHand"]
+    ratio = (robot.lengths_m["upper_arm"] + robot.lengths_m["forearm"]) / (
+        motion.lengths_m["upper_arm"] + motion.lengths_m["forearm"]
+    )
+    near, far = HANDS_M
+    t = np.clip((np.linalg.norm(way, axis=1) - far) / (near - far), 0.0, 1.0)
+    return ratio * way, t * t * (3.0 - 2.0 * t)
+
+
+def sole_sigma_m(hold: Array) -> Array:
+    """Return the standard deviation of corners from their targets by how much they stand [m], shape (..., 3)."""
+    loose = SIGMA_M["corner"]
+    return loose * (STANDS_SIGMA_M / loose) ** hold[..., None]
+
+
+def _sigmas() -> Array:
+    parts = [point.split("_", 1)[1] if point.startswith(SIDES) else point for point in POINTS]
+    return np.array([SIGMA_M["corner" if part in CORNERS else part] for part in parts])
+
+
+_SIGMA_M = _sigmas()

@@ -1,0 +1,126 @@
+"""Pictures, videos and playback of a robot's motion, by MuJoCo."""
+
+import os
+import sys
+import time
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from studio.engine.base.errors import FormatError, NotAvailableError
+from studio.engine.base.files import write_atomically
+from studio.engine.robots.body.robot import Robot
+from studio.engine.robots.motion import RobotMotion
+
+Image = NDArray[np.uint8]
+
+WIDTH, HEIGHT = 480, 480
+STRIP = 8
+"""Pictures of a strip."""
+
+VIDEO_HZ = 30
+_VISIBLE = (0, 1, 2, 4)
+"""Groups of geoms that are shown: MuJoCo's usual ones, and the floor."""
+
+_COLLIDING = 3
+"""Group of geoms that collide, in most models; shown where nothing else is to be seen."""
+
+
+def write_pictures(robot: Robot, motion: RobotMotion, out: Path) -> None:
+    """Write a strip of pictures (.png), or a video (.mp4), of a motion.
+
+    Raises:
+        FormatError: another ending.
+        NotAvailableError: MuJoCo cannot draw here.
+        StudioError: the file cannot be written.
+    """
+    kind, last = out.suffix.lower(), len(motion.time_s) - 1
+    if kind == ".png":
+        _write_strip(robot, motion, out, np.linspace(0, last, STRIP).round().astype(int))
+    elif kind == ".mp4":
+        count = max(1, round((motion.time_s[-1] - motion.time_s[0]) * VIDEO_HZ))
+        _write_video(robot, motion, out, np.linspace(0, last, count).round().astype(int))
+    else:
+        raise FormatError("robot.picture", "{path}: pictures of a robot are .png or .mp4", path=out)
+
+
+def pictures(robot: Robot, motion: RobotMotion, frames: Sequence[int] | NDArray[np.int64]) -> Iterator[Image]:
+    """Yield pictures of some frames, seen from ahead and to the side, shape (HEIGHT, WIDTH, 3).
+
+    Raises:
+        NotAvailableError: MuJoCo cannot draw here.
+    """
+    import mujoco
+
+    robot.model.vis.global_.offwidth, robot.model.vis.global_.offheight = WIDTH, HEIGHT
+    try:
+        renderer = mujoco.Renderer(robot.model, HEIGHT, WIDTH)
+    except Exception as error:  # each of the drawing libraries raises errors of its own
+        raise NotAvailableError(
+            "robot.no_drawing",
+            "MuJoCo cannot draw here: {error}; set MUJOCO_GL to egl or osmesa",
+            error=str(error)[:120],
+        ) from error
+    with renderer:
+        data, option = mujoco.MjData(robot.model), mujoco.MjvOption()
+        option.geomgroup[:] = 0
+        option.geomgroup[list(_VISIBLE)] = 1
+        groups = robot.model.geom_group[robot.model.geom_bodyid > 0]
+        option.geomgroup[_COLLIDING] = int(not np.isin(groups, _VISIBLE).any())
+        camera = mujoco.MjvCamera()
+        camera.distance, camera.elevation = 3.6 * robot.leg_m, -10.0
+        for frame in frames:
+            data.qpos[:] = motion.qpos[frame]
+            mujoco.mj_forward(robot.model, data)
+            camera.lookat[:] = [*data.qpos[:2], 0.9 * robot.leg_m]
+            ahead = data.xmat[1].reshape(3, 3)[:2, 0]
+            camera.azimuth = np.degrees(np.arctan2(ahead[1], ahead[0])) + 150.0
+            renderer.update_scene(data, camera, option)
+            yield renderer.render().copy()
+
+
+def _write_strip(robot: Robot, motion: RobotMotion, out: Path, frames: NDArray[np.int64]) -> None:
+    from PIL import Image as Pillow
+
+    strip = np.concatenate(list(pictures(robot, motion, frames)), axis=1)
+    with write_atomically(out) as file:
+        Pillow.fromarray(strip).save(file, format="PNG")
+
+
+def _write_video(robot: Robot, motion: RobotMotion, out: Path, frames: NDArray[np.int64]) -> None:
+    import av
+
+    with write_atomically(out) as file, av.open(file, "w", format="mp4") as container:
+        stream = container.add_stream("h264", rate=VIDEO_HZ)
+        stream.width, stream.height, stream.pix_fmt = WIDTH, HEIGHT, "yuv420p"
+        for image in pictures(robot, motion, frames):
+            container.mux(stream.encode(av.VideoFrame.from_ndarray(image, format="rgb24")))
+        container.mux(stream.encode())
+
+
+def play(robot: Robot, motion: RobotMotion) -> None:
+    """Show a motion in MuJoCo's viewer, again and again until its window is closed.
+
+    Raises:
+        NotAvailableError: there is no screen.
+    """
+    if sys.platform == "linux" and not (os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")):
+        raise NotAvailableError(
+            "robot.no_screen",
+            "there is no screen for MuJoCo's viewer; --out FILE.mp4 or FILE.png writes pictures",
+        )
+    import mujoco
+    import mujoco.viewer
+
+    data = mujoco.MjData(robot.model)
+    times = motion.time_s - motion.time_s[0]
+    with mujoco.viewer.launch_passive(robot.model, data) as viewer:
+        begin_s = time.monotonic()
+        while viewer.is_running():
+            now_s = (time.monotonic() - begin_s) % max(float(times[-1]), 1e-3)
+            data.qpos[:] = motion.qpos[min(int(np.searchsorted(times, now_s)), len(times) - 1)]
+            mujoco.mj_forward(robot.model, data)
+            viewer.sync()
+            time.sleep(0.01)
