@@ -129,7 +129,7 @@ def create_app(
     finder = Finder(stage, sessions)
     add_routes(app, performers_router(stage))
     add_routes(app, takes_router(sessions, finder, jobs, presets, thumbnails))
-    add_routes(app, edits_router(finder))
+    add_routes(app, edits_router(finder, jobs))
     app.state.edits_stamp = EditsStamp(sessions)
     add_routes(app, thumbnails_router(finder))
     add_routes(app, exports_router(sessions, finder, jobs))

@@ -61,3 +61,14 @@ def test_what_is_wrong_or_stale_is_refused(recorded, pin):
 def test_a_file_of_a_newer_program_is_told(recorded):
     (recorded.sessions / "tests" / "one" / "edits.json").write_text('{"format_version": 9}')
     assert_error(recorded.http.get(ROUTE), 422, "format", "file.version")
+
+
+def test_a_preview_is_of_a_solve_of_the_take(recorded):
+    http = recorded.http
+    assert_error(http.post(f"{ROUTE}/preview", json={"solve": "nothing"}), 404, "not_found", "take.no_solve")
+
+
+def test_offers_need_a_solve_that_says_what_went_into_it(recorded):
+    http = recorded.http
+    assert_error(http.get(f"{ROUTE}/offers?solve=live"), 409, "take", "offers.no_trace")
+    assert_error(http.get(f"{ROUTE}/offers?solve=nothing"), 404, "not_found", "take.no_solve")

@@ -1,22 +1,29 @@
 """Routes of a take's edits: list, change, undo and redo."""
 
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import msgspec
-from fastapi import APIRouter, Query
+from fastapi import APIRouter, Query, Request
 from msgspec import Struct
 from pydantic import Field
 
 from studio.api.errors import RESPONSES, NotFoundError
+from studio.api.jobs import Jobs, JobStatus
 from studio.api.stage.stage import Request as Body
 from studio.api.structs import StructRoute
 from studio.api.takes.find import Finder
+from studio.api.takes.takes import Replayer, settings_of
 from studio.engine.edits.edit import Edit
+from studio.engine.metrics.results import CleanupEventJson
 from studio.take.edits.carry import carried
 from studio.take.edits.change import change_edits, no_such_edit, redo_edits, undo_edits
 from studio.take.edits.kept import EDITS_FILE, TakeEdits, edit_from_json, read_edits
 from studio.take.folder.take import Take
+from studio.worker import run_in_process
+
+if TYPE_CHECKING:
+    from studio.offline.offers import Offer
 
 _Revision = Annotated[
     int | None, Field(description="that of the list on which it is made; the newest where left out")
@@ -62,6 +69,30 @@ class EditsOfTake(Struct):
     says: str
 
 
+class OfferedEdits(Struct):
+    """A clean-up event, what caused it, and edits of which each would mend it.
+
+    Attributes:
+        camera: whose joint is furthest off the body's course; null = no camera's.
+        joint: the canonical joint; off_mm: how far it is off.
+        why: the cause, one line.
+        edits: the likeliest first.
+    """
+
+    event: CleanupEventJson
+    camera: str | None
+    joint: str
+    off_mm: float
+    why: str
+    edits: tuple[Edit, ...]
+
+
+class OffersOfSolve(Struct):
+    """The clean-up events of a solve in order of time, each with what would mend it."""
+
+    offers: list[OfferedEdits]
+
+
 class EditsStamp:
     """Tells whether the edits of a take changed, whoever did it."""
 
@@ -78,7 +109,13 @@ class EditsStamp:
         return f"{state.st_mtime_ns}-{state.st_ino}"
 
 
-def edits_router(finder: Finder) -> APIRouter:
+class PreviewRequest(Body):
+    """Which solve is looked at."""
+
+    solve: str = Field(description="the solve that is replayed; it has settings", examples=["studio"])
+
+
+def edits_router(finder: Finder, jobs: Jobs) -> APIRouter:
     """Return the routes of edits."""
     router = APIRouter(
         prefix="/api/v1/takes/{session}/{take}/edits",
@@ -121,6 +158,35 @@ def edits_router(finder: Finder) -> APIRouter:
         """Make the change that was taken back last again; refused where the list is another one than `revision`."""
         opened = finder.take(session, take)
         return _answer(redo_edits(opened, revision=request.revision if request else None))
+
+    @router.post("/preview", status_code=202)
+    def preview(session: str, take: str, request: PreviewRequest, http: Request) -> JobStatus:
+        """Solve what is around the playhead with the take's edits, and show it there until the solve is made again;
+        nothing is kept. Answers the job."""
+        opened, id_ = finder.take(session, take), f"{session}/{take}"
+        finder.solve(opened, request.solve)
+        player: Replayer = http.app.state.player
+        at_s, performer = player.playhead(id_)
+        jobs.replace(("draft", "solve"), id_, request.solve)
+        job = jobs.submit(
+            "draft", id_, request.solve, "studio.offline.first_look:look_at_edits",
+            opened, settings_of(opened, request.solve), request.solve, at_s,
+            performer=performer, then=lambda poses: player.show_part(id_, poses, performer),
+        )  # fmt: skip
+        return jobs.get(job.id)
+
+    @router.get("/offers")
+    def get_offers(session: str, take: str, solve: str, performer: str = "") -> OffersOfSolve:
+        """What to mend in a solve, in order of time: each clean-up event, its cause, and edits that would mend it."""
+        opened = finder.take(session, take)
+        finder.solve(opened, solve, performer or None)
+        found: list[Offer] = run_in_process(
+            "studio.offline.offered:offers_of_solve", opened, solve, performer
+        )
+        lines = [
+            OfferedEdits(one.event, one.camera, one.joint, one.off_mm, one.why, one.edits) for one in found
+        ]
+        return OffersOfSolve(lines)
 
     @router.patch("/{edit}")
     def change(session: str, take: str, edit: str, request: EditRequest) -> EditsOfTake:

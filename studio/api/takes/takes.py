@@ -134,6 +134,14 @@ class Replayer(Protocol):
         """
         ...
 
+    def playhead(self, take: str) -> tuple[float, str]:
+        """Return the stage time at the playhead [s], and of several performers the one of the curves.
+
+        Raises:
+            SettingsError: this take is not replayed.
+        """
+        ...
+
     def grow(self, take: Take, solve: str, so_far: SoFar) -> None:
         """Take in the next part of a solve that is being made."""
         ...
@@ -197,7 +205,7 @@ def takes_router(
             settings = from_request(presets, request.preset, request.set)
         else:
             finder.solve(opened, request.settings_of)
-            settings = _settings_of(opened, request.settings_of)
+            settings = settings_of(opened, request.settings_of)
         name = request.name or ("as-live" if request.as_live else request.preset)
         opened.solve_folder(name)
         if not request.as_live:
@@ -286,7 +294,7 @@ def _solve_job(
     )  # fmt: skip
 
 
-def _settings_of(take: Take, solve: str) -> SolveSettings:
+def settings_of(take: Take, solve: str) -> SolveSettings:
     """Return the settings of a solve.
 
     Raises:

@@ -129,6 +129,15 @@ class Player:
         Raises:
             SettingsError: this take is not replayed.
         """
+        now_s, performer = self.playhead(take)
+        return now_s - PART_S[0], now_s + PART_S[1], performer
+
+    def playhead(self, take: str) -> tuple[float, str]:
+        """Return the stage time at the playhead [s], and of several performers the one of the curves.
+
+        Raises:
+            SettingsError: this take is not replayed.
+        """
         with self._changed:
             if self._clip is None or self._clip.take != take:
                 raise SettingsError(
@@ -136,8 +145,7 @@ class Player:
                     "take {take} is not replayed; open it first, or leave draft out",
                     take=take,
                 )
-            now_s = float(self._clip.poses.time_s[self._frame()])
-            return now_s - PART_S[0], now_s + PART_S[1], self._clip.performer
+            return float(self._clip.poses.time_s[self._frame()]), self._clip.performer
 
     def show_part(self, take: str, poses: Poses, performer: str = "") -> None:
         """Show these poses of a performer at their times, until another solve is opened; does nothing if the take is

@@ -89,6 +89,8 @@ def test_a_joint_is_dragged_to_its_place(address: str, take: Take, page: Page) -
     assert pin.place_m[:2] == pytest.approx(place[:2], abs=0.02)
     assert pin.place_m[2] == pytest.approx(place[2] + UP_M, abs=0.05)
     until(lambda: solved_with(take) == 1)
+    kinds = [job["kind"] for job in patient.get(f"{address}/api/v1/jobs").json()]
+    assert kinds == ["draft", "solve"]  # the surroundings first
     expect(page.locator("#edit-solve")).to_have_count(0)
     now = patient.get(joints, params={"frame": FRAME}).json()["positions_m"]["LeftHand"]
     assert now[2] - place[2] > 0.3 * UP_M
@@ -103,6 +105,7 @@ def add_over(page: Page, kind: str, from_s: float, to_s: float) -> None:
     page.locator("#edit-add").click()
 
 
+@pytest.mark.long
 def test_edits_over_a_range_are_added_moved_switched_and_taken_back(
     address: str, take: Take, page: Page, chromium: Browser
 ) -> None:

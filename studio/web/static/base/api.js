@@ -161,6 +161,9 @@ export const getEdits = (take) => call("GET", editsPath(take));
 export const addEdit = (take, edit, revision) => call("POST", editsPath(take), { edit, revision });
 export const changeEdit = (take, id, edit, revision) => call("PATCH", `${editsPath(take)}/${encodeURIComponent(id)}`, { edit, revision });
 export const removeEdit = (take, id, revision) => call("DELETE", `${editsPath(take)}/${encodeURIComponent(id)}?revision=${revision}`);
+/** Begin to solve what is around the playhead with the take's edits; it is shown there. */
+export const previewEdits = (take, solve) => call("POST", `${editsPath(take)}/preview`, { solve });
+export const getOffers = (take, solve, performer) => call("GET", `${editsPath(take)}/offers?${new URLSearchParams({ solve, ...(performer && { performer }) })}`);
 export const undoEdits = (take, revision) => call("POST", `${editsPath(take)}/undo`, { revision });
 export const redoEdits = (take, revision) => call("POST", `${editsPath(take)}/redo`, { revision });
 

@@ -6,9 +6,9 @@ import { OUTPUT, TOUCHING } from "./words.js";
 
 const AROUND_S = 0.25; // where no range is chosen
 const FIELDS = { // which fields a kind has
-  contact_floor: ["touching"], contact_nothing: ["touching"], leave_out: ["camera", "joint"], exchange_sides: ["camera"], offset: ["output", "turn"], trim: [], retime: ["factor"],
+  contact_floor: ["touching"], contact_nothing: ["touching"], leave_out: ["camera", "joint"], exchange_sides: ["camera"], offset: ["output", "turn"], trim: [],
 };
-const kept = { kind: "contact_floor", touching: "left_ankle", camera: "", joint: "", output: "LeftForeArm", factor: 1, turn: [0, 0, 0] }; // as last chosen
+const kept = { kind: "contact_floor", touching: "left_ankle", camera: "", joint: "", output: "LeftForeArm", turn: [0, 0, 0], typed: {} }; // as last chosen; times that were typed
 
 /** The chosen range [s since the take's beginning]; around the playhead where none is. */
 function rangeOf({ first, last, frames, frame, rate_hz: rate }) {
@@ -21,8 +21,8 @@ const select = (id, label, options, value, onchange) => h("label", { class: "fie
 
 const jointOptions = (joints) => joints.map((joint) => [joint, t(`joint.${joint}`)]);
 
-function numbered(id, label, value, step, onchange = () => {}) {
-  return h("label", { class: "field" }, h("span", {}, label), h("input", { id, type: "number", value, step, oninput: (event) => { event.currentTarget.dataset.typed = "yes"; }, onchange: (event) => onchange(event.currentTarget.valueAsNumber) }));
+function numbered(id, label, value, step, onchange) {
+  return h("label", { class: "field" }, h("span", {}, label), h("input", { id, type: "number", value, step, oninput: (event) => onchange(event.currentTarget.valueAsNumber) }));
 }
 
 function fields(cameras) {
@@ -33,7 +33,6 @@ function fields(cameras) {
     joint: () => [select("edit-joint", t("mend.joint"), [every, ...jointOptions(Object.keys(OUTPUT))], kept.joint, (value) => { kept.joint = value; })],
     output: () => [select("edit-output", t("mend.joint"), Object.values(OUTPUT).map((name) => [name, name]), kept.output, (value) => { kept.output = value; })],
     turn: () => ["X", "Y", "Z"].map((axis, k) => numbered(`edit-turn-${k}`, `${axis} [°]`, kept.turn[k], 1, (value) => { kept.turn[k] = value || 0; })),
-    factor: () => [numbered("edit-factor", t("mend.factor"), kept.factor, 0.1, (value) => { kept.factor = value; })],
   };
 }
 
@@ -49,15 +48,14 @@ function edit(replay) {
     exchange_sides: () => ({ kind: "exchange_sides", camera, ...common }),
     offset: () => ({ kind: "offset", joint: kept.output, rotation_deg: kept.turn, ...common }),
     trim: () => ({ kind: "trim", ...common }),
-    retime: () => ({ kind: "retime", factor: kept.factor, ...common }),
   }[kept.kind]();
 }
 
 /** Have the form's times be the chosen range, or around the playhead, unless they were typed. */
 export function showRange(replay) {
   rangeOf(replay).forEach((seconds, k) => {
-    const input = byId(["edit-from", "edit-to"][k]);
-    if (input && !input.dataset.typed) input.value = seconds.toFixed(2);
+    const id = ["edit-from", "edit-to"][k];
+    if (byId(id) && kept.typed[id] === undefined) byId(id).value = seconds.toFixed(2);
   });
 }
 
@@ -65,12 +63,13 @@ export function showRange(replay) {
 export function rangeForm(replay, { cameras }) {
   const [from, to] = rangeOf(replay), makers = fields(cameras);
   const own = h("div", { class: "edit-fields" });
+  const time = (id, label, seconds) => numbered(id, label, kept.typed[id] ?? seconds.toFixed(2), "any", (value) => { kept.typed[id] = value; });
   const fill = () => own.replaceChildren(...FIELDS[kept.kind].flatMap((name) => makers[name]()));
   fill();
   return h("details", { id: "edit-range", class: "operate" }, h("summary", {}, t("mend.over")),
-    h("form", { class: "stack", onsubmit: (event) => { event.preventDefault(); add(edit(replay)); } },
+    h("form", { class: "stack", onsubmit: (event) => { event.preventDefault(); add(edit(replay)); kept.typed = {}; } },
       select("edit-kind", t("mend.what"), Object.keys(FIELDS).map((kind) => [kind, t(`mend.form.${kind}`)]), kept.kind, (value) => { kept.kind = value; fill(); }),
       own,
-      h("div", { class: "edit-fields" }, numbered("edit-from", t("mend.from"), from.toFixed(2), "any"), numbered("edit-to", t("mend.to"), to.toFixed(2), "any")),
+      h("div", { class: "edit-fields" }, time("edit-from", t("mend.from"), from), time("edit-to", t("mend.to"), to)),
       h("div", { class: "buttons" }, h("button", { id: "edit-add", type: "submit", class: "small" }, t("mend.add")))));
 }

@@ -1,5 +1,5 @@
 // The edits of the replayed take: the list as the server has it, its changes, undo and redo, and the solve that honours them.
-import { addEdit, changeEdit, getEdits, getTakeDetail, redoEdits, removeEdit, solveTake, undoEdits } from "../base/api.js";
+import { addEdit, changeEdit, getEdits, getTakeDetail, previewEdits, redoEdits, removeEdit, solveTake, undoEdits } from "../base/api.js";
 import { attempt, keepUndo, showNote, undoing } from "../base/messages.js";
 import { hear } from "../base/said.js";
 import { t } from "../base/strings.js";
@@ -103,10 +103,9 @@ const UNDO = undoing("edits", takeBack, (takeId) => takeId === state.take && sta
 /** Solve the replayed take again with its edits, what is around the playhead first. */
 export async function solveAgain(without = false) {
   const { take: takeId, solve } = state.replay;
-  const settings = NOT_SOLVED_AGAIN.includes(solve) ? { preset: INSTEAD } : { settings_of: solve };
-  const name = without ? t("mend.without_name") : NOT_SOLVED_AGAIN.includes(solve) ? INSTEAD : solve;
-  const ask = (more) => attempt(() => solveTake(named(takeId), name, { ...settings, edits: !without, ...more }));
-  if (without || await ask({ draft: true })) await ask({});
+  const other = NOT_SOLVED_AGAIN.includes(solve), name = without ? t("mend.without_name") : other ? INSTEAD : solve;
+  if (!without && !other && !await attempt(() => previewEdits(named(takeId), solve))) return;
+  await attempt(() => solveTake(named(takeId), name, { ...(other ? { preset: INSTEAD } : { settings_of: solve }), edits: !without }));
 }
 
 /** Begin; `changed` hears of another list. */

@@ -4,6 +4,7 @@ import { said } from "../base/said.js";
 import { t } from "../base/strings.js";
 import { rangeForm, showRange } from "./form.js";
 import { change, editList, isSolved, makeAgain, remove, solveAgain, startEditList, takeBack, useEdits } from "./list.js";
+import { offerList, offersKey, startOffers } from "./offers.js";
 import { checkPin, leavePin, pinned, startPinning } from "./pinning.js";
 import { wordsOf } from "./words.js";
 
@@ -63,6 +64,7 @@ function build() {
     list.edits.length > 0 && h("div", { class: "buttons" },
       !isSolved() && button("edit-solve", t("mend.solve"), t("mend.solve_hint"), () => solveAgain()),
       button("edit-without", t("mend.without"), t("mend.without_hint"), () => solveAgain(true))),
+    offerList(state.replay, state.goTo),
     rangeForm(state.replay, list),
   ].filter(Boolean);
 }
@@ -75,7 +77,7 @@ export function showEdits() {
   const { revision, edits, can_undo, can_redo, says, cameras, solved } = editList();
   byId("edits-count").textContent = edits.length ? String(edits.length) : "";
   const opened = [...byId("edits").querySelectorAll("details[open]")].map((one) => one.id);
-  redraw(byId("edits"), [take, solve, playing, first, last, begins_s, rate_hz, revision, edits, can_undo, can_redo, says, cameras, solved?.edits, solved?.edits_revision, pinned()], build);
+  redraw(byId("edits"), [take, solve, playing, first, last, begins_s, rate_hz, revision, edits, can_undo, can_redo, says, cameras, solved?.edits, solved?.edits_revision, pinned(), offersKey(state.replay)], build);
   for (const id of opened) if (byId(id)) byId(id).open = true;
   state.painted();
 }
@@ -94,5 +96,6 @@ export function startEdits({ goTo, pin, painted }) {
   Object.assign(state, { goTo, pin, painted });
   startEditList(showEdits);
   startPinning(showEdits);
+  startOffers(showEdits);
   window.addEventListener("language", showEdits);
 }

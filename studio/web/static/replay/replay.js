@@ -6,6 +6,7 @@ import { forgetCurveData, loadCurveData, startCurveData } from "./curve_data.js"
 import { JOINTS, editSpans } from "./curves.js";
 import { grab, removeChosen } from "../edits/bars.js";
 import { forgetSolved } from "../edits/list.js";
+import { offersAgain } from "../edits/offers.js";
 import { startEdits } from "../edits/panel.js";
 import { beginPin, leavePin } from "../edits/pinning.js";
 import { FRESH_MS } from "../base/events.js";
@@ -354,6 +355,7 @@ export function solved(takeId, solve) {
   forgetVideo();
   forgetPerformers();
   forgetSolved();
+  offersAgain(state.replay);
   open(takeId, solve, state.replay.ghost);
   showNote(t("replay.showing", { solve }));
 }

@@ -1,0 +1,68 @@
+// What to mend, in order: each clean-up event of the replayed solve, why it is, what would mend it, and whether that did.
+import { getOffers } from "../base/api.js";
+import { clock, h } from "../base/dom.js";
+import { attempt } from "../base/messages.js";
+import { said } from "../base/said.js";
+import { t } from "../base/strings.js";
+import { editSpans } from "../replay/curves.js";
+import { add } from "./list.js";
+import { wordsOf } from "./words.js";
+
+const SAME_S = 0.1; // events of one solve and the next that are so near are the same
+const state = { of: "", offers: null, applied: [], changed: () => {} }; // `applied`: events whose offer was taken
+
+const named = (takeId) => ({ session: takeId.slice(0, takeId.indexOf("/")), name: takeId.slice(takeId.indexOf("/") + 1) });
+const keyOf = ({ take, solve, performer }) => JSON.stringify([take, solve, performer]);
+
+/** What the list shows, for whoever draws it only where it changes. */
+export const offersKey = (replay) => (state.of === keyOf(replay) ? [state.offers, state.applied] : null);
+
+/** Ask for the offers of the replayed solve. */
+async function load(replay) {
+  const of = keyOf(replay);
+  if (state.of !== of) Object.assign(state, { of, offers: null, applied: [] });
+  const found = await attempt(() => getOffers(named(replay.take), replay.solve, replay.performer));
+  if (!found || state.of !== of) return;
+  state.offers = found.offers;
+  state.changed();
+}
+
+/** The replayed solve was made again: where its offers are shown, those of the new one are asked for. */
+export function offersAgain(replay) {
+  if (state.of === keyOf(replay) && state.offers) load(replay);
+}
+
+const same = (one, other) => one.kind === other.kind && one.joint === other.joint && one.start_s <= other.end_s + SAME_S && one.end_s >= other.start_s - SAME_S;
+
+function apply(offer) {
+  const { id: _, note: __, ...edit } = offer.edits[0];
+  state.applied = [...state.applied.filter((one) => !same(one, offer.event)), offer.event];
+  add(edit);
+}
+
+function row(event, offer, replay, goTo) {
+  const [[, , words]] = editSpans([event], replay.begins_s, replay.rate_hz);
+  const mended = state.applied.some((one) => same(one, event));
+  return h("li", {},
+    h("div", { class: "edit-row" },
+      h("button", { type: "button", class: "small quiet edit-go", title: t("mend.go", { what: words }), onclick: () => goTo(Math.round((event.peak_s - replay.begins_s) * replay.rate_hz)) },
+        h("span", {}, words), h("span", { class: "count" }, clock(Math.max(event.peak_s - replay.begins_s, 0)))),
+      offer?.edits.length > 0 && h("button", { type: "button", class: "small operate", aria: { label: t("mend.apply_to", { what: words, edit: wordsOf(offer.edits[0]) }) }, onclick: () => apply(offer) }, t("mend.apply"))),
+    offer && h("p", { class: "muted" }, said(offer.why)),
+    offer?.edits.length > 0 && h("p", { class: "muted" }, wordsOf(offer.edits[0])),
+    mended && h("p", { class: offer ? "fair" : "good" }, t(offer ? "mend.still" : "mend.gone")));
+}
+
+/** The work list: a button that asks for it, then its rows. */
+export function offerList(replay, goTo) {
+  const shown = state.of === keyOf(replay) && state.offers;
+  const gone = shown ? state.applied.filter((event) => !state.offers.some((one) => same(one.event, event))) : [];
+  return h("div", {},
+    h("button", { id: "edit-offers", type: "button", class: "small", title: t("mend.offers_hint"), onclick: () => load(replay) }, shown ? t("mend.offers_count", { n: state.offers.length }) : t("mend.offers")),
+    shown && h("ul", { class: "edit-list", id: "offer-list" }, gone.map((event) => row(event, null, replay, goTo)), state.offers.map((one) => row(one.event, one, replay, goTo))));
+}
+
+/** Begin; `changed` hears of other offers. */
+export function startOffers(changed) {
+  state.changed = changed;
+}
