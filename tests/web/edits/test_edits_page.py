@@ -105,6 +105,7 @@ def add_over(page: Page, kind: str, from_s: float, to_s: float) -> None:
     page.locator("#edit-add").click()
 
 
+@pytest.mark.long
 def test_edits_over_a_range_are_added_moved_switched_and_taken_back(
     address: str, take: Take, page: Page, chromium: Browser
 ) -> None:

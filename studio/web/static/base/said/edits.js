@@ -25,7 +25,7 @@ export default {
   "edits.other_cameras": "elles ont été faites sous la calibration {number}, qui n'a aucune caméra en commun avec la calibration {now}",
   "edits.carried": "les corrections ont été faites sous la calibration {number} et reportées sur la calibration {now}",
   "offers.solve": "aucune caméra n'est loin : c'est le calcul lui-même qui déplace {joint}",
-  "offers.camera": "{camera} a {joint} à {mm:.0f} mm de sa trajectoire",
+  "offers.camera": "{camera} a {joint} à {mm} mm de sa trajectoire",
   "offers.no_trace": "le calcul « {name} » ne dit pas de quoi il est fait ; recalculez la prise",
   "evidence.contradict": "contredit l'épingle {other}, qui met {joint} à {metres:.2f} m d'ici au même moment : aucune des deux ne sert ; désactivez-en une",
   "evidence.no_performer": "la prise n'a pas de {performer}",
