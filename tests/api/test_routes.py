@@ -250,7 +250,16 @@ def test_events_push_the_status(studio):
     said = {sentence["text"]: sentence["code"] for sentence in message.pop("said")}
     assert said[message["status"]["cameras"]["camera_0"]["reason"]] == "camera.no_frame_yet"
     assert message["type"] == "status" and message["jobs"] == []
-    assert list(message) == ["type", "status", "jobs", "local_cameras", "thumbnails", "takes", "devices", "triggers"]
+    assert list(message) == [
+        "type",
+        "status",
+        "jobs",
+        "local_cameras",
+        "thumbnails",
+        "takes",
+        "devices",
+        "triggers",
+    ]
     assert json.loads(encode(msgspec.convert(message, StatusEvent))) == message
 
 
