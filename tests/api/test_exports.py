@@ -85,5 +85,5 @@ def test_what_does_not_go(studio):
     assert http.post("/exports", json=astray).status_code in (404, 409)
     assert_error(http.get("/exports/99"), 404, "not_found")
     job, answer = exported(http, solves=one, format="fbx", timecode="25:99")
-    assert job["state"] == "failed" and codes(job) == ["export.timecode"]
+    assert job["state"] == "failed" and codes(job) == ["timecode.text"]
     assert_error(answer, 404, "not_found", "export.not_done")

@@ -130,7 +130,7 @@ function advanced(kept) {
       number("key_error_cm", "", t("export.off")),
       select("rotation_order", ORDERS, (name) => name, kept.rotation_order),
       select("unit", UNITS, (name) => name, kept.unit),
-      h("label", { class: "field", title: t("export.timecode.hint") }, h("span", {}, t("export.timecode")), h("input", { id: "export-timecode", type: "text", placeholder: "hh:mm:ss:ff", pattern: "\\d\\d:\\d\\d:\\d\\d:\\d\\d", value: "" })),
+      h("label", { class: "field", title: t("export.timecode.hint") }, h("span", {}, t("export.timecode")), h("input", { id: "export-timecode", type: "text", placeholder: "hh:mm:ss:ff, take", pattern: "take|\\d\\d:\\d\\d:\\d\\d[:;]\\d\\d", value: "" })),
       number("smooth_hz", "", t("export.off"))),
     h("div", { class: "checks" }, check("foot_lock"), check("loop")));
 }

@@ -16,7 +16,7 @@ const SKELETONS = ["fbx", "bvh", "glb", "usd"];
 /** Which options a format understands; the others are hidden and not sent. */
 export const UNDERSTOOD = {
   target: SKELETONS, root_motion: SKELETONS, interpolation: ["fbx", "glb"], mesh: ["fbx", "glb", "usd"], key_error_cm: ["fbx"],
-  timecode: ["fbx"], rotation_order: ["bvh"], unit: ["bvh"], together: ["fbx"],
+  timecode: ["fbx", "bvh", "usd", "c3d", "csv", "npz"], rotation_order: ["bvh"], unit: ["bvh"], together: ["fbx"],
   fps: OF_SOLVES, start_s: OF_SOLVES, end_s: OF_SOLVES, smooth_hz: OF_SOLVES, foot_lock: OF_SOLVES, loop: OF_SOLVES, camera: [DEPTH], performer: OF_SOLVES,
 };
 

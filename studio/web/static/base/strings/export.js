@@ -57,7 +57,7 @@ export default {
   "export.rotation_order": ["Rotation order", "Ordre des rotations"],
   "export.unit": ["Unit", "Unité"],
   "export.timecode": ["Timecode", "Timecode"],
-  "export.timecode.hint": ["Time of day at which the keys begin", "Heure à laquelle commencent les clés"],
+  "export.timecode.hint": ["Timecode of the first frame; take: the take's own", "Timecode de la première image ; take : celui de la prise"],
   "export.mesh.hint": ["A skinned mannequin of the performer's proportions", "Un mannequin aux proportions de l'interprète"],
   "export.foot_lock.hint": ["Standing feet are held where they stand", "Les pieds posés sont tenus en place"],
   "export.loop.hint": ["Trims at the best place to loop, and blends the end into the start", "Coupe au meilleur endroit pour boucler, et fond la fin dans le début"],
