@@ -113,7 +113,8 @@ class RobotKinematics:
         bodies = np.concatenate([one[0] for one in found])
         distance = np.concatenate([one[3] for one in found])
         keep = _deepest(frames, bodies, distance)
-        places, ways = (np.concatenate([one[k] for one in found])[keep] for k in (1, 2))
+        places = np.concatenate([one[1] for one in found])[keep]
+        ways = np.concatenate([one[2] for one in found])[keep]
         frames, bodies, distance = frames[keep], bodies[keep], distance[keep]
         arms = places - centre[frames, 0]
         rows = contact_rows(arms, ways, motion[frames]) * (
