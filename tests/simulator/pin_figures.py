@@ -19,7 +19,7 @@ from studio.engine.edits.edit import Edit
 from studio.engine.metrics.cleanup.solve import cleanup_figures
 from studio.engine.metrics.reference.alignment import Alignment, align
 from studio.engine.metrics.reference.matching import match
-from studio.engine.metrics.reference.reference import Reference, read_reference
+from studio.engine.metrics.reference.reference import Markers, Reference, read_reference
 from studio.engine.model.joints import CANONICAL, INDEX, OUTPUT_OF_CANONICAL_INDEX
 from studio.engine.model.poses import Poses
 from studio.engine.model.settings import parse_settings
@@ -115,9 +115,14 @@ class Bench:
         mended = self.errors_m(after, fault.begin_s, fault.end_s)[1]
         outside = (after.time_s < fault.begin_s - OUTSIDE_S) | (after.time_s > fault.end_s + OUTSIDE_S)
         moved = self._moved_m(after, before)[outside]
+        clean_mm, before_mm, after_mm = (
+            1e3 * float(np.nanmean(one[:, joint])) for one in (clean, off, mended)
+        )
         return Figures(
             Fault(kind, fault.begin_s, fault.end_s, CANONICAL[joint], fault.camera, fault.shift_m),
-            *(1e3 * float(np.nanmean(one[:, joint])) for one in (clean, off, mended)),
+            clean_mm,
+            before_mm,
+            after_mm,
             1e3 * float(np.percentile(moved, 99)),
             (self.events(before, fault.begin_s, fault.end_s), self.events(after, fault.begin_s, fault.end_s)),
             after_s / before_s,
@@ -134,7 +139,9 @@ def main() -> None:
     every = []
     for text in args.takes:
         path, _, truth = str(text).partition("=")
-        bench = Bench(Take.open(path), read_reference(Path(truth)), args.preset)
+        reference = read_reference(Path(truth))
+        assert not isinstance(reference, Markers)
+        bench = Bench(Take.open(path), reference, args.preset)
         for kind in args.kinds.split(","):
             for seed in range(args.seeds):
                 one = bench.measured(kind, seed)

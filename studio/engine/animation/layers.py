@@ -128,7 +128,7 @@ def _twist(now: Array, wanted: Array, axis: Array, radius_deg: float) -> Array:
     sine = np.einsum("ta,ta->t", np.cross(flat_now, flat_wanted), axis)
     angle = np.arctan2(sine, np.einsum("ta,ta->t", flat_now, flat_wanted))
     size = np.clip(np.abs(angle) - np.radians(radius_deg), 0.0, np.radians(MOST_TWIST_DEG))
-    return axis * (np.sign(angle) * size)[:, None]
+    return axis * np.multiply(np.sign(angle), size).reshape(-1, 1)
 
 
 def _scaled(turns: Array, by: Array | float) -> Array:

@@ -125,7 +125,7 @@ class Pinned:
         radius_m: how far from it they may be [m], shape (..., 21).
         information: inverse variance [1/m2], shape (..., 21); 0 = not pinned.
         reach_m: how far each joint reaches from its shoulder or hip [m], shape (21,); infinite for the trunk's. A
-            place beyond is approached by the limb, and the body stays.
+            place beyond is approached up to there.
     """
 
     place_m: NDArray[np.float64]
