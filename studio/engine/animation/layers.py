@@ -132,7 +132,7 @@ def _twist(now: Array, wanted: Array, axis: Array, radius_deg: float) -> Array:
 
 
 def _scaled(turns: Array, by: Array | float) -> Array:
-    return turns * (by if isinstance(by, float) else by[:, None])
+    return turns * (by[:, None] if isinstance(by, np.ndarray) else by)
 
 
 def _unit(vectors: Array) -> Array:
