@@ -1,9 +1,13 @@
 """`studio solve`: a take's raw frames through the pipeline, with any settings."""
 
 import argparse
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from studio.commands.common import add_command, add_json, add_take, progress_bar, write_result
+
+if TYPE_CHECKING:
+    from studio.engine.model.settings import SolveSettings
+    from studio.take.folder.take import Take
 
 _TEXT = """\
 Solve a take again from its raw frames, with the settings of a preset and any switches.
@@ -38,18 +42,31 @@ def add_parser(subparsers: Any) -> None:
     parser.add_argument(
         "--no-edits", action="store_true", help="without the edits of the take (`studio edit`)"
     )
+    parser.add_argument(
+        "--auto",
+        action="store_true",
+        help="also try the offered edits of all clean-up events; keep those that remove their event, make no "
+        "other and move nothing else by over 5 mm",
+    )
     add_json(parser)
 
 
 def run(args: argparse.Namespace) -> int:
+    from studio.engine.base.errors import SettingsError
     from studio.take.library.presets import Presets
 
+    if args.auto and (args.as_live or args.no_edits):
+        raise SettingsError(
+            "edits.auto", "--auto makes edits: it goes with neither --as-live nor --no-edits; leave one out"
+        )
     settings = Presets(args.take.resolve().parent.parent).settings(args.preset, args.set)
 
     from studio.offline.replay import solve_take
     from studio.take.folder.take import Take
 
     take = Take.open(args.take)
+    if args.auto:
+        _mend(take, settings)
     name = args.name or ("as-live" if args.as_live else args.preset)
     with progress_bar("solve") as progress:
         folder = solve_take(
@@ -57,6 +74,17 @@ def run(args: argparse.Namespace) -> int:
             edits=() if args.no_edits else None,
         )  # fmt: skip
     return _report(args, folder)
+
+
+def _mend(take: "Take", settings: "SolveSettings") -> None:
+    from studio.offline.mend import mend
+
+    with progress_bar("mend") as progress:
+        mended = mend(take, settings, progress=progress)
+    print(
+        f"clean-up events: {mended.before} before, {mended.after} after {len(mended.edits)} edits; `studio edit "
+        f"{take.path} undo` takes them back"
+    )
 
 
 def _report(args: argparse.Namespace, folder: Any) -> int:

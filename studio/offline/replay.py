@@ -162,6 +162,16 @@ def _plain(
     return asked.applied(solved, used, common)
 
 
+def solved_with(take: Take, settings: SolveSettings, edits: Sequence[Edit]) -> dict[str, Solved]:
+    """Return what is solved of each performer with some edits, which are all on; nothing is written.
+
+    Raises:
+        TakeError, CalibrationError, SettingsError: as `solve_take`.
+    """
+    solved, _ = _plain(take, settings, None, None, None, AskedEdits(tuple(edits)))
+    return solved
+
+
 def _of_edits(kept: EditsOfSolve) -> SolveMetrics:
     """Return which list of edits a solve had, and why it did not use it; nothing without a list."""
     said = SolveMetrics()

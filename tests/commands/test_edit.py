@@ -74,3 +74,9 @@ def test_edits_are_written_and_read_as_json(take, tmp_path):
 def test_what_is_wrong_is_told_in_one_line(take, words, code):
     one_line(studio("edit", take.path, *words, cwd=take.path), code)
     assert not (take.path / "edits.json").exists()
+
+
+@pytest.mark.parametrize("other", ["--as-live", "--no-edits"])
+def test_a_take_does_not_mend_itself_without_edits(take, other):
+    done = studio("solve", take.path, "--auto", other, cwd=take.path)
+    assert "--auto makes edits" in one_line(done, 2)

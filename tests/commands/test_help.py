@@ -26,7 +26,7 @@ OPTIONS = {
     ),
     "import": ("--out",),
     "calibrate": ("--json",),
-    "solve": ("--preset", "--set", "--name", "--as-live", "--no-edits", "--json"),
+    "solve": ("--preset", "--set", "--name", "--as-live", "--no-edits", "--auto", "--json"),
     "evaluate": ("--reference", "--robot", "--solve", "--json", "--report"),
     "study": ("--seeds", "--out", "--cameras", "--votes"),
     "export": (

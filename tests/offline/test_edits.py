@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from studio.engine.edits.edit import DirectionEdit, LeaveOutEdit, OffsetEdit, PinEdit, TrimEdit
+from studio.engine.metrics.cleanup.solve import solve_cleanup
 from studio.engine.model.calibration import Calibration
 from studio.engine.model.frames import CameraFrame
 from studio.engine.model.joints import OUTPUT_INDEX
@@ -15,9 +16,12 @@ from studio.engine.model.settings import parse_settings
 from studio.engine.whole_take.trace import Trace
 from studio.offline import replay
 from studio.offline.around import solve_around
+from studio.offline.mend import mend
 from studio.offline.offers import offers
 from studio.offline.replay import solve_take
 from studio.offline.tracking import calibrate_take
+from studio.take.edits.change import undo_edits
+from studio.take.edits.kept import read_edits
 from studio.take.folder.take import Take
 from studio.take.importers import import_recording
 from studio.take.raw.frames import camera_frames
@@ -130,3 +134,20 @@ def test_each_event_has_a_cause_and_an_edit(take):
     for one in found:
         assert one.camera in (None, "camera_0", "camera_1") and one.off_mm >= 0.0
         assert all(edit.start_s <= one.event["peak_s"] <= edit.end_s + 0.02 for edit in one.edits)
+
+
+@pytest.mark.long
+def test_a_take_mends_itself_and_one_undo_takes_it_back(take):
+    settings, start_s = parse_settings("studio"), take.meta["calibration_s"]
+
+    def events(name: str) -> list:
+        poses = Poses.load(solve_take(take, settings, name=name, to_disk=False) / "poses.npz")
+        return solve_cleanup(poses, start_s=start_s)["cleanup_events"]
+
+    before = events("before")
+    mended = mend(take, settings)
+    assert (mended.before, mended.after) == (len(before), len(events("mended")))
+    assert mended.after <= mended.before and bool(mended.edits) == (mended.after < mended.before)
+    assert len(read_edits(take).edits) == len(mended.edits)
+    if mended.edits:
+        assert not undo_edits(take).edits
