@@ -21,8 +21,9 @@ its meshes stay where they are. docs/robots.md explains it."""
 
 def add_parser(subparsers: Any) -> None:
     parser = add_command(subparsers, "robot", run, _TEXT)
-    actions = parser.add_subparsers(dest="action", metavar="ACTION", title="actions", required=True,
-        help="what to do")  # fmt: skip
+    actions = parser.add_subparsers(
+        dest="action", metavar="ACTION", title="actions", help="what to do", required=True
+    )
     add = _action(actions, "add", "read a model, and keep it")
     add.add_argument("model", metavar="MODEL", type=Path, help="an MJCF or URDF file")
     add.add_argument("--name", metavar="NAME", required=True, help="name of the robot")

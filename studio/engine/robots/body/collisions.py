@@ -72,10 +72,10 @@ def _hinges_between(model: mujoco.MjModel, one: int, other: int) -> int:
 
 
 Found = tuple[NDArray[np.int64], NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]
-"""Contacts of a configuration: bodies, places, directions, distances; see `Contacts.found`."""
+"""Contacts of a configuration: bodies, places, directions, distances; see `ContactFinder.found`."""
 
 
-class Contacts:
+class ContactFinder:
     """Finds a robot's contacts, configuration by configuration."""
 
     def __init__(self, model: mujoco.MjModel, active: NDArray[np.bool_]) -> None:

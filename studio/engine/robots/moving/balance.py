@@ -15,7 +15,9 @@ SLOW_M_S = 0.2
 INSIDE_M = 0.015
 """A solve keeps the centre of mass this far inside the support."""
 
-SIGMA_M = 0.004
+SIGMA_M, MOST_M = 0.004, 0.1
+"""Deviation of the centre of mass from there, and the longest way of it that pulls: feet stay where a robot would
+have to fall."""
 
 
 def standing_frames(targets: Targets) -> NDArray[np.bool_]:
@@ -80,6 +82,7 @@ def balance_rows(at: Linearised, targets: Targets) -> tuple[NDArray[np.int64], A
     assert at.mass_jacobians is not None
     stands = targets.standing & standing_frames(targets)[:, None, None]
     way = outside(at.mass_m, at.points_m[:, SOLES], stands, INSIDE_M)
+    way *= np.minimum(1.0, MOST_M / np.maximum(np.linalg.norm(way, axis=1, keepdims=True), 1e-9))
     frames = np.flatnonzero((way != 0.0).any(axis=1))
     rows = at.mass_jacobians[frames, :2].reshape(-1, at.mass_jacobians.shape[2])
     return np.repeat(frames, 2), rows / SIGMA_M, way[frames].ravel() / SIGMA_M

@@ -9,7 +9,7 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from studio.engine.robots.body.collisions import Contacts, Found
+from studio.engine.robots.body.collisions import ContactFinder, Found
 from studio.engine.robots.body.reading import FREE, FREE_DOFS
 from studio.engine.robots.body.robot import Robot
 from studio.engine.whole_take.finish.trajectory import point_jacobians
@@ -59,7 +59,7 @@ class RobotKinematics:
     def __init__(self, robot: Robot) -> None:
         model = robot.model
         self._model, self._data = model, mujoco.MjData(model)
-        self._contacts = Contacts(model, robot.active)
+        self._contacts = ContactFinder(model, robot.active)
         self._sites = robot.site_ids
         self.dofs = np.concatenate([np.arange(FREE_DOFS), FREE_DOFS + np.flatnonzero(robot.active)])
         self._columns = np.concatenate([np.arange(FREE), FREE + np.flatnonzero(robot.active)])

@@ -12,7 +12,7 @@ import mink
 import numpy as np
 from numpy.typing import NDArray
 
-from studio.engine.robots.body.collisions import Contacts
+from studio.engine.robots.body.collisions import ContactFinder
 from studio.engine.robots.body.reading import FREE, FREE_DOFS
 from studio.engine.robots.body.robot import INDEX, Robot
 from studio.engine.robots.moving.kinematics import body_dofs, contact_rows
@@ -161,7 +161,7 @@ class LiveRobot:
         self._reach[FREE_DOFS:] = np.minimum(robot.velocity_rad_s * frame_s, MAX_STEP_RAD)
         self._reach[FREE_DOFS:][~robot.active] = 0.0
         self._low, self._high = robot.bent_rad.T
-        self._contacts = Contacts(model, robot.active)
+        self._contacts = ContactFinder(model, robot.active)
         self._moves = body_dofs(model)
         self._started = False
 
