@@ -61,11 +61,12 @@ def _complains(message: ConsoleMessage) -> bool:
 
     Notes of the software renderer on its own speed are not the page's, nor is a picture of a take that was renamed
     between the list and the picture, or a search that is refused: the browser logs every answer of 404 and 422. The
-    server of a test may end a moment before its page, which asks for its clock.
+    server of a test may end a moment before its page, which asks for its clock and for access.
     """
     renamed = "404" in message.text and "/thumbnail?" in message.location.get("url", "")
     refused = "422" in message.text and "/takes?search=" in message.location.get("url", "")
-    ended = "ERR_CONNECTION_REFUSED" in message.text and "/view/clock" in message.location.get("url", "")
+    asked = message.location.get("url", "")
+    ended = "ERR_CONNECTION_REFUSED" in message.text and asked.endswith(("/view/clock", "/access"))
     slow = "GL Driver Message (OpenGL, Performance" in message.text
     return message.type in ("error", "warning") and not (slow or renamed or refused or ended)
 

@@ -14,9 +14,13 @@ pytestmark = pytest.mark.browser
 __all__ = ["address"]
 
 
+def wait_for_place(page: Page, place: str) -> None:
+    until(page, f"JSON.parse(sessionStorage.getItem('viewpoint') ?? '{{}}').place === '{place}'")
+
+
 def pixel(page: Page, point_m: list[float]) -> tuple[float, float]:
     """Where on the page a point of the stage is seen: the view's angle is 37 degrees of its height."""
-    until(page, "JSON.parse(sessionStorage.getItem('viewpoint') ?? '{}').place === 'front'")
+    wait_for_place(page, "front")
     look = page.evaluate("JSON.parse(sessionStorage.getItem('viewpoint')).look")
     eye, target = np.array(look["position"]), np.array(look["target"])
     forward = (target - eye) / np.linalg.norm(target - eye)
@@ -36,6 +40,7 @@ def test_a_joint_is_chosen_by_a_click_and_by_keys(address: str, page: Page) -> N
     expect(joint).to_have_value("LeftHand")
     expect(page.locator("#replay-value")).to_contain_text("m")
     expect(page.frame_locator("#viewer").locator("canvas[data-engine]")).to_be_visible()
+    wait_for_place(page, "motion")  # the view frames what is opened
     page.locator("#view-front").click()
     places = patient.get(f"{address}/api/v1/replay/joints", params={"frame": 0}).json()["positions_m"]
     head = pixel(page, places["Head"])
