@@ -33,7 +33,7 @@ class TriggerRequest(Request):
     host: str | None = Field(None, description="address of this machine to listen at")
     xml_port: int | None = None
     osc_port: int | None = None
-    midi_device: str | None = Field(None, max_length=300, examples=["/dev/snd/midiC1D0"])
+    midi_device: str | None = Field(None, max_length=300, description="file that gives its bytes")
     midi_note: int | None = None
     xml_targets: list[str] | None = Field(None, examples=[["192.168.1.20:30"]])
     webhook_urls: list[str] | None = None
