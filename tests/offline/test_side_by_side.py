@@ -53,7 +53,14 @@ _OTHERS: list[psutil.Process] = []
 def children() -> list[psutil.Process]:
     """Processes of work that the test started."""
     found = [child for child in psutil.Process().children(recursive=True) if child not in _OTHERS]
-    return [child for child in found if "multiprocessing.spawn" in " ".join(child.cmdline())]
+    return [child for child in found if _is_work(child)]
+
+
+def _is_work(process: psutil.Process) -> bool:
+    try:
+        return "multiprocessing.spawn" in " ".join(process.cmdline())
+    except psutil.NoSuchProcess:  # it has ended meanwhile
+        return False
 
 
 def test_processes_give_the_same_skeletons_as_one(take: Take) -> None:
