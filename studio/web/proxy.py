@@ -1,7 +1,7 @@
 """viser on the studio's own port: its one-file client at `/viewer/`, its WebSocket at `/viewer`.
 
-The client opens its WebSocket at its own address without the last slash. Frames are passed on unchanged; the
-viser server itself listens on the loopback interface only.
+The client opens its WebSocket at its own address without the last slash. Frames are passed on unchanged, but for those
+of viewers that would move the gizmo; the viser server itself listens on the loopback interface only.
 """
 
 import asyncio
@@ -22,6 +22,9 @@ _log = logging.getLogger(__name__)
 MAX_UPSTREAM_BYTES = 1 << 20
 """Largest message from a browser (camera moves are under a kilobyte)."""
 MAX_DOWNSTREAM_BYTES = 1 << 26
+
+GIZMO_MESSAGES = b"TransformControls"
+"""With this begin the names of viser's messages of gizmos."""
 
 _REFUSED, _TOO_BIG, _GONE = 1008, 1009, 1001
 
@@ -93,7 +96,8 @@ def viewer_routes(viser_port: int) -> APIRouter:
 
 async def _relay(browser: WebSocket, server: ClientConnection) -> None:
     """Pass messages both ways until either side closes, then close the other."""
-    up = asyncio.create_task(_upstream(browser, server))
+    looks_only = browser.scope.get("state", {}).get("role") == "viewer"
+    up = asyncio.create_task(_upstream(browser, server, looks_only))
     down = asyncio.create_task(_downstream(browser, server))
     try:
         await asyncio.wait((up, down), return_when=asyncio.FIRST_COMPLETED)
@@ -103,7 +107,8 @@ async def _relay(browser: WebSocket, server: ClientConnection) -> None:
         await asyncio.gather(up, down, return_exceptions=True)
 
 
-async def _upstream(browser: WebSocket, server: ClientConnection) -> None:
+async def _upstream(browser: WebSocket, server: ClientConnection, looks_only: bool) -> None:
+    """Pass on what a browser says; of one that only looks, nothing that moves the gizmo."""
     try:
         while True:
             message = await browser.receive()
@@ -113,9 +118,15 @@ async def _upstream(browser: WebSocket, server: ClientConnection) -> None:
             if len(data) > MAX_UPSTREAM_BYTES:
                 await browser.close(_TOO_BIG, "message too big")
                 return
-            await server.send(data)
+            if not (looks_only and _is_of_gizmo(data)):
+                await server.send(data)
     except ConnectionClosed:
         await _close(browser)
+
+
+def _is_of_gizmo(data: bytes | str) -> bool:
+    """Whether a message of viser's client moves a gizmo: the names of its messages stand in it as they are."""
+    return GIZMO_MESSAGES in (data.encode() if isinstance(data, str) else data)
 
 
 async def _downstream(browser: WebSocket, server: ClientConnection) -> None:

@@ -27,6 +27,9 @@ MAY_CONNECT = {
     "web/view.py": "a free port on the loopback",
     "server/run.py": "the server's own socket",
     "streams/sender.py": "live output by UDP, to the machines that an operator named",
+    "timecode/sources.py": "hears timecode by UDP where an operator chose it; sends nothing",
+    "triggers/listeners.py": "hears triggers by UDP once an operator switched them on; OSC's are answered",
+    "triggers/tellers.py": "tells the machines and addresses that an operator named of recordings",
     "offline/batch/run.py": "the Dask scheduler that the command line names",
 }
 CONNECTING = {
@@ -102,8 +105,14 @@ HANDLERS = (
 
 
 def test_the_3d_view_listens_to_nobody():
-    """Who reaches viser sees the stage and can operate nothing: no handler of its messages changes any state."""
+    """Who reaches viser sees the stage and can operate nothing: no handler of its messages changes any state.
+
+    The gizmo counts how often it was dragged. Its edit is made by the operator's page over the API, and viewers'
+    messages of it are not passed on (`tests/web/test_proxy.py`).
+    """
     for path in (PACKAGE / "web").rglob("*.py"):
+        if path.name == "gizmo.py":
+            continue
         used = {
             node.attr
             for node in ast.walk(ast.parse(path.read_text(encoding="utf-8")))

@@ -1,14 +1,16 @@
 """viser on the studio's port: who may connect, and what happens when a side closes."""
 
+import msgspec
 import pytest
 import viser
+import viser._messages
 from fastapi import FastAPI
 from websockets.exceptions import ConnectionClosed, InvalidStatus
 from websockets.sync.client import ClientConnection
 from websockets.typing import Subprotocol
 
 from studio.web import ViewHandle
-from studio.web.proxy import MAX_UPSTREAM_BYTES, is_same_origin
+from studio.web.proxy import MAX_UPSTREAM_BYTES, _is_of_gizmo, is_same_origin
 from tests import patient
 from tests.patient import connect
 from tests.web.stages import until
@@ -78,3 +80,10 @@ def test_closing_the_view_closes_the_browser_side(address: str, handle: tuple[Vi
     with pytest.raises((ConnectionClosed, InvalidStatus)):
         with open_viewer(address, address) as viewer:
             viewer.recv(timeout=60)
+
+
+def test_whoever_only_looks_moves_no_gizmo() -> None:
+    for name in ("TransformControlsUpdateMessage", "TransformControlsDragStartMessage"):
+        assert hasattr(viser._messages, name) and _is_of_gizmo(msgspec.msgpack.encode({"type": name}))
+    assert _is_of_gizmo("TransformControlsDragEndMessage")
+    assert not _is_of_gizmo(msgspec.msgpack.encode({"type": "ViewerCameraMessage"}))
