@@ -1,7 +1,7 @@
 """viser on the studio's own port: its one-file client at `/viewer/`, its WebSocket at `/viewer`.
 
-The client opens its WebSocket at its own address without the last slash. Frames are passed on unchanged, but for those
-of viewers that would move the gizmo; the viser server itself listens on the loopback interface only.
+The client opens its WebSocket at its own address without the last slash. Frames are passed on unchanged, but for
+those of viewers that would move the gizmo; the viser server itself listens on the loopback interface only.
 """
 
 import asyncio
