@@ -7,7 +7,6 @@ import numpy as np
 
 from studio.engine.animation.clip.kinematics import local_keys, world_poses
 from studio.engine.animation.clip.resample import frames_of
-from studio.engine.base.errors import TakeError
 from studio.engine.base.quaternions import continuous_signs, normalized
 from studio.engine.edits.edit import Edit
 from studio.engine.edits.pins import Pins
@@ -17,7 +16,7 @@ from studio.engine.model.poses import Poses
 from studio.engine.model.settings import SolveSettings
 from studio.engine.whole_take.mending.frames import REACH_S, edited_frames
 from studio.engine.whole_take.take import solve_frames
-from studio.offline.preview import frames_between, seen_performer
+from studio.offline.preview import frames_between, poses_between, seen_performer
 from studio.take.folder.take import PERFORMER, Take
 
 AROUND_S = 1.5
@@ -79,17 +78,7 @@ def solve_around(
     poses = solve_frames(
         part, calibration, one.settings, progress=progress, pins=Pins(mine, calibration.performer)
     )
-    shown = (poses.time_s >= begin_s) & (poses.time_s <= end_s)
-    if not shown.any():
-        raise TakeError(
-            "take.no_frames_between",
-            "{path} has no frames from {start:g} to {end:g} s",
-            path=take.path,
-            start=begin_s,
-            end=end_s,
-        )
-    first, last = np.flatnonzero(shown)[[0, -1]]
-    found = frames_of(poses, slice(int(first), int(last) + 1))
+    found = poses_between(take, poses, begin_s, end_s)
     return found if stored is None else blended_into(found, stored)
 
 

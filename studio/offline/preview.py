@@ -56,6 +56,15 @@ def solve_part(
             part.extend(frames_between(mine, clocks[name].clock, start_s - LEAD_S, end_s))
     calibration = one.calibration
     poses = solve_frames(part, calibration, settings, progress=progress)
+    return poses_between(take, poses, start_s, end_s)
+
+
+def poses_between(take: Take, poses: Poses, start_s: float, end_s: float) -> Poses:
+    """Return the poses of a take between two stage times [s], both included.
+
+    Raises:
+        TakeError: there are none.
+    """
     shown = (poses.time_s >= start_s) & (poses.time_s <= end_s)
     if not shown.any():
         raise TakeError(

@@ -136,7 +136,7 @@ def outcome(edit: Edit, poses: Poses) -> EditJson:
                 joint=edit.joint,
                 mm=missed_mm,
             )
-            out |= {"line": str(line), "said": [line.to_json()]}
+            out |= _told(line)
         return out
     return {"honoured": True}
 
@@ -151,7 +151,7 @@ def direction_outcome(edit: DirectionEdit, missed: float) -> EditJson:
             of=edit.of,
             deg=missed,
         )
-        out |= {"line": str(line), "said": [line.to_json()]}
+        out |= _told(line)
     return out
 
 
@@ -168,7 +168,11 @@ def missed_m(pin: PinEdit, poses: Poses) -> float:
 
 def not_honoured(line: Said) -> EditJson:
     """Return the outcome of an edit that was refused."""
-    return {"honoured": False, "line": str(line), "said": [line.to_json()]}
+    return {"honoured": False, **_told(line)}
+
+
+def _told(line: Said) -> EditJson:
+    return {"line": str(line), "said": [line.to_json()]}
 
 
 def outcomes(
