@@ -6,13 +6,13 @@ from .camera.devices.openni import OpenNIConfig
 from .camera.devices.orbbec import OrbbecConfig
 from .camera.devices.realsense import RealSenseConfig
 from .camera.devices.webcam import WebcamConfig
+from .camera.simulated.depth import SimulatedDepthConfig
+from .camera.simulated.landmarks import SimulatedRgbConfig
+from .camera.simulated.skeletons import SimulatedConfig
 from .camera.sources.config import DeviceConfig, SourceConfig
 from .camera.sources.depth_source import DepthSource
 from .camera.sources.recording import RecordingConfig
 from .camera.sources.registry import SOURCES, Kind, add_source, open_source
-from .camera.sources.simulated import SimulatedConfig
-from .camera.sources.simulated_depth import SimulatedDepthConfig
-from .camera.sources.simulated_rgb import SimulatedRgbConfig
 from .camera.sources.source import Source, SourceFrame
 from .camera.sources.video import VideoConfig
 from .engine.animation.clip.options import ExportOptions

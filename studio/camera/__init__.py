@@ -1,1 +1,1 @@
-"""The camera client: sources of frames, the simulator, and the link to the server."""
+"""The camera client: sources of frames, devices, simulated cameras, and the link to the server."""

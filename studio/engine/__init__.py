@@ -1,17 +1,19 @@
 """The engine: everything that computes, with no web, no files of takes and no clock of its own.
 
-Where a frame goes, step by step (the numbers are those of ARCHITECTURE.md):
+Each wing imports only wings below it. From the top:
 
-2. `joints`       maps a device's joints to the canonical ones, once
-3. `sync`         maps camera clocks to the stage clock and aligns frames into frame sets
-4. `calibration`  finds camera poses, clocks, floor and the performer's proportions
-5. `fusion`       makes one skeleton of all cameras'
-6. `conditioning` limits and filters before the solve
-7. `human`, `solve`  the humanoid and what drives it
-8. `completion`   look-at, hands, relax pose, floor contact
-9. `conditioning` limits and filters after the solve
-10. `pipeline`    runs 3 to 9, live and in replay, and returns a pose
+metrics        figures of a solve, alone or against a reference
+robots         humanoid robots that a performer moves
+animation      animation files in and out, the mannequin, retargeting (step 12)
+whole_take     recorded takes: collecting, finishing, physics (step 11)
+solve          one instant, live or replayed: timing, fusion, filters, solve, completion (steps 3 to 9)
+identity       which body in a camera's frame is which performer
+calibration    cameras, performer and floor from a walk (step 4)
+seeing         skeletons from depth images and pictures (step 1)
+edits          what an operator says about a take
+model          joints, frames, poses, settings, calibrations, the human body
+timecode       timecode and its carriers
+base           errors, files, geometry, arrays, compiled code
 
-Beside it: `motion` (BVH and authored motions), `metrics` (figures against a reference), `export`
-(BVH, FBX), `settings` (every switch and preset), `poses` (a solve's result).
+ARCHITECTURE.md shows the steps of a frame; `solve.pipeline` runs steps 3 to 9.
 """

@@ -12,13 +12,13 @@ from studio.camera.devices.openni import OpenNIConfig
 from studio.camera.devices.orbbec import OrbbecConfig
 from studio.camera.devices.realsense import RealSenseConfig
 from studio.camera.devices.webcam import WebcamConfig
+from studio.camera.simulated.depth import SimulatedDepthConfig
+from studio.camera.simulated.landmarks import SimulatedRgbConfig
+from studio.camera.simulated.skeletons import SimulatedConfig, SimulatedSource
 from studio.camera.sources import registry
 from studio.camera.sources.config import DeviceConfig, SourceConfig
 from studio.camera.sources.recording import RecordingConfig
 from studio.camera.sources.registry import SOURCES, Kind, add_source, open_source, parse_source, written
-from studio.camera.sources.simulated import SimulatedConfig, SimulatedSource
-from studio.camera.sources.simulated_depth import SimulatedDepthConfig
-from studio.camera.sources.simulated_rgb import SimulatedRgbConfig
 from studio.camera.sources.video import VideoConfig
 from studio.engine.base.errors import NotAvailableError, SettingsError
 from tests.refused import refused

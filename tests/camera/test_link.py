@@ -11,7 +11,7 @@ from studio import wire
 from studio.camera.client.frame_queue import FrameQueue
 from studio.camera.client.link import QUEUE_FRAMES, Link, RefusedError, link_url
 from studio.camera.client.machine import machine_id
-from studio.camera.sources.simulated import SimulatedSource
+from studio.camera.simulated.skeletons import SimulatedSource
 from studio.camera.sources.source import Source, SourceFrame
 from studio.engine.base.errors import SettingsError, StudioError
 from studio.engine.model.joints import JOINT_COUNT

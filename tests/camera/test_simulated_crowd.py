@@ -5,8 +5,8 @@ import pytest
 
 from studio import wire
 from studio.camera.client.link import _encode
+from studio.camera.simulated.skeletons import SimulatedConfig, SimulatedCrowdSource
 from studio.camera.sources.registry import parse_source
-from studio.camera.sources.simulated import SimulatedConfig, SimulatedCrowdSource
 from studio.engine.base.errors import SettingsError
 from studio.simulator.crowd.stage import body_of, crowd_stage
 from tests.refused import refused

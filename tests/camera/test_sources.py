@@ -4,13 +4,13 @@ import shutil
 import numpy as np
 import pytest
 
+from studio.camera.simulated.depth import SimulatedDepthConfig
+from studio.camera.simulated.landmarks import SimulatedRgbConfig
+from studio.camera.simulated.skeletons import SimulatedConfig, SimulatedSource
 from studio.camera.sources.config import DeviceConfig
 from studio.camera.sources.depth_source import DepthSource, DeviceLostError
 from studio.camera.sources.recording import RecordingConfig
 from studio.camera.sources.registry import SOURCES, open_source, written
-from studio.camera.sources.simulated import SimulatedConfig, SimulatedSource
-from studio.camera.sources.simulated_depth import SimulatedDepthConfig
-from studio.camera.sources.simulated_rgb import SimulatedRgbConfig
 from studio.camera.sources.source import Source
 from studio.camera.sources.video import VideoConfig
 from studio.engine.base.errors import FormatError, NotAvailableError, SettingsError

@@ -6,8 +6,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from studio.camera.simulated.landmarks import SimulatedRgbConfig
 from studio.camera.sources.registry import parse_source
-from studio.camera.sources.simulated_rgb import SimulatedRgbConfig
 from studio.engine.animation.motion.authored import stage_motion
 from studio.engine.animation.motion.motion import CanonicalMotion
 from studio.engine.base.geometry import invert_transform

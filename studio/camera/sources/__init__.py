@@ -1,1 +1,1 @@
-"""Sources of frames: recordings, simulated cameras, depth cameras with a tracker; `registry` lists all."""
+"""Sources of frames: recordings, videos, depth cameras with a tracker; `registry` lists all."""

@@ -40,15 +40,16 @@ class Kind:
 
 
 _SOURCES, _DEVICES = "studio.camera.sources", "studio.camera.devices"
+_SIMULATED = "studio.camera.simulated"
 
 SOURCES: dict[str, Kind] = {
     "simulated": Kind(
-        f"{_SOURCES}.simulated:SimulatedConfig", "<index>/<count>[:<seed>[:<performers>[:<begin>]]]"
+        f"{_SIMULATED}.skeletons:SimulatedConfig", "<index>/<count>[:<seed>[:<performers>[:<begin>]]]"
     ),
     "simulated-depth": Kind(
-        f"{_SOURCES}.simulated_depth:SimulatedDepthConfig", "<index>/<count>[:<seed>]", found=True
+        f"{_SIMULATED}.depth:SimulatedDepthConfig", "<index>/<count>[:<seed>]", found=True
     ),
-    "simulated-rgb": Kind(f"{_SOURCES}.simulated_rgb:SimulatedRgbConfig", "<index>/<count>[:<seed>]"),
+    "simulated-rgb": Kind(f"{_SIMULATED}.landmarks:SimulatedRgbConfig", "<index>/<count>[:<seed>]"),
     "recording": Kind(f"{_SOURCES}.recording:RecordingConfig", "<path>[#<camera>][?speed=max]"),
     "realsense": Kind(f"{_DEVICES}.realsense:RealSenseConfig", "[<serial>]", found=True),
     "orbbec": Kind(f"{_DEVICES}.orbbec:OrbbecConfig", "[<serial>]", found=True),

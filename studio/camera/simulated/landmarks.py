@@ -4,8 +4,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from studio.camera.sources.rig_config import RigCameraConfig
-from studio.camera.sources.simulated import PerformedSource
+from studio.camera.simulated.rig_config import RigCameraConfig
+from studio.camera.simulated.skeletons import PerformedSource
 from studio.camera.sources.source import SourceFrame
 from studio.engine.model.joints import JOINT_SETS
 from studio.simulator.landmarks.fingers import SimulatedHands

@@ -10,10 +10,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from studio.camera.simulated.rig_config import RigCameraConfig
 from studio.camera.sources.config import FoundDevice
 from studio.camera.sources.depth_source import DepthShot, DepthSource
 from studio.camera.sources.pacing import WallClock
-from studio.camera.sources.rig_config import RigCameraConfig
 from studio.engine.animation.motion.authored import stage_motion
 from studio.engine.base.sentences import say
 from studio.simulator.body.performers import DEFAULT

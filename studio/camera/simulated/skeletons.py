@@ -12,8 +12,8 @@ from typing import Self
 
 import numpy as np
 
+from studio.camera.simulated.rig_config import RigCameraConfig
 from studio.camera.sources.pacing import WallClock
-from studio.camera.sources.rig_config import RigCameraConfig
 from studio.camera.sources.source import Source, SourceFrame
 from studio.engine.animation.motion.authored import stage_motion
 from studio.engine.base.errors import SettingsError

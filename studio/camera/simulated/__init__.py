@@ -1,0 +1,1 @@
+"""Simulated cameras of a client: the embedded performer in real time, as skeletons, depth images or landmarks."""
