@@ -2,6 +2,7 @@
 
 import os
 from collections.abc import Iterator
+from contextlib import ExitStack
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -9,17 +10,34 @@ import pytest
 from hypothesis import HealthCheck, settings
 
 from tests.camera.sdks import write_sdks
+from tests.scheduling import REAL_TIME, Scheduling
 
 if TYPE_CHECKING:
     from playwright.sync_api import Browser
 
 
-REAL_TIME = (
-    *(f"tests/{name}/" for name in ("acceptance", "web", "live")),
-    "tests/engine/animation/export/test_glb.py",
-    "tests/security/test_page.py",
-)
-"""Tests with browsers and with programs that run in real time: they wait more than they compute."""
+class KeptBrowser:
+    """One Chromium for all browser tests that follow each other."""
+
+    def __init__(self) -> None:
+        self._running = ExitStack()
+        self._browser: Browser | None = None
+
+    def open(self) -> "Browser":
+        """Return the browser; start it where it is not open."""
+        if self._browser is None:
+            from tests.web.browser import chromium_browser
+
+            self._browser = self._running.enter_context(chromium_browser())
+        return self._browser
+
+    def close(self) -> None:
+        """End the browser, and Playwright's event loop, beside which a test can run none of its own."""
+        self._browser = None
+        self._running.close()
+
+
+_kept_browser = KeptBrowser()
 
 FAST = (
     *(f"tests/engine/{name}/" for name in ("base", "model", "metrics")),
@@ -51,14 +69,20 @@ def pytest_configure() -> None:
 
 @pytest.hookimpl(optionalhook=True)
 def pytest_xdist_make_scheduler(config: pytest.Config, log: object) -> object:
-    """Keep the tests of a file in one process, and all that run in real time in one, beside those that compute."""
-    from xdist.scheduler import LoadScopeScheduling
-
-    class Scheduling(LoadScopeScheduling):
-        def _split_scope(self, nodeid: str) -> str:
-            return "real time" if nodeid.startswith(REAL_TIME) else nodeid.split("::")[0]
-
+    """Keep the tests of a file in one process, and mix those that wait with those that compute."""
     return Scheduling(config, log)
+
+
+def pytest_runtest_setup(item: pytest.Item) -> None:
+    """Close the browser before tests of another kind."""
+    if not item.nodeid.startswith(REAL_TIME):
+        _kept_browser.close()
+
+
+@pytest.hookimpl(trylast=True)
+def pytest_sessionfinish() -> None:
+    """Close the browser that the last test left."""
+    _kept_browser.close()
 
 
 @pytest.fixture(scope="session")
@@ -89,13 +113,10 @@ def ready_worker() -> Iterator[None]:
     worker.cool_down()
 
 
-@pytest.fixture(scope="session")
-def chromium() -> "Iterator[Browser]":
-    """A real Chromium, one for all tests of a process: Playwright allows no second one beside it."""
-    from tests.web.browser import chromium_browser
-
-    with chromium_browser() as browser:
-        yield browser
+@pytest.fixture(scope="module")
+def chromium() -> "Browser":
+    """A real Chromium, one for all browser tests that follow each other."""
+    return _kept_browser.open()
 
 
 @pytest.fixture(scope="session")

@@ -66,7 +66,8 @@ def test_the_fast_part_is_found_and_is_not_all():
 
 
 def test_every_name_of_the_fast_part_is_there():
-    from tests.conftest import FAST, REAL_TIME
+    from tests.conftest import FAST
+    from tests.scheduling import REAL_TIME
 
     assert [name for name in (*FAST, *REAL_TIME) if not (ROOT / name).exists()] == []
 
