@@ -1,8 +1,8 @@
 """The live stage: cameras join, and their frames go through the pipeline and into recordings.
 
 `stage` is the server's interface and safe from any thread. `engine` is the thread that owns the pipeline, fed by
-`inbox`. `cameras` holds the cameras and their clocks, `calibration` the calibration in use, `recording` takes being
-recorded, `keeping` frames that arrive late, and `status` the status.
+`inbox`. `recording_control` starts and stops takes. `cameras` holds the cameras and their clocks, `calibration` the
+calibration in use, `recording` the take being recorded, `keeping` frames that arrive late, and `status` the status.
 """
 
 from studio.live.cameras.camera import CameraRefused

@@ -1,25 +1,20 @@
 """The live stage as the server uses it: safe from any thread. `engine` does the work."""
 
-import logging
-import shutil
-import threading
 import time
 from collections.abc import Callable
 from pathlib import Path
 
 from msgspec import structs
 
-from studio.engine.base.errors import FormatError, SettingsError, StudioError, TakeError
-from studio.engine.base.sentences import say, system_says
+from studio.engine.base.errors import FormatError, SettingsError, TakeError
+from studio.engine.base.sentences import system_says
 from studio.engine.calibration.quality.verdict import check_height
 from studio.engine.calibration.views.seen.known_lens import KnownLenses
 from studio.engine.model.calibration import Calibration
 from studio.engine.model.frames import StepResult
 from studio.engine.model.settings import SolveSettings, preset
-from studio.engine.timecode.timecode import TimecodeRate
 from studio.live.borrowed import borrow
 from studio.live.calibration.kept import load_last_calibration
-from studio.live.calibration.performers import FOLDER as PERFORMERS
 from studio.live.calibration.performers import load_profile
 from studio.live.calibration.tpose import COUNTDOWN_S
 from studio.live.cameras.links import CameraLink, Links, Send
@@ -30,38 +25,31 @@ from studio.live.engine import Engine
 from studio.live.inbox import Arrived, ClockExchange, Left, Reported
 from studio.live.keeping.keeping import Keeping
 from studio.live.keeping.late import LateTakes
-from studio.live.keeping.resume import marker_of, take_up
+from studio.live.keeping.resume import take_up
 from studio.live.latest import Latest
-from studio.live.recording.recorder import Recorder
-from studio.live.recording.recording import LiveRecording, recording_message
+from studio.live.recording_control import RecordingControl
 from studio.live.states import RecordStarted, RecordStopped, RefusedLinks, StageStatus
 from studio.live.status import stage_status
 from studio.live.subscribers import Callback, Subscribers
-from studio.take.folder.marker import STOPPING, read_marker, remove_marker, write_marker
+from studio.take.folder.marker import read_marker
 from studio.take.folder.names import check_name
-from studio.take.library.sessions import new_take_path, session_of_today, take_path
 from studio.take.raw.frames import camera_frame
-from studio.take.raw.live_log import TimecodeEvent
 from studio.take.raw.records import depth_camera
-from studio.timecode.incoming import OFF, IncomingTimecode
+from studio.timecode.incoming import IncomingTimecode
 from studio.wire import ClockSample, DepthImage, Hello, SkeletonFrame, Status, depth_array
 
 CALIBRATION_S = 34.0
 """A T-pose of 3 s and a walk of 30 s, with a second to begin."""
 
 MAX_CALIBRATION_S = 300.0
-RESERVED_SESSIONS = ("blind", "calibrations", PERFORMERS, "rigs", "shares")
-"""Folders of the stage and the server beside those of sessions."""
-
 MAX_COUNTDOWN_S = 60.0
-_log = logging.getLogger(__name__)
 
 
 class LiveStage:
     """The live stage. Call `start` first and `close` at the end.
 
-    `keeping` handles frames that clients keep, `previews` their small depth images, `timecode` what comes in.
-    `on_recorded` is called with each start and stop (a `RecordStopped`), and must return at once.
+    `keeping` handles frames that clients keep, `previews` their small depth images, `timecode` what comes in,
+    `recordings` starts and stops takes.
     Methods that say "waits" wait for the engine thread or the disk, so they must not run on an event loop.
     """
 
@@ -93,25 +81,24 @@ class LiveStage:
         self._links = Links()
         self.previews = Previews(self._links, self.clock_ns)
         self._late = LateTakes(sessions)
-        self._recording_lock = threading.Lock()
-        self._told_lock = threading.Lock()
         self._subscribers = Subscribers()
         self._refused = RefusedLinks()
-        self.on_recorded: Callable[[RecordStarted], object] = lambda what: None
         self.timecode = IncomingTimecode(self.clock_ns)
-        self.timecode.on_reading = self._timecode_read
         self._engine = Engine(
             clock_ns=self.clock_ns,
             settings=preset("studio") if settings is None else settings,
             folder=sessions,
             calibration=load_last_calibration(sessions / "calibrations"),
             subscribers=self._subscribers,
-            on_broken=self._end_broken,
+            on_broken=lambda: self.recordings.end_broken(),
             previews=self.previews,
             describe=stage_status,
             timecode=self.timecode,
         )
         self.keeping = Keeping(self._links, self._engine, self._late, self.clock_ns)
+        self.recordings = RecordingControl(
+            sessions, self._engine, self._links, self.keeping, self.timecode, self.clock_ns
+        )
 
     def start(self, *, prepare: bool = True) -> None:
         """Start the threads; resume a take that the server's end interrupted. Poses follow after `prepare`."""
@@ -174,14 +161,6 @@ class LiveStage:
         self._links.add(link, self.clock_ns())
         link.reference = self._engine.call(lambda: self._engine.join_camera(hello, local=local))
         return link
-
-    def welcomed(self, link: CameraLink) -> None:
-        """Tell a welcomed client whether a take is being recorded, once the take's file has the client."""
-        recording = self._engine.recording
-        if recording is None:
-            link.send(recording_message(None))
-        else:
-            recording.recorder.when_written(lambda: self._tell_active(recording, [link]))
 
     def leave(self, link: CameraLink, reason: str, *, error: bool = False) -> None:
         """Handle the end of a camera's connection; `error`: because of what the client sent."""
@@ -402,8 +381,7 @@ class LiveStage:
 
     def recording_name(self) -> str | None:
         """Return `<session>/<take>` of the recording under way, or None."""
-        recording = self._engine.recording
-        return None if recording is None else recording.name
+        return self.recordings.name
 
     def start_recording(
         self, session: str | None = None, take: str | None = None, notes: str = ""
@@ -414,54 +392,7 @@ class LiveStage:
             TakeError: a take is being recorded, the name is taken or not allowed, or the disk refuses;
                 the stage continues.
         """
-        session = session if session is not None else session_of_today()
-        with self._recording_lock:
-            if self._engine.recording is not None:
-                raise TakeError(
-                    "recording.take_under_way",
-                    "take {name} is being recorded already; stop it first",
-                    name=self.recording_name(),
-                )
-            if session in RESERVED_SESSIONS:
-                raise TakeError(
-                    "recording.session_reserved",
-                    "session name {name!r} is not allowed: the stage keeps files of its own there",
-                    name=session,
-                )
-            path = (
-                new_take_path(self.sessions, session)
-                if take is None
-                else take_path(self.sessions, session, take)
-            )
-            rate = None if self.timecode.chosen == OFF else self.timecode.rate.name
-            recorder = Recorder.create(path, session=session, name=path.name, timecode_rate=rate)
-            recorder.on_synced = lambda keys: self.keeping.synced(recorder, keys)
-            recorder.take.meta["notes"] = notes
-            recording = LiveRecording(recorder, self.clock_ns())
-            try:
-                write_marker(self.sessions, marker_of(recording, self.clock_ns()))
-                calibration = self._engine.call(lambda: self._engine.attach(recording))
-                written = threading.Event()
-                recorder.when_written(written.set)
-                written.wait()
-                recorder.save_cameras()
-                recording.save_performers()
-                if calibration is not None:
-                    recorder.take.add_calibration(calibration, use=True)
-            except BaseException:
-                if self._engine.recording is not None:
-                    self._engine.call(self._engine.detach)
-                recorder.close()
-                remove_marker(self.sessions)
-                shutil.rmtree(path, ignore_errors=True)
-                raise
-            known = [
-                link for link in self._links.all() if recorder.owed.joined((link.name, link.hello.boot_id))
-            ]
-            self._tell_active(recording, known)
-            started = RecordStarted(session, path.name)
-            self.on_recorded(started)
-            return started
+        return self.recordings.start(session, take, notes)
 
     def stop_recording(self) -> RecordStopped:
         """End the take and save the live solve; waits.
@@ -470,52 +401,4 @@ class LiveStage:
             TakeError: nothing is being recorded.
             StudioError: the disk refuses.
         """
-        with self._recording_lock:
-            recording = self._engine.recording
-            if recording is None:
-                raise TakeError("recording.nothing", "nothing is being recorded; start a recording first")
-            recording.stopping = True
-            try:
-                write_marker(self.sessions, marker_of(recording, self.clock_ns(), state=STOPPING))
-            except StudioError as error:  # a full disk must not keep a recording from ending
-                _log.warning("the end of the recording could not be noted: %s", error)
-            self._engine.call(self._engine.detach)
-            with self._told_lock:
-                for link in self._links.all():
-                    link.send(recording_message(None, recording))
-            try:
-                stopped = recording.save()
-                self.on_recorded(stopped)
-                return stopped
-            finally:
-                self.keeping.synced(recording.recorder, set(), ended=True)
-                remove_marker(self.sessions)
-
-    def _timecode_read(self, time_ns: int, frame: int, rate: TimecodeRate, source: str) -> None:
-        recording = self._engine.recording
-        if recording is not None:
-            recording.add_timecode(time_ns, TimecodeEvent(frame, rate.name, source))
-
-    def _end_broken(self) -> None:
-        """End a take that can no longer be written, keep its data, and report the problem."""
-        recording = self._engine.recording
-        if recording is None:
-            return
-        self._engine.ended_problem = recording.recorder.problem
-        try:
-            self.stop_recording()
-        except StudioError as error:
-            self._engine.ended_problem = say(
-                "text.both", "{one}; {other}", one=recording.recorder.problem, other=error
-            )
-            _log.error("the recording ended: %s", error)
-
-    def _tell_active(self, recording: LiveRecording, links: list[CameraLink]) -> None:
-        """Tell clients that a take is being recorded, unless it has ended meanwhile.
-
-        Frames that a client keeps from then on belong to the take, whatever happens to this program.
-        """
-        with self._told_lock:
-            if self._engine.recording is recording:
-                for link in links:
-                    link.send(recording_message(recording))
+        return self.recordings.stop()

@@ -163,7 +163,7 @@ class Client:
         self.world.now_ns += MS
         self._messages = []
         self.link = stage.join(self.hello, send=self._messages.append)
-        stage.welcomed(self.link)
+        stage.recordings.welcomed(self.link)
         self._exchange()
         for kept in self.keeper.connected():
             stage.keeping.kept(self.link, kept)

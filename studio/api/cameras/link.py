@@ -36,7 +36,7 @@ def link_router(stage: LiveStage, access: Access, *, hello_timeout_s: float = HE
         try:
             link = await _greet(websocket, stage, access, hello_timeout_s, outbox)
             outbox.start()
-            stage.welcomed(link)
+            stage.recordings.welcomed(link)
             await _follow(websocket, stage, access, link, outbox)
         except WebSocketDisconnect as gone:
             if gone.code == _TOO_BIG:

@@ -112,7 +112,7 @@ def make_triggers(stage: LiveStage, sessions: Path, jobs: Jobs) -> Triggers:
         event = "stop" if stopped else "start"
         triggers.tell(TriggerNews(event, what.session, what.take, timecode(), seconds=seconds))
 
-    stage.on_recorded = recorded
+    stage.recordings.on_recorded = recorded
     jobs.listen(_Solves(jobs, triggers).look)
     return triggers
 
