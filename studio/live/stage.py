@@ -4,7 +4,7 @@ import logging
 import shutil
 import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from msgspec import structs
@@ -16,6 +16,8 @@ from studio.engine.calibration.views.seen.known_lens import KnownLenses
 from studio.engine.model.calibration import Calibration
 from studio.engine.model.frames import StepResult
 from studio.engine.model.settings import SolveSettings, preset
+from studio.engine.rigid_bodies.known import TakeBodies
+from studio.engine.rigid_bodies.reading import BodyAxes, BodyReading
 from studio.engine.timecode.timecode import TimecodeRate
 from studio.live.borrowed import borrow
 from studio.live.calibration.kept import load_last_calibration
@@ -37,11 +39,12 @@ from studio.live.recording.recording import LiveRecording, recording_message
 from studio.live.states import RecordStarted, RecordStopped, RefusedLinks, StageStatus
 from studio.live.status import stage_status
 from studio.live.subscribers import Callback, Subscribers
+from studio.rigid_bodies.incoming import IncomingBodies
 from studio.take.folder.marker import STOPPING, read_marker, remove_marker, write_marker
 from studio.take.folder.names import check_name
 from studio.take.library.sessions import new_take_path, session_of_today, take_path
 from studio.take.raw.frames import camera_frame
-from studio.take.raw.live_log import TimecodeEvent
+from studio.take.raw.live_log import BodiesEvent, TimecodeEvent
 from studio.take.raw.records import depth_camera
 from studio.timecode.incoming import OFF, IncomingTimecode
 from studio.wire import ClockSample, DepthImage, Hello, SkeletonFrame, Status, depth_array
@@ -60,7 +63,8 @@ _log = logging.getLogger(__name__)
 class LiveStage:
     """The live stage. Call `start` first and `close` at the end.
 
-    `keeping` handles frames that clients keep, `previews` their small depth images, `timecode` what comes in.
+    `keeping` handles frames that clients keep, `previews` their small depth images, `timecode` and `bodies` what
+    comes in.
     `on_recorded` is called with each start and stop (a `RecordStopped`), and must return at once.
     Methods that say "waits" wait for the engine thread or the disk, so they must not run on an event loop.
     """
@@ -100,6 +104,8 @@ class LiveStage:
         self.on_recorded: Callable[[RecordStarted], object] = lambda what: None
         self.timecode = IncomingTimecode(self.clock_ns)
         self.timecode.on_reading = self._timecode_read
+        self.bodies = IncomingBodies(sessions, self.clock_ns)
+        self.bodies.on_readings = self._bodies_read
         self._engine = Engine(
             clock_ns=self.clock_ns,
             settings=preset("studio") if settings is None else settings,
@@ -110,6 +116,7 @@ class LiveStage:
             previews=self.previews,
             describe=stage_status,
             timecode=self.timecode,
+            bodies=self.bodies,
         )
         self.keeping = Keeping(self._links, self._engine, self._late, self.clock_ns)
 
@@ -132,6 +139,7 @@ class LiveStage:
         if self.recording_name() is not None:
             self.stop_recording()
         self.timecode.close()
+        self.bodies.close()
         self._engine.close()
         self._late.close()
 
@@ -480,6 +488,8 @@ class LiveStage:
             except StudioError as error:  # a full disk must not keep a recording from ending
                 _log.warning("the end of the recording could not be noted: %s", error)
             self._engine.call(self._engine.detach)
+            if recording.bodies_came:
+                recording.known_bodies = TakeBodies(self.bodies.settings.place, self.bodies.settings.bodies)
             with self._told_lock:
                 for link in self._links.all():
                     link.send(recording_message(None, recording))
@@ -495,6 +505,11 @@ class LiveStage:
         recording = self._engine.recording
         if recording is not None:
             recording.add_timecode(time_ns, TimecodeEvent(frame, rate.name, source))
+
+    def _bodies_read(self, time_ns: int, axes: BodyAxes, readings: Sequence[BodyReading]) -> None:
+        recording = self._engine.recording
+        if recording is not None:
+            recording.add_bodies(time_ns, BodiesEvent(axes, [*readings]))
 
     def _end_broken(self) -> None:
         """End a take that can no longer be written, keep its data, and report the problem."""

@@ -33,6 +33,7 @@ export default {
   "layer.effectors": [null, "Effecteurs et regard"],
   "layer.ghost": [null, "Fantôme"],
   "layer.trails": [null, "Traces"],
+  "layer.bodies": [null, "Corps rigides"],
   "layer.cameras": [null, "Caméras"],
   "layer.floor": [null, "Sol"],
   "layer_help.character": ["The solved character, of the performer's proportions", "Le personnage calculé, aux proportions de l'interprète"],
