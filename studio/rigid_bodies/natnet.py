@@ -16,6 +16,9 @@ PORT, DATA_PORT = 1510, 1511
 LONGEST = 65_507
 _MOST = 10_000
 _LONGEST_NAME = 64
+_UNNAMED = 500
+"""So many frames are waited for names; then numbers stand for them."""
+
 _SIZED = (4, 1)
 """From this version on each part has its size in bytes."""
 
@@ -88,6 +91,7 @@ class NatNetDecoder:
         self.server = ""
         self.refused = 0
         self._names: dict[int, str] = {}
+        self._unnamed = 0
 
     @property
     def knows_names(self) -> bool:
@@ -108,7 +112,9 @@ class NatNetDecoder:
             elif kind == MODEL and self.version is not None:
                 self._names = self._read_names(packet, self.version)
             elif kind == FRAME and self.version is not None:
-                return self._read_frame(packet, self.version)
+                found = self._read_frame(packet, self.version)
+                self._unnamed += not self._names
+                return found if self._names or self._unnamed > _UNNAMED else []
         except _Cut:
             self.refused += 1
         return []

@@ -4,6 +4,8 @@ export default {
   "timecode.source": "timecode={source} n'est pas permis ; permis : off, clock, ltc:<appareil ou fichier>, mtc:<appareil MIDI>, artnet[:<adresse>[:<port>]]",
   "timecode.sound_unreadable": "{path} ne se lit pas comme un son : {error}",
   "timecode.no_ltc": "{path} n'a pas de LTC à {rate} ({refused} mots d'une autre cadence) ; choisissez la cadence de l'enregistreur",
+  "timecode.other_rate": "{n} timecodes d'une autre cadence que {rate} sont venus ; choisissez la cadence de l'émetteur",
+  "timecode.backwards": "le timecode va à reculons ; il compte dès qu'il va en avant",
   "timecode.ended": "la source a pris fin",
   "timecode.not_opened": "{source} : {error}",
   "timecode.damaged": "{path} est endommagé : {error} ; supprimez-le",

@@ -41,6 +41,7 @@ export default {
   "layer_help.raw": ["What each camera sent, in its colour", "Ce que chaque caméra a envoyé, dans sa couleur"],
   "layer_help.effectors": ["What the solve follows, how far it stays off, and where the head looks", "Ce que suit le calcul, l'écart qui reste, et où regarde la tête"],
   "layer_help.ghost": ["A second solve or take beside the one that is replayed", "Un second calcul ou une autre prise à côté de la relecture"],
+  "layer_help.bodies": ["What another system tracks: props, trackers, controllers", "Ce qu'un autre système suit : accessoires, traqueurs, manettes"],
   "layer_help.trails": ["The paths of chosen joints over the last seconds", "Les trajets d'articulations choisies, ces dernières secondes"],
   "layer_help.cameras": ["Where the cameras stand, and what depth cameras see", "Où sont les caméras, et ce que voient celles de profondeur"],
   "layer_help.floor": ["The floor, in squares of half a metre", "Le sol, en carreaux d'un demi-mètre"],
