@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 
 import numpy as np
-from msgspec import Struct
+from msgspec import Struct, structs
 
 from studio.engine.base.errors import SettingsError
 from studio.engine.model.rigid_body import PlacedBody
@@ -82,8 +82,10 @@ class IncomingBodies:
             self._use(settings)
 
     def _use(self, settings: RigidSettings) -> None:
+        before, self.settings = self.settings, settings
+        if structs.replace(settings, place=before.place, bodies=before.bodies) == before:
+            return  # what is heard stays
         self.close()
-        self.settings = settings
         with self._lock:
             self._recent = {}
         if settings.osc:

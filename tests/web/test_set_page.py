@@ -57,3 +57,4 @@ def test_timecode_is_shown_and_a_trigger_is_heard(tmp_path, chromium):
         page.get_by_label("Joint of tracker 1").select_option("head")
         page.locator("#set-title-fold").focus()
         expect(page.get_by_label("Use of tracker 1")).to_contain_text("evidence")
+        expect(page.locator("#rigid")).to_contain_text("rigid bodies come in")
