@@ -57,6 +57,7 @@ NAVIGATION = {
         "docs/streaming",
         "docs/timecode",
         "docs/triggers",
+        "docs/rigid_bodies",
         "docs/batch",
         "docs/blind_tests",
         "docs/study",

@@ -26,6 +26,7 @@ COMMANDS = (
     "calibrate",
     "solve",
     "edit",
+    "rigid",
     "performers",
     "evaluate",
     "study",

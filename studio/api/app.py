@@ -33,6 +33,7 @@ from studio.api.stage.operations import operations_router
 from studio.api.stage.outputs import outputs_router
 from studio.api.stage.performers import performers_router
 from studio.api.stage.presets import presets_router
+from studio.api.stage.rigid_bodies import rigid_bodies_router
 from studio.api.stage.stage import stage_router
 from studio.api.stage.timecode import timecode_router
 from studio.api.stage.triggers import make_triggers, triggers_router
@@ -132,6 +133,8 @@ def create_app(
     add_routes(app, presets_router(presets))
     add_routes(app, timecode_router(stage, sessions))
     choose_stored(sessions, stage.timecode)
+    stage.bodies.start()
+    add_routes(app, rigid_bodies_router(stage))
     app.state.triggers = make_triggers(stage, sessions, jobs)
     add_routes(app, triggers_router(app.state.triggers))
     events["triggers"] = app.state.triggers.status

@@ -51,6 +51,9 @@ def add_parser(subparsers: Any) -> None:
         action="store_true",
         help="all performers in one file, in stage coordinates (FBX, GLB, USD)",
     )
+    add("--prop", metavar="NAME", action="append", default=[],
+        help="a rigid body of another system, as a skeleton of its own; with --together beside the performers; "
+        "may be given again")  # fmt: skip
     add("--camera", metavar="NAME", help="camera of the depth (mkv; required if several cameras have depth)")
     add("--also", metavar="TAKE", type=Path, action="append", default=[],
         help="another take in the same file, as a further animation (FBX); may be given again")  # fmt: skip
@@ -131,8 +134,10 @@ def run(args: argparse.Namespace) -> int:
         return _export_depth(args)
     onto = _rig(args)
     takes = [Take.open(path) for path in (args.take, *args.also)]
+    if args.prop and not args.together:
+        return _export_props(args, takes[0])
     performers = [_performers(args, take) for take in takes]
-    if args.together and performers[0][0][0].name:
+    if args.together and (performers[0][0][0].name or args.prop):
         return _export_scene(args, performers)
     for number, (one, solve) in enumerate(performers[0]):
         alone = args.performer is not None or not one.name
@@ -164,15 +169,43 @@ def _performers(args: argparse.Namespace, take: "Take") -> "list[tuple[ToExport,
 def _export_scene(args: argparse.Namespace, performers: "list[list[tuple[ToExport, str]]]") -> int:
     """Write all performers of the one take to one file."""
     from studio.engine.animation.export import export_scene
+    from studio.take.folder.take import Take
+    from studio.take.library.prop_export import props_to_export
     from studio.take.library.solve_export import check_scene
 
     check_scene(len(performers), args.rig)
-    scene = [(one.name, one.poses, one.options) for one, _ in performers[0]]
+    mine = [one for one, _ in performers[0]]
+    props = props_to_export(
+        Take.open(args.take), performers[0][0][1], args.prop, mine[0].options, args.format
+    )
+    scene = [(one.name or "performer", one.poses, one.options) for one in (*mine, *props)]
     with progress_bar("Exporting") as progress:
         export_scene(scene, args.out, args.format, progress=progress)
     names, solve = ", ".join(name for name, _, _ in scene), performers[0][0][1]
     frames = max(poses.frame_count for _, poses, _ in scene)
     print(f"{args.out}: solve {solve}, {names}, {frames} frames, {args.out.stat().st_size / 1e6:.1f} MB")
+    return 0
+
+
+_OF_PROPS = frozenset(
+    {"solve", "rotation_order", "unit", "interpolation", "fps", "key_error_cm", "start", "end", "smooth_hz"}
+)
+"""Options of solves that also apply to a prop."""
+
+
+def _export_props(args: argparse.Namespace, take: "Take") -> int:
+    """Write each prop to a file of its own."""
+    from studio.engine.animation.export import export_takes
+    from studio.library import choose_solve
+    from studio.take.library.prop_export import props_to_export
+    from studio.take.library.solve_export import named_file
+
+    _refuse_options(args, _OF_PROPS, "a prop")
+    solve = choose_solve(take.solve_names(), args.solve, str(take.path))
+    for one in props_to_export(take, solve, args.prop, _options(args, take), args.format):
+        out = args.out if len(args.prop) == 1 else named_file(args.out, one.name)
+        export_takes([(one.poses, one.options)], out, args.format)
+        print(f"{out}: prop {one.name}, {one.poses.frame_count} frames, {out.stat().st_size / 1e6:.1f} MB")
     return 0
 
 

@@ -71,6 +71,13 @@ def add_server_options(parser: argparse.ArgumentParser) -> None:
         help="list cameras that wait on the network (studio camera --wait): auto (default) does so on a loopback "
         "address alone",
     )
+    add(
+        "--timecode",
+        metavar="SOURCE",
+        help="timecode to listen to where nothing was chosen on the page yet: clock, ltc:..., mtc:..., artnet... "
+        "(default off)",
+    )
+    add("--timecode-rate", metavar="RATE", help="its rate (default 25)")
     add("--log-format", choices=LOG_FORMATS, help="format of the log (default text)")
     add("--log-level", choices=LOG_LEVELS, help="lowest level that is logged (default info)")
 

@@ -22,7 +22,6 @@ from studio.engine.model.calibration import Performer
 from studio.engine.model.frames import StepResult
 from studio.engine.model.settings import SolveSettings
 from studio.engine.solve.timing.schedule import Schedule
-from studio.engine.timecode.timecode import Timecode
 from studio.live import warmup
 from studio.live.calibration.calibrator import Calibrator, Outcome
 from studio.live.calibration.kept import KeptCalibration
@@ -38,6 +37,7 @@ from studio.live.performed import PerformedStage
 from studio.live.raw_steps import RawSteps
 from studio.live.states import StageStatus
 from studio.live.subscribers import Subscribers
+from studio.rigid_bodies.incoming import IncomingBodies
 from studio.take.raw import live_log as log
 from studio.timecode.incoming import IncomingTimecode
 from studio.wire import ClockSample, Hello
@@ -60,7 +60,7 @@ class Engine(PerformedStage):
     Attributes:
         results: the newest step.
         status: the newest status.
-        timecode: what comes in.
+        timecode, bodies: what comes in.
     """
 
     def __init__(
@@ -75,6 +75,7 @@ class Engine(PerformedStage):
         previews: Previews,
         describe: Callable[["Engine", int], StageStatus],
         timecode: IncomingTimecode,
+        bodies: IncomingBodies,
     ) -> None:
         """Start with a calibration or none; `describe` makes the status, at a time of the server's clock [ns]."""
         self._thread = threading.Thread(target=self._run, name="engine", daemon=True)
@@ -86,7 +87,7 @@ class Engine(PerformedStage):
         self.problem = ""
         self.folder = folder
         self.previews = previews
-        self.timecode = timecode
+        self.timecode, self.bodies = timecode, bodies
         self.calibrator = Calibrator(folder / "calibrations", self._computed, previews.floor_views)
         self.tpose = TPoseCapture(self._performer_measured)
         self.strangers = Strangers(self._stranger_measured)
@@ -334,16 +335,18 @@ class Engine(PerformedStage):
                 self.strangers.update(stage_time_ns, strangers, self.placed_calibration)
                 if strangers:
                     result = replace(result, strangers=tuple(strangers.values()))
-                timecode = self._timecode_at(stage_time_ns, now_ns)
-                if timecode is not None:
-                    result = replace(result, timecode=timecode)
+                result = self._with_what_comes_in(result, stage_time_ns, now_ns)
                 self.results.publish(result)
                 self._subscribers.tell(result)
 
-    def _timecode_at(self, stage_time_ns: int, now_ns: int) -> Timecode | None:
-        """Return the timecode of an instant of the stage; `now_ns` is on the server's clock."""
+    def _with_what_comes_in(self, result: StepResult, stage_time_ns: int, now_ns: int) -> StepResult:
+        """Return a step with the timecode and the rigid bodies of its instant; `now_ns` is on the server's clock."""
         now_stage_ns = self.roster.clock.server_to_stage_ns(now_ns)
-        return None if now_stage_ns is None else self.timecode.at(now_ns - (now_stage_ns - stage_time_ns))
+        if now_stage_ns is None:
+            return result
+        at_ns = now_ns - (now_stage_ns - stage_time_ns)
+        timecode, bodies = self.timecode.at(at_ns), self.bodies.at(at_ns)
+        return replace(result, timecode=timecode, bodies=bodies) if bodies or timecode is not None else result
 
     def set_settings(self, settings: SolveSettings) -> None:
         """Use other settings from now on.

@@ -3,11 +3,13 @@
 import logging
 import shutil
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from studio.engine.base.errors import StudioError, TakeError
 from studio.engine.base.sentences import say
+from studio.engine.rigid_bodies.known import TakeBodies
+from studio.engine.rigid_bodies.reading import BodyAxes, BodyReading
 from studio.engine.timecode.timecode import TimecodeRate
 from studio.live.calibration.performers import FOLDER as PERFORMERS
 from studio.live.cameras.links import CameraLink, Links
@@ -17,9 +19,10 @@ from studio.live.keeping.resume import marker_of
 from studio.live.recording.recorder import Recorder
 from studio.live.recording.recording import LiveRecording, recording_message
 from studio.live.states import RecordStarted, RecordStopped
+from studio.rigid_bodies.incoming import IncomingBodies
 from studio.take.folder.marker import STOPPING, remove_marker, write_marker
 from studio.take.library.sessions import new_take_path, session_of_today, take_path
-from studio.take.raw.live_log import TimecodeEvent
+from studio.take.raw.live_log import BodiesEvent, TimecodeEvent
 from studio.timecode.incoming import OFF, IncomingTimecode
 
 RESERVED_SESSIONS = ("blind", "calibrations", PERFORMERS, "rigs", "shares")
@@ -41,6 +44,7 @@ class RecordingControl:
         links: Links,
         keeping: Keeping,
         timecode: IncomingTimecode,
+        bodies: IncomingBodies,
         clock_ns: Callable[[], int],
     ) -> None:
         self.on_recorded: Callable[[RecordStarted], object] = lambda what: None
@@ -49,10 +53,12 @@ class RecordingControl:
         self._links = links
         self._keeping = keeping
         self._timecode = timecode
+        self._bodies = bodies
         self._clock_ns = clock_ns
         self._one_at_a_time = threading.Lock()
         self._told_lock = threading.Lock()
         timecode.on_reading = self._timecode_read
+        bodies.on_readings = self._bodies_read
 
     @property
     def name(self) -> str | None:
@@ -141,6 +147,8 @@ class RecordingControl:
             except StudioError as error:  # a full disk must not keep a recording from ending
                 _log.warning("the end of the recording could not be noted: %s", error)
             self._engine.call(self._engine.detach)
+            if recording.bodies_came:
+                recording.known_bodies = TakeBodies(self._bodies.settings.place, self._bodies.settings.bodies)
             with self._told_lock:
                 for link in self._links.all():
                     link.send(recording_message(None, recording))
@@ -156,6 +164,11 @@ class RecordingControl:
         recording = self._engine.recording
         if recording is not None:
             recording.add_timecode(time_ns, TimecodeEvent(frame, rate.name, source))
+
+    def _bodies_read(self, time_ns: int, axes: BodyAxes, readings: Sequence[BodyReading]) -> None:
+        recording = self._engine.recording
+        if recording is not None:
+            recording.add_bodies(time_ns, BodiesEvent(axes, [*readings]))
 
     def end_broken(self) -> None:
         """End a take that can no longer be written, keep its data, and report the problem."""

@@ -31,6 +31,7 @@ from studio.live.recording_control import RecordingControl
 from studio.live.states import RecordStarted, RecordStopped, RefusedLinks, StageStatus
 from studio.live.status import stage_status
 from studio.live.subscribers import Callback, Subscribers
+from studio.rigid_bodies.incoming import IncomingBodies
 from studio.take.folder.marker import read_marker
 from studio.take.folder.names import check_name
 from studio.take.raw.frames import camera_frame
@@ -48,8 +49,8 @@ MAX_COUNTDOWN_S = 60.0
 class LiveStage:
     """The live stage. Call `start` first and `close` at the end.
 
-    `keeping` handles frames that clients keep, `previews` their small depth images, `timecode` what comes in,
-    `recordings` starts and stops takes.
+    `keeping` handles frames that clients keep, `previews` their small depth images, `timecode` and `bodies` what
+    comes in, `recordings` starts and stops takes.
     Methods that say "waits" wait for the engine thread or the disk, so they must not run on an event loop.
     """
 
@@ -84,6 +85,7 @@ class LiveStage:
         self._subscribers = Subscribers()
         self._refused = RefusedLinks()
         self.timecode = IncomingTimecode(self.clock_ns)
+        self.bodies = IncomingBodies(sessions, self.clock_ns)
         self._engine = Engine(
             clock_ns=self.clock_ns,
             settings=preset("studio") if settings is None else settings,
@@ -94,10 +96,11 @@ class LiveStage:
             previews=self.previews,
             describe=stage_status,
             timecode=self.timecode,
+            bodies=self.bodies,
         )
         self.keeping = Keeping(self._links, self._engine, self._late, self.clock_ns)
         self.recordings = RecordingControl(
-            sessions, self._engine, self._links, self.keeping, self.timecode, self.clock_ns
+            sessions, self._engine, self._links, self.keeping, self.timecode, self.bodies, self.clock_ns
         )
 
     def start(self, *, prepare: bool = True) -> None:
@@ -119,6 +122,7 @@ class LiveStage:
         if self.recording_name() is not None:
             self.stop_recording()
         self.timecode.close()
+        self.bodies.close()
         self._engine.close()
         self._late.close()
 

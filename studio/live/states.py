@@ -8,6 +8,7 @@ from typing import Literal
 
 from msgspec import Struct
 
+from studio.rigid_bodies.incoming import RigidStatus
 from studio.take.folder.marker import Restart
 from studio.timecode.incoming import TimecodeStatus
 
@@ -221,7 +222,7 @@ class RefusedLinks(Struct, frozen=True):
 class StageStatus(Struct):
     """The status of the live stage, cameras by name; `performers` is empty while cameras show one body.
 
-    `performer_warnings` say what may be lost on a stage of several. `timecode` is what comes in.
+    `performer_warnings` say what may be lost on a stage of several. `timecode` and `bodies` are what comes in.
     """
 
     cameras: dict[str, CameraStatus]
@@ -233,6 +234,7 @@ class StageStatus(Struct):
     performers: list[PerformerStatus] = []
     performer_warnings: list[str] = []
     timecode: TimecodeStatus = TimecodeStatus()
+    bodies: RigidStatus = RigidStatus()
 
 
 class RecordStarted(Struct):

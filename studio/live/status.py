@@ -63,6 +63,7 @@ def stage_status(engine: Engine, now_ns: int) -> StageStatus:
         performers=performers,
         performer_warnings=warnings,
         timecode=engine.timecode.status(),
+        bodies=engine.bodies.status(),
     )
 
 

@@ -9,7 +9,6 @@ from studio.engine.animation.clip.kinematics import local_keys, world_poses
 from studio.engine.animation.clip.resample import frames_of
 from studio.engine.base.quaternions import continuous_signs, normalized
 from studio.engine.edits.edit import Edit
-from studio.engine.edits.pins import Pins
 from studio.engine.edits.timing import eased, of_performer
 from studio.engine.model.frames import CameraFrame
 from studio.engine.model.poses import Poses
@@ -18,6 +17,7 @@ from studio.engine.whole_take.mending.frames import REACH_S, edited_frames
 from studio.engine.whole_take.take import solve_frames
 from studio.offline.preview import frames_between, poses_between, seen_performer
 from studio.take.folder.take import PERFORMER, Take
+from studio.take.rigid_bodies.used import pins_of
 
 AROUND_S = 1.5
 """How far before and after the instant is solved [s]."""
@@ -76,7 +76,11 @@ def solve_around(
         clock = calibration.cameras[name].clock
         part += [frame for frame in own if first_ns <= clock.stage_ns(frame.device_time_ns) <= last_ns]
     poses = solve_frames(
-        part, calibration, one.settings, progress=progress, pins=Pins(mine, calibration.performer)
+        part,
+        calibration,
+        one.settings,
+        progress=progress,
+        pins=pins_of(take, one.name, mine, calibration.performer),
     )
     found = poses_between(take, poses, begin_s, end_s)
     return found if stored is None else blended_into(found, stored)

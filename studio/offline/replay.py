@@ -9,7 +9,6 @@ from studio.engine.base.errors import CalibrationError, TakeError
 from studio.engine.calibration.calibrate import with_performer
 from studio.engine.calibration.quality.agreement import agreement_figures, disagreements, without_named
 from studio.engine.edits.edit import Edit
-from studio.engine.edits.pins import Pins
 from studio.engine.identity.recognised import performer_key
 from studio.engine.identity.undecided import spans
 from studio.engine.model.calibration import Calibration
@@ -35,6 +34,7 @@ from studio.take.library.live_solve import recorded_spans
 from studio.take.raw.frames import RawEvent, RawFrame, camera_frames, inspect_raw, read_raw
 from studio.take.raw.kept_frames import Joined, several_bodies
 from studio.take.raw.live_log import LoggedPipeline
+from studio.take.rigid_bodies.used import pins_of
 
 Progress = Callable[[float], None]
 """Receives the share done, 0..1."""
@@ -150,6 +150,7 @@ def _plain(
             settings.of_performer(one.name),
             shares.part(k),
             asked.of(one.name, one.frames, one.calibration),
+            one.name,
         )
         for k, one in enumerate(people.performers)
     ]
@@ -215,6 +216,7 @@ class _PerformerSolve:
         settings: SolveSettings,
         progress: Progress | None,
         edits: Sequence[Edit] = (),
+        performer: str = PERFORMER,
     ) -> None:
         """Prepare; `frames` by camera show nobody else."""
         self._residuals, self._trace, self._physics = SolveResiduals(), TraceCollector(), SolveMetrics()
@@ -231,7 +233,7 @@ class _PerformerSolve:
             residuals=self._residuals,
             physics=self._physics,
             trace=self._trace,
-            pins=Pins(edits, calibration.performer),
+            pins=pins_of(take, performer, edits, calibration.performer),
         )
 
     def solved(self, poses: Poses) -> Solved:

@@ -35,6 +35,7 @@ class Config:
             container; without them the server makes its own.
         discover: whether cameras that announce themselves by mDNS are listed: `on`, `off`, or `auto` (on at a
             loopback address alone, and then on this machine alone).
+        timecode, timecode_rate: what timecode is listened to where nothing was chosen on the page yet.
         log_format: `text` or `json` (a line per event); log_level: the lowest level that is logged.
     """
 
@@ -47,6 +48,8 @@ class Config:
     operator_token_file: Path | None = None
     camera_token_file: Path | None = None
     discover: str = "auto"
+    timecode: str = "off"
+    timecode_rate: str = "25"
     log_format: str = "text"
     log_level: str = "info"
 

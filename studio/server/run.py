@@ -32,6 +32,7 @@ from studio.live import LiveStage
 from studio.server.config import Config, read_token
 from studio.server.logs import set_up_logging
 from studio.server.tls import Tls, chosen_tls, tls_lines
+from studio.timecode.chosen import choose_at_first
 from studio.web import mount
 from studio.wire import MAX_MESSAGE_BYTES
 
@@ -146,6 +147,7 @@ def serve(config: Config, *, demo: str | None = None, performers: int = 1) -> in
             discover=_DISCOVER[config.discover],
             certificate=None if tls is None else tls.certificate,
         )
+        choose_at_first(sessions, stage.timecode, config.timecode, config.timecode_rate)
         view = mount(app, stage, sessions=sessions, takes=Finder(stage, sessions))
         if host in LOOPBACK:  # refuses a page that maps its own host name to 127.0.0.1
             app.add_middleware(TrustedHostMiddleware, allowed_hosts=[*LOOPBACK, "[::1]"])

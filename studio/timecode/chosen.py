@@ -25,6 +25,16 @@ def choose_stored(sessions: Path, incoming: IncomingTimecode) -> None:
         _log.warning("%s cannot be used: %s", path, error)
 
 
+def choose_at_first(sessions: Path, incoming: IncomingTimecode, source: str, rate: str) -> None:
+    """Listen to this source unless one was chosen before; it is not stored.
+
+    Raises:
+        SettingsError: there is no such source or rate.
+    """
+    if not (sessions / FILE).is_file():
+        incoming.choose(source, rate)
+
+
 def choose_and_store(sessions: Path, incoming: IncomingTimecode, source: str, rate: str) -> None:
     """Listen to a source from now on, also after a restart.
 

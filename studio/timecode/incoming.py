@@ -60,6 +60,7 @@ class IncomingTimecode:
         self._choosing = threading.Lock()
         self._stopping = threading.Event()
         self._thread: threading.Thread | None = None
+        self._source: TimecodeSource | None = None
         self.chosen, self.rate = OFF, RATES["25"]
         self.on_reading: Callable[[int, int, TimecodeRate, str], None] = lambda *reading: None
         self._forget()
@@ -87,7 +88,7 @@ class IncomingTimecode:
                 self._forget()
                 self.chosen, self.rate = source, of_rate
                 self._stopping = threading.Event()
-                self._thread = None
+                self._thread, self._source = None, opened
                 if opened is not None:
                     arguments = (opened, self._stopping)
                     self._thread = threading.Thread(
@@ -138,6 +139,19 @@ class IncomingTimecode:
             return None
         return path.timecodes_at(np.array([time_ns * 1e-9]))[0]
 
+    def _why_not(self, source: TimecodeSource) -> str:
+        """Return why what a source hears is no timecode, "" = it hears nothing."""
+        if source.backwards:
+            return say("timecode.backwards", "the timecode runs backwards; it counts once it runs forwards")
+        if not source.refused:
+            return ""
+        return say(
+            "timecode.other_rate",
+            "{n} timecodes of another rate than {rate} came; choose the rate of the sender",
+            n=source.refused,
+            rate=self.rate.name,
+        )
+
     def _path(self) -> TimecodeCourse | None:
         now_ns = self._clock_ns()
         if self._recent and (self._course is None or now_ns - self._made_ns > _FRESH_NS):
@@ -154,6 +168,9 @@ class IncomingTimecode:
                 self._drift, self._drift_ns = None if told is None else round(told, 1), now_ns
             heard = bool(self._recent) and now_ns - self._recent[-1][0] < _HEARD_NS
             state = OFF if self.chosen == OFF else "waiting"
+            problem = self._problem
+            if self._source is not None and not heard and not problem:
+                problem = self._why_not(self._source)
             if now is not None:
                 state = "running" if heard else "bridged"
             return TimecodeStatus(
@@ -162,7 +179,7 @@ class IncomingTimecode:
                 state,
                 "" if now is None else str(now),
                 self._drift,
-                self._problem,
+                problem,
             )
 
 

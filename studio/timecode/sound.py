@@ -85,7 +85,7 @@ class LtcSource:
     def __init__(self, what: str, rate: TimecodeRate) -> None:
         self._format, self._what = _device(what)
         self._rate = rate
-        self.refused = 0
+        self.refused, self.backwards = 0, False
 
     def run(self, clock: Any, put: Any, stopping: threading.Event) -> None:
         """Listen until `stopping`; see `TimecodeSource`."""
@@ -100,6 +100,7 @@ class LtcSource:
                 begins_ns = offsets.update(clock(), count / hz * 1e9)
                 words = [decoder.feed(channel) for decoder, channel in zip(decoders, samples, strict=True)]
                 self.refused = sum(one.refused for one in decoders)
+                self.backwards = any(one.backwards for one in decoders)
                 for at, frame in max(words, key=len):
                     put(round(begins_ns + at / hz * 1e9), frame)
 

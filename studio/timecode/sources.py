@@ -39,6 +39,11 @@ class TimecodeSource(Protocol):
         """Timecodes heard that were not of the rate."""
         ...
 
+    @property
+    def backwards(self) -> bool:
+        """Whether it runs backwards, where that can be told."""
+        ...
+
     def run(self, clock: Clock, put: Put, stopping: threading.Event) -> None:
         """Listen until `stopping` is set, or until the source has ended.
 
@@ -51,7 +56,7 @@ class TimecodeSource(Protocol):
 class ClockSource:
     """The system's time of the day, read when it starts, then counted on at the rate."""
 
-    name = "clock"
+    name, backwards = "clock", False
 
     def __init__(self, rate: TimecodeRate) -> None:
         self._rate = rate
@@ -73,7 +78,7 @@ class ClockSource:
 class MidiTimecode:
     """MIDI timecode from a device whose file gives bytes, such as `/dev/snd/midiC1D0` on Linux."""
 
-    name = "mtc"
+    name, backwards = "mtc", False
 
     def __init__(self, path: str, rate: TimecodeRate) -> None:
         self._path = path
@@ -112,7 +117,7 @@ def read_midi(path: str, stopping: threading.Event, take: Callable[[bytes], obje
 class ArtNetTimecode:
     """Art-Net timecode on an address of this machine."""
 
-    name = "artnet"
+    name, backwards = "artnet", False
 
     def __init__(self, host: str, port: int, rate: TimecodeRate) -> None:
         self._address = host, port

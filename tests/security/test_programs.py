@@ -28,6 +28,7 @@ MAY_CONNECT = {
     "server/run.py": "the server's own socket",
     "streams/sender.py": "live output by UDP, to the machines that an operator named",
     "timecode/sources.py": "hears timecode by UDP where an operator chose it; sends nothing",
+    "rigid_bodies/sources.py": "hears rigid bodies by UDP once switched on; asks the NatNet server that was named",
     "triggers/listeners.py": "hears triggers by UDP once an operator switched them on; OSC's are answered",
     "triggers/tellers.py": "tells the machines and addresses that an operator named of recordings",
     "offline/batch/run.py": "the Dask scheduler that the command line names",

@@ -85,6 +85,11 @@ def test_art_net_over_a_socket(incoming):
     sender = Sender(rate, first, 1, send)
     try:
         check(incoming, sender, rate, first)
+        incoming.choose(f"artnet:127.0.0.1:{port}", "25")
+        wait_until(lambda: incoming.status().problem, "the other rate is told")
+        assert "of another rate than 25 came" in incoming.status().problem
+        assert incoming.status().state == "waiting"
+        incoming.choose(f"artnet:127.0.0.1:{port}", "29.97df")
         for number in range(500):  # what is no timecode changes nothing
             channel.sendto(os.urandom(number % 40), ("127.0.0.1", port))
         check(incoming, sender, rate, first)

@@ -7,6 +7,7 @@ import pytest
 from playwright.sync_api import expect
 
 from tests.acceptance.program import studio_program
+from tests.rigid_bodies.test_packets import message
 from tests.triggers.test_packets import osc
 from tests.web.browser import quiet_page
 
@@ -42,3 +43,18 @@ def test_timecode_is_shown_and_a_trigger_is_heard(tmp_path, chromium):
         expect(page.locator("#set")).to_contain_text("state (127.0.0.1)")
         page.locator("#trigger-osc").uncheck()
         expect(page.locator("#set-count")).not_to_contain_text("trigger")
+
+        page.locator("#rigid-osc_port").fill(str(port))  # the same port, for trackers now
+        page.locator("#rigid-osc").check()
+        expect(page.locator("#rigid")).to_contain_text("Nothing heard yet")
+        place = message("/tracking/trackers/1/position", 0.1, 1.2, 0.3).build().dgram
+        desk.sendto(place, ("127.0.0.1", port))
+        expect(page.locator("#rigid")).to_contain_text("tracker 1")
+        page.get_by_label("Shape of tracker 1").fill("cylinder:3,60")
+        page.get_by_label("Shape of tracker 1").press("Enter")
+        page.locator("#set-title-fold").focus()
+        expect(page.get_by_label("Use of tracker 1")).to_have_value("prop")
+        page.get_by_label("Joint of tracker 1").select_option("head")
+        page.locator("#set-title-fold").focus()
+        expect(page.get_by_label("Use of tracker 1")).to_contain_text("evidence")
+        expect(page.locator("#rigid")).to_contain_text("rigid bodies come in")

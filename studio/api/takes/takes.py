@@ -32,6 +32,7 @@ from studio.take.library.presets import Presets
 from studio.take.library.query import parse_query
 from studio.take.library.sessions import new_take_path, session_of_today, take_info
 from studio.take.library.solve_export import SolveExport, named_file
+from studio.take.timecode.facts import TakeTimecode, take_timecode
 from studio.take.timecode.wish import TimecodeWish
 from studio.worker import run_in_process
 
@@ -124,10 +125,13 @@ class SolveDetail(Struct):
 
 
 class TakeDetail(ListedTake, kw_only=True):
-    """A take: its line of the list, its `take.json` (docs/formats.md), and its solves by name."""
+    """A take: its line of the list, its `take.json` (docs/formats.md), its solves by name, and the timecode that came
+    in while it was recorded; null where none did, or its file is damaged.
+    """
 
     meta: TakeMeta
     solve_details: dict[str, SolveDetail]
+    timecode: TakeTimecode | None = None
 
 
 class Replayer(Protocol):
@@ -201,7 +205,10 @@ def takes_router(
         opened = Take.open(path)
         solves = {name: _solve_detail(opened.solve_folder(name)) for name in opened.solve_names()}
         return TakeDetail(
-            **structs.asdict(finder.line(take_info(path))), meta=opened.meta, solve_details=solves
+            **structs.asdict(finder.line(take_info(path))),
+            meta=opened.meta,
+            solve_details=solves,
+            timecode=take_timecode(opened),
         )
 
     @router.post("/takes/{session}/{take}/solves", status_code=202)

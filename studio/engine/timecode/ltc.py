@@ -15,9 +15,10 @@ _MIDDLE_HZ = 27.0
 """Words a second between the slowest and the fastest: the decoder starts from there."""
 
 _HYSTERESIS, _DECAY_S = 0.3, 1.0
-_N, _LEVEL, _PEAK, _LAST, _PERIOD, _HALF, _GOOD, _WORD, _AT, _ZERO, _BEFORE, _START = range(12)
+_N, _LEVEL, _PEAK, _LAST, _PERIOD, _HALF, _GOOD, _WORD, _AT, _ZERO, _BEFORE, _START, _BACK = range(13)
 """Places in the state: sample number, side (-1, 1), peak, last transition, bit period [samples], a half bit waits,
-good bits in a row, last 16 bits, place in the ring, last zero crossing, sample before, period at the start."""
+good bits in a row, last 16 bits, place in the ring, last zero crossing, sample before, period at the start,
+whether the last sync word ran backwards."""
 
 
 @compiled
@@ -68,11 +69,14 @@ def _decode(
                 state[_GOOD] += 1.0
                 word = (int(state[_WORD]) * 2 + bit) % 65536
                 state[_WORD] = word
+                if word == 0xBFFC and state[_GOOD] >= 80.0:  # the sync word, its last bit first
+                    state[_BACK] = 1.0
                 if word == 0x3FFD and state[_GOOD] >= 80.0 and found < len(times):
                     times[found] = begins[(at + 1) % 80]
                     for k in range(80):
                         words[found, k] = bits[(at + 1 + k) % 80]
                     found += 1
+                    state[_BACK] = 0.0
     return found
 
 
@@ -87,12 +91,17 @@ class LtcDecoder:
     def __init__(self, rate: TimecodeRate, sample_hz: float) -> None:
         self._rate = rate
         self._decay = float(np.exp(-1.0 / (_DECAY_S * sample_hz)))
-        self._state = np.zeros(12)
+        self._state = np.zeros(13)
         self._state[_PERIOD] = self._state[_START] = sample_hz / (_MIDDLE_HZ * BITS)
         self._bits = np.zeros(BITS, np.uint8)
         self._begins = np.zeros(BITS)
         self._most_per_sample = 1.5 * 30.0 / sample_hz
         self.refused = 0
+
+    @property
+    def backwards(self) -> bool:
+        """Whether it runs backwards, as a recorder that rewinds has it: nothing is read of it."""
+        return bool(self._state[_BACK])
 
     def feed(self, samples: NDArray[np.float32]) -> list[tuple[float, int]]:
         """Return the words that end in these samples: sample number at which each begins, counted from the first one

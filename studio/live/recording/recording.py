@@ -5,6 +5,7 @@ from collections.abc import Callable
 from studio.engine.model.calibration import Calibration
 from studio.engine.model.frames import CameraFrame, ClockModel, StepResult
 from studio.engine.model.settings import SolveSettings
+from studio.engine.rigid_bodies.known import TakeBodies
 from studio.live.cameras.camera import LiveCamera
 from studio.live.inbox import Arrived
 from studio.live.recording.recorder import Recorder
@@ -12,8 +13,9 @@ from studio.live.states import RecordStopped
 from studio.take.folder.marker import Restart
 from studio.take.folder.meta import TakePerformerMeta
 from studio.take.library.live_solve import save_live_solve
-from studio.take.raw.live_log import LiveEvent, StoppedEvent, TickEvent, TimecodeEvent
+from studio.take.raw.live_log import BodiesEvent, LiveEvent, StoppedEvent, TickEvent, TimecodeEvent
 from studio.take.raw.membership import BEGIN_NS
+from studio.take.rigid_bodies.kept import save_take_bodies
 from studio.take.timecode.kept import save_course, stage_course
 from studio.wire import Hello
 from studio.wire import Recording as RecordingMessage
@@ -29,6 +31,8 @@ class LiveRecording:
         stopping: its end was asked for.
         performers, names: who is known on a stage of several, at its beginning, and from its end on.
         timecode: what was read of it, each at a time on the server's clock [ns]; of any thread.
+        bodies_came: whether rigid bodies came in.
+        known_bodies: what the rigid bodies are; None = none came in.
         server_to_stage: the map to the stage clock at the end; None = the stage had none.
     """
 
@@ -40,6 +44,8 @@ class LiveRecording:
         self.performers: list[TakePerformerMeta] = []
         self.names: dict[str, str] = {}
         self.timecode: list[tuple[int, LiveEvent]] = []
+        self.bodies_came = False
+        self.known_bodies: TakeBodies | None = None
         self.server_to_stage: ClockModel | None = None
         self._ended_ns = began_ns
         self._settings: SolveSettings | None = None
@@ -86,6 +92,11 @@ class LiveRecording:
         self.timecode.append((time_ns, event))
         self.recorder.event(time_ns, event)
 
+    def add_bodies(self, time_ns: int, event: BodiesEvent) -> None:
+        """Write rigid bodies as they came, from any thread."""
+        self.bodies_came = True
+        self.recorder.event(time_ns, event)
+
     def end(
         self,
         now_ns: int,
@@ -122,6 +133,8 @@ class LiveRecording:
         course = stage_course(self.timecode, self.server_to_stage)
         if course is not None:
             save_course(take, course)
+        if self.known_bodies is not None:
+            save_take_bodies(take, self.known_bodies)
         poses = 0
         if self._settings is not None:
             poses = save_live_solve(take, self._settings, self.recorder.frames)

@@ -86,6 +86,7 @@ class RecordedTakes(ABC):
             self.roster.restore(Anchor(clock.camera, clock.clock_id or ""), clock.model)
         self.recording, self._noted_stage_clock = recording, None
         recording.timecode = [one for one in state.events if isinstance(one[1], log.TimecodeEvent)]
+        recording.bodies_came = any(isinstance(event, log.BodiesEvent) for _, event in state.events)
         self.restore_performers(recording.recorder.take)
         recording.note(self._clock_ns(), log.RestartEvent(recording.restarts[-1].gap_ms))
         self._restart()

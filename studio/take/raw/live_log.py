@@ -22,6 +22,7 @@ from studio.engine.model.calibration import (
 )
 from studio.engine.model.frames import CameraFrame, ClockModel, StepResult
 from studio.engine.model.settings import SettingsJson, SolveSettings
+from studio.engine.rigid_bodies.reading import BodyAxes, BodyReading
 
 if TYPE_CHECKING:
     from studio.engine.solve.people import PeoplePipeline
@@ -137,6 +138,13 @@ class TimecodeEvent(msgspec.Struct, tag="timecode"):
     source: str
 
 
+class BodiesEvent(msgspec.Struct, tag="rigid_bodies"):
+    """At the time of this event another system told of rigid bodies, in its own axes (`BodyReading`)."""
+
+    axes: BodyAxes
+    bodies: list[BodyReading]
+
+
 KnownEvent = (
     StartEvent
     | ClockEvent
@@ -152,6 +160,7 @@ KnownEvent = (
     | RestartEvent
     | StoppedEvent
     | TimecodeEvent
+    | BodiesEvent
 )
 
 

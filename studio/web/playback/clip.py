@@ -19,6 +19,7 @@ from studio.take.folder.performers import performer_by_name, performer_number
 from studio.take.folder.solved import SolvedPerformer, solved_performers
 from studio.take.folder.solves import TRACE, solve_disagreements
 from studio.take.folder.take import Take
+from studio.take.rigid_bodies.replayed import NO_BODIES, ReplayedBodies
 from studio.web.points.replayed import NO_DEPTH, ReplayedDepth
 
 _NOBODY = FusedSkeleton(
@@ -47,6 +48,7 @@ class Clip:
         undecided_s: by performer the spans of stage time [s] in which they were not told apart from another.
         here: whether this performer is on the stage, shape (frame_count,); None = always.
         others: the clips of further performers, with the same frames.
+        bodies: the rigid bodies that another system tracked.
     """
 
     take: str
@@ -62,6 +64,7 @@ class Clip:
     undecided_s: dict[str, tuple[tuple[float, float], ...]] = field(default_factory=dict)
     here: NDArray[np.bool_] | None = None
     others: "tuple[Clip, ...]" = ()
+    bodies: ReplayedBodies = NO_BODIES
 
     @classmethod
     def load(cls, take: Take, solve: str, performer: str | None = None) -> "Clip":
@@ -95,7 +98,8 @@ class Clip:
         """Return poses as a take's solve, without what went into them."""
         calibration = _calibration(take)
         depth = ReplayedDepth.of(take.raw_path, calibration)
-        return cls(f"{take.path.parent.name}/{take.path.name}", solve, poses, None, calibration, depth=depth)
+        name, bodies = f"{take.path.parent.name}/{take.path.name}", ReplayedBodies.of(take)
+        return cls(name, solve, poses, None, calibration, depth=depth, bodies=bodies)
 
     def clock(self, camera: str) -> ClockModel | None:
         """Return the map from a camera's clock to the stage clock; None where nothing tells it."""
@@ -132,7 +136,8 @@ class Clip:
         if not found:
             nobody = self._own_step(frame)
             return replace(nobody, positions_m=np.full_like(nobody.positions_m, np.nan))
-        return replace(found[0], others=tuple(found[1:]))
+        bodies = self.bodies.at(float(self.poses.time_s[frame]))
+        return replace(found[0], others=tuple(found[1:]), bodies=bodies)
 
     def trails(self, frame: int, frames: int) -> dict[int, NDArray[np.float64]]:
         """Return the joints' places up to a frame by the performer's number, shape (N, 52, 3), N `frames` at most."""

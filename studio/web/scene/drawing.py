@@ -173,7 +173,7 @@ class Drawing:
         for one in steps:
             if _has_body(one):
                 self._trails.setdefault(one.performer, deque(maxlen=TRAIL_FRAMES)).append(one.positions_m)
-        result = replace(steps[0], others=tuple(steps[1:]), strangers=live.strangers)
+        result = replace(steps[0], others=tuple(steps[1:]), strangers=live.strangers, bodies=live.bodies)
         trails = {number: np.array(trail) for number, trail in self._trails.items()}
         return DrawnStep(result, None, trails, around.calibration, around.names)
 

@@ -1,4 +1,5 @@
-"""The layers of the browser view: floor, cameras, points, skeletons, effectors, character, ghost, trails."""
+"""The layers of the browser view: floor, cameras, points, skeletons, effectors, character, ghost, trails,
+rigid bodies."""
 
 from collections.abc import Mapping, Sequence
 from types import MappingProxyType
@@ -11,6 +12,7 @@ from studio.engine.base.errors import SettingsError
 from studio.engine.model.calibration import Calibration
 from studio.engine.model.frames import StepResult
 from studio.engine.model.joints import JOINT_COUNT
+from studio.web.scene.bodies import BodyNodes
 from studio.web.scene.clouds import Cloud, CloudNodes
 from studio.web.scene.figure import PerformerFigure
 from studio.web.scene.frusta import Frustum, Picture
@@ -26,6 +28,7 @@ LAYERS: dict[str, tuple[str, bool]] = {
     "effectors": ("Effectors and look", False),
     "ghost": ("Ghost", True),
     "trails": ("Trails", False),
+    "bodies": ("Rigid bodies", True),
     "points": ("Points", False),
     "cameras": ("Cameras", True),
     "floor": ("Floor", True),
@@ -72,6 +75,7 @@ class Scene:
         )  # a plane of its own would be lighter than a dark backdrop, and so the shadow on it  # fmt: skip
         self._figures: dict[int, PerformerFigure] = {}
         self._strangers: list[RawSkeleton] = []
+        self._bodies = BodyNodes(server)
         self._frusta: dict[str, Frustum] = {}
         self._clouds = CloudNodes(server)
         self._calibration: Calibration | None = None
@@ -181,6 +185,7 @@ class Scene:
         for number in [number for number in self._figures if number not in steps]:
             self._figures[number].hide()
         self._draw_strangers(result.strangers)
+        self._bodies.draw(result.bodies)
 
     def _figure(self, number: int) -> PerformerFigure:
         if number not in self._figures:
@@ -201,6 +206,7 @@ class Scene:
         for figure in self._figures.values():
             figure.hide()
         self._draw_strangers(())
+        self._bodies.draw(())
 
 
 def _light(scene: viser.SceneApi) -> None:

@@ -155,3 +155,11 @@ def test_the_sound_of_these_tests_is_read_by_libltc_as_here(name):
     library.ltc_decoder_free(decoder)
     assert len(theirs) > 0.8 * len(frames) / rate.ltc_frames
     assert set(theirs) <= set(mine)
+
+
+def test_what_runs_backwards_is_told_and_not_read():
+    rate = RATES["25"]
+    samples, _ = sound(frames_from("10:00:00:00", rate, 3), rate, noise_db=-30.0)
+    decoder = LtcDecoder(rate, HZ)
+    assert decoder.feed(samples[::-1]) == [] and decoder.backwards
+    assert len(decoder.feed(samples)) > 60 and not decoder.backwards

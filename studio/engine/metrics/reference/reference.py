@@ -17,6 +17,7 @@ from studio.engine.animation.read.files import ENDINGS, read_animation
 from studio.engine.animation.read.landmarks import canonical_points, uses_markers
 from studio.engine.animation.read.points import NamedPoints
 from studio.engine.base.errors import FormatError
+from studio.engine.base.files import write_atomically
 from studio.engine.metrics.reference.canonical import canonical_positions
 from studio.engine.metrics.reference.kinds import REFERENCE_KINDS
 from studio.engine.metrics.reference.target_table import read_target_table
@@ -75,6 +76,20 @@ class Reference:
             usable = inside & valid[after] & valid[after - 1]
             out[np.ix_(usable, joints)] = spline(time_s[usable])
         return out
+
+    def save_csv(self, path: str | os.PathLike[str]) -> None:
+        """Write the known joints as `read_csv` reads them, atomically.
+
+        Raises:
+            StudioError: the file cannot be written.
+        """
+        joints = self.known_joints
+        columns = self.positions_m[:, self.known].reshape(len(self.time_s), -1)
+        lines = [",".join(["time_s", *(f"{joint}_{axis}" for joint in joints for axis in _AXES)])]
+        for time_s, row in zip(self.time_s.tolist(), columns.tolist(), strict=True):
+            lines.append(",".join([f"{time_s:.6f}", *("" if one != one else f"{one:.6f}" for one in row)]))
+        with write_atomically(path) as file:
+            file.write(("\n".join(lines) + "\n").encode())
 
     @cached_property
     def _splines(self) -> list[tuple[NDArray[np.int64], NDArray[np.bool_], Any]]:

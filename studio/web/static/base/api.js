@@ -123,6 +123,8 @@ export const renamePreset = (name, to) => call("PATCH", `presets/${encodeURIComp
 export const removePreset = (name) => call("DELETE", `presets/${encodeURIComponent(name)}`);
 
 export const putTimecode = (source, rate) => call("PUT", "timecode", { source, rate });
+export const getRigidBodies = () => call("GET", "rigid-bodies");
+export const changeRigidBodies = (change) => call("PATCH", "rigid-bodies", change);
 export const getTriggers = () => call("GET", "triggers");
 export const changeTriggers = (change) => call("PATCH", "triggers", change);
 export const getOutputs = () => call("GET", "outputs");

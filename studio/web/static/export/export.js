@@ -131,6 +131,8 @@ function advanced(kept) {
       select("rotation_order", ORDERS, (name) => name, kept.rotation_order),
       select("unit", UNITS, (name) => name, kept.unit),
       h("label", { class: "field", title: t("export.timecode.hint") }, h("span", {}, t("export.timecode")), h("input", { id: "export-timecode", type: "text", placeholder: "hh:mm:ss:ff, take", pattern: "take|\\d\\d:\\d\\d:\\d\\d[:;]\\d\\d", value: "" })),
+      ...["part_from", "part_to"].map((id) => h("label", { class: "field", title: t("export.part.hint") }, h("span", {}, t(`export.${id}`)),
+        h("input", { id: `export-${id}`, type: "text", placeholder: "hh:mm:ss:ff", pattern: "\\d\\d:\\d\\d:\\d\\d[:;]\\d\\d", value: "" }))),
       number("smooth_hz", "", t("export.off"))),
     h("div", { class: "checks" }, check("foot_lock"), check("loop")));
 }
@@ -174,7 +176,7 @@ function chosen() {
   const understood = (id) => !(id in UNDERSTOOD) || UNDERSTOOD[id].includes(format);
   const request = { format, solves: state.jobs.map(({ take, solve }) => ({ take: take.id, solve })) };
   for (const id of NUMBERS) if (understood(id) && field(id).value !== "") request[id] = Number(field(id).value);
-  for (const id of ["target", "root_motion", "interpolation", "rotation_order", "unit", "timecode"]) {
+  for (const id of ["target", "root_motion", "interpolation", "rotation_order", "unit", "timecode", "part_from", "part_to"]) {
     if (understood(id) && field(id).value !== "") request[id] = field(id).value;
   }
   for (const id of CHECKS) if (understood(id)) request[id] = field(id).checked;

@@ -9,7 +9,7 @@ const state = { take: "", list: [], timecode: "", changed: () => {} };
 
 const named = (takeId) => ({ session: takeId.slice(0, takeId.indexOf("/")), name: takeId.slice(takeId.indexOf("/") + 1) });
 
-/** The markers `{time_s, name}` of the replayed take, in order, and its `timecode`. */
+/** The markers `{time_s, name}` of the replayed take, in order, and its `timecode`: what came in, or the time of day at its start, or "". */
 export const markersOf = (takeId) => (state.take === takeId ? state.list : []);
 export const timecodeOf = (takeId) => (state.take === takeId ? state.timecode : "");
 
@@ -43,7 +43,7 @@ export async function useMarkers(takeId) {
   Object.assign(state, { take: takeId, list: [], timecode: "" });
   const found = await attempt(() => getTakeDetail(named(takeId)));
   if (!found || state.take !== takeId) return;
-  Object.assign(state, { list: found.meta.markers ?? [], timecode: found.meta.timecode ?? "" });
+  Object.assign(state, { list: found.meta.markers ?? [], timecode: found.timecode ?? found.meta.timecode ?? "" });
   state.changed();
 }
 

@@ -16,7 +16,7 @@ import { valueWords, valuesAt } from "./graphs.js";
 import { growingWords, holdsWords } from "./holds.js";
 import { addMarker, markerList, placesToSnap, showMarkers, startMarkers, timecodeOf, useMarkers } from "./markers.js";
 import { exchangesPending, forgetPerformers, performerButtons, performerList, showPerformers, startPerformers, usePerformers } from "./performers.js";
-import { frameWords, nextUnit, unit } from "./ruler.js";
+import { frameWords, nextUnit, unit, unitWords } from "./ruler.js";
 import { drawTimeline, frameAt, laneAt, pixelsPerFrame, wordsAt } from "./timeline.js";
 import { hold, pan, wheel } from "./pointer.js";
 import { trial } from "./trial.js";
@@ -241,7 +241,7 @@ function build() {
       button("replay-video", t("video.title"), t("video.hint"), "V", KEYS.v, videoShown()),
       h("span", { id: "replay-value", class: "count" }),
       trial,
-      button("replay-unit", t(`replay.unit.${unit()}`), t("replay.unit"), "", () => { nextUnit(timecodeOf(state.replay.take)); paint(); }),
+      button("replay-unit", t(`replay.unit.${unit()}`), unitWords(timecodeOf(state.replay.take)), "", () => { nextUnit(timecodeOf(state.replay.take)); paint(); }),
       button("replay-out-zoom", "−", t("replay.zoom_out"), "-", () => zoom(-3)),
       button("replay-in-zoom", "+", t("replay.zoom_in"), "+", () => zoom(3)),
       button("replay-fit", "↔", t("replay.zoom_all"), "0", KEYS[0]),

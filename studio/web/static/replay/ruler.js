@@ -1,5 +1,6 @@
 // The ruler over the timeline: seconds, frames, or the time of day when it was recorded.
 import { clock } from "../base/dom.js";
+import { number, t } from "../base/strings.js";
 
 const KEPT = "timeline-unit";
 const UNITS = ["time", "frames", "timecode"];
@@ -18,6 +19,14 @@ export function nextUnit(timecode) {
   localStorage.setItem(KEPT, units[(units.indexOf(unit()) + 1) % units.length]);
 }
 
+/** What the button of the unit says: of timecode that came in also its source, drift and bridged parts. */
+export function unitWords(timecode) {
+  if (!timecode.runs) return t("replay.unit");
+  const drift = timecode.drift_ppm === null ? [] : [t("set.drift", { ppm: number(timecode.drift_ppm, 1) })];
+  const { length: n } = timecode.bridged_s;
+  return [t("replay.unit"), `${timecode.source} ${timecode.rate}`, ...drift, t("replay.bridged", { n })].join(", ");
+}
+
 const two = (number) => String(number).padStart(2, "0");
 
 /** Seconds since midnight of a timecode `hh:mm:ss:ff`. */
@@ -26,10 +35,33 @@ function secondsOf(timecode) {
   return h * 3600 + m * 60 + s + f / TIMECODE_HZ;
 }
 
-/** Return how a frame is written; `timecode`: of the take's first stage time, or "". */
+/** The number since midnight of timecode that came in, at a stage time [s]. */
+function numberAt(timecode, time) {
+  const [begin, first] = timecode.runs.filter(([at]) => at <= time).at(-1) ?? timecode.runs[0];
+  return Math.floor(first + (time - begin) * timecode.fps * (1 + (timecode.drift_ppm ?? 0) * 1e-6) + 0.1);
+}
+
+/** A number since midnight as `hh:mm:ss:ff`; drop-frame leaves out the first numbers of each minute but every tenth. */
+function timecodeWords({ count, drop }, frame) {
+  const left = drop ? count / 15 : 0, minute = 60 * count - left, ten = 10 * minute + left;
+  const day = 144 * ten, at = ((frame % day) + day) % day;
+  const within = at % ten, tens = Math.floor(at / ten);
+  const minutes = within < 60 * count ? 0 : 1 + Math.floor((within - 60 * count) / minute);
+  const total = at + left * (9 * tens + minutes);
+  const seconds = Math.floor(total / count);
+  const head = [Math.floor(seconds / 3600), Math.floor(seconds / 60) % 60, seconds % 60].map(two).join(":");
+  return `${head}${drop ? ";" : ":"}${two(total % count)}`;
+}
+
+/** The bridged parts of timecode as frames of a solve, begin and end. */
+export const bridgedFrames = ({ rate_hz: rate, begins_s: begins }, timecode) =>
+  (timecode.bridged_s ?? []).map((span) => span.map((time) => (time - begins) * rate));
+
+/** Return how a frame is written; `timecode`: what came in, or of the take's first stage time, or "". */
 export function frameWords(frame, { rate_hz: rate, begins_s: begins }, timecode) {
   if (unit() === "frames") return String(frame);
   if (unit() === "time" || !timecode) return clock(frame / rate + HALF_MS); // which counts whole tenths
+  if (timecode.runs) return timecodeWords(timecode, numberAt(timecode, begins + frame / rate));
   const total = Math.round((secondsOf(timecode) + begins + frame / rate) * TIMECODE_HZ) % (86400 * TIMECODE_HZ);
   const seconds = Math.floor(total / TIMECODE_HZ);
   return [Math.floor(seconds / 3600), Math.floor(seconds / 60) % 60, seconds % 60, total % TIMECODE_HZ].map(two).join(":");

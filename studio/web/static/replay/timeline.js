@@ -5,7 +5,7 @@ import { lanesOf, seriesNow, spansNow, tracksOf } from "./curves.js";
 import { curveDataKey } from "./curve_data.js";
 import { drawGraphs, graphs, graphsHeight } from "./graphs.js";
 import { markedFrames, timecodeOf } from "./markers.js";
-import { frameWords, ticks, unit } from "./ruler.js";
+import { bridgedFrames, frameWords, ticks, unit } from "./ruler.js";
 import { t } from "../base/strings.js";
 import { shownPart } from "./zoom.js";
 
@@ -107,6 +107,8 @@ function drawRuler(context, height, replay, { x, begin, end, colour }) {
   context.fillStyle = colour("--accent");
   for (const edge of [first, last]) if (edge >= begin - MARGIN && edge <= end + MARGIN) context.fillRect(edge - 1, 0, 2, RULER);
   within(context, begin, end + MARGIN, height, () => {
+    context.fillStyle = colour("--fair");
+    if (unit() === "timecode") for (const [from, to] of bridgedFrames(replay, timecodeOf(replay.take))) context.fillRect(x(from), RULER - 3, Math.max(x(to) - x(from), 1), 3);
     for (const { frame, name } of markedFrames(replay)) {
       context.fillStyle = colour("--fair");
       context.fillRect(x(frame) - 0.5, RULER, 1, height);

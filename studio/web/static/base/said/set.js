@@ -4,6 +4,8 @@ export default {
   "timecode.source": "timecode={source} n'est pas permis ; permis : off, clock, ltc:<appareil ou fichier>, mtc:<appareil MIDI>, artnet[:<adresse>[:<port>]]",
   "timecode.sound_unreadable": "{path} ne se lit pas comme un son : {error}",
   "timecode.no_ltc": "{path} n'a pas de LTC à {rate} ({refused} mots d'une autre cadence) ; choisissez la cadence de l'enregistreur",
+  "timecode.other_rate": "{n} timecodes d'une autre cadence que {rate} sont venus ; choisissez la cadence de l'émetteur",
+  "timecode.backwards": "le timecode va à reculons ; il compte dès qu'il va en avant",
   "timecode.ended": "la source a pris fin",
   "timecode.not_opened": "{source} : {error}",
   "timecode.damaged": "{path} est endommagé : {error} ; supprimez-le",
@@ -23,5 +25,13 @@ export default {
   "trigger.not_told": "impossible de prévenir {address} : {error}",
   "trigger.dropped": "trop de messages attendent",
   "trigger.value": "{name}={value} n'est pas permis ; permis : {allowed}",
-  "trigger.unreadable": "les déclencheurs de {file} sont illisibles ({error}) ; supprimez le fichier et réglez-les de nouveau"
+  "trigger.unreadable": "les déclencheurs de {file} sont illisibles ({error}) ; supprimez le fichier et réglez-les de nouveau",
+  "rigid.value": "{name}={value} n'est pas permis ; permis : {allowed}",
+  "rigid.form": "ces corps rigides sont illisibles : {error}",
+  "rigid.unreadable": "les corps rigides de {file} sont illisibles ({error}) ; supprimez le fichier et réglez-les de nouveau",
+  "rigid.no_such": "aucun corps rigide {name} n'est venu pendant cette prise ; il y a : {names}",
+  "rigid.no_joint": "aucun corps rigide de cette prise n'est sur une articulation ; nommez-en un d'abord, par exemple `studio rigid TAKE set NAME use=evidence joint=right_hand`",
+  "rigid.not_seen": "aucun corps rigide sur une articulation n'a été vu assez longtemps dans cette prise ; permis : au moins {n} de ses images",
+  "rigid.not_measured": "aucun corps rigide sur une articulation n'a été mesuré ; lancez d'abord `studio rigid TAKE measure`",
+  "rigid.words": "{given} ne convient pas ; permis : {allowed}"
 };

@@ -32,6 +32,7 @@ export default {
   "replay.unit.time": ["Time", "Temps"],
   "replay.unit.frames": ["Frames", "Images"],
   "replay.unit.timecode": ["TC", "TC"],
+  "replay.bridged": ["{n} part bridged|{n} parts bridged", "{n} partie comblée|{n} parties comblées"],
   "replay.zoom_in": ["Zoom in (wheel on the timeline)", "Zoomer (molette sur la ligne de temps)"],
   "replay.zoom_out": ["Zoom out", "Dézoomer"],
   "replay.zoom_all": ["Show all of it", "Tout montrer"],

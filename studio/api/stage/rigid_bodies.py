@@ -1,0 +1,73 @@
+"""Routes of the rigid bodies that come in."""
+
+from typing import Any
+
+import msgspec
+from fastapi import APIRouter
+from msgspec import Struct
+from pydantic import Field
+
+from studio.api.errors import RESPONSES
+from studio.api.stage.stage import Request
+from studio.api.structs import StructRoute
+from studio.engine.base.errors import SettingsError
+from studio.live import LiveStage
+from studio.rigid_bodies.incoming import RigidStatus
+from studio.rigid_bodies.settings import RigidSettings
+
+
+class RigidBodiesRequest(Request):
+    """Changes of what is listened to; what is left out stays."""
+
+    osc: bool | None = Field(None, description="hear trackers over OSC: VMC's and VRChat's")
+    natnet: bool | None = Field(None, description="hear NatNet (OptiTrack)")
+    host: str | None = Field(None, description="address of this machine to listen at for OSC")
+    osc_port: int | None = None
+    natnet_server: str | None = Field(None, description="machine that sends NatNet")
+    natnet_port: int | None = Field(None, description="its port for commands")
+    natnet_multicast: str | None = Field(None, description="the group it sends to; empty: unicast")
+    natnet_up: str | None = Field(None, description="y or z")
+    place: dict[str, float] | None = Field(
+        None, examples=[{"x_m": 0.0, "y_m": 0.0, "z_m": 0.0, "yaw_deg": 90.0}]
+    )
+    bodies: list[dict[str, Any]] | None = Field(
+        None,
+        description="what the bodies are: name, use (reference, prop, evidence), joint, performer, shape",
+        examples=[[{"name": "Wand", "use": "prop", "shape": {"kind": "cylinder", "size_cm": [3, 60]}}]],
+    )
+
+
+class RigidBodiesShown(Struct):
+    """The settings, and what came."""
+
+    settings: RigidSettings
+    status: RigidStatus
+
+
+def rigid_bodies_router(stage: LiveStage) -> APIRouter:
+    """Return the routes of rigid bodies."""
+    router = APIRouter(prefix="/api/v1", tags=["stage"], responses=RESPONSES, route_class=StructRoute)
+
+    def shown() -> RigidBodiesShown:
+        return RigidBodiesShown(stage.bodies.settings, stage.bodies.status())
+
+    @router.get("/rigid-bodies")
+    def get_rigid_bodies() -> RigidBodiesShown:
+        """Which systems of rigid bodies are listened to, and what came."""
+        return shown()
+
+    @router.patch("/rigid-bodies")
+    def change_rigid_bodies(request: RigidBodiesRequest) -> RigidBodiesShown:
+        """Listen to systems of rigid bodies, or say what the bodies are; at once, and also after a restart."""
+        changes = request.model_dump(exclude_none=True)
+        value = {**msgspec.to_builtins(stage.bodies.settings), **changes}
+        try:
+            settings = msgspec.convert(value, RigidSettings)
+        except msgspec.ValidationError as error:
+            raise SettingsError(
+                "rigid.form", "these rigid bodies cannot be read: {error}", error=str(error)[:200]
+            ) from error
+        stage.bodies.change(settings)
+        return shown()
+
+    return router

@@ -1,0 +1,153 @@
+"""`studio rigid`: the rigid bodies that another system tracked while a take was recorded."""
+
+import argparse
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from studio.commands.common import add_command, add_json, add_take, figure, table, write_result
+
+if TYPE_CHECKING:
+    from studio.engine.base.errors import SettingsError
+    from studio.engine.rigid_bodies.known import KnownBody, TakeBodies
+    from studio.take.folder.take import Take
+
+_TEXT = """\
+Show and use the rigid bodies that another system tracked while a take was recorded.
+
+  studio rigid TAKE                                          lists them, and how far solves are from them
+  studio rigid TAKE set Wand use=prop shape=cylinder:3,60    60 cm long, 3 cm thick
+  studio rigid TAKE set Cap use=evidence joint=head          pins the head in further solves, once measured
+  studio rigid TAKE set Glove use=reference joint=right_hand
+  studio rigid TAKE measure [SOLVE]                          how bodies sit on joints, and where their system stands
+  studio rigid TAKE measure [SOLVE] --keep-place             the same; where their system stands stays
+  studio rigid TAKE reference FILE.csv                       a reference for `studio evaluate`, of their joints
+
+Shapes are box:X,Y,Z, cylinder:DIAMETER,LENGTH[,AXIS] and sphere:DIAMETER in cm. `studio export --prop NAME` writes
+a prop. docs/rigid_bodies.md has more."""
+
+
+def add_parser(subparsers: Any) -> None:
+    parser = add_command(subparsers, "rigid", run, _TEXT)
+    add_take(parser)
+    add = parser.add_argument
+    add("action", metavar="ACTION", nargs="?", choices=("list", "set", "measure", "reference"), default="list",
+        help="list (default), set, measure or reference")  # fmt: skip
+    add("words", metavar="WORD", nargs="*", help="see above")
+    add("--keep-place", action="store_true", help="measure: where their system stands is right already")
+    add(
+        "--performer",
+        metavar="NAME",
+        default="performer_1",
+        help="reference: whose joints (default performer_1)",
+    )
+    add_json(parser)
+
+
+def run(args: argparse.Namespace) -> int:
+    import msgspec
+
+    from studio.library import choose_solve
+    from studio.take.folder.take import Take
+    from studio.take.rigid_bodies.kept import take_bodies
+    from studio.take.rigid_bodies.used import measure, name_body
+
+    take = Take.open(args.take)
+    known = take_bodies(take)
+    if args.action == "set":
+        known = name_body(take, _body(known, args.words))
+    elif args.action == "measure":
+        solve = choose_solve(take.solve_names(), args.words[0] if args.words else None, str(take.path))
+        known = measure(take, solve, place=not args.keep_place)
+    elif args.action == "reference":
+        if len(args.words) != 1:
+            raise _wrong_words(args.words, "one file, such as rigid.csv")
+        return _write_reference(take, args.performer, Path(args.words[0]))
+    write_result(args, {**msgspec.to_builtins(known), "distances_mm": _print(take, known)})
+    return 0
+
+
+def _print(take: "Take", known: "TakeBodies") -> dict[str, dict[str, dict[str, float]]]:
+    """Print the bodies; return the distances of solves' joints from them [mm]."""
+    import numpy as np
+
+    from studio.take.rigid_bodies.kept import take_tracks
+    from studio.take.rigid_bodies.used import distances_mm
+
+    tracks = take_tracks(take).tracks
+    if not tracks:
+        print("no rigid bodies came in while this take was recorded")
+        return {}
+    rows = [["body", "use", "joint", "shape", "readings", "Hz", "offset cm"]]
+    for name, track in tracks.items():
+        one, tie = known.named(name), known.ties.get(name)
+        hz = 1.0 / np.median(np.diff(track.time_s)) if len(track.time_s) > 1 else None
+        shape = "" if one is None or one.shape is None else _shape_words(one.shape)
+        offset = "" if tie is None else " ".join(f"{100 * value:.1f}" for value in tie.offset_m)
+        said = ["-", ""] if one is None else [one.use, one.joint]
+        rows.append([name, *said, shape, str(len(track.time_s)), figure(hz), offset])
+    print(table(rows))
+    place = known.place
+    print(
+        f"their system stands at {place.x_m:.3f}, {place.y_m:.3f}, {place.z_m:.3f} m, turned by {place.yaw_deg:.2f} "
+        f"degrees; {1e3 * known.later_s:.0f} ms are added to when they came"
+    )
+    found: dict[str, dict[str, dict[str, float]]] = {}
+    rows = [["from its joint", "solve", "median mm", "95 % mm"]]
+    for solve in take.solve_names() if known.ties else []:
+        for name, apart in distances_mm(take, solve).items():
+            if len(apart):
+                median, most = (float(np.percentile(apart, share)) for share in (50, 95))
+                found.setdefault(solve, {})[name] = {"median": round(median, 2), "p95": round(most, 2)}
+                rows.append([name, solve, figure(median), figure(most)])
+    if len(rows) > 1:
+        print(table(rows))
+    if known.calibration is not None and known.calibration != take.meta["calibration"]:
+        print("measured under another calibration: nothing is evidence until it is measured again")
+    return found
+
+
+def _shape_words(shape: Any) -> str:
+    axis = f",{shape.axis}" if shape.kind == "cylinder" else ""
+    return f"{shape.kind}:{','.join(f'{edge:g}' for edge in shape.size_cm)}{axis}"
+
+
+def _body(known: "TakeBodies", words: list[str]) -> "KnownBody":
+    """Return the body that `set NAME KEY=VALUE ...` describes.
+
+    Raises:
+        SettingsError: words that do not fit.
+    """
+    import msgspec
+
+    from studio.engine.rigid_bodies.known import USES, KnownBody, bad_value, shape_of
+
+    if not words or "=" in words[0]:
+        raise _wrong_words(words, "a name, then use=, joint=, performer= and shape=")
+    values: dict[str, Any] = msgspec.to_builtins(known.named(words[0]) or KnownBody(words[0]))
+    for word in words[1:]:
+        key, equals, value = word.partition("=")
+        if not equals or key not in ("use", "joint", "performer", "shape"):
+            raise _wrong_words([word], "use=, joint=, performer= and shape=")
+        values[key] = msgspec.to_builtins(shape_of(value)) if key == "shape" else value
+    try:
+        return msgspec.convert(values, KnownBody)
+    except msgspec.ValidationError as error:
+        raise bad_value("use", values["use"], ", ".join(USES)) from error
+
+
+def _wrong_words(words: list[str], allowed: str) -> "SettingsError":
+    from studio.engine.base.errors import SettingsError
+
+    given = " ".join(words) or "nothing"
+    return SettingsError(
+        "rigid.words", "{given} does not fit; allowed: {allowed}", given=given, allowed=allowed
+    )
+
+
+def _write_reference(take: "Take", performer: str, out: Path) -> int:
+    from studio.take.rigid_bodies.used import reference_of
+
+    reference = reference_of(take, performer)
+    reference.save_csv(out)
+    print(f"{out}: {', '.join(reference.known_joints)}, {len(reference.time_s)} samples")
+    return 0

@@ -1,0 +1,52 @@
+"""A rigid body on the stage that another system tracks: a tracker, a controller, a thing that is held."""
+
+from dataclasses import dataclass
+from typing import Literal
+
+import msgspec
+import numpy as np
+from numpy.typing import NDArray
+
+
+class BodyShape(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """A shape about the body's origin.
+
+    Attributes:
+        kind: `box`, `cylinder` or `sphere`.
+        size_cm: of a box its three edges x, y, z; of a cylinder its diameter and length; of a sphere its diameter.
+        axis: along which a cylinder lies.
+    """
+
+    kind: Literal["box", "cylinder", "sphere"]
+    size_cm: tuple[float, ...]
+    axis: Literal["x", "y", "z"] = "z"
+
+    @property
+    def edges_m(self) -> NDArray[np.float64]:
+        """Edges of the box around it along the body's axes [m], shape (3,)."""
+        size = np.array(self.size_cm) / 100
+        if self.kind == "box":
+            return size
+        edges = np.repeat(size[0], 3)
+        if self.kind == "cylinder":
+            edges["xyz".index(self.axis)] = size[1]
+        return edges
+
+
+@dataclass(frozen=True)
+class PlacedBody:
+    """A rigid body at an instant.
+
+    Attributes:
+        name: as its system calls it.
+        position_m: stage frame [m], shape (3,).
+        rotation_wxyz: shape (4,).
+        use: `reference`, `prop` or `evidence`; "" = not said.
+        shape: None = not known.
+    """
+
+    name: str
+    position_m: NDArray[np.float64]
+    rotation_wxyz: NDArray[np.float64]
+    use: str = ""
+    shape: BodyShape | None = None

@@ -1,0 +1,155 @@
+"""What an operator says of rigid bodies: where their system stands, what each is, and its shape."""
+
+from typing import Literal
+
+import msgspec
+import numpy as np
+from numpy.typing import NDArray
+
+from studio.engine.base.errors import SettingsError
+from studio.engine.base.quaternions import multiply, rotate
+from studio.engine.model.joints import INDEX
+from studio.engine.model.rigid_body import BodyShape
+
+USES = ("reference", "prop", "evidence")
+MOST_BODIES = 64
+_LONGEST = 64
+_SIZES = {"box": 3, "cylinder": 2, "sphere": 1}
+_CM = (0.1, 1000.0)
+_FARTHEST_M = 1000.0
+
+
+class BodyPlace(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """Where another system's origin stands on the stage [m], and how it is turned about the vertical [degrees]."""
+
+    x_m: float = 0.0
+    y_m: float = 0.0
+    z_m: float = 0.0
+    yaw_deg: float = 0.0
+
+    def moved(
+        self, positions_m: NDArray[np.float64], rotations_wxyz: NDArray[np.float64]
+    ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Return places, shape (n, 3), and rotations, shape (n, 4), of that system in the stage frame."""
+        half = np.radians(self.yaw_deg) / 2
+        turn = np.array([np.cos(half), 0.0, 0.0, np.sin(half)])
+        turns = np.broadcast_to(turn, rotations_wxyz.shape)
+        moved = rotate(turns, positions_m) + np.array([self.x_m, self.y_m, self.z_m])
+        return moved, multiply(turns, rotations_wxyz)
+
+
+class KnownBody(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """What a rigid body is.
+
+    Attributes:
+        name: as its system calls it.
+        use: `reference`: solves are measured against it; `prop`: a thing, exported as such; `evidence`: it holds its
+            joint in place in solves.
+        joint: the canonical joint it sits on, or the hand that holds it; "" = none.
+        performer: whose joint.
+        shape: None = not known.
+    """
+
+    name: str
+    use: Literal["reference", "prop", "evidence"] = "prop"
+    joint: str = ""
+    performer: str = "performer_1"
+    shape: BodyShape | None = None
+
+
+class Tie(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """How a body sits on its joint, as it was measured.
+
+    Attributes:
+        offset_m: from the body's origin to the joint, in the body's axes [m].
+        residual_mm: median distance between the joint and where the body puts it.
+    """
+
+    offset_m: tuple[float, float, float]
+    residual_mm: float
+
+
+class TakeBodies(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """What the rigid bodies of a take are.
+
+    Attributes:
+        place: where their system stands.
+        bodies: what each is; one that is not named is only shown.
+        later_s: how much later than they came their readings count [s]: what the network and their system take.
+        ties: how bodies sit on their joints, by name; measured against a solve.
+        calibration: number of the take's calibration under which the place holds; None = the stage's own.
+    """
+
+    place: BodyPlace = BodyPlace()
+    bodies: tuple[KnownBody, ...] = ()
+    later_s: float = 0.0
+    ties: dict[str, Tie] = {}
+    calibration: int | None = None
+
+    def named(self, name: str) -> KnownBody | None:
+        """Return what a body is; None where nothing is said of it."""
+        return next((one for one in self.bodies if one.name == name), None)
+
+
+def shape_of(text: str) -> BodyShape:
+    """Return the shape of a text such as `cylinder:3,60` (cm); `cylinder:3,60,x` lies along x.
+
+    Raises:
+        SettingsError: it is none.
+    """
+    kind, _, rest = text.partition(":")
+    sizes, axis = rest.split(","), "z"
+    if kind == "cylinder" and len(sizes) == 3:
+        axis = sizes.pop()
+    try:
+        value = {"kind": kind, "size_cm": [float(one) for one in sizes], "axis": axis}
+        shape = msgspec.convert(value, BodyShape)
+    except (ValueError, msgspec.ValidationError) as error:
+        allowed = "box:X,Y,Z, cylinder:DIAMETER,LENGTH[,AXIS] or sphere:DIAMETER in cm"
+        raise bad_value("shape", text[:80], allowed) from error
+    _check_shape(shape)
+    return shape
+
+
+def check_bodies(bodies: tuple[KnownBody, ...], place: BodyPlace) -> None:
+    """Raise what is wrong with bodies and the place of their system.
+
+    Raises:
+        SettingsError: a value that is not allowed.
+    """
+    if len(bodies) > MOST_BODIES:
+        raise bad_value("bodies", len(bodies), f"up to {MOST_BODIES}")
+    if len({one.name for one in bodies}) < len(bodies):
+        raise bad_value("bodies", ", ".join(one.name for one in bodies)[:200], "each name once")
+    numbers = (place.x_m, place.y_m, place.z_m)
+    if not all(abs(one) <= _FARTHEST_M for one in numbers) or not abs(place.yaw_deg) <= 360.0:
+        raise bad_value("place", place, f"up to {_FARTHEST_M:g} m and 360 degrees")
+    for one in bodies:
+        if not 1 <= len(one.name) <= _LONGEST or not one.name.isprintable():
+            raise bad_value("name", one.name[:80], f"1 to {_LONGEST} letters, digits and signs")
+        if one.joint and one.joint not in INDEX:
+            raise bad_value("joint", one.joint[:80], ", ".join(INDEX))
+        if one.use != "prop" and not one.joint:
+            raise bad_value("joint", "", f"a joint, as {one.name} is used as {one.use}")
+        if one.shape is not None:
+            _check_shape(one.shape)
+
+
+def _check_shape(shape: BodyShape) -> None:
+    count = _SIZES[shape.kind]
+    if len(shape.size_cm) != count or not all(_CM[0] <= edge <= _CM[1] for edge in shape.size_cm):
+        raise bad_value(
+            "size_cm", ",".join(f"{edge:g}" for edge in shape.size_cm),
+            f"{count} numbers of {_CM[0]:g} to {_CM[1]:g} for a {shape.kind}",
+        )  # fmt: skip
+
+
+def bad_value(name: str, value: object, allowed: str) -> SettingsError:
+    """Return the error for a value that is not allowed."""
+    return SettingsError(
+        "rigid.value",
+        "{name}={value} is not allowed; allowed: {allowed}",
+        name=name,
+        value=str(value)[:200],
+        allowed=allowed,
+    )

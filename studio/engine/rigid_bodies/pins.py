@@ -1,0 +1,64 @@
+"""Rigid bodies as evidence: each pins its joint in every frame in which it is seen, beside the pins of edits."""
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from studio.engine.edits.edit import Edit
+from studio.engine.edits.pins import Pins
+from studio.engine.model.calibration import Performer
+from studio.engine.model.frames import Pinned
+from studio.engine.model.joints import INDEX
+from studio.engine.rigid_bodies.known import Tie
+from studio.engine.rigid_bodies.tie import joint_places_m
+from studio.engine.rigid_bodies.tracks import BodyTrack
+
+SIGMA_M = 0.015
+"""Standard deviation of a joint from where its body puts it [m]: skin and straps move."""
+
+
+class BodyPins(Pins):
+    """The pins of one performer's edits and of the bodies on them.
+
+    Args:
+        edits: of the performer.
+        performer: their proportions; None = not known.
+        bodies: by canonical joint, the motion of its body on the stage, and how it sits.
+    """
+
+    def __init__(
+        self,
+        edits: Sequence[Edit],
+        performer: Performer | None,
+        bodies: Mapping[str, tuple[BodyTrack, Tie]],
+    ) -> None:
+        super().__init__(edits, performer)
+        self._bodies = bodies
+
+    def __bool__(self) -> bool:
+        return bool(self._bodies) or super().__bool__()
+
+    def at(self, time_s: NDArray[np.float64], dt: float) -> Pinned:
+        """Return what is pinned in frames: an edit's pin counts more than a body, as it is nine times as exact."""
+        of_edits = super().at(time_s, dt)
+        place, radius = of_edits.place_m.copy(), of_edits.radius_m.copy()
+        information = of_edits.information.copy()
+        for joint, (track, tie) in self._bodies.items():
+            k = INDEX[joint]
+            where = joint_places_m(track, tie, time_s)
+            seen = np.isfinite(where).all(axis=1)
+            own, theirs = information[seen, k], 1.0 / SIGMA_M**2
+            share = theirs / (own + theirs)
+            place[seen, k] += share[:, None] * (where[seen] - place[seen, k])
+            radius[seen, k] *= 1.0 - share
+            information[seen, k] = own + theirs
+        return Pinned(place, radius, information, of_edits.reach_m)
+
+    def between(self, begin_s: float, end_s: float) -> Pinned | None:
+        """Return what is pinned after `begin_s` up to `end_s` [s], without an axis of frames; None = nothing."""
+        middle = 0.5 * (begin_s + end_s)
+        found = self.at(np.array([middle]), end_s - begin_s)
+        if not found.information.any():
+            return None
+        return Pinned(found.place_m[0], found.radius_m[0], found.information[0], found.reach_m)

@@ -1,0 +1,126 @@
+"""Props: rigid bodies as things with a skeleton of their own, tied to the hand that holds them.
+
+A prop is held while a hand is near its surface. Its system sees how it is turned better than the solve sees the hand,
+so its rotation stays. Its place is where the hand puts it: the grip, from the prop's origin to the hand in the prop's
+axes, is smoothed over a second, so that nothing shakes in the hand, and the hand may slide along.
+"""
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.ndimage import uniform_filter1d
+
+from studio.engine.base.quaternions import inverse, rotate
+from studio.engine.model.joints import OUTPUT_OF_CANONICAL
+from studio.engine.model.poses import Poses
+from studio.engine.model.rigid_body import BodyShape
+from studio.engine.rigid_bodies.tracks import BodyTrack
+
+HANDS = ("left_hand", "right_hand")
+NEAR_M, FAR_M = 0.10, 0.16
+"""A hand this near to the surface takes a prop, and lets go of it this far away."""
+
+LEAST_S, EASE_S, GRIP_S = 0.3, 0.15, 1.0
+_LEAST_LENGTH_M = 0.05
+
+
+def prop_poses(
+    name: str,
+    track: BodyTrack,
+    shape: BodyShape | None,
+    performers: Sequence[Poses],
+    hands: Sequence[str] = HANDS,
+) -> Poses:
+    """Return a prop as a skeleton of two joints, its origin and the end of its longest axis, at a solve's instants.
+
+    Where it was not seen it goes straight on, with confidence 0.
+
+    Args:
+        name: of the prop; joints are named so, with `_end`.
+        track: its motion on the stage.
+        shape: None = not known.
+        performers: whose hands may hold it; the first one's instants are those of the prop.
+        hands: canonical joints that may hold it.
+    """
+    time_s = performers[0].time_s
+    positions, rotations = track.filled_at(time_s)
+    seen = np.asarray(np.isfinite(track.at(time_s)[0]).all(axis=1))
+    for poses in performers:
+        for hand in hands:
+            column = OUTPUT_OF_CANONICAL[hand]
+            if column in poses.joint_names:
+                places = _at(poses, poses.joint_names.index(column), time_s)
+                positions = held_by(time_s, places, positions, rotations, shape, seen)
+    edges = np.zeros(3) if shape is None else shape.edges_m
+    along = np.zeros(3)
+    along[int(edges.argmax()) if shape is not None else 2] = max(edges.max() / 2, _LEAST_LENGTH_M)
+    ends = positions + rotate(rotations, np.broadcast_to(along, positions.shape))
+    frames = len(time_s)
+    return Poses(
+        time_s=time_s,
+        joint_names=(name, f"{name}_end"),
+        parents=np.array([-1, 0]),
+        positions_m=np.stack([positions, ends], axis=1),
+        rotations_wxyz=np.stack([rotations, rotations], axis=1),
+        confidence=np.repeat(seen[:, None].astype(np.float64), 2, axis=1),
+        uncertainty_mm=np.full((frames, 2), np.nan),
+        root_height_m=float(positions[0, 2]),
+    )
+
+
+def _at(poses: Poses, joint: int, time_s: NDArray[np.float64]) -> NDArray[np.float64]:
+    columns = poses.positions_m[:, joint].T
+    return np.stack([np.interp(time_s, poses.time_s, column) for column in columns], axis=1)
+
+
+def held_by(
+    time_s: NDArray[np.float64],
+    hand_m: NDArray[np.float64],
+    positions_m: NDArray[np.float64],
+    rotations_wxyz: NDArray[np.float64],
+    shape: BodyShape | None,
+    seen: NDArray[np.bool_],
+) -> NDArray[np.float64]:
+    """Return the places of a prop, shape (n, 3), tied to a hand while it holds it.
+
+    Args:
+        time_s: of the frames [s], shape (n,).
+        hand_m: the hand on the stage [m], shape (n, 3).
+        positions_m, rotations_wxyz: the prop on the stage, shapes (n, 3), (n, 4).
+        shape: None = a point.
+        seen: whether the prop was seen, shape (n,).
+    """
+    grip = rotate(inverse(rotations_wxyz), hand_m - positions_m)
+    half = np.zeros(3) if shape is None else shape.edges_m / 2
+    away = np.linalg.norm(np.maximum(np.abs(grip) - half, 0.0), axis=1)
+    out = positions_m.copy()
+    dt = float(np.median(np.diff(time_s))) if len(time_s) > 1 else 1.0 / 60
+    for first, last in held_spans(away, seen, max(1, round(LEAST_S / dt))):
+        rows = slice(first, last)
+        steady = uniform_filter1d(grip[rows], max(1, round(GRIP_S / dt)), axis=0, mode="nearest")
+        tied = hand_m[rows] - rotate(rotations_wxyz[rows], steady)
+        to_edge = np.minimum(time_s[rows] - time_s[first], time_s[last - 1] - time_s[rows])
+        share = np.clip(to_edge / EASE_S, 0.0, 1.0)[:, None]
+        out[rows] += share * (tied - out[rows])
+    return out
+
+
+def held_spans(away_m: NDArray[np.float64], seen: NDArray[np.bool_], least: int) -> list[tuple[int, int]]:
+    """Return the frames, first and behind the last, in which a hand holds a prop.
+
+    Args:
+        away_m: of the hand from the surface [m], shape (n,).
+        seen: whether the prop was seen, shape (n,).
+        least: shorter ones count for nothing.
+    """
+    spans, begun = [], -1
+    for k, (away, there) in enumerate(zip(away_m.tolist(), seen.tolist(), strict=True)):
+        if begun < 0 and there and away < NEAR_M:
+            begun = k
+        elif begun >= 0 and (away > FAR_M or not there):
+            spans.append((begun, k))
+            begun = -1
+    if begun >= 0:
+        spans.append((begun, len(away_m)))
+    return [(first, last) for first, last in spans if last - first >= least]

@@ -1,0 +1,145 @@
+"""The rigid bodies that come in: listens to the systems that are on, and says where each body is."""
+
+import logging
+import threading
+from collections import deque
+from collections.abc import Callable, Sequence
+from pathlib import Path
+
+import numpy as np
+from msgspec import Struct, structs
+
+from studio.engine.base.errors import SettingsError
+from studio.engine.model.rigid_body import PlacedBody
+from studio.engine.rigid_bodies.known import MOST_BODIES
+from studio.engine.rigid_bodies.reading import BodyAxes, BodyReading
+from studio.engine.rigid_bodies.tracks import tracks_of
+from studio.rigid_bodies.settings import RigidSettings, load_rigid_settings, save_rigid_settings
+from studio.rigid_bodies.sources import NatNetSource, OscSource, RigidListener, RigidSourceStatus
+
+_FRESH_NS = 500_000_000
+_KEPT = 64
+_log = logging.getLogger(__name__)
+
+
+class RigidBodyStatus(Struct, frozen=True):
+    """A rigid body: its name, what it is used as, whether it is seen now, and its place on the stage [m]."""
+
+    name: str
+    use: str = ""
+    seen: bool = False
+    position_m: tuple[float, float, float] | None = None
+
+
+class RigidStatus(Struct, frozen=True):
+    """The systems by name, the bodies, and why the stored settings cannot be read, or empty."""
+
+    osc: RigidSourceStatus = RigidSourceStatus()
+    natnet: RigidSourceStatus = RigidSourceStatus()
+    bodies: list[RigidBodyStatus] = []
+    problem: str = ""
+
+
+class IncomingBodies:
+    """The rigid bodies of a sessions folder; safe from any thread.
+
+    Args:
+        sessions: where the settings are stored.
+        clock_ns: the server's clock [ns].
+
+    Attributes:
+        on_readings: called on a source's thread with the time on the server's clock [ns], the axes, and the readings.
+    """
+
+    def __init__(self, sessions: Path, clock_ns: Callable[[], int]) -> None:
+        self._sessions, self._clock_ns = sessions, clock_ns
+        self._lock = threading.Lock()
+        self._changing = threading.Lock()
+        self._recent: dict[str, deque[tuple[int, BodyAxes, BodyReading]]] = {}
+        self._listeners: dict[str, RigidListener] = {}
+        self.settings, self._problem = RigidSettings(), ""
+        self.on_readings: Callable[[int, BodyAxes, Sequence[BodyReading]], object] = lambda *readings: None
+
+    def start(self) -> None:
+        """Listen to what was on last; a file that cannot be read counts as none, and is told."""
+        try:
+            self._use(load_rigid_settings(self._sessions))
+        except SettingsError as error:
+            self._problem = error.sentence
+            _log.warning("%s", error)
+
+    def change(self, settings: RigidSettings) -> None:
+        """Use and store other settings.
+
+        Raises:
+            SettingsError: they are not allowed; those before stay in use.
+            StudioError: the disk refuses.
+        """
+        settings.check()
+        with self._changing:
+            save_rigid_settings(self._sessions, settings)
+            self._problem = ""
+            self._use(settings)
+
+    def _use(self, settings: RigidSettings) -> None:
+        before, self.settings = self.settings, settings
+        if structs.replace(settings, place=before.place, bodies=before.bodies) == before:
+            return  # what is heard stays
+        self.close()
+        with self._lock:
+            self._recent = {}
+        if settings.osc:
+            self._listeners["osc"] = RigidListener(OscSource(settings), self._put)
+        if settings.natnet:
+            self._listeners["natnet"] = RigidListener(NatNetSource(settings), self._put)
+
+    def close(self) -> None:
+        """Listen no more."""
+        listeners, self._listeners = self._listeners, {}
+        for listener in listeners.values():
+            listener.close()
+
+    def _put(self, axes: BodyAxes, readings: Sequence[BodyReading]) -> None:
+        now_ns = self._clock_ns()
+        with self._lock:
+            kept = [one for one in readings if one.name in self._recent or len(self._recent) < MOST_BODIES]
+            for one in kept:
+                if one.tracked:
+                    self._recent.setdefault(one.name, deque(maxlen=_KEPT)).append((now_ns, axes, one))
+        if kept:
+            self.on_readings(now_ns, axes, kept)
+
+    def at(self, time_ns: int) -> tuple[PlacedBody, ...]:
+        """Return the bodies at a time on the server's clock [ns], about now, in the stage frame; those seen then."""
+        with self._lock:
+            recent = {name: list(mine) for name, mine in self._recent.items()}
+        settings = self.settings
+        known = {one.name: one for one in settings.bodies}
+        found = []
+        for name, mine in recent.items():
+            if abs(time_ns - mine[-1][0]) > _FRESH_NS:
+                continue
+            near: list[tuple[float, BodyAxes, BodyReading]] = [
+                ((at_ns - time_ns) * 1e-9, axes, one) for at_ns, axes, one in mine[-8:]
+            ]
+            track = tracks_of(near).placed(settings.place).tracks[name]
+            positions, rotations = track.filled_at(np.zeros(1))
+            one = known.get(name)
+            said = ("", None) if one is None else (one.use, one.shape)
+            found.append(PlacedBody(name, positions[0], rotations[0], *said))
+        return tuple(found)
+
+    def status(self) -> RigidStatus:
+        """Return what comes in now."""
+        seen = {one.name: one for one in self.at(self._clock_ns())}
+        known = {one.name: one.use for one in self.settings.bodies}
+        with self._lock:
+            names = sorted({*self._recent, *known})
+        bodies = []
+        for name in names:
+            here = seen.get(name)
+            x, y, z = (0.0, 0.0, 0.0) if here is None else here.position_m.round(3).tolist()
+            place = None if here is None else (x, y, z)
+            bodies.append(RigidBodyStatus(name, known.get(name, ""), here is not None, place))
+        told = {name: one.status() for name, one in self._listeners.items()}
+        return RigidStatus(**told, bodies=bodies, problem=self._problem)

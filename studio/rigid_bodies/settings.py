@@ -1,0 +1,101 @@
+"""Which rigid bodies come in, and what they are: `sessions/rigid_bodies.json`, so that it holds after a restart."""
+
+import ipaddress
+import json
+from pathlib import Path
+from typing import Literal
+
+import msgspec
+from msgspec import Struct
+
+from studio.engine.base.errors import SettingsError, StudioError
+from studio.engine.base.files import write_json
+from studio.engine.base.versions import RIGID_BODIES
+from studio.engine.rigid_bodies.known import BodyPlace, KnownBody, bad_value, check_bodies
+from studio.rigid_bodies.natnet import PORT as NATNET_PORT
+from studio.rigid_bodies.trackers import PORT as OSC_PORT
+
+FILE = "rigid_bodies.json"
+
+
+class RigidSettings(Struct, frozen=True, forbid_unknown_fields=True):
+    """Which systems are listened to; none until it is switched on.
+
+    Attributes:
+        osc, natnet: whether trackers over OSC, and NatNet, are heard.
+        host, osc_port: address of this machine at which OSC is heard; loopback keeps other machines out.
+        natnet_server, natnet_port: where Motive runs, and its port for commands.
+        natnet_multicast: the group that Motive sends to, "" = it sends to this program alone (unicast).
+        natnet_up: the axis that points up in what Motive sends.
+        place: where the other system stands on the stage.
+        bodies: what the rigid bodies are.
+    """
+
+    osc: bool = False
+    natnet: bool = False
+    host: str = "127.0.0.1"
+    osc_port: int = OSC_PORT
+    natnet_server: str = "127.0.0.1"
+    natnet_port: int = NATNET_PORT
+    natnet_multicast: str = ""
+    natnet_up: Literal["y", "z"] = "y"
+    place: BodyPlace = BodyPlace()
+    bodies: tuple[KnownBody, ...] = ()
+
+    def check(self) -> None:
+        """Raise what is wrong.
+
+        Raises:
+            SettingsError: a value that is not allowed.
+        """
+        for name in ("osc_port", "natnet_port"):
+            if not 1 <= getattr(self, name) <= 65_535:
+                raise bad_value(name, getattr(self, name), "1 to 65535")
+        for name in ("host", "natnet_server"):
+            value = getattr(self, name)
+            if not 1 <= len(value) <= 253 or any(sign.isspace() or sign in "/?#@:" for sign in value):
+                raise bad_value(name, value, "a machine's name or address, such as 127.0.0.1")
+        if self.natnet_multicast and not _is_multicast(self.natnet_multicast):
+            raise bad_value(
+                "natnet_multicast", self.natnet_multicast, "none, or a group such as 239.255.42.99"
+            )
+        check_bodies(self.bodies, self.place)
+
+
+def _is_multicast(text: str) -> bool:
+    try:
+        return ipaddress.IPv4Address(text).is_multicast
+    except ValueError:
+        return False
+
+
+def load_rigid_settings(sessions: Path) -> RigidSettings:
+    """Return the stored settings; without a file nothing is listened to.
+
+    Raises:
+        SettingsError: the file cannot be read.
+    """
+    path = sessions / FILE
+    if not path.is_file():
+        return RigidSettings()
+    try:
+        value = RIGID_BODIES.current(json.loads(path.read_text(encoding="utf-8")), path.name)
+        settings = msgspec.convert(value, RigidSettings)
+        settings.check()
+    except (OSError, ValueError, TypeError, AttributeError, RecursionError, StudioError) as error:
+        raise SettingsError(
+            "rigid.unreadable",
+            "rigid bodies cannot be read from {file} ({error}); delete the file and set them again",
+            file=path.name,
+            error=error,
+        ) from error
+    return settings
+
+
+def save_rigid_settings(sessions: Path, settings: RigidSettings) -> None:
+    """Store the settings.
+
+    Raises:
+        StudioError: the file cannot be written.
+    """
+    write_json(sessions / FILE, RIGID_BODIES.stamped(msgspec.to_builtins(settings)))

@@ -1,0 +1,56 @@
+"""Props of a take, ready for the exporters: each a skeleton of its own on the instants of a solve."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+from studio.engine.animation.clip.options import ExportOptions
+from studio.engine.animation.export import exporter_of
+from studio.engine.rigid_bodies.props import HANDS, prop_poses
+from studio.take.folder.names import safe_name
+from studio.take.folder.solved import solved_performers
+from studio.take.folder.take import Take
+from studio.take.library.solve_export import ToExport
+from studio.take.rigid_bodies.kept import take_bodies
+from studio.take.rigid_bodies.used import no_such_body, stage_bodies
+
+
+def props_to_export(
+    take: Take, solve: str, names: Sequence[str], options: ExportOptions, format: str
+) -> list[ToExport]:
+    """Return rigid bodies of a take as props, tied to the hands of a solve that hold them.
+
+    Args:
+        take: whose bodies.
+        solve: of the take.
+        names: of the bodies.
+        options: of the performers' export; a mesh and a target are not for props.
+        format: a key of `EXPORTERS`.
+
+    Raises:
+        SettingsError: no such body came in.
+        FormatError: a file is damaged.
+    """
+    if not names:
+        return []
+    known = take_bodies(take)
+    tracks = stage_bodies(take, known).tracks
+    performers = solved_performers(take, solve)
+    bare = False if "mesh" in exporter_of(format).options else None
+    found = []
+    for name in names:
+        if name not in tracks:
+            raise no_such_body(take, name)
+        one = known.named(name)
+        holders = [
+            each.poses
+            for each in performers
+            if one is None or not one.joint or each.performer == one.performer
+        ]
+        hands = HANDS if one is None or one.joint not in HANDS else (one.joint,)
+        shape = None if one is None else one.shape
+        poses = prop_poses(
+            safe_name(name, "prop"), tracks[name], shape, holders or [performers[0].poses], hands
+        )
+        mine = replace(options, mesh=bare, target="humanik", root_motion="hips", foot_lock=False, loop=False)
+        found.append(ToExport(safe_name(name, "prop"), poses, mine))
+    return found

@@ -1,0 +1,129 @@
+"""The rigid bodies of a take on disk.
+
+`rigid_bodies.npz` has their motion on the stage clock, where their own system has it. It is made from the events
+`rigid_bodies` of the live log when it is first asked for, and anew where it is missing. `rigid_bodies.json` has what
+they are.
+"""
+
+import json
+import zipfile
+import zlib
+from collections.abc import Iterable, Mapping
+from pathlib import Path
+
+import msgspec
+import numpy as np
+from numpy.typing import ArrayLike
+
+from studio.engine.base.arrays import read_arrays, save_arrays
+from studio.engine.base.errors import FormatError, StudioError
+from studio.engine.base.files import write_atomically, write_json
+from studio.engine.base.versions import BODY_TRACKS, TAKE_BODIES
+from studio.engine.model.frames import ClockModel
+from studio.engine.rigid_bodies.known import TakeBodies, check_bodies
+from studio.engine.rigid_bodies.tracks import BodyTrack, BodyTracks, tracks_of
+from studio.take.folder.take import Take
+from studio.take.raw.live_log import BodiesEvent, LiveEvent, StageClockEvent
+from studio.take.raw.reader import RawReader
+from studio.take.raw.records import RawEvent
+
+TRACKS_FILE, KNOWN_FILE = "rigid_bodies.npz", "rigid_bodies.json"
+_KEYS = ("names", "body", "time_s", "positions_m", "rotations_wxyz")
+
+
+def stage_tracks(events: Iterable[tuple[int, LiveEvent]], server_to_stage: ClockModel | None) -> BodyTracks:
+    """Return the motion of events at times of the server's clock [ns], on the stage clock; none without a clock."""
+    if server_to_stage is None:
+        return BodyTracks()
+    return tracks_of(
+        (server_to_stage.stage_ns(time_ns) * 1e-9, event.axes, one)
+        for time_ns, event in events
+        if isinstance(event, BodiesEvent)
+        for one in event.bodies
+    )
+
+
+def save_tracks(take: Take, tracks: BodyTracks) -> None:
+    """Write the motion of rigid bodies into the take.
+
+    Raises:
+        StudioError: the disk refuses.
+    """
+    mine = list(tracks.tracks.values())
+    arrays: Mapping[str, ArrayLike] = {
+        "names": np.array(list(tracks.tracks)),
+        "body": np.repeat(np.arange(len(mine)), [len(one.time_s) for one in mine]),
+        "time_s": np.concatenate([np.empty(0), *(one.time_s for one in mine)]),
+        "positions_m": np.concatenate([np.empty((0, 3)), *(one.positions_m for one in mine)]),
+        "rotations_wxyz": np.concatenate([np.empty((0, 4)), *(one.rotations_wxyz for one in mine)]),
+    }
+    with write_atomically(take.path / TRACKS_FILE) as file:
+        save_arrays(file, arrays, BODY_TRACKS)
+
+
+def take_tracks(take: Take) -> BodyTracks:
+    """Return the motion of a take's rigid bodies, where their own system has it; none where none came in.
+
+    Raises:
+        FormatError: the file is damaged.
+        StudioError: the disk refuses.
+    """
+    path = take.path / TRACKS_FILE
+    if path.is_file():
+        return _load(path)
+    if not (take.path / KNOWN_FILE).is_file() or not take.raw_path.is_file():
+        return BodyTracks()
+    events = [(one.time_ns, one.event) for one in RawReader(take.raw_path) if isinstance(one, RawEvent)]
+    clocks = [event.model for _, event in events if isinstance(event, StageClockEvent)]
+    tracks = stage_tracks(events, clocks[-1] if clocks else None)
+    save_tracks(take, tracks)
+    return tracks
+
+
+def _load(path: Path) -> BodyTracks:
+    try:
+        values = read_arrays(path, _KEYS, BODY_TRACKS)
+        count = len(values["time_s"])
+        if (values["positions_m"].shape, values["rotations_wxyz"].shape) != ((count, 3), (count, 4)):
+            raise ValueError("its times and places do not fit")
+        tracks = {}
+        for number, name in enumerate(values["names"].tolist()):
+            mine = values["body"] == number
+            tracks[str(name)] = BodyTrack(*(values[key][mine].astype(np.float64) for key in _KEYS[2:]))
+    except (ValueError, KeyError, IndexError, OSError, EOFError, zipfile.BadZipFile, zlib.error) as error:
+        raise FormatError(
+            "timecode.damaged", "{path} is damaged: {error}; delete it", path=path, error=error
+        ) from error
+    return BodyTracks(tracks)
+
+
+def save_take_bodies(take: Take, bodies: TakeBodies) -> None:
+    """Write what a take's rigid bodies are.
+
+    Raises:
+        SettingsError: a value that is not allowed. StudioError: the disk refuses.
+    """
+    check_bodies(bodies.bodies, bodies.place)
+    write_json(take.path / KNOWN_FILE, TAKE_BODIES.stamped(msgspec.to_builtins(bodies)))
+
+
+def take_bodies(take: Take) -> TakeBodies:
+    """Return what a take's rigid bodies are.
+
+    Raises:
+        FormatError: the file is damaged.
+    """
+    path = take.path / KNOWN_FILE
+    if not path.is_file():
+        return TakeBodies()
+    try:
+        value = TAKE_BODIES.current(json.loads(path.read_text(encoding="utf-8")), path.name)
+        bodies = msgspec.convert(value, TakeBodies)
+        check_bodies(bodies.bodies, bodies.place)
+    except FormatError:
+        raise
+    except (OSError, ValueError, TypeError, AttributeError, RecursionError, StudioError) as error:
+        raise FormatError(
+            "timecode.damaged", "{path} is damaged: {error}; delete it", path=path, error=error
+        ) from error
+    return bodies

@@ -1,0 +1,93 @@
+// Rigid bodies of other systems: which systems are heard, and what each body is.
+import { byId, h, redraw } from "../base/dom.js";
+import { changeRigidBodies, getRigidBodies } from "../base/api.js";
+import { attempt } from "../base/messages.js";
+import { said } from "../base/said.js";
+import { t } from "../base/strings.js";
+
+const SYSTEMS = { natnet: ["natnet_server", "natnet_port"], osc: ["host", "osc_port"] };
+const NUMBERS = ["natnet_port", "osc_port"];
+const USES = ["", "prop", "evidence", "reference"];
+const JOINTS = ["", "head", "left_hand", "right_hand", "left_wrist", "right_wrist", "left_elbow", "right_elbow", "chest", "hips", "left_knee", "right_knee", "left_ankle", "right_ankle"];
+const panel = { settings: null, status: null };
+
+const change = (changes) => attempt(async () => {
+  const shown = await changeRigidBodies(changes);
+  Object.assign(panel, shown);
+  draw();
+});
+
+const valueOf = (name, text) => (NUMBERS.includes(name) ? Number(text) : text.trim());
+
+/** Say something else of a body; one of which nothing is said is only shown. */
+function say(name, changes) {
+  const { bodies } = panel.settings;
+  const before = bodies.find((one) => one.name === name) ?? { name, use: "prop", joint: "", performer: "performer_1", shape: null };
+  const after = { ...before, ...changes };
+  change({ bodies: [...bodies.filter((one) => one.name !== name), ...(after.use ? [after] : [])] });
+}
+
+function shapeOf(text) {
+  const [kind, sizes] = text.trim().split(":");
+  const parts = (sizes ?? "").split(",").map((one) => one.trim());
+  const axis = ["x", "y", "z"].includes(parts.at(-1)) ? parts.pop() : "z";
+  return kind ? { kind, size_cm: parts.map(Number), axis } : null;
+}
+
+const shapeWords = (shape) => (shape ? `${shape.kind}:${shape.size_cm.join(",")}${shape.axis === "z" ? "" : `,${shape.axis}`}` : "");
+
+function choice(name, key, values, value, words) {
+  return h("select", { aria: { label: t(`rigid.${key}`, { name }) }, onchange: (event) => say(name, { [key]: event.currentTarget.value }) },
+    values.map((one) => h("option", { value: one, selected: one === value }, words(one))));
+}
+
+function body({ name, seen }) {
+  const known = panel.settings.bodies.find((one) => one.name === name);
+  return h("li", { class: "trigger" },
+    h("div", { class: "set-row" }, h("span", { class: "name" }, name), h("span", { class: "count" }, t(seen ? "rigid.seen" : "rigid.unseen"))),
+    h("div", { class: "set-row" },
+      choice(name, "joint", JOINTS, known?.joint ?? "", (one) => one.replace("_", " ") || t("rigid.no_joint")),
+      choice(name, "use", known?.joint ? USES : USES.slice(0, 2), known?.use ?? "", (one) => t(`rigid.use.${one || "none"}`)),
+      h("input", {
+        type: "text", spellcheck: false, value: shapeWords(known?.shape), placeholder: "cylinder:3,60",
+        aria: { label: t("rigid.shape", { name }) }, title: t("rigid.shape", { name }),
+        onchange: (event) => say(name, { shape: shapeOf(event.currentTarget.value) }),
+      })));
+}
+
+function system(name) {
+  const { settings, status } = panel;
+  const one = status[name];
+  const fields = SYSTEMS[name].map((key) => h("label", { class: "field" }, h("span", {}, t(`rigid.${key}`)),
+    h("input", { id: `rigid-${key}`, type: "text", spellcheck: false, value: String(settings[key]), onchange: (event) => change({ [key]: valueOf(key, event.currentTarget.value) }) })));
+  const words = one.problem ? said(one.problem) : [one.server, t(one.packets ? "rigid.comes" : "set.nothing"), one.refused && t("rigid.refused", { n: one.refused })].filter(Boolean).join(", ");
+  return h("li", { class: "trigger" },
+    h("label", { class: "check" },
+      h("input", { id: `rigid-${name}`, type: "checkbox", checked: settings[name], onchange: (event) => change({ [name]: event.currentTarget.checked }) }),
+      h("span", { class: "name", title: t(`rigid.${name}.hint`) }, t(`rigid.${name}`))),
+    h("div", { class: "set-row" }, fields),
+    one.on && h("p", { class: one.problem ? "bad" : "count" }, words));
+}
+
+function draw() {
+  const { settings, status } = panel;
+  const focused = document.activeElement;
+  if (!settings || !status || byId("rigid").contains(focused) && focused.matches("input[type=text], select")) return;
+  // what changes by itself draws nothing anew
+  const systems = Object.keys(SYSTEMS).map((name) => ({ ...status[name], packets: status[name].packets > 0 }));
+  const shown = [systems, status.problem, status.bodies.map(({ name, seen }) => [name, seen])];
+  redraw(byId("rigid"), [settings, shown], () => [
+    h("h3", {}, t("rigid.title")),
+    status.problem && h("p", { class: "bad" }, said(status.problem)),
+    h("ul", { class: "triggers" }, Object.keys(SYSTEMS).map(system), status.bodies.map(body)),
+  ].filter(Boolean));
+}
+
+/** Show what came of rigid bodies, as the server said last. */
+export function updateRigid(status) {
+  panel.status = status;
+  draw();
+}
+
+/** Ask for the switches. */
+export const startRigid = () => attempt(async () => { panel.settings = (await getRigidBodies()).settings; });
