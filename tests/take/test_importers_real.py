@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from studio.engine.base.geometry import fit_rigid, transform_points
+from studio.engine.identity.whole_take import find_people
 from studio.engine.model.joints import INDEX
 from studio.take.importers import import_recording
 from studio.take.raw.depth import depth_frames
@@ -18,7 +19,7 @@ PAIRS = {
     "Study_16_Kinect_0_Time_6_13_59_PM": (2044, 1991),
     "Study_16_Kinect_1_Time_6_18_45_PM": (1507, 1536),
     "Study_18_Kinect_2_Time_10_55_24_PM": (125, 131),
-    "Study_20_Kinect_1_Time_1_30_34_PM": (581, 679),
+    "Study_20_Kinect_1_Time_1_30_34_PM": (643, 679),
 }
 
 
@@ -57,6 +58,23 @@ def test_kinect_pairs(test_data: Path, tmp_path: Path, name: str) -> None:
         distance = np.linalg.norm(transform_points(T, a) - b, axis=1)
         weights = 1 / (1 + (distance / 0.05) ** 2)
     assert np.median(distance) < 0.07  # the same person in both cameras
+
+
+def test_two_persons_are_in_one_frame_in_both_kinects(test_data: Path, tmp_path: Path) -> None:
+    """The recorder turned each stream about the vertical; by its own columns person 0's by 7.22 degrees more."""
+    name = "Study_20_Kinect_1_Time_1_30_34_PM"
+    take = import_recording(test_data / "kinect2_pairs" / f"{name}.csv", tmp_path / "take")
+    assert "turned by 7." in take.meta["notes"]
+    calibration = take.calibration()
+    for camera in calibration.cameras.values():
+        assert camera.verdict == "usable"
+        assert (camera.residual_median_mm or 0.0) < 40.0
+        assert 0.9 < camera.T_stage_camera[2, 3] < 1.15  # the file says 1 m
+    people = find_people(camera_frames(take.raw_path), calibration, everybody=True)
+    short, tall = (one.calibration.performer for one in people.performers)
+    assert short is not None and tall is not None and people.bystanders == 0
+    assert 1.5 < short.height_m < 1.7 < tall.height_m < 1.9
+    assert [len(one.undecided_s) <= 3 for one in people.performers] == [True, True]
 
 
 def test_a_person_who_faces_the_camera_has_the_left_hand_at_positive_x(
