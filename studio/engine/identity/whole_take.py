@@ -33,8 +33,8 @@ _LEAST_S = 1.0
 _SURE = 0.8
 """Lowest confidence of a joint whose bones are measured."""
 _LEAST_DOUBTS = 3
-_LEAST_FRAMES = 90
-"""Who has fewer of one camera is nobody to be measured without a T-pose."""
+_LEAST_FRAMES, _LEAST_SPAN_S = 45, 3.0
+"""Whom no camera shows so often, over such a time, is nobody to be measured without a T-pose."""
 
 
 @dataclass(frozen=True)
@@ -200,11 +200,15 @@ def _measured(
     calibration: Calibration, frames: Mapping[str, Sequence[CameraFrame]], *, everybody: bool
 ) -> Calibration | None:
     """Return the calibration with a person's proportions; None where they hold no T-pose and need one."""
-    seen = everybody and max(map(len, frames.values())) >= _LEAST_FRAMES
-    if not seen and find_tpose(walk_of(calibration, frames), _UP) is None:
+    seen = any(len(mine) >= _LEAST_FRAMES and _lasts_s(mine) >= _LEAST_SPAN_S for mine in frames.values())
+    if not (everybody and seen) and find_tpose(walk_of(calibration, frames), _UP) is None:
         return None
     theirs = with_performer(replace(calibration, performer=None), frames, another=True)
     return None if theirs.performer is None else theirs
+
+
+def _lasts_s(frames: Sequence[CameraFrame]) -> float:
+    return (frames[-1].device_time_ns - frames[0].device_time_ns) * 1e-9
 
 
 def recognise(bones_m: Sequence[NDArray[np.float64]], known: Sequence[KnownPerson]) -> dict[int, KnownPerson]:

@@ -103,6 +103,24 @@ def test_who_comes_back_is_known_by_their_bones(size, people):
     assert (became["back"] == became["b"]) == (people == 2)
 
 
+@pytest.mark.parametrize("size", [1.0, 0.8])
+def test_whoever_of_two_comes_back_first_is_themselves_or_in_doubt(size):
+    """Twins are told by nothing: it takes longer until one is somebody, and then they are in doubt."""
+
+    def shown(time_s):
+        if time_s < 2.0:
+            return [("a", at(time_s, -1.0)), ("b", at(time_s, 0.5, 0.0, size))]
+        return [] if time_s < 5.0 else [("back", at(time_s, 0.5, 1.0, size))]
+
+    crowd, twins = Crowd(), size == 1.0
+    became = passed(crowd, shown, 8.0)
+    unknown_s = became["back"].index(next(who for who in became["back"] if who is not None)) / RATE_HZ
+    assert len(crowd.people) == 2 and unknown_s == pytest.approx(2.0 if twins else 1.0, abs=0.1)
+    (who,) = known(became)["back"]
+    assert bool([one for one in crowd.people[who].doubted if one > 6.0]) == twins
+    assert twins or {who} == known(became)["b"]
+
+
 def test_two_in_one_place_are_told_as_doubted():
     def shown(time_s):
         side = max(0.6 - 0.5 * time_s, 0.0)
