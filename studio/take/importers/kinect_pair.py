@@ -9,7 +9,6 @@ between cameras by their number. One person's skeletons are kept as they are; se
 frame by `kinect_people`, and the take is given the cameras' calibration.
 """
 
-from dataclasses import replace
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
 
@@ -127,7 +126,7 @@ def _camera(name: str, kinect_id: str, people: dict[int, Stream]) -> ReadCamera:
             one = OtherBody(person, stream.positions[k], stream.confidence[k])
             bodies.setdefault(time_ns, []).append(one)
     in_order = [mine for _, mine in sorted(bodies.items())]
-    camera = ReadCamera(
+    return ReadCamera(
         name=name,
         device=kinect.DEVICE,
         joint_set=kinect.JOINT_SET,
@@ -135,11 +134,9 @@ def _camera(name: str, kinect_id: str, people: dict[int, Stream]) -> ReadCamera:
         times_ns=np.array(sorted(bodies), dtype=np.int64),
         positions=np.array([mine[0].positions for mine in in_order]),
         confidence=np.array([mine[0].confidence for mine in in_order]),
+        body=np.array([mine[0].number for mine in in_order], dtype=np.int64),
+        others=[mine[1:] for mine in in_order],
     )
-    if len(people) == 1:
-        return camera
-    numbers = np.array([mine[0].number for mine in in_order], dtype=np.int64)
-    return replace(camera, body=numbers, others=[mine[1:] for mine in in_order])
 
 
 def _created(tracker_ms: int) -> str | None:

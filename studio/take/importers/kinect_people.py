@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from studio.engine.base.geometry import invert_transform, transform_points
+from studio.engine.base.sentences import Said
 from studio.engine.calibration.calibrate import calibrate
 from studio.engine.calibration.cameras.first import first_placements
 from studio.engine.calibration.estimate import estimate_residuals
@@ -26,6 +27,9 @@ _MAX_TILT_DEG = 5.0
 """The recorder turned skeletons about the vertical alone."""
 
 _BETWEEN_S = 10.0
+_SPANS = {"verdict.stopped_agreeing", "verdict.span_disagrees"}
+_DOUBTS = {"verdict.little_spread", "verdict.clock_not_found", "verdict.clock_uncertain", *_SPANS}
+"""What a calibration may say and still be usable: who came to be recorded together did not walk for it."""
 
 
 @dataclass(frozen=True)
@@ -130,7 +134,7 @@ def calibrated_by_all(streams: Streams, notes: list[str]) -> Calibration | None:
     """Return the calibration by all persons together, each walking after the other, without a performer; None where
     cameras do not agree.
 
-    Its cameras are usable at best: who came to be recorded together did not walk for a calibration.
+    Its cameras are usable at best.
 
     Args:
         streams: of `in_one_frame`.
@@ -151,8 +155,11 @@ def calibrated_by_all(streams: Streams, notes: list[str]) -> Calibration | None:
     }
     found = calibrate(walks, must_hold="somewhere")
     far = [one.residual_median_mm for one in found.cameras.values()]
-    if any(median is None or median > 1e3 * GOOD_AGREEMENT_M for median in far):
-        notes.append("the cameras do not agree on these persons; run `studio calibrate`")
+    disagree = any(median is None or median > 1e3 * GOOD_AGREEMENT_M for median in far)
+    if disagree or any(_is_wrong(one) for one in found.cameras.values()):
+        notes.append(
+            f"no calibration by these persons: {'; '.join(found.reasons()) or 'cameras do not agree'}"
+        )
         return None
     middle_ns = int(min(one.times_ns[0] for one in every)) + after_ns * len(people) // 2
     cameras = {name: _usable(one, middle_ns) for name, one in found.cameras.items()}
@@ -161,7 +168,17 @@ def calibrated_by_all(streams: Streams, notes: list[str]) -> Calibration | None:
     return replace(found, cameras=cameras, performer=None, floor_given=False)
 
 
+def _is_wrong(camera: CameraCalibration) -> bool:
+    return camera.verdict == "refused" and not {_code(reason) for reason in camera.reasons} <= _DOUBTS
+
+
+def _code(reason: str) -> str:
+    return reason.code if isinstance(reason, Said) else ""
+
+
 def _usable(camera: CameraCalibration, middle_ns: int) -> CameraCalibration:
-    """Return a camera with its clock's offset halfway, because the persons' walks are not where they are in time."""
+    """Return a camera with its clock's offset halfway and without spans, because the walks are not where they are in
+    time."""
+    reasons = tuple(reason for reason in camera.reasons if _code(reason) not in _SPANS)
     clock = ClockModel(camera.clock.stage_ns(middle_ns) - middle_ns)
-    return replace(camera, clock=clock, disagrees=(), verdict="usable")
+    return replace(camera, clock=clock, disagrees=(), verdict="usable", reasons=reasons)
