@@ -74,6 +74,11 @@ class Someone:
     leapt: list[float] = field(default_factory=list)
     guessed_s: float = -np.inf
 
+    def goes_on_as(self, person: FollowedPerson) -> None:
+        """Be followed where the same person was found again."""
+        person.remember(self.person)
+        self.person = person
+
     def forget(self) -> None:
         """Keep nothing of the past but the last doubt."""
         self.sightings.clear()
@@ -141,7 +146,7 @@ class Crowd:
             if one.person.last_s <= began_s and other.person.deviation(stage_s, joints[None])[0] < _FITS:
                 one.sightings += other.sightings
                 one.leapt.append(began_s)
-                one.person = other.person
+                one.goes_on_as(other.person)
                 self._new.remove(other)
                 return
 
@@ -198,7 +203,7 @@ class Crowd:
         if not clear:
             self.people[back].guessed_s = stage_s
         self.people[back].leapt.append(one.person.first_s)
-        self.people[back].person = one.person
+        self.people[back].goes_on_as(one.person)
         self.people[back].sightings += one.sightings
         return back
 
