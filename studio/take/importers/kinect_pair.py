@@ -17,7 +17,7 @@ import numpy as np
 from studio.engine.base.errors import FormatError
 from studio.engine.model.joints import JOINT_SETS
 from studio.take.importers import kinect
-from studio.take.importers.kinect_people import Stream, Streams, calibrated_by_all, in_one_frame
+from studio.take.importers.kinect_people import PersonStream, PersonStreams, calibrated_by_all, in_one_frame
 from studio.take.importers.recording import OtherBody, Progress, ReadCamera, ReadRecording, put_in_order
 from studio.take.importers.table import check_length, csv_rows, first_row, header_index, number, whole_number
 
@@ -50,7 +50,7 @@ def read(path: Path, progress: Progress) -> ReadRecording:
     kinects = [*dict.fromkeys(kinect_id for by_kinect in rows.values() for kinect_id in by_kinect)]
     names = {kinect_id: f"camera_{k}" for k, kinect_id in enumerate(kinects)}
     notes: list[str] = []
-    streams: Streams = {}
+    streams: PersonStreams = {}
     for kinect_id, name in names.items():
         notes.append(f"{name}: Kinect {kinect_id}; the file tells no confidence, a joint present has 1")
         of_kinect = {who: mine[kinect_id] for who, mine in rows.items() if kinect_id in mine}
@@ -101,10 +101,12 @@ def _read_rows(path: Path, progress: Progress) -> dict[int, dict[str, list[_Row]
     return out
 
 
-def _streams(name: str, people: dict[int, list[_Row]], start_ms: int, notes: list[str]) -> dict[int, Stream]:
+def _streams(
+    name: str, people: dict[int, list[_Row]], start_ms: int, notes: list[str]
+) -> dict[int, PersonStream]:
     """Return one Kinect's skeletons by person, all on its clock."""
     tracker_ms, first = min((row[:2] for rows in people.values() for row in rows), key=lambda row: row[1])
-    out: dict[int, Stream] = {}
+    out: dict[int, PersonStream] = {}
     for person, rows in people.items():
         _, ticks, values = zip(*rows, strict=True)
         times_ns = (np.array(ticks, dtype=np.int64) - first) * kinect.TICK_NS
@@ -114,11 +116,11 @@ def _streams(name: str, people: dict[int, list[_Row]], start_ms: int, notes: lis
         points = np.array(values).reshape(len(rows), len(_NAMES), 3)[order]
         absent = (points == ABSENT).any(axis=2)
         points[absent] = np.nan
-        out[person] = Stream(times_ns[order], kinect.to_camera(points), np.where(absent, 0.0, 1.0))
+        out[person] = PersonStream(times_ns[order], kinect.to_camera(points), np.where(absent, 0.0, 1.0))
     return out
 
 
-def _camera(name: str, kinect_id: str, people: dict[int, Stream]) -> ReadCamera:
+def _camera(name: str, kinect_id: str, people: dict[int, PersonStream]) -> ReadCamera:
     """Return a Kinect with everybody in its frames, by their numbers."""
     bodies: dict[int, list[OtherBody]] = {}
     for person, stream in people.items():

@@ -33,7 +33,7 @@ _DOUBTS = {"verdict.little_spread", "verdict.clock_not_found", "verdict.clock_un
 
 
 @dataclass(frozen=True)
-class Stream:
+class PersonStream:
     """One camera's skeletons of one person.
 
     Attributes:
@@ -56,11 +56,11 @@ class Stream:
         ]
 
 
-Streams = dict[str, dict[int, Stream]]
+PersonStreams = dict[str, dict[int, PersonStream]]
 """By camera and person; a person's first camera comes first."""
 
 
-def in_one_frame(streams: Streams, first: Mapping[int, str], notes: list[str]) -> Streams:
+def in_one_frame(streams: PersonStreams, first: Mapping[int, str], notes: list[str]) -> PersonStreams:
     """Return the skeletons, those of each camera in one frame; what cannot be brought there is left out and noted.
 
     Args:
@@ -76,7 +76,7 @@ def in_one_frame(streams: Streams, first: Mapping[int, str], notes: list[str]) -
             f"person {person} was left out: their skeletons lie in the frame of {first[person]}, those of the others "
             f"in that of {reference}, and nothing tells how they lie to each other"
         )
-    out: Streams = {reference: {who: one for who, one in streams[reference].items() if who in own}}
+    out: PersonStreams = {reference: {who: one for who, one in streams[reference].items() if who in own}}
     for name, people in streams.items():
         if name != reference:
             theirs = {who: one for who, one in people.items() if who in own and who in out[reference]}
@@ -85,8 +85,12 @@ def in_one_frame(streams: Streams, first: Mapping[int, str], notes: list[str]) -
 
 
 def _moved(
-    name: str, people: dict[int, Stream], reference: str, seen: dict[int, Stream], notes: list[str]
-) -> dict[int, Stream]:
+    name: str,
+    people: dict[int, PersonStream],
+    reference: str,
+    seen: dict[int, PersonStream],
+    notes: list[str],
+) -> dict[int, PersonStream]:
     """Return a camera's skeletons in the frame of those of the person whom both cameras saw most."""
     placed: dict[int, tuple[NDArray[np.float64], int, float]] = {}
     for person, stream in people.items():
@@ -130,7 +134,7 @@ def _degrees(cosine: float) -> float:
     return float(np.degrees(np.arccos(np.clip(cosine, -1.0, 1.0))))
 
 
-def calibrated_by_all(streams: Streams, notes: list[str]) -> Calibration | None:
+def calibrated_by_all(streams: PersonStreams, notes: list[str]) -> Calibration | None:
     """Return the calibration by all persons together, each walking after the other, without a performer; None where
     cameras do not agree.
 
