@@ -35,8 +35,14 @@ def without_depth(frames: _Frames, calibration: Calibration) -> list[str]:
     ]
 
 
-def people_of(take: Take, frames: _Frames, calibration: Calibration) -> TakePeople | None:
+def people_of(take: Take, frames: _Frames, calibration: Calibration, *, everybody: bool) -> TakePeople | None:
     """Return who is in a take; None where there is one performer, or no camera tells several apart.
+
+    Args:
+        take: of which performers may be known from before.
+        frames: by camera, with all bodies.
+        calibration: places the cameras.
+        everybody: who holds no T-pose is a performer too.
 
     Raises:
         CalibrationError: nobody was seen for long enough.
@@ -45,7 +51,7 @@ def people_of(take: Take, frames: _Frames, calibration: Calibration) -> TakePeop
     if not several_bodies(frames) or len(pictures) == len(frames):
         return None
     telling = {name: mine for name, mine in frames.items() if name not in pictures}
-    found = find_people(telling, calibration, known_people(take))
+    found = find_people(telling, calibration, known_people(take), everybody=everybody)
     if not found.performers:
         raise CalibrationError(
             "calibration.nobody",

@@ -105,7 +105,14 @@ def seen_performer(take: Take, settings: SolveSettings, performer: str) -> SeenP
     tracked_as = (
         (settings.tracker, settings.cameras, settings.refine_cameras) if is_tracked(take, settings) else None
     )
-    people = _recent(take.path, _state(take.raw_path), _state(file), tracked_as, exchanges_of(take.meta))
+    people = _recent(
+        take.path,
+        _state(take.raw_path),
+        _state(file),
+        tracked_as,
+        exchanges_of(take.meta),
+        settings.everybody,
+    )
     performer = performer if performer in people else next(iter(people))
     (frames, calibration), settings = people[performer], settings.of_performer(performer)
     if tracked_as is not None:
@@ -139,6 +146,7 @@ def _recent(
     calibration: _FileState,
     tracked_as: tuple[str, str, str] | None,
     exchanges: tuple[Exchange, ...],
+    everybody: bool,
 ) -> dict[str, tuple[Mapping[str, Sequence[CameraFrame]], Calibration]]:
     """Return the cached frames of the last take, and its calibration with the performer that they show, by
     performer.
@@ -146,6 +154,7 @@ def _recent(
     Args:
         tracked_as: `tracker`, `cameras` and `refine_cameras` for skeletons from depth.
         exchanges: of performers, as the take has them; others need other frames.
+        everybody: see `people_of`.
     """
     take = Take.open(path)
     found = take.calibration()
@@ -155,7 +164,7 @@ def _recent(
         tracker, cameras, refine = tracked_as
         settings = SolveSettings(tracker=tracker, cameras=cameras, refine_cameras=refine)
         frames, found, *_ = tracked_frames(take, found, settings, only_kept=True)
-    several = people_of(take, frames, found)
+    several = people_of(take, frames, found, everybody=everybody)
     if several is None:
         return {PERFORMER: (frames, with_performer(found, frames))}
     performers = several.people.performers

@@ -126,7 +126,7 @@ def _plain(
     pictures = without_depth(used, calibration)
     if pictures and several_bodies(used):
         common["people"] = _of_pictures(pictures, alone=len(pictures) == len(used))
-    found = people_of(take, used, calibration)
+    found = people_of(take, used, calibration, everybody=settings.everybody)
     if found is None:
         settings.check_performers([PERFORMER])
         mine = asked.of(PERFORMER, used, calibration)

@@ -92,6 +92,8 @@ def test_all_who_have_a_reference_are_measured_at_once(http, studio):
     found = answer.json()["solves"]["studio"]
     assert found["identity_switches"] == 0 and found["missed_percent"] == 0.0
     assert [one["mpjpe_mm"] < 1.0 for one in found["performers"].values()] == [True, True]
+    page = http.get(f"{TAKE}/report", params={"reference": "performer_2.npz"}).text
+    assert "became another" in page and "joint error of performer_1" in page
     assert searched(http, "error:<20") == ["monday/fight"] and searched(http, "error:>20") == []
     assert searched(http, "jitter:<1000") == []
     http.get(f"{TAKE}/solves/studio/figures", params={"performer": "performer_2"}).raise_for_status()

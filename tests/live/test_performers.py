@@ -1,5 +1,7 @@
 """Several performers on the live stage: who holds a T-pose is followed, recorded and told from then on."""
 
+import sys
+
 import numpy as np
 import pytest
 
@@ -83,12 +85,14 @@ class Shoot:
         self.stage._engine.call(lambda: None)
         return [(one.name, one.state not in ("away", "undecided")) for one in self.stage.status().performers]
 
-    def play(self, seconds: float, *, second: bool = True, pose_s: float | None = None) -> None:
+    def play(
+        self, seconds: float, *, first: bool = True, second: bool = True, pose_s: float | None = None
+    ) -> None:
         """Let the performers wave, or hold a pose."""
         for _ in range(round(30 * seconds)):
             now_s = self.sequence / 30
-            first, other = (now_s, now_s + 0.5) if pose_s is None else (pose_s, pose_s)
-            self.see(first, other if second else None)
+            one, other = (now_s, now_s + 0.5) if pose_s is None else (pose_s, pose_s)
+            self.see(one if first else None, other if second else None)
 
 
 @pytest.fixture
@@ -166,6 +170,28 @@ def test_performers_who_leave_come_back_as_themselves(shoot):
     assert shoot.performers() == [("performer_1", True), ("performer_2", False)]
     shoot.play(2.0)
     assert shoot.performers() == [("performer_1", True), ("performer_2", True)]
+
+
+def test_an_empty_stage_knows_who_comes_in_whoever_is_first(shoot):
+    a_second_performer(shoot)
+    shoot.play(1.0)
+    shoot.stage.choose_reference("camera_1")  # begins anew: nobody has been seen on this clock
+    assert shoot.performers() == [("performer_1", False), ("performer_2", False)]
+    shoot.play(1.3, first=False)
+    assert shoot.performers() == [("performer_1", False), ("performer_2", True)]
+    shoot.play(1.3)
+    assert shoot.performers() == [("performer_1", True), ("performer_2", True)]
+    first, second = shoot.stage.results.get()[1].each()
+    assert (first.performer, second.performer) == (1, 2)
+    assert second.positions_m[0, 0] - first.positions_m[0, 0] == pytest.approx(APART_M[0], abs=0.1)
+
+
+def test_a_stranger_on_an_empty_stage_is_nobody_s_double(shoot, monkeypatch):
+    a_second_performer(shoot)
+    shoot.stage.choose_reference("camera_1")
+    monkeypatch.setattr(sys.modules[__name__], "SMALLER", 0.6)  # a child, whom nobody has measured
+    shoot.play(3.0, first=False)
+    assert shoot.performers() == [("performer_1", False), ("performer_2", False), ("", True)]
 
 
 def test_forgotten_performers_are_strangers_again(shoot):

@@ -1,5 +1,6 @@
 """Importing the real recordings in the folder of outside data."""
 
+import csv
 import json
 import shutil
 from pathlib import Path
@@ -7,7 +8,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from studio.engine.base.geometry import fit_rigid, transform_points
+from studio.engine.base.geometry import fit_rigid, rotation_xyz, transform_points
+from studio.engine.identity.whole_take import find_people
 from studio.engine.model.joints import INDEX
 from studio.take.importers import import_recording
 from studio.take.raw.depth import depth_frames
@@ -18,7 +20,7 @@ PAIRS = {
     "Study_16_Kinect_0_Time_6_13_59_PM": (2044, 1991),
     "Study_16_Kinect_1_Time_6_18_45_PM": (1507, 1536),
     "Study_18_Kinect_2_Time_10_55_24_PM": (125, 131),
-    "Study_20_Kinect_1_Time_1_30_34_PM": (581, 679),
+    "Study_20_Kinect_1_Time_1_30_34_PM": (643, 679),
 }
 
 
@@ -57,6 +59,44 @@ def test_kinect_pairs(test_data: Path, tmp_path: Path, name: str) -> None:
         distance = np.linalg.norm(transform_points(T, a) - b, axis=1)
         weights = 1 / (1 + (distance / 0.05) ** 2)
     assert np.median(distance) < 0.07  # the same person in both cameras
+
+
+def test_two_persons_are_in_one_frame_in_both_kinects(test_data: Path, tmp_path: Path) -> None:
+    """The recorder turned each stream about the vertical; by its own columns person 0's by 7.22 degrees more."""
+    name = "Study_20_Kinect_1_Time_1_30_34_PM"
+    take = import_recording(test_data / "kinect2_pairs" / f"{name}.csv", tmp_path / "take")
+    assert "turned by 7." in take.meta["notes"]
+    calibration = take.calibration()
+    for camera in calibration.cameras.values():
+        assert camera.verdict == "usable"
+        assert (camera.residual_median_mm or 0.0) < 40.0
+        assert 0.9 < camera.T_stage_camera[2, 3] < 1.15  # the file says 1 m
+    people = find_people(camera_frames(take.raw_path), calibration, everybody=True)
+    short, tall = (one.calibration.performer for one in people.performers)
+    assert short is not None and tall is not None and people.bystanders == 0
+    assert 1.5 < short.height_m < 1.7 < tall.height_m < 1.9
+    assert [len(one.undecided_s) <= 3 for one in people.performers] == [True, True]
+
+
+def test_who_cannot_be_brought_beside_the_others_is_left_out_and_told(
+    test_data: Path, tmp_path: Path
+) -> None:
+    """The second Kinect's stream of person 1 is tilted by 20 degrees, which no recorder of this kind does."""
+    name = "Study_20_Kinect_1_Time_1_30_34_PM"
+    with open(test_data / "kinect2_pairs" / f"{name}.csv", newline="") as file:
+        header, *rows = csv.reader(file, skipinitialspace=True)
+    kinect, person, first = header.index("Kinect_Id"), header.index("Person_Id"), header.index("AnkleLeft_X")
+    for row in rows:
+        if row[kinect].endswith("136") and row[person] == "1":
+            points = np.array(row[first:], dtype=float).reshape(-1, 3)
+            row[first:] = (points @ rotation_xyz(np.radians(20.0), 0.0, 0.0).T).ravel().round(5).astype(str)
+    with open(tmp_path / "tilted.csv", "w", newline="") as file:
+        csv.writer(file).writerows([header, *rows])
+    take = import_recording(tmp_path / "tilted.csv", tmp_path / "take")
+    assert "camera_1: person 0 was left out: beside person 1" in take.meta["notes"]
+    bodies = {one.body for frame in camera_frames(take.raw_path)["camera_1"] for one in frame.bodies()}
+    assert bodies == {1}
+    assert take.meta["calibration"] is None and "no calibration by these persons" in take.meta["notes"]
 
 
 def test_a_person_who_faces_the_camera_has_the_left_hand_at_positive_x(

@@ -104,6 +104,11 @@ def measure_router(finder: Finder, jobs: Jobs) -> APIRouter:
             () if reference is None else (find_reference(opened, reference), how_aligned(opened, reference))
         )
 
+    def motions(opened: Take, reference: str, solve: str) -> Path | dict[str, Path]:
+        """A reference's file; of several performers those of each who has one, by performer."""
+        path, performers = find_reference(opened, reference), opened.performer_names(solve)
+        return references_by_performer(opened, performers, reference) if performers else path
+
     @router.post("/evaluate")
     def evaluate(session: str, take: str, request: EvaluateRequest) -> Evaluations:
         """Measure solves against a reference; answers as `evaluate --json`."""
@@ -148,13 +153,16 @@ def measure_router(finder: Finder, jobs: Jobs) -> APIRouter:
         unit_m: Annotated[float | None, Query(gt=0)] = None,
         language: Language = "en",
     ) -> HTMLResponse:
-        """The report of solves against a reference of the take, as one HTML page; by default of all solves."""
+        """The report of solves against a reference of the take, as one HTML page; by default of all solves.
+
+        Of several performers each one who has a reference is in it.
+        """
         opened = finder.take(session, take)
-        path = find_reference(opened, reference)
         names = solves_of(opened, solve)
+        of = motions(opened, reference, names[0])
         how = HowAligned(align_time, align, unit_m)
         page = run_in_process(
-            "studio.review.report.take_report:report_solves", opened, path, names, how, language
+            "studio.review.report.take_report:report_solves", opened, of, names, how, language
         )
         return HTMLResponse(page, headers=REPORT_HEADERS)
 
@@ -163,13 +171,11 @@ def measure_router(finder: Finder, jobs: Jobs) -> APIRouter:
         """Make the report in the background, with the reference aligned as it is kept; answers the job, whose `name`
         is the report's. Of several performers each one who has a reference is in it."""
         opened = finder.take(session, take)
-        path = find_reference(opened, request.reference)
         names = solves_of(opened, request.solves)
+        of = motions(opened, request.reference, names[0])
         name = f"report_{request.reference}.html"
         out = inside(opened.path / "exports", name)
         how = how_aligned(opened, request.reference)
-        performers = opened.performer_names(names[0])
-        of = references_by_performer(opened, performers, request.reference) if performers else path
         job = jobs.submit(
             "report", f"{session}/{take}", name, "studio.review.report.take_report:report_solves",
             opened, of, names, how, request.language, out,

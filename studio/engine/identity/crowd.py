@@ -24,11 +24,20 @@ _PROVES_FRAMES = 8
 _FORGETS_S = 0.5
 _AWAY_S = 1.0
 _RETURN_S = 1.0
-"""Time until one who was away is recognised by their bones."""
+"""Time until one who was away is recognised by their bones, where these are clearly theirs."""
+
+_WAITS_S = 2.0
+"""Whose bones are like nobody's of those away, or like two's, is looked at for so long before they are anybody."""
+
+_GUESSED_S = 3.0
+"""So long are those in doubt whom even then two persons' bones fit."""
 
 _CUT_S = 0.1
 """Somebody who is seen no more from this long after another appears may be the same person, after a cut."""
 ALIKE_M = 0.025
+CLEAR_M = 0.006
+"""Bones are clearly one person's where another's differ by so much more, mean over the bones."""
+
 _DOUBT = 1.5
 """Two persons whose bodies could be exchanged for less than this are not told apart."""
 
@@ -55,6 +64,7 @@ class Someone:
         doubted: times at which the person was not told apart from another, stage time [s].
         met: by the index of another person, times at which the two stood so near that they may have been exchanged.
         leapt: times at which the person was found again at another place, or after being away.
+        guessed_s: when the person came back with bones like two who were away [s].
     """
 
     person: FollowedPerson
@@ -62,6 +72,12 @@ class Someone:
     doubted: list[float] = field(default_factory=list)
     met: dict[int, list[float]] = field(default_factory=dict)
     leapt: list[float] = field(default_factory=list)
+    guessed_s: float = -np.inf
+
+    def goes_on_as(self, person: FollowedPerson) -> None:
+        """Be followed where the same person was found again."""
+        person.remember(self.person)
+        self.person = person
 
     def forget(self) -> None:
         """Keep nothing of the past but the last doubt."""
@@ -107,6 +123,8 @@ class Crowd:
             if who is not None:
                 self._take_over(self.people[who], stage_s, bodies[body])
                 self._goes_on(self.people[who], stage_s, bodies[body], SeenBody(frame, body))
+                if stage_s - self.people[who].guessed_s < _GUESSED_S:
+                    self.people[who].doubted.append(stage_s)
         for body, who in enumerate(found):
             if who is None and not self._is_ghost(bodies[body], found, stage_s):
                 found[body] = self._unknown(stage_s, bodies[body], SeenBody(frame, body))
@@ -128,7 +146,7 @@ class Crowd:
             if one.person.last_s <= began_s and other.person.deviation(stage_s, joints[None])[0] < _FITS:
                 one.sightings += other.sightings
                 one.leapt.append(began_s)
-                one.person = other.person
+                one.goes_on_as(other.person)
                 self._new.remove(other)
                 return
 
@@ -175,21 +193,27 @@ class Crowd:
         away = [k for k, other in enumerate(self.people) if other.person.last_s < one.person.first_s + _CUT_S]
         if known_s < (_RETURN_S if away else _PROVES_S) or one.person.frames < _PROVES_FRAMES:
             return None
+        back, clear = self._returned(one, away)
+        if away and not clear and known_s < _WAITS_S:
+            return None
         self._new.remove(one)
-        back = self._returned(one, away)
         if back is None:
             self.people.append(one)
             return len(self.people) - 1
+        if not clear:
+            self.people[back].guessed_s = stage_s
         self.people[back].leapt.append(one.person.first_s)
-        self.people[back].person = one.person
+        self.people[back].goes_on_as(one.person)
         self.people[back].sightings += one.sightings
         return back
 
-    def _returned(self, one: Someone, away: list[int]) -> int | None:
-        """Return who of those away has this person's bones; None = nobody."""
-        far = [apart_m(one.person.bones_m(), self.people[k].person.bones_m()) for k in away]
-        best = int(np.argmin(far)) if far else -1
-        return away[best] if far and far[best] < ALIKE_M else None
+    def _returned(self, one: Someone, away: list[int]) -> tuple[int | None, bool]:
+        """Return who of those away has this person's bones, None = nobody; and whether no other's fit as well."""
+        bones = one.person.bones_m()
+        far = sorted((apart_m(bones, self.people[k].person.bones_m()), k) for k in away)
+        if not far or far[0][0] >= ALIKE_M:
+            return None, False
+        return far[0][1], len(far) == 1 or far[1][0] - far[0][0] > CLEAR_M
 
 
 def _costs(people: list[Someone], stage_s: float, bodies: NDArray[np.float64]) -> NDArray[np.float64]:

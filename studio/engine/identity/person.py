@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from studio.engine.identity.person_kernels import (
+    BONES_KEPT,
     READING_M,
     SPEED_M_S,
     corrected,
@@ -61,6 +62,13 @@ class FollowedPerson:
         seen = np.isfinite(bones_m)
         person._bones, person._bone_frames = np.where(seen, bones_m, 0.0) * _BONES_KNOWN, seen * _BONES_KNOWN
         return person
+
+    def remember(self, before: "FollowedPerson") -> None:
+        """Take over the bones that the same person had when they were followed before."""
+        frames = self._bone_frames + before._bone_frames
+        kept = np.minimum(1.0, BONES_KEPT / np.maximum(frames, 1.0))
+        self._bones = (self._bones + before._bones) * kept
+        self._bone_frames = frames * kept
 
     def middle(self) -> NDArray[np.float64]:
         """Return the middle of the known joints [m], shape (3,)."""

@@ -10,16 +10,13 @@ from itertools import combinations, pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from studio.engine.identity.crowd import SeenBody, Someone
+from studio.engine.identity.crowd import CLEAR_M, SeenBody, Someone
 
 _APART_S = 1.0
 """Moments that follow each other more closely are one meeting."""
 
 _LEAST_BODIES = 30
 """A stretch with fewer bodies of either person tells nothing."""
-
-_CLEAR_M = 0.006
-"""Exchanged bones fit clearly better where the mean difference over bones and persons falls by this much."""
 
 BonesOf = Callable[[SeenBody], NDArray[np.float64]]
 """Returns the lengths of a body's bones [m], shape (21,); NaN = not surely seen."""
@@ -82,7 +79,7 @@ def _settle_pair(
             for part in parts
         ]
         gain_m = _gain_m(bones, known)
-        if abs(gain_m) > _CLEAR_M:
+        if abs(gain_m) > CLEAR_M:
             changes += (gain_m > 0) != swapped
             swapped = gain_m > 0
         if swapped:

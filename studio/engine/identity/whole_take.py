@@ -1,6 +1,7 @@
 """The performers of a whole take: everybody who was followed, with their frames, names and proportions.
 
-Whoever holds a T-pose is a performer, and so is who was calibrated with. All others are bystanders.
+Whoever holds a T-pose is a performer, and so is who was calibrated with. All others are bystanders, unless the
+operator says that everybody is a performer.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -32,6 +33,8 @@ _LEAST_S = 1.0
 _SURE = 0.8
 """Lowest confidence of a joint whose bones are measured."""
 _LEAST_DOUBTS = 3
+_LEAST_FRAMES, _LEAST_SPAN_S = 45, 3.0
+"""Whom no camera shows so often, over such a time, is nobody to be measured without a T-pose."""
 
 
 @dataclass(frozen=True)
@@ -78,7 +81,11 @@ def of_one(frames: Mapping[str, Sequence[CameraFrame]]) -> dict[str, Sequence[Ca
 
 
 def find_people(
-    frames: Mapping[str, Sequence[CameraFrame]], calibration: Calibration, known: Sequence[KnownPerson] = ()
+    frames: Mapping[str, Sequence[CameraFrame]],
+    calibration: Calibration,
+    known: Sequence[KnownPerson] = (),
+    *,
+    everybody: bool = False,
 ) -> People:
     """Return who is in a take.
 
@@ -87,6 +94,7 @@ def find_people(
         calibration: places the cameras; its performer is who was alone on the stage for longest. Cameras that it
             lacks are left out.
         known: performers who are known from before; they are recognised by their bones and need no T-pose.
+        everybody: who holds no T-pose is a performer too, measured over the take.
     """
     crowd, order, alone = Crowd(), [], {}
     times_s: list[float] = []
@@ -99,6 +107,8 @@ def find_people(
     settle(crowd.people, np.array(times_s), lambda body: _bones(_body_of(body, frames, order)))
     recognised = recognise([one.person.bones_m() for one in crowd.people], known)
     walker = max(alone, key=lambda who: alone[who], default=0) if not recognised else None
+    if everybody and calibration.performer is None:
+        walker = None
     performers: list[TakePerformer] = []
     bystanders = left_out = 0
     used = max((one.performer for one in known), default=0)
@@ -112,7 +122,7 @@ def find_people(
                 calibration if told.proportions is None else replace(calibration, performer=told.proportions)
             )
         else:
-            theirs = calibration if number == walker else _measured(calibration, own)
+            theirs = calibration if number == walker else _measured(calibration, own, everybody=everybody)
         if theirs is None:
             bystanders += 1
             continue
@@ -186,12 +196,19 @@ def _frames_of(
     return {name: _OfOneBody(frames[name], own[name]) for name in frames if name in own}
 
 
-def _measured(calibration: Calibration, frames: Mapping[str, Sequence[CameraFrame]]) -> Calibration | None:
-    """Return the calibration with a person's proportions; None where they hold no T-pose."""
-    if find_tpose(walk_of(calibration, frames), _UP) is None:
+def _measured(
+    calibration: Calibration, frames: Mapping[str, Sequence[CameraFrame]], *, everybody: bool
+) -> Calibration | None:
+    """Return the calibration with a person's proportions; None where they hold no T-pose and need one."""
+    seen = any(len(mine) >= _LEAST_FRAMES and _lasts_s(mine) >= _LEAST_SPAN_S for mine in frames.values())
+    if not (everybody and seen) and find_tpose(walk_of(calibration, frames), _UP) is None:
         return None
     theirs = with_performer(replace(calibration, performer=None), frames, another=True)
     return None if theirs.performer is None else theirs
+
+
+def _lasts_s(frames: Sequence[CameraFrame]) -> float:
+    return (frames[-1].device_time_ns - frames[0].device_time_ns) * 1e-9
 
 
 def recognise(bones_m: Sequence[NDArray[np.float64]], known: Sequence[KnownPerson]) -> dict[int, KnownPerson]:

@@ -174,11 +174,18 @@ _TABLE: tuple[Switch, ...] = (
         "Frames per second of the result.",
         values=(30, 60, 120),
     ),
+    Choice(
+        "bystanders",
+        _every("ignored"),
+        "Of several people, those who held no T-pose: ignored, or performers who are measured over the take.",
+        "a solve for each of them",
+        values=("ignored", "performers"),
+    ),
     ByPerformer(
         "performers",
         _every({}),
         "Settings of single performers: performer_2.smoothing=one_euro:before.",
-        common=("cameras", "tracker", "refine_cameras", "output_hz"),
+        common=("cameras", "tracker", "refine_cameras", "output_hz", "bystanders"),
         check=lambda key, text: set_switch(PRESETS["studio"], key, text),
     ),
 )
@@ -223,6 +230,7 @@ class SolveSettings:
     finish: str = _default("finish")
     effectors: dict[str, Effector] = _default("effectors")
     output_hz: int = _default("output_hz")
+    bystanders: str = _default("bystanders")
     performers: dict[str, str] = _default("performers")
 
     def of_performer(self, name: str) -> "SolveSettings":
@@ -235,6 +243,11 @@ class SolveSettings:
             if performer == name:
                 own = set_switch(own, switch, text)
         return own
+
+    @property
+    def everybody(self) -> bool:
+        """Whether who holds no T-pose is a performer too."""
+        return self.bystanders == "performers"
 
     def check_performers(self, names: Sequence[str]) -> None:
         """Raise SettingsError for a setting of a performer who is not among these."""

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from studio.engine.base.geometry import transform_points
 from studio.engine.calibration.cameras.noise import unbiased
-from studio.engine.identity.crowd import Crowd, apart_m
+from studio.engine.identity.crowd import ALIKE_M, CLEAR_M, Crowd, apart_m
 from studio.engine.identity.known import KnownPerson
 from studio.engine.identity.person import FollowedPerson
 from studio.engine.identity.recognised import FIRST, MOST_PERFORMERS, OnStage, Recognised, performer_key
@@ -27,6 +27,9 @@ from studio.engine.solve.pipeline import Pipeline
 _RECENT_S = 1.0
 _ALONE_S = 2.0
 """Where only the first performer has been seen for this long, they are alone."""
+
+_LIKE_FIRST_M = 2.0 * ALIKE_M
+"""Where others are known, the first performer's bones, as calibrated, are within this of those that cameras show."""
 
 _DOUBT_S = 0.1
 _HERE_S = 0.5
@@ -145,15 +148,30 @@ class PeoplePipeline:
         return Crowd([FollowedPerson.known(first, last.fused.positions, at_s)], remembers=False)
 
     def _welcome(self, crowd: Crowd, found: list[int | None]) -> None:
-        """Take who comes first for the first performer, where that one has not been here before."""
+        """Take who comes first for the first performer, where that one has not been here before.
+
+        Where others are known too, only somebody whose bones are like the first one's and nobody else's who is away.
+        """
         first = next(index for index, one in self._followed.items() if one.number == FIRST)
         if np.isfinite(crowd.people[first].person.last_s):
             return
         bones = crowd.people[first].person.bones_m()
         new = [who for who in found if who is not None and who not in self._followed]
-        if new:
-            del self._followed[first]
-            self._follow_first(min(new, key=lambda who: apart_m(bones, crowd.people[who].person.bones_m())))
+        if not new:
+            return
+        seen = {who: crowd.people[who].person.bones_m() for who in new}
+        who = min(new, key=lambda who: apart_m(bones, seen[who]))
+        apart = apart_m(bones, seen[who])
+        others = [
+            apart_m(crowd.people[index].person.bones_m(), seen[who])
+            for index in self._followed
+            if index != first and self._last_s - crowd.people[index].person.last_s > _HERE_S
+        ]
+        known = len(self._followed) > 1
+        if known and (apart > _LIKE_FIRST_M or min(others, default=np.inf) - apart < CLEAR_M):
+            return
+        del self._followed[first]
+        self._follow_first(who)
 
     def _is_alone(self, crowd: Crowd, stage_s: float) -> bool:
         others = [one.person.last_s for index, one in enumerate(crowd.people) if index not in self._followed]

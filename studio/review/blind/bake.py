@@ -1,10 +1,11 @@
 """The animations of a test: both of a pair on one character, at 60 Hz, different in the motion only.
 
-A solve's world rotations and the path of its hips are applied to the character; bone lengths are the character's. A
-voter receives a GLB without a name, uncompressed, of equal size within a pair, with the same bytes except for the
-keys' values.
+A solve's world rotations and the path of its hips are applied to the character; bone lengths are the character's. Of
+several performers all are shown, in the same colours on both sides. A voter receives a GLB without a name,
+uncompressed, of equal size within a pair, with the same bytes except for the keys' values.
 """
 
+from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
@@ -13,18 +14,22 @@ from scipy.interpolate import CubicHermiteSpline
 from scipy.spatial.transform import Rotation, Slerp
 
 from studio.engine.animation.clip.skeleton import LocalMotion, local_motion, to_file_axes
+from studio.engine.animation.clip.together import on_one_clock
 from studio.engine.animation.export.glb import GltfDocument
 from studio.engine.animation.mannequin import mannequin
 from studio.engine.base.errors import FormatError, SettingsError
 from studio.engine.base.quaternions import continuous_signs, normalized
+from studio.engine.identity.recognised import performer_key
 from studio.engine.model.bodies import BODIES
 from studio.engine.model.calibration import Performer
+from studio.engine.model.colours import performer_colour
 from studio.engine.model.human.skeleton import Skeleton
 from studio.engine.model.joints import OUTPUT_INDEX, OUTPUT_JOINTS, OUTPUT_PARENTS
 from studio.engine.model.poses import Poses, on_output_joints
 from studio.engine.model.soles import rest_lift_m
 from studio.review.blind.model import MAX_SECONDS, Pair, Side
-from studio.take.folder.take import POSES, Take
+from studio.take.folder.solved import solved_performers
+from studio.take.folder.take import Take
 
 HZ = 60.0
 HEAD_JOINT_OF_HEIGHT = 0.93
@@ -36,18 +41,21 @@ NAME = "clip"
 def bake_pairs(pairs: list[tuple[Pair, Take, Take]], body: str) -> list[tuple[bytes, bytes]]:
     """Return the two GLB files of each pair, given the takes of its sides and one of the mannequin's `BODIES`.
 
-    The character has the proportions of the first take's performer, else of the second's. Errors as `bake_pair`.
+    The character has the proportions of the first take's performer, else of the second's. Several performers are all
+    shown, each with the bones of the first side's solve. Errors as `bake_pair` and `bake_scene`.
     """
     baked = []
     for pair, *takes in pairs:
-        known = [take.calibration().performer for take in takes if take.meta["calibration"] is not None]
-        performer = next((one for one in known if one is not None), None)
         sides = (pair.a, pair.b)
-        first, second = (
-            Poses.load(take.performer_folder(side.solve) / POSES)
-            for take, side in zip(takes, sides, strict=True)
-        )
-        baked.append(bake_pair((first, second), sides, performer, pair.start_s, pair.end_s, body=body))
+        first, second = (solved_performers(take, side.solve) for take, side in zip(takes, sides, strict=True))
+        if len(first) == len(second) == 1:
+            known = [take.calibration().performer for take in takes if take.meta["calibration"] is not None]
+            performer = next((one for one in known if one is not None), None)
+            both = first[0].poses, second[0].poses
+            baked.append(bake_pair(both, sides, performer, pair.start_s, pair.end_s, body=body))
+        else:
+            casts = {one.number: one.poses for one in first}, {one.number: one.poses for one in second}
+            baked.append(bake_scene(casts, sides, pair.start_s, pair.end_s, body=body))
     return baked
 
 
@@ -73,6 +81,81 @@ def bake_pair(
         FormatError: a solve of another skeleton.
         SettingsError: the part is too short, too long, or missing.
     """
+    times = _shown(poses, start_s, end_s)
+    skeleton = skeleton_of(poses[0]) if performer is None else Skeleton.of(performer)
+    poses = (on_output_joints(poses[0]), on_output_joints(poses[1]))
+    first, second = (
+        glb(_on_character(one, side, times, skeleton), skeleton, body)
+        for one, side in zip(poses, sides, strict=True)
+    )
+    return _alike(first, second)
+
+
+def bake_scene(
+    casts: tuple[Mapping[int, Poses], Mapping[int, Poses]],
+    sides: tuple[Side, Side],
+    start_s: float,
+    end_s: float,
+    *,
+    body: str = BODIES[0],
+) -> tuple[bytes, bytes]:
+    """Return the two GLB files of a pair with several performers, each in their colour.
+
+    Args:
+        casts: of both sides, the poses by the performer's number. A side begins with the first frame of any; who is
+            not there stands still.
+        sides, start_s, end_s, body: as `bake_pair`.
+
+    Raises:
+        FormatError: a solve of another skeleton.
+        SettingsError: the sides have other performers, or the part is too short, too long, or missing.
+    """
+    first, second = (_on_one_clock(cast) for cast in casts)
+    if [*first] != [*second]:
+        raise SettingsError(
+            "blind.other_performers",
+            "one animation of a pair shows the performers {first}, the other {second}; choose solves with the same",
+            first=", ".join(map(performer_key, first)),
+            second=", ".join(map(performer_key, second)),
+        )
+    times = _shown((next(iter(first.values())), next(iter(second.values()))), start_s, end_s)
+    skeletons = {number: skeleton_of(poses) for number, poses in first.items()}
+    one, other = (
+        _scene(
+            {
+                number: _on_character(on_output_joints(poses), side, times, skeletons[number])
+                for number, poses in cast.items()
+            },
+            skeletons,
+            body,
+        )
+        for cast, side in zip((first, second), sides, strict=True)
+    )
+    return _alike(one, other)
+
+
+def _on_one_clock(cast: Mapping[int, Poses]) -> dict[int, Poses]:
+    return dict(zip(cast, on_one_clock([*cast.values()]), strict=True))
+
+
+def _scene(cast: Mapping[int, Poses], skeletons: Mapping[int, Skeleton], body: str) -> bytes:
+    document = GltfDocument()
+    for number, poses in cast.items():
+        motion = _with_offsets(local_motion(poses), skeletons[number])
+        linear = [(part / 255.0) ** 2.2 for part in performer_colour(number)]  # glTF's colours are linear
+        document.add_performer(
+            performer_key(number), motion, mannequin(motion, body), "linear", [*linear, 1.0]
+        )
+    document.name_animation(NAME)
+    return b"".join(document.finished())
+
+
+def _shown(poses: tuple[Poses, Poses], start_s: float, end_s: float) -> NDArray[np.float64]:
+    """Return the times of the shown part [s from the first frame], at 60 Hz.
+
+    Raises:
+        SettingsError: it is too short, too long, or missing.
+    """
     length_s = min(float(p.time_s[-1] - p.time_s[0]) for p in poses)
     end_s = end_s or min(length_s, start_s + MAX_SECONDS)
     if not 0.5 <= end_s - start_s <= MAX_SECONDS or end_s > length_s + 0.05:
@@ -85,13 +168,15 @@ def bake_pair(
             length=length_s,
             most=MAX_SECONDS,
         )
-    times = start_s + np.arange(int(np.floor((min(end_s, length_s) - start_s) * HZ)) + 1) / HZ
-    skeleton = skeleton_of(poses[0]) if performer is None else Skeleton.of(performer)
-    poses = (on_output_joints(poses[0]), on_output_joints(poses[1]))
-    first, second = (
-        glb(_on_character(one, side, times, skeleton), skeleton, body)
-        for one, side in zip(poses, sides, strict=True)
-    )
+    return start_s + np.arange(int(np.floor((min(end_s, length_s) - start_s) * HZ)) + 1) / HZ
+
+
+def _alike(first: bytes, second: bytes) -> tuple[bytes, bytes]:
+    """Return both files, which are of one size.
+
+    Raises:
+        FormatError: they are not.
+    """
     if len(first) != len(second):
         raise FormatError(
             "blind.pair_sizes", "the two animations of a pair came out in different sizes; choose others"

@@ -4,12 +4,11 @@ Columns used, by name: `Tracker_Time` [ms, server], `Person_Id`, `Skeleton_Time`
 clock], `Kinect_Id`, and `<Joint>_X`, `_Y`, `_Z` [m, Kinect axes] of the 25 joints; -9999 = absent. A row is
 repeated if a camera had no new frame, and some rows are out of order.
 
-The file has no confidence and no tracking state; a joint that is present gets confidence 1. A take has one
-performer: of several persons the one with the most rows is kept, the same in every camera, since persons are
-matched between cameras by their number.
+The file has no confidence and no tracking state; a joint that is present gets confidence 1. Persons are matched
+between cameras by their number. One person's skeletons are kept as they are; several persons are brought into one
+frame by `kinect_people`, and the take is given the cameras' calibration.
 """
 
-from collections import Counter
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
 
@@ -18,7 +17,8 @@ import numpy as np
 from studio.engine.base.errors import FormatError
 from studio.engine.model.joints import JOINT_SETS
 from studio.take.importers import kinect
-from studio.take.importers.recording import Progress, ReadCamera, ReadRecording, put_in_order
+from studio.take.importers.kinect_people import PersonStream, PersonStreams, calibrated_by_all, in_one_frame
+from studio.take.importers.recording import OtherBody, Progress, ReadCamera, ReadRecording, put_in_order
 from studio.take.importers.table import check_length, csv_rows, first_row, header_index, number, whole_number
 
 ABSENT = -9999.0
@@ -37,7 +37,7 @@ def matches(path: Path) -> bool:
 
 
 def read(path: Path, progress: Progress) -> ReadRecording:
-    """Return the recording of one person by every Kinect in the file.
+    """Return the recording of every person by every Kinect in the file.
 
     A camera's time is its own `Skeleton_Time`, shifted so that its first frame lies at its
     `Tracker_Time`, counted from the first in the file.
@@ -46,18 +46,26 @@ def read(path: Path, progress: Progress) -> ReadRecording:
         FormatError: a damaged file; the message names file, line and column.
     """
     rows = _read_rows(path, progress)
-    counts = Counter({person: sum(map(len, by_kinect.values())) for person, by_kinect in rows.items()})
-    person, _ = counts.most_common(1)[0]
-    notes = []
-    if len(counts) > 1:
-        others = ", ".join(f"{other} ({count} rows)" for other, count in counts.most_common()[1:])
-        notes.append(f"person {person} ({counts[person]} rows) was kept, seen longest; left out: {others}")
-    start_ms = min(row[0] for of_kinect in rows[person].values() for row in of_kinect)
-    cameras = []
-    for k, (kinect_id, of_kinect) in enumerate(rows[person].items()):
-        notes.append(f"camera_{k}: Kinect {kinect_id}; the file tells no confidence, a joint present has 1")
-        cameras.append(_camera(f"camera_{k}", kinect_id, of_kinect, start_ms, notes))
-    return ReadRecording(cameras=tuple(cameras), created=_created(start_ms), notes=notes)
+    start_ms = min(row[0] for by_kinect in rows.values() for mine in by_kinect.values() for row in mine)
+    kinects = [*dict.fromkeys(kinect_id for by_kinect in rows.values() for kinect_id in by_kinect)]
+    names = {kinect_id: f"camera_{k}" for k, kinect_id in enumerate(kinects)}
+    notes: list[str] = []
+    streams: PersonStreams = {}
+    for kinect_id, name in names.items():
+        notes.append(f"{name}: Kinect {kinect_id}; the file tells no confidence, a joint present has 1")
+        of_kinect = {who: mine[kinect_id] for who, mine in rows.items() if kinect_id in mine}
+        streams[name] = _streams(name, of_kinect, start_ms, notes)
+    calibration = None
+    if len(rows) > 1:
+        streams = in_one_frame(streams, {who: names[next(iter(mine))] for who, mine in rows.items()}, notes)
+        calibration = calibrated_by_all(streams, notes)
+    serials = {name: kinect_id for kinect_id, name in names.items()}
+    return ReadRecording(
+        cameras=tuple(_camera(name, serials[name], people) for name, people in streams.items()),
+        calibration=calibration,
+        created=_created(start_ms),
+        notes=notes,
+    )
 
 
 def _read_rows(path: Path, progress: Progress) -> dict[int, dict[str, list[_Row]]]:
@@ -93,23 +101,43 @@ def _read_rows(path: Path, progress: Progress) -> dict[int, dict[str, list[_Row]
     return out
 
 
-def _camera(name: str, kinect_id: str, rows: list[_Row], start_ms: int, notes: list[str]) -> ReadCamera:
-    tracker_ms, ticks, values = zip(*rows, strict=True)
-    first = int(np.argmin(ticks))
-    times_ns = (np.array(ticks, dtype=np.int64) - ticks[first]) * kinect.TICK_NS
-    times_ns += (tracker_ms[first] - start_ms) * 1_000_000
-    order = put_in_order(name, times_ns, notes)
-    points = np.array(values).reshape(len(rows), len(_NAMES), 3)[order]
-    absent = (points == ABSENT).any(axis=2)
-    points[absent] = np.nan
+def _streams(
+    name: str, people: dict[int, list[_Row]], start_ms: int, notes: list[str]
+) -> dict[int, PersonStream]:
+    """Return one Kinect's skeletons by person, all on its clock."""
+    tracker_ms, first = min((row[:2] for rows in people.values() for row in rows), key=lambda row: row[1])
+    out: dict[int, PersonStream] = {}
+    for person, rows in people.items():
+        _, ticks, values = zip(*rows, strict=True)
+        times_ns = (np.array(ticks, dtype=np.int64) - first) * kinect.TICK_NS
+        times_ns += (tracker_ms - start_ms) * 1_000_000
+        whose = name if len(people) == 1 else f"{name}, person {person}"
+        order = put_in_order(whose, times_ns, notes)
+        points = np.array(values).reshape(len(rows), len(_NAMES), 3)[order]
+        absent = (points == ABSENT).any(axis=2)
+        points[absent] = np.nan
+        out[person] = PersonStream(times_ns[order], kinect.to_camera(points), np.where(absent, 0.0, 1.0))
+    return out
+
+
+def _camera(name: str, kinect_id: str, people: dict[int, PersonStream]) -> ReadCamera:
+    """Return a Kinect with everybody in its frames, by their numbers."""
+    bodies: dict[int, list[OtherBody]] = {}
+    for person, stream in people.items():
+        for k, time_ns in enumerate(stream.times_ns.tolist()):
+            one = OtherBody(person, stream.positions[k], stream.confidence[k])
+            bodies.setdefault(time_ns, []).append(one)
+    in_order = [mine for _, mine in sorted(bodies.items())]
     return ReadCamera(
         name=name,
         device=kinect.DEVICE,
         joint_set=kinect.JOINT_SET,
         serial=kinect_id,
-        times_ns=times_ns[order],
-        positions=kinect.to_camera(points),
-        confidence=np.where(absent, 0.0, 1.0),
+        times_ns=np.array(sorted(bodies), dtype=np.int64),
+        positions=np.array([mine[0].positions for mine in in_order]),
+        confidence=np.array([mine[0].confidence for mine in in_order]),
+        body=np.array([mine[0].number for mine in in_order], dtype=np.int64),
+        others=[mine[1:] for mine in in_order],
     )
 
 

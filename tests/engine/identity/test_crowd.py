@@ -103,6 +103,39 @@ def test_who_comes_back_is_known_by_their_bones(size, people):
     assert (became["back"] == became["b"]) == (people == 2)
 
 
+def test_a_wild_body_just_before_somebody_is_lost_does_not_become_their_bones():
+    """A device that loses a body shows it elsewhere and distorted first."""
+
+    def shown(time_s):
+        bodies = [("a", at(time_s, -1.0)), ("b", at(time_s, 0.5, 0.0, 0.9))]
+        if 3.0 <= time_s < 3.2:
+            return [bodies[0], ("wild", at(time_s, 1.3, 0.3, 1.3))]
+        return bodies if time_s < 3.0 else [] if time_s < 6.0 else [("a2", bodies[0][1]), ("b2", bodies[1][1])]
+
+    crowd = Crowd()
+    became = known(passed(crowd, shown, 9.0))
+    assert len(crowd.people) == 2
+    assert (became["a2"], became["b2"]) == (became["a"], became["b"])
+
+
+@pytest.mark.parametrize("size", [1.0, 0.8])
+def test_whoever_of_two_comes_back_first_is_themselves_or_in_doubt(size):
+    """Twins are told by nothing: it takes longer until one is somebody, and then they are in doubt."""
+
+    def shown(time_s):
+        if time_s < 2.0:
+            return [("a", at(time_s, -1.0)), ("b", at(time_s, 0.5, 0.0, size))]
+        return [] if time_s < 5.0 else [("back", at(time_s, 0.5, 1.0, size))]
+
+    crowd, twins = Crowd(), size == 1.0
+    became = passed(crowd, shown, 8.0)
+    unknown_s = became["back"].index(next(who for who in became["back"] if who is not None)) / RATE_HZ
+    assert len(crowd.people) == 2 and unknown_s == pytest.approx(2.0 if twins else 1.0, abs=0.1)
+    (who,) = known(became)["back"]
+    assert bool([one for one in crowd.people[who].doubted if one > 6.0]) == twins
+    assert twins or {who} == known(became)["b"]
+
+
 def test_two_in_one_place_are_told_as_doubted():
     def shown(time_s):
         side = max(0.6 - 0.5 * time_s, 0.0)

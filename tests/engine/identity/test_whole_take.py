@@ -76,6 +76,15 @@ def test_who_holds_no_t_pose_is_a_bystander_and_told():
     assert len(people.performers) == 2 and people.bystanders == 1 and people.left_out == 0
 
 
+def test_everybody_is_a_performer_if_the_operator_says_so():
+    frames = recorded(TWO, seconds=4.0, sizes=[1.0, 0.85], bystanders=(0, 1))
+    unknown = replace(CALIBRATION, performer=None)
+    assert len(find_people(frames, unknown).performers) == 1
+    people = find_people(frames, unknown, everybody=True)
+    heights = [one.calibration.performer.height_m for one in people.performers if one.calibration.performer]
+    assert people.bystanders == 0 and heights[1] / heights[0] == pytest.approx(0.85, abs=0.02)
+
+
 def test_numbers_that_change_every_frame_change_nobody():
     people = find_people(recorded(TWO, number=lambda who, k: (7 * k + who) % 50), CALIBRATION)
     found, spread_m = places_of(people)

@@ -37,6 +37,7 @@ DESIGN = {
     "physics": ("on", "off"),
     "finish": ("on", "off"),
     "output_hz": ("30", "60", "120"),
+    "bystanders": ("ignored", "performers"),
     "cameras": ("all", "a", "camera_1,camera_2"),
     "confidence_threshold": ("0", "0.75", "1"),
     "flexibility": ("0", "1", "2"),

@@ -7,12 +7,13 @@ import pytest
 
 from studio.engine.base.errors import FormatError, SettingsError
 from studio.engine.model.poses import Poses
-from studio.review.blind.bake import HZ, bake_pair, skeleton_of
-from studio.review.blind.model import Side
+from studio.review.blind.bake import HZ, bake_pair, bake_pairs, skeleton_of
+from studio.review.blind.model import Pair, Side
 from tests import poses_factory
 from tests.live.performer import calibration
 from tests.poses_factory import random_poses
 from tests.refused import refused
+from tests.web.playback.takes import take_of_two, take_with_solves
 
 
 def side(solve: str, **changes: object) -> Side:
@@ -99,6 +100,22 @@ def test_the_character_s_bones_and_the_floor_are_kept(performer) -> None:
 def test_parts_that_are_not_there(performer, start: float, end: float) -> None:
     with refused(SettingsError, "blind.pair_too_long"):
         bake_pair((poses(1), poses(2)), (side("a"), side("b")), performer, start, end)
+
+
+def test_all_performers_are_shown_alike_on_both_sides(tmp_path) -> None:
+    take = take_of_two(tmp_path / "monday" / "fight", solves=("studio", "live"))
+    alone = take_with_solves(tmp_path / "monday" / "one")
+    pair = Pair(side("studio"), side("live", key_hz=10.0, interpolation="held"))
+    ((first, second),) = bake_pairs([(pair, take, take)], "standard")
+    (tree, buffer), (tree_b, buffer_b) = parts(first), parts(second)
+    assert len(first) == len(second) and tree == tree_b and len(tree["skins"]) == 2
+    keys = sampler_bytes(tree)
+    bytes_a, bytes_b = (np.frombuffer(data, dtype=np.uint8)[: len(keys)] for data in (buffer, buffer_b))
+    assert (bytes_a == bytes_b)[~keys].all() and not (bytes_a == bytes_b)[keys].all()
+    colours = {str(one["pbrMetallicRoughness"]["baseColorFactor"]) for one in tree["materials"]}
+    assert len(colours) == 3  # two bodies, and the joints of both
+    with refused(SettingsError, "blind.other_performers"):
+        bake_pairs([(pair, take, alone)], "standard")
 
 
 def test_a_solve_without_a_performer_stands_on_its_own_bones() -> None:

@@ -42,6 +42,9 @@ FLOOR_S = 4.0
 """Averaging times of the joints' velocities, and of the height on which the feet stand."""
 
 NEAR_FLOOR_M = 0.08
+LOWEST_FLOOR_M = -0.3
+"""Feet lower than this do not find the floor at the beginning: a device that loses a body may show it metres deep."""
+
 HOLD_SIGMA_M = 0.003
 ENOUGH_M = 0.004
 LEAST_HEIGHT = 0.4
@@ -169,12 +172,13 @@ class StandingFeet:
     def _follow(self, here: Array, velocity: Array, dt: float) -> None:
         """Update which joints stand, where, and the weight of each hold."""
         stand_m = np.nan if self.stand_m is None else self.stand_m
-        self.stand_m = float(
+        found = float(
             follow_feet(
                 here, velocity, dt, self._rest, stand_m,
                 self._velocity, self._at, self._held, self._stands, self._slid,
             )
         )  # fmt: skip
+        self.stand_m = None if math.isnan(found) else found
 
 
 @compiled
@@ -190,7 +194,7 @@ def follow_feet(
     stands: NDArray[np.bool_],
     slid: NDArray[np.bool_],
 ) -> float:
-    """Update which feet stand, in place, and return their height above that at rest [m].
+    """Update which feet stand, in place, and return their height above that at rest [m]; NaN = not yet.
 
     Args:
         here: positions [m], shape (4, 3).
@@ -208,7 +212,7 @@ def follow_feet(
     for k in range(4):
         mean_velocity[k] += -math.expm1(-dt / SPEED_S) * (velocity[k] - mean_velocity[k])
         speed[k] = math.sqrt((mean_velocity[k] * mean_velocity[k]).sum())
-    if math.isnan(stand_m):
+    if math.isnan(stand_m) and height.mean() > LOWEST_FLOOR_M:
         stand_m = height.mean()
     total, count = 0.0, 0
     for k in range(4):

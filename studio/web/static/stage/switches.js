@@ -5,7 +5,7 @@ import { PresetChoice, presetWords } from "./presets.js";
 import { hasText, serverText, t } from "../base/strings.js";
 
 const GROUPS = [
-  ["input", ["cameras", "tracker", "refine_cameras", "confidence_threshold", "output_hz"]],
+  ["input", ["cameras", "tracker", "refine_cameras", "confidence_threshold", "output_hz", "bystanders"]],
   ["solve", ["fusion", "ik", "human_limits", "flexibility", "relax_pose"]],
   ["conditioning", ["bone_length_limit", "displacement_limit", "smoothing"]],
   ["completion", ["look_at", "look_at_point_m", "hands", "fingers", "floor_contact"]],

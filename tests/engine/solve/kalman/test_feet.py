@@ -63,6 +63,12 @@ def test_feet_stay_above_the_floor(feet):
     assert (sunk[-1, :, 2] > LEAST_HEIGHT * rest + feet.floor_m - 0.01).all()
 
 
+def test_a_body_that_is_first_shown_deep_under_the_floor_does_not_lower_it(feet):
+    put_out = run(feet, np.concatenate([np.full(20, -1.1), np.zeros(30)]), axis=2)
+    assert feet.floor_m > -0.02
+    np.testing.assert_allclose(put_out[-1], feet_of(HUMANOID.rest_qpos), atol=0.02)
+
+
 def test_what_is_sure_does_not_give_way(feet):
     place = PLACE.copy()
     place[:6, :6] *= 1e-4

@@ -1,6 +1,7 @@
 export default {
   "blind.pair_too_long": "une paire de {start} à {end} s n'est pas possible : les deux animations durent {length:.1f} s, et 0,5 à {most} s sont montrées",
   "blind.pair_sizes": "les deux animations d'une paire n'ont pas la même taille ; choisissez-en d'autres",
+  "blind.other_performers": "une animation d'une paire montre les interprètes {first}, l'autre {second} ; choisissez des calculs qui ont les mêmes",
   "blind.pair_no_performer": "aucune prise d'une paire ne connaît d'interprète ; calibrez l'une d'elles d'abord",
   "blind.pair_too_short": "la paire {number} dure {seconds} s ; une demi-seconde au moins est permise",
   "blind.pair_same_twice": "la paire {number} a la même animation des deux côtés",
