@@ -26,6 +26,7 @@ COMMANDS = (
     "calibrate",
     "solve",
     "edit",
+    "splice",
     "performers",
     "evaluate",
     "study",

@@ -15,7 +15,6 @@ from studio.engine.edits.edit import (
     LeaveOutEdit,
     OffsetEdit,
     PinEdit,
-    RetimeEdit,
 )
 from studio.engine.edits.stances import is_of_feet
 from studio.engine.edits.timing import of_kind
@@ -105,7 +104,7 @@ def _refused(
             camera=edit.camera,
             cameras=[*cameras],
         )
-    if isinstance(edit, RetimeEdit) or (isinstance(edit, ContactEdit) and not is_of_feet(edit)):
+    if isinstance(edit, ContactEdit) and not is_of_feet(edit):
         return say("evidence.not_used", "solves do not use this kind of edit yet")
     return None
 

@@ -5,7 +5,7 @@ import { hear } from "../base/said.js";
 import { t } from "../base/strings.js";
 import { wordsOf } from "./words.js";
 
-const NOT_SOLVED_AGAIN = ["", "live", "as-live", "imported"]; // these stay as they are: another solve gets the edits
+const NOT_SOLVED_AGAIN = ["", "live", "as-live", "imported", "spliced"]; // these stay as they are: another solve gets the edits
 const INSTEAD = "studio";
 const UNKNOWN = { revision: -1, edits: [], can_undo: false, can_redo: false, says: "" };
 const state = { take: "", stamp: null, solve: "", ...UNKNOWN, cameras: [], solved: null, changed: () => {}, replay: { open: false }, sending: 0 };
