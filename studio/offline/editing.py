@@ -62,8 +62,9 @@ class AskedEdits:
             name: replace(one, poses=with_layers(one.poses, of_performer(kept, name)))
             for name, one in solved.items()
         }
+        before = {name: one.poses for name, one in solved.items()}  # an offset moves a limb off its pin
         poses = {name: one.poses for name, one in layered.items()}
-        told = outcomes(self.edits, lines, poses) | _directions(kept, poses)
+        told = outcomes(self.edits, lines, before) | _directions(kept, poses)
         retimes = of_kind(kept, RetimeEdit)
         metrics = {**metrics, "edits": told}
         if retimes:

@@ -116,6 +116,10 @@ class Reading:
     along_m: float | None = None
 
 
+DRAWN = 1.1
+"""A place so many times as far as a limb reaches draws nothing but the limb."""
+
+
 @dataclass(frozen=True)
 class Pinned:
     """Joints whose place an operator knows, at one or more instants.
@@ -157,6 +161,24 @@ class Pinned:
         active = (self.radius_m == 0.0) | (beyond > 0.0)
         left = beyond / np.maximum(distance, 1e-9)
         return self.information * active, left[..., None] * away
+
+    def moving(self, sites: NDArray[np.float64], jacobians: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return the joints' Jacobians, shape (..., 63, nv), by what may move towards the places: the further a place
+        is out of reach, the less the rest of the body follows, until only the limb does.
+
+        Args:
+            sites: as in `rows`.
+            jacobians: of these joints.
+        """
+        beyond = np.linalg.norm(self.place_m - sites[..., LIMB_ROOTS, :], axis=-1) / self.reach_m
+        share = np.clip((DRAWN - beyond) / (DRAWN - 1.0), 0.0, 1.0)
+        far = (share < 1.0) & (self.information > 0.0)
+        if not far.any():
+            return jacobians
+        each = jacobians.reshape(*sites.shape, -1)
+        carries = np.abs(each[..., LIMB_ROOTS, :, :]).max(axis=-2) > 0.0  # what moves the shoulder or hip too
+        kept = np.where(far[..., None] & carries, share[..., None], 1.0)
+        return (each * kept[..., None, :]).reshape(jacobians.shape)
 
 
 @dataclass(frozen=True)

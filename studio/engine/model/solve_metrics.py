@@ -67,6 +67,7 @@ class SolveMetrics(TypedDict, total=False):
         edits_revision: of the take's list of edits that the solve honoured; missing where it honoured none.
         edits_said: one line, for people: why the edits were not used, or that they were carried to another
             calibration.
+        said: the lines for people that have one, with their codes.
         seams_s: of a spliced take, begin and end of each seam [s].
         retimed: parts that go faster or slower, whose solve has another time than the stage.
         left_out: people who held one but came in after the eighth performer; missing where there are none.
@@ -99,5 +100,6 @@ class SolveMetrics(TypedDict, total=False):
     edits: dict[str, EditJson]
     edits_revision: int
     edits_said: str
+    said: list[Sentence]
     seams_s: list[list[float]]
     retimed: list[RetimeJson]

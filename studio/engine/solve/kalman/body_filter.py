@@ -291,6 +291,7 @@ class BodyFilter:
             told, away = pinned.rows(sites)
             if not told.any() or np.abs(away).max() < PIN_NEAR_M:
                 return
+            jacobian = pinned.moving(sites, jacobian)
             correction = Correction(*belief.toward(late_s), late_s, jacobian)
             room = np.stack([self._high - q[7:], self._low - q[7:]])
             information, pull = told[:, None, None] * np.eye(3), told[:, None] * away
@@ -308,7 +309,7 @@ class BodyFilter:
             rows = np.flatnonzero(np.repeat(told > 0.0, 3))
             if not len(rows) or np.abs(away[told > 0.0]).max() < PIN_NEAR_M:
                 return
-            own = jacobian[rows]
+            own = pinned.moving(sites, jacobian)[rows]
             spread = place @ own.T
             total = own @ spread
             total.flat[:: len(total) + 1] += 1.0 / np.repeat(told, 3)[rows]

@@ -36,6 +36,7 @@ async function load(takeId) {
 async function loadSolve(takeId, solve) {
   const found = await attempt(() => getTakeDetail(named(takeId)));
   if (!found || state.take !== takeId) return;
+  hear(found.solve_details[solve]?.metrics);
   Object.values(found.solve_details[solve]?.metrics?.edits ?? {}).forEach(hear);
   Object.assign(state, { cameras: found.meta.cameras.map((one) => one.name), solved: found.solve_details[solve]?.metrics ?? null });
   state.changed();
