@@ -141,6 +141,14 @@ class Pinned:
         """Return some of the instants."""
         return Pinned(self.place_m[rows], self.radius_m[rows], self.information[rows], self.reach_m)
 
+    def at(self, row: int) -> "Pinned":
+        """Return one of the instants, without an axis of instants."""
+        return Pinned(self.place_m[row], self.radius_m[row], self.information[row], self.reach_m)
+
+    def of_frames(self) -> "Pinned":
+        """Return the same with an axis of one instant."""
+        return Pinned(self.place_m[None], self.radius_m[None], self.information[None], self.reach_m)
+
     def raised(self, up_m: float) -> "Pinned":
         """Return the places raised."""
         return replace(self, place_m=self.place_m + np.array([0.0, 0.0, up_m]))
@@ -200,6 +208,8 @@ class FrameSet:
             NaN = unseen; None = no camera sees a hand's landmarks.
         face_rays: points on the rays of the face's landmarks, shape (camera_count, 11, 3) [m]; else as `hand_rays`.
         pinned: joints whose place an operator knows, at this instant; None = none.
+        touches: contacts of other joints that an operator says: joint, touched joint or None for the floor, and
+            inverse variance [1/m2].
         stands: feet of which an operator says that they stand (1) or do not (-1): left ankle and toe, right ankle and
             toe, shape (4,); None = nothing.
     """
@@ -216,6 +226,7 @@ class FrameSet:
     hand_rays: NDArray[np.float64] | None = None
     face_rays: NDArray[np.float64] | None = None
     pinned: Pinned | None = None
+    touches: tuple[tuple[int, int | None, float], ...] = ()
     stands: NDArray[np.int8] | None = None
 
 

@@ -9,9 +9,9 @@ import { OUTPUT, TOUCHING } from "./words.js";
 const LOOPED = 4; // times
 const AROUND_S = 0.25; // where no range is chosen
 const FIELDS = { // which fields a kind has
-  contact_floor: ["touching"], contact_nothing: ["touching"], leave_out: ["camera", "joint"], exchange_sides: ["camera"], offset: ["output", "turn"], trim: [], retime: ["factor"],
+  contact_floor: ["touching"], contact_joint: ["touching", "touched"], contact_nothing: ["touching"], leave_out: ["camera", "joint"], exchange_sides: ["camera"], offset: ["output", "turn"], trim: [], retime: ["factor"],
 };
-const kept = { kind: "contact_floor", touching: "left_ankle", camera: "", joint: "", output: "LeftForeArm", turn: [0, 0, 0], factor: 2, typed: {} }; // as last chosen; times that were typed
+const kept = { kind: "contact_floor", touching: "left_ankle", touched: "left_hip", camera: "", joint: "", output: "LeftForeArm", turn: [0, 0, 0], factor: 2, typed: {} }; // as last chosen; times that were typed
 
 /** The chosen range [s since the take's beginning]; around the playhead where none is. */
 function rangeOf({ first, last, frames, frame, rate_hz: rate }) {
@@ -32,6 +32,7 @@ function fields(cameras) {
   const all = ["", t("mend.all_cameras")], every = ["", t("mend.all_joints")];
   return {
     touching: () => [select("edit-touching", t("mend.joint"), jointOptions(TOUCHING), kept.touching, (value) => { kept.touching = value; })],
+    touched: () => [select("edit-touched", t("mend.touched"), jointOptions(Object.keys(OUTPUT)), kept.touched, (value) => { kept.touched = value; })],
     camera: () => [select("edit-camera", t("mend.camera"), [all, ...cameras.map((name) => [name, name])], kept.camera, (value) => { kept.camera = value; })],
     joint: () => [select("edit-joint", t("mend.joint"), [every, ...jointOptions(Object.keys(OUTPUT))], kept.joint, (value) => { kept.joint = value; })],
     output: () => [select("edit-output", t("mend.joint"), Object.values(OUTPUT).map((name) => [name, name]), kept.output, (value) => { kept.output = value; })],
@@ -47,6 +48,7 @@ function edit(replay) {
   const camera = kept.camera || null;
   return {
     contact_floor: () => ({ kind: "contact", joint: kept.touching, touches: "floor", ...common }),
+    contact_joint: () => ({ kind: "contact", joint: kept.touching, touches: kept.touched, ...common }),
     contact_nothing: () => ({ kind: "contact", joint: kept.touching, touches: "nothing", ...common }),
     leave_out: () => ({ kind: "leave_out", camera, joints: kept.joint ? [kept.joint] : [], ...common }),
     exchange_sides: () => ({ kind: "exchange_sides", camera, ...common }),

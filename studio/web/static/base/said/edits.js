@@ -41,5 +41,6 @@ export default {
   "evidence.no_camera": "la prise n'a pas de caméra {camera}, seulement {cameras}",
   "evidence.not_used": "les calculs n'utilisent pas encore ce genre de correction",
   "evidence.missed": "{joint} s'est approché à {mm} mm : le corps, ou les autres corrections, le retiennent",
+  "evidence.missed_touch": "{joint} s'est approché à {mm} mm de {touched} : le corps, ou les autres corrections, le retiennent ; seuls les préréglages studio et finish tiennent les contacts",
   "evidence.missed_direction": "{of} s'est approché à {deg} degrés : le cou et le poignet ne tournent pas plus"
 };

@@ -44,6 +44,8 @@ export default {
   "mend.all_cameras": ["all cameras", "toutes les caméras"],
   "mend.all_joints": ["all joints", "toutes les articulations"],
   "mend.form.contact_floor": ["Stands on the floor", "Posé au sol"],
+  "mend.form.contact_joint": ["Touches the own body", "Touche son propre corps"],
+  "mend.touched": ["Touches", "Touche"],
   "mend.form.contact_nothing": ["Touches nothing", "Ne touche rien"],
   "mend.form.leave_out": ["Leave out a camera or joint", "Écarter une caméra ou une articulation"],
   "mend.form.exchange_sides": ["Left and right are exchanged", "Gauche et droite sont inversées"],
