@@ -55,7 +55,9 @@ from .library import (
     settings,
     simulate,
     solve,
+    splice,
 )
+from .offline.take_parts import TakePart
 from .take.edits.change import StaleEditsError, change_edits, redo_edits, undo_edits
 from .take.edits.kept import TakeEdits, read_edits
 from .take.folder.take import Take
@@ -114,6 +116,7 @@ __all__ = [
     "Take",
     "TakeEdits",
     "TakeError",
+    "TakePart",
     "TrimEdit",
     "VideoConfig",
     "WebcamConfig",
@@ -135,6 +138,7 @@ __all__ = [
     "settings",
     "simulate",
     "solve",
+    "splice",
     "undo_edits",
 ]
 

@@ -26,6 +26,7 @@ COMMANDS = (
     "calibrate",
     "solve",
     "edit",
+    "splice",
     "rigid",
     "performers",
     "evaluate",

@@ -5,6 +5,7 @@ same as those of the command line. Single frames go through `studio.Stream` or `
 """
 
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -14,13 +15,14 @@ from studio.engine.metrics.results import Evaluation
 from studio.engine.model.calibration import Calibration
 from studio.engine.model.poses import Poses
 from studio.engine.model.settings import SolveSettings
+from studio.offline.take_parts import BLEND_S, NEAR_S, TakePart
 from studio.take.folder.take import POSES, Take
 
 PathText = str | Path
 Progress = Callable[[float], None]
 """Receives the share done, 0..1."""
 
-PREFERRED = ("finish", "studio", "live", "imported")
+PREFERRED = ("finish", "studio", "live", "imported", "spliced")
 """The default solve: the first of these that the take has."""
 
 
@@ -277,6 +279,42 @@ def export(
     out = Path(out)
     write(poses, out, format or out.suffix.lstrip(".").lower(), progress=progress, **options)
     return out
+
+
+def splice(
+    parts: Sequence[TakePart | Take],
+    out: PathText,
+    *,
+    times: int = 1,
+    blend_s: float = BLEND_S,
+    near_s: float = NEAR_S,
+    progress: Progress | None = None,
+) -> Take:
+    """Return a new take of parts of one performer's solves, one after the other; it remembers them.
+
+    The end of each part is blended into the begin of the next, which is turned and moved onto its way; standing feet
+    stay. Times of the new take begin at 0.
+
+    Args:
+        parts: in their order; a take is all of its solve.
+        out: folder of the new take; it must not exist.
+        times: how often all parts come; over 1 makes a loop.
+        blend_s: length of each seam; the end of one part and the begin of the next are in it [s].
+        near_s: each begin is moved by up to this, to where it is most like the end before it; 0 = it stays [s].
+        progress: receives the share done.
+
+    Raises:
+        SettingsError: parts of two performers, a part that is too short, or a value that is not allowed.
+        TakeError: a take without solves, no such solve or performer; or `out` exists.
+    """
+    from studio.offline.splicing import splice_takes
+
+    named: list[TakePart] = []
+    for one in parts:
+        part = TakePart(one) if isinstance(one, Take) else one
+        solve = choose_solve(part.take.solve_names(), part.solve, str(part.take.path))
+        named.append(replace(part, solve=solve))
+    return splice_takes(named, Path(out), times=times, blend_s=blend_s, near_s=near_s, progress=progress)
 
 
 def choose_solve(available: list[str], wanted: str | None, take: str) -> str:

@@ -48,6 +48,7 @@ from studio.api.takes.manage import manage_router
 from studio.api.takes.measure import measure_router
 from studio.api.takes.references import references_router
 from studio.api.takes.rigs import rigs_router
+from studio.api.takes.splice import splice_router
 from studio.api.takes.takes import takes_router
 from studio.api.takes.thumbnails import Thumbnails, thumbnails_router
 from studio.engine.base.sentences import Sentence
@@ -148,6 +149,7 @@ def create_app(
     add_routes(app, imports_router(sessions, jobs))
     add_routes(app, rigs_router(sessions))
     add_routes(app, manage_router(sessions, finder, jobs))
+    add_routes(app, splice_router(sessions, finder, jobs))
     app.state.player = None  # of the view, if one is mounted
     add_routes(app, references_router(sessions, finder, lambda *gone: _let_go(app, *gone)))
     add_routes(app, measure_router(finder, jobs))

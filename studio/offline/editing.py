@@ -7,15 +7,21 @@ import numpy as np
 
 from studio.engine.animation.clip.resample import frames_of
 from studio.engine.animation.layers import missed_deg, with_layers
+from studio.engine.animation.splicing.retime import retimed
 from studio.engine.base.sentences import Said
-from studio.engine.edits.edit import DirectionEdit, Edit, TrimEdit
-from studio.engine.edits.honoured import direction_outcome, outcomes, refused
+from studio.engine.edits.edit import ContactEdit, DirectionEdit, Edit, RetimeEdit, TrimEdit
+from studio.engine.edits.honoured import direction_outcome, outcomes, refused, touch_outcome
+from studio.engine.edits.time_map import TimeMap
 from studio.engine.edits.timing import of_kind, of_performer
+from studio.engine.edits.touches import is_touch
 from studio.engine.model.calibration import Calibration
 from studio.engine.model.frames import CameraFrame
 from studio.engine.model.poses import Poses
 from studio.engine.model.solve_metrics import EditJson, SolveMetrics
+from studio.engine.solve.touching import missed_touch_m
 from studio.take.folder.solves import Solved
+
+USUAL_HEIGHT_M = 1.75
 
 _Frames = Mapping[str, Sequence[CameraFrame]]
 
@@ -30,12 +36,15 @@ class AskedEdits:
 
     edits: tuple[Edit, ...] = ()
     _lines: dict[str, Said] = field(default_factory=dict)
+    _heights_m: dict[str, float] = field(default_factory=dict)
 
     def of(self, performer: str, frames: _Frames, calibration: Calibration) -> tuple[Edit, ...]:
         """Return a performer's edits that can be honoured, as far as is known before the solve."""
         mine = of_performer(self.edits, performer)
         if not mine:
             return ()
+        known = calibration.performer
+        self._heights_m[performer] = USUAL_HEIGHT_M if known is None else known.height_m
         lines = refused(
             mine,
             cameras=list(calibration.cameras),
@@ -60,9 +69,27 @@ class AskedEdits:
             name: replace(one, poses=with_layers(one.poses, of_performer(kept, name)))
             for name, one in solved.items()
         }
+        before = {name: one.poses for name, one in solved.items()}  # an offset moves a limb off its pin
         poses = {name: one.poses for name, one in layered.items()}
-        told = outcomes(self.edits, lines, poses) | _directions(kept, poses)
-        return {name: _trimmed(one, kept) for name, one in layered.items()}, {**metrics, "edits": told}
+        told = outcomes(self.edits, lines, before) | _directions(kept, poses) | self._contacts(kept, before)
+        retimes = of_kind(kept, RetimeEdit)
+        metrics = {**metrics, "edits": told}
+        if retimes:
+            metrics["retimed"] = [
+                {"start_s": one.start_s, "end_s": one.end_s, "ease_s": one.ease_s, "factor": one.factor}
+                for one in retimes
+            ]
+        times = TimeMap(retimes)
+        return {name: _retimed(_trimmed(one, kept), times) for name, one in layered.items()}, metrics
+
+    def _contacts(self, edits: Sequence[Edit], poses: Mapping[str, Poses]) -> dict[str, EditJson]:
+        return {
+            edit.id: touch_outcome(
+                edit, missed_touch_m(edit, poses[edit.performer], self._heights_m[edit.performer])
+            )
+            for edit in of_kind(edits, ContactEdit)
+            if is_touch(edit)
+        }
 
 
 def _directions(edits: Sequence[Edit], poses: Mapping[str, Poses]) -> dict[str, EditJson]:
@@ -84,6 +111,19 @@ def _trimmed(solved: Solved, edits: Sequence[Edit]) -> Solved:
     rows = slice(int(first), int(last))
     trace = None if solved.trace is None else solved.trace.part(rows)
     return replace(solved, poses=frames_of(solved.poses, rows), trace=trace)
+
+
+def _retimed(solved: Solved, times: TimeMap) -> Solved:
+    """Return a solve in which parts go faster or slower; what went into a frame is that of the nearest one."""
+    if not times:
+        return solved
+    poses = retimed(solved.poses, times)
+    if solved.trace is None:
+        return replace(solved, poses=poses)
+    own_s = solved.poses.time_s
+    rows = np.searchsorted(0.5 * (own_s[1:] + own_s[:-1]), times.stage_s(poses.time_s))
+    trace = replace(solved.trace.part(rows), time_ns=np.rint(1e9 * poses.time_s).astype(np.int64))
+    return replace(solved, poses=poses, trace=trace)
 
 
 def _span_s(frames: _Frames, calibration: Calibration) -> tuple[float, float]:

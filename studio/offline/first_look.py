@@ -2,10 +2,12 @@
 
 from collections.abc import Callable
 
+from studio.engine.animation.splicing.retime import at_solve_times
 from studio.engine.model.poses import Poses
 from studio.engine.model.settings import SolveSettings
-from studio.offline.around import solve_around
+from studio.offline.around import blended_into, solve_around
 from studio.take.edits.carry import edits_of_solve
+from studio.take.folder.solves import time_map
 from studio.take.folder.take import PERFORMER, POSES, Take
 
 
@@ -18,13 +20,13 @@ def look_at_edits(
     performer: str = "",
     progress: Callable[[float], None] | None = None,
 ) -> Poses:
-    """Return poses around a stage time [s], solved with the take's edits and blended into its solve.
+    """Return poses around an instant of a solve, solved with the take's edits and blended into its solve.
 
     Args:
         take: with raw frames, a calibration and the solve.
         settings: of the solve.
         solve: its name.
-        at_s: the stage time.
+        at_s: time in the solve, which is another than stage time where its edits retime parts.
         performer: whose poses; the first's where empty.
         progress: receives the share done.
 
@@ -33,7 +35,13 @@ def look_at_edits(
         FormatError: the solve is damaged.
     """
     stored = Poses.load(take.performer_folder(solve, performer or None) / POSES)
-    return solve_around(
-        take, settings, edits_of_solve(take).edits, at_s,
-        performer=performer or PERFORMER, stored=stored, progress=progress,
+    edits, times = edits_of_solve(take).edits, time_map(take, solve)
+    found = solve_around(
+        take, settings, edits, float(times.stage_s(at_s)),
+        performer=performer or PERFORMER, stored=None if times else stored, progress=progress,
     )  # fmt: skip
+    if not times:
+        return found
+    first_s, last_s = times.solve_s(found.time_s[[0, -1]])
+    shown_s = stored.time_s[(stored.time_s >= first_s) & (stored.time_s <= last_s)]
+    return blended_into(at_solve_times(found, times, shown_s), stored)

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import msgspec
 
-from studio.engine.edits.edit import Edit
+from studio.engine.edits.edit import Edit, RetimeEdit
 from studio.engine.metrics.cleanup.solve import solve_cleanup
 from studio.engine.model.poses import Poses
 from studio.engine.model.settings import SolveSettings
@@ -50,7 +50,10 @@ def mend(take: Take, settings: SolveSettings, *, progress: Callable[[float], Non
         FormatError: its list of edits cannot be read.
         TakeError, CalibrationError, SettingsError: as `solve_take`.
     """
-    given = [one for one in carried(take, read_edits(take))[0].edits if one.on]
+    kept = carried(take, read_edits(take))[0].edits
+    given = [
+        one for one in kept if one.on and not isinstance(one, RetimeEdit)
+    ]  # events and edits in stage time
     start_s, done = take.meta["calibration_s"], 0
 
     def solved(edits: Sequence[Edit]) -> dict[str, Solved]:

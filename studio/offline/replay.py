@@ -6,6 +6,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from studio.engine.base.errors import CalibrationError, TakeError
+from studio.engine.base.sentences import Said
 from studio.engine.calibration.calibrate import with_performer
 from studio.engine.calibration.quality.agreement import agreement_figures, disagreements, without_named
 from studio.engine.edits.edit import Edit
@@ -179,7 +180,8 @@ def _of_edits(kept: EditsOfSolve) -> SolveMetrics:
     if kept.revision is not None:
         said["edits_revision"] = kept.revision
     if kept.says:
-        said["edits_said"] = kept.says
+        said["edits_said"] = str(kept.says)
+        said["said"] = [kept.says.to_json()] if isinstance(kept.says, Said) else []
     return said
 
 

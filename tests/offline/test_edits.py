@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from studio.engine.edits.edit import DirectionEdit, LeaveOutEdit, OffsetEdit, PinEdit, TrimEdit
+from studio.engine.edits.edit import ContactEdit, DirectionEdit, LeaveOutEdit, OffsetEdit, PinEdit, TrimEdit
 from studio.engine.metrics.cleanup.solve import solve_cleanup
 from studio.engine.model.calibration import Calibration
 from studio.engine.model.frames import CameraFrame
@@ -104,11 +104,30 @@ def test_every_edit_is_told_of_and_the_take_stays_solvable(take, clean):
     assert all(one["line"] for key, one in told.items() if key not in honoured)
     assert told["far"]["missed_mm"] > 1000.0
     assert poses.time_s[0] >= 36.0 and poses.time_s[-1] <= 44.0
-    beside = clean.positions_m[np.searchsorted(clean.time_s, poses.time_s - 1e-4)]
+    beside = at_times_of(clean, poses.time_s)
     hips = np.linalg.norm(poses.positions_m[:, 0] - beside[:, 0], axis=1)
-    assert hips[np.abs(poses.time_s - 40.0) < 0.5].max() < 0.4  # drawn along, of a place metres away
+    assert hips[np.abs(poses.time_s - 40.0) < 0.5].max() < 0.15
     raised = np.abs(poses.time_s - 43.1) < 0.05
     assert (poses.positions_m - beside)[raised, 0, 2] == pytest.approx(0.1, abs=0.01)
+
+
+@pytest.mark.parametrize("preset", ["studio", "finish"])
+def test_a_hand_holds_the_hip_and_the_rest_of_the_take_stays(take, clean, preset):
+    edit = ContactEdit(id="a", joint="left_hand", touches="left_hip", start_s=40.0, end_s=41.0)
+    poses, figures = solved(take, preset, [edit])
+    inside = (poses.time_s >= 40.0) & (poses.time_s <= 41.0)
+    hand, hip = (OUTPUT_INDEX[name] for name in ("LeftHandMiddle1", "LeftUpLeg"))
+    apart = np.linalg.norm((poses.positions_m[:, hand] - poses.positions_m[:, hip])[inside], axis=1)
+    assert figures["edits"]["a"]["honoured"] and apart.max() < 0.16  # as thick as both are, and 4 cm
+    moved = np.linalg.norm(
+        poses.positions_m[inside][:, 0] - at_times_of(clean, poses.time_s[inside])[:, 0], axis=1
+    )
+    assert moved.max() < 0.1
+
+
+def at_times_of(poses: Poses, time_s: np.ndarray) -> np.ndarray:
+    """Positions in the frames at these times [m]."""
+    return poses.positions_m[np.searchsorted(poses.time_s, time_s - 1e-4)]
 
 
 @pytest.mark.parametrize("preset", ["studio", "finish"])

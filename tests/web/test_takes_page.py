@@ -126,6 +126,11 @@ def test_several_takes_are_tagged_compared_and_thrown_away(address: str, page: P
     expect(page.locator("#compare-b")).to_have_value("monday/two|studio")
     expect(page.locator("#compare table").first).to_be_visible()  # both are loaded and measured
     page.locator("#compare-close").click()
+    page.locator("#selected-splice").click()
+    page.get_by_label("To [s], one", exact=True).fill("1.2")
+    page.locator("#splice-blend").fill("0.3")
+    page.get_by_role("dialog").get_by_role("button", name="Splice", exact=True).click()
+    expect(page.get_by_text("one_spliced is spliced")).to_be_visible()
     page.locator("#selected-trash").click()
     expect(page.locator("#takes-empty")).to_be_visible()
     expect(page.locator("#takes-selected button")).to_have_count(0)

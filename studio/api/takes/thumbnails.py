@@ -18,7 +18,7 @@ FILE = "thumbnail.png"
 BATCH = 40
 """Takes that one process draws before newer recordings are considered."""
 
-_ORDER = ("finish", "studio", "live", "imported")
+_ORDER = ("finish", "studio", "live", "imported", "spliced")
 _log = logging.getLogger(__name__)
 
 

@@ -15,10 +15,10 @@ from studio.engine.edits.edit import (
     LeaveOutEdit,
     OffsetEdit,
     PinEdit,
-    RetimeEdit,
 )
 from studio.engine.edits.stances import is_of_feet
 from studio.engine.edits.timing import of_kind
+from studio.engine.edits.touches import is_touch
 from studio.engine.model.joints import INDEX, OUTPUT_INDEX, OUTPUT_OF_CANONICAL
 from studio.engine.model.poses import Poses
 from studio.engine.model.solve_metrics import EditJson
@@ -105,7 +105,7 @@ def _refused(
             camera=edit.camera,
             cameras=[*cameras],
         )
-    if isinstance(edit, RetimeEdit) or (isinstance(edit, ContactEdit) and not is_of_feet(edit)):
+    if isinstance(edit, ContactEdit) and not (is_of_feet(edit) or is_touch(edit)):
         return say("evidence.not_used", "solves do not use this kind of edit yet")
     return None
 
@@ -150,6 +150,22 @@ def direction_outcome(edit: DirectionEdit, missed: float) -> EditJson:
             "{of} came within {deg:.0f} degrees: neck and wrist turn no further",
             of=edit.of,
             deg=missed,
+        )
+        out |= _told(line)
+    return out
+
+
+def touch_outcome(edit: ContactEdit, missed_m: float) -> EditJson:
+    """Return what a solve made of a contact that it missed by so much."""
+    out: EditJson = {"honoured": 1e3 * missed_m < NEAR_MM, "missed_mm": round(1e3 * missed_m, 1)}
+    if not out["honoured"]:
+        line = say(
+            "evidence.missed_touch",
+            "{joint} came within {mm:.0f} mm of {touched}: the body, or the other edits, hold it back; only presets "
+            "studio and finish hold contacts",
+            joint=edit.joint,
+            mm=1e3 * missed_m,
+            touched=edit.touches,
         )
         out |= _told(line)
     return out

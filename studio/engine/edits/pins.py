@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 from studio.engine.edits.edit import Edit, PinEdit
 from studio.engine.edits.stances import Stances
 from studio.engine.edits.timing import of_kind, share
+from studio.engine.edits.touches import Touches
 from studio.engine.model.calibration import Performer
 from studio.engine.model.frames import Pinned
 from studio.engine.model.joints import INDEX, JOINT_COUNT
@@ -24,6 +25,7 @@ class Pins:
 
     Attributes:
         stances: what is said about their feet.
+        touches: what is said about contacts of other joints.
     """
 
     def __init__(self, edits: Sequence[Edit], performer: Performer | None = None) -> None:
@@ -34,7 +36,7 @@ class Pins:
             performer: their proportions, which tell how far limbs reach; None = any way.
         """
         self._reach_m = np.full(JOINT_COUNT, np.inf) if performer is None else performer.reach_m()
-        self.stances = Stances(edits)
+        self.stances, self.touches = Stances(edits), Touches(edits)
         self._pins = [pin for pin in of_kind(edits, PinEdit) if pin.joint in INDEX]
         self._spans = [
             (pin.start_s, pin.end_s)
@@ -44,7 +46,7 @@ class Pins:
         ]
 
     def __bool__(self) -> bool:
-        return bool(self._pins) or bool(self.stances)
+        return bool(self._pins) or bool(self.stances) or bool(self.touches)
 
     def at(self, time_s: NDArray[np.float64], dt: float) -> Pinned:
         """Return what is pinned in frames.

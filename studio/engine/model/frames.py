@@ -117,6 +117,10 @@ class Reading:
     along_m: float | None = None
 
 
+DRAWN = 1.1
+"""A place so many times as far as a limb reaches draws nothing but the limb."""
+
+
 @dataclass(frozen=True)
 class Pinned:
     """Joints whose place an operator knows, at one or more instants.
@@ -137,6 +141,14 @@ class Pinned:
     def part(self, rows: slice | NDArray[np.int64]) -> "Pinned":
         """Return some of the instants."""
         return Pinned(self.place_m[rows], self.radius_m[rows], self.information[rows], self.reach_m)
+
+    def at(self, row: int) -> "Pinned":
+        """Return one of the instants, without an axis of instants."""
+        return Pinned(self.place_m[row], self.radius_m[row], self.information[row], self.reach_m)
+
+    def of_frames(self) -> "Pinned":
+        """Return the same with an axis of one instant."""
+        return Pinned(self.place_m[None], self.radius_m[None], self.information[None], self.reach_m)
 
     def raised(self, up_m: float) -> "Pinned":
         """Return the places raised."""
@@ -159,6 +171,24 @@ class Pinned:
         left = beyond / np.maximum(distance, 1e-9)
         return self.information * active, left[..., None] * away
 
+    def moving(self, sites: NDArray[np.float64], jacobians: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return the joints' Jacobians, shape (..., 63, nv), by what may move towards the places: the further a place
+        is out of reach, the less the rest of the body follows, until only the limb does.
+
+        Args:
+            sites: as in `rows`.
+            jacobians: of these joints.
+        """
+        beyond = np.linalg.norm(self.place_m - sites[..., LIMB_ROOTS, :], axis=-1) / self.reach_m
+        share = np.clip((DRAWN - beyond) / (DRAWN - 1.0), 0.0, 1.0)
+        far = (share < 1.0) & (self.information > 0.0)
+        if not far.any():
+            return jacobians
+        each = jacobians.reshape(*sites.shape, -1)
+        carries = np.abs(each[..., LIMB_ROOTS, :, :]).max(axis=-2) > 0.0  # what moves the shoulder or hip too
+        kept = np.where(far[..., None] & carries, share[..., None], 1.0)
+        return (each * kept[..., None, :]).reshape(jacobians.shape)
+
 
 @dataclass(frozen=True)
 class FrameSet:
@@ -179,6 +209,8 @@ class FrameSet:
             NaN = unseen; None = no camera sees a hand's landmarks.
         face_rays: points on the rays of the face's landmarks, shape (camera_count, 11, 3) [m]; else as `hand_rays`.
         pinned: joints whose place an operator knows, at this instant; None = none.
+        touches: contacts of other joints that an operator says: joint, touched joint or None for the floor, and
+            inverse variance [1/m2].
         stands: feet of which an operator says that they stand (1) or do not (-1): left ankle and toe, right ankle and
             toe, shape (4,); None = nothing.
     """
@@ -195,6 +227,7 @@ class FrameSet:
     hand_rays: NDArray[np.float64] | None = None
     face_rays: NDArray[np.float64] | None = None
     pinned: Pinned | None = None
+    touches: tuple[tuple[int, int | None, float], ...] = ()
     stands: NDArray[np.int8] | None = None
 
 

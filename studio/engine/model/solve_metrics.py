@@ -39,6 +39,15 @@ class EditJson(TypedDict, total=False):
     said: list[Sentence]
 
 
+class RetimeJson(TypedDict):
+    """A part that goes faster or slower in a solve: its keys of `edits.json`, in stage time."""
+
+    start_s: float
+    end_s: float
+    ease_s: float
+    factor: float
+
+
 class SolveMetrics(TypedDict, total=False):
     """Figures of a solve; units are in the keys. A key is missing where its step did not run.
 
@@ -58,6 +67,9 @@ class SolveMetrics(TypedDict, total=False):
         edits_revision: of the take's list of edits that the solve honoured; missing where it honoured none.
         edits_said: one line, for people: why the edits were not used, or that they were carried to another
             calibration.
+        said: the lines for people that have one, with their codes.
+        seams_s: of a spliced take, begin and end of each seam [s].
+        retimed: parts that go faster or slower, whose solve has another time than the stage.
         left_out: people who held one but came in after the eighth performer; missing where there are none.
     """
 
@@ -88,3 +100,6 @@ class SolveMetrics(TypedDict, total=False):
     edits: dict[str, EditJson]
     edits_revision: int
     edits_said: str
+    said: list[Sentence]
+    seams_s: list[list[float]]
+    retimed: list[RetimeJson]

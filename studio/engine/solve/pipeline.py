@@ -105,7 +105,8 @@ class Pipeline:
             stands = (
                 self._pins.stances.at(np.array([stage_time_ns * 1e-9]))[0] if self._pins.stances else None
             )
-            frames = replace(frames, pinned=self._pins.between(*span_s), stands=stands)
+            touches = self._pins.touches.now(stage_time_ns * 1e-9)
+            frames = replace(frames, pinned=self._pins.between(*span_s), touches=touches, stands=stands)
         if self._body.fuses:
             fused, pose = self._body.pose_of_cameras(frames, dt)
         else:

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from studio.engine.base.errors import SettingsError
 from studio.engine.edits.pins import Pins
+from studio.engine.edits.touches import Touch
 from studio.engine.model.calibration import Performer
 from studio.engine.model.frames import FrameSet, Pinned, StepResult
 from studio.engine.model.human.humanoid import build_humanoid
@@ -25,8 +26,9 @@ from studio.engine.model.settings import SolveSettings
 from studio.engine.model.solve_metrics import SolveMetrics
 from studio.engine.solve.body import BodySolver
 from studio.engine.solve.completion import followed
+from studio.engine.solve.touching import with_touches
 from studio.engine.solve.uncertainty import of_output_joints
-from studio.engine.whole_take.finish.contacts import JOINTS, Contacts, find_contacts, wander_of
+from studio.engine.whole_take.finish.contacts import JOINTS, Contacts, find_contacts, lying, wander_of
 from studio.engine.whole_take.finish.lost_limbs import bring_back, far_limbs
 from studio.engine.whole_take.finish.measurements import (
     Measurements,
@@ -192,14 +194,37 @@ class Finisher:
                 )
             if self._pinned is not None and not self._floor_given:
                 self._pinned = self._pinned.raised(-lift_m(self._feet(q), contacts))
-            for iteration in range(CONTACT_ITERATIONS):
-                if iteration > 0:
-                    feet = self._feet(q)
-                    contacts = contacts.at_places_of(feet.joints_m, pieces, self._dt)
-                    if not self._floor_given:
-                        contacts = without_dips(feet, contacts)
-                self._step(q, pieces, contacts)
+        known = self._pinned
+        touches = self._touches(1e-9 * self._store.times_ns.astype(np.float64))
+        for iteration in range(CONTACT_ITERATIONS if contacts is not None or touches else 0):
+            if contacts is not None and iteration > 0:
+                feet = self._feet(q)
+                contacts = contacts.at_places_of(feet.joints_m, pieces, self._dt)
+                if not self._floor_given:
+                    contacts = without_dips(feet, contacts)
+            if touches:
+                floor_m = 0.0 if contacts is None else contacts.floor_m
+                self._pinned = self._touching(known, touches, q, pieces, floor_m)
+            self._step(q, pieces, contacts)
         self._refined = _Refined(q, pieces, contacts)
+
+    def _touches(self, times_s: NDArray[np.float64]) -> list[Touch]:
+        """Contacts of other joints than feet that an operator says, in all frames."""
+        return [] if self._pins is None else self._pins.touches.at(times_s)
+
+    def _touching(
+        self,
+        known: Pinned | None,
+        touches: Sequence[Touch],
+        q: NDArray[np.float64],
+        pieces: list[tuple[int, int]],
+        floor_m: float,
+    ) -> Pinned:
+        """What is known of joints, with those that touch the floor or the own body."""
+        sites = self._kinematics.sites(q)
+        lies_at = [lying(sites[:, one.joint], one.information > 0.0, pieces, self._dt) for one in touches]
+        height_m = self._humanoid.skeleton.height_m
+        return with_touches(known, touches, sites, lies_at, floor_m=floor_m, height_m=height_m)
 
     def surfaces(self) -> Surfaces:
         """Return where the refined performer's surfaces are."""

@@ -67,7 +67,7 @@ class Trace:
         fused = _unpacked(self.fused_half_mm[frame])
         return frames, FusedSkeleton(fused, sure, np.full(JOINT_COUNT, np.nan), self.used[frame])
 
-    def part(self, rows: slice) -> "Trace":
+    def part(self, rows: "slice | NDArray[np.int64]") -> "Trace":
         """Return some of the frames."""
         keys = ("time_ns", "camera_half_mm", "fused_half_mm", "confidence", "used", "reason")
         return replace(self, **{key: getattr(self, key)[rows] for key in keys})

@@ -70,15 +70,7 @@ def undo_edits(take: Take, *, revision: int | None = None) -> TakeEdits:
         FormatError: see `read_edits`.
     """
 
-    def change(kept: TakeEdits) -> TakeEdits:
-        _check_same(kept, revision)
-        if not kept.undo:
-            raise TakeError("edits.nothing_to_undo", "there is no change of edits to take back")
-        back = tuple(EditStep(one.place, one.after, one.before) for one in reversed(kept.undo[-1]))
-        made = _made(kept, back)
-        return msgspec.structs.replace(made, undo=kept.undo[:-1], redo=(*kept.redo, kept.undo[-1]))
-
-    return _changed(take, change)
+    return _gone_over(take, revision, back=True)
 
 
 def redo_edits(take: Take, *, revision: int | None = None) -> TakeEdits:
@@ -90,14 +82,30 @@ def redo_edits(take: Take, *, revision: int | None = None) -> TakeEdits:
         FormatError: see `read_edits`.
     """
 
+    return _gone_over(take, revision, back=False)
+
+
+def _gone_over(take: Take, revision: int | None, *, back: bool) -> TakeEdits:
+    """Take the last change back, or make the one that was taken back again."""
+
     def change(kept: TakeEdits) -> TakeEdits:
         _check_same(kept, revision)
-        if not kept.redo:
-            raise TakeError("edits.nothing_to_redo", "there is no change of edits to make again")
-        made = _made(kept, kept.redo[-1])
-        return msgspec.structs.replace(made, undo=(*kept.undo, kept.redo[-1]), redo=kept.redo[:-1])
+        undo, redo = [*kept.undo], [*kept.redo]
+        if not (undo if back else redo):
+            raise _nothing_to(back=back)
+        steps = (undo if back else redo).pop()
+        (redo if back else undo).append(steps)
+        if back:
+            steps = tuple(EditStep(one.place, one.after, one.before) for one in reversed(steps))
+        return msgspec.structs.replace(_made(kept, steps), undo=tuple(undo), redo=tuple(redo))
 
     return _changed(take, change)
+
+
+def _nothing_to(*, back: bool) -> TakeError:
+    if back:
+        return TakeError("edits.nothing_to_undo", "there is no change of edits to take back")
+    return TakeError("edits.nothing_to_redo", "there is no change of edits to make again")
 
 
 def _changed(take: Take, change: Callable[[TakeEdits], TakeEdits]) -> TakeEdits:

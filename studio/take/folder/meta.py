@@ -31,6 +31,22 @@ class MarkerMeta(TypedDict):
     name: str
 
 
+class PartMeta(TypedDict):
+    """A part of another take's solve that a take was spliced of.
+
+    Attributes:
+        take: its id then, session/name.
+        solve, performer: which; performer "" = the only one.
+        start_s, end_s: what was used of it, in its time [s].
+    """
+
+    take: str
+    solve: str
+    performer: str
+    start_s: float
+    end_s: float
+
+
 class TakePerformerMeta(TypedDict):
     """A performer who was known when a take was recorded.
 
@@ -58,6 +74,7 @@ class TakeMeta(TypedDict):
         timecode_rate: of a take that was recorded with timecode: its rate.
         number: of a live take, within the session.
         performer_names: names of its performers, by `performer_1`, ...
+        parts: of a take that was spliced: what of, in their order.
         exchanges: of performers, in the order in which they were made.
         video_unwanted: its video was thrown away: what cameras still have of it does not come.
     """
@@ -78,6 +95,7 @@ class TakeMeta(TypedDict):
     markers: NotRequired[list[MarkerMeta]]
     performer_names: NotRequired[dict[str, str]]
     exchanges: NotRequired[list[ExchangeJson]]
+    parts: NotRequired[list[PartMeta]]
     calibration: int | None
     calibration_s: float | None
     recording: str

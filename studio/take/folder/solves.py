@@ -13,6 +13,8 @@ from studio.engine.base.errors import FormatError, TakeError
 from studio.engine.base.files import sync_files, write_json
 from studio.engine.base.sentences import system_says
 from studio.engine.base.versions import METRICS, SETTINGS, FileFormat
+from studio.engine.edits.edit import RetimeEdit
+from studio.engine.edits.time_map import TimeMap
 from studio.engine.model.poses import Poses
 from studio.engine.model.settings import SettingsJson, SolveSettings
 from studio.engine.model.solve_metrics import SolveMetrics
@@ -144,6 +146,15 @@ def solve_camera_moves(folder: Path) -> dict[str, tuple[float, float]]:
         return {str(name): (float(one["moved_mm"]), float(one["turned_deg"])) for name, one in found.items()}
     except (AttributeError, KeyError, TypeError, ValueError):
         return {}
+
+
+def time_map(take: Take, solve: str) -> TimeMap:
+    """Return what the time of a solve is in stage time: the same, but where its edits retime parts."""
+    found = (read_metrics(take.solve_folder(solve)) or {}).get("retimed", [])
+    try:
+        return TimeMap([RetimeEdit(id=str(k), **one) for k, one in enumerate(found)])
+    except (TypeError, ValueError):
+        return TimeMap([])
 
 
 def _read(file: Path, kind: FileFormat) -> Any:

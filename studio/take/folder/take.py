@@ -22,7 +22,7 @@ from studio.take.folder.performers import performer_by_name
 from studio.wire import Hello
 
 FORMAT_VERSION = 1
-SOURCES = ("live", "import", "simulate")
+SOURCES = ("live", "import", "simulate", "splice")
 STATES = ("recording", "done", "recovered")
 
 
@@ -138,7 +138,7 @@ class Take:
             path: a folder that does not exist or is empty.
             session: name of the session; a label, `path` gives the folder.
             name: name of the take.
-            source: `live`, `import` or `simulate`.
+            source: one of `SOURCES`.
             calibration_s: length of the calibration part at the beginning [s].
             performer: name of the performer.
             created: ISO 8601 in UTC; now where None.

@@ -15,14 +15,16 @@ from studio.engine.animation.clip.leg_ik import between, reach
 from studio.engine.base.errors import SettingsError
 from studio.engine.model.poses import Poses
 from studio.engine.model.soles import rest_lift_m
-from studio.engine.whole_take.finish.contacts import find_contacts
+from studio.engine.whole_take.finish.contacts import Contacts, find_contacts
 
 EASE_S = 0.15
 ROLLING_M = 0.05
 """A stance that moves by more than this is held along its own smoothed path instead of at one place."""
 
-_JOINTS = ("LeftFoot", "LeftToeBase", "RightFoot", "RightToeBase")
-_LEGS = ("LeftUpLeg", "LeftLeg", "RightUpLeg", "RightLeg")
+FEET = ("LeftFoot", "LeftToeBase", "RightFoot", "RightToeBase")
+"""Joints that stand, in the order of the columns of `Contacts`."""
+
+LEGS = ("LeftUpLeg", "LeftLeg", "RightUpLeg", "RightLeg", *FEET)
 
 
 def foot_locked(poses: Poses) -> Poses:
@@ -34,8 +36,7 @@ def foot_locked(poses: Poses) -> Poses:
     Raises:
         SettingsError: the skeleton has no legs.
     """
-    index = {name: joint for joint, name in enumerate(poses.joint_names)}
-    lacking = [name for name in (*_JOINTS, *_LEGS) if name not in index]
+    lacking = [name for name in LEGS if name not in poses.joint_names]
     if lacking:
         raise SettingsError(
             "export.foot_lock_lacks",
@@ -44,30 +45,52 @@ def foot_locked(poses: Poses) -> Poses:
         )
     if poses.frame_count < 3:
         return poses
-    feet = poses.positions_m[:, [index[name] for name in _JOINTS]]
-    dt = 1.0 / poses.frames_per_second
-    contacts = find_contacts(feet, [(0, poses.frame_count)], dt, _rest_heights_m(poses, index))
-    ease = max(1, round(EASE_S / dt))
-    positions, rotations = poses.positions_m.copy(), poses.rotations_wxyz.copy()
-    for side, (ankle, toe) in (("Left", (0, 1)), ("Right", (2, 3))):
+    feet, contacts = feet_of(poses), stances_of(poses)
+    ease = max(1, round(EASE_S * poses.frames_per_second))
+    moved = np.zeros_like(feet)
+    for ankle, toe in ((0, 1), (2, 3)):
         holds, moves = [], []
         for column in (ankle, toe):
             standing = contacts.hold[:, column] > 0.0
             move = _places(feet[:, column], contacts.place_m[:, column], standing) - feet[:, column]
             holds.append(eased(standing.astype(float)[:, None], standing, ease)[:, 0])
             moves.append(eased(move, standing, ease))
-        shift = holds[0][:, None] * moves[0] + (1.0 - holds[0])[:, None] * moves[1]
-        _move_leg(poses, index, side, shift, moves[1], positions, rotations)
+        moved[:, ankle] = holds[0][:, None] * moves[0] + (1.0 - holds[0])[:, None] * moves[1]
+        moved[:, toe] = moves[1]
+    return with_feet_moved(poses, moved)
+
+
+def feet_of(poses: Poses) -> Array:
+    """Return the places of `FEET` [m], shape (frame_count, 4, 3)."""
+    return poses.positions_m[:, [poses.joint_names.index(name) for name in FEET]]
+
+
+def stances_of(poses: Poses) -> Contacts:
+    """Return the stances of the feet of poses on a uniform grid, with the legs of the output skeleton."""
+    pieces, dt = [(0, poses.frame_count)], 1.0 / poses.frames_per_second
+    return find_contacts(feet_of(poses), pieces, dt, _rest_heights_m(poses))
+
+
+def with_feet_moved(poses: Poses, moved: Array, *, soft: bool = True) -> Poses:
+    """Return the poses with the legs turned so that `FEET` move [m], shape (frame_count, 4, 3), as far as legs reach.
+
+    `soft`: as in `leg_ik.reach`.
+    """
+    positions, rotations = poses.positions_m.copy(), poses.rotations_wxyz.copy()
+    for side, column in (("Left", 0), ("Right", 2)):
+        _move_leg(poses, side, moved[:, column], moved[:, column + 1], positions, rotations, soft=soft)
     return replace(poses, positions_m=positions, rotations_wxyz=rotations)
 
 
-def _rest_heights_m(poses: Poses, index: dict[str, int]) -> Array:
-    """Return the heights of `_JOINTS` over the floor in the T-pose with the soles on the floor."""
+def _rest_heights_m(poses: Poses) -> Array:
+    """Return the heights of `FEET` over the floor in the T-pose with the soles on the floor."""
     offsets, _ = local_keys(poses.parents, poses.positions_m[:1], poses.rotations_wxyz[:1])
     offsets[0, 0] = 0.0
     unturned = np.tile([1.0, 0.0, 0.0, 0.0], (1, len(poses.parents), 1))
     heights = world_poses(poses.parents, offsets, unturned)[0][0, :, 2]
-    return heights[[index[name] for name in _JOINTS]] + rest_lift_m(heights, poses.root_height_m)
+    return heights[[poses.joint_names.index(name) for name in FEET]] + rest_lift_m(
+        heights, poses.root_height_m
+    )
 
 
 def _places(path: Array, slow: Array, standing: NDArray[np.bool_]) -> Array:
@@ -115,19 +138,22 @@ def runs_of(flags: NDArray[np.bool_]) -> list[tuple[int, int]]:
 
 def _move_leg(
     poses: Poses,
-    index: dict[str, int],
     side: str,
     shift: Array,
     toe_shift: Array,
     positions: Array,
     rotations: Array,
+    *,
+    soft: bool,
 ) -> None:
     """Move a leg's ankle by `shift` and its toe to `toe_shift` from its present place, in place."""
-    hip, knee, ankle, toe = (index[side + name] for name in ("UpLeg", "Leg", "Foot", "ToeBase"))
+    hip, knee, ankle, toe = (
+        poses.joint_names.index(side + name) for name in ("UpLeg", "Leg", "Foot", "ToeBase")
+    )
     at = {joint: poses.positions_m[:, joint] for joint in (hip, knee, ankle, toe)}
     turn = {j: Rotation.from_quat(rotations[:, j], scalar_first=True) for j in (hip, knee, ankle, toe)}
     bends = turn[knee].apply([1.0, 0.0, 0.0])  # a knee bends about the axis to the left
-    thigh, shin = reach(at[hip], at[knee], at[ankle], at[ankle] + shift, bends)
+    thigh, shin = reach(at[hip], at[knee], at[ankle], at[ankle] + shift, bends, soft=soft)
     positions[:, knee] = at[hip] + thigh.apply(at[knee] - at[hip])
     positions[:, ankle] = positions[:, knee] + shin.apply(at[ankle] - at[knee])
     sole = at[toe] - at[ankle]

@@ -71,7 +71,7 @@ def looped(poses: Poses, multiple: int = 1) -> Poses:
 
 def best_loop(poses: Poses, multiple: int = 1) -> tuple[int, int]:
     """Return the first and last frame of the best loop, by similarity of pose and velocity."""
-    features = _features(poses)
+    features = features_of(poses)
     count = len(features)
     stride = max(1, count // _COARSE_FRAMES) * multiple
     places = np.arange(0, count, stride)
@@ -94,7 +94,7 @@ def _most_alike(
     return int(begins[i]), int(ends[j])
 
 
-def _features(poses: Poses) -> Array:
+def features_of(poses: Poses) -> Array:
     """Joints and their velocities relative to the hips' place on the floor and heading, shape (F, 6 J)."""
     place = poses.positions_m[:, :1] * [1.0, 1.0, 0.0]
     back = _heading(poses.rotations_wxyz[:, 0]).inv().as_matrix()

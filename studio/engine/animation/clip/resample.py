@@ -33,6 +33,15 @@ def resampled(poses: Poses, fps: float | None = None, *, steps: int = 1) -> tupl
     count = len(times)
     if count <= poses.frame_count and np.abs(times - poses.time_s[:count]).max() <= GRID_TOLERANCE_S:
         return (poses if count == poses.frame_count else frames_of(poses, slice(count))), rate
+    return at_times(poses, times), rate
+
+
+def at_times(poses: Poses, times: NDArray[np.float64]) -> Poses:
+    """Return the poses at other times, which increase, between the first and the last frame [s], shape (count,).
+
+    Rotations and offsets local to the parents are interpolated; confidence and uncertainty are taken from the nearer
+    frame.
+    """
     offsets, local = local_keys(poses.parents, poses.positions_m, poses.rotations_wxyz)
     joints = len(poses.parents)
     new_offsets, new_local = np.empty((len(times), joints, 3)), np.empty((len(times), joints, 4))
@@ -49,7 +58,7 @@ def resampled(poses: Poses, fps: float | None = None, *, steps: int = 1) -> tupl
         rotations_wxyz=rotations,
         confidence=poses.confidence[nearest],
         uncertainty_mm=poses.uncertainty_mm[nearest],
-    ), rate
+    )
 
 
 def frames_of(poses: Poses, frames: slice) -> Poses:

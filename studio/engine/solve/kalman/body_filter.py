@@ -25,6 +25,7 @@ from studio.engine.solve.kalman.feet import StandingFeet
 from studio.engine.solve.kalman.kernels import shown
 from studio.engine.solve.kalman.readings import Gate, ReadingRows
 from studio.engine.solve.kalman.sides import ways_of_sides
+from studio.engine.solve.touching import TouchingNow
 
 Array = NDArray[np.float64]
 
@@ -80,6 +81,7 @@ class BodyFilter:
         self._feet = StandingFeet(humanoid, *ends) if settings.floor_contact == "on" else None
         self._watch = LimbReseed(humanoid, limited=self._limited)
         self._facing = Facing()
+        self._contact = TouchingNow(humanoid.skeleton.height_m)
         self._waiting: list[Reading] = []
         self._used = np.zeros((0, JOINT_COUNT), dtype=bool)
         self._sites = np.full((JOINT_COUNT, 3), np.nan)
@@ -120,14 +122,14 @@ class BodyFilter:
         elif self._started:
             ahead = [replace(r, offset_s=r.offset_s - self._ahead_s) for r in frames.readings]
             self._advance(ahead, frames.camera_positions, dt)
-            if frames.pinned is not None:
-                self._pin(frames.pinned.raised(self.floor_m))
+            if _is_told(frames):
+                self._pin(self._known(frames, self._sites))
         if not self._started:
             return self._fused(frames), None
         q, velocity, place = self._belief.earlier()
         q = self._shown_of(q, velocity, place, dt, frames.stands)
-        if frames.pinned is not None:
-            self._put_on_pins(q, place, frames.pinned.raised(self.floor_m))
+        if _is_told(frames):
+            self._put_on_pins(q, place, self._known(frames, self._kinematics.place(q).copy()))
         return self._fused(frames), q
 
     def solve(self, joints: Array, sigma: Array, dt: float) -> Array | None:
@@ -282,6 +284,12 @@ class BodyFilter:
         self._sites = self._kinematics.place(belief.moved(late_s)).copy()
         self._unstick(*(rows.middle() if watched is None else watched), elapsed)
 
+    def _known(self, frames: FrameSet, sites: Array) -> Pinned:
+        """Joints that are known in the output frame over the floor that was found: pinned ones, and those that touch,
+        of a body with these joints."""
+        pinned = None if frames.pinned is None else frames.pinned.raised(self.floor_m)
+        return self._contact.known(pinned, frames.touches, sites, self.floor_m)
+
     def _pin(self, pinned: Pinned) -> None:
         """Correct the state by joints that are known in the output frame, whatever the cameras say."""
         belief, late_s = self._belief, -self._ahead_s
@@ -291,6 +299,7 @@ class BodyFilter:
             told, away = pinned.rows(sites)
             if not told.any() or np.abs(away).max() < PIN_NEAR_M:
                 return
+            jacobian = pinned.moving(sites, jacobian)
             correction = Correction(*belief.toward(late_s), late_s, jacobian)
             room = np.stack([self._high - q[7:], self._low - q[7:]])
             information, pull = told[:, None, None] * np.eye(3), told[:, None] * away
@@ -308,7 +317,7 @@ class BodyFilter:
             rows = np.flatnonzero(np.repeat(told > 0.0, 3))
             if not len(rows) or np.abs(away[told > 0.0]).max() < PIN_NEAR_M:
                 return
-            own = jacobian[rows]
+            own = pinned.moving(sites, jacobian)[rows]
             spread = place @ own.T
             total = own @ spread
             total.flat[:: len(total) + 1] += 1.0 / np.repeat(told, 3)[rows]
@@ -374,3 +383,8 @@ class BodyFilter:
             for c, k in zip(*np.nonzero(~used), strict=True)
         }
         return FusedSkeleton(mean, sure, np.where(known, 0.03, np.nan), used, reasons)
+
+
+def _is_told(frames: FrameSet) -> bool:
+    """Whether an operator says where joints are."""
+    return frames.pinned is not None or bool(frames.touches)

@@ -152,6 +152,18 @@ def find_contacts(
     return Contacts(hold, feet, floor_m, least_m, wander * CHANGE_M2_S).at_places_of(feet, pieces, dt)
 
 
+def lying(
+    path: NDArray[np.float64], holds: NDArray[np.bool_], pieces: list[tuple[int, int]], dt: float
+) -> NDArray[np.float64]:
+    """Return where a joint lies while it holds [m], shape (frame_count, 2), from its path, shape (frame_count, 3)."""
+    out = path[:, :2].copy()
+    for begin, end in pieces:
+        for first, last in _runs(holds[begin:end]):
+            rows = slice(begin + first, begin + last)
+            out[rows] = places_of(path[rows], dt)[:, :2]
+    return out
+
+
 def wander_of(alike: float) -> float:
     """Return the size of a trajectory's slow errors, 0..1, from the correlation of noise between frames
     (`NoiseScale`).

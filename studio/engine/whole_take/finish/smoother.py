@@ -261,7 +261,9 @@ def _add_pinned_rows(
     """Pull joints to the places that an operator knows, without a limit to the weight of what is far off."""
     known = np.flatnonzero(pinned.information.any(axis=1))
     sites, jacobians = kinematics.linearised(q[known])
-    told, away = pinned.part(known).rows(sites)
+    here = pinned.part(known)
+    told, away = here.rows(sites)
+    jacobians = here.moving(sites, jacobians)
     rows = np.repeat(told, 3, axis=1)
     normal.diagonal[known] += np.matmul(jacobians.transpose(0, 2, 1), rows[..., None] * jacobians)
     pull = (told[..., None] * away).reshape(len(known), 1, -1)

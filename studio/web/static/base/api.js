@@ -172,6 +172,9 @@ export const getOffers = (take, solve, performer) => call("GET", `${editsPath(ta
 export const undoEdits = (take, revision) => call("POST", `${editsPath(take)}/undo`, { revision });
 export const redoEdits = (take, revision) => call("POST", `${editsPath(take)}/redo`, { revision });
 
+/** Begin to splice parts of takes into a new take, or to loop them (a job). */
+export const spliceTakes = (splice) => call("POST", "splices", splice);
+
 /** Begin to calibrate a take from its own frames (a job), or take the calibration of another take, by its id. */
 export const calibrateTake = (take, borrow) => call("POST", `${takePath(take)}/calibrations`, borrow ? { borrow } : {});
 

@@ -3,7 +3,7 @@ import { h } from "./dom.js";
 import { t } from "./strings.js";
 
 /** Show a dialog with a form; return what `answer` says once it is sent, or null where it is left. */
-function ask(title, content, act, danger, answer) {
+export function ask(title, content, act, danger, answer) {
   return new Promise((resolve) => {
     let result = null;
     const dialog = h("dialog", { class: "ask", aria: { label: title }, onclose: () => { dialog.remove(); resolve(result); } },

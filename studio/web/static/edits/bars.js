@@ -1,6 +1,7 @@
 // The edits on the timeline: bars that are moved, stretched at their ends, and removed; instants are marks.
 import { t } from "../base/strings.js";
 import { change, editList, remove } from "./list.js";
+import { secondsOf, stageOf } from "./time.js";
 import { wordsOf } from "./words.js";
 
 const GRIP_PX = 6;
@@ -9,8 +10,8 @@ const LANES = [
 ];
 const state = { dragged: null, chosen: "" }; // the edit that is being dragged, with its times; the one that was clicked
 
-const frameOf = (time_s) => Math.round((time_s - editList().replay.begins_s) * editList().replay.rate_hz);
-const timeOf = (frame) => Number((editList().replay.begins_s + frame / editList().replay.rate_hz).toFixed(4));
+const frameOf = (time_s) => Math.round(secondsOf(time_s) * editList().replay.rate_hz);
+const timeOf = (frame) => stageOf(frame / editList().replay.rate_hz);
 
 /** What the edits' lanes show, for whoever draws them only where it changes. */
 export const barsKey = () => JSON.stringify([editList().revision, editList().take, state.dragged, state.chosen]);

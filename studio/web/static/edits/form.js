@@ -1,14 +1,17 @@
-// The form for edits over a range: contacts, doubts, offsets, trims.
+// The form for edits over a range: contacts, doubts, offsets, trims, another pace; and loops of it.
 import { byId, h } from "../base/dom.js";
 import { t } from "../base/strings.js";
+import { askSplice } from "../takes/splice.js";
 import { add } from "./list.js";
+import { stageOf } from "./time.js";
 import { OUTPUT, TOUCHING } from "./words.js";
 
+const LOOPED = 4; // times
 const AROUND_S = 0.25; // where no range is chosen
 const FIELDS = { // which fields a kind has
-  contact_floor: ["touching"], contact_nothing: ["touching"], leave_out: ["camera", "joint"], exchange_sides: ["camera"], offset: ["output", "turn"], trim: [],
+  contact_floor: ["touching"], contact_joint: ["touching", "touched"], contact_nothing: ["touching"], leave_out: ["camera", "joint"], exchange_sides: ["camera"], offset: ["output", "turn"], trim: [], retime: ["factor"],
 };
-const kept = { kind: "contact_floor", touching: "left_ankle", camera: "", joint: "", output: "LeftForeArm", turn: [0, 0, 0], typed: {} }; // as last chosen; times that were typed
+const kept = { kind: "contact_floor", touching: "left_ankle", touched: "left_hip", camera: "", joint: "", output: "LeftForeArm", turn: [0, 0, 0], factor: 2, typed: {} }; // as last chosen; times that were typed
 
 /** The chosen range [s since the take's beginning]; around the playhead where none is. */
 function rangeOf({ first, last, frames, frame, rate_hz: rate }) {
@@ -29,25 +32,29 @@ function fields(cameras) {
   const all = ["", t("mend.all_cameras")], every = ["", t("mend.all_joints")];
   return {
     touching: () => [select("edit-touching", t("mend.joint"), jointOptions(TOUCHING), kept.touching, (value) => { kept.touching = value; })],
+    touched: () => [select("edit-touched", t("mend.touched"), jointOptions(Object.keys(OUTPUT)), kept.touched, (value) => { kept.touched = value; })],
     camera: () => [select("edit-camera", t("mend.camera"), [all, ...cameras.map((name) => [name, name])], kept.camera, (value) => { kept.camera = value; })],
     joint: () => [select("edit-joint", t("mend.joint"), [every, ...jointOptions(Object.keys(OUTPUT))], kept.joint, (value) => { kept.joint = value; })],
     output: () => [select("edit-output", t("mend.joint"), Object.values(OUTPUT).map((name) => [name, name]), kept.output, (value) => { kept.output = value; })],
     turn: () => ["X", "Y", "Z"].map((axis, k) => numbered(`edit-turn-${k}`, `${axis} [°]`, kept.turn[k], 1, (value) => { kept.turn[k] = value || 0; })),
+    factor: () => [numbered("edit-factor", t("mend.factor"), kept.factor, 0.1, (value) => { kept.factor = value || 1; })],
   };
 }
 
 /** What the form says, as an edit. */
 function edit(replay) {
-  const stage = (id) => Number((replay.begins_s + byId(id).valueAsNumber).toFixed(4));
+  const stage = (id) => stageOf(byId(id).valueAsNumber);
   const common = { start_s: stage("edit-from"), end_s: stage("edit-to"), ...(replay.performer && { performer: replay.performer }) };
   const camera = kept.camera || null;
   return {
     contact_floor: () => ({ kind: "contact", joint: kept.touching, touches: "floor", ...common }),
+    contact_joint: () => ({ kind: "contact", joint: kept.touching, touches: kept.touched, ...common }),
     contact_nothing: () => ({ kind: "contact", joint: kept.touching, touches: "nothing", ...common }),
     leave_out: () => ({ kind: "leave_out", camera, joints: kept.joint ? [kept.joint] : [], ...common }),
     exchange_sides: () => ({ kind: "exchange_sides", camera, ...common }),
     offset: () => ({ kind: "offset", joint: kept.output, rotation_deg: kept.turn, ...common }),
     trim: () => ({ kind: "trim", ...common }),
+    retime: () => ({ kind: "retime", factor: kept.factor, ...common }),
   }[kept.kind]();
 }
 
@@ -71,5 +78,13 @@ export function rangeForm(replay, { cameras }) {
       select("edit-kind", t("mend.what"), Object.keys(FIELDS).map((kind) => [kind, t(`mend.form.${kind}`)]), kept.kind, (value) => { kept.kind = value; fill(); }),
       own,
       h("div", { class: "edit-fields" }, time("edit-from", t("mend.from"), from), time("edit-to", t("mend.to"), to)),
-      h("div", { class: "buttons" }, h("button", { id: "edit-add", type: "submit", class: "small" }, t("mend.add")))));
+      h("div", { class: "buttons" }, h("button", { id: "edit-add", type: "submit", class: "small" }, t("mend.add")),
+        h("button", { id: "edit-loop", type: "button", class: "small", title: t("mend.loop_hint"), onclick: () => loop(replay) }, t("mend.loop")))));
+}
+
+/** Make a new take in which the range comes again and again. */
+function loop({ take: id, solve, performer }) {
+  const [session, name] = [id.slice(0, id.indexOf("/")), id.slice(id.indexOf("/") + 1)];
+  const [start_s, end_s] = ["edit-from", "edit-to"].map((field) => byId(field).valueAsNumber);
+  return askSplice([{ take: { id, session, name }, solve, performer, start_s, end_s }], LOOPED);
 }

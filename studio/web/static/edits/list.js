@@ -5,7 +5,7 @@ import { hear } from "../base/said.js";
 import { t } from "../base/strings.js";
 import { wordsOf } from "./words.js";
 
-const NOT_SOLVED_AGAIN = ["", "live", "as-live", "imported"]; // these stay as they are: another solve gets the edits
+const NOT_SOLVED_AGAIN = ["", "live", "as-live", "imported", "spliced"]; // these stay as they are: another solve gets the edits
 const INSTEAD = "studio";
 const UNKNOWN = { revision: -1, edits: [], can_undo: false, can_redo: false, says: "" };
 const state = { take: "", stamp: null, solve: "", ...UNKNOWN, cameras: [], solved: null, changed: () => {}, replay: { open: false }, sending: 0 };
@@ -36,6 +36,7 @@ async function load(takeId) {
 async function loadSolve(takeId, solve) {
   const found = await attempt(() => getTakeDetail(named(takeId)));
   if (!found || state.take !== takeId) return;
+  hear(found.solve_details[solve]?.metrics);
   Object.values(found.solve_details[solve]?.metrics?.edits ?? {}).forEach(hear);
   Object.assign(state, { cameras: found.meta.cameras.map((one) => one.name), solved: found.solve_details[solve]?.metrics ?? null });
   state.changed();

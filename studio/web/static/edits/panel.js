@@ -6,12 +6,13 @@ import { rangeForm, showRange } from "./form.js";
 import { change, editList, isSolved, makeAgain, remove, solveAgain, startEditList, takeBack, useEdits } from "./list.js";
 import { offerList, offersKey, startOffers } from "./offers.js";
 import { checkPin, leavePin, pinned, startPinning } from "./pinning.js";
+import { secondsOf, stageOf } from "./time.js";
 import { wordsOf } from "./words.js";
 
 const state = { replay: { open: false }, joint: "", goTo: () => {}, pin: () => {}, painted: () => {} };
 
-const since = (time_s) => Number((time_s - state.replay.begins_s).toFixed(3));
-const frameOf = (time_s) => Math.round((time_s - state.replay.begins_s) * state.replay.rate_hz);
+const since = (time_s) => Number(secondsOf(time_s).toFixed(3));
+const frameOf = (time_s) => Math.round(secondsOf(time_s) * state.replay.rate_hz);
 
 function numberField(edit, label, value, onchange, step = 0.01) {
   return h("label", { class: "field" }, h("span", {}, label),
@@ -23,13 +24,12 @@ function numberField(edit, label, value, onchange, step = 0.01) {
 
 /** What can be changed of an edit: its times, of a pin its place and radius, its note. */
 function details(edit) {
-  const stage = (seconds) => Number((state.replay.begins_s + seconds).toFixed(4));
   const place = edit.kind === "pin" ? ["X", "Y", "Z"].map((axis, k) => numberField(edit, `${axis} [m]`, edit.place_m[k].toFixed(3),
     (typed) => change(edit, { place_m: edit.place_m.map((one, i) => (i === k ? typed : one)) }))) : [];
   return h("details", { id: `edit-more-${edit.id}` }, h("summary", { aria: { label: t("mend.more_of", { what: wordsOf(edit) }) } }, t("mend.more")),
     h("div", { class: "edit-fields" },
-      numberField(edit, t("mend.from"), since(edit.start_s), (typed) => change(edit, { start_s: stage(typed), end_s: Math.max(edit.end_s, stage(typed)) })),
-      numberField(edit, t("mend.to"), since(edit.end_s), (typed) => change(edit, { end_s: stage(typed), start_s: Math.min(edit.start_s, stage(typed)) })),
+      numberField(edit, t("mend.from"), since(edit.start_s), (typed) => change(edit, { start_s: stageOf(typed), end_s: Math.max(edit.end_s, stageOf(typed)) })),
+      numberField(edit, t("mend.to"), since(edit.end_s), (typed) => change(edit, { end_s: stageOf(typed), start_s: Math.min(edit.start_s, stageOf(typed)) })),
       edit.kind === "pin" && numberField(edit, t("mend.radius"), Number((100 * edit.radius_m).toFixed(1)), (typed) => change(edit, { radius_m: typed / 100 }), 0.5),
       ...place,
       h("label", { class: "field" }, h("span", {}, t("mend.note")), h("input", { type: "text", value: edit.note, maxLength: 500, onchange: (event) => change(edit, { note: event.currentTarget.value.trim() }) }))));

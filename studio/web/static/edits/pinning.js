@@ -3,6 +3,7 @@ import { getGizmo, getReplayJoints, hideGizmo, showGizmo } from "../base/api.js"
 import { attempt } from "../base/messages.js";
 import { listenInside } from "../view/viewer.js";
 import { add } from "./list.js";
+import { stageOf } from "./time.js";
 import { OUTPUT, canonicalOf } from "./words.js";
 
 const RADIUS_M = 0.02; // as well as a person sees where a joint is
@@ -15,7 +16,7 @@ export const pinned = () => state.pin?.joint ?? null;
 /** Show the arrows at a joint, an output joint's name, of the replay at a frame. */
 export async function beginPin(replay, frame, joint) {
   if (!replay.open || !replay.solve || replay.playing) return;
-  const canonical = canonicalOf(joint), time_s = Number((replay.begins_s + frame / replay.rate_hz).toFixed(4));
+  const canonical = canonicalOf(joint), time_s = stageOf(frame / replay.rate_hz);
   const shown = await attempt(async () => {
     const { positions_m: places } = await getReplayJoints(frame);
     return showGizmo(places[OUTPUT[canonical]]);

@@ -7,6 +7,7 @@ import { askExport } from "../export/export.js";
 import { attempt, showNote, showUndo, undoing } from "../base/messages.js";
 import { open } from "../replay/replay.js";
 import { t } from "../base/strings.js";
+import { askSplice } from "./splice.js";
 import { bestSolve, freeName, uncalibrated } from "./take_row.js";
 
 const chosen = new Map(); // id -> the take as it was last known
@@ -64,6 +65,8 @@ async function compareTwo() {
   openCompare();
 }
 
+const spliceAll = () => alter(() => askSplice(solved().map((take) => ({ take, solve: bestSolve(take) }))));
+
 async function tagAll() {
   const text = await askName(t("selected.tag_title", { n: chosen.size }), t("take.tags"), "", t("message.save"));
   if (!text) return;
@@ -100,6 +103,7 @@ function acts() {
       small("solve", solveAll, solvable().length, t("selected.not_calibrated")),
       small("export", exportAll, solved().length, t("selected.not_solved")),
       small("compare", compareTwo, chosen.size === 2 && solved().length === 2, t("selected.two")),
+      small("splice", spliceAll, solved().length > 1, t("selected.splice_some")),
       small("tag", tagAll, true, ""),
       small("trash", throwAll, true, "")),
   ];

@@ -8,7 +8,7 @@ import { said } from "../base/said.js";
 import { askShare } from "./sharing.js";
 import { language, number, t } from "../base/strings.js";
 
-const BEST = ["finish", "studio", "live", "imported"];
+const BEST = ["finish", "studio", "live", "imported", "spliced"];
 const STARS = 5;
 const MAX_NAME = 60, MAX_NOTES = 2000, MAX_TAGS = 400;
 

@@ -27,6 +27,13 @@ export default {
   "offers.solve": "aucune caméra n'est loin : c'est le calcul lui-même qui déplace {joint}",
   "offers.camera": "{camera} a {joint} à {mm} mm de sa trajectoire",
   "offers.no_trace": "le calcul « {name} » ne dit pas de quoi il est fait ; recalculez la prise",
+  "splice.none": "rien à raccorder ; donnez au moins une partie d'un calcul",
+  "splice.length": "{name}={value} : permis de 0 à {most} s",
+  "splice.outside": "de {start_s:.2f} à {end_s:.2f} s il n'y a aucune image ; le calcul va de {first_s:.2f} à {last_s:.2f} s",
+  "splice.short": "la partie {part} dure {seconds:.2f} s ; avec ses raccords elle doit durer {least:.2f} s : prenez-en plus, ou fondez moins longtemps",
+  "splice.joints": "la partie {part} a d'autres articulations que la partie 1 ; raccordez des calculs d'une même sorte",
+  "splice.body": "la partie {part} est d'un autre corps que la partie 1 : ses os ont {share:.0f} % de la longueur ; raccordez des prises d'une même personne",
+  "splice.times": "{times} fois {n} parties : permis de 1 à {most} parties en tout",
   "evidence.contradict": "contredit l'épingle {other}, qui met {joint} à {metres:.2f} m d'ici au même moment : aucune des deux ne sert ; désactivez-en une",
   "evidence.no_performer": "la prise n'a pas de {performer}",
   "evidence.outside": "est hors de la prise, qui va de {begin:.2f} à {end:.2f} s",
@@ -34,5 +41,6 @@ export default {
   "evidence.no_camera": "la prise n'a pas de caméra {camera}, seulement {cameras}",
   "evidence.not_used": "les calculs n'utilisent pas encore ce genre de correction",
   "evidence.missed": "{joint} s'est approché à {mm} mm : le corps, ou les autres corrections, le retiennent",
+  "evidence.missed_touch": "{joint} s'est approché à {mm} mm de {touched} : le corps, ou les autres corrections, le retiennent ; seuls les préréglages studio et finish tiennent les contacts",
   "evidence.missed_direction": "{of} s'est approché à {deg} degrés : le cou et le poignet ne tournent pas plus"
 };

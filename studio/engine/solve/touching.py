@@ -1,0 +1,135 @@
+"""Where joints are that touch the floor or another joint: known places, for as long as they touch.
+
+A joint on the floor stays where it came down. One on another joint is as far from it as both are thick, on the side
+on which it is; there it may slide. Thicknesses are those of the tracker's surface (`seeing.fitting.cones`).
+"""
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from studio.engine.edits.edit import ContactEdit
+from studio.engine.edits.touches import Touch, Touches
+from studio.engine.model.frames import Pinned
+from studio.engine.model.joints import CANONICAL, OUTPUT_OF_CANONICAL
+from studio.engine.model.poses import Poses
+from studio.engine.seeing.fitting.cones import CONES
+
+Array = NDArray[np.float64]
+
+
+def _thick(joint: str) -> float:
+    """Radius of the body about a canonical joint, as a share of stature."""
+    name = OUTPUT_OF_CANONICAL[joint]
+    if joint.endswith("_hand"):
+        return min(cone.end_radius for cone in CONES if cone.body == name.removesuffix("Middle1"))
+    return min(cone.start_radius for cone in CONES if cone.body == name)
+
+
+THICK = np.array([_thick(joint) for joint in CANONICAL])
+"""Radius of the body about each canonical joint, as a share of stature, shape (21,)."""
+
+
+def apart_m(touch: Touch, height_m: float) -> float:
+    """Return how far a joint is from the floor, or from the joint that it touches [m]."""
+    shares = THICK[touch.joint] + (0.0 if touch.touched is None else THICK[touch.touched])
+    return float(shares) * height_m
+
+
+def with_touches(
+    pinned: Pinned | None,
+    touches: Sequence[Touch],
+    sites: Array,
+    lies_at: Sequence[Array],
+    *,
+    floor_m: float,
+    height_m: float,
+) -> Pinned:
+    """Return what is known of joints with those that touch; pins count for more.
+
+    Args:
+        pinned: joints at known places in the same frames; None = none.
+        touches: in these frames.
+        sites: the joints now [m], shape (frame_count, 21, 3).
+        lies_at: for each touch where it lies on the floor [m], shape (frame_count, 2); not read for others.
+        floor_m: height of the floor.
+        height_m: the performer's stature.
+    """
+    shape = sites.shape[:2]
+    if pinned is None:
+        pinned = Pinned(np.zeros((*shape, 3)), np.zeros(shape), np.zeros(shape), np.full(shape[1], np.inf))
+    place, radius, told = pinned.place_m.copy(), pinned.radius_m.copy(), pinned.information.copy()
+    for touch, floor in zip(touches, lies_at, strict=True):
+        apart = apart_m(touch, height_m)
+        if touch.touched is None:
+            there = np.concatenate([floor, np.full((len(floor), 1), floor_m + apart)], axis=1)
+        else:
+            away = sites[:, touch.joint] - sites[:, touch.touched]
+            unit = away / np.maximum(np.linalg.norm(away, axis=1, keepdims=True), 1e-6)
+            there = sites[:, touch.touched] + apart * unit
+        rows = (pinned.information[:, touch.joint] == 0.0) & (touch.information > 0.0)
+        place[rows, touch.joint] = there[rows]
+        radius[rows, touch.joint] = 0.0
+        told[rows, touch.joint] = touch.information[rows]
+    return Pinned(place, radius, told, pinned.reach_m)
+
+
+def missed_touch_m(edit: ContactEdit, poses: Poses, height_m: float) -> float:
+    """Return how far a contact of a joint is missed in the middle, over the time that it holds [m].
+
+    Args:
+        edit: a `Touch`.
+        poses: of the output skeleton.
+        height_m: the performer's stature.
+    """
+    inside = (poses.time_s >= edit.start_s) & (poses.time_s <= edit.end_s)
+    if not inside.any():
+        inside[np.abs(poses.time_s - edit.start_s).argmin()] = True
+    (touch,) = Touches([edit]).at(np.array([edit.start_s]))
+
+    def places(canonical: int) -> Array:
+        name = OUTPUT_OF_CANONICAL[CANONICAL[canonical]]
+        return poses.positions_m[inside, poses.joint_names.index(name)]
+
+    joint = places(touch.joint)
+    away = joint[:, 2] if touch.touched is None else np.linalg.norm(joint - places(touch.touched), axis=1)
+    return float(np.median(np.abs(away - apart_m(touch, height_m))))
+
+
+class TouchingNow:
+    """The touches of a performer frame by frame: a joint on the floor lies where it came down."""
+
+    def __init__(self, height_m: float) -> None:
+        """Begin; `height_m`: the performer's stature."""
+        self._height_m = height_m
+        self._lies_at: dict[int, Array] = {}
+
+    def known(
+        self,
+        pinned: Pinned | None,
+        touches: Sequence[tuple[int, int | None, float]],
+        sites: Array,
+        floor_m: float,
+    ) -> Pinned:
+        """Return what is known of joints in one frame, as `with_touches` does for several.
+
+        Args:
+            pinned: without an axis of frames.
+            touches: as `FrameSet.touches` has them.
+            sites: the joints now [m], shape (21, 3).
+            floor_m: height of the floor.
+        """
+        lying = {joint for joint, touched, _ in touches if touched is None}
+        self._lies_at = {joint: self._lies_at.get(joint, sites[joint, :2].copy()) for joint in lying}
+        every = [Touch(joint, touched, np.array([told])) for joint, touched, told in touches]
+        places = [self._lies_at.get(one.joint, np.zeros(2))[None] for one in every]
+        known = with_touches(
+            None if pinned is None else pinned.of_frames(),
+            every,
+            sites[None],
+            places,
+            floor_m=floor_m,
+            height_m=self._height_m,
+        )
+        return known.at(0)
