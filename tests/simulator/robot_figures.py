@@ -26,7 +26,7 @@ from studio.engine.robots.moving.live import followed
 from studio.take.folder.solved import solved_performers
 from studio.take.folder.take import Take
 
-_WORST = ("floor_penetration_mm", "self_penetration_mm")
+_WORST = ("floor_penetration_mm", "self_penetration_mm", "torque_most")
 
 
 def clip_poses(path: Path) -> Poses:

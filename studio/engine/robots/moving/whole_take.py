@@ -18,9 +18,11 @@ from studio.engine.robots.body.robot import INDEX, Robot
 from studio.engine.robots.moving.balance import balance_rows
 from studio.engine.robots.moving.kinematics import ContactRows, Linearised, RobotKinematics
 from studio.engine.robots.moving.targets import SOLES, Targets, replanted
-from studio.engine.whole_take.finish.banded import BandedNormal, add_accelerations, add_rows
+from studio.engine.robots.moving.torques import RobotTorques
+from studio.engine.whole_take.finish.banded import BandedNormal, NormalEquations, add_accelerations, add_rows
 from studio.engine.whole_take.finish.smoother import HELD, MAX_STEP
 from studio.engine.whole_take.finish.trajectory import moved, steps
+from studio.engine.whole_take.physics.blocks import Blocks
 
 Array = NDArray[np.float64]
 
@@ -53,6 +55,9 @@ it, and the same in the first step."""
 TOGETHER_M = 0.015
 """Deviation of the hands' distance where they are near each other."""
 
+STRENGTH_ITERATIONS = 10
+"""Gauss-Newton steps after the others in which torques are kept within their limits, where any is beyond."""
+
 _LEFT_HAND, _RIGHT_HAND = INDEX["left_hand"], INDEX["right_hand"]
 _CORNERS = SOLES.ravel()
 
@@ -64,10 +69,12 @@ class Retargeting:
     Attributes:
         balance: keep the centre of mass over the support while the performer stands.
         self_contact: keep parts of the robot apart.
+        strength: keep torques within the limits that the model gives, as far as the motion allows.
     """
 
     balance: bool = False
     self_contact: bool = True
+    strength: bool = True
 
 
 def retargeted(
@@ -95,6 +102,11 @@ def retargeted(
             apart = _apart(iteration) if options.self_contact else None
             q[rows] = solver.stepped(q[rows], targets.part(rows), begin - low, apart=apart)
             progress((begin + (high - begin) * (iteration + 1) / ITERATIONS) / len(q))
+        for _ in range(STRENGTH_ITERATIONS if options.strength else 0):
+            weaker = solver.weaker(q[rows], targets.part(rows), begin - low)
+            if weaker is None:
+                break
+            q[rows] = weaker
     return solver.finished(q)
 
 
@@ -108,6 +120,7 @@ class _Solver:
         self._reach = robot.velocity_rad_s[active] * targets.frame_s
         count = int(active.sum())
         sigma = np.repeat(ACCELERATION, (3, 3, count))
+        self._torques = RobotTorques(robot, targets.frame_s)
         self._stiffness = 1.0 / (sigma * targets.frame_s**2) ** 2
 
     def points(self, q: Array) -> Array:
@@ -127,6 +140,20 @@ class _Solver:
 
     def stepped(self, q: Array, targets: Targets, held: int, *, apart: float | None) -> Array:
         """A window's configurations after one Gauss-Newton step; the first `held` stay."""
+        return _moved(q, self._normal(q, targets, apart), held)
+
+    def weaker(self, q: Array, targets: Targets, held: int) -> Array | None:
+        """A window's configurations after one more step with torques nearer their limits; None if none is beyond."""
+        if not self._torques.given or len(q) < 3:
+            return None
+        apart = _apart(ITERATIONS) if self._options.self_contact else None
+        blocks = Blocks.of(self._normal(q, targets, apart))
+        if not self._torques.add_rows(blocks, self._kinematics.whole(q), self._kinematics.dofs):
+            return None
+        return _moved(q, blocks, held)
+
+    def _normal(self, q: Array, targets: Targets, apart: float | None) -> BandedNormal:
+        """The normal equations at a window's configurations."""
         at = self._kinematics.linearised(q, contacts=apart is not None, mass=self._options.balance)
         normal = _point_rows(at, targets)
         _hand_rows(normal, at, targets)
@@ -141,10 +168,7 @@ class _Solver:
             _contact_rows(normal, at.contacts, apart)
         if self._options.balance:
             add_rows(normal, *balance_rows(at, targets))
-        k = np.arange(q.shape[1] - 1)
-        normal.diagonal[:held, k[:, None], k[:, None]] += HELD
-        normal.right[:held] = 0.0
-        return moved(q, np.clip(normal.solve(), -MAX_STEP, MAX_STEP))
+        return normal
 
     def finished(self, q: Array) -> Array:
         """Whole configurations within the limits of angles and velocities."""
@@ -174,6 +198,14 @@ class _Solver:
         normal.diagonal[1:, k, k] += stiffness
         normal.diagonal[:-1, k, k] += stiffness
         normal.next[:, k, k] -= stiffness
+
+
+def _moved(q: Array, normal: NormalEquations, held: int) -> Array:
+    """Configurations moved by the solution of normal equations; the first `held` stay."""
+    k = np.arange(q.shape[1] - 1)
+    normal.diagonal[:held, k[:, None], k[:, None]] += HELD
+    normal.right[:held] = 0.0
+    return moved(q, np.clip(normal.solve(), -MAX_STEP, MAX_STEP))
 
 
 def _point_rows(at: Linearised, targets: Targets) -> BandedNormal:
