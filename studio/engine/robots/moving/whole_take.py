@@ -17,7 +17,7 @@ from studio.engine.robots.body.reading import FREE, FREE_DOFS
 from studio.engine.robots.body.robot import INDEX, Robot
 from studio.engine.robots.moving.balance import balance_rows
 from studio.engine.robots.moving.kinematics import ContactRows, Linearised, RobotKinematics
-from studio.engine.robots.moving.targets import SOLES, Targets, replanted
+from studio.engine.robots.moving.targets import SOLES, TOUCHING, Targets, replanted
 from studio.engine.robots.moving.torques import RobotTorques
 from studio.engine.whole_take.finish.banded import BandedNormal, NormalEquations, add_accelerations, add_rows
 from studio.engine.whole_take.finish.smoother import HELD, MAX_STEP
@@ -52,13 +52,13 @@ APART_M, APART_SIGMA_M, APART_SOFT_M = 0.005, 0.002, 0.1
 """Deviation of a sole below the floor; distance that parts keep from each other and from the floor, deviation below
 it, and the same in the first step."""
 
-TOGETHER_M = 0.015
-"""Deviation of the hands' distance where they are near each other."""
+TOUCH_SIGMA_M = 0.015
+"""Deviation of the distance between what touches."""
 
 STRENGTH_ITERATIONS = 10
 """Gauss-Newton steps after the others in which torques are kept within their limits, where any is beyond."""
 
-_LEFT_HAND, _RIGHT_HAND = INDEX["left_hand"], INDEX["right_hand"]
+_TOUCHING = np.array([[INDEX[first], INDEX[second]] for first, second in TOUCHING])
 _CORNERS = SOLES.ravel()
 
 
@@ -156,7 +156,7 @@ class _Solver:
         """The normal equations at a window's configurations."""
         at = self._kinematics.linearised(q, contacts=apart is not None, mass=self._options.balance)
         normal = _point_rows(at, targets)
-        _hand_rows(normal, at, targets)
+        _touch_rows(normal, at, targets)
         _floor_rows(normal, at)
         self._rest_rows(normal, q)
         self._limit_rows(normal, q)
@@ -217,17 +217,19 @@ def _point_rows(at: Linearised, targets: Targets) -> BandedNormal:
     return BandedNormal(np.matmul(across, weighted), np.matmul(across, residual[..., None])[..., 0])
 
 
-def _hand_rows(normal: BandedNormal, at: Linearised, targets: Targets) -> None:
-    """Keep near hands as near as the performer's."""
-    near = np.flatnonzero(targets.together > 0.0)
-    if not len(near):
-        return
-    rows = at.jacobians.reshape(len(at.points_m), -1, 3, at.jacobians.shape[2])[near]
-    rows = rows[:, _LEFT_HAND] - rows[:, _RIGHT_HAND]
-    way = at.points_m[near, _LEFT_HAND] - at.points_m[near, _RIGHT_HAND]
-    weight = targets.together[near] / TOGETHER_M**2
-    normal.diagonal[near] += weight[:, None, None] * np.matmul(rows.transpose(0, 2, 1), rows)
-    normal.right[near] += weight[:, None] * np.einsum("tan,ta->tn", rows, targets.hands_m[near] - way)
+def _touch_rows(normal: BandedNormal, at: Linearised, targets: Targets) -> None:
+    """Keep what touches as near as on the performer."""
+    jacobians = at.jacobians.reshape(len(at.points_m), -1, 3, at.jacobians.shape[2])
+    for pair, (first, second) in enumerate(_TOUCHING):
+        near = np.flatnonzero(targets.touching[:, pair] > 0.0)
+        if not len(near):
+            continue
+        rows = jacobians[near, first] - jacobians[near, second]
+        way = at.points_m[near, first] - at.points_m[near, second]
+        weight = targets.touching[near, pair] / TOUCH_SIGMA_M**2
+        normal.diagonal[near] += weight[:, None, None] * np.matmul(rows.transpose(0, 2, 1), rows)
+        left = targets.touch_m[near, pair] - way
+        normal.right[near] += weight[:, None] * np.einsum("tan,ta->tn", rows, left)
 
 
 def _floor_rows(normal: BandedNormal, at: Linearised) -> None:
