@@ -102,7 +102,7 @@ def create_app(
         openapi_url="/api/v1/openapi.json",
     )
     app.events = (StatusEvent, Sentence)
-    jobs = Jobs()
+    app.state.jobs = jobs = Jobs()
     access = access or Access(sessions, required=False, now_s=time.monotonic)
     app.state.open_to_others = access.required
     add_error_handlers(app)

@@ -108,10 +108,11 @@ def _show(args: argparse.Namespace, robot: "Robot") -> None:
 
     facts = robot_facts(robot)
     print(table([("part", "body"), *facts["parts"].items()]))
-    rows = [["joint", "from rad", "to rad", "rad/s", "turns"]]
+    rows = [["joint", "from rad", "to rad", "rad/s", "N m", "turns"]]
     for joint in facts["joints"]:
         limits = (joint["low_rad"], joint["high_rad"], joint["velocity_rad_s"])
-        rows.append([joint["name"], *(figure(value, 2) for value in limits), joint["turns"]])
+        torque = "-" if joint["torque_nm"] is None else figure(joint["torque_nm"], 0)
+        rows.append([joint["name"], *(figure(value, 2) for value in limits), torque, joint["turns"]])
     print(table(rows))
     sizes = [f"legs {facts['leg_m']:.3f} m"]
     sizes += [f"{limb.replace('_', ' ')} {length:.3f} m" for limb, length in facts["lengths_m"].items()]

@@ -148,7 +148,7 @@ def serve(config: Config, *, demo: str | None = None, performers: int = 1) -> in
             certificate=None if tls is None else tls.certificate,
         )
         choose_at_first(sessions, stage.timecode, config.timecode, config.timecode_rate)
-        view = mount(app, stage, sessions=sessions, takes=Finder(stage, sessions))
+        view = mount(app, stage, sessions=sessions, takes=Finder(stage, sessions), jobs=app.state.jobs)
         if host in LOOPBACK:  # refuses a page that maps its own host name to 127.0.0.1
             app.add_middleware(TrustedHostMiddleware, allowed_hosts=[*LOOPBACK, "[::1]"])
         server = make_server(app, tls, on_ready=lambda: _prepare_for_work(stage))

@@ -10,9 +10,12 @@ from msgspec import structs
 
 from studio.engine.base.errors import SettingsError
 from studio.engine.model.frames import StepResult
+from studio.engine.robots.body.robot import Robot
+from studio.engine.robots.files import FOLDER, find_robot, load_robot
 from studio.streams.cast import Cast
+from studio.streams.robot_sender import RobotSender
 from studio.streams.sender import Sender
-from studio.streams.targets import MAX_TARGETS, OutputStatus, Target, load_targets, save_targets
+from studio.streams.targets import MAX_TARGETS, ROBOT, OutputStatus, Target, load_targets, save_targets
 
 _log = logging.getLogger(__name__)
 
@@ -26,7 +29,7 @@ class Outputs:
         self.cast = cast
         self._lock = threading.Lock()
         self._targets: dict[str, Target] = {}
-        self._senders: dict[str, Sender] = {}
+        self._senders: dict[str, Sender | RobotSender] = {}
         self.problem = ""
         try:
             self._targets = {target.id: target for target in load_targets(sessions)}
@@ -40,6 +43,14 @@ class Outputs:
         """Give every enabled target a frame; returns at once."""
         for sender in tuple(self._senders.values()):
             sender.add(result)
+
+    def robot(self, name: str) -> Robot:
+        """Return a kept robot.
+
+        Raises:
+            FormatError: as `load_robot`.
+        """
+        return load_robot(self._sessions / FOLDER, name)
 
     def list(self) -> list[OutputStatus]:
         """Return every target with its statistics."""
@@ -56,6 +67,7 @@ class Outputs:
 
         Raises:
             SettingsError: a value that is not allowed, or too many targets.
+            FormatError: no such robot.
             StudioError: the disk refuses.
         """
         with self._lock:
@@ -65,7 +77,10 @@ class Outputs:
                     "there are {most} live outputs already; remove one first",
                     most=MAX_TARGETS,
                 )
-            return self._put(Target(id=secrets.token_hex(4), **values))
+            target = Target(id=secrets.token_hex(4), **values)
+            if target.robot:
+                find_robot(self._sessions / FOLDER, target.robot)
+            return self._put(target)
 
     def change(self, name: str, **values: Any) -> Target:
         """Change attributes of a target and return it.
@@ -115,7 +130,9 @@ class Outputs:
 
     def _start(self, target: Target) -> None:
         if target.enabled:
-            self._senders = {**self._senders, target.id: Sender(target, self.cast)}
+            robots = target.kind == ROBOT
+            sender = RobotSender(target, self.cast, self.robot) if robots else Sender(target, self.cast)
+            self._senders = {**self._senders, target.id: sender}
 
     def _stop(self, name: str) -> None:
         senders = dict(self._senders)

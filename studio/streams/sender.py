@@ -1,17 +1,16 @@
 """The thread that sends frames to one target; the pipeline only appends to its queue."""
 
 import logging
-import socket
 import threading
 from collections import deque
 from collections.abc import Callable
-from typing import Any
 
 from msgspec import structs
 
 from studio.engine.base.sentences import say
 from studio.engine.model.frames import StepResult
 from studio.streams.cast import Cast, Member, steps_of
+from studio.streams.channel import Channel, cannot_send
 from studio.streams.rokoko import RokokoActor, RokokoEncoder
 from studio.streams.targets import OutputStatus, Target
 from studio.streams.unity import UnityPose, unity_pose
@@ -83,29 +82,22 @@ class Sender:
         self._thread.join(timeout=1.0)
 
     def _run(self) -> None:
-        address: Any = None
-        channel: socket.socket | None = None
+        channel = Channel(self.target.host, self.target.port)
         while (result := self._next()) is not None:
             try:
-                if channel is None:
-                    family, kind, _, _, address = socket.getaddrinfo(
-                        self.target.host, self.target.port, type=socket.SOCK_DGRAM
-                    )[0]
-                    channel = socket.socket(family, kind)
                 steps = steps_of(result, self._cast(), self.target.performer)
                 for datagram in self._encode(steps) if steps else ():
-                    channel.sendto(datagram, address)
+                    channel.send(datagram)
                     self.bytes += len(datagram)
             except OSError as error:  # an unknown name, no route, a refused port: later frames may arrive
-                self.problem = f"cannot send to {self.target.host}: {error.strerror or error}"
+                self.problem = cannot_send(self.target.host, error)
             except Exception as error:  # boundary of the thread: the target reports it, the stage goes on
                 self.problem = f"the output failed: {error!r}"
                 _log.exception("output %s failed", self.target.id)
             else:
                 self.sent += bool(steps)
                 self.problem = "" if steps else self._nobody()
-        if channel is not None:
-            channel.close()
+        channel.close()
 
     def _nobody(self) -> str:
         return say(

@@ -9,11 +9,13 @@ from studio.engine.base.errors import SettingsError, StudioError
 from studio.engine.base.files import write_json
 from studio.engine.base.value_sentences import bad_setting
 from studio.engine.base.versions import OUTPUTS
-from studio.streams import rokoko, vmc
+from studio.engine.robots.files import FOLDER, robot_table
+from studio.streams import joint_targets, rokoko, vmc
 from studio.take.folder.names import check_name
 
 FILE = "outputs.json"
-KINDS: dict[str, int] = {"vmc": vmc.PORT, "rokoko": rokoko.PORT}
+ROBOT = "robot"
+KINDS: dict[str, int] = {"vmc": vmc.PORT, "rokoko": rokoko.PORT, ROBOT: joint_targets.PORT}
 """The formats, and the usual ports of their receivers."""
 
 RATES_HZ = (1.0, 120.0)
@@ -34,6 +36,7 @@ class Target(Struct, frozen=True):
         actor: name of the character, if the format has one.
         performer: name of the performer whose motion is sent; "" = of all where the format has room for several, else
             of the first.
+        robot: name of the kept robot whose joint targets are sent, of the kind `robot`.
         enabled: whether it receives frames.
     """
 
@@ -45,6 +48,7 @@ class Target(Struct, frozen=True):
     scale: float = 1.0
     actor: str = "Performer"
     performer: str = ""
+    robot: str = ""
     enabled: bool = True
 
     def __post_init__(self) -> None:
@@ -67,6 +71,15 @@ class Target(Struct, frozen=True):
             )
         _within("rate_hz", self.rate_hz, RATES_HZ)
         _within("scale", self.scale, SCALES)
+        if (self.kind == ROBOT) != bool(self.robot):
+            raise SettingsError(
+                "output.robot",
+                "robot={robot!r} with kind={kind}: joint targets need the name of a kept robot, others none",
+                robot=self.robot,
+                kind=self.kind,
+            )
+        if self.robot:
+            robot_table(Path(FOLDER), self.robot)  # tells a name that is not allowed
         if self.performer:
             check_name("performer", self.performer)
         if not 1 <= len(self.actor) <= 60:

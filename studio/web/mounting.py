@@ -8,13 +8,16 @@ from typing import Protocol
 from fastapi import FastAPI
 
 from studio.api.add_routes import add_routes
+from studio.api.jobs import Jobs
 from studio.engine.model.calibration import Calibration
 from studio.engine.model.frames import StepResult
+from studio.engine.robots.files import FOLDER as ROBOTS
 from studio.live.cameras.previews import Previews
 from studio.live.states import StageStatus
 from studio.web.page import add_page
 from studio.web.playback import Player, playback_routes
-from studio.web.playback.routes import TakeFinder
+from studio.web.playback.finder import TakeFinder
+from studio.web.playback.robots import ChosenRobots
 from studio.web.playback.videos import Videos, video_routes
 from studio.web.points.live import LiveDepth
 from studio.web.proxy import viewer_routes
@@ -63,13 +66,13 @@ class ViewHandle:
         self.view.close()
 
 
-def mount(app: FastAPI, stage: ViewedStage, *, sessions: Path, takes: TakeFinder) -> ViewHandle:
+def mount(app: FastAPI, stage: ViewedStage, *, sessions: Path, takes: TakeFinder, jobs: Jobs) -> ViewHandle:
     """Serve the page at `/` and the 3D view at `/viewer/`, and draw the stage's results.
 
     Args:
         app: the server's app; routes are added to it.
         stage: the live stage.
-        sessions: folder of the recorded takes; takes: finds them.
+        sessions: folder of the recorded takes; takes: finds them; jobs: the server's work in the background.
     """
 
     def look() -> Surroundings:
@@ -91,15 +94,16 @@ def mount(app: FastAPI, stage: ViewedStage, *, sessions: Path, takes: TakeFinder
 
     view = LiveView(look=look, depth=LiveDepth(stage.previews.depth, stage.calibration, clock), clock=clock)
     player, videos = Player(view), Videos()
+    robots = ChosenRobots(view, player, takes, jobs, sessions / ROBOTS)
     unsubscribe = stage.subscribe(view.show, raw=True)
     add_routes(app, viewer_routes(view.port))
-    add_routes(app, view_routes(view))
-    add_routes(app, playback_routes(player, takes))
+    add_routes(app, view_routes(view, robots))
+    add_routes(app, playback_routes(player, takes, robots))
     add_routes(app, video_routes(player, takes, videos))
     app.state.player = player
     app.state.events["replay"] = player.status
     app.state.events["edits"] = lambda: app.state.edits_stamp.of(player.clip.take if player.clip else "")
-    app.state.events["view"] = lambda: view_state(view)
+    app.state.events["view"] = lambda: view_state(view, robots)
     add_page(app, sessions=sessions)
     return ViewHandle(view, player, videos, unsubscribe)
 

@@ -9,6 +9,7 @@ from studio.api.stage.shown import Layer, PointCamera, Points, ViewState
 from studio.api.structs import StructRoute
 from studio.engine.base.errors import SettingsError
 from studio.engine.model.colours import PERFORMER_COLOURS
+from studio.web.playback.robots import ChosenRobots
 from studio.web.points.maker import COLOURS
 from studio.web.scene.operator import OperatorView
 from studio.web.scene.palette import as_hex
@@ -36,13 +37,17 @@ class PointsChange(BaseModel):
 
 
 class ViewChange(BaseModel):
-    """Changes of the view: layers to show or hide, by name; joints with trails; the points."""
+    """Changes of the view: layers to show or hide, by name; joints with trails; the points; as whom everybody is
+    drawn."""
 
     model_config = ConfigDict(extra="forbid")
 
     layers: dict[str, bool] = Field(default_factory=dict)
     trails: list[str] | None = Field(None, description="output joints", examples=[["LeftHand", "RightHand"]])
     points: PointsChange | None = None
+    robot: str | None = Field(
+        None, max_length=64, description="name of a kept robot; empty: a mannequin", examples=["g1"]
+    )
 
 
 class OperatorViewChange(BaseModel):
@@ -80,14 +85,14 @@ class GizmoPlace(BaseModel):
     place_m: _Point
 
 
-def view_routes(view: LiveView) -> APIRouter:
+def view_routes(view: LiveView, robots: ChosenRobots) -> APIRouter:
     """Return the routes of one view."""
     router = APIRouter(prefix="/api/v1/view", tags=["view"], route_class=StructRoute)
 
     @router.get("")
     def get_view() -> ViewState:
         """The content of the 3D view."""
-        return view_state(view)
+        return view_state(view, robots)
 
     @router.get("/clock")
     async def get_clock() -> Clock:
@@ -110,7 +115,9 @@ def view_routes(view: LiveView) -> APIRouter:
             view.set_trail_joints(change.trails)
         if change.points is not None:
             view.choose_points(change.points.colour, change.points.cameras)
-        return view_state(view)
+        if change.robot is not None:
+            robots.choose(change.robot)
+        return view_state(view, robots)
 
     @router.put("/operator")
     def put_operator_view(change: OperatorViewChange) -> OperatorPage:
@@ -146,7 +153,7 @@ def _gizmo_state(view: LiveView) -> GizmoState:
     return GizmoState(shown=True, place_m=state[0], drags=state[1])
 
 
-def view_state(view: LiveView) -> ViewState:
+def view_state(view: LiveView, robots: ChosenRobots) -> ViewState:
     """Return the content of a view."""
     shown, points = view.layers, view.points.status()
     return ViewState(
@@ -162,5 +169,7 @@ def view_state(view: LiveView) -> ViewState:
             },
             problem=points.problem,
         ),
+        robots=robots.names(),
+        robot=robots.name,
         performer_colours=[as_hex(rgb) for rgb in PERFORMER_COLOURS],
     )

@@ -25,6 +25,7 @@ from studio.web.points.seen import DepthImages
 from studio.web.scene.drawing import Drawing, DrawnStep, Look, Wanted
 from studio.web.scene.gizmo import Gizmo
 from studio.web.scene.operator import OperatorView
+from studio.web.scene.robot import ChosenRobot
 from studio.web.scene.scene import LAYERS
 
 _log = logging.getLogger(__name__)
@@ -75,6 +76,7 @@ class LiveView:
         self._trail_joints = TRAIL_JOINTS
         self._operator: OperatorView | None = None
         self._operator_moved = False
+        self._robot: ChosenRobot | None = None
         self._stopping = False
         self._drawing = Drawing(self._server, look)
         self.gizmo = Gizmo(self._server)
@@ -106,6 +108,18 @@ class LiveView:
         with self._changed:
             return self._trail_joints
 
+    @property
+    def robot(self) -> ChosenRobot | None:
+        """Whom everybody is drawn as; None = as a mannequin."""
+        with self._changed:
+            return self._robot
+
+    def choose_robot(self, chosen: ChosenRobot | None) -> None:
+        """Draw everybody as this robot, or as a mannequin (None)."""
+        with self._changed:
+            self._robot = chosen
+            self._changed.notify()
+
     def show(self, result: StepResult) -> None:
         """Draw a live step after the last one; a newer one replaces it. Safe from any thread."""
         with self._changed:
@@ -124,11 +138,13 @@ class LiveView:
         calibration: Calibration | None,
         depth: ReplayedDepth = NO_DEPTH,
         names: Mapping[int, str] = MappingProxyType({}),
+        robots: tuple[str, Mapping[int, NDArray[np.float64]]] = ("", MappingProxyType({})),
     ) -> None:
         """Show a frame of a take instead of the live stage, until `show_live`; see `DrawnStep`. `depth`: where the
-        take's depth images are. Safe from any thread."""
+        take's depth images are; `robots`: a robot's name, and its configurations by the performer's number. Safe from
+        any thread."""
         with self._changed:
-            self._replay = DrawnStep(result, ghost, trails, calibration, names)
+            self._replay = DrawnStep(result, ghost, trails, calibration, names, robots[1], robots[0])
             self.gizmo.at(result.frame_set.stage_time_ns)
             self.points.show(depth, result)
             self._fresh = True
@@ -241,5 +257,5 @@ class LiveView:
             live = self._result if fresh and self._replay is None else None
             return Wanted(
                 live, self._replay, fresh, dict(self._layers), self._trail_joints, self._operator,
-                self.points.newest,
+                self.points.newest, self._robot,
             )  # fmt: skip

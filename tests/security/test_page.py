@@ -30,7 +30,7 @@ def studio(tmp_path):
     stage = LiveStage(sessions)
     stage.start()
     app = create_app(stage, sessions)
-    view = mount(app, stage, sessions=sessions, takes=Finder(stage, sessions))
+    view = mount(app, stage, sessions=sessions, takes=Finder(stage, sessions), jobs=app.state.jobs)
     with serving(app) as url, patient.Client(base_url=f"{url}/api/v1", timeout=60) as http:
         sides = {
             side: {"take": f"monday/{EVIL_NAME}", "solve": solve, "condition": EVIL[:60]}

@@ -26,7 +26,7 @@ MAY_CONNECT = {
     "web/proxy.py": "viser, on the loopback",
     "web/view.py": "a free port on the loopback",
     "server/run.py": "the server's own socket",
-    "streams/sender.py": "live output by UDP, to the machines that an operator named",
+    "streams/channel.py": "live output by UDP, to the machines that an operator named",
     "timecode/sources.py": "hears timecode by UDP where an operator chose it; sends nothing",
     "rigid_bodies/sources.py": "hears rigid bodies by UDP once switched on; asks the NatNet server that was named",
     "triggers/listeners.py": "hears triggers by UDP once an operator switched them on; OSC's are answered",

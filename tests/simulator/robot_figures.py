@@ -19,14 +19,14 @@ from studio.engine.animation.clip.resample import frames_of
 from studio.engine.animation.read.imported import imported_poses
 from studio.engine.model.poses import Poses
 from studio.engine.robots.body.robot import Robot, build_robot
-from studio.engine.robots.comparing import compare_ways, ways_table
+from studio.engine.robots.comparing import WAYS, compare_ways, ways_table
 from studio.engine.robots.figures import FIGURES, RobotFigures
 from studio.engine.robots.motion import part_of
 from studio.engine.robots.moving.live import followed
 from studio.take.folder.solved import solved_performers
 from studio.take.folder.take import Take
 
-_WORST = ("floor_penetration_mm", "self_penetration_mm")
+_WORST = ("floor_penetration_mm", "self_penetration_mm", "torque_most")
 
 
 def clip_poses(path: Path) -> Poses:
@@ -88,12 +88,13 @@ def main() -> None:
     parser.add_argument("models", nargs="+", type=Path)
     parser.add_argument("--clips", nargs="+", type=Path, required=True)
     parser.add_argument("--takes", type=int, default=0)
+    parser.add_argument("--ways", nargs="+", choices=[*WAYS], default=[*WAYS])
     args = parser.parse_args()
     robots = [build_robot(model, model.stem) for model in args.models]
     found: dict[str, dict[str, dict[str, RobotFigures]]] = {robot.name: {} for robot in robots}
     for name, poses in motions(args.clips, args.takes):
         for robot in robots:
-            found[robot.name][name] = ways = compare_ways(robot, poses)
+            found[robot.name][name] = ways = compare_ways(robot, poses, ways=args.ways)
             print(f"{robot.name}, {name}:\n{table(ways_table(ways))}", flush=True)
             print("live, median, 99 %, most ms:", np.round(live_ms(robot, poses), 2), flush=True)
     for robot, by_motion in found.items():

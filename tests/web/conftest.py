@@ -8,6 +8,7 @@ from fastapi import FastAPI
 from fastapi.responses import JSONResponse
 from playwright.sync_api import Browser, Page
 
+from studio.api.jobs import Jobs
 from studio.engine.base.errors import StudioError
 from studio.web import ViewHandle, mount
 from tests.web.browser import quiet_page
@@ -34,7 +35,7 @@ def handle(stage: FakeStage, tmp_path: Path) -> Iterator[tuple[ViewHandle, FastA
         return JSONResponse({"detail": str(error)}, status_code=400)
 
     app.state.events = {}
-    view = mount(app, stage, sessions=tmp_path, takes=FolderOfTakes(tmp_path))
+    view = mount(app, stage, sessions=tmp_path, takes=FolderOfTakes(tmp_path), jobs=Jobs())
     yield view, app
     view.close()
 

@@ -62,7 +62,7 @@ def studio(sessions: Path) -> Iterator[tuple[FastAPI, LiveStage]]:
     stage = LiveStage(sessions)
     stage.start()
     app = create_app(stage, sessions)
-    view = mount(app, stage, sessions=sessions, takes=Finder(stage, sessions))
+    view = mount(app, stage, sessions=sessions, takes=Finder(stage, sessions), jobs=app.state.jobs)
     try:
         yield app, stage
     finally:

@@ -25,8 +25,9 @@ def shot(tmp_path: Path, ready_pipeline: None) -> Iterator[tuple[Shoot, str]]:
     """A stage of two performers, and the address of its page."""
     shoot = Shoot(tmp_path / "sessions")
     app = create_app(shoot.stage, shoot.stage.sessions)
+    sessions = shoot.stage.sessions
     view = mount(
-        app, shoot.stage, sessions=shoot.stage.sessions, takes=Finder(shoot.stage, shoot.stage.sessions)
+        app, shoot.stage, sessions=sessions, takes=Finder(shoot.stage, sessions), jobs=app.state.jobs
     )
     try:
         with serving(app) as url:

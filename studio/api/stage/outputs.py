@@ -1,6 +1,7 @@
 """Routes of live output: UDP targets, and the stream of frames over a WebSocket."""
 
 import asyncio
+from collections import deque
 from typing import Annotated, Literal
 
 from fastapi import APIRouter, WebSocket, WebSocketDisconnect
@@ -11,11 +12,17 @@ from studio.api.errors import RESPONSES, NotFoundError
 from studio.api.stage.events import wait_until_gone
 from studio.api.stage.stage import Request
 from studio.api.structs import StructRoute
+from studio.engine.base.errors import StudioError
+from studio.engine.robots.body.robot import Robot
 from studio.live import LiveStage
 from studio.streams import Cast, Outputs, OutputStatus, steps_of
 from studio.streams.frames import frame_message, head_message
+from studio.streams.robot_sender import JointThread
 
 STREAM_PATH = "/api/v1/stream"
+MAX_WAITING = 3
+"""Messages of joint targets that wait for a slow receiver; older ones are dropped."""
+
 SOON = 0.75
 """A frame is too early for the rate if less than this share of a period has passed since the last."""
 
@@ -29,7 +36,9 @@ Scale = Annotated[float, Field(ge=0.01, le=100, description="positions are multi
 class OutputRequest(Request):
     """A new target of the live motion."""
 
-    kind: Literal["vmc", "rokoko"] = Field(description="VMC over OSC, or Rokoko's JSON v3")
+    kind: Literal["vmc", "rokoko", "robot"] = Field(
+        description="VMC over OSC, Rokoko's JSON v3, or a robot's joint targets"
+    )
     host: str = Field("127.0.0.1", description="the machine that receives", examples=["192.168.1.20"])
     port: Port = 0
     rate_hz: Rate = 60.0
@@ -39,6 +48,7 @@ class OutputRequest(Request):
         "",
         description="name of the performer whose motion is sent; empty: of all (rokoko), of the first (vmc)",
     )
+    robot: str = Field("", description="name of the kept robot, of the kind `robot`", examples=["g1"])
     enabled: bool = True
 
 
@@ -51,6 +61,7 @@ class OutputChange(Request):
     scale: Scale | None = None
     actor: str | None = None
     performer: str | None = None
+    robot: str | None = None
     enabled: bool | None = None
 
 
@@ -90,9 +101,20 @@ def outputs_router(stage: LiveStage, outputs: Outputs) -> APIRouter:
         return {"deleted": output}
 
     @router.websocket(STREAM_PATH.removeprefix("/api/v1"))
-    async def stream(websocket: WebSocket, rate_hz: float = 60.0, performer: str = "") -> None:
+    async def stream(
+        websocket: WebSocket, rate_hz: float = 60.0, performer: str = "", robot: str = ""
+    ) -> None:
         if not 1.0 <= rate_hz <= 120.0:
             await websocket.close(4422, f"rate_hz={rate_hz:g} is not allowed; allowed: 1 to 120")
+            return
+        if robot:
+            await websocket.accept()
+            try:
+                model = await asyncio.to_thread(outputs.robot, robot)
+            except StudioError as error:
+                await websocket.close(4422, str(error)[:120])
+                return
+            await _stream_joints(websocket, stage, outputs.cast, rate_hz, performer, model)
             return
         await websocket.accept()
         await _stream(websocket, stage, outputs.cast, 1.0 / rate_hz, performer)
@@ -129,6 +151,35 @@ async def _stream(
     finally:
         unsubscribe()
         gone.cancel()
+
+
+async def _stream_joints(
+    websocket: WebSocket, stage: LiveStage, cast: Cast, rate_hz: float, performer: str, robot: Robot
+) -> None:
+    """Send a robot's joint targets at a rate; a slow receiver misses some."""
+    loop, fresh = asyncio.get_running_loop(), asyncio.Event()
+    gone = asyncio.create_task(wait_until_gone(websocket))
+    gone.add_done_callback(lambda _: fresh.set())
+    waiting: deque[bytes] = deque(maxlen=MAX_WAITING)
+
+    def send(message: bytes) -> None:
+        waiting.append(message)
+        loop.call_soon_threadsafe(fresh.set)
+
+    thread = JointThread(lambda: robot, rate_hz, cast, performer, send)
+    unsubscribe = stage.subscribe(thread.add)
+    try:
+        while not gone.done():
+            await fresh.wait()
+            fresh.clear()
+            while waiting:
+                await websocket.send_text(waiting.popleft().decode())
+    except (WebSocketDisconnect, RuntimeError):
+        return  # the receiver left meanwhile
+    finally:
+        unsubscribe()
+        gone.cancel()
+        await asyncio.to_thread(thread.close)
 
 
 def _one(outputs: Outputs, output: str) -> OutputStatus:

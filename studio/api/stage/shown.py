@@ -32,12 +32,15 @@ class Points(Struct):
 
 class ViewState(Struct):
     """What the 3D view shows in all browsers: layers by name, a colour (`#rrggbb`) per camera, joints with trails,
-    points; `performer_colours`: of several performers, by number from 1, repeated where there are more."""
+    points; `robots`: the kept ones, `robot`: the one as which everybody is drawn, "" = a mannequin;
+    `performer_colours`: of several performers, by number from 1, repeated where there are more."""
 
     layers: dict[str, Layer]
     colours: dict[str, str]
     trails: list[str]
     points: Points
+    robots: list[str]
+    robot: str
     performer_colours: list[str]
 
 

@@ -32,7 +32,9 @@ _DIGITS = {
     "floor_penetration_mm": ("deepest in the floor mm", 1),
     "self_penetration_share": ("frames > 5 mm in itself", 4), "self_penetration_mm": ("deepest in itself mm", 1),
     "limit_share": ("frames beyond limits", 4), "velocity_share": ("steps too fast", 4),
-    "acceleration_rad_s2": ("joint acceleration RMS rad/s2", 1), "key_point_mm": ("key points off mm", 1),
+    "acceleration_rad_s2": ("joint acceleration RMS rad/s2", 1),
+    "torque_share": ("frames too strong", 4), "torque_most": ("largest torque, of its limit", 2),
+    "key_point_mm": ("key points off mm", 1),
     "balance_share": ("standing frames in balance", 3), "frames": ("frames", 0),
 }  # fmt: skip
 

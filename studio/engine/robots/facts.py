@@ -11,12 +11,14 @@ _AXES = ("roll", "pitch", "yaw")
 
 
 class JointFacts(TypedDict):
-    """A hinge: its limits, and about which axis it turns in the zero pose; `held` is one that no part needs."""
+    """A hinge: its limits, and about which axis it turns in the zero pose; `held` is one that no part needs;
+    `torque_nm` the smaller of both directions' limits, None where the model gives none."""
 
     name: str
     low_rad: float
     high_rad: float
     velocity_rad_s: float
+    torque_nm: float | None
     turns: str
 
 
@@ -48,13 +50,18 @@ def robot_facts(robot: Robot) -> RobotFacts:
                 "low_rad": float(robot.range_rad[k, 0]),
                 "high_rad": float(robot.range_rad[k, 1]),
                 "velocity_rad_s": float(robot.velocity_rad_s[k]),
+                "torque_nm": _finite(float(np.abs(robot.torque_nm[k]).min())),
                 "turns": axis if robot.active[k] else "held",
             }
         )
     back, front, inner, outer = (
         robot.at_rest_m[INDEX[f"left_{corner}"]] for corner in ("heel_in", "toe_in", "heel_in", "heel_out")
     )
-    notes = [f"{name} has no limits: +-3.14 rad are taken" for name in robot.unlimited]
+    notes = []
+    if robot.unlimited:
+        notes.append(f"joints without limits, +-3.14 rad are taken: {', '.join(robot.unlimited)}")
+    if not np.isfinite(robot.torque_nm).any():
+        notes.append("its file gives no torque limits: torques are not judged")
     if not robot.collides:
         notes.append("nothing of it collides in its file: it is not kept from overlapping itself")
     return {
@@ -69,3 +76,7 @@ def robot_facts(robot: Robot) -> RobotFacts:
         "mass_kg": float(robot.model.body_mass.sum()),
         "notes": notes,
     }
+
+
+def _finite(value: float) -> float | None:
+    return value if np.isfinite(value) else None

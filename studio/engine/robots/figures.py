@@ -10,6 +10,7 @@ from studio.engine.robots.body.robot import INDEX, Robot
 from studio.engine.robots.moving.balance import outside, standing_frames
 from studio.engine.robots.moving.kinematics import RobotKinematics
 from studio.engine.robots.moving.targets import KEY_POINTS, SOLES, Targets
+from studio.engine.robots.moving.torques import RobotTorques
 
 Array = NDArray[np.float64]
 
@@ -34,6 +35,8 @@ class RobotFigures:
         limit_share: frames with a hinge beyond its limits.
         velocity_share: steps in which a hinge is faster than its limit.
         acceleration_rad_s2: root mean square over hinges and frames.
+        torque_share: frames with a torque beyond its limit; None where the model gives no limits.
+        torque_most: the largest torque, as a share of its limit.
         key_point_mm: mean distance of knees, ankles, shoulders, elbows and hands from the scaled performer's.
         balance_share: standing frames with the centre of mass over the support.
         frames: number of frames.
@@ -48,6 +51,8 @@ class RobotFigures:
     limit_share: float
     velocity_share: float
     acceleration_rad_s2: float
+    torque_share: float | None
+    torque_most: float | None
     key_point_mm: float
     balance_share: float | None
     frames: int
@@ -85,6 +90,8 @@ def robot_figures(robot: Robot, q: Array, targets: Targets) -> RobotFigures:
     off = np.linalg.norm(at.points_m[:, _KEY_POINTS] - targets.points_m[:, _KEY_POINTS], axis=2)
     still = standing_frames(targets)
     away = outside(at.mass_m[still], soles[still], stands[still])
+    torques = RobotTorques(robot, targets.frame_s)
+    strain = torques.shares(q) if torques.given and frames > 2 else None
     return RobotFigures(
         foot_slide_cm_s=float(100.0 * speed[on].mean()) if on.any() else None,
         floating_mm=float(1000.0 * np.maximum(soles[..., 2][stands], 0.0).mean()) if stands.any() else None,
@@ -95,6 +102,8 @@ def robot_figures(robot: Robot, q: Array, targets: Targets) -> RobotFigures:
         limit_share=float(beyond.any(axis=1).mean()),
         velocity_share=float((np.abs(turn) > reach * (1.0 + ROUNDING)).any(axis=1).mean()),
         acceleration_rad_s2=float(np.sqrt((acceleration**2).mean())),
+        torque_share=None if strain is None else float((strain > 1.0 + ROUNDING).any(axis=1).mean()),
+        torque_most=None if strain is None else float(strain.max()),
         key_point_mm=float(1000.0 * off.mean()),
         balance_share=float((away == 0.0).all(axis=1).mean()) if still.any() else None,
         frames=frames,

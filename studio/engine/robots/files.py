@@ -41,7 +41,7 @@ def add_robot(
         FormatError: as `build_robot`; or a name that is not allowed.
         StudioError: the table cannot be written.
     """
-    path = _path(folder, name)
+    path = robot_table(folder, name)
     robot = build_robot(model, name, parts=parts, velocity_rad_s=velocity_rad_s)
     limits = zip(robot.joint_names, robot.velocity_rad_s.tolist(), strict=True)
     table = {
@@ -60,16 +60,7 @@ def load_robot(folder: Path, name: str) -> Robot:
     Raises:
         FormatError: there is none of that name, its table cannot be read, or its model is missing or another now.
     """
-    path = _path(folder, name)
-    if not path.is_file():
-        known = ", ".join(kept_robots(folder)) or "none"
-        raise FormatError(
-            "robot.none",
-            "there is no robot {name!r}; kept are: {known}; `studio robot add MODEL --name {name}` adds one",
-            name=name,
-            known=known,
-        )
-    table = _read(path)
+    table = _read(find_robot(folder, name))
     model = Path(table["model"])
     if not model.is_file():
         raise FormatError(
@@ -100,7 +91,16 @@ def remove_robot(folder: Path, name: str) -> None:
     Raises:
         FormatError: there is none of that name.
     """
-    path = _path(folder, name)
+    find_robot(folder, name).unlink()
+
+
+def find_robot(folder: Path, name: str) -> Path:
+    """Return the table of a kept robot.
+
+    Raises:
+        FormatError: there is none of that name.
+    """
+    path = robot_table(folder, name)
     if not path.is_file():
         raise FormatError(
             "robot.none",
@@ -108,10 +108,15 @@ def remove_robot(folder: Path, name: str) -> None:
             name=name,
             known=", ".join(kept_robots(folder)) or "none",
         )
-    path.unlink()
+    return path
 
 
-def _path(folder: Path, name: str) -> Path:
+def robot_table(folder: Path, name: str) -> Path:
+    """Return the file of a robot's table.
+
+    Raises:
+        FormatError: a name that is not allowed.
+    """
     if not name or len(name) > 64 or not all(one.isalnum() or one in "-_" for one in name):
         raise FormatError(
             "robot.name", "robot {name!r}: allowed are up to 64 letters, digits, - and _", name=name

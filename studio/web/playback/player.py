@@ -20,6 +20,7 @@ from studio.take.folder.take import Take
 from studio.web.playback.clip import Clip
 from studio.web.playback.growing import GrowingClip, GrowingClips
 from studio.web.playback.raw_clip import load_raw
+from studio.web.playback.robots import NO_ROBOT, ReplayedRobot
 from studio.web.playback.second import Second
 from studio.web.playback.space import space_of
 from studio.web.points.replayed import ReplayedDepth
@@ -35,7 +36,7 @@ GHOST_OFFSET_MS = 3_600_000.0
 GHOST_APART_M = 5.0
 """Largest offset of the second figure to the side."""
 
-_Key = tuple[int, int, int, float, float]
+_Key = tuple[int, int, int, int, float, float]
 
 
 class Screen(Protocol):
@@ -49,9 +50,10 @@ class Screen(Protocol):
         calibration: Calibration | None,
         depth: ReplayedDepth,
         names: Mapping[int, str],
+        robots: tuple[str, Mapping[int, NDArray[np.float64]]],
     ) -> None:
         """Show a frame, another solve's beside it, and the joints' earlier places, shape (N, 52, 3); `depth`: where
-        the take's depth images are."""
+        the take's depth images are; `robots`: a robot's name, and its configurations by the performer's number."""
 
     def show_live(self) -> None:
         """Go back to the live stage."""
@@ -67,6 +69,7 @@ class Player:
         self.growing = GrowingClips()
         self._clip: Clip | None = None
         self._ghost: Second | None = None
+        self._robot = NO_ROBOT
         self._ghost_offset_ms = 0.0
         self._ghost_apart_m = 0.0
         self._playing = False
@@ -92,6 +95,12 @@ class Player:
         """
         with self._changed:
             return self._open(), (self._ghost, self._ghost_offset_ms * 1e-3)
+
+    def show_robot(self, robot: ReplayedRobot) -> None:
+        """Show how a robot moves where its motion belongs to the replayed solve."""
+        with self._changed:
+            self._robot = robot
+            self._changed.notify()
 
     def open(self, clip: Clip, ghost: Second | None = None) -> None:
         """Replay a clip. The time is kept for another solve of the same take, and so is the offset of the same second
@@ -327,7 +336,7 @@ class Player:
         if self._clip is None:
             return None
         beside = (self._ghost_offset_ms, self._ghost_apart_m)
-        return id(self._clip), id(self._ghost), self._frame(), *beside
+        return id(self._clip), id(self._ghost), id(self._robot), self._frame(), *beside
 
     def _stop_at_the_end(self) -> None:
         if self._playing and not self._loop and self._now() >= self._range[1]:
@@ -346,13 +355,13 @@ class Player:
                     return
                 self._stop_at_the_end()
                 key = self._key()
-                clip, ghost = self._clip, self._ghost
+                clip, ghost, robot = self._clip, self._ghost, self._robot
             if key == seen:
                 continue
             if clip is None or key is None:
                 self._screen.show_live()
                 continue
-            frame, offset_ms, apart_m = key[2:]
+            frame, offset_ms, apart_m = key[3:]
             beside = None
             if ghost is not None:
                 beside = ghost.step(float(clip.poses.time_s[frame]) + offset_ms * 1e-3, apart_m=apart_m)
@@ -364,6 +373,7 @@ class Player:
                 clip.calibration,
                 clip.depth,
                 numbered,
+                (robot.name, robot.at(clip, frame)),
             )
 
 

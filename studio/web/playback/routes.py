@@ -1,6 +1,6 @@
 """Routes of the replay under `/api/v1/replay`. All browsers show the same replay."""
 
-from typing import Annotated, Any, Protocol
+from typing import Annotated, Any
 
 import numpy as np
 from fastapi import APIRouter, Query
@@ -16,23 +16,13 @@ from studio.take.folder.references import how_aligned, placed_path, reference_pa
 from studio.take.folder.take import Take
 from studio.web.playback.clip import Clip
 from studio.web.playback.curves import MAX_POINTS, Curves, curves
+from studio.web.playback.finder import TakeFinder
 from studio.web.playback.joint_curves import CHANNELS, MAX_CURVES, CurveColumns, JointCurves
 from studio.web.playback.player import Player
 from studio.web.playback.raw_clip import load_raw
+from studio.web.playback.robots import ChosenRobots
 from studio.web.playback.second import Second, alignment_of
 from studio.worker import run_in_process
-
-
-class TakeFinder(Protocol):
-    """Finds takes and their solves."""
-
-    def take(self, session: str, name: str) -> Take:
-        """Return a take."""
-        ...
-
-    def solve(self, take: Take, name: str, performer: str | None = None) -> Any:
-        """Return the path of the poses of a take's solve, of several those of a performer."""
-        ...
 
 
 class _ReplayBody(BaseModel):
@@ -100,7 +90,7 @@ class ChangeRequest(_ReplayBody):
     ghost_apart_m: float | None = Field(None, description="the second figure stands so far to the side")
 
 
-def playback_routes(player: Player, takes: TakeFinder) -> APIRouter:
+def playback_routes(player: Player, takes: TakeFinder, robots: ChosenRobots) -> APIRouter:
     """Return the routes of one player."""
     router = APIRouter(prefix="/api/v1/replay", tags=["replay"], route_class=StructRoute)
 
@@ -160,6 +150,7 @@ def playback_routes(player: Player, takes: TakeFinder) -> APIRouter:
         """Show a take's solve instead of the live stage; cameras go on being received and recorded."""
         clip = load(request)
         player.open(clip, None if request.ghost is None else second(request.ghost, clip))
+        robots.follow_replay()
         return player.status()
 
     @router.patch("")

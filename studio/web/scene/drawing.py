@@ -15,6 +15,7 @@ from studio.engine.model.joints import OUTPUT_INDEX
 from studio.web.scene.clouds import Cloud
 from studio.web.scene.frusta import Picture
 from studio.web.scene.operator import OperatorNodes, OperatorView
+from studio.web.scene.robot import ChosenRobot
 from studio.web.scene.scene import Scene
 
 LOST_AFTER_S = 0.6
@@ -75,6 +76,8 @@ class DrawnStep:
         trails: the joints' earlier places by the performer's number, shape (N, 52, 3).
         calibration: where cameras stand.
         names: of performers by number, where there are several: each has a colour of their own.
+        robots: configurations of `robot` by the performer's number, shape (nq,); without one it follows the step.
+        robot: name of the robot whose configurations they are.
     """
 
     result: StepResult
@@ -82,6 +85,8 @@ class DrawnStep:
     trails: Mapping[int, NDArray[np.float64]]
     calibration: Calibration | None
     names: Mapping[int, str] = field(default_factory=dict)
+    robots: Mapping[int, NDArray[np.float64]] = field(default_factory=dict)
+    robot: str = ""
 
 
 @dataclass(frozen=True)
@@ -95,6 +100,7 @@ class Wanted:
         trail_joints: output joints that draw a trail.
         operator: the operator's view, once there is one.
         clouds: what cameras see, as points, by camera.
+        robot: whom everybody is drawn as; None = as a mannequin.
     """
 
     live: StepResult | None
@@ -104,6 +110,7 @@ class Wanted:
     trail_joints: tuple[str, ...]
     operator: OperatorView | None = None
     clouds: Mapping[str, Cloud] = field(default_factory=dict)
+    robot: ChosenRobot | None = None
 
 
 class Drawing:
@@ -121,7 +128,7 @@ class Drawing:
         self._looked_s = -np.inf
         self._seen_s: dict[int, float] = {}
         self._last: DrawnStep | None = None
-        self._drawn_for: tuple[frozenset[int], dict[str, bool], tuple[str, ...]] | None = None
+        self._drawn_for: tuple[object, ...] | None = None
         self._beat_s = -np.inf
         for node in (CLOCK_NODE, BEAT_NODE):
             server.scene.add_frame(node, show_axes=False, visible=False)
@@ -135,7 +142,7 @@ class Drawing:
         around = self._surroundings(now_s)
         step = self._next(wanted, around, here)
         browsers = frozenset(self._server.get_clients())
-        drawn_for = (browsers, wanted.layers, wanted.trail_joints)
+        drawn_for = (browsers, wanted.layers, wanted.trail_joints, wanted.robot)
         changed, self._drawn_for = drawn_for != self._drawn_for, drawn_for
         with self._server.atomic():
             self._draw_stage(wanted, around)
@@ -182,6 +189,7 @@ class Drawing:
         shown = wanted.live if replay is None else replay.result
         if shown is None and self._last is not None:
             shown = self._last.result
+        self.scene.use_robot(wanted.robot)
         self.scene.use_cameras(_cameras(around, replay))
         self.scene.use_calibration(around.calibration if replay is None else replay.calibration)
         self.scene.show_pictures(around.pictures if replay is None else {})
@@ -193,7 +201,9 @@ class Drawing:
     def _draw_performers(self, step: DrawnStep, wanted: Wanted) -> None:
         joints = [OUTPUT_INDEX[name] for name in wanted.trail_joints]
         trails = {number: trail[:, joints] for number, trail in step.trails.items()}
-        self.scene.draw(step.result, step.ghost, names=step.names, trails=trails)
+        own = wanted.robot is not None and wanted.robot.robot.name == step.robot
+        robots = step.robots if own else {}
+        self.scene.draw(step.result, step.ghost, names=step.names, trails=trails, robots=robots)
 
     def _tell_time(self, step: StepResult, around: Surroundings, now_s: float) -> None:
         """Send the times with the pose."""

@@ -12,6 +12,7 @@ from studio.web.scene.character import Character
 from studio.web.scene.effectors import EffectorMarks
 from studio.web.scene.ghost import Ghost
 from studio.web.scene.palette import CAMERA_COLOURS
+from studio.web.scene.robot import ChosenRobot, RobotFigure
 from studio.web.scene.skeletons import FusedFigure, RawSkeleton, Trail
 
 FIGURES = ("character", "fused", "raw", "effectors", "ghost", "trails")
@@ -40,7 +41,10 @@ class PerformerFigure:
         self._frames = {
             name: server.scene.add_frame(f"/{name}/{own}", show_axes=False, visible=False) for name in FIGURES
         }
+        self._body = server.scene.add_frame(f"/character/{own}/body", show_axes=False)
         self._character = Character(server, f"/character/{own}/body")
+        self._robot: RobotFigure | None = None
+        self._opacity: float | None = None
         self._ghost = Ghost(server, f"/ghost/{own}")
         self._fused = FusedFigure(server, f"/fused/{own}/skeleton")
         self._effectors = EffectorMarks(server, f"/effectors/{own}/effectors")
@@ -76,6 +80,7 @@ class PerformerFigure:
         shown: Shown,
         colours: Mapping[str, tuple[int, int, int]],
         name_at: NDArray[np.float64] | None = None,
+        robot_q: NDArray[np.float64] | None = None,
     ) -> None:
         """Show the performer's step, and a second figure beside it.
 
@@ -85,6 +90,7 @@ class PerformerFigure:
             shown: tells which layers are.
             colours: of the cameras.
             name_at: where the name stands [m], shape (3,).
+            robot_q: configuration of the robot that is drawn, if any; None: it follows the step.
         """
         body = bool(np.isfinite(result.positions_m[0]).all())
         if shown("raw"):
@@ -94,7 +100,10 @@ class PerformerFigure:
         if shown("effectors") and body:
             self._effectors.draw(result)
         if shown("character") and body:
-            self._character.draw(result)
+            if self._robot is None:
+                self._character.draw(result)
+            else:
+                self._robot.draw(result, robot_q)
             if self._label is not None and name_at is not None:
                 self._label.position = name_at.round(3)
         self._ghost.draw(ghost, result.positions_m[0])
@@ -125,7 +134,23 @@ class PerformerFigure:
 
     def set_opacity(self, opacity: float | None) -> None:
         """Make the body transparent, or not (None)."""
+        self._opacity = opacity
         self._character.set_opacity(opacity)
+        if self._robot is not None:
+            self._robot.set_opacity(opacity)
+
+    def use_robot(self, chosen: ChosenRobot | None) -> None:
+        """Draw a robot in place of the mannequin, or the mannequin (None)."""
+        if (None if self._robot is None else self._robot.chosen) is chosen:
+            return
+        if self._robot is not None:
+            self._robot.remove()
+        self._robot = (
+            None
+            if chosen is None
+            else RobotFigure(self._server, f"/character/{self._own}/robot", chosen, self._opacity)
+        )
+        self._body.visible = chosen is None
 
     def hide(self) -> None:
         """Hide the performer, whom no camera has seen for a while."""

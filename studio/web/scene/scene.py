@@ -18,6 +18,7 @@ from studio.web.scene.figure import PerformerFigure
 from studio.web.scene.frusta import Frustum, Picture
 from studio.web.scene.names import name_places
 from studio.web.scene.palette import STRANGER_RGB, camera_colours
+from studio.web.scene.robot import ChosenRobot
 from studio.web.scene.skeletons import RawSkeleton
 from studio.web.scene.skin import send_frames_whole
 
@@ -48,6 +49,7 @@ _SUN_M, _SUN_ANGLE_RAD = (2.4, 2.4, 12.0), 0.5
 _SEEN_THROUGH = 0.42
 _NO_NAMES: Mapping[int, str] = MappingProxyType({})
 _NO_TRAILS: Mapping[int, NDArray[np.float64]] = MappingProxyType({})
+_NO_ROBOTS: Mapping[int, NDArray[np.float64]] = MappingProxyType({})
 _NO_TRAIL = np.zeros((0, 0, 3))
 _NO_JOINTS = np.full((JOINT_COUNT, 3), np.nan)
 
@@ -74,6 +76,7 @@ class Scene:
             fade_strength=1.4, fade_from="origin", shadow_opacity=0.30, plane_opacity=0.0,
         )  # a plane of its own would be lighter than a dark backdrop, and so the shadow on it  # fmt: skip
         self._figures: dict[int, PerformerFigure] = {}
+        self._robot: ChosenRobot | None = None
         self._strangers: list[RawSkeleton] = []
         self._bodies = BodyNodes(server)
         self._frusta: dict[str, Frustum] = {}
@@ -153,6 +156,7 @@ class Scene:
         *,
         names: Mapping[int, str] = _NO_NAMES,
         trails: Mapping[int, NDArray[np.float64]] = _NO_TRAILS,
+        robots: Mapping[int, NDArray[np.float64]] = _NO_ROBOTS,
     ) -> None:
         """Show one step of the pipeline: every performer in `result.each()`; whoever else was drawn is hidden.
 
@@ -163,6 +167,7 @@ class Scene:
                 head. One performer alone needs none.
             trails: earlier places of joints by the performer's number, shape (frame_count, joint_count, 3), the
                 newest last.
+            robots: configurations of the robot by the performer's number; without one it follows the step.
         """
         steps = {one.performer: one for one in result.each()}
         beside = {} if ghost is None else {one.performer: one for one in ghost.each()}
@@ -179,6 +184,7 @@ class Scene:
                 shown=self.layer_shown,
                 colours=self.colours,
                 name_at=places.get(number),
+                robot_q=robots.get(number),
             )
             if self.layer_shown("trails"):
                 figure.draw_trails(trails.get(number, _NO_TRAIL))
@@ -190,8 +196,15 @@ class Scene:
     def _figure(self, number: int) -> PerformerFigure:
         if number not in self._figures:
             self._figures[number] = PerformerFigure(self._server, number)
+            self._figures[number].use_robot(self._robot)
             self._see_through()
         return self._figures[number]
+
+    def use_robot(self, chosen: ChosenRobot | None) -> None:
+        """Draw everybody as this robot, or as a mannequin (None)."""
+        self._robot = chosen
+        for figure in self._figures.values():
+            figure.use_robot(chosen)
 
     def _draw_strangers(self, joints_m: Sequence[NDArray[np.float64]]) -> None:
         """Show those who are no performers as grey skeletons, each of the shape (21, 3)."""

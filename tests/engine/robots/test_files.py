@@ -85,6 +85,8 @@ def test_a_motion_of_another_robot_is_refused(tmp_path: Path):
 def test_facts_name_what_was_assumed(tmp_path: Path):
     free = build_robot(models.written(tmp_path, models.humanoid(limit="")), "free")
     facts = robot_facts(free)
-    assert len(facts["notes"]) == len(free.joint_names)
+    limits, torques = facts["notes"]
+    assert all(name in limits for name in free.joint_names)
+    assert "no torque limits" in torques
     assert facts["moved"] == len(free.joint_names)
     assert facts["leg_m"] == pytest.approx(0.44)

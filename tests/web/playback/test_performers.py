@@ -57,7 +57,7 @@ def test_the_second_figure_has_everybody_too(take):
 
 
 class Screen:
-    def show_replay(self, result, ghost, trails, calibration, depth, names) -> None:
+    def show_replay(self, result, ghost, trails, calibration, depth, names, robots) -> None:
         pass
 
     def show_live(self) -> None:

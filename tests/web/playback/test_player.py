@@ -31,7 +31,7 @@ class Screen:
         self.shown: list[tuple] = []
         self.live = threading.Event()
 
-    def show_replay(self, result, ghost, trail, calibration, depth, names) -> None:
+    def show_replay(self, result, ghost, trail, calibration, depth, names, robots) -> None:
         self.shown.append((result, ghost, trail))
 
     def show_live(self) -> None:

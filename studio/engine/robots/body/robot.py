@@ -12,6 +12,7 @@ from studio.engine.base.errors import FormatError
 from studio.engine.robots.body.collisions import with_floor
 from studio.engine.robots.body.parts import LIMBS, PARTS, SIDES, Tree, found_parts
 from studio.engine.robots.body.reading import FREE, FREE_DOFS, ReadModel, compiled, read_model
+from studio.engine.robots.body.strength import torque_limits
 from studio.engine.robots.body.surface import surface_points
 
 Array = NDArray[np.float64]
@@ -58,6 +59,8 @@ class Robot:
         joint_names: hinges in the model's order, shape (hinge_count,).
         range_rad: limits of each hinge, shape (hinge_count, 2).
         velocity_rad_s: limit of each hinge's velocity, shape (hinge_count,).
+        torque_nm: lowest and highest torque of each hinge, infinite where the model gives none, shape
+            (hinge_count, 2).
         unlimited: hinges without limits in the file; `range_rad` has +-pi for them.
         active: whether a hinge moves any of `POINTS`; the others (fingers) keep their place, shape (hinge_count,).
         rest: hinges of a relaxed stance, within limits, shape (hinge_count,).
@@ -78,6 +81,7 @@ class Robot:
     joint_names: tuple[str, ...]
     range_rad: Array
     velocity_rad_s: Array
+    torque_nm: Array
     unlimited: tuple[str, ...]
     active: NDArray[np.bool_]
     rest: Array
@@ -160,6 +164,7 @@ def build_robot(
         joint_names=read.joint_names,
         range_rad=read.range_rad,
         velocity_rad_s=_velocities(read, velocity_rad_s),
+        torque_nm=torque_limits(read.model),
         unlimited=read.unlimited,
         active=_active(tree, [body for body, _ in points.values()]),
         rest=np.clip(0.0, *bent.T),

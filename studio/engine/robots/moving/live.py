@@ -16,7 +16,7 @@ from studio.engine.robots.body.collisions import ContactFinder
 from studio.engine.robots.body.reading import FREE, FREE_DOFS
 from studio.engine.robots.body.robot import INDEX, Robot
 from studio.engine.robots.moving.kinematics import body_dofs, contact_rows
-from studio.engine.robots.moving.performed import Performed
+from studio.engine.robots.moving.performed import FEET, Performed
 from studio.engine.robots.moving.targets import (
     SOLES,
     Targets,
@@ -41,6 +41,9 @@ FIRST_ITERATIONS = 60
 MAX_STEP_RAD = 0.3
 VELOCITY_SHARE = 0.9
 """Share of the last frame's velocity that is expected to go on."""
+
+STOP_SHARE = 0.8
+"""The same where nobody is to be followed."""
 
 DAMPING = 1e-3
 REST_RAD = 1.5
@@ -120,6 +123,34 @@ class LiveFeet:
         return replace(targets, hold=corners)
 
 
+class Follower:
+    """Follows a performer's motion frame by frame: stances, targets, and the robot's configuration."""
+
+    def __init__(self, robot: Robot, frame_s: float, *, at_once: bool = True) -> None:
+        """`at_once`: the first frame jumps to the performer's pose; else the robot goes there from its stance."""
+        self._robot, self._frame_s = robot, frame_s
+        self._solver = LiveRobot(robot, frame_s, at_once=at_once)
+        self._feet = LiveFeet(robot)
+        self._stances: LiveStances | None = None
+
+    def follow(self, frame: Performed, pace: float = 1.0) -> Array:
+        """Return the configuration for the next frame of a motion, shape (nq,).
+
+        Args:
+            frame: a motion of one frame.
+            pace: share of the velocity limits that the hinges may use.
+        """
+        if self._stances is None:
+            self._stances = LiveStances(frame.stand_m, self._frame_s)
+        hold = self._stances.follow(np.stack([frame.at[joint][0] for joint in FEET]))
+        return self._solver.follow(self._feet.plant(scaled(self._robot, frame), hold), pace)
+
+    def hold(self) -> Array:
+        """Return the configuration for a frame in which nobody is to be followed: the robot comes to rest."""
+        self._stances, self._feet = None, LiveFeet(self._robot)
+        return self._solver.stop()
+
+
 def followed(
     robot: Robot, motion: Performed, now_s: Callable[[], float] = lambda: 0.0
 ) -> tuple[Array, Array]:
@@ -128,16 +159,11 @@ def followed(
 
     Nothing that a frame needs comes after it, except lengths and heights of the performer's own body.
     """
-    solver, feet = LiveRobot(robot, motion.frame_s), LiveFeet(robot)
-    stances = LiveStances(motion.stand_m, motion.frame_s)
-    joints = ("LeftFoot", "LeftToeBase", "RightFoot", "RightToeBase")
+    follower = Follower(robot, motion.frame_s)
     out, took = np.empty((len(motion.time_s), robot.model.nq)), np.empty(len(motion.time_s))
     for t in range(len(out)):
         begin_s = now_s()
-        frame = motion.part(slice(t, t + 1))
-        hold = stances.follow(np.stack([frame.at[joint][0] for joint in joints]))
-        targets = feet.plant(scaled(robot, frame), hold)
-        out[t] = solver.follow(targets)
+        out[t] = follower.follow(motion.part(slice(t, t + 1)))
         took[t] = now_s() - begin_s
     return out, took
 
@@ -145,8 +171,9 @@ def followed(
 class LiveRobot:
     """Follows targets frame by frame."""
 
-    def __init__(self, robot: Robot, frame_s: float) -> None:
-        self._robot, self._frame_s = robot, frame_s
+    def __init__(self, robot: Robot, frame_s: float, *, at_once: bool = True) -> None:
+        """`at_once`: as of `Follower`."""
+        self._robot, self._frame_s, self._at_once = robot, frame_s, at_once
         model = robot.model
         self._configuration = mink.Configuration(model, robot.standing)
         self._task = JointPositionsTask(robot)
@@ -164,16 +191,33 @@ class LiveRobot:
         self._contacts = ContactFinder(model, robot.active)
         self._moves = body_dofs(model)
         self._started = False
+        self._warm_up()
 
-    def follow(self, targets: Targets) -> Array:
-        """Return the configuration for the targets of the next frame, shape (nq,)."""
+    def follow(self, targets: Targets, pace: float = 1.0) -> Array:
+        """Return the configuration for the targets of the next frame, shape (nq,); `pace`: as of `Follower`."""
         self._task.set_targets(targets.points_m[0], 1.0 / targets.sigma_m[0, :, 0])
         if not self._started:
             self._started = True
             hips = targets.points_m[0, [INDEX["left_hip"], INDEX["right_hip"]]].mean(axis=0)
             self._start(hips, targets.hips_wxyz[0])
-        self._velocity = VELOCITY_SHARE * self._step(self._velocity)
+        self._velocity = VELOCITY_SHARE * self._step(self._velocity, pace)
         return self._configuration.q.copy()
+
+    def stop(self) -> Array:
+        """Return the configuration of the next frame without targets, shape (nq,): it comes to rest."""
+        self._velocity *= STOP_SHARE
+        if self._started:
+            hinges = self._configuration.q[FREE:]
+            step = self._velocity.copy()
+            step[FREE_DOFS:] = np.clip(hinges + step[FREE_DOFS:], self._low, self._high) - hinges
+            self._configuration.integrate_inplace(step, 1.0)
+        return self._configuration.q.copy()
+
+    def _warm_up(self) -> None:
+        """Let everything that a first frame needs be made: at the stance, in which nothing moves."""
+        self._task.set_targets(self._robot.at_rest_m, np.ones(len(self._robot.at_rest_m)))
+        self._step(np.zeros_like(self._velocity), 1.0)
+        self._configuration.update(self._robot.standing)
 
     def _start(self, hips_m: Array, hips_wxyz: Array) -> None:
         q = self._robot.standing
@@ -181,14 +225,16 @@ class LiveRobot:
         q[:3] += hips_m - rest
         q[3:FREE] = hips_wxyz
         self._configuration.update(q)
+        if not self._at_once:
+            return
         reach, self._reach = self._reach, np.where(self._reach > 0.0, MAX_STEP_RAD, 0.0)
         stiffness, self._stiffness = self._stiffness, np.ones_like(self._stiffness)
         for _ in range(FIRST_ITERATIONS):
-            self._step(np.zeros_like(self._velocity))
+            self._step(np.zeros_like(self._velocity), 1.0)
         self._reach, self._stiffness = reach, stiffness
 
-    def _step(self, expected: Array) -> Array:
-        """Move by one step of mink's problem, near the expected one; return it."""
+    def _step(self, expected: Array, pace: float) -> Array:
+        """Move by one step of mink's problem, near the expected one, at a share of the limits; return it."""
         problem = _build_ik(self._configuration, [self._task], 1.0, DAMPING, limits=[])
         hinges = self._configuration.q[FREE:]
         H, c = problem.P, problem.q
@@ -198,6 +244,8 @@ class LiveRobot:
         c[FREE_DOFS:] += self._rest_stiffness[FREE_DOFS:] * (hinges - self._robot.rest)
         self._keep_apart(H, c)
         low, high = -self._reach, self._reach.copy()
+        low[FREE_DOFS:] *= pace
+        high[FREE_DOFS:] *= pace
         np.maximum(low[FREE_DOFS:], np.minimum(self._low - hinges, 0.0), out=low[FREE_DOFS:])
         np.minimum(high[FREE_DOFS:], np.maximum(self._high - hinges, 0.0), out=high[FREE_DOFS:])
         step = self._qp.solve(H, c, low, high)

@@ -14,9 +14,13 @@ from studio.engine.whole_take.finish.contacts import find_contacts
 Array = NDArray[np.float64]
 
 SIDES = ("Left", "Right")
-_LIMBS = tuple(
+LIMBS = tuple(
     f"{side}{part}" for side in SIDES for part in ("UpLeg", "Leg", "Foot", "Arm", "ForeArm", "Hand")
 )
+FEET = tuple(f"{side}{part}" for side in SIDES for part in ("Foot", "ToeBase"))
+CHEST, HEAD = ("Spine2", "Spine1", "Spine", "Hips"), ("Head", "Neck", "Spine2", "Hips")
+"""Joints that show how chest and head are turned, the best one first."""
+
 _TOE = np.array([0.0, -0.15, -0.06])
 """A toe that the skeleton lacks, from the ankle in the T-pose [m]."""
 
@@ -76,7 +80,7 @@ def performed(poses: Poses) -> Performed:
         FormatError: a limb is missing, or there are too few frames.
     """
     index = {name: k for k, name in enumerate(poses.joint_names)}
-    missing = [name for name in ("Hips", *_LIMBS) if name not in index]
+    missing = [name for name in ("Hips", *LIMBS) if name not in index]
     if missing:
         raise FormatError(
             "robot.motion_lacks",
@@ -90,13 +94,13 @@ def performed(poses: Poses) -> Performed:
             n=poses.frame_count,
             least=LEAST_FRAMES,
         )
-    at = {name: poses.positions_m[:, index[name]].copy() for name in ("Hips", *_LIMBS)}
+    at = {name: poses.positions_m[:, index[name]].copy() for name in ("Hips", *LIMBS)}
     turned = {
         "Hips": poses.rotations_wxyz[:, index["Hips"]],
-        "Chest": poses.rotations_wxyz[:, _nearest(index, ("Spine2", "Spine1", "Spine", "Hips"))],
-        "Head": poses.rotations_wxyz[:, _nearest(index, ("Head", "Neck", "Spine2", "Hips"))],
+        "Chest": poses.rotations_wxyz[:, _nearest(index, CHEST)],
+        "Head": poses.rotations_wxyz[:, _nearest(index, HEAD)],
     }
-    for name in _LIMBS:
+    for name in LIMBS:
         turned[name] = poses.rotations_wxyz[:, index[name]]
     for side in SIDES:
         toe = f"{side}ToeBase"
@@ -114,7 +118,7 @@ def _nearest(index: dict[str, int], names: tuple[str, ...]) -> int:
 
 def _on_floor(poses: Poses, at: dict[str, Array], turned: dict[str, Array]) -> Performed:
     frame_s = 1.0 / poses.frames_per_second
-    feet = np.stack([at[f"{side}{part}"] for side in SIDES for part in ("Foot", "ToeBase")], axis=1)
+    feet = np.stack([at[joint] for joint in FEET], axis=1)
     low = np.percentile(feet[:, :, 2], _LOW_PERCENT, axis=0)
     hold = find_contacts(feet, [(0, len(feet))], frame_s, np.maximum(low, 1e-3)).hold
     stand = np.array(
@@ -134,7 +138,7 @@ def _on_floor(poses: Poses, at: dict[str, Array], turned: dict[str, Array]) -> P
         ),
         hold=hold,
         stand_m=stand - floor,
-        lengths_m=_lengths(at),
+        lengths_m=limb_lengths(at),
     )
 
 
@@ -158,7 +162,9 @@ def _flat_turn(turns: Array, hold: Array) -> Array:
     return (Rotation.from_euler("z", -heading[:, None]) * whole).mean().inv().as_quat(scalar_first=True)
 
 
-def _lengths(at: dict[str, Array]) -> dict[str, float]:
+def limb_lengths(at: dict[str, Array]) -> dict[str, float]:
+    """Return a performer's `lengths_m` from positions of joints, each of the shape (frame_count, 3)."""
+
     def length(first: str, last: str) -> float:
         return float(
             np.mean([np.median(np.linalg.norm(at[s + last] - at[s + first], axis=1)) for s in SIDES])

@@ -30,8 +30,24 @@ TURN_M = 0.15
 CHANGE_M2_S = 4e-3
 """Cost of a change of place in a stance (`places`)."""
 
-HANDS_M = (0.10, 0.25)
-"""Hands are as near to each other as the performer's below the first distance, and free of it above the second."""
+TOUCH_M = (0.10, 0.25)
+"""A hand is as near to what it touches as the performer's below the first distance, and free above the second."""
+
+TOUCHING = (
+    ("left_hand", "right_hand"),
+    *(
+        (f"{one}_hand", f"{other}_{part}")
+        for one, other in (SIDES, SIDES[::-1])
+        for part in ("elbow", "shoulder")
+    ),
+    *((f"{one}_hand", f"{other}_knee") for one in SIDES for other in SIDES),
+)
+"""What a hand may touch on the own body: points of a robot."""
+
+_JOINTS = {"hand": "Hand", "elbow": "ForeArm", "shoulder": "Arm", "knee": "Leg"}
+
+FLOOR_SIGMA_M = 0.004
+"""Standard deviation of the height of a hand on the floor."""
 
 SIGMA_M = {
     "pelvis_up": 0.06, "torso_front": 0.05, "head_front": 0.08, "hip": 0.03, "knee": 0.04, "shoulder": 0.03,
@@ -62,8 +78,9 @@ class Targets:
         hold: how much each corner of the soles stands, 0..1, shape (frame_count, 2, 4).
         hips_wxyz, chest_wxyz: turns of pelvis and torso from the zero pose, robot's axes, shape (frame_count, 4).
         feet_wxyz: of the feet, shape (frame_count, 2, 4).
-        hands_m: wanted way from the right hand to the left [m], shape (frame_count, 3).
-        together: how much that counts, 0..1, shape (frame_count,).
+        touch_m: wanted way from the second of each pair of `TOUCHING` to the first [m], shape (frame_count,
+            pair_count, 3).
+        touching: how much that counts, 0..1, shape (frame_count, pair_count).
     """
 
     frame_s: float
@@ -73,8 +90,8 @@ class Targets:
     hips_wxyz: Array
     chest_wxyz: Array
     feet_wxyz: Array
-    hands_m: Array
-    together: Array
+    touch_m: Array
+    touching: Array
 
     def __len__(self) -> int:
         return len(self.points_m)
@@ -127,17 +144,22 @@ def scaled(robot: Robot, motion: Performed) -> Targets:
     ankles, feet = _ankles(robot, motion, hips_turn, ratio)
     points[:, [INDEX["left_ankle"], INDEX["right_ankle"]]] = ankles
     points[:, SOLES] = _soles(robot, ankles, feet)
-    hands, together = _hands(robot, motion, points)
+    sigma = np.tile(_SIGMA_M[:, None], (frames, 1, 3))
+    arms = (robot.lengths_m["upper_arm"] + robot.lengths_m["forearm"]) / (
+        motion.lengths_m["upper_arm"] + motion.lengths_m["forearm"]
+    )
+    _hands_on_floor(motion, arms, points, sigma)
+    touch, touching = _touches(motion, arms)
     return Targets(
         frame_s=motion.frame_s,
         points_m=points,
-        sigma_m=np.tile(_SIGMA_M[:, None], (frames, 1, 3)),
+        sigma_m=sigma,
         hold=np.zeros((frames, 2, 4)),
         hips_wxyz=hips_turn,
         chest_wxyz=chest_turn,
         feet_wxyz=feet,
-        hands_m=hands,
-        together=together,
+        touch_m=touch,
+        touching=touching,
     )
 
 
@@ -282,15 +304,32 @@ def runs(flags: NDArray[np.bool_]) -> list[tuple[int, int]]:
     return [(int(a), int(b)) for a, b in zip(edges[::2], edges[1::2], strict=True)]
 
 
-def _hands(robot: Robot, motion: Performed, points: Array) -> tuple[Array, Array]:
-    """The way between the hands where they are near each other, and how much it counts."""
-    way = motion.at["LeftHand"] - motion.at["RightHand"]
-    ratio = (robot.lengths_m["upper_arm"] + robot.lengths_m["forearm"]) / (
-        motion.lengths_m["upper_arm"] + motion.lengths_m["forearm"]
-    )
-    near, far = HANDS_M
-    t = np.clip((np.linalg.norm(way, axis=1) - far) / (near - far), 0.0, 1.0)
-    return ratio * way, t * t * (3.0 - 2.0 * t)
+def _touches(motion: Performed, ratio: float) -> tuple[Array, Array]:
+    """The ways between what touches on the performer's body, at the robot's size, and how much each counts."""
+    ways = np.stack([_joint(motion, first) - _joint(motion, second) for first, second in TOUCHING], axis=1)
+    return ratio * ways, _nearness(np.linalg.norm(ways, axis=2))
+
+
+def _hands_on_floor(motion: Performed, ratio: float, points: Array, sigma: Array) -> None:
+    """Bring hands to the floor, in place, where the performer's are on it."""
+    for side in SIDES:
+        hand, height = INDEX[f"{side}_hand"], _joint(motion, f"{side}_hand")[:, 2]
+        near = _nearness(np.maximum(height, 0.0))
+        points[:, hand, 2] += near * (ratio * height - points[:, hand, 2])
+        sigma[:, hand, 2] *= (FLOOR_SIGMA_M / SIGMA_M["hand"]) ** near
+
+
+def _joint(motion: Performed, point: str) -> Array:
+    """Where the performer has a point of a robot [m], shape (frame_count, 3)."""
+    side, part = point.split("_")
+    return motion.at[PERFORMER_SIDES[SIDES.index(side)] + _JOINTS[part]]
+
+
+def _nearness(distance_m: Array) -> Array:
+    """1 where something touches .. 0 where it is free, smooth between."""
+    near, far = TOUCH_M
+    t = np.clip((distance_m - far) / (near - far), 0.0, 1.0)
+    return t * t * (3.0 - 2.0 * t)
 
 
 def sole_sigma_m(hold: Array) -> Array:

@@ -17,10 +17,12 @@ from studio.engine.robots.body.reading import FREE, FREE_DOFS
 from studio.engine.robots.body.robot import INDEX, Robot
 from studio.engine.robots.moving.balance import balance_rows
 from studio.engine.robots.moving.kinematics import ContactRows, Linearised, RobotKinematics
-from studio.engine.robots.moving.targets import SOLES, Targets, replanted
-from studio.engine.whole_take.finish.banded import BandedNormal, add_accelerations, add_rows
+from studio.engine.robots.moving.targets import SOLES, TOUCHING, Targets, replanted
+from studio.engine.robots.moving.torques import RobotTorques
+from studio.engine.whole_take.finish.banded import BandedNormal, NormalEquations, add_accelerations, add_rows
 from studio.engine.whole_take.finish.smoother import HELD, MAX_STEP
 from studio.engine.whole_take.finish.trajectory import moved, steps
+from studio.engine.whole_take.physics.blocks import Blocks
 
 Array = NDArray[np.float64]
 
@@ -50,10 +52,13 @@ APART_M, APART_SIGMA_M, APART_SOFT_M = 0.005, 0.002, 0.1
 """Deviation of a sole below the floor; distance that parts keep from each other and from the floor, deviation below
 it, and the same in the first step."""
 
-TOGETHER_M = 0.015
-"""Deviation of the hands' distance where they are near each other."""
+TOUCH_SIGMA_M = 0.015
+"""Deviation of the distance between what touches."""
 
-_LEFT_HAND, _RIGHT_HAND = INDEX["left_hand"], INDEX["right_hand"]
+STRENGTH_ITERATIONS = 10
+"""Gauss-Newton steps after the others in which torques are kept within their limits, where any is beyond."""
+
+_TOUCHING = np.array([[INDEX[first], INDEX[second]] for first, second in TOUCHING])
 _CORNERS = SOLES.ravel()
 
 
@@ -64,10 +69,12 @@ class Retargeting:
     Attributes:
         balance: keep the centre of mass over the support while the performer stands.
         self_contact: keep parts of the robot apart.
+        strength: keep torques within the limits that the model gives, as far as the motion allows.
     """
 
     balance: bool = False
     self_contact: bool = True
+    strength: bool = True
 
 
 def retargeted(
@@ -95,6 +102,11 @@ def retargeted(
             apart = _apart(iteration) if options.self_contact else None
             q[rows] = solver.stepped(q[rows], targets.part(rows), begin - low, apart=apart)
             progress((begin + (high - begin) * (iteration + 1) / ITERATIONS) / len(q))
+        for _ in range(STRENGTH_ITERATIONS if options.strength else 0):
+            weaker = solver.weaker(q[rows], targets.part(rows), begin - low)
+            if weaker is None:
+                break
+            q[rows] = weaker
     return solver.finished(q)
 
 
@@ -108,6 +120,7 @@ class _Solver:
         self._reach = robot.velocity_rad_s[active] * targets.frame_s
         count = int(active.sum())
         sigma = np.repeat(ACCELERATION, (3, 3, count))
+        self._torques = RobotTorques(robot, targets.frame_s)
         self._stiffness = 1.0 / (sigma * targets.frame_s**2) ** 2
 
     def points(self, q: Array) -> Array:
@@ -127,9 +140,23 @@ class _Solver:
 
     def stepped(self, q: Array, targets: Targets, held: int, *, apart: float | None) -> Array:
         """A window's configurations after one Gauss-Newton step; the first `held` stay."""
+        return _moved(q, self._normal(q, targets, apart), held)
+
+    def weaker(self, q: Array, targets: Targets, held: int) -> Array | None:
+        """A window's configurations after one more step with torques nearer their limits; None if none is beyond."""
+        if not self._torques.given or len(q) < 3:
+            return None
+        apart = _apart(ITERATIONS) if self._options.self_contact else None
+        blocks = Blocks.of(self._normal(q, targets, apart))
+        if not self._torques.add_rows(blocks, self._kinematics.whole(q), self._kinematics.dofs):
+            return None
+        return _moved(q, blocks, held)
+
+    def _normal(self, q: Array, targets: Targets, apart: float | None) -> BandedNormal:
+        """The normal equations at a window's configurations."""
         at = self._kinematics.linearised(q, contacts=apart is not None, mass=self._options.balance)
         normal = _point_rows(at, targets)
-        _hand_rows(normal, at, targets)
+        _touch_rows(normal, at, targets)
         _floor_rows(normal, at)
         self._rest_rows(normal, q)
         self._limit_rows(normal, q)
@@ -141,10 +168,7 @@ class _Solver:
             _contact_rows(normal, at.contacts, apart)
         if self._options.balance:
             add_rows(normal, *balance_rows(at, targets))
-        k = np.arange(q.shape[1] - 1)
-        normal.diagonal[:held, k[:, None], k[:, None]] += HELD
-        normal.right[:held] = 0.0
-        return moved(q, np.clip(normal.solve(), -MAX_STEP, MAX_STEP))
+        return normal
 
     def finished(self, q: Array) -> Array:
         """Whole configurations within the limits of angles and velocities."""
@@ -176,6 +200,14 @@ class _Solver:
         normal.next[:, k, k] -= stiffness
 
 
+def _moved(q: Array, normal: NormalEquations, held: int) -> Array:
+    """Configurations moved by the solution of normal equations; the first `held` stay."""
+    k = np.arange(q.shape[1] - 1)
+    normal.diagonal[:held, k[:, None], k[:, None]] += HELD
+    normal.right[:held] = 0.0
+    return moved(q, np.clip(normal.solve(), -MAX_STEP, MAX_STEP))
+
+
 def _point_rows(at: Linearised, targets: Targets) -> BandedNormal:
     frames = len(at.points_m)
     inverse = 1.0 / targets.sigma_m
@@ -185,17 +217,19 @@ def _point_rows(at: Linearised, targets: Targets) -> BandedNormal:
     return BandedNormal(np.matmul(across, weighted), np.matmul(across, residual[..., None])[..., 0])
 
 
-def _hand_rows(normal: BandedNormal, at: Linearised, targets: Targets) -> None:
-    """Keep near hands as near as the performer's."""
-    near = np.flatnonzero(targets.together > 0.0)
-    if not len(near):
-        return
-    rows = at.jacobians.reshape(len(at.points_m), -1, 3, at.jacobians.shape[2])[near]
-    rows = rows[:, _LEFT_HAND] - rows[:, _RIGHT_HAND]
-    way = at.points_m[near, _LEFT_HAND] - at.points_m[near, _RIGHT_HAND]
-    weight = targets.together[near] / TOGETHER_M**2
-    normal.diagonal[near] += weight[:, None, None] * np.matmul(rows.transpose(0, 2, 1), rows)
-    normal.right[near] += weight[:, None] * np.einsum("tan,ta->tn", rows, targets.hands_m[near] - way)
+def _touch_rows(normal: BandedNormal, at: Linearised, targets: Targets) -> None:
+    """Keep what touches as near as on the performer."""
+    jacobians = at.jacobians.reshape(len(at.points_m), -1, 3, at.jacobians.shape[2])
+    for pair, (first, second) in enumerate(_TOUCHING):
+        near = np.flatnonzero(targets.touching[:, pair] > 0.0)
+        if not len(near):
+            continue
+        rows = jacobians[near, first] - jacobians[near, second]
+        way = at.points_m[near, first] - at.points_m[near, second]
+        weight = targets.touching[near, pair] / TOUCH_SIGMA_M**2
+        normal.diagonal[near] += weight[:, None, None] * np.matmul(rows.transpose(0, 2, 1), rows)
+        left = targets.touch_m[near, pair] - way
+        normal.right[near] += weight[:, None] * np.einsum("tan,ta->tn", rows, left)
 
 
 def _floor_rows(normal: BandedNormal, at: Linearised) -> None:

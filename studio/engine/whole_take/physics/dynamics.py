@@ -6,7 +6,7 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from studio.engine.model.human.humanoid import Humanoid
+from studio.engine.model.human.kinematics import SitedModel
 from studio.engine.whole_take.physics.points import FloorPoints
 
 GRAVITY_M_S2 = 9.81
@@ -34,12 +34,12 @@ class Dynamics:
     points: NDArray[np.float64]
 
 
-def body_mass_kg(humanoid: Humanoid) -> float:
+def body_mass_kg(humanoid: SitedModel) -> float:
     """The humanoid's mass."""
     return float(humanoid.model.body_mass.sum())
 
 
-def dynamics(humanoid: Humanoid, q: NDArray[np.float64], dt: float, points: FloorPoints) -> Dynamics:
+def dynamics(humanoid: SitedModel, q: NDArray[np.float64], dt: float, points: FloorPoints) -> Dynamics:
     """Return the dynamics of configurations, shape (F, nq), `dt` apart [s], by central differences.
 
     The rate of linear momentum is the mass times the second difference of the centre of mass. Angular momentum

@@ -6,7 +6,8 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from studio.engine.model.human.humanoid import FREE_DOFS, Humanoid
+from studio.engine.model.human.humanoid import FREE_DOFS
+from studio.engine.model.human.kinematics import SitedModel
 from studio.engine.whole_take.physics.blocks import Blocks
 from studio.engine.whole_take.physics.forces import ContactForces
 from studio.engine.whole_take.physics.points import FloorPoints
@@ -26,10 +27,10 @@ class Torques:
 
 
 class InverseDynamics:
-    """Torques of a humanoid's trajectories, frames `dt` apart [s]."""
+    """Torques of a body's trajectories, frames `dt` apart [s]."""
 
     def __init__(
-        self, humanoid: Humanoid, points: FloorPoints, bounds: NDArray[np.float64], dt: float
+        self, humanoid: SitedModel, points: FloorPoints, bounds: NDArray[np.float64], dt: float
     ) -> None:
         self._model, self._data = humanoid.model, mujoco.MjData(humanoid.model)
         self._points, self._dt = points, dt
@@ -76,13 +77,21 @@ class InverseDynamics:
             rows = inertia[FREE_DOFS + hinges] / (sigma_nm * self._dt**2)
             square = (weight[:, None] * rows).T @ rows
             pull = (weight * excess) @ rows
-            for frame, factor in ((k, 1.0), (k + 1, -2.0), (k + 2, 1.0)):
-                blocks.diagonal[frame] += factor**2 * square
-                blocks.right[frame] -= factor * pull
-            blocks.next[k : k + 2] -= 2.0 * square
-            blocks.second[k] += square
+            add_difference(blocks, int(k), square, pull)
 
     def _place(self, q: NDArray[np.float64]) -> None:
         self._data.qpos[:] = q
         mujoco.mj_kinematics(self._model, self._data)
         mujoco.mj_comPos(self._model, self._data)
+
+
+def add_difference(
+    blocks: Blocks, first: int, square: NDArray[np.float64], pull: NDArray[np.float64]
+) -> None:
+    """Add rows of the second difference of three frames, the first one at `first`: their square, shape (nv, nv), and
+    their product with the residuals, shape (nv,)."""
+    for frame, factor in ((first, 1.0), (first + 1, -2.0), (first + 2, 1.0)):
+        blocks.diagonal[frame] += factor**2 * square
+        blocks.right[frame] -= factor * pull
+    blocks.next[first : first + 2] -= 2.0 * square
+    blocks.second[first] += square

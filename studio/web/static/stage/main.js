@@ -14,7 +14,7 @@ import { updateDisk } from "./disk.js";
 import { startFrame } from "../base/frame.js";
 import { updateNextStep } from "./next_step.js";
 import { hearJobs, isUnderWay } from "../base/jobs.js";
-import { outputsFor, startOutputs } from "./outputs.js";
+import { outputRobots, outputsFor, startOutputs } from "./outputs.js";
 import { startSet, updateSet } from "./set.js";
 import { startRigid, updateRigid } from "./rigid.js";
 import { startKeys } from "./keys.js";
@@ -43,7 +43,7 @@ import { setNotice, setStale } from "../view/viewer.js";
 import { updateWizard } from "../calibration/wizard.js";
 
 const MANY_JOINTS = 6; // more than a limb's: not a joint that is lost, but somebody else
-const FILES = ["report", "export"]; // jobs that leave the take as it is
+const FILES = ["report", "export", "robot"]; // jobs that leave the take as it is
 const OWN_WORDS = [...FILES, "calibrate", "import"]; // jobs whose end is told where they were begun
 const CHOSEN = "switches"; // what the switches of a replayed take were set to, over a reload
 const SAVED_MS = 2500; // a take that another browser stopped is on disk by then
@@ -158,6 +158,7 @@ function showJobs(jobs) {
   const done = ended.filter((job) => job.state === "done" && job.kind === "solve");
   for (const job of done) solved(job.take, job.name);
   for (const job of ended) {
+    if (job.kind === "robot" && job.state === "failed") showError(said(job.message));
     if (OWN_WORDS.includes(job.kind)) continue;
     if (job.kind === "draft") continue; // the solve that follows says what is wrong
     if (job.state === "failed") showError(t("take.solve_failed", { name: job.take, solve: job.name, reason: said(job.message) }));
@@ -236,6 +237,7 @@ function showMessage(message) {
   if (state.stamp !== undefined && state.stamp !== message.takes) attempt(loadTakes); // takes came or went, whoever did it
   state.stamp = message.takes;
   updateView(message.view);
+  outputRobots(message.view.robots);
   showPanels();
 }
 

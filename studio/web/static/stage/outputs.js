@@ -5,15 +5,16 @@ import { attempt, showUndo, undoing } from "../base/messages.js";
 import { said } from "../base/said.js";
 import { t } from "../base/strings.js";
 
-const KINDS = { vmc: { label: "VMC (OSC)", port: 39539 }, rokoko: { label: "Rokoko JSON v3", port: 14043 } };
-const RATES = [30, 60, 120];
+const KINDS = { vmc: { label: "VMC (OSC)", port: 39539 }, rokoko: { label: "Rokoko JSON v3", port: 14043 }, robot: { label: "JSON", port: 14600 } };
+const RATES = [30, 50, 60, 100, 120];
 const PERIOD_MS = 2000;
-const panel = { kind: "vmc", host: "127.0.0.1", port: "", rate: 60, performer: "", names: [] };
+const panel = { kind: "vmc", host: "127.0.0.1", port: "", rate: 60, performer: "", names: [], robot: "", robots: [] };
 
 async function add(event) {
   event.preventDefault();
   const made = await attempt(() => addOutput({
     kind: panel.kind, host: panel.host.trim(), port: Number(panel.port) || 0, rate_hz: panel.rate, performer: panel.performer,
+    ...(panel.kind === "robot" && { robot: panel.robot || panel.robots[0] }),
   }));
   if (made) await attempt(updateOutputs);
 }
@@ -22,25 +23,27 @@ const alter = (name, change) => attempt(async () => { await changeOutput(name, c
 
 const REMOVE = undoing("output", (output) => attempt(async () => { await addOutput(output); await updateOutputs(); }));
 
-function remove({ id, kind, host, port, rate_hz, performer }, label) {
+function remove({ id, kind, host, port, rate_hz, performer, robot }, label) {
   return attempt(async () => {
     await removeOutput(id);
-    showUndo(t("outputs.removed", { label }), REMOVE, { kind, host, port, rate_hz, performer });
+    showUndo(t("outputs.removed", { label }), REMOVE, { kind, host, port, rate_hz, performer, robot });
     await updateOutputs();
   });
 }
 
+const kindOf = ({ kind, robot }) => (kind === "robot" ? t("outputs.joints", { robot }) : KINDS[kind].label);
+
 function row(output) {
-  const label = t("outputs.to", { kind: KINDS[output.kind].label, place: `${output.host}:${output.port}` });
+  const label = t("outputs.to", { kind: kindOf(output), place: `${output.host}:${output.port}` });
   return h("li", { class: "output" },
     h("label", { class: "check" },
       h("input", {
         id: `output-${output.id}`, type: "checkbox", checked: output.enabled, aria: { label: t("outputs.send", { label }) },
         onchange: (event) => alter(output.id, { enabled: event.currentTarget.checked }),
       }),
-      h("span", { class: "name", title: t("outputs.at_most", { kind: KINDS[output.kind].label, rate: output.rate_hz }) },
+      h("span", { class: "name", title: t("outputs.at_most", { kind: kindOf(output), rate: output.rate_hz }) },
         `${output.host}:${output.port}`)),
-    h("span", { class: "count" }, `${KINDS[output.kind].label}, ${output.rate_hz} Hz${output.performer && `, ${output.performer}`}`),
+    h("span", { class: "count" }, `${kindOf(output)}, ${output.rate_hz} Hz${output.performer && `, ${output.performer}`}`),
     h("button", {
       class: "small", type: "button", aria: { label: t("outputs.remove", { label }) },
       onclick: () => remove(output, label),
@@ -60,8 +63,12 @@ function field(id, label) {
 function form() {
   const kind = h("select", {
     id: "output-kind", aria: { label: t("outputs.what") },
-    onchange: (event) => { panel.kind = event.currentTarget.value; byId("output-port").placeholder = KINDS[panel.kind].port; },
-  }, Object.entries(KINDS).map(([value, { label }]) => h("option", { value, selected: value === panel.kind }, label)));
+    onchange: (event) => { panel.kind = event.currentTarget.value; attempt(updateOutputs); },
+  }, Object.keys(KINDS).filter((value) => value !== "robot" || panel.robots.length).map((value) => h("option", { value, selected: value === panel.kind },
+    value === "robot" ? t("outputs.robot") : KINDS[value].label)));
+  const robot = panel.kind === "robot" && h("select", {
+    id: "output-robot", aria: { label: t("outputs.which_robot") }, onchange: (event) => { panel.robot = event.currentTarget.value; },
+  }, panel.robots.map((value) => h("option", { value, selected: value === panel.robot }, value)));
   const rate = h("select", {
     id: "output-rate", aria: { label: t("outputs.rate") },
     onchange: (event) => { panel.rate = Number(event.currentTarget.value); },
@@ -70,7 +77,7 @@ function form() {
     id: "output-performer", aria: { label: t("people.of") }, onchange: (event) => { panel.performer = event.currentTarget.value; },
   }, ["", ...panel.names].map((value) => h("option", { value, selected: value === panel.performer }, value || t("people.all"))));
   return h("form", { class: "output-form", onsubmit: add },
-    kind, rate, whose, field("host", t("outputs.host")), field("port", t("outputs.port")),
+    kind, robot, rate, whose, field("host", t("outputs.host")), field("port", t("outputs.port")),
     h("button", { type: "submit" }, t("message.add")));
 }
 
@@ -80,7 +87,7 @@ export async function updateOutputs() {
   const on = outputs.filter((output) => output.enabled);
   setText(byId("outputs-count"), on.length ? t("outputs.on", { n: on.length }) : t("outputs.targets", { n: outputs.length }));
   const shown = outputs.map(({ sent, dropped, bytes, ...rest }) => rest);
-  redraw(byId("outputs"), [shown, problem, panel.names], () => [
+  redraw(byId("outputs"), [shown, problem, panel.names, panel.robots, panel.kind], () => [
     problem && h("p", { class: "bad" }, problem),
     outputs.length > 0 && h("ul", {}, outputs.map(row)),
     form(),
@@ -92,6 +99,14 @@ export function outputsFor(names) {
   if (names.join("\n") === panel.names.join("\n")) return;
   panel.names = names;
   if (!names.includes(panel.performer)) panel.performer = "";
+  attempt(updateOutputs);
+}
+
+/** Offer these kept robots as those whose joint targets are sent. */
+export function outputRobots(names) {
+  if (names.join("\n") === panel.robots.join("\n")) return;
+  panel.robots = names;
+  if (panel.kind === "robot" && !names.length) panel.kind = "vmc";
   attempt(updateOutputs);
 }
 

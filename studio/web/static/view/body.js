@@ -10,13 +10,22 @@ export const BODIES = ["standard", "slim", "blocks"];
 /** The body that this browser shows. */
 export const shownBody = () => (BODIES.includes(localStorage.getItem(KEPT)) ? localStorage.getItem(KEPT) : BODIES[0]);
 
-/** Return the choice of a body, for the menu of layers; `changed` is called after another choice. */
-export function bodyChoice(changed) {
+function chip(id, words, hint, pressed, onclick) {
+  return h("button", { type: "button", id, class: "chip-button", title: hint, onclick, aria: { pressed: String(pressed) } }, words);
+}
+
+/**
+ * Return the choice of a character, for the menu of layers: a body, in this browser, or a robot, in all of them.
+ * `changed` is called after another body was chosen; `change` changes the view.
+ */
+export function bodyChoice({ robots, robot }, changed, change) {
   const choose = (name) => {
     localStorage.setItem(KEPT, name);
     changed();
+    if (robot) change({ robot: "" });
   };
-  return h("div", { class: "points-choice", role: "group", aria: { label: t("body.group") } }, BODIES.map((name) => h("button", {
-    type: "button", id: `body-${name}`, class: "chip-button", title: t(`body.${name}_hint`), onclick: () => choose(name), aria: { pressed: String(name === shownBody()) },
-  }, t(`body.${name}`))));
+  return h("div", { class: "points-choice", role: "group", aria: { label: t("body.group") } }, [
+    ...BODIES.map((name) => chip(`body-${name}`, t(`body.${name}`), t(`body.${name}_hint`), !robot && name === shownBody(), () => choose(name))),
+    ...robots.map((name) => chip(`robot-${name}`, name, t("body.robot_hint"), name === robot, () => change({ robot: name }))),
+  ]);
 }

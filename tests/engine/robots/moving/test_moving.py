@@ -1,5 +1,6 @@
 """Robots follow a performer: within limits, with standing feet, apart from themselves, and closely."""
 
+from dataclasses import replace
 from functools import cache
 from pathlib import Path
 
@@ -174,3 +175,27 @@ def test_a_motion_without_arms_is_refused(walk: Poses):
         performed(armless)
     with pytest.raises(FormatError, match="3 frames"):
         performed(frames_of(walk, slice(0, 3)))
+
+
+def test_hands_touch_where_the_performer_s_do(walk: Poses, tmp_path: Path):
+    """A performer holds an elbow, and then has the other hand on the floor."""
+    still = frames_of(walk, slice(0, 30))
+    at = np.repeat(still.positions_m[:1], 30, axis=0)
+    turns = np.repeat(still.rotations_wxyz[:1], 30, axis=0)
+    place = {name: still.joint_names.index(name) for name in still.joint_names}
+    ahead = np.cross(at[0, place["LeftUpLeg"]] - at[0, place["RightUpLeg"]], [0.0, 0.0, 1.0])
+    ahead /= np.linalg.norm(ahead)
+    down = np.array([0.0, 0.0, -1.0])
+    at[:, place["RightForeArm"]] = at[:, place["RightArm"]] + 0.2 * ahead + 0.2 * down
+    at[:, place["LeftForeArm"]] = at[:, place["LeftArm"]] + 0.2 * ahead + 0.2 * down
+    at[:, place["LeftHand"]] = at[:, place["RightForeArm"]] + 0.06 * ahead
+    at[:, place["RightHand"]] = at[:, place["RightForeArm"]] + 0.3 * down
+    robot = build_robot(models.written(tmp_path, models.child()), "child")
+    targets = targets_of(robot, performed(replace(still, positions_m=at, rotations_wxyz=turns)))
+    points = RobotKinematics(robot)
+    placed = points.linearised(points.reduced(retargeted(robot, targets))).points_m[15]
+    assert np.linalg.norm(placed[INDEX["left_hand"]] - placed[INDEX["right_elbow"]]) < 0.06
+    at[:, place["RightHand"], 2] = 0.05
+    targets = targets_of(robot, performed(replace(still, positions_m=at, rotations_wxyz=turns)))
+    assert targets.points_m[15, INDEX["right_hand"], 2] < 0.06
+    assert targets.sigma_m[15, INDEX["right_hand"], 2] < 0.006

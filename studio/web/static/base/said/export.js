@@ -35,6 +35,7 @@ export default {
   "depth.no_image": "il n'y a pas d'image de profondeur à écrire",
   "share.none": "il n'y a pas de partage {id}",
   "output.nobody": "aucun interprète du plateau ne s'appelle « {name} » en ce moment",
+  "output.cannot_send": "impossible d'envoyer à {host} : {error}",
   "output.none": "il n'y a pas de sortie {id}",
   "export.no_hips": "{option}={value} : la racine du squelette n'est pas le bassin mais « {root} » ; retirez l'option, ou recalculez la prise avec le squelette du studio",
   "export.timecode": "timecode={timecode} : permis : hh:mm:ss:ii, comme 09:30:00:00",

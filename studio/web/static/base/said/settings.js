@@ -62,6 +62,7 @@ export default {
   "output.host": "host={host} n'est ni le nom ni l'adresse d'une machine ; par exemple 192.168.1.20",
   "output.no_such": "il n'y a pas de sortie en direct « {name} » ; il y a : {names}",
   "output.port": "port={port} n'est pas permis ; permis : 1 à 65535, d'habitude {usual}",
+  "output.robot": "robot={robot} avec kind={kind} : des consignes articulaires demandent le nom d'un robot enregistré, les autres sorties aucun",
   "output.too_many": "il y a déjà {most} sorties en direct ; retirez-en une d'abord",
   "output.unreadable": "impossible de lire les sorties en direct dans {file} ({error}) ; supprimez le fichier et ajoutez-les à nouveau",
   "view.camera": "la caméra « {name} » n'est pas affichée ; permises : {names}",

@@ -37,5 +37,6 @@ export default {
   "work.kind.report": ["Report {name}", "Rapport {name}"],
   "work.kind.calibrate": ["Calibration", "Calibrage"],
   "work.kind.import": ["Import {name}", "Import {name}"],
+  "work.kind.robot": ["Robot follows {name}", "Le robot suit {name}"],
   "work.kind.blind test": ["Blind test {name}", "Test à l'aveugle {name}"],
 };

@@ -1,0 +1,71 @@
+"""Motions of robots by the performers of a solve, kept beside its poses.
+
+A file's name holds a digest of the robot's table and of the poses: after either has changed it is another.
+"""
+
+from collections.abc import Callable, Iterator
+from hashlib import sha256
+from pathlib import Path
+
+from studio.engine.base.errors import FormatError
+from studio.engine.robots.body.robot import Robot
+from studio.engine.robots.files import load_robot, robot_table
+from studio.engine.robots.motion import RobotMotion, load_motion, moved_robot
+from studio.take.folder.performers import performer_number
+from studio.take.folder.solved import solved_performers
+from studio.take.folder.take import POSES, Take
+
+_DIGITS = 12
+
+
+def keep_robot_motions(
+    take: Take, solve: str, robots: Path, name: str, *, progress: Callable[[float], None] = lambda share: None
+) -> None:
+    """Retarget the performers of a solve to a kept robot, as a whole take, and keep the motions beside their poses.
+
+    Args:
+        take: of the solve.
+        solve: its name.
+        robots: folder of the kept robots.
+        name: of the robot.
+        progress: receives the share done.
+
+    Raises:
+        FormatError: as `load_robot` and `moved_robot`.
+    """
+    robot = load_robot(robots, name)
+    performers = solved_performers(take, solve)
+    files = [file for _, file in _files(take, solve, robots, name)]
+    for k, (one, file) in enumerate(zip(performers, files, strict=True)):
+
+        def tell(share: float, done: int = k) -> None:
+            progress((done + share) / len(performers))
+
+        motion, _ = moved_robot(robot, one.poses, progress=tell)
+        for old in file.parent.glob(f"robot_{name}_{'?' * _DIGITS}.npz"):
+            old.unlink(missing_ok=True)
+        motion.save(file)
+
+
+def kept_robot_motions(take: Take, solve: str, robots: Path, robot: Robot) -> dict[int, RobotMotion] | None:
+    """Return the kept motions of a robot by the performer's number; None where one is missing, or of other poses."""
+    out = {}
+    for number, file in _files(take, solve, robots, robot.name):
+        if not file.is_file():
+            return None
+        try:
+            out[number] = load_motion(file, robot)
+        except FormatError:  # a damaged file is made again
+            return None
+    return out
+
+
+def _files(take: Take, solve: str, robots: Path, name: str) -> Iterator[tuple[int, Path]]:
+    """Yield the number and the file of each performer's motion."""
+    table = robot_table(robots, name).read_bytes()
+    for performer in take.performer_names(solve) or [""]:
+        folder = take.performer_folder(solve, performer) if performer else take.solve_folder(solve)
+        digest = sha256(table)
+        digest.update((folder / POSES).read_bytes())
+        file = folder / f"robot_{name}_{digest.hexdigest()[:_DIGITS]}.npz"
+        yield performer_number(performer) if performer else 1, file

@@ -1,0 +1,110 @@
+"""Joint targets of a robot that follows a live performer: one message a period, also while nobody is to be followed.
+
+Every joint stays within its limits of angle and velocity, from one message to the next. While no step comes, or no
+camera sees the performer, the robot comes to rest and holds; afterwards, and at the beginning, it starts slowly.
+"""
+
+from collections.abc import Callable, Mapping
+from typing import Any
+
+import msgspec
+import numpy as np
+from numpy.typing import NDArray
+
+from studio.engine.model.frames import StepResult
+from studio.engine.robots.body.reading import FREE
+from studio.engine.robots.body.robot import Robot
+from studio.engine.robots.moving.stage_frames import StageFollower
+from studio.streams.cast import Cast, steps_of
+
+FORMAT_VERSION = 1
+PORT = 14600
+
+WATCHDOG_S = 0.25
+"""A performer of whom nothing came for this long is lost."""
+
+RESUME_S = 1.5
+SLOW = 0.1
+"""Time in which a robot that begins to follow comes to full pace, and the share of its velocities at first."""
+
+WAIT, FOLLOW, HOLD = "wait", "follow", "hold"
+
+
+class JointTargets:
+    """The joint targets of one robot, period by period."""
+
+    def __init__(self, robot: Robot, rate_hz: float, cast: Cast, performer: str) -> None:
+        """`performer`: name of whom it follows; "" = the first."""
+        self._robot, self._rate_hz = robot, rate_hz
+        self._cast, self._performer = cast, performer
+        self._follower = StageFollower(robot, 1.0 / rate_hz, at_once=False)
+        self._newest: StepResult | None = None
+        self._seen_s: float | None = None
+        self._begun_s: float | None = None
+        self._last = robot.standing[FREE:]
+        self._sequence = 0
+
+    def head(self) -> dict[str, Any]:
+        """Return the message that describes the others."""
+        return {
+            "type": "robot",
+            "format_version": FORMAT_VERSION,
+            "robot": self._robot.name,
+            "joint_names": list(self._robot.joint_names),
+            "low_rad": self._robot.range_rad[:, 0].round(5).tolist(),
+            "high_rad": self._robot.range_rad[:, 1].round(5).tolist(),
+            "velocity_rad_s": self._robot.velocity_rad_s.round(5).tolist(),
+            "rate_hz": self._rate_hz,
+            "watchdog_ms": round(1e3 * WATCHDOG_S),
+        }
+
+    def take(self, result: StepResult, now_s: float) -> None:
+        """Take in a step of the stage that came at a time [s]."""
+        steps = steps_of(result, self._cast(), self._performer)
+        if not steps:
+            return
+        one = steps[0][0]
+        known = np.isfinite(one.positions_m).all() and np.isfinite(one.rotations_wxyz).all()
+        if known and np.isfinite(one.frame_set.positions).any():
+            self._newest, self._seen_s = one, now_s
+
+    def message(self, now_s: float) -> dict[str, Any]:
+        """Return the next message, for the time `now_s` [s]; one is asked for in each period."""
+        state, q = self._next(now_s)
+        joints = q[FREE:]
+        speed, self._last = (joints - self._last) * self._rate_hz, joints
+        self._sequence += 1
+        return {
+            "type": "joint_targets",
+            "sequence": self._sequence,
+            "state": state,
+            "time_s": None if self._newest is None else self._newest.frame_set.stage_time_ns * 1e-9,
+            "base_m": q[:3].round(5).tolist(),
+            "base_wxyz": q[3:FREE].round(6).tolist(),
+            "joints_rad": joints.round(6).tolist(),
+            "joints_rad_s": speed.round(5).tolist(),
+        }
+
+    def _next(self, now_s: float) -> tuple[str, NDArray[np.float64]]:
+        step = self._newest
+        if step is None or self._seen_s is None:
+            return WAIT, self._follower.hold()
+        if now_s - self._seen_s > WATCHDOG_S:
+            self._begun_s = None
+            return HOLD, self._follower.hold()
+        if self._begun_s is None:
+            self._begun_s = now_s
+        pace = SLOW + (1.0 - SLOW) * min((now_s - self._begun_s) / RESUME_S, 1.0)
+        time_s = step.frame_set.stage_time_ns * 1e-9
+        return FOLLOW, self._follower.follow(
+            step.positions_m, step.rotations_wxyz, step.root_height_m, time_s, pace
+        )
+
+
+def encoded(message: Mapping[str, Any]) -> bytes:
+    """Return a message as JSON."""
+    return msgspec.json.encode(message)
+
+
+Load = Callable[[str], Robot]
+"""Returns a kept robot by its name; raises FormatError."""

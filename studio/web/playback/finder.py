@@ -1,0 +1,17 @@
+"""What the replay needs of the server to find takes."""
+
+from typing import Any, Protocol
+
+from studio.take.folder.take import Take
+
+
+class TakeFinder(Protocol):
+    """Finds takes and their solves."""
+
+    def take(self, session: str, name: str) -> Take:
+        """Return a take."""
+        ...
+
+    def solve(self, take: Take, name: str, performer: str | None = None) -> Any:
+        """Return the path of the poses of a take's solve, of several those of a performer."""
+        ...
