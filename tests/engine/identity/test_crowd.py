@@ -110,7 +110,9 @@ def test_a_wild_body_just_before_somebody_is_lost_does_not_become_their_bones():
         bodies = [("a", at(time_s, -1.0)), ("b", at(time_s, 0.5, 0.0, 0.9))]
         if 3.0 <= time_s < 3.2:
             return [bodies[0], ("wild", at(time_s, 1.3, 0.3, 1.3))]
-        return bodies if time_s < 3.0 else [] if time_s < 6.0 else [("a2", bodies[0][1]), ("b2", bodies[1][1])]
+        return (
+            bodies if time_s < 3.0 else [] if time_s < 6.0 else [("a2", bodies[0][1]), ("b2", bodies[1][1])]
+        )
 
     crowd = Crowd()
     became = known(passed(crowd, shown, 9.0))
