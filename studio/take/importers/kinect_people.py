@@ -91,43 +91,50 @@ def _moved(
     seen: dict[int, PersonStream],
     notes: list[str],
 ) -> dict[int, PersonStream]:
-    """Return a camera's skeletons in the frame of those of the person whom both cameras saw most."""
+    """Return a camera's skeletons in the frame of those of the person whom both cameras saw most; one person's as
+    they are."""
+    if len(people) < 2:
+        return people
     placed: dict[int, tuple[NDArray[np.float64], int, float]] = {}
+    problems: dict[int, str] = {}
     for person, stream in people.items():
         frames = {reference: seen[person].frames(reference), name: stream.frames(name)}
         _, camera = first_placements(frames, reference, None)
         starts = {camera: mine[0].device_time_ns for camera, mine in frames.items()}
         median_m = estimate_residuals(frames, starts, reference)[name].median_m
-        if camera.problem or median_m is None or median_m > GOOD_AGREEMENT_M:
-            why = (
-                camera.problem or f"{reference} shows them otherwise ({1e3 * (median_m or 0.0):.0f} mm apart)"
+        if camera.problem or median_m is None:
+            problems[person] = camera.problem or f"{reference} hardly shows them at the same time"
+        elif median_m > GOOD_AGREEMENT_M:
+            problems[person] = f"{reference} shows them otherwise, {1e3 * median_m:.0f} mm apart"
+        else:
+            placed[person] = camera.placed.T, camera.pairs or 0, median_m
+    anchor = max(placed or people, key=lambda who: placed[who][1] if placed else len(people[who].times_ns))
+    out: dict[int, PersonStream] = {anchor: people[anchor]}
+    for person, stream in people.items():
+        if person in placed:
+            notes.append(
+                f"{name}: person {person} is {1e3 * placed[person][2]:.0f} mm (median) from {reference}'s"
             )
+        if person == anchor:
+            continue
+        if person not in placed or anchor not in placed:
+            why = problems.get(person) or problems[anchor]
             notes.append(f"{name}: person {person} was left out, whose place cannot be told: {why}")
             continue
-        placed[person] = camera.placed.T, camera.pairs or 0, median_m
-    if not placed:
-        return {}
-    anchor = max(placed, key=lambda person: placed[person][1])
-    back, out = invert_transform(placed[anchor][0]), {}
-    for person, (T, _, median_m) in placed.items():
-        move = back @ T
+        move = invert_transform(placed[anchor][0]) @ placed[person][0]
         if (tilt := _degrees(move[1, 1])) > _MAX_TILT_DEG:
             notes.append(
                 f"{name}: person {person} was left out: beside person {anchor} they would stand tilted by {tilt:.0f} "
                 "degrees"
             )
             continue
-        stream = people[person]
-        if person != anchor:
-            stream = replace(stream, positions=transform_points(move, stream.positions))
-            turn = _degrees((np.trace(move[:3, :3]) - 1.0) / 2.0)
-            notes.append(
-                f"{name}: person {person} was turned by {turn:.1f} degrees and moved by "
-                f"{np.linalg.norm(move[:3, 3]):.2f} m into one frame with person {anchor}"
-            )
-        notes.append(f"{name}: person {person} is {1e3 * median_m:.0f} mm (median) from {reference}'s")
-        out[person] = stream
-    return out
+        turn = _degrees((np.trace(move[:3, :3]) - 1.0) / 2.0)
+        notes.append(
+            f"{name}: person {person} was turned by {turn:.1f} degrees and moved by "
+            f"{np.linalg.norm(move[:3, 3]):.2f} m into one frame with person {anchor}"
+        )
+        out[person] = replace(stream, positions=transform_points(move, stream.positions))
+    return {person: out[person] for person in people if person in out}
 
 
 def _degrees(cosine: float) -> float:

@@ -146,3 +146,14 @@ def test_another_solve_is_a_reference(tmp_path):
     poses = random_poses(np.random.default_rng(1), seconds=3.0)
     poses.save(tmp_path / "poses.npz")
     assert evaluate(poses, read_reference(tmp_path / "poses.npz"))["mpjpe_mm"] < 1e-6
+
+
+def test_nothing_is_known_in_a_gap():
+    """As in a solve that lost its performer for two seconds: a spline would fly off there."""
+    times = np.concatenate([np.arange(0.0, 2.0, 0.02), np.arange(4.0, 6.0, 0.02)])
+    places = np.sin(3.0 * times)[:, None, None] * np.ones((1, 21, 3))
+    reference = Reference(times, places)
+    at = np.array([1.0, 1.985, 2.5, 3.0, 3.9, 4.01, 5.0])
+    assert np.isnan(reference.at(at)[:, 0, 0]).tolist() == [False, True, True, True, True, False, False]
+    sparse = Reference(times[::50], places[::50])
+    assert np.isfinite(sparse.at(np.array([0.5, 4.5]))).all()

@@ -25,6 +25,8 @@ from studio.engine.model.joints import CANONICAL, INDEX, JOINT_COUNT
 from studio.engine.model.poses import Poses
 
 _AXES = ("x", "y", "z")
+LONGEST_STEP_S, _GAP_STEPS = 0.5, 5.0
+"""Between samples that are further apart than this, and than so many usual steps, nothing is known."""
 
 
 @dataclass(frozen=True)
@@ -67,11 +69,14 @@ class Reference:
     def at(self, time_s: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return the positions at other times [s], shape (len(time_s), 21, 3), by cubic splines.
 
-        NaN outside the reference's time, and where a sample on either side is unknown.
+        NaN outside the reference's time, where a sample on either side is unknown, and in gaps, as a solve has that
+        lost its performer.
         """
         out = np.full((len(time_s), JOINT_COUNT, 3), np.nan)
         inside = (time_s >= self.time_s[0]) & (time_s <= self.time_s[-1])
         after = np.clip(np.searchsorted(self.time_s, time_s), 1, len(self.time_s) - 1)
+        steps_s = np.diff(self.time_s)
+        inside &= steps_s[after - 1] <= max(LONGEST_STEP_S, _GAP_STEPS * float(np.median(steps_s)))
         for joints, valid, spline in self._splines:
             usable = inside & valid[after] & valid[after - 1]
             out[np.ix_(usable, joints)] = spline(time_s[usable])
