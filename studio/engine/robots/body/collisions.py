@@ -18,7 +18,7 @@ FAMILY = 2
 """Bodies with at most this many hinges between them touch by their construction."""
 
 
-def with_floor(spec: mujoco.MjSpec, model: mujoco.MjModel) -> None:
+def with_floor(spec: mujoco.MjSpec, model: mujoco.MjModel, active: NDArray[np.bool_]) -> None:
     """Give a robot a floor at z = 0, and keep bodies apart only where they can be.
 
     Bodies of one joint group, and bodies that overlap in the zero pose, are not kept apart.
@@ -26,6 +26,7 @@ def with_floor(spec: mujoco.MjSpec, model: mujoco.MjModel) -> None:
     Args:
         spec: is changed.
         model: compiled from it before.
+        active: hinges that move, shape (hinge_count,); what hangs on others moves with its parent.
     """
     hard = (model.geom_contype | model.geom_conaffinity) != 0
     for geom in spec.geoms:
@@ -40,10 +41,11 @@ def with_floor(spec: mujoco.MjSpec, model: mujoco.MjModel) -> None:
     known = {frozenset((one.bodyname1, one.bodyname2)) for one in spec.excludes}
     names = [model.body(k).name for k in range(model.nbody)]
     overlapping = _overlapping(model)
+    moving = _moving(model, active)
     for one, other in combinations(sorted(set(model.geom_bodyid[hard].tolist())), 2):
         pair = frozenset((names[one], names[other]))
         if pair not in known and (
-            _hinges_between(model, one, other) <= FAMILY or (one, other) in overlapping
+            _hinges_between(model, moving, one, other) <= FAMILY or (one, other) in overlapping
         ):
             spec.add_exclude(bodyname1=names[one], bodyname2=names[other])
 
@@ -58,8 +60,13 @@ def _overlapping(model: mujoco.MjModel) -> set[tuple[int, int]]:
     return {(int(a), int(b)) for a, b in bodies[data.contact.dist < NEAR_M]}
 
 
-def _hinges_between(model: mujoco.MjModel, one: int, other: int) -> int:
-    """Joints on the way from one body to the other."""
+def _moving(model: mujoco.MjModel, active: NDArray[np.bool_]) -> NDArray[np.int64]:
+    """Hinges that move of each body, shape (nbody,)."""
+    return np.bincount(model.jnt_bodyid[1:], weights=active, minlength=model.nbody).astype(np.int64)
+
+
+def _hinges_between(model: mujoco.MjModel, moving: NDArray[np.int64], one: int, other: int) -> int:
+    """Hinges that move on the way from one body to the other."""
     ways = []
     for body in (one, other):
         up = []
@@ -68,7 +75,7 @@ def _hinges_between(model: mujoco.MjModel, one: int, other: int) -> int:
             body = int(model.body_parentid[body])
         ways.append(up)
     apart = set(ways[0]) ^ set(ways[1])
-    return int(sum(model.body_jntnum[body] for body in apart))
+    return int(sum(moving[body] for body in apart))
 
 
 Found = tuple[NDArray[np.int64], NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]

@@ -139,7 +139,8 @@ def build_robot(
     body = {part: tree.names.index(named) for part, named in mapping.items()}
     points, ankles, axes = _points(path, tree, body)
     collides = bool((read.model.geom_contype | read.model.geom_conaffinity).any())
-    model = _with_sites(read, tree, points)
+    active = _active(tree, [body for body, _ in points.values()])
+    model = _with_sites(read, tree, points, active)
     centre = 0.5 * (points["left_hip"][1] + points["right_hip"][1])
     floor = min(points[f"{side}_{corner}"][1][2] for side in SIDES for corner in CORNERS)
     origin = np.array([centre[0], centre[1], floor])
@@ -166,7 +167,7 @@ def build_robot(
         velocity_rad_s=_velocities(read, velocity_rad_s),
         torque_nm=torque_limits(read.model),
         unlimited=read.unlimited,
-        active=_active(tree, [body for body, _ in points.values()]),
+        active=active,
         rest=np.clip(0.0, *bent.T),
         bent_rad=bent,
         site_ids=np.array([model.site(f"studio_{point}").id for point in POINTS]),
@@ -306,14 +307,16 @@ def _hand_place(tree: Tree, side: str, hand: int, elbow: Array) -> Array:
     return elbow + way / max(float(np.linalg.norm(way)), 1e-9) * HAND_SHARE * length
 
 
-def _with_sites(read: ReadModel, tree: Tree, points: dict[str, tuple[int, Array]]) -> mujoco.MjModel:
+def _with_sites(
+    read: ReadModel, tree: Tree, points: dict[str, tuple[int, Array]], active: NDArray[np.bool_]
+) -> mujoco.MjModel:
     bodies = {body.name: body for body in read.spec.bodies}
     for point in POINTS:
         body, place = points[point]
         turn = tree.data.xmat[body].reshape(3, 3)
         local = turn.T @ (place - tree.data.xpos[body])
         bodies[tree.names[body]].add_site(name=f"studio_{point}", pos=local, group=5)
-    with_floor(read.spec, read.model)
+    with_floor(read.spec, read.model, active)
     return compiled(read.path, read.spec)
 
 

@@ -35,7 +35,7 @@ Array = NDArray[np.float64]
 _build_ik = cast("Callable[..., Any]", mink.build_ik)
 """Typed as if the matrix could be sparse; mink's is always dense."""
 
-FIRST_ITERATIONS = 60
+FIRST_ITERATIONS = 8
 """Steps of a first frame; a later one has one."""
 
 MAX_STEP_RAD = 0.3
@@ -177,7 +177,10 @@ class LiveRobot:
         model = robot.model
         self._configuration = mink.Configuration(model, robot.standing)
         self._task = JointPositionsTask(robot)
-        self._qp = BoxQP(model.nv)
+        self._moved = np.concatenate([np.arange(FREE_DOFS), FREE_DOFS + np.flatnonzero(robot.active)])
+        """Degrees of freedom that move."""
+        self._block = np.ix_(self._moved, self._moved)
+        self._qp = BoxQP(len(self._moved))
         self._velocity = np.zeros(model.nv)
         sigma = np.repeat((*BASE_SIGMA, HINGE_SIGMA_RAD_S), (3, 3, model.nv - FREE_DOFS))
         self._stiffness = 1.0 / (sigma * frame_s) ** 2
@@ -248,7 +251,9 @@ class LiveRobot:
         high[FREE_DOFS:] *= pace
         np.maximum(low[FREE_DOFS:], np.minimum(self._low - hinges, 0.0), out=low[FREE_DOFS:])
         np.minimum(high[FREE_DOFS:], np.maximum(self._high - hinges, 0.0), out=high[FREE_DOFS:])
-        step = self._qp.solve(H, c, low, high)
+        moved = self._moved
+        step = np.zeros(len(c))
+        step[moved] = self._qp.solve(H[self._block], c[moved], low[moved], high[moved])
         self._configuration.integrate_inplace(step, 1.0)
         return step
 

@@ -115,11 +115,21 @@ def targets_of(robot: Robot, motion: Performed) -> Targets:
     _plant(robot, motion.frame_s, soles, soles.copy(), hold, slice(0, len(soles)))
     targets.points_m[:, SOLES] = soles
     targets.sigma_m[:, SOLES] = sole_sigma_m(hold)
-    return replace(targets, hold=hold)
+    touch, touching = _touches(motion, _arm_ratio(robot, motion))
+    return replace(targets, hold=hold, touch_m=touch, touching=touching)
+
+
+def _arm_ratio(robot: Robot, motion: Performed) -> float:
+    """Length of the robot's arms by the performer's."""
+    own, theirs = (
+        sum(of[part] for part in ("upper_arm", "forearm")) for of in (robot.lengths_m, motion.lengths_m)
+    )
+    return own / theirs
 
 
 def scaled(robot: Robot, motion: Performed) -> Targets:
-    """Return where a robot's points would be in each frame of a performer's motion if no foot stood."""
+    """Return where a robot's points would be in each frame of a performer's motion if no foot stood, and
+    nothing touched."""
     ratio = robot.leg_m / motion.leg_m
     frames = len(motion.time_s)
     points = np.empty((frames, len(POINTS), 3))
@@ -145,11 +155,7 @@ def scaled(robot: Robot, motion: Performed) -> Targets:
     points[:, [INDEX["left_ankle"], INDEX["right_ankle"]]] = ankles
     points[:, SOLES] = _soles(robot, ankles, feet)
     sigma = np.tile(_SIGMA_M[:, None], (frames, 1, 3))
-    arms = (robot.lengths_m["upper_arm"] + robot.lengths_m["forearm"]) / (
-        motion.lengths_m["upper_arm"] + motion.lengths_m["forearm"]
-    )
-    _hands_on_floor(motion, arms, points, sigma)
-    touch, touching = _touches(motion, arms)
+    _hands_on_floor(motion, _arm_ratio(robot, motion), points, sigma)
     return Targets(
         frame_s=motion.frame_s,
         points_m=points,
@@ -158,8 +164,8 @@ def scaled(robot: Robot, motion: Performed) -> Targets:
         hips_wxyz=hips_turn,
         chest_wxyz=chest_turn,
         feet_wxyz=feet,
-        touch_m=touch,
-        touching=touching,
+        touch_m=np.zeros((frames, len(TOUCHING), 3)),
+        touching=np.zeros((frames, len(TOUCHING))),
     )
 
 
