@@ -26,8 +26,6 @@ _SPAN = re.compile(r"(.+)@(\d*\.?\d*)-(\d*\.?\d*)", re.DOTALL)
 
 
 def add_parser(subparsers: Any) -> None:
-    from studio.offline.take_parts import BLEND_S, NEAR_S
-
     parser = add_command(subparsers, "splice", run, _TEXT)
     add = parser.add_argument
     add(
@@ -44,22 +42,24 @@ def add_parser(subparsers: Any) -> None:
     )
     add("--performer", metavar="NAME", help="of takes of several performers this one (default: the first)")
     add("--times", metavar="N", type=int, default=1, help="how often all parts come, for a loop (default 1)")
-    add("--blend", metavar="S", type=float, default=BLEND_S,
-        help=f"length of each seam (default {BLEND_S:g} s)")  # fmt: skip
-    add("--near", metavar="S", type=float, default=NEAR_S,
+    add("--blend", metavar="S", type=float, help="length of each seam (default 0.8 s)")
+    add("--near", metavar="S", type=float,
         help="each begin is moved by up to this, to where it is most like the end before it; 0 leaves it "
-        f"(default {NEAR_S:g} s)")  # fmt: skip
+        "(default 0.6 s)")  # fmt: skip
     add_json(parser)
 
 
 def run(args: argparse.Namespace) -> int:
     from studio.library import splice
+    from studio.offline.take_parts import BLEND_S, NEAR_S
 
     parts = [_part(text, args.solve, args.performer) for text in args.parts]
     with progress_bar("splice") as progress:
         take = splice(
-            parts, args.out, times=args.times, blend_s=args.blend, near_s=args.near, progress=progress
-        )
+            parts, args.out, times=args.times, progress=progress,
+            blend_s=BLEND_S if args.blend is None else args.blend,
+            near_s=NEAR_S if args.near is None else args.near,
+        )  # fmt: skip
     used = take.meta.get("parts", [])
     write_result(args, {"take": str(take.path), "parts": used})
     rows = [["take", "solve", "from s", "to s"]]

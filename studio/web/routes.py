@@ -85,6 +85,24 @@ class GizmoPlace(BaseModel):
     place_m: _Point
 
 
+class ShownPin(BaseModel):
+    """A pin of the replayed take: its place, stage frame, and its radius [m]."""
+
+    model_config = ConfigDict(extra="forbid")
+
+    place_m: _Point
+    radius_m: float = Field(0.0, ge=0.0, le=100.0)
+    on: bool = True
+
+
+class ShownPins(BaseModel):
+    """The pins that the view shows."""
+
+    model_config = ConfigDict(extra="forbid")
+
+    pins: list[ShownPin] = Field(max_length=2000)
+
+
 def view_routes(view: LiveView, robots: ChosenRobots) -> APIRouter:
     """Return the routes of one view."""
     router = APIRouter(prefix="/api/v1/view", tags=["view"], route_class=StructRoute)
@@ -142,6 +160,12 @@ def view_routes(view: LiveView, robots: ChosenRobots) -> APIRouter:
         """Hide the gizmo."""
         view.gizmo.hide()
         return _gizmo_state(view)
+
+    @router.put("/pins")
+    def show_pins(change: ShownPins) -> ShownPins:
+        """Show the pins of the replayed take, until the live stage is shown."""
+        view.pins.show([(pin.place_m, pin.radius_m, pin.on) for pin in change.pins])
+        return change
 
     return router
 

@@ -25,6 +25,7 @@ from studio.web.points.seen import DepthImages
 from studio.web.scene.drawing import Drawing, DrawnStep, Look, Wanted
 from studio.web.scene.gizmo import Gizmo
 from studio.web.scene.operator import OperatorView
+from studio.web.scene.pins import PinMarks
 from studio.web.scene.robot import ChosenRobot
 from studio.web.scene.scene import LAYERS
 
@@ -56,6 +57,7 @@ class LiveView:
     Attributes:
         points: the clouds of the layer `points`.
         gizmo: the arrows by which a joint is dragged.
+        pins: those of the replayed take.
     """
 
     def __init__(
@@ -80,6 +82,7 @@ class LiveView:
         self._stopping = False
         self._drawing = Drawing(self._server, look)
         self.gizmo = Gizmo(self._server)
+        self.pins = PinMarks(self._server)
         self.points = PointClouds(
             depth, watched=lambda: bool(self._server.get_clients()), changed=self._wake, clock=clock
         )
@@ -155,6 +158,7 @@ class LiveView:
         with self._changed:
             self._replay = self._result = None
             self.gizmo.at(None)
+            self.pins.show(())
             self.points.show(None, None)
             self._changed.notify()
 

@@ -58,6 +58,7 @@ OPTIONS = {
     ),
     "robot": ("add", "list", "show", "remove", "play"),
     "rig": ("--mapping", "--save", "--out", "--json"),
+    "splice": ("--out", "--solve", "--times", "--blend", "--near", "--json"),
     "edit": ("--json",),
     "performers": ("--name", "--exchange", "--at", "--undo"),
     "bench": ("--json",),

@@ -107,6 +107,9 @@ def test_every_edit_is_told_of_and_the_take_stays_solvable(take, clean):
     beside = at_times_of(clean, poses.time_s)
     hips = np.linalg.norm(poses.positions_m[:, 0] - beside[:, 0], axis=1)
     assert hips[np.abs(poses.time_s - 40.0) < 0.5].max() < 0.15
+    arm = poses.positions_m[int(np.abs(poses.time_s - 40.0).argmin())]
+    stretched = arm[OUTPUT_INDEX["LeftHand"]] - arm[OUTPUT_INDEX["LeftArm"]]
+    assert np.linalg.norm(stretched) > 0.4  # the limb approaches it
     raised = np.abs(poses.time_s - 43.1) < 0.05
     assert (poses.positions_m - beside)[raised, 0, 2] == pytest.approx(0.1, abs=0.01)
 

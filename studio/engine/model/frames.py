@@ -120,6 +120,9 @@ class Reading:
 DRAWN = 1.1
 """A place so many times as far as a limb reaches draws nothing but the limb."""
 
+CARRIES_M = 1e-3
+"""A hinge carries a shoulder or hip that it moves by more than this [m/rad]; its own hinges pass through it."""
+
 
 @dataclass(frozen=True)
 class Pinned:
@@ -185,7 +188,9 @@ class Pinned:
         if not far.any():
             return jacobians
         each = jacobians.reshape(*sites.shape, -1)
-        carries = np.abs(each[..., LIMB_ROOTS, :, :]).max(axis=-2) > 0.0  # what moves the shoulder or hip too
+        carries = (
+            np.abs(each[..., LIMB_ROOTS, :, :]).max(axis=-2) > CARRIES_M
+        )  # what moves the shoulder or hip
         kept = np.where(far[..., None] & carries, share[..., None], 1.0)
         return (each * kept[..., None, :]).reshape(jacobians.shape)
 

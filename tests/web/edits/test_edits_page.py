@@ -53,6 +53,10 @@ def solved_with(take: Take) -> int | None:
 
 
 def test_a_joint_is_dragged_to_its_place(address: str, take: Take, page: Page) -> None:
+    drawn: list[dict] = []
+    page.on(
+        "request", lambda one: drawn.append(one.post_data_json) if one.url.endswith("/view/pins") else None
+    )
     opened(page, address)
     expect(page.frame_locator("#viewer").locator("canvas[data-engine]")).to_be_visible()
     page.locator("#view-front").click()
@@ -94,6 +98,7 @@ def test_a_joint_is_dragged_to_its_place(address: str, take: Take, page: Page) -
     expect(page.locator("#edit-solve")).to_have_count(0)
     now = patient.get(joints, params={"frame": FRAME}).json()["positions_m"]["LeftHand"]
     assert now[2] - place[2] > 0.3 * UP_M
+    assert [tuple(one["place_m"]) for one in drawn[-1]["pins"]] == [pin.place_m]
 
 
 def add_over(page: Page, kind: str, from_s: float, to_s: float) -> None:

@@ -47,6 +47,9 @@ CLEARLY = 0.7
 PIN_STEPS, PIN_NEAR_M = 3, 0.002
 """Most corrections by a known joint, and how near to its place it needs no other [m]."""
 
+PIN_TURNS, PIN_TURN_RAD = 12, 0.5
+"""The same of the output pose, and how far one of them turns a hinge: a limb that has to stretch does not fold."""
+
 LONGEST_S = 0.2
 """Longest prediction in one step [s]."""
 
@@ -311,7 +314,7 @@ class BodyFilter:
 
     def _put_on_pins(self, q: Array, place: Array, pinned: Pinned) -> None:
         """Move the output configuration's joints to where they are known to be, in place; `place`: its covariance."""
-        for _ in range(PIN_STEPS):
+        for _ in range(PIN_TURNS):
             sites, jacobian = self._linearised(q)
             told, away = pinned.rows(sites)
             rows = np.flatnonzero(np.repeat(told > 0.0, 3))
@@ -322,6 +325,7 @@ class BodyFilter:
             total = own @ spread
             total.flat[:: len(total) + 1] += 1.0 / np.repeat(told, 3)[rows]
             step = spread @ np.linalg.solve(total, away.ravel()[rows])
+            step *= min(1.0, PIN_TURN_RAD / max(float(np.abs(step[FREE_DOFS:]).max()), 1e-9))
             mujoco.mj_integratePos(self.humanoid.model, q, step, 1.0)
             np.clip(q[7:], self._low, self._high, out=q[7:])
 

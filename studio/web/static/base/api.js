@@ -55,6 +55,8 @@ export async function getClock(number) {
 export const getGizmo = () => call("GET", "view/gizmo");
 export const showGizmo = (place_m) => call("PUT", "view/gizmo", { place_m });
 export const hideGizmo = () => call("DELETE", "view/gizmo");
+/** Have the 3D view show pins `{place_m, radius_m, on}` of the replayed take. */
+export const showPins = (pins) => call("PUT", "view/pins", { pins });
 export const openReplay = (wanted) => call("PUT", "replay", wanted);
 export const changeReplay = (change) => call("PATCH", "replay", change);
 export const closeReplay = () => call("DELETE", "replay");
@@ -169,6 +171,8 @@ export const removeEdit = (take, id, revision) => call("DELETE", `${editsPath(ta
 /** Begin to solve what is around the playhead with the take's edits; it is shown there. */
 export const previewEdits = (take, solve) => call("POST", `${editsPath(take)}/preview`, { solve });
 export const getOffers = (take, solve, performer) => call("GET", `${editsPath(take)}/offers?${new URLSearchParams({ solve, ...(performer && { performer }) })}`);
+/** Put all edits of a take in the place of those it has, as one change. */
+export const replaceEdits = (take, edits, revision) => call("PUT", editsPath(take), { edits, revision });
 export const undoEdits = (take, revision) => call("POST", `${editsPath(take)}/undo`, { revision });
 export const redoEdits = (take, revision) => call("POST", `${editsPath(take)}/redo`, { revision });
 

@@ -1,5 +1,5 @@
 // The edits of the replayed take: the list as the server has it, its changes, undo and redo, and the solve that honours them.
-import { addEdit, changeEdit, getEdits, getTakeDetail, previewEdits, redoEdits, removeEdit, solveTake, undoEdits } from "../base/api.js";
+import { addEdit, changeEdit, getEdits, getTakeDetail, previewEdits, redoEdits, removeEdit, replaceEdits, solveTake, undoEdits } from "../base/api.js";
 import { attempt, keepUndo, showNote, undoing } from "../base/messages.js";
 import { hear } from "../base/said.js";
 import { t } from "../base/strings.js";
@@ -88,6 +88,18 @@ export const change = (edit, keys) => send(() => changeEdit(named(state.take), e
 
 /** Remove an edit. */
 export const remove = (edit) => send(() => removeEdit(named(state.take), edit.id, state.revision), t("mend.removed", { what: wordsOf(edit) }));
+
+/** Split an edit over a range into two at a stage time within it; what lies between them no longer holds. */
+export function split(edit, at_s) {
+  const half = 0.5 / state.replay.rate_hz;
+  if (at_s - half <= edit.start_s || at_s + half >= edit.end_s) return showNote(t("mend.split_outside"));
+  const ids = state.edits.map((one) => one.id);
+  let k = state.edits.length + 1;
+  while (ids.includes(`${edit.id}-${k}`)) k += 1;
+  const second = { ...edit, id: `${edit.id}-${k}`, start_s: Number((at_s + half).toFixed(4)) };
+  const edits = state.edits.flatMap((one) => (one.id === edit.id ? [{ ...edit, end_s: Number((at_s - half).toFixed(4)) }, second] : [one]));
+  return send(() => replaceEdits(named(state.take), edits, state.revision), t("mend.was_split", { what: wordsOf(edit) }));
+}
 
 /** Take the last change of the edits back. */
 export const takeBack = () => send(() => undoEdits(named(state.take), state.revision), t("mend.undone"), false);

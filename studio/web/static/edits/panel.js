@@ -3,8 +3,9 @@ import { byId, clock, h, redraw } from "../base/dom.js";
 import { said } from "../base/said.js";
 import { t } from "../base/strings.js";
 import { rangeForm, showRange } from "./form.js";
-import { change, editList, isSolved, makeAgain, remove, solveAgain, startEditList, takeBack, useEdits } from "./list.js";
+import { change, editList, isSolved, makeAgain, remove, solveAgain, split, startEditList, takeBack, useEdits } from "./list.js";
 import { offerList, offersKey, startOffers } from "./offers.js";
+import { drawPins } from "./pins.js";
 import { checkPin, leavePin, pinned, startPinning } from "./pinning.js";
 import { secondsOf, stageOf } from "./time.js";
 import { wordsOf } from "./words.js";
@@ -32,7 +33,8 @@ function details(edit) {
       numberField(edit, t("mend.to"), since(edit.end_s), (typed) => change(edit, { end_s: stageOf(typed), start_s: Math.min(edit.start_s, stageOf(typed)) })),
       edit.kind === "pin" && numberField(edit, t("mend.radius"), Number((100 * edit.radius_m).toFixed(1)), (typed) => change(edit, { radius_m: typed / 100 }), 0.5),
       ...place,
-      h("label", { class: "field" }, h("span", {}, t("mend.note")), h("input", { type: "text", value: edit.note, maxLength: 500, onchange: (event) => change(edit, { note: event.currentTarget.value.trim() }) }))));
+      h("label", { class: "field" }, h("span", {}, t("mend.note")), h("input", { type: "text", value: edit.note, maxLength: 500, onchange: (event) => change(edit, { note: event.currentTarget.value.trim() }) })),
+      edit.start_s < edit.end_s && h("button", { id: `edit-split-${edit.id}`, type: "button", class: "small", title: t("mend.split_hint"), onclick: () => split(edit, stageOf(state.replay.frame / state.replay.rate_hz)) }, t("mend.split"))));
 }
 
 function row(edit) {
@@ -73,6 +75,7 @@ function build() {
 export function showEdits() {
   const { open, solve, take, playing, first, last, begins_s, rate_hz } = state.replay;
   byId("edits-panel").hidden = !open || !solve;
+  drawPins();
   if (!open || !solve) return;
   const { revision, edits, can_undo, can_redo, says, cameras, solved } = editList();
   byId("edits-count").textContent = edits.length ? String(edits.length) : "";

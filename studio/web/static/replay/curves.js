@@ -48,7 +48,7 @@ export function lanesOf(curves, { colours, edits }) {
       ...curves.cameras[name].map(([first, last, reason]) => [first, last, t("curve.left_out", { name, reason: reasonWords(reason) }), "--bad"])],
   }));
   const stands = (side, row) => curves.stance[side].map(([first, last]) => [first, last, t(`curve.stands.${side}`), null, row]);
-  const feet = { label: t("curve.feet"), colour: "--muted", rows: 2, spans: [...stands("left", 0), ...stands("right", 1)] };
+  const feet = { label: t("curve.feet"), colour: "--muted", rows: 2, feet: true, spans: [...stands("left", 0), ...stands("right", 1)] };
   const pops = { label: t("curve.pops"), colour: "--fair", spans: curves.pops.map(([first, last]) => [first, last, t("curve.pop")]) };
   const off = Object.entries(curves.disagrees).flatMap(([name, spans]) => spans.map(([first, last, mm]) => [first, last, t("curve.disagrees", { name, mm })]));
   const apart = off.length ? [{ label: t("curve.apart"), colour: "--bad", spans: off }] : [];

@@ -32,7 +32,7 @@ export default {
   "splice.outside": "de {start_s:.2f} à {end_s:.2f} s il n'y a aucune image ; le calcul va de {first_s:.2f} à {last_s:.2f} s",
   "splice.short": "la partie {part} dure {seconds:.2f} s ; avec ses raccords elle doit durer {least:.2f} s : prenez-en plus, ou fondez moins longtemps",
   "splice.joints": "la partie {part} a d'autres articulations que la partie 1 ; raccordez des calculs d'une même sorte",
-  "splice.body": "la partie {part} est d'un autre corps que la partie 1 : ses os ont {share:.0f} % de la longueur ; raccordez des prises d'une même personne",
+  "splice.body": "la partie {part} est d'un autre corps que la partie 1 : ses os ont {share} % de la longueur ; raccordez des prises d'une même personne",
   "splice.times": "{times} fois {n} parties : permis de 1 à {most} parties en tout",
   "evidence.contradict": "contredit l'épingle {other}, qui met {joint} à {metres:.2f} m d'ici au même moment : aucune des deux ne sert ; désactivez-en une",
   "evidence.no_performer": "la prise n'a pas de {performer}",
