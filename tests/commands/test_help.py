@@ -59,6 +59,7 @@ OPTIONS = {
     "robot": ("add", "list", "show", "remove", "play"),
     "rig": ("--mapping", "--save", "--out", "--json"),
     "edit": ("--json",),
+    "rigid": ("--keep-place", "--performer", "--json"),
     "performers": ("--name", "--exchange", "--at", "--undo"),
     "bench": ("--json",),
     "prepare": (),
