@@ -60,6 +60,7 @@ OPTIONS = {
     "rig": ("--mapping", "--save", "--out", "--json"),
     "splice": ("--out", "--solve", "--times", "--blend", "--near", "--json"),
     "edit": ("--json",),
+    "rigid": ("--keep-place", "--performer", "--json"),
     "performers": ("--name", "--exchange", "--at", "--undo"),
     "bench": ("--json",),
     "prepare": (),

@@ -116,6 +116,7 @@ def test_routes_tell_layers_and_colours_and_refuse_others(address: str) -> None:
         "fused",
         "raw",
         "ghost",
+        "bodies",
         "trails",
         "effectors",
         "points",

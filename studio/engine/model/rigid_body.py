@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 
-class BodyShape(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+class RigidShape(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """A shape about the body's origin.
 
     Attributes:
@@ -49,4 +49,4 @@ class PlacedBody:
     position_m: NDArray[np.float64]
     rotation_wxyz: NDArray[np.float64]
     use: str = ""
-    shape: BodyShape | None = None
+    shape: RigidShape | None = None

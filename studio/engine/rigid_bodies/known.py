@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from studio.engine.base.errors import SettingsError
 from studio.engine.base.quaternions import multiply, rotate
 from studio.engine.model.joints import INDEX
-from studio.engine.model.rigid_body import BodyShape
+from studio.engine.model.rigid_body import RigidShape
 
 USES = ("reference", "prop", "evidence")
 MOST_BODIES = 64
@@ -54,7 +54,7 @@ class KnownBody(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     use: Literal["reference", "prop", "evidence"] = "prop"
     joint: str = ""
     performer: str = "performer_1"
-    shape: BodyShape | None = None
+    shape: RigidShape | None = None
 
 
 class Tie(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
@@ -91,7 +91,7 @@ class TakeBodies(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
         return next((one for one in self.bodies if one.name == name), None)
 
 
-def shape_of(text: str) -> BodyShape:
+def shape_of(text: str) -> RigidShape:
     """Return the shape of a text such as `cylinder:3,60` (cm); `cylinder:3,60,x` lies along x.
 
     Raises:
@@ -103,7 +103,7 @@ def shape_of(text: str) -> BodyShape:
         axis = sizes.pop()
     try:
         value = {"kind": kind, "size_cm": [float(one) for one in sizes], "axis": axis}
-        shape = msgspec.convert(value, BodyShape)
+        shape = msgspec.convert(value, RigidShape)
     except (ValueError, msgspec.ValidationError) as error:
         allowed = "box:X,Y,Z, cylinder:DIAMETER,LENGTH[,AXIS] or sphere:DIAMETER in cm"
         raise bad_value("shape", text[:80], allowed) from error
@@ -135,7 +135,7 @@ def check_bodies(bodies: tuple[KnownBody, ...], place: BodyPlace) -> None:
             _check_shape(one.shape)
 
 
-def _check_shape(shape: BodyShape) -> None:
+def _check_shape(shape: RigidShape) -> None:
     count = _SIZES[shape.kind]
     if len(shape.size_cm) != count or not all(_CM[0] <= edge <= _CM[1] for edge in shape.size_cm):
         raise bad_value(

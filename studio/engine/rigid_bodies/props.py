@@ -14,7 +14,7 @@ from scipy.ndimage import uniform_filter1d
 from studio.engine.base.quaternions import inverse, rotate
 from studio.engine.model.joints import OUTPUT_OF_CANONICAL
 from studio.engine.model.poses import Poses
-from studio.engine.model.rigid_body import BodyShape
+from studio.engine.model.rigid_body import RigidShape
 from studio.engine.rigid_bodies.tracks import BodyTrack
 
 HANDS = ("left_hand", "right_hand")
@@ -28,7 +28,7 @@ _LEAST_LENGTH_M = 0.05
 def prop_poses(
     name: str,
     track: BodyTrack,
-    shape: BodyShape | None,
+    shape: RigidShape | None,
     performers: Sequence[Poses],
     hands: Sequence[str] = HANDS,
 ) -> Poses:
@@ -79,7 +79,7 @@ def held_by(
     hand_m: NDArray[np.float64],
     positions_m: NDArray[np.float64],
     rotations_wxyz: NDArray[np.float64],
-    shape: BodyShape | None,
+    shape: RigidShape | None,
     seen: NDArray[np.bool_],
 ) -> NDArray[np.float64]:
     """Return the places of a prop, shape (n, 3), tied to a hand while it holds it.

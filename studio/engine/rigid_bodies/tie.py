@@ -8,15 +8,18 @@ system: without them only their sum is known, so the offset is held near 0 (`OFF
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import OptimizeResult, least_squares
 
 from studio.engine.base.errors import FormatError
 from studio.engine.base.quaternions import rotate
 from studio.engine.rigid_bodies.known import BodyPlace, Tie
 from studio.engine.rigid_bodies.tracks import BodyTrack
+
+if TYPE_CHECKING:
+    from scipy.optimize import OptimizeResult
 
 OFFSET_SIGMA_M = 0.10
 LAGS_S = (-0.15, 0.15)
@@ -119,8 +122,10 @@ class _Problem:
             )
         return first
 
-    def solved(self, first: NDArray[np.float64]) -> OptimizeResult:
+    def solved(self, first: NDArray[np.float64]) -> "OptimizeResult":
         """Return what is found from these unknowns on."""
+        from scipy.optimize import least_squares  # slow to load: not at the start of the server
+
         low, high = np.full(len(first), -np.inf), np.full(len(first), np.inf)
         low[4], high[4] = LAGS_S
         return least_squares(

@@ -5,7 +5,7 @@ from typing import Any
 
 import viser
 
-from studio.engine.model.rigid_body import BodyShape, PlacedBody
+from studio.engine.model.rigid_body import PlacedBody, RigidShape
 
 _RGB = {"prop": (214, 158, 46), "evidence": (49, 151, 149), "reference": (128, 90, 213)}
 _OTHER_RGB = (113, 128, 150)
@@ -55,7 +55,7 @@ class BodyNodes:
         self._nodes[body.name] = (looks, node)
         return node
 
-    def _add_shape(self, path: str, shape: BodyShape, rgb: tuple[int, int, int]) -> None:
+    def _add_shape(self, path: str, shape: RigidShape, rgb: tuple[int, int, int]) -> None:
         size = [edge / 100 for edge in shape.size_cm]
         common: dict[str, Any] = {"color": rgb, "cast_shadow": True}
         if shape.kind == "box":

@@ -8,7 +8,7 @@ from studio.engine.base.errors import SettingsError
 from studio.engine.edits.edit import PinEdit
 from studio.engine.metrics.reference.canonical import canonical_positions
 from studio.engine.model.joints import INDEX, OUTPUT_INDEX
-from studio.engine.model.rigid_body import BodyShape
+from studio.engine.model.rigid_body import RigidShape
 from studio.engine.rigid_bodies.known import BodyPlace, Tie, shape_of
 from studio.engine.rigid_bodies.pins import SIGMA_M, BodyPins
 from studio.engine.rigid_bodies.props import held_spans, prop_poses
@@ -120,7 +120,7 @@ def test_a_short_touch_holds_nothing():
 
 def test_shapes_of_texts():
     assert shape_of("box:10,20,30").edges_m == pytest.approx([0.1, 0.2, 0.3])
-    assert shape_of("cylinder:3,60,x") == BodyShape("cylinder", (3.0, 60.0), "x")
+    assert shape_of("cylinder:3,60,x") == RigidShape("cylinder", (3.0, 60.0), "x")
     assert shape_of("sphere:22").edges_m == pytest.approx([0.22] * 3)
     for wrong in ("cone:1,2", "box:1,2", "sphere:-1", "cylinder:1,nan", "sphere:"):
         with pytest.raises(SettingsError) as caught:
