@@ -5,17 +5,18 @@ camera sees the performer, the robot comes to rest and holds; afterwards, and at
 """
 
 from collections.abc import Callable, Mapping
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
 from studio.engine.model.frames import StepResult
-from studio.engine.robots.body.reading import FREE
-from studio.engine.robots.body.robot import Robot
-from studio.engine.robots.moving.stage_frames import StageFollower
+from studio.engine.robots.free_joint import FREE
 from studio.streams.cast import Cast, steps_of
+
+if TYPE_CHECKING:
+    from studio.engine.robots.body.robot import Robot
 
 FORMAT_VERSION = 1
 PORT = 14600
@@ -33,10 +34,12 @@ WAIT, FOLLOW, HOLD = "wait", "follow", "hold"
 class JointTargets:
     """The joint targets of one robot, period by period."""
 
-    def __init__(self, robot: Robot, rate_hz: float, cast: Cast, performer: str) -> None:
+    def __init__(self, robot: "Robot", rate_hz: float, cast: Cast, performer: str) -> None:
         """`performer`: name of whom it follows; "" = the first."""
         self._robot, self._rate_hz = robot, rate_hz
         self._cast, self._performer = cast, performer
+        from studio.engine.robots.moving.stage_frames import StageFollower
+
         self._follower = StageFollower(robot, 1.0 / rate_hz, at_once=False)
         self._newest: StepResult | None = None
         self._seen_s: float | None = None
@@ -106,5 +109,5 @@ def encoded(message: Mapping[str, Any]) -> bytes:
     return msgspec.json.encode(message)
 
 
-Load = Callable[[str], Robot]
+Load = Callable[[str], "Robot"]
 """Returns a kept robot by its name; raises FormatError."""

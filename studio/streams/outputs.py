@@ -4,18 +4,20 @@ import logging
 import secrets
 import threading
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from msgspec import structs
 
 from studio.engine.base.errors import SettingsError
 from studio.engine.model.frames import StepResult
-from studio.engine.robots.body.robot import Robot
 from studio.engine.robots.files import FOLDER, find_robot, load_robot
 from studio.streams.cast import Cast
 from studio.streams.robot_sender import RobotSender
 from studio.streams.sender import Sender
 from studio.streams.targets import MAX_TARGETS, ROBOT, OutputStatus, Target, load_targets, save_targets
+
+if TYPE_CHECKING:
+    from studio.engine.robots.body.robot import Robot
 
 _log = logging.getLogger(__name__)
 
@@ -44,7 +46,7 @@ class Outputs:
         for sender in tuple(self._senders.values()):
             sender.add(result)
 
-    def robot(self, name: str) -> Robot:
+    def robot(self, name: str) -> "Robot":
         """Return a kept robot.
 
         Raises:

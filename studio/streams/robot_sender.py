@@ -4,16 +4,19 @@ import logging
 import threading
 import time
 from collections.abc import Callable
+from typing import TYPE_CHECKING
 
 from msgspec import structs
 
 from studio.engine.base.errors import StudioError
 from studio.engine.model.frames import StepResult
-from studio.engine.robots.body.robot import Robot
 from studio.streams.cast import Cast
 from studio.streams.channel import Channel, cannot_send
 from studio.streams.joint_targets import JointTargets, Load, encoded
 from studio.streams.targets import OutputStatus, Target
+
+if TYPE_CHECKING:
+    from studio.engine.robots.body.robot import Robot
 
 _log = logging.getLogger(__name__)
 
@@ -26,7 +29,7 @@ class JointThread:
 
     def __init__(
         self,
-        load: Callable[[], Robot],
+        load: "Callable[[], Robot]",
         rate_hz: float,
         cast: Cast,
         performer: str,

@@ -2,7 +2,7 @@
 
 import asyncio
 from collections import deque
-from typing import Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Literal
 
 from fastapi import APIRouter, WebSocket, WebSocketDisconnect
 from msgspec import Struct
@@ -13,11 +13,13 @@ from studio.api.stage.events import wait_until_gone
 from studio.api.stage.stage import Request
 from studio.api.structs import StructRoute
 from studio.engine.base.errors import StudioError
-from studio.engine.robots.body.robot import Robot
 from studio.live import LiveStage
 from studio.streams import Cast, Outputs, OutputStatus, steps_of
 from studio.streams.frames import frame_message, head_message
 from studio.streams.robot_sender import JointThread
+
+if TYPE_CHECKING:
+    from studio.engine.robots.body.robot import Robot
 
 STREAM_PATH = "/api/v1/stream"
 MAX_WAITING = 3
@@ -154,7 +156,7 @@ async def _stream(
 
 
 async def _stream_joints(
-    websocket: WebSocket, stage: LiveStage, cast: Cast, rate_hz: float, performer: str, robot: Robot
+    websocket: WebSocket, stage: LiveStage, cast: Cast, rate_hz: float, performer: str, robot: "Robot"
 ) -> None:
     """Send a robot's joint targets at a rate; a slow receiver misses some."""
     loop, fresh = asyncio.get_running_loop(), asyncio.Event()

@@ -5,8 +5,8 @@ from dataclasses import asdict, dataclass, fields
 import numpy as np
 from numpy.typing import NDArray
 
-from studio.engine.robots.body.reading import FREE
 from studio.engine.robots.body.robot import INDEX, Robot
+from studio.engine.robots.free_joint import FREE
 from studio.engine.robots.moving.balance import outside, standing_frames
 from studio.engine.robots.moving.kinematics import RobotKinematics
 from studio.engine.robots.moving.targets import KEY_POINTS, SOLES, Targets

@@ -8,13 +8,15 @@ from collections.abc import Mapping
 from dataclasses import replace
 from hashlib import sha256
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from studio.engine.base.errors import FormatError
 from studio.engine.base.file_sentences import unreadable_give_other
 from studio.engine.base.files import write_json
 from studio.engine.base.versions import ROBOT
-from studio.engine.robots.body.robot import Robot, build_robot
+
+if TYPE_CHECKING:
+    from studio.engine.robots.body.robot import Robot
 
 FOLDER = "robots"
 """Folder of the kept robots among the sessions."""
@@ -27,7 +29,7 @@ def add_robot(
     *,
     parts: Mapping[str, str] | None = None,
     velocity_rad_s: float | None = None,
-) -> Robot:
+) -> "Robot":
     """Read a robot's model, keep its table as `folder/name.json`, and return the robot.
 
     Args:
@@ -41,6 +43,8 @@ def add_robot(
         FormatError: as `build_robot`; or a name that is not allowed.
         StudioError: the table cannot be written.
     """
+    from studio.engine.robots.body.robot import build_robot
+
     path = robot_table(folder, name)
     robot = build_robot(model, name, parts=parts, velocity_rad_s=velocity_rad_s)
     limits = zip(robot.joint_names, robot.velocity_rad_s.tolist(), strict=True)
@@ -54,12 +58,14 @@ def add_robot(
     return robot
 
 
-def load_robot(folder: Path, name: str) -> Robot:
+def load_robot(folder: Path, name: str) -> "Robot":
     """Return a kept robot.
 
     Raises:
         FormatError: there is none of that name, its table cannot be read, or its model is missing or another now.
     """
+    from studio.engine.robots.body.robot import build_robot
+
     table = _read(find_robot(folder, name))
     model = Path(table["model"])
     if not model.is_file():

@@ -18,8 +18,8 @@ from studio.engine.base.files import write_atomically
 from studio.engine.base.quaternions import continuous_signs
 from studio.engine.base.versions import ROBOT_MOTION
 from studio.engine.model.poses import Poses
-from studio.engine.robots.body.reading import FREE
 from studio.engine.robots.body.robot import Robot
+from studio.engine.robots.free_joint import FREE
 from studio.engine.robots.moving.performed import Performed, performed
 from studio.engine.robots.moving.targets import Targets, targets_of
 from studio.engine.robots.moving.whole_take import Retargeting, retargeted

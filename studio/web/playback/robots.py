@@ -5,7 +5,7 @@ from collections.abc import Mapping
 from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Protocol
+from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,13 +13,15 @@ from numpy.typing import NDArray
 from studio.api.jobs import UNDER_WAY, Jobs
 from studio.engine.base.errors import StudioError
 from studio.engine.robots.files import kept_robots, load_robot
-from studio.engine.robots.motion import RobotMotion
-from studio.offline.robots import kept_robot_motions
 from studio.take.folder.take import Take
 from studio.web.playback.clip import Clip
 from studio.web.playback.finder import TakeFinder
 from studio.web.playback.growing import GrowingClip
 from studio.web.scene.robot import ChosenRobot
+
+if TYPE_CHECKING:
+    from studio.engine.robots.body.robot import Robot
+    from studio.engine.robots.motion import RobotMotion
 
 KIND = "robot"
 """Kind of the work that retargets a solve."""
@@ -38,7 +40,7 @@ class ReplayedRobot:
     name: str = ""
     take: str = ""
     solve: str = ""
-    motions: Mapping[int, RobotMotion] = field(default_factory=dict)
+    motions: "Mapping[int, RobotMotion]" = field(default_factory=dict)
 
     def at(self, clip: Clip, frame: int) -> dict[int, NDArray[np.float64]]:
         """Return the configurations at a frame of a clip by the performer's number; none for another solve."""
@@ -51,6 +53,12 @@ class ReplayedRobot:
 
 
 NO_ROBOT = ReplayedRobot()
+
+
+def _chosen(robot: "Robot") -> ChosenRobot:
+    from studio.engine.robots.body.shapes import robot_shapes
+
+    return ChosenRobot(robot, robot_shapes(robot))
 
 
 def _nearest(times: NDArray[np.float64], time_s: float) -> int:
@@ -98,7 +106,7 @@ class ChosenRobots:
         Raises:
             FormatError: as `load_robot`.
         """
-        chosen = ChosenRobot(load_robot(self._folder, name)) if name else None
+        chosen = _chosen(load_robot(self._folder, name)) if name else None
         with self._lock:
             self._chosen = chosen
             self._view.choose_robot(chosen)
@@ -115,6 +123,8 @@ class ChosenRobots:
 
     def _shows_kept(self, chosen: ChosenRobot, clip: Clip) -> bool:
         """Show the kept motion, if there is one of these poses."""
+        from studio.offline.robots import kept_robot_motions
+
         robot = chosen.robot
         motions = kept_robot_motions(self._take(clip), clip.solve, self._folder, robot)
         if motions is not None:

@@ -1,26 +1,29 @@
 """A robot in the browser view: its bodies as rigid meshes."""
 
-import mujoco
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
 import numpy as np
 import viser
 from numpy.typing import NDArray
 from viser._messages import SetOrientationMessage, SetPositionMessage
 
 from studio.engine.model.frames import StepResult
-from studio.engine.robots.body.robot import Robot
-from studio.engine.robots.body.shapes import Shape, robot_shapes
-from studio.engine.robots.moving.stage_frames import StageFollower
+
+if TYPE_CHECKING:
+    from studio.engine.robots.body.robot import Robot
+    from studio.engine.robots.body.shapes import Shape
 
 DRAWN_S = 1.0 / 30.0
 """Usual time between drawn frames."""
 
 
+@dataclass(frozen=True, eq=False)
 class ChosenRobot:
     """A robot to draw in the performers' place, with what it looks like."""
 
-    def __init__(self, robot: Robot) -> None:
-        self.robot = robot
-        self.shapes: list[Shape] = robot_shapes(robot)
+    robot: "Robot"
+    shapes: "list[Shape]"
 
 
 class RobotFigure:
@@ -29,9 +32,14 @@ class RobotFigure:
     def __init__(
         self, server: viser.ViserServer, name: str, chosen: ChosenRobot, opacity: float | None
     ) -> None:
+        import mujoco
+
+        from studio.engine.robots.moving.stage_frames import StageFollower
+
         self.chosen = chosen
         self._scene = server.scene
         self._data = mujoco.MjData(chosen.robot.model)
+        self._place = mujoco.mj_kinematics
         self._follower = StageFollower(chosen.robot, DRAWN_S)
         self._meshes = [
             server.scene.add_mesh_simple(
@@ -46,7 +54,7 @@ class RobotFigure:
         if q is None:
             q = self._followed(result)
         self._data.qpos[:] = q
-        mujoco.mj_kinematics(self.chosen.robot.model, self._data)
+        self._place(self.chosen.robot.model, self._data)
         queue = self._scene._queue_scene_message
         places, turns = self._data.xpos.tolist(), self._data.xquat.tolist()
         for mesh, shape in zip(self._meshes, self.chosen.shapes, strict=True):

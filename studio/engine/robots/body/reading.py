@@ -11,12 +11,9 @@ from numpy.typing import NDArray
 
 from studio.engine.base.errors import FormatError
 from studio.engine.base.file_sentences import unreadable_give_other
+from studio.engine.robots.free_joint import FREE
 
 MAX_BYTES = 64 << 20
-FREE = 7
-"""Numbers of the free base in a configuration: position, then quaternion wxyz."""
-
-FREE_DOFS = 6
 UNLIMITED_RAD = float(np.pi)
 """Range taken for a joint without limits, to both sides."""
 

@@ -11,9 +11,10 @@ from numpy.typing import NDArray
 from studio.engine.base.errors import FormatError
 from studio.engine.robots.body.collisions import with_floor
 from studio.engine.robots.body.parts import LIMBS, PARTS, SIDES, Tree, found_parts
-from studio.engine.robots.body.reading import FREE, FREE_DOFS, ReadModel, compiled, read_model
+from studio.engine.robots.body.reading import ReadModel, compiled, read_model
 from studio.engine.robots.body.strength import torque_limits
 from studio.engine.robots.body.surface import surface_points
+from studio.engine.robots.free_joint import FREE, FREE_DOFS
 
 Array = NDArray[np.float64]
 

@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from studio.engine.robots.body.collisions import ContactFinder, Found
-from studio.engine.robots.body.reading import FREE, FREE_DOFS
 from studio.engine.robots.body.robot import Robot
+from studio.engine.robots.free_joint import FREE, FREE_DOFS
 from studio.engine.whole_take.finish.trajectory import point_jacobians
 
 Array = NDArray[np.float64]

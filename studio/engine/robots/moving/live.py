@@ -13,8 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from studio.engine.robots.body.collisions import ContactFinder
-from studio.engine.robots.body.reading import FREE, FREE_DOFS
 from studio.engine.robots.body.robot import INDEX, Robot
+from studio.engine.robots.free_joint import FREE, FREE_DOFS
 from studio.engine.robots.moving.kinematics import body_dofs, contact_rows
 from studio.engine.robots.moving.performed import FEET, Performed
 from studio.engine.robots.moving.targets import (

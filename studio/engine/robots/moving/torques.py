@@ -7,8 +7,8 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from studio.engine.robots.body.reading import FREE_DOFS
 from studio.engine.robots.body.robot import Robot
+from studio.engine.robots.free_joint import FREE_DOFS
 from studio.engine.robots.moving.targets import SOLES
 from studio.engine.whole_take.finish.trajectory import steps
 from studio.engine.whole_take.physics.blocks import Blocks

@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 
 import studio.engine.base.blas  # noqa: F401, so that equal input gives equal bits
 from studio.engine.base.quaternions import rotate
-from studio.engine.robots.body.reading import FREE, FREE_DOFS
 from studio.engine.robots.body.robot import INDEX, Robot
+from studio.engine.robots.free_joint import FREE, FREE_DOFS
 from studio.engine.robots.moving.balance import balance_rows
 from studio.engine.robots.moving.kinematics import ContactRows, Linearised, RobotKinematics
 from studio.engine.robots.moving.targets import SOLES, TOUCHING, Targets, replanted
