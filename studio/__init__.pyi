@@ -57,7 +57,7 @@ from .library import (
     solve,
     splice,
 )
-from .offline.take_parts import TakePart
+from .offline.edits.take_parts import TakePart
 from .take.edits.change import StaleEditsError, change_edits, redo_edits, undo_edits
 from .take.edits.kept import TakeEdits, read_edits
 from .take.folder.take import Take

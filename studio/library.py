@@ -15,7 +15,7 @@ from studio.engine.metrics.results import Evaluation
 from studio.engine.model.calibration import Calibration
 from studio.engine.model.poses import Poses
 from studio.engine.model.settings import SolveSettings
-from studio.offline.take_parts import BLEND_S, NEAR_S, TakePart
+from studio.offline.edits.take_parts import BLEND_S, NEAR_S, TakePart
 from studio.take.folder.take import POSES, Take
 
 PathText = str | Path
@@ -307,7 +307,7 @@ def splice(
         SettingsError: parts of two performers, a part that is too short, or a value that is not allowed.
         TakeError: a take without solves, no such solve or performer; or `out` exists.
     """
-    from studio.offline.splicing import splice_takes
+    from studio.offline.edits.splicing import splice_takes
 
     named: list[TakePart] = []
     for one in parts:

@@ -77,7 +77,7 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _mend(take: "Take", settings: "SolveSettings") -> None:
-    from studio.offline.mend import mend
+    from studio.offline.edits.mend import mend
 
     with progress_bar("mend") as progress:
         mended = mend(take, settings, progress=progress)

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 from studio.commands.common import add_command, add_json, figure, progress_bar, table, write_result
 
 if TYPE_CHECKING:
-    from studio.offline.take_parts import TakePart
+    from studio.offline.edits.take_parts import TakePart
 
 _TEXT = """\
 Splice parts of takes of one performer into a new take, or loop a part.
@@ -51,7 +51,7 @@ def add_parser(subparsers: Any) -> None:
 
 def run(args: argparse.Namespace) -> int:
     from studio.library import splice
-    from studio.offline.take_parts import BLEND_S, NEAR_S
+    from studio.offline.edits.take_parts import BLEND_S, NEAR_S
 
     parts = [_part(text, args.solve, args.performer) for text in args.parts]
     with progress_bar("splice") as progress:
@@ -77,7 +77,7 @@ def _part(text: str, solve: str | None, performer: str | None) -> "TakePart":
     """
     from studio.engine.model.poses import Poses
     from studio.library import choose_solve
-    from studio.offline.take_parts import TakePart
+    from studio.offline.edits.take_parts import TakePart
     from studio.review.render.strip import stage_time
     from studio.take.folder.take import POSES, Take
 

@@ -1,2 +1,2 @@
-"""Work on takes without a live stage: `replay`, `tracking` of depth, `preview` of changed settings, `batch` of many
-takes."""
+"""Work on takes without a live stage: `replay`, `tracking` of depth, `preview` of changed settings, what `edits` lead
+to, `batch` of many takes."""

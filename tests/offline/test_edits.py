@@ -15,9 +15,9 @@ from studio.engine.model.poses import Poses
 from studio.engine.model.settings import parse_settings
 from studio.engine.whole_take.trace import Trace
 from studio.offline import replay
-from studio.offline.around import solve_around
-from studio.offline.mend import mend
-from studio.offline.offers import offers
+from studio.offline.edits.around import solve_around
+from studio.offline.edits.mend import mend
+from studio.offline.edits.offers import offers
 from studio.offline.replay import solve_take
 from studio.offline.tracking import calibrate_take
 from studio.take.edits.change import undo_edits

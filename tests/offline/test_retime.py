@@ -9,8 +9,8 @@ from studio.engine.edits.edit import OffsetEdit, RetimeEdit
 from studio.engine.model.poses import Poses
 from studio.engine.model.settings import preset
 from studio.engine.whole_take.trace import Trace
-from studio.offline.first_look import look_at_edits
-from studio.offline.offered import offers_of_solve
+from studio.offline.edits.first_look import look_at_edits
+from studio.offline.edits.offered import offers_of_solve
 from studio.offline.replay import solve_take
 from studio.take.edits.change import change_edits
 from studio.take.folder.solves import TRACE, time_map

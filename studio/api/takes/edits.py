@@ -23,7 +23,7 @@ from studio.take.folder.take import Take
 from studio.worker import run_in_process
 
 if TYPE_CHECKING:
-    from studio.offline.offers import Offer
+    from studio.offline.edits.offers import Offer
 
 _Revision = Annotated[
     int | None, Field(description="that of the list on which it is made; the newest where left out")
@@ -169,7 +169,7 @@ def edits_router(finder: Finder, jobs: Jobs) -> APIRouter:
         at_s, performer = player.playhead(id_)
         jobs.replace(("draft", "solve"), id_, request.solve)
         job = jobs.submit(
-            "draft", id_, request.solve, "studio.offline.first_look:look_at_edits",
+            "draft", id_, request.solve, "studio.offline.edits.first_look:look_at_edits",
             opened, settings_of(opened, request.solve), request.solve, at_s,
             performer=performer, then=lambda poses: player.show_part(id_, poses, performer),
         )  # fmt: skip
@@ -181,7 +181,7 @@ def edits_router(finder: Finder, jobs: Jobs) -> APIRouter:
         opened = finder.take(session, take)
         finder.solve(opened, solve, performer or None)
         found: list[Offer] = run_in_process(
-            "studio.offline.offered:offers_of_solve", opened, solve, performer
+            "studio.offline.edits.offered:offers_of_solve", opened, solve, performer
         )
         lines = [
             OfferedEdits(one.event, one.camera, one.joint, one.off_mm, one.why, one.edits) for one in found

@@ -11,7 +11,7 @@ from studio.api.jobs import Jobs, JobStatus
 from studio.api.stage.stage import Request as Body
 from studio.api.structs import StructRoute
 from studio.api.takes.find import Finder
-from studio.offline.take_parts import BLEND_S, NEAR_S, TakePart
+from studio.offline.edits.take_parts import BLEND_S, NEAR_S, TakePart
 from studio.take.folder.take import check_free
 from studio.take.library.sessions import take_path
 

@@ -17,7 +17,7 @@ from studio.engine.edits.edit import RetimeEdit
 from studio.engine.edits.time_map import TimeMap
 from studio.engine.metrics.figures.feet import stance_of
 from studio.engine.model.poses import Poses
-from studio.offline.take_parts import BLEND_S, NEAR_S
+from studio.offline.edits.take_parts import BLEND_S, NEAR_S
 
 CMU_M = 0.056444
 RATE_HZ = 60

@@ -9,7 +9,7 @@ from studio.engine.edits.edit import Edit
 from studio.engine.edits.time_map import TimeMap
 from studio.engine.model.poses import Poses
 from studio.engine.whole_take.trace import Trace
-from studio.offline.offers import Offer, offers
+from studio.offline.edits.offers import Offer, offers
 from studio.take.folder.solves import TRACE, time_map
 from studio.take.folder.take import PERFORMER, POSES, Take
 

@@ -8,7 +8,7 @@ from studio.engine.base.errors import SettingsError
 from studio.engine.model.poses import Poses
 from studio.engine.model.settings import preset
 from studio.engine.model.solve_metrics import SolveMetrics
-from studio.offline.take_parts import TakePart
+from studio.offline.edits.take_parts import TakePart
 from studio.take.folder.meta import PartMeta
 from studio.take.folder.new import new_take
 from studio.take.folder.solves import write_solve

@@ -44,7 +44,7 @@ def solve_around(
     Nothing is stored. Preset `finish` is previewed without physics, by its live part and its least squares over these
     frames alone, so that the whole solve may differ a little. The first call in a process reads the take's frames;
     they are kept for the next one. Name it in full for a worker that stays: `run_in_process(
-    "studio.offline.around:solve_around", take, settings, edits, at_s, performer=..., stored=...)`.
+    "studio.offline.edits.around:solve_around", take, settings, edits, at_s, performer=..., stored=...)`.
 
     Args:
         take: with raw frames and a calibration.
