@@ -66,7 +66,7 @@ def videos_of(path: Path) -> list[KeptVideo]:
 def check_pictures(video: KeptVideo, period_ns: int) -> None:
     """Each picture was taken at the moment that it shows: the player's time tells its number."""
     frames = list(VideoFile.open(video.path).frames())
-    assert len(frames) == len(video.times_ns) > 20
+    assert len(frames) == len(video.times_ns) > 0  # a part is as long as the client had time for it
     for (_, frame), time_ns in zip(frames, video.times_ns.tolist(), strict=True):
         assert frame.width % 2 == 0
         bars = frame.to_ndarray(format="gray")[20, 10 : 20 * BITS : 20].astype(float)
