@@ -66,7 +66,9 @@ def _complains(message: ConsoleMessage) -> bool:
     renamed = "404" in message.text and "/thumbnail?" in message.location.get("url", "")
     refused = "422" in message.text and "/takes?search=" in message.location.get("url", "")
     asked = message.location.get("url", "")
-    ended = "ERR_CONNECTION_REFUSED" in message.text and asked.endswith(("/view/clock", "/access"))
+    ended = "ERR_CONNECTION_REFUSED" in message.text and asked.split("?")[0].endswith(
+        ("/view/clock", "/access")
+    )
     slow = "GL Driver Message (OpenGL, Performance" in message.text
     return message.type in ("error", "warning") and not (slow or renamed or refused or ended)
 
