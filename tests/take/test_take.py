@@ -76,7 +76,7 @@ def test_a_take_never_overwrites(tmp_path: Path) -> None:
     (tmp_path / "file").write_text("x")
     with refused(TakeError, "take.not_empty"):
         Take.create(tmp_path / "file", session="s", name="t", source="live")
-    with refused(TakeError, "take.source", allowed=["live", "import", "simulate"]):
+    with refused(TakeError, "take.source", allowed=["live", "import", "simulate", "splice"]):
         Take.create(tmp_path / "other", session="s", name="t", source="film")
     with refused(TakeError, "take.not_made"):
         Take.create(tmp_path / "file" / "t", session="s", name="t", source="live")
