@@ -177,7 +177,7 @@ def test_a_camera_without_video_says_why(address: str, page: Page) -> None:
     page.locator("#video-close").click()
     expect(page.locator("#video")).to_be_hidden()
     page.keyboard.press("v")
-    expect(page.locator("#video")).to_be_visible()
+    expect(page.locator("#video-said")).to_contain_text("aucune vidéo de right")  # it asks no more
     page.keyboard.press("Escape")
     expect(page.locator("#video")).to_be_hidden()
 
