@@ -8,6 +8,7 @@ from typing import Literal
 import msgspec
 from msgspec import Struct
 
+from studio.engine.base.addresses import is_host
 from studio.engine.base.errors import SettingsError, StudioError
 from studio.engine.base.files import write_json
 from studio.engine.base.versions import RIGID_BODIES
@@ -53,7 +54,7 @@ class RigidSettings(Struct, frozen=True, forbid_unknown_fields=True):
                 raise bad_value(name, getattr(self, name), "1 to 65535")
         for name in ("host", "natnet_server"):
             value = getattr(self, name)
-            if not 1 <= len(value) <= 253 or any(sign.isspace() or sign in "/?#@:" for sign in value):
+            if not is_host(value):
                 raise bad_value(name, value, "a machine's name or address, such as 127.0.0.1")
         if self.natnet_multicast and not _is_multicast(self.natnet_multicast):
             raise bad_value(

@@ -11,7 +11,7 @@ from typing import Protocol
 
 from msgspec import Struct
 
-from studio.engine.base.sentences import say, system_says
+from studio.engine.base.addresses import not_listening
 from studio.engine.rigid_bodies.reading import BodyAxes, BodyReading
 from studio.rigid_bodies import natnet
 from studio.rigid_bodies.natnet import NatNetDecoder
@@ -195,10 +195,7 @@ class RigidListener:
         try:
             channels = self._source.open()
         except OSError as error:
-            self._problem = say(
-                "trigger.not_listening", "cannot listen on {address}: {error}",
-                address=self._source.address, error=system_says(error),
-            )  # fmt: skip
+            self._problem = not_listening(self._source.address, error)
             return []
         self._problem = ""
         return channels
@@ -212,10 +209,7 @@ class RigidListener:
             try:
                 self._receive(self._channels)
             except OSError as error:
-                self._problem = say(
-                    "trigger.not_listening", "cannot listen on {address}: {error}",
-                    address=self._source.address, error=system_says(error),
-                )  # fmt: skip
+                self._problem = not_listening(self._source.address, error)
                 self._stopping.wait(_RETRY_S)
             except Exception:  # boundary of the thread: one packet must not end it
                 _log.exception("rigid bodies failed")

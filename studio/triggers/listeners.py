@@ -8,7 +8,8 @@ from collections.abc import Callable
 
 from msgspec import Struct
 
-from studio.engine.base.sentences import say, system_says
+from studio.engine.base.addresses import not_listening
+from studio.engine.base.sentences import say
 from studio.timecode.sources import WAIT_S, read_midi
 
 _MOST_BYTES = 65_536
@@ -81,10 +82,7 @@ class UdpListener:
             channel.bind(self._address)
             channel.settimeout(WAIT_S)
         except OSError as error:
-            self.heard.problem = say(
-                "trigger.not_listening", "cannot listen on {address}: {error}",
-                address=self.heard.address, error=system_says(error),
-            )  # fmt: skip
+            self.heard.problem = not_listening(self.heard.address, error)
             if channel is not None:
                 channel.close()
             return None
@@ -150,11 +148,7 @@ class MidiListener:
             try:
                 read_midi(self._device, self._stopping, self._take)
             except (OSError, ValueError) as error:
-                reason = system_says(error) if isinstance(error, OSError) else error
-                self.heard.problem = say(
-                    "trigger.not_listening", "cannot listen on {address}: {error}",
-                    address=self._device, error=reason,
-                )  # fmt: skip
+                self.heard.problem = not_listening(self._device, error)
                 self._stopping.wait(_RETRY_S)
 
     def _take(self, data: bytes) -> None:

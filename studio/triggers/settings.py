@@ -7,6 +7,7 @@ from urllib.parse import urlsplit
 import msgspec
 from msgspec import Struct
 
+from studio.engine.base.addresses import is_host
 from studio.engine.base.errors import SettingsError, StudioError
 from studio.engine.base.files import write_json
 from studio.engine.base.versions import TRIGGERS
@@ -54,7 +55,7 @@ class TriggerSettings(Struct, frozen=True, forbid_unknown_fields=True):
         for name in ("xml_port", "osc_port"):
             _within(name, getattr(self, name), 1, 65_535)
         _within("midi_note", self.midi_note, 0, 127)
-        if not 1 <= len(self.host) <= 253 or any(sign.isspace() or sign in "/?#@:" for sign in self.host):
+        if not is_host(self.host):
             raise _bad("host", self.host, "an address of this machine, such as 127.0.0.1 or 0.0.0.0")
         if self.token and (
             len(self.token) < _MIN_TOKEN or len(self.token) > _LONGEST or not self.token.isprintable()

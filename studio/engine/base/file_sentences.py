@@ -20,6 +20,11 @@ def unreadable_give_other(path: Path, error: OSError) -> Said:
     )
 
 
+def damaged(path: Path, error: object) -> Said:
+    """Return that a file that the studio makes itself is damaged, and to delete it."""
+    return say("timecode.damaged", "{path} is damaged: {error}; delete it", path=path, error=error)
+
+
 def too_large(path: Path, most: int) -> Said:
     """Return that a file has more than `most` bytes, which are all that can be read."""
     return say(

@@ -17,6 +17,7 @@ from numpy.typing import ArrayLike
 
 from studio.engine.base.arrays import read_arrays, save_arrays
 from studio.engine.base.errors import FormatError, StudioError
+from studio.engine.base.file_sentences import damaged
 from studio.engine.base.files import write_atomically, write_json
 from studio.engine.base.versions import BODY_TRACKS, TAKE_BODIES
 from studio.engine.model.frames import ClockModel
@@ -91,9 +92,7 @@ def _load(path: Path) -> BodyTracks:
             mine = values["body"] == number
             tracks[str(name)] = BodyTrack(*(values[key][mine].astype(np.float64) for key in _KEYS[2:]))
     except (ValueError, KeyError, IndexError, OSError, EOFError, zipfile.BadZipFile, zlib.error) as error:
-        raise FormatError(
-            "timecode.damaged", "{path} is damaged: {error}; delete it", path=path, error=error
-        ) from error
+        raise FormatError(damaged(path, error)) from error
     return BodyTracks(tracks)
 
 
@@ -123,7 +122,5 @@ def take_bodies(take: Take) -> TakeBodies:
     except FormatError:
         raise
     except (OSError, ValueError, TypeError, AttributeError, RecursionError, StudioError) as error:
-        raise FormatError(
-            "timecode.damaged", "{path} is damaged: {error}; delete it", path=path, error=error
-        ) from error
+        raise FormatError(damaged(path, error)) from error
     return bodies

@@ -14,7 +14,7 @@ from studio.engine.metrics.reference.reference import Reference
 from studio.engine.model.calibration import Performer
 from studio.engine.model.joints import INDEX, JOINT_COUNT
 from studio.engine.model.poses import Poses
-from studio.engine.rigid_bodies.known import BodyPlace, KnownBody, TakeBodies, Tie
+from studio.engine.rigid_bodies.known import KnownBody, TakeBodies, Tie
 from studio.engine.rigid_bodies.pins import BodyPins
 from studio.engine.rigid_bodies.tie import joint_places_m, measure_ties
 from studio.engine.rigid_bodies.tracks import BodyTrack, BodyTracks
@@ -188,8 +188,3 @@ def distances_mm(take: Take, solve: str) -> dict[str, NDArray[np.float64]]:
         apart = np.linalg.norm(canonical_positions(poses)[:, INDEX[one.joint]] - where, axis=1) * 1e3
         found[one.name] = apart[np.isfinite(apart)]
     return found
-
-
-def moved_place(known: TakeBodies, place: BodyPlace) -> TakeBodies:
-    """Return the same with another place of the system, which holds under any calibration."""
-    return msgspec.structs.replace(known, place=place, calibration=None)

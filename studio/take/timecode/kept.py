@@ -10,6 +10,7 @@ import numpy as np
 
 from studio.engine.base.arrays import read_arrays, save_arrays
 from studio.engine.base.errors import FormatError
+from studio.engine.base.file_sentences import damaged
 from studio.engine.base.files import write_atomically
 from studio.engine.base.versions import TIMECODE
 from studio.engine.model.frames import ClockModel
@@ -94,9 +95,7 @@ def _load(path: Path) -> TimecodeCourse:
     except FormatError:
         raise
     except Exception as error:  # zipfile and zlib raise their own errors for a truncated file
-        raise FormatError(
-            "timecode.damaged", "{path} is damaged: {error}; delete it", path=path, error=error
-        ) from error
+        raise FormatError(damaged(path, error)) from error
     order = np.argsort(time_s, kind="stable")
     return TimecodeCourse(rate, str(values["source"]), time_s[order], frame[order])
 

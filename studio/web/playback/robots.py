@@ -55,7 +55,7 @@ class ReplayedRobot:
 NO_ROBOT = ReplayedRobot()
 
 
-def _chosen(robot: "Robot") -> ChosenRobot:
+def _as_drawn(robot: "Robot") -> ChosenRobot:
     from studio.engine.robots.body.shapes import robot_shapes
 
     return ChosenRobot(robot, robot_shapes(robot))
@@ -106,7 +106,7 @@ class ChosenRobots:
         Raises:
             FormatError: as `load_robot`.
         """
-        chosen = _chosen(load_robot(self._folder, name)) if name else None
+        chosen = _as_drawn(load_robot(self._folder, name)) if name else None
         with self._lock:
             self._chosen = chosen
             self._view.choose_robot(chosen)
