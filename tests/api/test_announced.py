@@ -8,7 +8,7 @@ import sys
 import threading
 import time
 from collections.abc import Callable, Iterator
-from contextlib import closing, contextmanager
+from contextlib import closing, contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
@@ -240,16 +240,14 @@ def test_a_caller_that_does_not_know_the_code_moves_no_camera(tmp_path: Path) ->
             line_of(nonce="22", server="file:///etc/passwd", proof="0"),
             line_of(nonce="22"), b"\xff\xfe\n", b"x" * 100_000,
         ):  # fmt: skip
-            with socket.create_connection((HERE, info.port)) as link:
-                lines = link.makefile("rb")
+            with socket.create_connection((HERE, info.port)) as link, link.makefile("rb") as lines:
                 nonce = read_line(lines.readline())["nonce"]
-                link.sendall(told)
-                link.shutdown(socket.SHUT_WR)
-                assert b"proof" not in lines.read()
-        with socket.create_connection(
-            (HERE, info.port)
-        ) as link:  # a proof is good for its own server and try
-            lines = link.makefile("rb")
+                with suppress(ConnectionError):  # it hangs up on a long line before all of it was sent
+                    link.sendall(told)
+                    link.shutdown(socket.SHUT_WR)
+                    assert b"proof" not in lines.read()
+        # a proof is good for its own server and try
+        with socket.create_connection((HERE, info.port)) as link, link.makefile("rb") as lines:
             read_line(lines.readline())
             replayed = Pairing.of(code, nonce, "22", evil)
             link.sendall(line_of(nonce="22", server=evil, proof=replayed.proof("studio")))
