@@ -8,46 +8,35 @@ windows therefore does not change the result, and memory does not grow with the 
 """
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, replace
-from itertools import pairwise, repeat
+from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
 
 from studio.engine.base.errors import SettingsError
 from studio.engine.edits.pins import Pins
-from studio.engine.edits.touches import Touch
 from studio.engine.model.calibration import Performer
-from studio.engine.model.frames import FrameSet, Pinned, StepResult
+from studio.engine.model.frames import StepResult
 from studio.engine.model.human.humanoid import build_humanoid
 from studio.engine.model.human.skeleton import Skeleton
-from studio.engine.model.joints import CANONICAL, JOINT_COUNT, MIRROR, OUTPUT_OF_CANONICAL_INDEX
+from studio.engine.model.joints import CANONICAL, JOINT_COUNT, OUTPUT_OF_CANONICAL_INDEX
 from studio.engine.model.settings import SolveSettings
 from studio.engine.model.solve_metrics import SolveMetrics
-from studio.engine.solve.body import BodySolver
-from studio.engine.solve.completion import followed
-from studio.engine.solve.touching import with_touches
-from studio.engine.solve.uncertainty import of_output_joints
-from studio.engine.whole_take.finish.contacts import JOINTS, Contacts, find_contacts, lying, wander_of
-from studio.engine.whole_take.finish.lost_limbs import bring_back, far_limbs
-from studio.engine.whole_take.finish.measurements import (
-    Measurements,
-    NoiseScale,
-    measure,
-    posture_share,
-    swapped,
-)
+from studio.engine.whole_take.finish.contacts import JOINTS, Contacts, find_contacts, wander_of
+from studio.engine.whole_take.finish.known import Known
+from studio.engine.whole_take.finish.lost_limbs import bring_back
+from studio.engine.whole_take.finish.measurements import posture_share
 from studio.engine.whole_take.finish.others import OtherPerformer, Surfaces, meet
+from studio.engine.whole_take.finish.posing import Posing
+from studio.engine.whole_take.finish.readings import Readings
 from studio.engine.whole_take.finish.smoother import Smoother
 from studio.engine.whole_take.finish.soles import Soles, feet_of, lift_m, without_dips
 from studio.engine.whole_take.finish.store import Store
 from studio.engine.whole_take.finish.trajectory import Kinematics
+from studio.engine.whole_take.finish.windows import MARGIN, WINDOW
 from studio.engine.whole_take.physics.correction import ITERATIONS as PHYSICS_ITERATIONS
 from studio.engine.whole_take.physics.whole_take import Physics
-
-WINDOW = 400
-MARGIN = 60
-"""Frames of a window, and of the margin on either side."""
 
 HELD = 2
 """Fixed frames at the far end of a margin; an acceleration spans two further frames."""
@@ -56,9 +45,6 @@ ITERATIONS = 3
 SCALED_ITERATIONS = 1
 CONTACT_ITERATIONS = 3
 """Iterations: before standing feet are known, with the estimated noise, and with contacts."""
-
-CAMERA_FRAME_S = 1.0 / 30.0
-"""Depth cameras' period."""
 
 MIN_FRAMES = 6
 """Shorter pieces between gaps are not refined."""
@@ -127,16 +113,10 @@ class Finisher:
         self.floor_given, self.lifted_m = floor_given, 0.0
         self._beside: Finisher | None = None
         self._refined: _Refined | None = None
-        self._body = BodySolver(performer, replace(settings, floor_contact="off"))  # finishing applies it
-        self._followed = followed.FollowedSmoother(humanoid.skeleton, settings)
+        self._posing = Posing(performer, settings, humanoid.skeleton)
         self._store: Store | None = None
         self._cuts: list[int] = []
-        self._measured: tuple[tuple[int, int], Measurements] | None = None  # of the last window
-        self._exchanged = np.zeros((0, 0), dtype=bool)  # frame and camera
-        self._noise: tuple[NDArray[np.float64], NDArray[np.float64]] | None = None
-        self._alike = 1.0
         self._pins = pins or None
-        self._pinned: Pinned | None = None
 
     @property
     def physics_report(self) -> SolveMetrics:
@@ -168,34 +148,33 @@ class Finisher:
         """
         assert self._store is not None
         self._passes = _Passes(progress, self._pass_count() + beside)
-        if self._pins is not None:
-            self._pinned = self._pins.at(1e-9 * self._store.times_ns.astype(np.float64), self._dt)
-        q, far = self._initial(self._store)
-        pieces = self._pieces(self._store)
+        times_s = 1e-9 * self._store.times_ns.astype(np.float64)
+        self._known = Known(self._pins, times_s, self._dt, self._humanoid.skeleton.height_m)
+        self._readings = Readings(self._store, self._kinematics, self._dt, self._reach)
+        q, pieces = self._readings.first.copy(), self._pieces(self._store)
         for first, last in pieces:
-            bring_back(q[first:last], far[first:last], self._dt)
+            bring_back(q[first:last], self._readings.far[first:last], self._dt)
         for _ in range(ITERATIONS):
             self._step(q, pieces, None, self._first)
-        self._noise = self._noise_scale(q, pieces)
-        self._measured = None
+        self._readings.weigh(q, pieces)
+        alike = self._readings.alike
+        for smoother in (
+            [self._smoother] if self._physics is None else [self._smoother, self._physics.correction]
+        ):
+            smoother.posture_share, smoother.calm = posture_share(alike), wander_of(alike)
         for _ in range(SCALED_ITERATIONS):
             self._step(q, pieces, None)
         contacts = None
         if self._with_contacts:
-            contacts = find_contacts(
-                self._feet(q).joints_m, pieces, self._dt, self._rest_heights_m,
-                floor_given=self._floor_given, wander=wander_of(self._alike),
+            feet = self._feet(q)
+            found = find_contacts(
+                feet.joints_m, pieces, self._dt, self._rest_heights_m,
+                floor_given=self._floor_given, wander=wander_of(alike),
             )  # fmt: skip
-            if self._pins is not None and self._pins.stances:
-                times_s = 1e-9 * self._store.times_ns.astype(np.float64)
-                asked = self._pins.stances.asked(times_s, contacts.hold, pieces)
-                contacts = contacts.as_asked(
-                    asked, self._feet(q).joints_m, pieces, self._dt, self._rest_heights_m
-                )
-            if self._pinned is not None and not self._floor_given:
-                self._pinned = self._pinned.raised(-lift_m(self._feet(q), contacts))
-        known = self._pinned
-        touches = self._touches(1e-9 * self._store.times_ns.astype(np.float64))
+            contacts = self._known.standing(
+                found, feet, pieces, self._rest_heights_m, floor_given=self._floor_given
+            )
+        touches = bool(self._known.touches)
         for iteration in range(CONTACT_ITERATIONS if contacts is not None or touches else 0):
             if contacts is not None and iteration > 0:
                 feet = self._feet(q)
@@ -204,27 +183,9 @@ class Finisher:
                     contacts = without_dips(feet, contacts)
             if touches:
                 floor_m = 0.0 if contacts is None else contacts.floor_m
-                self._pinned = self._touching(known, touches, q, pieces, floor_m)
+                self._known.touch(self._kinematics, q, pieces, floor_m)
             self._step(q, pieces, contacts)
         self._refined = _Refined(q, pieces, contacts)
-
-    def _touches(self, times_s: NDArray[np.float64]) -> list[Touch]:
-        """Contacts of other joints than feet that an operator says, in all frames."""
-        return [] if self._pins is None else self._pins.touches.at(times_s)
-
-    def _touching(
-        self,
-        known: Pinned | None,
-        touches: Sequence[Touch],
-        q: NDArray[np.float64],
-        pieces: list[tuple[int, int]],
-        floor_m: float,
-    ) -> Pinned:
-        """What is known of joints, with those that touch the floor or the own body."""
-        sites = self._kinematics.sites(q)
-        lies_at = [lying(sites[:, one.joint], one.information > 0.0, pieces, self._dt) for one in touches]
-        height_m = self._humanoid.skeleton.height_m
-        return with_touches(known, touches, sites, lies_at, floor_m=floor_m, height_m=height_m)
 
     def surfaces(self) -> Surfaces:
         """Return where the refined performer's surfaces are."""
@@ -268,7 +229,13 @@ class Finisher:
             self.lifted_m = lift_m(self._feet(q), contacts)
         squared_radii = self._squared_radii(q, pieces)
         q[:, 2] += self.lifted_m
-        yield from self._posed(q, squared_radii, self.lifted_m)
+        posed = self._posing.results(
+            self._store, q, squared_radii, lifted_m=self.lifted_m, root_height_m=self._root_height_m
+        )
+        for k, result in enumerate(posed):
+            if k % WINDOW == 0:
+                self._passes.tell(k / len(q))
+            yield result
         self._store.close()
 
     def _pass_count(self) -> int:
@@ -276,27 +243,6 @@ class Finisher:
         contacts = CONTACT_ITERATIONS if self._with_contacts else 0
         physics = PHYSICS_ITERATIONS if self._physics is not None else 0
         return ITERATIONS + SCALED_ITERATIONS + contacts + physics + 1
-
-    def _initial(self, store: Store) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
-        """The first solve's configurations, shape (frame_count, nq), and the limbs that are far from the cameras'
-        joints, shape (frame_count, 4). Cameras that exchange left and right are stored.
-        """
-        q = np.zeros((len(store), self._humanoid.model.nq))
-        exchanged: list[NDArray[np.bool_]] = []
-        far: list[NDArray[np.bool_]] = []
-        for begin in range(0, len(store), WINDOW):
-            records = store.read(begin, min(begin + WINDOW, len(store)))
-            q[begin : begin + len(records)] = records["q"]
-            expected = self._kinematics.sites(records["q"])
-            positions = records["positions"].astype(np.float64)
-            cameras = store.camera_positions, ~np.isnan(store.along_m)
-            turned = swapped(positions, expected, *cameras)
-            positions[turned] = positions[turned][:, MIRROR]
-            far.append(far_limbs(positions, expected))
-            readings = store.readings(begin, begin + len(records), self._dt)[0]
-            exchanged.append(swapped(readings, expected, *cameras))
-        self._exchanged = np.concatenate(exchanged)
-        return q, np.concatenate(far)
 
     def _pieces(self, store: Store) -> list[tuple[int, int]]:
         """Begin and end of each piece of the take without a gap or cut [frames]."""
@@ -335,7 +281,7 @@ class Finisher:
 
         With `others`, windows in which none of them is near stay as they are.
         """
-        smoother = smoother or self._smoother
+        smoother, pinned = smoother or self._smoother, self._known.pinned
         for first, last in pieces:
             if last - first < MIN_FRAMES:
                 continue
@@ -353,53 +299,15 @@ class Finisher:
                 kept = q[max(end - MARGIN, first) : end].copy()
                 stepped = smoother.stepped(
                     window,
-                    self._measurements(low, high),
+                    self._readings.of(low, high),
                     None if contacts is None else contacts.part(slice(low, high)),
                     held=(HELD if low > first else 0, HELD if high < last else 0),
                     others=here,
-                    pinned=None if self._pinned is None else self._pinned.part(slice(low, high)),
+                    pinned=None if pinned is None else pinned.part(slice(low, high)),
                 )
                 q[begin:end] = stepped[begin - low : end - low]
                 self._passes.tell(end / len(q))
         self._passes.done += 1
-
-    def _measurements(self, begin: int, end: int) -> Measurements:
-        if self._measured is None or self._measured[0] != (begin, end):
-            assert self._store is not None
-            exchanged = self._exchanged[begin:end]
-            positions, confidence, late = self._store.readings(begin, end, self._dt)
-            positions[exchanged] = positions[exchanged][:, MIRROR]
-            confidence[exchanged] = confidence[exchanged][:, MIRROR]
-            found = measure(positions, confidence, late, self._store.camera_positions, self._store.along_m)
-            found = found.followed(self._reach)
-            if self._noise is not None:
-                found = found.scaled(*self._noise)
-            self._measured = (begin, end), found
-        return self._measured[1]
-
-    def _noise_scale(
-        self, q: NDArray[np.float64], pieces: list[tuple[int, int]]
-    ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        assert self._store is not None
-        lag = max(1, round(CAMERA_FRAME_S / self._dt))
-        scale = NoiseScale(len(self._store.cameras))
-        for first, last in pieces:
-            for begin in range(first, last, WINDOW):
-                rows = slice(begin, min(begin + WINDOW + lag, last))
-                if rows.stop - begin > lag:
-                    scale.add(self._measurements(begin, rows.stop), self._kinematics.sites(q[rows]), lag)
-        self._alike = scale.alike()
-        smoothers = [self._smoother] if self._physics is None else [self._smoother, self._physics.correction]
-        for smoother in smoothers:
-            smoother.posture_share = posture_share(self._alike)
-            smoother.calm = wander_of(self._alike)
-        factor, spread = scale.factors()
-        factor *= wander_of(self._alike)  # means over independent frames are more precise
-        # Errors of landmarks last: the more frames of them come, the less each one says.
-        often = np.nan_to_num(np.maximum(self._store.frames_within(CAMERA_FRAME_S), 1.0), nan=1.0)
-        depthless = ~np.isnan(self._store.along_m)
-        factor[depthless] *= often[depthless, None, None]
-        return factor, spread
 
     def _feet(self, q: NDArray[np.float64]) -> Soles:
         return feet_of(self._humanoid, q, self._rest_heights_m)
@@ -411,61 +319,9 @@ class Finisher:
             for begin in range(first, last, WINDOW):
                 end = min(begin + WINDOW, last)
                 low, high = max(begin - MARGIN, first), min(end + MARGIN, last)
-                found = self._smoother.squared_radii(q[low:high], self._measurements(low, high))
+                found = self._smoother.squared_radii(q[low:high], self._readings.of(low, high))
                 out[begin:end] = found[begin - low : end - low]
         return out
-
-    def _posed(
-        self, q: NDArray[np.float64], squared_radii: NDArray[np.float64], lifted_m: float
-    ) -> Iterator[StepResult]:
-        """The poses of the refined configurations, completed as in the pipeline."""
-        assert self._store is not None
-        up, last_ns = np.array([0.0, 0.0, lifted_m]), None
-        parts = self._followed_of(q, up)
-        for begin in range(0, len(q), WINDOW):
-            records = self._store.read(begin, min(begin + WINDOW, len(q)))
-            self._passes.tell(begin / len(q))
-            for k, (frames, fused) in enumerate(self._store.frames(begin, records), begin):
-                dt = 0.0 if last_ns is None else (frames.stage_time_ns - last_ns) * 1e-9
-                last_ns = frames.stage_time_ns
-                pose = self._body.pose_of(
-                    q[k], replace(fused, positions=fused.positions + up), _lifted(frames, up), dt, next(parts)
-                )
-                sure = of_output_joints(squared_radii[k], fused.confidence)
-                yield StepResult(
-                    frames, fused, *pose[:2], *sure,
-                    configuration=q[k], root_height_m=self._root_height_m,
-                )  # fmt: skip
-
-    def _followed_of(
-        self, q: NDArray[np.float64], up: NDArray[np.float64]
-    ) -> Iterator[followed.Followed | None]:
-        """Hands and head frame by frame, each by a second of later frames too; None = they are not followed."""
-        assert self._store is not None
-        store, smoother = self._store, self._followed
-        if not store.has_parts:
-            yield from repeat(None, len(q))
-            return
-        last_ns, added = int(store.times_ns[0]), 0
-        for begin in range(0, len(q), WINDOW):
-            end = min(begin + WINDOW, len(q))
-            ahead = min(end + MARGIN, len(q))
-            for k, (frames, _) in enumerate(store.frames(added, store.read(added, ahead)), added):
-                dt, last_ns = (frames.stage_time_ns - last_ns) * 1e-9, frames.stage_time_ns
-                self._body.add_to(smoother, q[k], _lifted(frames, up), dt)
-            added = ahead
-            yield from smoother.smoothed(end - begin)
-
-
-def _lifted(frames: FrameSet, up: NDArray[np.float64]) -> FrameSet:
-    """What the cameras saw, raised with the take."""
-    return replace(
-        frames,
-        positions=frames.positions + up,
-        camera_positions=frames.camera_positions + up,
-        hand_rays=None if frames.hand_rays is None else frames.hand_rays + up,
-        face_rays=None if frames.face_rays is None else frames.face_rays + up,
-    )
 
 
 class _Passes:

@@ -1,0 +1,77 @@
+"""What an operator knows of a take, as finishing takes it: joints at places, stances of feet, contacts of joints."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from studio.engine.edits.pins import Pins
+from studio.engine.solve.touching import with_touches
+from studio.engine.whole_take.finish.contacts import Contacts, lying
+from studio.engine.whole_take.finish.soles import Soles, lift_m
+from studio.engine.whole_take.finish.trajectory import Kinematics
+
+
+class Known:
+    """What is known of one performer in all frames.
+
+    Attributes:
+        pinned: joints at known places; None = none.
+        touches: contacts of other joints than feet.
+    """
+
+    def __init__(self, pins: Pins | None, times_s: NDArray[np.float64], dt: float, height_m: float) -> None:
+        """Read what is known.
+
+        Args:
+            pins: None = nothing is known.
+            times_s: of the frames [s], shape (frame_count,).
+            dt: time between two frames [s].
+            height_m: the performer's stature.
+        """
+        self._pins, self._times_s, self._dt, self._height_m = pins, times_s, dt, height_m
+        self.pinned = None if pins is None else pins.at(times_s, dt)
+        self.touches = [] if pins is None else pins.touches.at(times_s)
+        self._places = self.pinned
+
+    def standing(
+        self,
+        contacts: Contacts,
+        feet: Soles,
+        pieces: list[tuple[int, int]],
+        rest_heights_m: NDArray[np.float64],
+        *,
+        floor_given: bool,
+    ) -> Contacts:
+        """Return contacts of feet with the stances that are known; places move to the floor that the feet show.
+
+        Args:
+            contacts: as they were found.
+            feet: in all frames.
+            pieces: begin and end of each piece of the take without a gap [frames].
+            rest_heights_m: as `find_contacts` takes them.
+            floor_given: the places are over the given floor already.
+        """
+        if self._pins is not None and self._pins.stances:
+            asked = self._pins.stances.asked(self._times_s, contacts.hold, pieces)
+            contacts = contacts.as_asked(asked, feet.joints_m, pieces, self._dt, rest_heights_m)
+        if self._places is not None and not floor_given:
+            self.pinned = self._places = self._places.raised(-lift_m(feet, contacts))
+        return contacts
+
+    def touch(
+        self, kinematics: Kinematics, q: NDArray[np.float64], pieces: list[tuple[int, int]], floor_m: float
+    ) -> None:
+        """Place the joints that touch something where they touch it.
+
+        Args:
+            kinematics: of the performer's humanoid.
+            q: configurations, shape (frame_count, nq).
+            pieces: begin and end of each piece of the take without a gap [frames].
+            floor_m: height of the floor.
+        """
+        sites = kinematics.sites(q)
+        lies_at = [
+            lying(sites[:, one.joint], one.information > 0.0, pieces, self._dt) for one in self.touches
+        ]
+        self.pinned = with_touches(
+            self._places, self.touches, sites, lies_at, floor_m=floor_m, height_m=self._height_m
+        )
