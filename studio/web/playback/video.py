@@ -6,8 +6,10 @@ import numpy as np
 from msgspec import Struct
 from numpy.typing import NDArray
 
+from studio.engine.base.errors import TakeError
+from studio.engine.base.geometry import transform_points
 from studio.engine.base.sentences import Said, say
-from studio.engine.model.joints import OUTPUT_PARENTS, PARENTS
+from studio.engine.model.joints import OUTPUT_JOINTS, OUTPUT_PARENTS, PARENTS
 from studio.take.video.seen import VideoSeen
 from studio.web.playback.clip import Clip
 
@@ -38,7 +40,7 @@ class VideoShown(Struct):
         pictures: by frame of the replay, the number of its picture through all videos of the camera; -1 = none.
         order: numbers of the pictures in order of time: what is drawn over them is asked by places in this list.
         bones: of the landmarks, pairs of their numbers.
-        skeleton_bones: of the solved skeleton.
+        skeleton_bones: of the solved skeleton, pairs of numbers of `skeleton_joints`.
         no_landmarks, no_skeleton: why these cannot be drawn; "" = they can.
     """
 
@@ -47,8 +49,21 @@ class VideoShown(Struct):
     order: list[int]
     bones: list[tuple[int, int]]
     skeleton_bones: list[tuple[int, int]]
+    skeleton_joints: list[str]
     no_landmarks: str
     no_skeleton: str
+
+
+class PlaceInPicture(Struct):
+    """Where a joint is that is at a place in a picture.
+
+    Attributes:
+        time_s: when the picture was taken, stage time [s].
+        place_m: stage frame [m], as far from the camera as it was taken to be.
+    """
+
+    time_s: float
+    place_m: tuple[float, float, float]
 
 
 class Drawn(Struct):
@@ -96,6 +111,7 @@ class ReplayedVideo:
             order=order,
             bones=BODY_BONES if of_body else canonical if self.seen.joint_set == "canonical" else [],
             skeleton_bones=skeleton,
+            skeleton_joints=list(OUTPUT_JOINTS),
             no_landmarks=""
             if len(self.seen.pose_times_ns)
             else say("video.no_landmarks", "no landmarks of {name} were recorded", name=self.camera),
@@ -106,6 +122,42 @@ class ReplayedVideo:
         """Return what is drawn over pictures, by their places in the order of time, at most `MOST_DRAWN`."""
         places = np.arange(max(first, 0), min(last + 1, first + MOST_DRAWN, len(self.times_s)))
         return Drawn(first, self._landmarks(places), self._skeleton(places))
+
+    def place(self, number: int, x: float, y: float, near_m: tuple[float, float, float]) -> PlaceInPicture:
+        """Return where a joint is on the ray of a place in a picture: there where the ray is nearest to a point.
+
+        Args:
+            number: of the picture, through all videos of the camera.
+            x, y: shares of the picture's width and height, from its left upper corner.
+            near_m: about where the joint is, stage frame [m].
+
+        Raises:
+            TakeError: no such picture; the camera's place or lens is not known, or no ray reaches there.
+        """
+        why, calibration = self._no_skeleton(), self.clip.calibration
+        if why or calibration is None:
+            raise TakeError("video.no_place", "no place in the stage: {why}", why=why)
+        at = np.flatnonzero(self.seen.numbers == number)
+        if not len(at):
+            raise TakeError(
+                "video.no_number", "the video of {name} has no picture {n}", name=self.camera, n=number
+            )
+        camera = calibration.cameras[self.camera]
+        assert camera.lens is not None
+        slope = camera.lens.rays_of(
+            np.array([x, y], np.float64) * (camera.lens.width, camera.lens.height) - 0.5
+        )
+        ray = np.array([*slope, 1.0]) / np.sqrt(1.0 + (slope**2).sum())
+        near = np.array(near_m) - camera.T_stage_camera[:3, 3]
+        away_m = float(near @ camera.T_stage_camera[:3, :3] @ ray)
+        if not away_m > NEAREST_M:  # also without a ray
+            raise TakeError(
+                "video.no_ray",
+                "nothing of the stage is at this place of {name}'s picture; give one nearer to the joint",
+                name=self.camera,
+            )
+        x_m, y_m, z_m = transform_points(camera.T_stage_camera, away_m * ray).tolist()
+        return PlaceInPicture(float(self.times_s[at[0]]), (x_m, y_m, z_m))
 
     def _no_skeleton(self) -> str | Said:
         camera = None if self.clip.calibration is None else self.clip.calibration.cameras.get(self.camera)

@@ -19,7 +19,7 @@ from studio.take.video.seen import VideoSeen, video_seen
 from studio.take.video.stills import Stills
 from studio.web.playback.clip import Clip
 from studio.web.playback.player import Player
-from studio.web.playback.video import Drawn, ReplayedVideo, VideoShown
+from studio.web.playback.video import Drawn, PlaceInPicture, ReplayedVideo, VideoShown
 
 WIDEST = 1920
 _REMEMBERED = 8
@@ -129,6 +129,20 @@ def video_routes(player: Player, takes: TakeOpener, videos: Videos) -> APIRouter
     ) -> Drawn:
         """Landmarks and solved skeleton in the pictures from place `first` to `last` of their order, 600 at most."""
         return video_of(camera).drawn(first, last)
+
+    @router.get("/replay/video/{camera}/place")
+    def get_place(
+        camera: str,
+        picture: Annotated[int, Query(ge=0, description="number of the picture")],
+        x: Annotated[float, Query(ge=0.0, le=1.0, description="share of the picture's width")],
+        y: Annotated[float, Query(ge=0.0, le=1.0, description="share of its height")],
+        near_x: Annotated[float, Query(description="about where the joint is, stage frame [m]")],
+        near_y: float,
+        near_z: float,
+    ) -> PlaceInPicture:
+        """Where a joint is that is at a place in a picture: on the ray there, as near as possible to where it was
+        taken to be. This is how a joint is pinned in a picture."""
+        return video_of(camera).place(picture, x, y, (near_x, near_y, near_z))
 
     @router.get("/takes/{session}/{take}/video/{camera}/pictures/{number}", response_class=Response)
     def get_picture(

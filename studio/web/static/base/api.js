@@ -67,6 +67,9 @@ export const getReplayJoints = (frame) => call("GET", `replay/joints?frame=${fra
 export const getVideos = () => call("GET", "replay/video");
 export const getVideo = (camera) => call("GET", `replay/video/${camera}`);
 export const getVideoDrawn = (camera, first, last) => call("GET", `replay/video/${camera}/drawn?${new URLSearchParams({ first, last })}`);
+/** Where a joint, about at `near_m`, is at a place in a picture: `{time_s, place_m}`. */
+export const getVideoPlace = (camera, picture, [x, y], [near_x, near_y, near_z]) =>
+  call("GET", `replay/video/${camera}/place?${new URLSearchParams({ picture, x, y, near_x, near_y, near_z })}`);
 
 /** Address of a picture of a camera's video; `stamp` changes with the video. */
 export const videoPicture = (take, camera, number, width, stamp) => new URL(`takes/${take.split("/").map(encodeURIComponent).join("/")}/video/${camera}/pictures/${number}?${new URLSearchParams({ width, stamp })}`, ROOT);

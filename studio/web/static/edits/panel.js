@@ -5,6 +5,7 @@ import { t } from "../base/strings.js";
 import { rangeForm, showRange } from "./form.js";
 import { change, editList, isSolved, makeAgain, remove, solveAgain, split, startEditList, takeBack, useEdits } from "./list.js";
 import { offerList, offersKey, startOffers } from "./offers.js";
+import { startPicturePins } from "./picture_pin.js";
 import { drawPins } from "./pins.js";
 import { checkPin, leavePin, pinned, startPinning } from "./pinning.js";
 import { secondsOf, stageOf } from "./time.js";
@@ -99,6 +100,7 @@ export function startEdits({ goTo, pin, painted }) {
   Object.assign(state, { goTo, pin, painted });
   startEditList(showEdits);
   startPinning(showEdits);
+  startPicturePins();
   startOffers(showEdits);
   window.addEventListener("language", showEdits);
 }

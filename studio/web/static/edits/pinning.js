@@ -6,7 +6,7 @@ import { add } from "./list.js";
 import { stageOf } from "./time.js";
 import { OUTPUT, canonicalOf } from "./words.js";
 
-const RADIUS_M = 0.02; // as well as a person sees where a joint is
+export const RADIUS_M = 0.02; // as well as a person sees where a joint is
 const ASKED_MS = 40, TRIES = 15; // the view tells the server of a drag a moment after the pointer is let go
 const state = { pin: null, frame: 0, changed: () => {} }; // the pin that is being made: {joint, start_s, end_s, performer}
 

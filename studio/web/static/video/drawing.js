@@ -12,8 +12,7 @@ export const colourOf = (kind) => STYLES[kind].line;
 function drawFigure(pen, kind, { joints, bones }, place) {
   const { line, dot, ...sizes } = STYLES[kind], by = Math.min(Math.max(place.height, place.width) / LARGE, 1);
   const [width, radius] = [sizes.width * by, sizes.radius * by];
-  const at = (joint) => (joints[2 * joint] === null || joints[2 * joint] === undefined ? null
-    : [place.left + (joints[2 * joint] / FINE) * place.width, place.top + (joints[2 * joint + 1] / FINE) * place.height]);
+  const at = (joint) => pointOf(joints, joint, place);
   pen.lineCap = "round";
   for (const [style, thick] of [[EDGE, width + 2 * by], [line, width]]) {
     pen.strokeStyle = style;
@@ -34,6 +33,25 @@ function drawFigure(pen, kind, { joints, bones }, place) {
     pen.beginPath();
     pen.arc(...point, radius, 0, 2 * Math.PI);
     pen.fill();
+  }
+}
+
+/** A joint's place [CSS pixels], of a figure's places in a picture that is drawn at `place`; null where it is not drawn. */
+export const pointOf = (joints, joint, place) => (joints[2 * joint] === null || joints[2 * joint] === undefined ? null
+  : [place.left + (joints[2 * joint] / FINE) * place.width, place.top + (joints[2 * joint + 1] / FINE) * place.height]);
+
+/** Draw a joint that is dragged from its place [CSS pixels] to another. */
+export function drawDragged(canvas, from, to) {
+  const pen = canvas.getContext("2d");
+  for (const [style, width] of [[EDGE, 4], [STYLES.skeleton.line, 2]]) {
+    pen.strokeStyle = style;
+    pen.lineWidth = width;
+    pen.beginPath();
+    pen.moveTo(...from);
+    pen.lineTo(...to);
+    pen.moveTo(to[0] + 7, to[1]);
+    pen.arc(...to, 7, 0, 2 * Math.PI);
+    pen.stroke();
   }
 }
 

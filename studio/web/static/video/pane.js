@@ -17,7 +17,7 @@ const LATE_MS = 400; // a picture may be missing for so long before it is said
 const state = {
   shown: sessionStorage.getItem("video") === "on", camera: sessionStorage.getItem("video-camera") ?? "",
   on: Object.fromEntries(KINDS.map((kind) => [kind, localStorage.getItem(`video-${kind}`) !== "off"])),
-  wanted: "", replay: { open: false }, frame: 0, list: null, video: null, places: new Map(), parts: new Map(), pictures: null, width: 0, missing: 0, said: "",
+  wanted: "", replay: { open: false }, frame: 0, list: null, video: null, places: new Map(), parts: new Map(), pictures: null, painted: null, width: 0, missing: 0, said: "",
 };
 
 /** Whether the pane is open. */
@@ -29,6 +29,12 @@ export function toggleVideo() {
   sessionStorage.setItem("video", state.shown ? "on" : "off");
   followVideo(state.replay);
 }
+
+/** The picture that is shown: `{camera, number, frame, place, joints, names}`, the solved skeleton's places in it and its joints' names; null without one. */
+export const shownPicture = () => (byId("video").hidden ? null : state.painted);
+
+/** Draw the picture again. */
+export const repaintVideo = () => paintVideo(state.frame);
 
 /** Forget what is drawn: the solve may be a new one of an old name. */
 export function forgetVideo() {
@@ -71,7 +77,7 @@ async function loadCamera(wanted) {
   const why = list.cameras.length ? list.cameras.find(({ name }) => name === camera).why : t("video.no_camera");
   state.said = why ? said(why) : t("video.loading");
   showHead();
-  repaint();
+  repaintVideo();
   if (why) return;
   const video = await attempt(() => getVideo(camera));
   if (!video || state.wanted !== wanted || state.camera !== camera) return;
@@ -80,7 +86,7 @@ async function loadCamera(wanted) {
   state.said = "";
   openPictures();
   showHead();
-  repaint();
+  repaintVideo();
 }
 
 function openPictures() {
@@ -88,7 +94,7 @@ function openPictures() {
   const { take } = state.replay, { camera, list: { stamp } } = state;
   state.width = widthWanted();
   const { width } = state;
-  state.pictures = new Pictures((number) => videoPicture(take, camera, number, width, stamp), repaint, (number, error) => {
+  state.pictures = new Pictures((number) => videoPicture(take, camera, number, width, stamp), repaintVideo, (number, error) => {
     if (number === state.video?.pictures[state.frame]) showSaid(said(hear(error)?.message) ?? t("video.broken"));
   });
 }
@@ -107,7 +113,7 @@ function chooseCamera(name) {
 function turn(kind, on) {
   state.on[kind] = on;
   localStorage.setItem(`video-${kind}`, on ? "on" : "off");
-  repaint();
+  repaintVideo();
 }
 
 function box(kind) {
@@ -151,7 +157,7 @@ async function loadPart(part) {
   const found = await attempt(() => getVideoDrawn(camera, part * PART, (part + 1) * PART - 1));
   if (state.parts !== parts || !found) return;
   parts.set(part, found);
-  repaint();
+  repaintVideo();
 }
 
 function figuresOf(number) {
@@ -168,6 +174,7 @@ function figuresOf(number) {
 /** Draw the picture of a frame; as long as it has not come, the last one stays, and that is said. */
 export function paintVideo(frame) {
   state.frame = frame;
+  state.painted = null;
   if (byId("video").hidden) return;
   const canvas = byId("video-canvas"), { video, pictures } = state;
   if (!video || !pictures) {
@@ -183,7 +190,8 @@ export function paintVideo(frame) {
     delete canvas.dataset.picture;
     showSaid(t("video.no_picture"));
   } else if (found) {
-    const place = drawPicture(canvas, found[1], figuresOf(found[0]));
+    const figures = figuresOf(found[0]), place = drawPicture(canvas, found[1], figures);
+    if (figures.skeleton) state.painted = { camera: video.camera, number: found[0], frame, place, joints: figures.skeleton.joints, names: video.skeleton_joints };
     Object.assign(canvas.dataset, { picture: found[0], frame, place: JSON.stringify(place) });
     state.missing = 0;
     showSaid("");
@@ -200,10 +208,8 @@ function showSaid(words) {
   line.hidden = !words;
 }
 
-const repaint = () => paintVideo(state.frame);
-
 /** Begin. */
 export function startVideo() {
-  new ResizeObserver(repaint).observe(byId("video"));
+  new ResizeObserver(repaintVideo).observe(byId("video"));
   window.addEventListener("language", () => { if (state.list) followVideo(state.replay); });
 }

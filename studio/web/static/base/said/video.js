@@ -9,6 +9,8 @@ export default {
   "video.not_calibrated": "le calibrage utilisé ne place pas {name} : aucun squelette ne peut être dessiné sur sa vidéo",
   "video.no_lens": "le calibrage utilisé n'a pas d'objectif de {name} pour ces images : aucun squelette ne peut y être dessiné",
   "video.no_number": "la vidéo de {name} n'a pas d'image {n}",
+  "video.no_place": "pas de place sur le plateau : {why}",
+  "video.no_ray": "rien du plateau n'est à cet endroit de l'image de {name} ; donnez-en un plus proche de l'articulation",
   "video.none_kept": "la prise ne garde aucune vidéo de {name} : aucune n'a été enregistrée, elle n'est pas encore arrivée, ou elle a été supprimée",
   "video.no_token": "une vidéo ne vient qu'avec le jeton valide d'une caméra",
   "video.part_too_long": "la partie de la vidéo est plus longue qu'annoncé",

@@ -13,6 +13,7 @@ export default {
   "video.behind": ["This picture has not come yet: an earlier one is shown", "Cette image n'est pas encore là : une autre est montrée"],
   "video.no_picture": ["The camera has no picture at this time", "La caméra n'a pas d'image à cet instant"],
   "video.broken": ["This picture cannot be read", "Cette image est illisible"],
+  "video.pin_hint": ["Drag to where this is: {joint}", "Tirer là où se trouve : {joint}"],
   "video.throw": ["Delete the video ({mb} MB)", "Supprimer la vidéo ({mb} Mo)"],
   "video.throw_hint": ["The take stays; its video goes to the trash", "La prise reste ; sa vidéo va à la corbeille"],
   "video.in_trash": ["The video of {name} is in the trash", "La vidéo de {name} est dans la corbeille"],
