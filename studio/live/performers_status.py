@@ -45,7 +45,9 @@ def _stranger(problems: list[str], *, full: bool, everybody: bool) -> PerformerS
         message = say("performers.full", "left out: {n} performers are followed at most", n=MOST_PERFORMERS)
         return PerformerStatus(None, "", "stranger", message=message)
     if everybody:
-        seen = say("performers.seen_soon", "not a performer yet: measured once a camera has shown them for 3 s")
+        seen = say(
+            "performers.seen_soon", "not a performer yet: measured once a camera has shown them for 3 s"
+        )
         return PerformerStatus(None, "", "measuring", message=seen)
     if not problems:
         message = say("performers.measuring", "not a performer yet: keep the T-pose")

@@ -133,7 +133,9 @@ class TakeSolve:
     def _take(self, results: list[StepResult], start_ns: float) -> None:
         for result in results:
             stage_ns = result.frame_set.stage_time_ns
-            if stage_ns >= start_ns and stage_ns > self._last_ns:  # a part may begin with the last one's frame
+            if (
+                stage_ns >= start_ns and stage_ns > self._last_ns
+            ):  # a part may begin with the last one's frame
                 self._last_ns = stage_ns
                 self._collect(result) if self.finisher is None else self.finisher.add(result)
 
