@@ -1,4 +1,4 @@
-"""`studio picture`: frames of solves as a strip."""
+"""`studio picture`: frames of solves as a strip, or as a moving picture."""
 
 import argparse
 from pathlib import Path
@@ -8,16 +8,19 @@ from studio.commands.common import add_command, add_take
 from studio.engine.model.bodies import BODIES
 
 _TEXT = """\
-Draw frames of a take's solves as a picture, one row per solve.
+Draw frames of a take's solves as a picture, one row per solve; or, as FILE.gif, moving, one solve beside the other.
 
 --times are stage times, as in poses.npz and evaluate --json. In a live take, whose stage clock is a wall clock, they
-count from the first frame. The picture shows the time since the performance began, as the replay does."""
+count from the first frame. The picture shows the time since the performance began, as the replay does. A moving
+picture goes from the first to the last of them, 30 s at most."""
 
 
 def add_parser(subparsers: Any) -> None:
     parser = add_command(subparsers, "picture", run, _TEXT)
     add_take(parser)
-    parser.add_argument("--out", metavar="FILE.png", type=Path, required=True, help="the picture to write")
+    parser.add_argument(
+        "--out", metavar="FILE", type=Path, required=True, help="the picture to write, .png or .gif"
+    )
     parser.add_argument(
         "--solve",
         metavar="NAME",
@@ -48,6 +51,7 @@ def _numbers(text: str) -> list[float]:
 
 def run(args: argparse.Namespace) -> int:
     from studio.library import choose_solve
+    from studio.review.render.moving import render_moving
     from studio.review.render.strip import render_strip, stage_times
     from studio.take.folder.solved import solved_performers
     from studio.take.folder.take import Take
@@ -58,6 +62,10 @@ def run(args: argparse.Namespace) -> int:
     rows = {name: [one.poses for one in solved_performers(take, name, args.performer)] for name in names}
     first = min(rows[names[0]], key=lambda poses: poses.begins_s)
     times_s = None if args.times is None else stage_times(first, args.times)
-    render_strip(rows, args.out, times_s=times_s, count=args.count, yaw_deg=args.yaw, body=args.body)
+    if args.out.suffix.lower() == ".gif":
+        span_s = None if times_s is None else (min(times_s), max(times_s))
+        render_moving(rows, args.out, span_s=span_s, yaw_deg=args.yaw, body=args.body)
+    else:
+        render_strip(rows, args.out, times_s=times_s, count=args.count, yaw_deg=args.yaw, body=args.body)
     print(f"{args.out}: {', '.join(names)}; the performance begins at stage time {first.begins_s:.2f} s")
     return 0

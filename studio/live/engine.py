@@ -332,7 +332,8 @@ class Engine(PerformedStage):
                 if result.performer == FIRST:
                     self.tpose.add_joints(stage_time_ns, result.fused.positions, now_ns)
                 strangers = self._pipeline.pipeline.strangers()
-                self.strangers.update(stage_time_ns, strangers, self.placed_calibration)
+                everybody = self.settings.everybody
+                self.strangers.update(stage_time_ns, strangers, self.placed_calibration, everybody=everybody)
                 if strangers:
                     result = replace(result, strangers=tuple(strangers.values()))
                 result = self._with_what_comes_in(result, stage_time_ns, now_ns)

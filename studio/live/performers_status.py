@@ -20,7 +20,7 @@ def performers_status(stage: PerformedStage, now_ns: int) -> tuple[list[Performe
     full = sum(one.performer is not None for one in everybody) >= MOST_PERFORMERS
     strangers = iter(stage.strangers.problems())
     out = [
-        _stranger(next(strangers, []), full=full)
+        _stranger(next(strangers, []), full=full, everybody=stage.settings.everybody)
         if one.performer is None
         else _performer(stage, one, one.performer)
         for one in everybody
@@ -40,10 +40,15 @@ def _performer(stage: PerformedStage, one: OnStage, number: int) -> PerformerSta
     return PerformerStatus(number, name, state, height, has_profile(stage.folder, name), message)
 
 
-def _stranger(problems: list[str], *, full: bool) -> PerformerStatus:
+def _stranger(problems: list[str], *, full: bool, everybody: bool) -> PerformerStatus:
     if full:
         message = say("performers.full", "left out: {n} performers are followed at most", n=MOST_PERFORMERS)
         return PerformerStatus(None, "", "stranger", message=message)
+    if everybody:
+        seen = say(
+            "performers.seen_soon", "not a performer yet: measured once a camera has shown them for 3 s"
+        )
+        return PerformerStatus(None, "", "measuring", message=seen)
     if not problems:
         message = say("performers.measuring", "not a performer yet: keep the T-pose")
         return PerformerStatus(None, "", "measuring", message=message)

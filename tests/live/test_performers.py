@@ -145,6 +145,29 @@ def test_a_recording_has_both_and_repeats_to_the_last_bit(shoot):
     assert not list(take.path.glob("*.poses"))
 
 
+def test_bystanders_become_performers_without_a_t_pose_if_asked(shoot):
+    shoot.stage.set_settings(parse_settings("studio", ["bystanders=performers"]))
+    shoot.play(1.0, second=False)
+    started = shoot.stage.start_recording("day", "both")
+    shoot.play(2.0)
+    assert [one.message.code for one in shoot.stage.status().performers[1:]] == ["performers.seen_soon"]
+    shoot.play(1.5)
+    wait_until(
+        lambda: (shoot.play(0.04), shoot.performers() == [("performer_1", True), ("performer_2", True)])[1],
+        "the second one was measured",
+    )
+    shoot.play(0.5)
+    first, second = shoot.stage.status().performers
+    assert second.height_m / first.height_m == pytest.approx(SMALLER, abs=0.03)
+    shoot.stage.stop_recording()
+    take = Take.open(shoot.stage.sessions / started.session / started.take)
+    solve_take(take, preset("studio"), name="again", as_live=True)
+    live, again = (
+        Poses.load(take.performer_folder(solve, "performer_2") / POSES) for solve in ("live", "again")
+    )
+    np.testing.assert_array_equal(live.positions_m, again.positions_m)
+
+
 def test_a_live_take_tells_when_two_were_not_told_apart(shoot):
     a_second_performer(shoot)
     shoot.sequence = ALIKE

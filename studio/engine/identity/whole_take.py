@@ -33,7 +33,7 @@ _LEAST_S = 1.0
 _SURE = 0.8
 """Lowest confidence of a joint whose bones are measured."""
 _LEAST_DOUBTS = 3
-_LEAST_FRAMES, _LEAST_SPAN_S = 45, 3.0
+LEAST_FRAMES, LEAST_SPAN_S = 45, 3.0
 """Whom no camera shows so often, over such a time, is nobody to be measured without a T-pose."""
 
 
@@ -200,7 +200,7 @@ def _measured(
     calibration: Calibration, frames: Mapping[str, Sequence[CameraFrame]], *, everybody: bool
 ) -> Calibration | None:
     """Return the calibration with a person's proportions; None where they hold no T-pose and need one."""
-    seen = any(len(mine) >= _LEAST_FRAMES and _lasts_s(mine) >= _LEAST_SPAN_S for mine in frames.values())
+    seen = any(len(mine) >= LEAST_FRAMES and _lasts_s(mine) >= LEAST_SPAN_S for mine in frames.values())
     if not (everybody and seen) and find_tpose(walk_of(calibration, frames), _UP) is None:
         return None
     theirs = with_performer(replace(calibration, performer=None), frames, another=True)

@@ -95,6 +95,7 @@ class TakeSolve:
         self._progress, self._physics = progress, physics
         self._residuals, self._trace, self._pins = residuals, trace, pins
         self._collector = PoseCollector()
+        self._last_ns = -LAST_NS
         self.finisher = _finisher(calibration, settings, pins)
         self._live_share = 1.0 if self.finisher is None else LIVE_SHARE
 
@@ -131,7 +132,11 @@ class TakeSolve:
 
     def _take(self, results: list[StepResult], start_ns: float) -> None:
         for result in results:
-            if result.frame_set.stage_time_ns >= start_ns:
+            stage_ns = result.frame_set.stage_time_ns
+            if (
+                stage_ns >= start_ns and stage_ns > self._last_ns
+            ):  # a part may begin with the last one's frame
+                self._last_ns = stage_ns
                 self._collect(result) if self.finisher is None else self.finisher.add(result)
 
     def _collect(self, result: StepResult) -> None:

@@ -1,4 +1,8 @@
-"""Strangers on the stage become performers: whoever holds a T-pose is measured, at any time and several at once."""
+"""Strangers on the stage become performers: whoever holds a T-pose is measured, at any time and several at once.
+
+Where everybody is to be a performer, who holds none is measured as they move, once a camera has shown them for
+`LEAST_SPAN_S`.
+"""
 
 import logging
 import threading
@@ -11,6 +15,7 @@ from numpy.typing import NDArray
 from studio.engine.base.errors import StudioError
 from studio.engine.calibration.performer.tpose import tpose_problems
 from studio.engine.identity.recognised import Recognised
+from studio.engine.identity.whole_take import LEAST_FRAMES, LEAST_SPAN_S
 from studio.engine.model.calibration import Calibration, Performer
 from studio.engine.model.frames import CameraFrame
 from studio.worker import run_in_process
@@ -41,6 +46,7 @@ class _Stranger:
         self._joints: deque[tuple[int, NDArray[np.float64]]] = deque()
         self._frames: deque[tuple[int, CameraFrame]] = deque()
         self._good_since_ns: int | None = None
+        self._tried_ns = 0
 
     def add(self, frame: CameraFrame, now_ns: int) -> None:
         """Keep a camera's frame."""
@@ -65,6 +71,17 @@ class _Stranger:
         good_ns = stage_time_ns if self._good_since_ns is None else self._good_since_ns
         return not self.computing and stage_time_ns - good_ns >= HOLD_S * 1e9
 
+    def is_seen(self) -> bool:
+        """Whether a camera has shown them for long enough to measure them as they move, since they were measured."""
+        if self.computing or not self._frames or self._frames[-1][0] - self._tried_ns < LEAST_SPAN_S * 1e9:
+            return False
+        times_ns: dict[str, list[int]] = {}
+        for now_ns, frame in self._frames:
+            times_ns.setdefault(frame.camera, []).append(now_ns)
+        return any(
+            len(own) >= LEAST_FRAMES and own[-1] - own[0] >= LEAST_SPAN_S * 1e9 for own in times_ns.values()
+        )
+
     def frames(self) -> dict[str, list[CameraFrame]]:
         """Return the frames of the last seconds, by camera."""
         out: dict[str, list[CameraFrame]] = {}
@@ -73,8 +90,9 @@ class _Stranger:
         return out
 
     def again(self) -> None:
-        """Look once more: what was held was no T-pose."""
+        """Look once more: what was held was no T-pose, or too little was seen."""
         self.computing, self._good_since_ns = False, None
+        self._tried_ns = self._frames[-1][0] if self._frames else self._tried_ns
 
 
 class Strangers:
@@ -102,20 +120,29 @@ class Strangers:
         stage_time_ns: int,
         joints: Mapping[int, NDArray[np.float64]],
         clocked: Callable[[], Calibration | None],
+        *,
+        everybody: bool = False,
     ) -> None:
-        """Look at those who are here: their joints in the stage frame [m], shape (21, 3), by index of person.
+        """Look at those who are here.
 
-        `clocked` returns the calibration with the cameras' present clocks.
+        Args:
+            stage_time_ns: now.
+            joints: theirs in the stage frame [m], shape (21, 3), by index of person.
+            clocked: returns the calibration with the cameras' present clocks.
+            everybody: they are measured without a T-pose too.
         """
         self._people = {
             person: one for person, one in self._people.items() if person in joints or one.computing
         }
         for person, one in self._people.items():
-            if person in joints and one.holds(stage_time_ns, joints[person]):
+            if person not in joints:
+                continue
+            holds = one.holds(stage_time_ns, joints[person])
+            if holds or (everybody and one.is_seen()):
                 calibration = clocked()
                 if calibration is not None:
                     one.computing = True
-                    arguments = (self._people, person, calibration, one.frames())
+                    arguments = (self._people, person, calibration, one.frames(), not holds)
                     threading.Thread(
                         target=self._compute, args=arguments, name="stranger", daemon=True
                     ).start()
@@ -137,10 +164,11 @@ class Strangers:
         person: int,
         calibration: Calibration,
         frames: dict[str, list[CameraFrame]],
+        moves: bool,
     ) -> None:
-        performer = None
+        performer, function = None, "studio.live.calibration.tpose:measure_performer"
         try:
-            performer = run_in_process("studio.live.calibration.tpose:measure_performer", calibration, frames)
+            performer = run_in_process(function, calibration, frames, moves)
         except StudioError as error:
             _log.warning("a stranger could not be measured: %s", error)
         except Exception:  # the boundary of the thread

@@ -158,7 +158,12 @@ class TPoseCapture:
             pose.height_m = performer.height_m
 
 
-def measure_performer(calibration: Calibration, frames: dict[str, list[CameraFrame]]) -> Performer | None:
-    """Return the proportions in frames of a held T-pose, None where too little was seen; runs in a worker process."""
+def measure_performer(
+    calibration: Calibration, frames: dict[str, list[CameraFrame]], moves: bool = False
+) -> Performer | None:
+    """Return the proportions in frames of a held T-pose, None where too little was seen; runs in a worker process.
+
+    `moves`: of somebody who holds none, whose feet stand seldom.
+    """
     ordered = {name: sorted(mine, key=lambda frame: frame.device_time_ns) for name, mine in frames.items()}
-    return with_performer(replace(calibration, performer=None), ordered).performer
+    return with_performer(replace(calibration, performer=None), ordered, another=moves).performer

@@ -29,6 +29,7 @@ class Schedule:
     def __init__(self, output_hz: int, *, ahead_ns: int = 0) -> None:
         """`ahead_ns`: look-ahead of the cameras' frames beyond an output frame [ns]."""
         self._output_hz, self._ahead_ns = output_hz, ahead_ns
+        self._waits_ns = ACTIVE_NS
         self._next: int | None = None
         self._first_ns: int | None = None
         self._ready_ns: int | None = None
@@ -53,7 +54,7 @@ class Schedule:
         if not times_ns:
             return []
         newest = max(times_ns)
-        ready = min(t for t in times_ns if newest - t <= ACTIVE_NS)
+        ready = min(t for t in times_ns if newest - t <= self._waits_ns)
         if now_stage_ns is not None:
             ready = max(ready, min(newest, now_stage_ns - MAX_WAIT_NS))
         ready -= self._ahead_ns
@@ -69,8 +70,11 @@ class Schedule:
         return times
 
     def rest(self, newest_stage_ns: dict[str, int]) -> list[int]:
-        """Return the remaining stage times [ns] at the end of a take."""
-        self._ahead_ns = 0
+        """Return the remaining stage times [ns] at the end of a take.
+
+        No camera that lost the performer up to half a second before is waited for: nothing of it comes.
+        """
+        self._ahead_ns, self._waits_ns = 0, MAX_WAIT_NS
         return self.due(newest_stage_ns)
 
     def _started(self, newest_ns: int) -> bool:

@@ -133,3 +133,15 @@ def test_a_schedule_that_looks_ahead_steps_later_and_leaves_nothing_at_the_end()
     times = feed(usual, arrivals)
     assert feed(later, arrivals) == times[:-1]
     assert later.rest({"a": arrivals[-1][1]}) == times[-1:]
+
+
+def test_the_end_does_not_wait_for_a_camera_that_lost_the_performer():
+    schedule = Schedule(60)
+    lost = [("b", SECOND + round(k * SECOND / 30)) for k in range(18)]
+    feed(
+        schedule,
+        sorted([*lost, *(("a", SECOND + round(k * SECOND / 30)) for k in range(30))], key=lambda one: one[1]),
+    )
+    ends = schedule.rest({"a": 2 * SECOND - 33 * MS, "b": lost[-1][1]})
+    assert 2 * SECOND - 55 * MS < ends[-1] <= 2 * SECOND - 33 * MS
+    assert np.diff(ends).max() < 17 * MS

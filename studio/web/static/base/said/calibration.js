@@ -52,6 +52,7 @@ export default {
   "calibration.nobody": "les images de {take} montrent plusieurs corps, mais personne pendant une seconde d'affilée ; placez les caméras de sorte qu'elles voient les interprètes, et calibrez à nouveau",
   "performers.hold_t_pose": "pas encore interprète : tenez une pose en T ({why})",
   "performers.measuring": "pas encore interprète : gardez la pose en T",
+  "performers.seen_soon": "pas encore interprète : mesuré dès qu'une caméra l'a montré pendant 3 s",
   "performers.undecided": "ne peut être distingué d'un autre interprète en ce moment",
   "performers.full": "laissé de côté : {n} interprètes au plus sont suivis",
   "performers.none": "aucun interprète du plateau ne s'appelle « {name} » ; il y a : {names}",

@@ -75,7 +75,7 @@ export default {
   "switch_help.floor_contact": [null, "Garde les pieds au-dessus du sol et tient en place un pied posé."],
   "switch_help.physics": [null, "Corrige une prise finie pour que des forces de contact l'expliquent, là où elle y gagne (avec Finition)."],
   "switch_help.finish": [null, "Calcule toute la prise à la fois, avec les images passées et futures ; les poses en direct ne changent pas."],
-  "switch_help.bystanders": [null, "Parmi plusieurs personnes, celles qui n'ont tenu aucune pose en T : ignorées, ou interprètes, mesurés sur toute la prise."],
+  "switch_help.bystanders": [null, "Parmi plusieurs personnes, celles qui n'ont tenu aucune pose en T : ignorées, ou interprètes, mesurés en mouvement."],
   "switch_help.output_hz": [null, "Images par seconde du résultat."],
   "value.on": ["On", "Oui"],
   "value.off": ["Off", "Non"],
@@ -146,7 +146,7 @@ export default {
   "value_help.finish:on": ["All frames are solved together; feet keep their places, without lag.", "Toutes les images sont calculées ensemble ; les pieds gardent leur place, sans retard."],
   "value_help.finish:off": ["Frame by frame, as live.", "Image par image, comme en direct."],
   "value_help.bystanders:ignored": ["Who holds no T-pose is left out.", "Qui ne tient pas de pose en T est laissé de côté."],
-  "value_help.bystanders:performers": ["Everybody who is seen for three seconds is a performer; bones are measured over the take.", "Quiconque est vu trois secondes est interprète ; les os sont mesurés sur toute la prise."],
+  "value_help.bystanders:performers": ["Everybody who is seen for three seconds is a performer; bones are measured over the take, live over their last seconds.", "Quiconque est vu trois secondes est interprète ; les os sont mesurés sur toute la prise, en direct sur ses dernières secondes."],
   "value_help.output_hz:30": ["Enough for viewing.", "Assez pour regarder."],
   "value_help.output_hz:60": ["For games and film.", "Pour le jeu et le film."],
   "value_help.output_hz:120": ["For slow motion; the cameras themselves give 30.", "Pour le ralenti ; les caméras elles-mêmes en donnent 30."]
