@@ -1,10 +1,10 @@
-"""`studio rigid`: the rigid bodies that another system tracked while a take was recorded."""
+"""`studio rigid`: the rigid bodies of a take, which another system tracked or depth cameras saw."""
 
 import argparse
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from studio.commands.common import add_command, add_json, add_take, figure, table, write_result
+from studio.commands.common import add_command, add_json, add_take, figure, progress_bar, table, write_result
 
 if TYPE_CHECKING:
     from studio.engine.base.errors import SettingsError
@@ -12,12 +12,15 @@ if TYPE_CHECKING:
     from studio.take.folder.take import Take
 
 _TEXT = """\
-Show and use the rigid bodies that another system tracked while a take was recorded.
+Show and use the rigid bodies of a take: those that another system tracked, and props that depth cameras saw.
 
   studio rigid TAKE                                          lists them, and how far solves are from them
   studio rigid TAKE set Wand use=prop shape=cylinder:3,60    60 cm long, 3 cm thick
   studio rigid TAKE set Cap use=evidence joint=head          pins the head in further solves, once measured
   studio rigid TAKE set Glove use=reference joint=right_hand
+  studio rigid TAKE find Stick shape=cylinder:3,90           finds and follows a prop in the depth images
+  studio rigid TAKE find Ball shape=sphere:22 solve=studio at=2.5,0.3,-0.4,1.1   beside the performers of this solve; at
+                                                             2.5 s it is at x, y, z on the stage [m]
   studio rigid TAKE measure [SOLVE]                          how bodies sit on joints, and where their system stands
   studio rigid TAKE measure [SOLVE] --keep-place             the same; where their system stands stays
   studio rigid TAKE reference FILE.csv                       a reference for `studio evaluate`, of their joints
@@ -30,8 +33,8 @@ def add_parser(subparsers: Any) -> None:
     parser = add_command(subparsers, "rigid", run, _TEXT)
     add_take(parser)
     add = parser.add_argument
-    add("action", metavar="ACTION", nargs="?", choices=("list", "set", "measure", "reference"), default="list",
-        help="list (default), set, measure or reference")  # fmt: skip
+    add("action", metavar="ACTION", nargs="?", default="list",
+        choices=("list", "set", "find", "measure", "reference"), help="list (default), set, find, measure or reference")  # fmt: skip
     add("words", metavar="WORD", nargs="*", help="see above")
     add("--keep-place", action="store_true", help="measure: where their system stands is right already")
     add(
@@ -55,6 +58,8 @@ def run(args: argparse.Namespace) -> int:
     known = take_bodies(take)
     if args.action == "set":
         known = name_body(take, _body(known, args.words))
+    elif args.action == "find":
+        known = _find(take, args.words)
     elif args.action == "measure":
         solve = choose_solve(take.solve_names(), args.words[0] if args.words else None, str(take.path))
         known = measure(take, solve, place=not args.keep_place)
@@ -75,7 +80,7 @@ def _print(take: "Take", known: "TakeBodies") -> dict[str, dict[str, dict[str, f
 
     tracks = take_tracks(take).tracks
     if not tracks:
-        print("no rigid bodies came in while this take was recorded")
+        print("this take has no rigid bodies")
         return {}
     rows = [["body", "use", "joint", "shape", "readings", "Hz", "offset cm"]]
     for name, track in tracks.items():
@@ -104,6 +109,35 @@ def _print(take: "Take", known: "TakeBodies") -> dict[str, dict[str, dict[str, f
     if known.calibration is not None and known.calibration != take.meta["calibration"]:
         print("measured under another calibration: nothing is evidence until it is measured again")
     return found
+
+
+def _find(take: "Take", words: list[str]) -> "TakeBodies":
+    """Find the prop that `find NAME KEY=VALUE ...` describes; return what is known of the take's bodies.
+
+    Raises:
+        SettingsError: words that do not fit.
+    """
+    from studio.engine.rigid_bodies.known import bad_value
+    from studio.library import choose_solve
+    from studio.offline.props import find_prop_of
+    from studio.take.rigid_bodies.kept import take_bodies
+
+    values = dict(word.split("=", 1) for word in words[1:] if word.startswith(("solve=", "at=")))
+    body = _body(take_bodies(take), [one for one in words if not one.startswith(("solve=", "at="))])
+    solves = take.solve_names()
+    solve = choose_solve(solves, values.get("solve"), str(take.path)) if solves or "solve" in values else None
+    start = None
+    if "at" in values:
+        try:
+            time_s, x, y, z = (float(one) for one in values["at"].split(","))
+        except ValueError as error:
+            raise bad_value("at", values["at"], "SECONDS,X,Y,Z") from error
+        start = time_s, (x, y, z)
+    with progress_bar("find") as progress:
+        found = find_prop_of(take, body, solve=solve, start=start, progress=progress)
+    beside = "nobody" if solve is None else f"the performers of {solve}"
+    print(f"{body.name} was seen in {100 * len(found.time_s) / found.looked:.0f} % of the images, beside {beside}")
+    return take_bodies(take)
 
 
 def _shape_words(shape: Any) -> str:

@@ -56,6 +56,9 @@ def add_parser(subparsers: Any) -> None:
         help="how several performers move about one another (default passing)",
     )  # fmt: skip
     parser.add_argument("--furniture", action="store_true", help="depth cameras see furniture")
+    parser.add_argument(
+        "--prop", metavar="SHAPE", help="depth cameras see a thing in the right hand, such as cylinder:3,90 (cm)"
+    )
     parser.add_argument("--seed", metavar="N", type=int, default=0, help="of the noise (default 0)")
     parser.add_argument(
         "--unit-m",
@@ -87,6 +90,7 @@ def run(args: argparse.Namespace) -> int:
             performer=args.performer,
             furniture=args.furniture,
             meeting=args.meeting,
+            prop=args.prop,
             progress=progress,
         )
     print(f"{path}: the take; {Take.open(path).meta.get('notes', '')}")

@@ -48,7 +48,7 @@ def osc_messages(packet: bytes) -> list[OscMessage]:
 
 def _message(packet: bytes) -> OscMessage:
     address, at = _text(packet, 0)
-    kinds, at = _text(packet, at)
+    kinds, at = _text(packet, at) if at < len(packet) else (",", at)  # old senders leave it out
     if not address.startswith("/") or not kinds.startswith(",") or len(kinds) > _MOST_ARGUMENTS:
         raise NotOscError
     arguments: list[str | float | None] = []

@@ -31,6 +31,7 @@ Recorded = tuple[Callable[[Take], None], list[bytes]]
 """Writes a take's frames, and the truth of each performer."""
 
 TRACKERS = ("noisy-joints", "depth", "rgb")
+_PROP_HAND = "right_hand"
 
 
 def simulate_take(
@@ -47,6 +48,7 @@ def simulate_take(
     performer: str = "tuning-average",
     furniture: bool = False,
     meeting: str = "passing",
+    prop: str | None = None,
     progress: Progress | None = None,
 ) -> Path:
     """Record a motion with simulated cameras; return the path of the take.
@@ -72,14 +74,23 @@ def simulate_take(
         performer: body for depth cameras, whose proportions the truth then has; see `body.performers`.
         furniture: depth cameras see a shelf, a table and a chair.
         meeting: how several performers move about one another, a key of `crowd.meeting.MEETINGS`.
+        prop: shape of a thing in the right hand before depth cameras, such as `cylinder:3,90` (cm); where it is goes to
+            `<out>.truth.prop.csv`.
         progress: called with the share done, 0..1.
 
     Raises:
         FormatError: a motion or rig that cannot be used.
         TakeError: `out`, or the truth beside it, exists.
-        SettingsError: an unknown sensor, tracker or performer, or a negative seed.
+        SettingsError: an unknown sensor, tracker or performer, a negative seed, or a prop that nothing shows.
     """
     _check(sensor, tracker, seed)
+    if prop is not None and (tracker != "depth" or not isinstance(motion_path, str | Path) and len(motion_path) > 1):
+        raise SettingsError(
+            "simulator.prop",
+            "prop={prop}: a prop is seen by depth cameras, in the hand of one performer; give --tracker depth and one "
+            "motion",
+            prop=prop,
+        )
     out = Path(out)
     if not isinstance(motion_path, str | Path):
         if len(motion_path) > 1:
@@ -98,15 +109,20 @@ def simulate_take(
             return _several(motion_path, out, stage_rig, crowd, seed, unit_m, meeting, progress)
         (motion_path,) = motion_path
     truth_path = out.resolve().parent / f"{out.resolve().name}.truth.csv"
-    if truth_path.exists():
-        raise _truth_exists(truth_path)
+    prop_path = truth_path.with_name(f"{out.resolve().name}.truth.prop.csv")
+    for path in (truth_path, *(() if prop is None else (prop_path,))):
+        if path.exists():
+            raise _truth_exists(path)
     stage_rig = standard_rig(cameras) if rig is None else read_rig(rig)
     notes = f"simulated: {Path(motion_path).name}"
     write: Callable[[Take], None]
+    truths = {}
     if tracker == "depth":
-        write, truth, calibration_s = _depth(
-            motion_path, stage_rig, sensor, performer, furniture, seed, unit_m, calibration, progress
+        write, truth, calibration_s, of_prop = _depth(
+            motion_path, stage_rig, sensor, performer, furniture, seed, unit_m, calibration, prop, progress
         )
+        if of_prop is not None:
+            truths[prop_path] = of_prop
     else:
         motion, calibration_s = stage_motion(motion_path, unit_m=unit_m, calibration=calibration)
         record = _record_landmarks if tracker == "rgb" else partial(_record, sensor=sensor)
@@ -117,10 +133,12 @@ def simulate_take(
     try:
         with new_take(out, source="simulate", calibration_s=calibration_s, notes=notes) as take:
             write(take)
-            with write_atomically(truth_path) as file:
-                file.write(truth)
+            for path, csv in {truth_path: truth, **truths}.items():
+                with write_atomically(path) as file:
+                    file.write(csv)
     except BaseException:
-        truth_path.unlink(missing_ok=True)  # it did not exist before
+        for path in (truth_path, *truths):
+            path.unlink(missing_ok=True)  # it did not exist before
         raise
     return out
 
@@ -215,22 +233,33 @@ def _depth(
     seed: int,
     unit_m: float | None,
     calibration: bool,
+    prop: str | None,
     progress: Progress | None,
-) -> tuple[Callable[[Take], None], bytes, float | None]:
-    """A function that records depth, the truth, and the length of the calibration part [s]."""
+) -> tuple[Callable[[Take], None], bytes, float | None, bytes | None]:
+    """A function that records depth, the truth, the length of the calibration part [s], and the truth of the prop."""
+    from studio.engine.rigid_bodies.known import shape_of
     from studio.simulator.body.performers import find_performer
     from studio.simulator.performer.motion import read_performance
+    from studio.simulator.performer.prop import HeldProp, holding
     from studio.simulator.sensor.recording import record_depth, truth_csv
     from studio.simulator.sensor.stage import DepthStage
 
     who = find_performer(performer)
     performance = read_performance(motion_path, who, unit_m=unit_m, calibration=calibration)
-    stage = DepthStage.of(sensors.find_sensor(sensor), rig, performance, who, seed=seed, furniture=furniture)
+    held = None
+    if prop is not None:
+        shape = shape_of(prop)
+        performance = holding(performance, shape, _PROP_HAND)
+        held = HeldProp(shape, performance, _PROP_HAND)
+    stage = DepthStage.of(
+        sensors.find_sensor(sensor), rig, performance, who, seed=seed, furniture=furniture,
+        props=() if held is None else (held,),
+    )  # fmt: skip
 
     def write(take: Take) -> None:
         record_depth(take, stage, progress)
 
-    return write, truth_csv(performance), performance.calibration_s
+    return write, truth_csv(performance), performance.calibration_s, None if held is None else held.truth_csv()
 
 
 def _record(

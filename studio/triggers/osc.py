@@ -4,10 +4,9 @@ The answer has `recording` or `idle`, the take as session/name, the timecode now
 (else empty). With a token set, it is the last argument of every request. Source: Open Sound Control 1.0.
 """
 
-from pythonosc.osc_bundle import OscBundle
-from pythonosc.osc_message import OscMessage
 from pythonosc.osc_message_builder import OscMessageBuilder
 
+from studio.rigid_bodies.osc import NotOscError, OscMessage, osc_messages
 from studio.triggers.command import TriggerCommand
 
 PORT = 9500
@@ -28,29 +27,30 @@ def parse_osc(data: bytes, *, with_token: bool) -> list[TriggerCommand] | None:
     if not data or len(data) > LONGEST or len(data) % 4:
         return None
     try:
-        found = [_command(message, with_token) for message in _messages(data)]
-    except Exception:  # the library raises errors of several kinds for what is no OSC
+        messages = osc_messages(data)
+    except NotOscError:
         return None
+    found = [_command(message, with_token) for message in messages]
     return [one for one in found if one is not None][:_MOST] or None
-
-
-def _messages(data: bytes) -> list[OscMessage]:
-    """Return the messages of a packet; a bundle within a bundle is left out."""
-    if not data.startswith(b"#bundle\0"):
-        return [OscMessage(data)]
-    return [one for one in OscBundle(data) if isinstance(one, OscMessage)]
 
 
 def _command(message: OscMessage, with_token: bool) -> TriggerCommand | None:
     kind = _KINDS.get(message.address)
     if kind is None:
         return None
-    texts = [str(one)[:_LONGEST_TEXT].strip() for one in message.params]
+    texts = [_words(one)[:_LONGEST_TEXT].strip() for one in message.arguments]
     token = texts.pop() if with_token and texts else ""
     name, session = (*texts, "", "")[:2]
     if kind == "start":
         return TriggerCommand("start", name=name, session=session, token=token)
     return TriggerCommand("stop" if kind == "stop" else "state", token=token)
+
+
+def _words(argument: str | float | None) -> str:
+    """Return an argument as text; a number without needless digits."""
+    if argument is None:
+        return ""
+    return argument if isinstance(argument, str) else f"{argument:.15g}"
 
 
 def state_message(recording: bool, take: str, timecode: str, problem: str) -> bytes:

@@ -2,7 +2,8 @@
 
 A prop is held while a hand is near its surface. Its system sees how it is turned better than the solve sees the hand,
 so its rotation stays. Its place is where the hand puts it: the grip, from the prop's origin to the hand in the prop's
-axes, is smoothed over a second, so that nothing shakes in the hand, and the hand may slide along.
+axes, is constant while it is held. A hand that slides along (`SLIDES_M`) has a grip smoothed over a second instead.
+Where a held prop is not seen for up to `UNSEEN_S`, it turns with the hand.
 """
 
 from collections.abc import Sequence
@@ -11,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import uniform_filter1d
 
-from studio.engine.base.quaternions import inverse, rotate
+from studio.engine.base.quaternions import continuous_signs, inverse, multiply, normalized, rotate
 from studio.engine.model.joints import OUTPUT_OF_CANONICAL
 from studio.engine.model.poses import Poses
 from studio.engine.model.rigid_body import RigidShape
@@ -22,6 +23,10 @@ NEAR_M, FAR_M = 0.10, 0.16
 """A hand this near to the surface takes a prop, and lets go of it this far away."""
 
 LEAST_S, EASE_S, GRIP_S = 0.3, 0.15, 1.0
+SLIDES_M = 0.06
+"""A hand whose grip changes by more slides along the prop."""
+
+UNSEEN_S = 1.0
 _LEAST_LENGTH_M = 0.05
 
 
@@ -50,8 +55,10 @@ def prop_poses(
         for hand in hands:
             column = OUTPUT_OF_CANONICAL[hand]
             if column in poses.joint_names:
-                places = _at(poses, poses.joint_names.index(column), time_s)
-                positions = held_by(time_s, places, positions, rotations, shape, seen)
+                k = poses.joint_names.index(column)
+                turns = continuous_signs(poses.rotations_wxyz[:, k])
+                holder = BodyTrack(poses.time_s, poses.positions_m[:, k], turns).filled_at(time_s)
+                positions, rotations = held_by(time_s, holder, positions, rotations, shape, seen)
     edges = np.zeros(3) if shape is None else shape.edges_m
     along = np.zeros(3)
     along[int(edges.argmax()) if shape is not None else 2] = max(edges.max() / 2, _LEAST_LENGTH_M)
@@ -69,58 +76,85 @@ def prop_poses(
     )
 
 
-def _at(poses: Poses, joint: int, time_s: NDArray[np.float64]) -> NDArray[np.float64]:
-    columns = poses.positions_m[:, joint].T
-    return np.stack([np.interp(time_s, poses.time_s, column) for column in columns], axis=1)
-
-
 def held_by(
     time_s: NDArray[np.float64],
-    hand_m: NDArray[np.float64],
+    hand: tuple[NDArray[np.float64], NDArray[np.float64]],
     positions_m: NDArray[np.float64],
     rotations_wxyz: NDArray[np.float64],
     shape: RigidShape | None,
     seen: NDArray[np.bool_],
-) -> NDArray[np.float64]:
-    """Return the places of a prop, shape (n, 3), tied to a hand while it holds it.
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return the places, shape (n, 3), and rotations, shape (n, 4), of a prop, tied to a hand while it holds it.
 
     Args:
         time_s: of the frames [s], shape (n,).
-        hand_m: the hand on the stage [m], shape (n, 3).
+        hand: on the stage: places [m], shape (n, 3), and rotations wxyz, shape (n, 4).
         positions_m, rotations_wxyz: the prop on the stage, shapes (n, 3), (n, 4).
         shape: None = a point.
         seen: whether the prop was seen, shape (n,).
     """
+    hand_m, hand_wxyz = hand
     grip = rotate(inverse(rotations_wxyz), hand_m - positions_m)
     half = np.zeros(3) if shape is None else shape.edges_m / 2
     away = np.linalg.norm(np.maximum(np.abs(grip) - half, 0.0), axis=1)
-    out = positions_m.copy()
+    places, turns = positions_m.copy(), rotations_wxyz.copy()
     dt = float(np.median(np.diff(time_s))) if len(time_s) > 1 else 1.0 / 60
-    for first, last in held_spans(away, seen, max(1, round(LEAST_S / dt))):
+    for first, last in held_spans(away, seen, max(1, round(LEAST_S / dt)), max(1, round(UNSEEN_S / dt))):
         rows = slice(first, last)
-        steady = uniform_filter1d(grip[rows], max(1, round(GRIP_S / dt)), axis=0, mode="nearest")
-        tied = hand_m[rows] - rotate(rotations_wxyz[rows], steady)
+        turns[rows] = _with_hand(hand_wxyz[rows], turns[rows], seen[rows])
+        held = _held_grip(grip[rows], seen[rows], max(1, round(GRIP_S / dt)))
+        tied = hand_m[rows] - rotate(turns[rows], held)
         to_edge = np.minimum(time_s[rows] - time_s[first], time_s[last - 1] - time_s[rows])
         share = np.clip(to_edge / EASE_S, 0.0, 1.0)[:, None]
-        out[rows] += share * (tied - out[rows])
-    return out
+        places[rows] += share * (tied - places[rows])
+    return places, turns
 
 
-def held_spans(away_m: NDArray[np.float64], seen: NDArray[np.bool_], least: int) -> list[tuple[int, int]]:
+def _held_grip(grip: NDArray[np.float64], seen: NDArray[np.bool_], second: int) -> NDArray[np.float64]:
+    """Return the grip of a span, in which the prop was seen in some frames: one for all, or slowly changing."""
+    steady = np.median(grip[seen], axis=0)
+    numbers = np.arange(len(grip))
+    filled = np.stack([np.interp(numbers, numbers[seen], column[seen]) for column in grip.T], axis=1)
+    slow = uniform_filter1d(filled, second, axis=0, mode="nearest")
+    slides = np.percentile(np.linalg.norm(slow - steady, axis=1), 95) > SLIDES_M
+    return slow if slides else np.broadcast_to(steady, grip.shape)
+
+
+def _with_hand(
+    hand_wxyz: NDArray[np.float64], turns_wxyz: NDArray[np.float64], seen: NDArray[np.bool_]
+) -> NDArray[np.float64]:
+    """Return a prop's rotations, in frames in which it was not seen by those of the hand that holds it."""
+    if seen.all():
+        return turns_wxyz
+    numbers = np.arange(len(seen))
+    on_hand = continuous_signs(multiply(inverse(hand_wxyz[seen]), turns_wxyz[seen]))
+    between = np.stack([np.interp(numbers, numbers[seen], column) for column in on_hand.T], axis=1)
+    turned = multiply(hand_wxyz, normalized(between))
+    return continuous_signs(np.where(seen[:, None], turns_wxyz, turned))
+
+
+def held_spans(
+    away_m: NDArray[np.float64], seen: NDArray[np.bool_], least: int, unseen: int
+) -> list[tuple[int, int]]:
     """Return the frames, first and behind the last, in which a hand holds a prop.
 
     Args:
         away_m: of the hand from the surface [m], shape (n,).
         seen: whether the prop was seen, shape (n,).
         least: shorter ones count for nothing.
+        unseen: for so many frames it is held on without being seen, if the hand has it afterwards.
     """
-    spans, begun = [], -1
+    spans, begun, held = [], -1, -1
     for k, (away, there) in enumerate(zip(away_m.tolist(), seen.tolist(), strict=True)):
-        if begun < 0 and there and away < NEAR_M:
-            begun = k
-        elif begun >= 0 and (away > FAR_M or not there):
-            spans.append((begun, k))
-            begun = -1
+        if begun < 0:
+            if there and away < NEAR_M:
+                begun = held = k
+        elif there and away <= FAR_M and k - held <= unseen:
+            held = k
+        elif there or k - held > unseen:
+            spans.append((begun, held + 1))
+            begun = k if there and away < NEAR_M else -1
+            held = begun
     if begun >= 0:
-        spans.append((begun, len(away_m)))
+        spans.append((begun, held + 1))
     return [(first, last) for first, last in spans if last - first >= least]

@@ -63,13 +63,25 @@ def _between(
 
 @dataclass(frozen=True)
 class BodyTracks:
-    """The rigid bodies of a take by name, where their own system has them, with z up."""
+    """The rigid bodies of a take by name, where their own system has them, with z up.
+
+    Attributes:
+        tracks: their motion.
+        on_stage: names of those that the studio's cameras saw: they are in the stage frame, on its clock.
+    """
 
     tracks: Mapping[str, BodyTrack] = field(default_factory=dict)
+    on_stage: frozenset[str] = frozenset()
 
     def placed(self, place: BodyPlace, later_s: float = 0.0) -> "BodyTracks":
         """Return them in the stage frame, with later times."""
-        return BodyTracks({name: one.placed(place).later(later_s) for name, one in self.tracks.items()})
+        return BodyTracks(
+            {
+                name: one if name in self.on_stage else one.placed(place).later(later_s)
+                for name, one in self.tracks.items()
+            },
+            self.on_stage,
+        )
 
 
 def tracks_of(readings: Iterable[tuple[float, BodyAxes, BodyReading]]) -> BodyTracks:

@@ -6,6 +6,7 @@ from numpy.typing import NDArray
 from studio.engine.base.compiled import compiled
 from studio.engine.base.geometry import invert_transform
 from studio.simulator.performer.figure import Figure
+from studio.simulator.performer.prop import HeldProp
 from studio.simulator.sensor import structured_light, time_of_flight
 from studio.simulator.sensor.raster import Rasteriser
 from studio.simulator.sensor.room import Room, backdrop
@@ -21,7 +22,7 @@ class SimulatedDepthCamera:
     Args:
         sensor: the sensor model.
         T_stage_camera: its pose, shape (4, 4).
-        figures: people in view; each figure belongs to this camera alone.
+        figures: people and props in view; each person's figure belongs to this camera alone.
         room: the surroundings.
         rng: of its noise.
         cameras: number of cameras of the same sensor on the stage, this one included.
@@ -31,7 +32,7 @@ class SimulatedDepthCamera:
         self,
         sensor: Sensor,
         T_stage_camera: Array,
-        figures: tuple[Figure, ...],
+        figures: tuple[Figure | HeldProp, ...],
         room: Room,
         rng: np.random.Generator,
         *,

@@ -9,6 +9,7 @@ from studio.simulator.body.mesh import BodyMesh, make_body
 from studio.simulator.body.performers import Actor
 from studio.simulator.performer.figure import Figure
 from studio.simulator.performer.motion import PerformerMotion
+from studio.simulator.performer.prop import HeldProp
 from studio.simulator.rig import RigCamera
 from studio.simulator.sensor.camera import SimulatedDepthCamera
 from studio.simulator.sensor.room import Room
@@ -32,6 +33,7 @@ class DepthStage:
         others: bodies of further people in view, and their motions.
         room: the room around.
         seed: of all noise.
+        props: things that are held.
     """
 
     sensor: Sensor
@@ -41,6 +43,7 @@ class DepthStage:
     room: Room
     seed: int
     others: tuple[tuple[BodyMesh, PerformerMotion], ...] = ()
+    props: tuple[HeldProp, ...] = ()
 
     @staticmethod
     def of(
@@ -52,8 +55,9 @@ class DepthStage:
         seed: int = 0,
         furniture: bool = False,
         others: tuple[tuple[Actor, PerformerMotion], ...] = (),
+        props: tuple[HeldProp, ...] = (),
     ) -> "DepthStage":
-        """Return the stage of a performer, and of others in view, in a room as large as the rig needs."""
+        """Return the stage of a performer, of others in view, and of props, in a room as large as the rig needs."""
         people = [
             done.motion.positions_m.reshape(-1, 3) for done in (performance, *(done for _, done in others))
         ]
@@ -61,14 +65,15 @@ class DepthStage:
         mesh = make_body(performer, performance.motion.offsets_m)
         room = Room.around(places, furniture=furniture)
         more = tuple((make_body(who, other.motion.offsets_m), other) for who, other in others)
-        return DepthStage(sensor, rig, performance, mesh, room, seed, more)
+        return DepthStage(sensor, rig, performance, mesh, room, seed, more, props)
 
     def camera(self, index: int) -> SimulatedDepthCamera:
         """Return one camera; two with the same index give the same images at the same times."""
+        people = (Figure(self.mesh, self.performance), *(Figure(mesh, other) for mesh, other in self.others))
         return SimulatedDepthCamera(
             self.sensor,
             self.rig[index].T_stage_camera,
-            (Figure(self.mesh, self.performance), *(Figure(mesh, other) for mesh, other in self.others)),
+            (*people, *self.props),
             self.room,
             np.random.default_rng([self.seed, index, 1]),
             cameras=len(self.rig),

@@ -2,7 +2,7 @@
 
 `rigid_bodies.npz` has their motion on the stage clock, where their own system has it. It is made from the events
 `rigid_bodies` of the live log when it is first asked for, and anew where it is missing. `rigid_bodies.json` has what
-they are.
+they are. `seen_props.npz` has the motion of props that depth cameras saw, in the stage frame.
 """
 
 import json
@@ -28,7 +28,7 @@ from studio.take.raw.live_log import BodiesEvent, LiveEvent, StageClockEvent
 from studio.take.raw.reader import RawReader
 from studio.take.raw.records import RawEvent
 
-TRACKS_FILE, KNOWN_FILE = "rigid_bodies.npz", "rigid_bodies.json"
+TRACKS_FILE, KNOWN_FILE, SEEN_FILE = "rigid_bodies.npz", "rigid_bodies.json", "seen_props.npz"
 _KEYS = ("names", "body", "time_s", "positions_m", "rotations_wxyz")
 
 
@@ -45,11 +45,29 @@ def stage_tracks(events: Iterable[tuple[int, LiveEvent]], server_to_stage: Clock
 
 
 def save_tracks(take: Take, tracks: BodyTracks) -> None:
-    """Write the motion of rigid bodies into the take.
+    """Write the motion of rigid bodies that came in into the take.
 
     Raises:
         StudioError: the disk refuses.
     """
+    _save(take.path / TRACKS_FILE, tracks)
+
+
+def save_seen(take: Take, name: str, track: BodyTrack | None) -> None:
+    """Write the motion of a prop that cameras saw, in the stage frame; None takes it away.
+
+    Raises:
+        FormatError: the file of those seen before is damaged. StudioError: the disk refuses.
+    """
+    path = take.path / SEEN_FILE
+    seen = dict(_load(path).tracks) if path.is_file() else {}
+    seen.pop(name, None)
+    if track is not None:
+        seen[name] = track
+    _save(path, BodyTracks(seen))
+
+
+def _save(path: Path, tracks: BodyTracks) -> None:
     mine = list(tracks.tracks.values())
     arrays: Mapping[str, ArrayLike] = {
         "names": np.array(list(tracks.tracks)),
@@ -58,17 +76,27 @@ def save_tracks(take: Take, tracks: BodyTracks) -> None:
         "positions_m": np.concatenate([np.empty((0, 3)), *(one.positions_m for one in mine)]),
         "rotations_wxyz": np.concatenate([np.empty((0, 4)), *(one.rotations_wxyz for one in mine)]),
     }
-    with write_atomically(take.path / TRACKS_FILE) as file:
+    with write_atomically(path) as file:
         save_arrays(file, arrays, BODY_TRACKS)
 
 
 def take_tracks(take: Take) -> BodyTracks:
-    """Return the motion of a take's rigid bodies, where their own system has it; none where none came in.
+    """Return the motion of a take's rigid bodies: of those that came in where their own system has it, and of props
+    that cameras saw in the stage frame.
 
     Raises:
-        FormatError: the file is damaged.
+        FormatError: a file is damaged.
         StudioError: the disk refuses.
     """
+    seen = take.path / SEEN_FILE
+    told = _told_tracks(take)
+    if not seen.is_file():
+        return told
+    mine = _load(seen).tracks
+    return BodyTracks({**told.tracks, **mine}, frozenset(mine))
+
+
+def _told_tracks(take: Take) -> BodyTracks:
     path = take.path / TRACKS_FILE
     if path.is_file():
         return _load(path)

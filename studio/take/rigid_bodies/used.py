@@ -91,7 +91,9 @@ def measure(take: Take, solve: str, *, place: bool) -> TakeBodies:
         poses = poses_of.get(one.performer)
         if poses is not None and canonical_columns(poses)[INDEX[one.joint]] >= 0:
             joints[name] = _at(poses, one.joint, time_s)
-    found = measure_ties(time_s, joints, take_tracks(take).tracks, place=None if place else known.place)
+    tracks = take_tracks(take)
+    told = {name: one for name, one in tracks.tracks.items() if name not in tracks.on_stage}
+    found = measure_ties(time_s, joints, told, place=None if place else known.place)
     measured = msgspec.structs.replace(
         known,
         place=found.place,

@@ -33,5 +33,9 @@ export default {
   "rigid.no_joint": "aucun corps rigide de cette prise n'est sur une articulation ; nommez-en un d'abord, par exemple `studio rigid TAKE set NAME use=evidence joint=right_hand`",
   "rigid.not_seen": "aucun corps rigide sur une articulation n'a été vu assez longtemps dans cette prise ; permis : au moins {n} de ses images",
   "rigid.not_measured": "aucun corps rigide sur une articulation n'a été mesuré ; lancez d'abord `studio rigid TAKE measure`",
+  "rigid.no_shape": "la forme de {name} n'est pas connue ; donnez-en une, par exemple shape=cylinder:3,90 (cm)",
+  "rigid.told_already": "un autre système parlait de {name} pendant cette prise ; donnez un autre nom à l'accessoire",
+  "rigid.no_depth": "{take} n'a pas d'images de profondeur où voir un accessoire",
+  "rigid.not_found": "rien de la forme de {name} n'a été vu dans {take} ; dites où il est à un instant, par at=SECONDES,X,Y,Z",
   "rigid.words": "{given} ne convient pas ; permis : {allowed}"
 };
