@@ -8,12 +8,12 @@ import numpy as np
 from studio.engine.animation.clip.resample import frames_of
 from studio.engine.animation.layers import missed_deg, with_layers
 from studio.engine.animation.splicing.retime import retimed
-from studio.engine.base.sentences import Said
+from studio.engine.base.sentences import Said, say
 from studio.engine.edits.edit import ContactEdit, DirectionEdit, Edit, RetimeEdit, TrimEdit
 from studio.engine.edits.honoured import direction_outcome, outcomes, refused, touch_outcome
 from studio.engine.edits.time_map import TimeMap
 from studio.engine.edits.timing import of_kind, of_performer
-from studio.engine.edits.touches import is_touch
+from studio.engine.edits.touches import is_touch, is_touch_of_other
 from studio.engine.model.calibration import Calibration
 from studio.engine.model.frames import CameraFrame
 from studio.engine.model.poses import Poses
@@ -40,11 +40,11 @@ class AskedEdits:
 
     def of(self, performer: str, frames: _Frames, calibration: Calibration) -> tuple[Edit, ...]:
         """Return a performer's edits that can be honoured, as far as is known before the solve."""
+        known = calibration.performer
+        self._heights_m[performer] = USUAL_HEIGHT_M if known is None else known.height_m
         mine = of_performer(self.edits, performer)
         if not mine:
             return ()
-        known = calibration.performer
-        self._heights_m[performer] = USUAL_HEIGHT_M if known is None else known.height_m
         lines = refused(
             mine,
             cameras=list(calibration.cameras),
@@ -64,6 +64,10 @@ class AskedEdits:
         lines = self._lines | refused(
             strangers, cameras=list(frames), performers=list(solved), span_s=(-1e18, 1e18)
         )
+        for edit in of_kind(self.edits, ContactEdit):
+            if is_touch_of_other(edit) and edit.other not in solved:
+                line = say("evidence.no_performer", "the take has no {performer}", performer=edit.other or "")
+                lines.setdefault(edit.id, line)
         kept = [edit for edit in self.edits if edit.id not in lines]
         layered = {
             name: replace(one, poses=with_layers(one.poses, of_performer(kept, name)))
@@ -83,13 +87,15 @@ class AskedEdits:
         return {name: _retimed(_trimmed(one, kept), times) for name, one in layered.items()}, metrics
 
     def _contacts(self, edits: Sequence[Edit], poses: Mapping[str, Poses]) -> dict[str, EditJson]:
-        return {
-            edit.id: touch_outcome(
-                edit, missed_touch_m(edit, poses[edit.performer], self._heights_m[edit.performer])
-            )
-            for edit in of_kind(edits, ContactEdit)
-            if is_touch(edit)
-        }
+        told = {}
+        for edit in of_kind(edits, ContactEdit):
+            if is_touch(edit) or is_touch_of_other(edit):
+                mine, theirs = edit.performer, edit.other or edit.performer
+                missed_m = missed_touch_m(
+                    edit, poses[mine], self._heights_m[mine], (poses[theirs], self._heights_m[theirs])
+                )
+                told[edit.id] = touch_outcome(edit, missed_m)
+        return told
 
 
 def _directions(edits: Sequence[Edit], poses: Mapping[str, Poses]) -> dict[str, EditJson]:

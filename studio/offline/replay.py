@@ -132,8 +132,8 @@ def _plain(
         settings.check_performers([PERFORMER])
         mine = asked.of(PERFORMER, used, calibration)
         only = _PerformerSolve(take, used, calibration, settings.of_performer(PERFORMER), progress, mine)
-        (poses,) = solve_together([only.solve])
-        solved = {PERFORMER: only.solved(poses)}
+        poses = solve_together({PERFORMER: only.solve})
+        solved = {PERFORMER: only.solved(poses[PERFORMER])}
         return asked.applied(solved, used, common)
     people = found.people
     common["exchanges"] = [exchange_json(one) for one in found.exchanges]
@@ -156,9 +156,10 @@ def _plain(
         for k, one in enumerate(people.performers)
     ]
     solved: dict[str, Solved] = {}
-    poses = solve_together([solve.solve for solve in solves])
-    for one, solve, own in zip(people.performers, solves, poses, strict=True):
-        solved[one.name] = solve.solved(own)
+    names = [one.name for one in people.performers]
+    poses = solve_together({name: solve.solve for name, solve in zip(names, solves, strict=True)})
+    for one, solve in zip(people.performers, solves, strict=True):
+        solved[one.name] = solve.solved(poses[one.name])
         solved[one.name].metrics["undecided_s"] = [list(span) for span in one.undecided_s]
     common["camera_frames"] = sum(len(used[name]) for name in found.cameras)
     return asked.applied(solved, used, common)

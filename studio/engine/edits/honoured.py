@@ -18,7 +18,7 @@ from studio.engine.edits.edit import (
 )
 from studio.engine.edits.stances import is_of_feet
 from studio.engine.edits.timing import of_kind
-from studio.engine.edits.touches import is_touch
+from studio.engine.edits.touches import is_touch, is_touch_of_other
 from studio.engine.model.joints import INDEX, OUTPUT_INDEX, OUTPUT_OF_CANONICAL
 from studio.engine.model.poses import Poses
 from studio.engine.model.solve_metrics import EditJson
@@ -105,7 +105,7 @@ def _refused(
             camera=edit.camera,
             cameras=[*cameras],
         )
-    if isinstance(edit, ContactEdit) and not (is_of_feet(edit) or is_touch(edit)):
+    if isinstance(edit, ContactEdit) and not (is_of_feet(edit) or is_touch(edit) or is_touch_of_other(edit)):
         return say("evidence.not_used", "solves do not use this kind of edit yet")
     return None
 
@@ -158,7 +158,18 @@ def direction_outcome(edit: DirectionEdit, missed: float) -> EditJson:
 def touch_outcome(edit: ContactEdit, missed_m: float) -> EditJson:
     """Return what a solve made of a contact that it missed by so much."""
     out: EditJson = {"honoured": 1e3 * missed_m < NEAR_MM, "missed_mm": round(1e3 * missed_m, 1)}
-    if not out["honoured"]:
+    if not out["honoured"] and is_touch_of_other(edit):
+        line = say(
+            "evidence.missed_other",
+            "{joint} came within {mm:.0f} mm of {touched} of {other}: the bodies, or the other edits, hold them "
+            "back; only preset finish holds contacts with another performer",
+            joint=edit.joint,
+            mm=1e3 * missed_m,
+            touched=edit.touches,
+            other=edit.other or "",
+        )
+        out |= _told(line)
+    elif not out["honoured"]:
         line = say(
             "evidence.missed_touch",
             "{joint} came within {mm:.0f} mm of {touched}: the body, or the other edits, hold it back; only presets "

@@ -1,4 +1,4 @@
-"""Contacts that edits say, of other joints than feet: a joint on the floor, or on another joint of the own body."""
+"""Contacts that edits say, of other joints than feet: with the floor, the own body, or another performer."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -37,28 +37,47 @@ def is_touch(edit: ContactEdit) -> bool:
     return not is_of_feet(edit) and edit.touches != "nothing" and edit.other in (None, edit.performer)
 
 
+def is_touch_of_other(edit: ContactEdit) -> bool:
+    """Whether a contact is one with another performer's joint."""
+    own = edit.other in (None, edit.performer)
+    return not own and not is_of_feet(edit) and edit.touches not in ("floor", "nothing")
+
+
 class Touches:
     """The touches of one performer."""
 
     def __init__(self, edits: Sequence[Edit]) -> None:
         """Take those among the edits."""
-        self._edits = [edit for edit in of_kind(edits, ContactEdit) if is_touch(edit) and edit.joint in INDEX]
+        every = [edit for edit in of_kind(edits, ContactEdit) if edit.joint in INDEX]
+        self._edits = [edit for edit in every if is_touch(edit)]
+        self._of_others = [edit for edit in every if is_touch_of_other(edit) and edit.touches in INDEX]
 
     def __bool__(self) -> bool:
-        return bool(self._edits)
+        return bool(self._edits) or bool(self._of_others)
 
     def at(self, time_s: NDArray[np.float64]) -> list[Touch]:
-        """Return the touches in frames at times [s], shape (frame_count,); those that hold in none are left out."""
-        out = []
-        for edit in self._edits:
-            told = share(edit, time_s)
-            if told.max(initial=0.0) > LEAST_SHARE:
-                touched = None if edit.touches == "floor" else INDEX[edit.touches]
-                information = np.where(told > LEAST_SHARE, told**4, 0.0) / SIGMA_M**2
-                out.append(Touch(INDEX[edit.joint], touched, information))
-        return out
+        """Return the touches of the floor and of the own body in frames at times [s], shape (frame_count,).
+
+        Those that hold in none are left out.
+        """
+        return [found for edit in self._edits if (found := _touch(edit, time_s)) is not None]
+
+    def of_others(self, time_s: NDArray[np.float64]) -> list[tuple[Touch, str]]:
+        """Return the touches of other performers' joints in frames, each with the other performer."""
+        found = [(_touch(edit, time_s), edit.other) for edit in self._of_others]
+        return [(touch, other) for touch, other in found if touch is not None and other is not None]
 
     def now(self, time_s: float) -> tuple[tuple[int, int | None, float], ...]:
         """Return the touches at one time [s], as `FrameSet.touches` has them."""
         found = self.at(np.array([time_s])) if self._edits else []
         return tuple((one.joint, one.touched, float(one.information[0])) for one in found)
+
+
+def _touch(edit: ContactEdit, time_s: NDArray[np.float64]) -> Touch | None:
+    """A contact in frames at times [s]; None where it holds in none."""
+    told = share(edit, time_s)
+    if told.max(initial=0.0) <= LEAST_SHARE:
+        return None
+    touched = None if edit.touches == "floor" else INDEX[edit.touches]
+    information = np.where(told > LEAST_SHARE, told**4, 0.0) / SIGMA_M**2
+    return Touch(INDEX[edit.joint], touched, information)

@@ -5,14 +5,15 @@ on which it is; there it may slide. Thicknesses are those of the tracker's surfa
 """
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from studio.engine.edits.edit import ContactEdit
-from studio.engine.edits.touches import Touch, Touches
+from studio.engine.edits.touches import Touch
 from studio.engine.model.frames import Pinned
-from studio.engine.model.joints import CANONICAL, OUTPUT_OF_CANONICAL
+from studio.engine.model.joints import CANONICAL, INDEX, OUTPUT_OF_CANONICAL
 from studio.engine.model.poses import Poses
 from studio.engine.seeing.fitting.cones import CONES
 
@@ -31,10 +32,30 @@ THICK = np.array([_thick(joint) for joint in CANONICAL])
 """Radius of the body about each canonical joint, as a share of stature, shape (21,)."""
 
 
+@dataclass(frozen=True)
+class HeldJoint:
+    """A canonical joint that is held at places.
+
+    Attributes:
+        joint: its index.
+        place_m: in frames [m], shape (frame_count, 3).
+        information: inverse variance [1/m2], shape (frame_count,); 0 = it is free.
+    """
+
+    joint: int
+    place_m: Array
+    information: Array
+
+
+def thick_m(joint: int, height_m: float) -> float:
+    """Return the radius of a body of this stature about a canonical joint [m]."""
+    return float(THICK[joint]) * height_m
+
+
 def apart_m(touch: Touch, height_m: float) -> float:
     """Return how far a joint is from the floor, or from the joint that it touches [m]."""
-    shares = THICK[touch.joint] + (0.0 if touch.touched is None else THICK[touch.touched])
-    return float(shares) * height_m
+    touched = 0.0 if touch.touched is None else thick_m(touch.touched, height_m)
+    return thick_m(touch.joint, height_m) + touched
 
 
 def with_touches(
@@ -56,10 +77,7 @@ def with_touches(
         floor_m: height of the floor.
         height_m: the performer's stature.
     """
-    shape = sites.shape[:2]
-    if pinned is None:
-        pinned = Pinned(np.zeros((*shape, 3)), np.zeros(shape), np.zeros(shape), np.full(shape[1], np.inf))
-    place, radius, told = pinned.place_m.copy(), pinned.radius_m.copy(), pinned.information.copy()
+    held = []
     for touch, floor in zip(touches, lies_at, strict=True):
         apart = apart_m(touch, height_m)
         if touch.touched is None:
@@ -68,33 +86,55 @@ def with_touches(
             away = sites[:, touch.joint] - sites[:, touch.touched]
             unit = away / np.maximum(np.linalg.norm(away, axis=1, keepdims=True), 1e-6)
             there = sites[:, touch.touched] + apart * unit
-        rows = (pinned.information[:, touch.joint] == 0.0) & (touch.information > 0.0)
-        place[rows, touch.joint] = there[rows]
-        radius[rows, touch.joint] = 0.0
-        told[rows, touch.joint] = touch.information[rows]
+        held.append(HeldJoint(touch.joint, there, touch.information))
+    return with_held(pinned, held, *sites.shape[:2])
+
+
+def with_held(
+    pinned: Pinned | None, held: Sequence[HeldJoint], frame_count: int, joint_count: int = len(CANONICAL)
+) -> Pinned:
+    """Return what is known of joints in frames with those that are held; what is known already counts for more."""
+    shape = frame_count, joint_count
+    if pinned is None:
+        pinned = Pinned(np.zeros((*shape, 3)), np.zeros(shape), np.zeros(shape), np.full(shape[1], np.inf))
+    place, radius, told = pinned.place_m.copy(), pinned.radius_m.copy(), pinned.information.copy()
+    for one in held:
+        rows = (pinned.information[:, one.joint] == 0.0) & (one.information > 0.0)
+        place[rows, one.joint] = one.place_m[rows]
+        radius[rows, one.joint] = 0.0
+        told[rows, one.joint] = one.information[rows]
     return Pinned(place, radius, told, pinned.reach_m)
 
 
-def missed_touch_m(edit: ContactEdit, poses: Poses, height_m: float) -> float:
+def missed_touch_m(
+    edit: ContactEdit, poses: Poses, height_m: float, other: tuple[Poses, float] | None = None
+) -> float:
     """Return how far a contact of a joint is missed in the middle, over the time that it holds [m].
 
     Args:
         edit: a `Touch`.
         poses: of the output skeleton.
         height_m: the performer's stature.
+        other: poses and stature of the performer whose joint it touches; None = their own.
     """
+    theirs, their_height_m = other or (poses, height_m)
     inside = (poses.time_s >= edit.start_s) & (poses.time_s <= edit.end_s)
     if not inside.any():
         inside[np.abs(poses.time_s - edit.start_s).argmin()] = True
-    (touch,) = Touches([edit]).at(np.array([edit.start_s]))
+    times_s = poses.time_s[inside]
+    apart = thick_m(INDEX[edit.joint], height_m)
 
-    def places(canonical: int) -> Array:
-        name = OUTPUT_OF_CANONICAL[CANONICAL[canonical]]
-        return poses.positions_m[inside, poses.joint_names.index(name)]
+    def places(of: Poses, joint: str) -> Array:
+        path = of.positions_m[:, of.joint_names.index(OUTPUT_OF_CANONICAL[joint])]
+        return np.stack([np.interp(times_s, of.time_s, path[:, axis]) for axis in range(3)], axis=1)
 
-    joint = places(touch.joint)
-    away = joint[:, 2] if touch.touched is None else np.linalg.norm(joint - places(touch.touched), axis=1)
-    return float(np.median(np.abs(away - apart_m(touch, height_m))))
+    joint = places(poses, edit.joint)
+    if edit.touches == "floor":
+        away = joint[:, 2]
+    else:
+        away = np.linalg.norm(joint - places(theirs, edit.touches), axis=1)
+        apart += thick_m(INDEX[edit.touches], their_height_m)
+    return float(np.median(np.abs(away - apart)))
 
 
 class TouchingNow:

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from studio.engine.base.errors import SettingsError
 from studio.engine.edits.pins import Pins
+from studio.engine.edits.touches import Touches
 from studio.engine.model.calibration import Performer
 from studio.engine.model.frames import StepResult
 from studio.engine.model.human.humanoid import build_humanoid
@@ -23,6 +24,7 @@ from studio.engine.model.human.skeleton import Skeleton
 from studio.engine.model.joints import CANONICAL, JOINT_COUNT, OUTPUT_OF_CANONICAL_INDEX
 from studio.engine.model.settings import SolveSettings
 from studio.engine.model.solve_metrics import SolveMetrics
+from studio.engine.solve.touching import HeldJoint
 from studio.engine.whole_take.finish.contacts import JOINTS, Contacts, find_contacts, wander_of
 from studio.engine.whole_take.finish.known import Known
 from studio.engine.whole_take.finish.lost_limbs import bring_back
@@ -124,6 +126,11 @@ class Finisher:
         return {} if self._physics is None else self._physics.report
 
     @property
+    def touches(self) -> Touches | None:
+        """What an operator says about contacts; None = nothing."""
+        return None if self._pins is None else self._pins.touches
+
+    @property
     def has_results(self) -> bool:
         """Whether there is anything to refine."""
         return self._store is not None
@@ -193,14 +200,16 @@ class Finisher:
         sites = self._kinematics.sites(self._refined.q)
         return Surfaces(self._store.times_ns, sites, self._humanoid.skeleton.height_m)
 
-    def step_beside(self, own: Surfaces, others: Sequence[Surfaces]) -> None:
+    def step_beside(self, own: Surfaces, others: Sequence[Surfaces], held: Sequence[HeldJoint] = ()) -> None:
         """Make a step that makes room for other performers, and hands meet that hold each other.
 
         Args:
             own: this performer's surfaces before the step.
             others: those of all others.
+            held: joints where they touch others, as an operator says.
         """
         assert self._refined is not None
+        self._known.hold(held)
         met = [meet(own, other, self._dt) for other in others]
         self._step(self._refined.q, self._refined.pieces, self._refined.contacts, others=met)
 
@@ -292,7 +301,7 @@ class Finisher:
                 here = [
                     part for other in others if (part := other.part(slice(low, high))).is_near(q[low:high])
                 ]
-                if others and not here:
+                if others and not here and not self._known.is_held(slice(low, high)):
                     kept = q[max(end - MARGIN, first) : end].copy()
                     continue
                 window = np.concatenate([kept[len(kept) - (begin - low) :], q[begin:high]])

@@ -1,8 +1,9 @@
 """The solve of several performers' takes: each for itself, then finishing keeps them apart from one another."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 from studio.engine.model.poses import Poses
+from studio.engine.whole_take.finish.between import held_by_others
 from studio.engine.whole_take.finisher import Finisher
 from studio.engine.whole_take.take import TakeSolve
 
@@ -10,34 +11,47 @@ STEPS_BESIDE = 3
 """Steps in which performers make room for one another, or take hands."""
 
 
-def solve_together(solves: Sequence[TakeSolve]) -> list[Poses]:
+def solve_together(solves: Mapping[str, TakeSolve]) -> dict[str, Poses]:
     """Return the poses of each performer.
+
+    Args:
+        solves: by performer, `performer_1`, ...
 
     Raises:
         TakeError: a performer has no frame.
         CalibrationError, SettingsError: see `Pipeline`.
     """
-    for solve in solves:
+    for solve in solves.values():
         solve.first()
-    finishing = [(solve, solve.finisher) for solve in solves if solve.finisher is not None]
-    finishers = [finisher for _, finisher in finishing if finisher.has_results]
+    finishers = {
+        name: solve.finisher
+        for name, solve in solves.items()
+        if solve.finisher is not None and solve.finisher.has_results
+    }
     if len(finishers) > 1:
-        for solve, finisher in finishing:
-            if finisher.has_results:
-                finisher.refine(solve.finishing_progress(), beside=STEPS_BESIDE)
+        for name, finisher in finishers.items():
+            finisher.refine(solves[name].finishing_progress(), beside=STEPS_BESIDE)
         keep_apart(finishers)
-        stand_together(finishers)
-    first_floor = sorted(solves, key=lambda solve: solve.finisher is not None and solve.finisher.floor_given)
-    poses = {id(solve): solve.poses() for solve in first_floor}  # whose feet placed the floor comes first
-    return [poses[id(solve)] for solve in solves]
+        stand_together([*finishers.values()])
+
+    def has_given_floor(name: str) -> bool:
+        finisher = solves[name].finisher
+        return finisher is not None and finisher.floor_given
+
+    # whose feet placed the floor comes first
+    poses = {name: solves[name].poses() for name in sorted(solves, key=has_given_floor)}
+    return {name: poses[name] for name in solves}
 
 
-def keep_apart(finishers: Sequence[Finisher]) -> None:
-    """Make room between refined performers."""
+def keep_apart(finishers: Mapping[str, Finisher]) -> None:
+    """Make room between refined performers, and have those touch that an operator says touch."""
+    touches = {name: one.touches for name, one in finishers.items() if one.touches is not None}
     for _ in range(STEPS_BESIDE):
-        surfaces = [finisher.surfaces() for finisher in finishers]
-        for k, finisher in enumerate(finishers):
-            finisher.step_beside(surfaces[k], surfaces[:k] + surfaces[k + 1 :])
+        surfaces = {name: finisher.surfaces() for name, finisher in finishers.items()}
+        for name, finisher in finishers.items():
+            others = {other: one for other, one in surfaces.items() if other != name}
+            held = held_by_others(name, surfaces, touches)
+            finisher.step_beside(surfaces[name], [*others.values()], held)
 
 
 def stand_together(finishers: Sequence[Finisher]) -> None:

@@ -112,6 +112,8 @@ def _common(one: Edit, performers: Sequence[str], span: tuple[float, float] | No
         )  # fmt: skip
     if one.performer not in performers:
         yield _one_of("performer", one.performer, performers)
+    if isinstance(one, ContactEdit) and one.other is not None and one.other not in performers:
+        yield _one_of("other", one.other, performers)
     if len(one.note) > MOST_NOTE:
         yield _range("note", len(one.note), 0, MOST_NOTE)
 

@@ -80,6 +80,10 @@ def test_a_take_without_a_file_has_no_edits(take):
         (DirectionEdit(id="", start_s=0, end_s=1, of="head", direction=(0, 0, 0)), "edits.direction"),
         (ContactEdit(id="", start_s=0, end_s=1, joint="head"), "edits.one_of"),
         (ContactEdit(id="", start_s=0, end_s=1, joint="left_hand", touches="left_hand"), "edits.itself"),
+        (
+            ContactEdit(id="", start_s=0, end_s=1, joint="left_hand", touches="head", other="nobody"),
+            "edits.one_of",
+        ),
         (LeaveOutEdit(id="", start_s=0, end_s=1), "edits.everything"),
         (LeaveOutEdit(id="", start_s=0, end_s=1, camera="nobody"), "edits.one_of"),
         (OffsetEdit(id="", start_s=0, end_s=1, joint="Tail"), "edits.one_of"),

@@ -1,10 +1,12 @@
 """What an operator knows of a take, as finishing takes it: joints at places, stances of feet, contacts of joints."""
 
+from collections.abc import Sequence
+
 import numpy as np
 from numpy.typing import NDArray
 
 from studio.engine.edits.pins import Pins
-from studio.engine.solve.touching import with_touches
+from studio.engine.solve.touching import HeldJoint, with_held, with_touches
 from studio.engine.whole_take.finish.contacts import Contacts, lying
 from studio.engine.whole_take.finish.soles import Soles, lift_m
 from studio.engine.whole_take.finish.trajectory import Kinematics
@@ -30,7 +32,8 @@ class Known:
         self._pins, self._times_s, self._dt, self._height_m = pins, times_s, dt, height_m
         self.pinned = None if pins is None else pins.at(times_s, dt)
         self.touches = [] if pins is None else pins.touches.at(times_s)
-        self._places = self.pinned
+        self._places = self._own = self.pinned
+        self._held: Sequence[HeldJoint] = ()
 
     def standing(
         self,
@@ -54,7 +57,7 @@ class Known:
             asked = self._pins.stances.asked(self._times_s, contacts.hold, pieces)
             contacts = contacts.as_asked(asked, feet.joints_m, pieces, self._dt, rest_heights_m)
         if self._places is not None and not floor_given:
-            self.pinned = self._places = self._places.raised(-lift_m(feet, contacts))
+            self.pinned = self._own = self._places = self._places.raised(-lift_m(feet, contacts))
         return contacts
 
     def touch(
@@ -72,6 +75,16 @@ class Known:
         lies_at = [
             lying(sites[:, one.joint], one.information > 0.0, pieces, self._dt) for one in self.touches
         ]
-        self.pinned = with_touches(
+        self.pinned = self._own = with_touches(
             self._places, self.touches, sites, lies_at, floor_m=floor_m, height_m=self._height_m
         )
+
+    def hold(self, held: Sequence[HeldJoint]) -> None:
+        """Hold joints where they touch other performers."""
+        self._held = held
+        if held:
+            self.pinned = with_held(self._own, held, len(self._times_s))
+
+    def is_held(self, frames: slice) -> bool:
+        """Return whether a joint touches another performer in some of these frames."""
+        return any(one.information[frames].any() for one in self._held)

@@ -1,6 +1,7 @@
 // The form for edits over a range: contacts, doubts, offsets, trims, another pace; and loops of it.
 import { byId, h } from "../base/dom.js";
 import { t } from "../base/strings.js";
+import { performerWords, several } from "../replay/performers.js";
 import { askSplice } from "../takes/splice.js";
 import { add } from "./list.js";
 import { stageOf } from "./time.js";
@@ -9,9 +10,9 @@ import { OUTPUT, TOUCHING } from "./words.js";
 const LOOPED = 4; // times
 const AROUND_S = 0.25; // where no range is chosen
 const FIELDS = { // which fields a kind has
-  contact_floor: ["touching"], contact_joint: ["touching", "touched"], contact_nothing: ["touching"], leave_out: ["camera", "joint"], exchange_sides: ["camera"], offset: ["output", "turn"], trim: [], retime: ["factor"],
+  contact_floor: ["touching"], contact_joint: ["touching", "touched"], contact_other: ["touching", "other", "touched"], contact_nothing: ["touching"], leave_out: ["camera", "joint"], exchange_sides: ["camera"], offset: ["output", "turn"], trim: [], retime: ["factor"],
 };
-const kept = { kind: "contact_floor", touching: "left_ankle", touched: "left_hip", camera: "", joint: "", output: "LeftForeArm", turn: [0, 0, 0], factor: 2, typed: {} }; // as last chosen; times that were typed
+const kept = { kind: "contact_floor", touching: "left_ankle", touched: "left_hip", other: "", camera: "", joint: "", output: "LeftForeArm", turn: [0, 0, 0], factor: 2, typed: {} }; // as last chosen; times that were typed
 
 /** The chosen range [s since the take's beginning]; around the playhead where none is. */
 function rangeOf({ first, last, frames, frame, rate_hz: rate }) {
@@ -28,11 +29,12 @@ function numbered(id, label, value, step, onchange) {
   return h("label", { class: "field" }, h("span", {}, label), h("input", { id, type: "number", value, step, oninput: (event) => onchange(event.currentTarget.valueAsNumber) }));
 }
 
-function fields(cameras) {
+function fields(cameras, others) {
   const all = ["", t("mend.all_cameras")], every = ["", t("mend.all_joints")];
   return {
     touching: () => [select("edit-touching", t("mend.joint"), jointOptions(TOUCHING), kept.touching, (value) => { kept.touching = value; })],
     touched: () => [select("edit-touched", t("mend.touched"), jointOptions(Object.keys(OUTPUT)), kept.touched, (value) => { kept.touched = value; })],
+    other: () => [select("edit-other", t("mend.other"), others.map(({ performer, name }) => [performer, performerWords(name)]), kept.other, (value) => { kept.other = value; })],
     camera: () => [select("edit-camera", t("mend.camera"), [all, ...cameras.map((name) => [name, name])], kept.camera, (value) => { kept.camera = value; })],
     joint: () => [select("edit-joint", t("mend.joint"), [every, ...jointOptions(Object.keys(OUTPUT))], kept.joint, (value) => { kept.joint = value; })],
     output: () => [select("edit-output", t("mend.joint"), Object.values(OUTPUT).map((name) => [name, name]), kept.output, (value) => { kept.output = value; })],
@@ -49,6 +51,7 @@ function edit(replay) {
   return {
     contact_floor: () => ({ kind: "contact", joint: kept.touching, touches: "floor", ...common }),
     contact_joint: () => ({ kind: "contact", joint: kept.touching, touches: kept.touched, ...common }),
+    contact_other: () => ({ kind: "contact", joint: kept.touching, touches: kept.touched, other: kept.other, ...common }),
     contact_nothing: () => ({ kind: "contact", joint: kept.touching, touches: "nothing", ...common }),
     leave_out: () => ({ kind: "leave_out", camera, joints: kept.joint ? [kept.joint] : [], ...common }),
     exchange_sides: () => ({ kind: "exchange_sides", camera, ...common }),
@@ -68,14 +71,17 @@ export function showRange(replay) {
 
 /** The form, folded at first. */
 export function rangeForm(replay, { cameras }) {
-  const [from, to] = rangeOf(replay), makers = fields(cameras);
+  const others = several(replay) ? replay.performers.filter(({ performer }) => performer !== replay.performer) : [];
+  const [from, to] = rangeOf(replay), makers = fields(cameras, others), kinds = Object.keys(FIELDS).filter((kind) => kind !== "contact_other" || others.length);
+  if (!kinds.includes(kept.kind)) [kept.kind] = kinds;
+  if (!others.some(({ performer }) => performer === kept.other)) kept.other = others[0]?.performer ?? "";
   const own = h("div", { class: "edit-fields" });
   const time = (id, label, seconds) => numbered(id, label, kept.typed[id] ?? seconds.toFixed(2), "any", (value) => { kept.typed[id] = value; });
   const fill = () => own.replaceChildren(...FIELDS[kept.kind].flatMap((name) => makers[name]()));
   fill();
   return h("details", { id: "edit-range", class: "operate" }, h("summary", {}, t("mend.over")),
     h("form", { class: "stack", onsubmit: (event) => { event.preventDefault(); add(edit(replay)); kept.typed = {}; } },
-      select("edit-kind", t("mend.what"), Object.keys(FIELDS).map((kind) => [kind, t(`mend.form.${kind}`)]), kept.kind, (value) => { kept.kind = value; fill(); }),
+      select("edit-kind", t("mend.what"), kinds.map((kind) => [kind, t(`mend.form.${kind}`)]), kept.kind, (value) => { kept.kind = value; fill(); }),
       own,
       h("div", { class: "edit-fields" }, time("edit-from", t("mend.from"), from), time("edit-to", t("mend.to"), to)),
       h("div", { class: "buttons" }, h("button", { id: "edit-add", type: "submit", class: "small" }, t("mend.add")),

@@ -74,14 +74,14 @@ function build() {
 
 /** Draw the panel where it is another. */
 export function showEdits() {
-  const { open, solve, take, playing, first, last, begins_s, rate_hz } = state.replay;
+  const { open, solve, take, playing, first, last, begins_s, rate_hz, performer, performers } = state.replay;
   byId("edits-panel").hidden = !open || !solve;
   drawPins();
   if (!open || !solve) return;
   const { revision, edits, can_undo, can_redo, says, cameras, solved } = editList();
   byId("edits-count").textContent = edits.length ? String(edits.length) : "";
   const opened = [...byId("edits").querySelectorAll("details[open]")].map((one) => one.id);
-  redraw(byId("edits"), [take, solve, playing, first, last, begins_s, rate_hz, revision, edits, can_undo, can_redo, says, cameras, solved?.edits, solved?.edits_revision, pinned(), offersKey(state.replay)], build);
+  redraw(byId("edits"), [take, solve, playing, first, last, begins_s, rate_hz, performer, performers, revision, edits, can_undo, can_redo, says, cameras, solved?.edits, solved?.edits_revision, pinned(), offersKey(state.replay)], build);
   for (const id of opened) if (byId(id)) byId(id).open = true;
   state.painted();
 }

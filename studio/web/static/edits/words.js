@@ -1,5 +1,6 @@
 // What an edit says, in words, and the names of its joints.
 import { number, t } from "../base/strings.js";
+import { performerWords } from "../replay/performers.js";
 
 const PARTS = { Arm: "shoulder", ForeArm: "elbow", Hand: "wrist", HandMiddle1: "hand", UpLeg: "hip", Leg: "knee", Foot: "ankle", ToeBase: "toe" };
 const SIDES = { Left: "left", Right: "right" };
@@ -30,8 +31,8 @@ const ofCamera = (edit) => ({ camera: edit.camera ?? t("mend.all_cameras"), join
 const KINDS = {
   pin: (edit) => t("mend.kind.pin", { joint: jointWords(edit.joint) }),
   direction: (edit) => t(`mend.direction.${edit.of}`),
-  contact: (edit) => t(edit.touches === "nothing" ? "mend.kind.contact_nothing" : edit.touches === "floor" || !edit.touches ? "mend.kind.contact_floor" : "mend.kind.contact_joint",
-    { joint: jointWords(edit.joint), ...(edit.touches in OUTPUT && { other: jointWords(edit.touches) }) }),
+  contact: (edit) => t(edit.other && edit.other !== edit.performer ? "mend.kind.contact_other" : edit.touches === "nothing" ? "mend.kind.contact_nothing" : edit.touches === "floor" || !edit.touches ? "mend.kind.contact_floor" : "mend.kind.contact_joint",
+    { joint: jointWords(edit.joint), performer: performerWords(edit.other ?? ""), ...(edit.touches in OUTPUT && { other: jointWords(edit.touches) }) }),
   leave_out: (edit) => t("mend.kind.leave_out", ofCamera(edit)),
   exchange_sides: (edit) => t("mend.kind.exchange_sides", ofCamera(edit)),
   offset: (edit) => t("mend.kind.offset", { joint: edit.joint, degrees: (edit.rotation_deg ?? [0, 0, 0]).map((one) => number(one)).join(" ") }),

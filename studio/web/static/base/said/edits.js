@@ -41,6 +41,7 @@ export default {
   "evidence.no_camera": "la prise n'a pas de caméra {camera}, seulement {cameras}",
   "evidence.not_used": "les calculs n'utilisent pas encore ce genre de correction",
   "evidence.missed": "{joint} s'est approché à {mm} mm : le corps, ou les autres corrections, le retiennent",
+  "evidence.missed_other": "{joint} s'est approché à {mm} mm de {touched} de {other} : les corps, ou les autres corrections, les retiennent ; seul le préréglage finish tient les contacts avec un autre interprète",
   "evidence.missed_touch": "{joint} s'est approché à {mm} mm de {touched} : le corps, ou les autres corrections, le retiennent ; seuls les préréglages studio et finish tiennent les contacts",
   "evidence.missed_direction": "{of} s'est approché à {deg} degrés : le cou et le poignet ne tournent pas plus"
 };
