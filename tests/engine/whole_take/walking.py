@@ -206,7 +206,7 @@ def read_treadmill(folder: Path) -> PicturedWalk:
     """Read the videos of `rgb/pose2sim_single`."""
     frames = {}
     for path in sorted(folder.glob("cam*.mp4")):
-        found = landmarks_of(path, progress=lambda share: None)
+        found = landmarks_of(path, hands=False, progress=lambda share: None)
         seen = zip(found.times_ns.tolist(), found.pictures, found.visibility, strict=True)
         frames[path.stem] = [_frame(path.stem, *one) for one in seen]
     times_ns = np.array([frame.device_time_ns for frame in next(iter(frames.values()))])

@@ -15,6 +15,7 @@ from studio.simulator.motion import stage_motion
 from studio.simulator.rig import standard_rig
 from studio.take.raw.frames import camera_frames
 from tests.refused import refused
+from tests.simulator.short_demo import short_demo
 
 HIPS = INDEX["hips"]
 
@@ -71,7 +72,8 @@ def test_cameras_lose_who_is_hidden_and_give_new_numbers(demo):
 def two(tmp_path_factory) -> Path:
     """A take of two performers, made by the command."""
     path = tmp_path_factory.mktemp("two") / "take"
-    assert main([*TWO, str(path)]) == 0
+    with short_demo(20.0):
+        assert main([*TWO, str(path)]) == 0
     return path
 
 
