@@ -1,8 +1,6 @@
 """Statistics of votes against other libraries, and the thesis's own counts."""
 
-import gc
 import math
-from collections.abc import Iterator
 
 import numpy as np
 import pytest
@@ -25,15 +23,6 @@ def test_shares_are_those_of_statsmodels_and_scipy(a: int, b: int) -> None:
     assert found.p_value == pytest.approx(binomtest(a, a + b).pvalue, rel=1e-9)
 
 
-@pytest.fixture(scope="module")
-def little_garbage() -> Iterator[None]:
-    """statsmodels collects garbage in each call, which takes up to a second beside all modules that tests load."""
-    gc.freeze()
-    yield
-    gc.unfreeze()
-
-
-@pytest.mark.usefixtures("little_garbage")
 @given(st.lists(st.floats(0, 1), min_size=1, max_size=20))
 def test_holm_is_that_of_statsmodels(p_values: list[float]) -> None:
     np.testing.assert_allclose(holm(p_values), multipletests(p_values, method="holm")[1], atol=1e-12)
