@@ -1,5 +1,6 @@
 """Fixtures for all tests."""
 
+import gc
 import os
 from collections.abc import Iterator
 from contextlib import ExitStack
@@ -59,6 +60,12 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
         kept = [one for one in items if one.nodeid.startswith(FAST) and not one.get_closest_marker("browser")]
         config.hook.pytest_deselected(items=[one for one in items if one not in kept])
         items[:] = kept
+
+
+def pytest_collection_finish() -> None:
+    """Leave all modules and tests that are loaded out of later searches for garbage: each takes up to a second."""
+    gc.collect()
+    gc.freeze()
 
 
 def pytest_configure() -> None:

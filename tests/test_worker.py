@@ -24,6 +24,7 @@ from studio import worker
 from studio.engine.base.errors import SettingsError, StudioError, TakeError
 from studio.take.folder.take import Take
 from studio.worker import process
+from tests import works
 from tests.refused import refused
 
 SOURCE = Path(worker.__file__).parents[1]
@@ -34,90 +35,11 @@ BELOW = ("engine", "take", "offline", "review", "library")
 """Rooms whose functions all that start work may name; others name their own."""
 
 
-def pid_and_square(number: int, *, progress) -> tuple[int, int]:
-    progress(0.5)
-    return os.getpid(), number**2
-
-
-def negative(number: int) -> int:
-    return -number
-
-
-def half_write(file: Path) -> None:
-    try:
-        file.touch()
-        while True:
-            time.sleep(0.01)
-    finally:
-        file.unlink()
-
-
-def cling(file: Path) -> None:
-    while True:
-        try:
-            file.touch()
-            time.sleep(0.01)
-        except BaseException:
-            continue
-
-
-def show_thrice(*, show, progress) -> str:
-    for k in range(3):
-        show([k] * 1000)
-        progress(k / 3)
-    return "done"
-
-
-def refuse() -> None:
-    raise SettingsError("no")
-
-
-def count_for_ever(*, progress) -> None:
-    while True:
-        progress(0.1)
-        time.sleep(0.01)
-
-
-def pid_once_there(file: Path) -> int:
-    while not file.exists():
-        time.sleep(0.01)
-    return os.getpid()
-
-
-def compute_until_there(file: Path) -> int:
-    while not file.exists():
-        sum(range(1000))
-    return os.getpid()
-
-
-def tell_until_there(file: Path, *, progress) -> int:
-    while not file.exists():
-        progress(0.1)
-        time.sleep(0.01)
-    return os.getpid()
-
-
-def niceness() -> int:
-    return os.getpriority(os.PRIO_PROCESS, 0)
-
-
-def crash() -> None:
-    raise ZeroDivisionError("one over nothing")
-
-
-def vanish() -> None:
-    os._exit(7)
-
-
-def notes_of(take: Take) -> str:
-    return take.meta["notes"]
-
-
 @pytest.fixture
 def run(monkeypatch):
-    """Runs functions of this file, which are none of the studio."""
-    monkeypatch.setattr(worker, "_TEXT", re.compile(r"tests\.test_worker:\w+"))
-    return lambda name, *args, **how: worker.run_in_process(f"{__name__}:{name}", *args, **how)
+    """Runs functions of `works`, which are none of the studio."""
+    monkeypatch.setattr(worker, "_TEXT", re.compile(r"tests\.works:\w+"))
+    return lambda name, *args, **how: worker.run_in_process(f"{works.__name__}:{name}", *args, **how)
 
 
 @pytest.fixture(params=[False, True], ids=["cold", "warm"])
@@ -276,9 +198,9 @@ def test_nobody_waits_for_a_long_work(warm, run, tmp_path, told):
 
 @pytest.mark.skipif(not hasattr(os, "getpriority"), reason="this system has no such priorities")
 def test_only_work_that_nobody_waits_for_gives_way_from_its_start(ready, run):
-    assert run("niceness") == niceness()
-    assert run("niceness", spare=False) == min(niceness() + process.NICENESS, 19)
-    assert run("niceness") == niceness()
+    assert run("niceness") == works.niceness()
+    assert run("niceness", spare=False) == min(works.niceness() + process.NICENESS, 19)
+    assert run("niceness") == works.niceness()
 
 
 def test_what_makes_a_process_ready_compiles_what_a_solve_calls():

@@ -1,18 +1,24 @@
 """Cameras tracked in processes side by side: the same skeletons, and nothing stays when it breaks off."""
 
+import re
 import shutil
 from collections.abc import Iterator
 from dataclasses import replace
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 import psutil
 import pytest
 
+from studio import worker
 from studio.engine.base.errors import StudioError
 from studio.engine.base.system import core_count
-from studio.engine.model.settings import preset
+from studio.engine.model.settings import SolveSettings, preset
 from studio.engine.seeing.tracker.skeletons import per_camera
-from studio.offline.side_by_side import WORTH_IMAGES, track_cameras
+from studio.offline import side_by_side
+from studio.offline.replay import solve_take
+from studio.offline.side_by_side import track_cameras
 from studio.simulator.body.performers import TUNING
 from studio.take.folder.take import Take
 from studio.take.raw.depth import DepthRecording
@@ -22,22 +28,20 @@ from tests.engine.seeing.cameras.hands_at_body import short_washing
 from tests.offline.depth_takes import depth_take
 
 CAMERAS = ("camera_0", "camera_1")
-SECONDS, SETS = 1.0, 160
+SECONDS, WORTH_IMAGES = 1.0, 60
 
 
 @pytest.fixture(scope="module")
 def take(tmp_path_factory: pytest.TempPathFactory) -> Take:
-    """A second, forth and back until it is worth several processes."""
+    """What two cameras see for a second."""
     scene = watched(TUNING[0], short_washing(TUNING[0]), seconds=SECONDS)
-    turns = [*scene.sets, *scene.sets[-2:0:-1]]
-    sets = [
-        {
-            name: replace(image, sequence=k, device_time_ns=1 + k * 33_333_333)
-            for name, image in turns[k % len(turns)].items()
-        }
-        for k in range(SETS)
-    ]
-    return depth_take(tmp_path_factory.mktemp("depth") / "t", replace(scene, sets=sets))
+    return depth_take(tmp_path_factory.mktemp("depth") / "t", scene)
+
+
+@pytest.fixture(autouse=True)
+def worth_it(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Few images are worth several processes here, so that little is tracked."""
+    monkeypatch.setattr(side_by_side, "WORTH_IMAGES", WORTH_IMAGES)
 
 
 @pytest.fixture(autouse=True)
@@ -65,7 +69,7 @@ def _is_work(process: psutil.Process) -> bool:
 
 def test_processes_give_the_same_skeletons_as_one(take: Take) -> None:
     recording, shares = DepthRecording(take.raw_path), []
-    assert sum(len(recording.times_ns(name)) for name in CAMERAS) >= WORTH_IMAGES
+    assert sum(len(recording.times_ns(name)) for name in CAMERAS) >= side_by_side.WORTH_IMAGES
     several = track_cameras(take, recording, CAMERAS, shares.append, processes=2)
     one = track_cameras(take, recording, CAMERAS, processes=1)
     both = list(per_camera(recording.frames(), recording.cameras))
@@ -101,10 +105,19 @@ def test_a_process_that_was_killed_is_told_with_what_to_do(take: Take) -> None:
     assert not children()
 
 
-def test_a_solve_in_the_server_s_process_tracks_side_by_side(take: Take) -> None:
+def solve_take_of_few(take: Take, settings: SolveSettings, **options: Any) -> Path:
+    """Solve a take in whose process few images are worth several, too."""
+    side_by_side.WORTH_IMAGES = WORTH_IMAGES
+    return solve_take(take, settings, **options)
+
+
+def test_a_solve_in_the_server_s_process_tracks_side_by_side(
+    take: Take, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(worker, "_TEXT", re.compile(rf"{re.escape(__name__)}:\w+"))
     counts, settings = [], replace(preset("studio"), tracker="per_camera")
     run_in_process(
-        "studio.offline.replay:solve_take",
+        f"{__name__}:solve_take_of_few",
         take,
         settings,
         name="apart",

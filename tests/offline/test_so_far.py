@@ -5,6 +5,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+import pytest
 
 from studio.engine.model.calibration import Calibration, CameraCalibration
 from studio.engine.model.frames import CameraFrame
@@ -12,7 +13,8 @@ from studio.engine.model.poses import Poses
 from studio.engine.model.settings import SolveSettings, preset
 from studio.engine.seeing.fitting.cones import performer_of
 from studio.engine.seeing.search.start import shape_of_height
-from studio.offline.first_seconds import PART_S, FirstSeconds
+from studio.offline import first_seconds
+from studio.offline.first_seconds import FirstSeconds
 from studio.offline.replay import solve_take
 from studio.offline.so_far import SoFar
 from studio.simulator.body.performers import TUNING
@@ -20,11 +22,14 @@ from tests.engine.seeing.cameras.given_cameras import watched
 from tests.engine.seeing.cameras.hands_at_body import short_washing
 from tests.offline.depth_takes import depth_take
 
-SECONDS = 4.3
+SECONDS, PART_S = 2.8, 1.2
 PERFORMER = performer_of(shape_of_height(1.75))
 
 
-def test_parts_come_before_the_solve_and_change_nothing(tmp_path: Path) -> None:
+def test_parts_come_before_the_solve_and_change_nothing(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(first_seconds, "PART_S", PART_S)
     scene = watched(TUNING[0], short_washing(TUNING[0]), seconds=SECONDS)
     take = depth_take(tmp_path / "t", scene)
     parts: list[SoFar] = []

@@ -22,15 +22,15 @@ from studio.take.raw.frames import camera_frames
 NAMES = JOINT_SETS["mediapipe"]
 
 
-def half_a_minute() -> CanonicalMotion:
+def beginning(seconds: float) -> CanonicalMotion:
     motion = stage_motion()
-    kept = round(30.0 / motion.duration_s * motion.frame_count)
+    kept = round(seconds / motion.duration_s * motion.frame_count)
     return replace(motion, positions_m=motion.positions_m[:kept])
 
 
 @pytest.fixture(scope="module")
 def seen() -> list[SeenLandmarks]:
-    return list(see_landmarks(half_a_minute(), standard_rig(2), seed=4))
+    return list(see_landmarks(beginning(30.0), standard_rig(2), seed=4))
 
 
 def missed_m(camera: SeenLandmarks, rig: RigCamera) -> tuple[np.ndarray, np.ndarray]:
@@ -49,8 +49,9 @@ def missed_m(camera: SeenLandmarks, rig: RigCamera) -> tuple[np.ndarray, np.ndar
     return np.array(errors), np.array(visible)
 
 
-def test_the_same_seed_gives_the_same_frames(seen: list[SeenLandmarks]) -> None:
-    again = list(see_landmarks(half_a_minute(), standard_rig(2), seed=4))
+def test_the_same_seed_gives_the_same_frames() -> None:
+    seen, again = (list(see_landmarks(beginning(5.0), standard_rig(2), seed=4)) for _ in range(2))
+    assert len(seen[1].pictures) > 100
     assert [one.lens for one in again] == [one.lens for one in seen]
     for ours, theirs in zip(seen[1].pictures, again[1].pictures, strict=True):
         assert (ours is None) == (theirs is None)
@@ -85,7 +86,7 @@ def test_the_guess_is_about_the_hips_and_of_a_usual_size(seen: list[SeenLandmark
 
 
 def test_a_take_holds_the_landmarks(tmp_path: Path) -> None:
-    simulate_take("demo", tmp_path / "take", cameras=1, tracker="rgb", seed=1)
+    simulate_take("demo", tmp_path / "take", cameras=1, tracker="rgb", seed=1, calibration=False)
     frames = camera_frames(Take.open(tmp_path / "take").raw_path)
     assert list(frames) == ["camera_0"]
     picture = frames["camera_0"][10].picture

@@ -7,7 +7,7 @@ import av
 import numpy as np
 from av.audio.stream import AudioStream
 from numpy.typing import NDArray
-from scipy.signal import lfilter
+from scipy.signal import lfilter, oaconvolve
 
 RATE_HZ = 48_000
 CODECS = {".mp4": "aac", ".mov": "pcm_s16le", ".mkv": "libopus"}
@@ -49,7 +49,7 @@ def heard(
     room = np.concatenate(
         [[1.0], np.zeros(200), 0.03 * rng.normal(size=4000) * np.exp(-np.arange(4000) / 1500)]
     )
-    return np.convolve(direct, room)[: len(direct)] + noise * rng.normal(size=len(direct))
+    return oaconvolve(direct, room)[: len(direct)] + noise * rng.normal(size=len(direct))
 
 
 def write_film(

@@ -48,10 +48,13 @@ class Lens:
         target = (np.asarray(pixels, np.float64) - [self.cx, self.cy]) / [self.fx, self.fy]
         if not self.distortion:
             return target
-        rays = target.copy()
-        for _ in range(_ROUNDS):  # fixed-point iteration: distortion is a small correction
+        rays = before = known = np.where(np.isnan(target), 0.0, target)
+        for left in reversed(range(_ROUNDS)):  # fixed-point iteration: distortion is a small correction
             factor, shift = _distortion(rays, self.distortion)
-            rays = np.clip((target - shift) / factor[..., None], -_WIDEST, _WIDEST)
+            last, before = before, rays
+            rays = np.clip((known - shift) / factor[..., None], -_WIDEST, _WIDEST)
+            if left % 2 == 0 and (rays == last).all():
+                break  # it ends here or alternates by a last digit: two more rounds change nothing
         factor, shift = _distortion(rays, self.distortion)
         reached = np.abs(rays * factor[..., None] + shift - target).max(axis=-1) * self.fx < _REACHED_PX
         return np.where(reached[..., None], rays, np.nan)
@@ -100,7 +103,7 @@ def _distortion(rays: Array, coefficients: tuple[float, ...]) -> tuple[Array, Ar
     x, y = rays[..., 0], rays[..., 1]
     r2 = x * x + y * y
     factor = (1 + r2 * (k1 + r2 * (k2 + r2 * k3))) / (1 + r2 * (k4 + r2 * (k5 + r2 * k6)))
-    shift = np.stack(
-        [2 * p1 * x * y + p2 * (r2 + 2 * x * x), p1 * (r2 + 2 * y * y) + 2 * p2 * x * y], axis=-1
-    )
+    shift = np.empty_like(rays)
+    shift[..., 0] = 2 * p1 * x * y + p2 * (r2 + 2 * x * x)
+    shift[..., 1] = p1 * (r2 + 2 * y * y) + 2 * p2 * x * y
     return factor, shift

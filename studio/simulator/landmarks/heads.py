@@ -70,7 +70,12 @@ class SimulatedHead:
 
     def rotation(self, joints_m: Array, time_s: float) -> Array:
         """Return the head's rotation from the T-pose, in which it faces -y, at a time, 3x3."""
-        return self.straight(joints_m) @ self._glances[round(time_s * _RATE_HZ) % len(self._glances)]
+        return self.straight(joints_m) @ self.glance(time_s)
+
+    def glance(self, time_s: float) -> Array:
+        """Return how a head that looks straight ahead turns further at a time, 3x3."""
+        turn: Array = self._glances[round(time_s * _RATE_HZ) % len(self._glances)]
+        return turn
 
 
 class FaceErrors:

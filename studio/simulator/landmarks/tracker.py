@@ -145,7 +145,7 @@ class LandmarkTracker:
         _burst(self._exchanged_left, _EXCHANGES, behind, rng)
         hidden = hidden_joints(joints_m[None], self._eye)[0][JOINT_OF]
         times = np.where(hidden, _HIDDEN_TIMES, 1.0)[:, None]
-        true = self._landmarks(joints_m, self._head.rotation(joints_m, time_s), times)
+        true = self._landmarks(joints_m, time_s, times)
         seen = true + times * (_SIZE[:, :1] * self._shift + _SIZE[:, 1:] * self._noise)
         seen[FACE] += times[FACE] * self._face.next_m()
         seen = np.where((self._off_left > 0)[:, None], true + self._off_m, seen)
@@ -165,11 +165,12 @@ class LandmarkTracker:
         return SeenPicture(pixels, visibility, world_m, hands)
 
     def _landmarks(
-        self, joints_m: NDArray[np.float64], head: NDArray[np.float64], times: NDArray[np.float64]
+        self, joints_m: NDArray[np.float64], time_s: float, times: NDArray[np.float64]
     ) -> NDArray[np.float64]:
         """Landmarks before errors [m], shape (33, 3); errors are told to be larger, in `times`, where the skull
         hides one."""
         straight = self._head.straight(joints_m)
+        head = straight @ self._head.glance(time_s)
         true, guessed = landmarks_of(
             np.array([joints_m] * 2), self._body, self._anatomy, np.array([head, straight])
         )

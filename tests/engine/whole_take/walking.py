@@ -11,6 +11,7 @@ import argparse
 import json
 import os
 from dataclasses import dataclass, replace
+from functools import cached_property
 from itertools import combinations, pairwise
 from pathlib import Path
 
@@ -74,6 +75,7 @@ class PicturedWalk:
             joints.append(placed(found, sure, centres, np.ones(len(centres), bool))[0])
         return np.swapaxes(np.array(joints), 0, 1)
 
+    @cached_property
     def performer(self) -> Performer:
         """The performer, measured from joints that all cameras place together."""
         merged = _mean(self.placed_m())
@@ -86,7 +88,7 @@ class PicturedWalk:
     def solved(self, names: tuple[str, ...]) -> list[list[StepResult]]:
         """The live solve of each segment by some of the cameras."""
         first = next(iter(self.cameras))
-        calibration = Calibration(first, {name: self.cameras[name] for name in names}, self.performer())
+        calibration = Calibration(first, {name: self.cameras[name] for name in names}, self.performer)
         edges = np.flatnonzero(np.diff(self.segment, prepend=-1, append=-1))
         return [self._segment(calibration, names, begin, end) for begin, end in pairwise(edges)]
 
@@ -133,7 +135,7 @@ class PicturedWalk:
 
     def finished(self, live: list[list[StepResult]]) -> list[list[StepResult]]:
         """The segments of a live solve, finished."""
-        performer, out = self.performer(), []
+        performer, out = self.performer, []
         for segment in live:
             finisher = Finisher(performer, SolveSettings(output_hz=self.hz), floor_given=True)
             for result in segment:
@@ -204,7 +206,7 @@ def read_treadmill(folder: Path) -> PicturedWalk:
     """Read the videos of `rgb/pose2sim_single`."""
     frames = {}
     for path in sorted(folder.glob("cam*.mp4")):
-        found = landmarks_of(path, progress=lambda share: None)
+        found = landmarks_of(path, hands=False, progress=lambda share: None)
         seen = zip(found.times_ns.tolist(), found.pictures, found.visibility, strict=True)
         frames[path.stem] = [_frame(path.stem, *one) for one in seen]
     times_ns = np.array([frame.device_time_ns for frame in next(iter(frames.values()))])

@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from scipy.stats import binomtest
 from statsmodels.stats.multitest import multipletests
@@ -23,7 +23,6 @@ def test_shares_are_those_of_statsmodels_and_scipy(a: int, b: int) -> None:
     assert found.p_value == pytest.approx(binomtest(a, a + b).pvalue, rel=1e-9)
 
 
-@settings(max_examples=20)  # statsmodels takes a fifth of a second each time
 @given(st.lists(st.floats(0, 1), min_size=1, max_size=20))
 def test_holm_is_that_of_statsmodels(p_values: list[float]) -> None:
     np.testing.assert_allclose(holm(p_values), multipletests(p_values, method="holm")[1], atol=1e-12)

@@ -15,6 +15,7 @@ from studio.simulator.motion import stage_motion
 from studio.simulator.rig import standard_rig
 from studio.take.raw.frames import camera_frames
 from tests.refused import refused
+from tests.simulator.short_demo import short_demo
 
 HIPS = INDEX["hips"]
 
@@ -67,19 +68,29 @@ def test_cameras_lose_who_is_hidden_and_give_new_numbers(demo):
     assert exchanged  # one number stands for both at times
 
 
-def test_a_take_of_two_has_both_and_their_truth(tmp_path: Path):
-    arguments = ["simulate", "demo", "demo", "--cameras", "2", "--meeting", "apart", "--out"]
-    assert main([*arguments, str(tmp_path / "take")]) == 0
-    take = studio.open_take(tmp_path / "take")
+@pytest.fixture(scope="module")
+def two(tmp_path_factory) -> Path:
+    """A take of two performers, made by the command."""
+    path = tmp_path_factory.mktemp("two") / "take"
+    with short_demo(20.0):
+        assert main([*TWO, str(path)]) == 0
+    return path
+
+
+TWO = ("simulate", "demo", "demo", "--cameras", "2", "--meeting", "apart", "--out")
+
+
+def test_a_take_of_two_has_both_and_their_truth(two):
+    take = studio.open_take(two)
     frames = camera_frames(take.raw_path)
     assert {len(frame.bodies()) for mine in frames.values() for frame in mine} == {1, 2}
-    truths = sorted(path.name for path in tmp_path.glob("*.csv"))
+    truths = sorted(path.name for path in two.parent.glob("*.csv"))
     assert truths == ["take.truth.performer_1.csv", "take.truth.performer_2.csv"]
-    assert main([*arguments, str(tmp_path / "take")]) == 1  # it exists
+    assert main([*TWO, str(two)]) == 1  # it exists
 
 
-def test_the_library_solves_both(tmp_path: Path):
-    take = studio.simulate(["demo", "demo"], tmp_path / "take", cameras=2, meeting="apart")
+def test_the_library_solves_both(two):
+    take = studio.open_take(two)
     studio.calibrate(take)
     first = studio.solve(take, "studio")
     second = studio.load_poses(take, "studio", "performer_2")

@@ -17,6 +17,7 @@ from studio.engine.whole_take.take import LIVE_SHARE, solve_frames
 from studio.simulator.simulate import simulate_take
 from studio.take.raw.frames import camera_frames
 from tests.refused import refused
+from tests.simulator.short_demo import short_demo
 
 START_S = 33.5
 END_S = 50.0
@@ -26,7 +27,8 @@ END_S = 50.0
 def take(tmp_path_factory):
     """Frames of two cameras that watch the embedded performer walk, its calibration, and the truth."""
     path = tmp_path_factory.mktemp("finish") / "take"
-    simulate_take("demo", path, cameras=2, seed=9)
+    with short_demo(END_S - 33.0):
+        simulate_take("demo", path, cameras=2, seed=9)
     frames = camera_frames(path / "raw.mcap")
     calibration = calibrate(frames, until_s=33.0)
     some = [f for camera in frames.values() for f in camera if START_S * 1e9 < f.device_time_ns < END_S * 1e9]
