@@ -26,7 +26,8 @@ replay (--json has stage times). --report writes all of it as one HTML file, wit
 of each solve's switches relative to the first one named.
 
 --robot measures a robot's motion instead: retargeted as a whole take, with balance, live, and frame by frame as other
-tools do (docs/robots.md).
+tools do (docs/robots.md). For each way it says which joints need more torque than their limits, how far beyond, and
+when.
 
 Several performers have a reference each, such as --reference performer_1=A.csv --reference performer_2=B.csv. One
 transform aligns all of them, and the figures say how often a performer became another one."""
@@ -157,6 +158,7 @@ def _of_robot(args: argparse.Namespace, take: "Take") -> int:
     """Print how well a robot follows the performers of the solves, in each way."""
     from studio.engine.robots.comparing import compare_ways, ways_table
     from studio.engine.robots.files import FOLDER, load_robot
+    from studio.engine.robots.strain import strain_text
     from studio.library import choose_solve
     from studio.take.folder.solved import solved_performers
 
@@ -171,6 +173,9 @@ def _of_robot(args: argparse.Namespace, take: "Take") -> int:
                 ways = compare_ways(robot, one.poses, progress=progress or (lambda share: None))
             found[title] = {way: figures.as_dict() for way, figures in ways.items()}
             print(f"{title}, robot {robot.name}:\n{table(ways_table(ways))}")
+            for way, figures in ways.items():
+                if figures.torque_share is not None:
+                    print(f"{way}: {strain_text(figures.strained)}")
     write_result(args, {"robot": robot.name, "solves": found})
     return 0
 

@@ -214,11 +214,14 @@ _OF_ROBOTS = frozenset({"solve", "performer", "fps", "start", "end", "smooth_hz"
 
 
 def _export_robot(args: argparse.Namespace) -> int:
+    import numpy as np
+
     from studio.engine.animation.export import ExportOptions
     from studio.engine.base.errors import SettingsError
     from studio.engine.robots.files import FOLDER, load_robot
     from studio.engine.robots.motion import FORMATS, moved_robot, write_motion
     from studio.engine.robots.moving.whole_take import Retargeting
+    from studio.engine.robots.strain import strain_of, strain_text
     from studio.library import choose_solve
     from studio.take.folder.solved import solved_performers
     from studio.take.folder.take import Take
@@ -252,6 +255,8 @@ def _export_robot(args: argparse.Namespace) -> int:
         print(
             f"{out}: solve {solve}, robot {robot.name}, {len(motion.time_s)} frames, {motion.frames_per_second:g} Hz"
         )
+        if np.isfinite(robot.torque_nm).any():
+            print(strain_text(strain_of(robot, motion, one.poses.begins_s)))
     return 0
 
 

@@ -1,16 +1,22 @@
 """Motions of robots by the performers of a solve, kept beside its poses.
 
-A file's name holds a digest of the robot's table and of the poses: after either has changed it is another.
+Beside each motion a JSON says which joints are asked for too much torque. A file's name holds a digest of the robot's
+table and of the poses: after either has changed it is another.
 """
 
+import json
 from collections.abc import Callable, Iterator
+from contextlib import suppress
+from dataclasses import asdict
 from hashlib import sha256
 from pathlib import Path
 
 from studio.engine.base.errors import FormatError
+from studio.engine.base.files import write_json
 from studio.engine.robots.body.robot import Robot
 from studio.engine.robots.files import load_robot, robot_table
 from studio.engine.robots.motion import RobotMotion, load_motion, moved_robot
+from studio.engine.robots.strain import StrainedJoint, strain_of
 from studio.take.folder.performers import performer_number
 from studio.take.folder.solved import solved_performers
 from studio.take.folder.take import POSES, Take
@@ -42,8 +48,9 @@ def keep_robot_motions(
             progress((done + share) / len(performers))
 
         motion, _ = moved_robot(robot, one.poses, progress=tell)
-        for old in file.parent.glob(f"robot_{name}_{'?' * _DIGITS}.npz"):
+        for old in file.parent.glob(f"robot_{name}_{'?' * _DIGITS}.*"):
             old.unlink(missing_ok=True)
+        write_json(file.with_suffix(".json"), [asdict(joint) for joint in strain_of(robot, motion)])
         motion.save(file)
 
 
@@ -57,6 +64,16 @@ def kept_robot_motions(take: Take, solve: str, robots: Path, robot: Robot) -> di
             out[number] = load_motion(file, robot)
         except FormatError:  # a damaged file is made again
             return None
+    return out
+
+
+def kept_strain(take: Take, solve: str, robots: Path, robot: Robot) -> dict[int, list[StrainedJoint]]:
+    """Return by the performer's number which joints are asked for too much torque by the kept motions."""
+    out = {}
+    for number, file in _files(take, solve, robots, robot.name):
+        with suppress(OSError, ValueError, TypeError):  # of a motion that an older studio kept; or damaged
+            kept = json.loads(file.with_suffix(".json").read_text(encoding="utf-8"))
+            out[number] = [StrainedJoint(**joint) for joint in kept]
     return out
 
 

@@ -5,7 +5,7 @@ from typing import Annotated
 from fastapi import APIRouter
 from pydantic import BaseModel, ConfigDict, Field
 
-from studio.api.stage.shown import Layer, PointCamera, Points, ViewState
+from studio.api.stage.shown import Layer, PointCamera, Points, StrainedRobotJoint, ViewState
 from studio.api.structs import StructRoute
 from studio.engine.base.errors import SettingsError
 from studio.engine.model.colours import PERFORMER_COLOURS
@@ -195,5 +195,10 @@ def view_state(view: LiveView, robots: ChosenRobots) -> ViewState:
         ),
         robots=robots.names(),
         robot=robots.name,
+        robot_strained=[
+            StrainedRobotJoint(number, one.joint, one.frame_share, one.most, one.at_s)
+            for number, joints in robots.strained().items()
+            for one in joints
+        ],
         performer_colours=[as_hex(rgb) for rgb in PERFORMER_COLOURS],
     )

@@ -8,7 +8,7 @@ import argparse
 import tempfile
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
-from time import process_time
+from time import thread_time
 
 import numpy as np
 
@@ -77,10 +77,15 @@ def _mean(figures: Sequence[RobotFigures]) -> RobotFigures:
     return RobotFigures(**out)  # type: ignore[arg-type]
 
 
+RUNS = 3
+"""Live runs of which a frame's least time counts: what one run alone takes longer for is not the frame's work."""
+
+
 def live_ms(robot: Robot, poses: Poses) -> np.ndarray:
-    """Return median, 99 % and largest processor time of the live way's frames after the first [ms], shape (3,)."""
-    took = followed(robot, part_of(poses, ExportOptions())[1], process_time)[1][1:]
-    return 1000.0 * np.percentile(took, [50, 99, 100])
+    """Return median, 99 % and largest processor time of the live way's frames, and that of the first frame [ms]."""
+    motion = part_of(poses, ExportOptions())[1]
+    took = np.min([followed(robot, motion, thread_time)[1] for _ in range(RUNS)], axis=0)
+    return 1000.0 * np.array([*np.percentile(took[1:], [50, 99, 100]), took[0]])
 
 
 def main() -> None:
@@ -96,7 +101,7 @@ def main() -> None:
         for robot in robots:
             found[robot.name][name] = ways = compare_ways(robot, poses, ways=args.ways)
             print(f"{robot.name}, {name}:\n{table(ways_table(ways))}", flush=True)
-            print("live, median, 99 %, most ms:", np.round(live_ms(robot, poses), 2), flush=True)
+            print("live, median, 99 %, most, first ms:", np.round(live_ms(robot, poses), 2), flush=True)
     for robot, by_motion in found.items():
         for kind in (False, True):
             own = [ways for name, ways in by_motion.items() if name.endswith(" solved") == kind]

@@ -30,10 +30,23 @@ class Points(Struct):
     problem: str
 
 
+class StrainedRobotJoint(Struct):
+    """A joint of the replayed robot that is asked for more torque than its limit: by whose motion (number of the
+    performer), in which share of frames, at most how many times the limit, and when, since the performance began
+    [s]."""
+
+    performer: int
+    joint: str
+    frame_share: float
+    most: float
+    at_s: float
+
+
 class ViewState(Struct):
     """What the 3D view shows in all browsers: layers by name, a colour (`#rrggbb`) per camera, joints with trails,
     points; `robots`: the kept ones, `robot`: the one as which everybody is drawn, "" = a mannequin;
-    `performer_colours`: of several performers, by number from 1, repeated where there are more."""
+    `robot_strained`: joints of which its motion for the replayed solve asks too much; `performer_colours`: of several
+    performers, by number from 1, repeated where there are more."""
 
     layers: dict[str, Layer]
     colours: dict[str, str]
@@ -41,6 +54,7 @@ class ViewState(Struct):
     points: Points
     robots: list[str]
     robot: str
+    robot_strained: list[StrainedRobotJoint]
     performer_colours: list[str]
 
 

@@ -1,6 +1,7 @@
 """Figures of a robot's motion: how well it follows its targets, stands, and keeps within what it can do."""
 
 from dataclasses import asdict, dataclass, fields
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,14 +11,12 @@ from studio.engine.robots.free_joint import FREE
 from studio.engine.robots.moving.balance import outside, standing_frames
 from studio.engine.robots.moving.kinematics import RobotKinematics
 from studio.engine.robots.moving.targets import KEY_POINTS, SOLES, Targets
-from studio.engine.robots.moving.torques import RobotTorques
+from studio.engine.robots.strain import ROUNDING, StrainedJoint, strained_joints, torque_shares
 
 Array = NDArray[np.float64]
 
 DEEP_M = 0.005
 """Overlap of more than this is penetration."""
-
-ROUNDING = 1e-6
 
 _KEY_POINTS = [INDEX[point] for point in KEY_POINTS]
 
@@ -40,6 +39,7 @@ class RobotFigures:
         key_point_mm: mean distance of knees, ankles, shoulders, elbows and hands from the scaled performer's.
         balance_share: standing frames with the centre of mass over the support.
         frames: number of frames.
+        strained: joints with torques beyond their limits, the most often one first.
     """
 
     foot_slide_cm_s: float | None
@@ -56,13 +56,15 @@ class RobotFigures:
     key_point_mm: float
     balance_share: float | None
     frames: int
+    strained: tuple[StrainedJoint, ...] = ()
 
-    def as_dict(self) -> dict[str, float | int | None]:
+    def as_dict(self) -> dict[str, Any]:
         """Return the figures by name."""
         return asdict(self)
 
 
-FIGURES: tuple[str, ...] = tuple(field.name for field in fields(RobotFigures))
+FIGURES: tuple[str, ...] = tuple(field.name for field in fields(RobotFigures) if field.name != "strained")
+"""Names of the figures that are numbers."""
 
 
 def robot_figures(robot: Robot, q: Array, targets: Targets) -> RobotFigures:
@@ -90,8 +92,7 @@ def robot_figures(robot: Robot, q: Array, targets: Targets) -> RobotFigures:
     off = np.linalg.norm(at.points_m[:, _KEY_POINTS] - targets.points_m[:, _KEY_POINTS], axis=2)
     still = standing_frames(targets)
     away = outside(at.mass_m[still], soles[still], stands[still])
-    torques = RobotTorques(robot, targets.frame_s)
-    strain = torques.shares(q) if torques.given and frames > 2 else None
+    strain = torque_shares(robot, q, targets.frame_s)
     return RobotFigures(
         foot_slide_cm_s=float(100.0 * speed[on].mean()) if on.any() else None,
         floating_mm=float(1000.0 * np.maximum(soles[..., 2][stands], 0.0).mean()) if stands.any() else None,
@@ -107,4 +108,5 @@ def robot_figures(robot: Robot, q: Array, targets: Targets) -> RobotFigures:
         key_point_mm=float(1000.0 * off.mean()),
         balance_share=float((away == 0.0).all(axis=1).mean()) if still.any() else None,
         frames=frames,
+        strained=strained_joints(robot, strain, targets.frame_s),
     )

@@ -1,7 +1,7 @@
 """Robots in the performers' place: which one everybody is drawn as, and its motion for what is replayed."""
 
 import threading
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -22,6 +22,7 @@ from studio.web.scene.robot import ChosenRobot
 if TYPE_CHECKING:
     from studio.engine.robots.body.robot import Robot
     from studio.engine.robots.motion import RobotMotion
+    from studio.engine.robots.strain import StrainedJoint
 
 KIND = "robot"
 """Kind of the work that retargets a solve."""
@@ -35,16 +36,22 @@ class ReplayedRobot:
         name: of the robot.
         take, solve: whose solve.
         motions: by the performer's number.
+        strained: joints of which the motions ask too much torque, by the performer's number.
     """
 
     name: str = ""
     take: str = ""
     solve: str = ""
     motions: "Mapping[int, RobotMotion]" = field(default_factory=dict)
+    strained: "Mapping[int, Sequence[StrainedJoint]]" = field(default_factory=dict)
+
+    def of(self, clip: Clip) -> bool:
+        """Whether a clip is of this solve."""
+        return (clip.take, clip.solve) == (self.take, self.solve)
 
     def at(self, clip: Clip, frame: int) -> dict[int, NDArray[np.float64]]:
         """Return the configurations at a frame of a clip by the performer's number; none for another solve."""
-        if (clip.take, clip.solve) != (self.take, self.solve):
+        if not self.of(clip):
             return {}
         time_s = float(clip.poses.time_s[frame])
         return {
@@ -82,7 +89,7 @@ class _Player(Protocol):
 
 
 class ChosenRobots:
-    """The choice of a robot for all browsers. All methods but `names` may take seconds."""
+    """The choice of a robot for all browsers. All methods but `names` and `strained` may take seconds."""
 
     def __init__(self, view: _View, player: _Player, takes: TakeFinder, jobs: Jobs, folder: Path) -> None:
         """`folder`: of the kept robots."""
@@ -90,6 +97,7 @@ class ChosenRobots:
         self._folder = folder
         self._lock = threading.Lock()
         self._chosen: ChosenRobot | None = None
+        self._replayed = NO_ROBOT
 
     @property
     def name(self) -> str:
@@ -99,6 +107,11 @@ class ChosenRobots:
     def names(self) -> list[str]:
         """Names of the kept robots."""
         return kept_robots(self._folder)
+
+    def strained(self) -> "Mapping[int, Sequence[StrainedJoint]]":
+        """Joints of which the motions for the replayed solve ask too much torque, by the performer's number."""
+        clip, replayed = self._player.clip, self._replayed
+        return replayed.strained if clip is not None and replayed.of(clip) else {}
 
     def choose(self, name: str) -> None:
         """Draw everybody as a kept robot, or as a mannequin ("").
@@ -117,19 +130,24 @@ class ChosenRobots:
         robot follows frame by frame."""
         chosen, clip = self._chosen, self._player.clip
         if chosen is None or clip is None or not clip.solve or isinstance(clip, GrowingClip):
-            self._player.show_robot(NO_ROBOT)
+            self._show(NO_ROBOT)
         elif not self._shows_kept(chosen, clip):
             self._compute(chosen.robot.name, clip)
 
     def _shows_kept(self, chosen: ChosenRobot, clip: Clip) -> bool:
         """Show the kept motion, if there is one of these poses."""
-        from studio.offline.robots import kept_robot_motions
+        from studio.offline.robots import kept_robot_motions, kept_strain
 
-        robot = chosen.robot
-        motions = kept_robot_motions(self._take(clip), clip.solve, self._folder, robot)
+        robot, take = chosen.robot, self._take(clip)
+        motions = kept_robot_motions(take, clip.solve, self._folder, robot)
         if motions is not None:
-            self._player.show_robot(ReplayedRobot(robot.name, clip.take, clip.solve, motions))
+            strained = kept_strain(take, clip.solve, self._folder, robot)
+            self._show(ReplayedRobot(robot.name, clip.take, clip.solve, motions, strained))
         return motions is not None
+
+    def _show(self, replayed: ReplayedRobot) -> None:
+        self._replayed = replayed
+        self._player.show_robot(replayed)
 
     def _compute(self, name: str, clip: Clip) -> None:
         title = f"{clip.solve}: {name}"

@@ -54,6 +54,24 @@ def test_a_chosen_robot_is_computed_once_and_shown(
         until(lambda: shown[-1][-1] == ("", {}))
 
 
+def test_joints_that_are_asked_for_too_much_are_told(
+    handle: tuple[ViewHandle, FastAPI], address: str, walk: Take, tmp_path: Path
+) -> None:
+    """A robot with weak knees walks: which joint, when, and how far beyond its limit stand in the view's state."""
+    weak = '<actuator><motor joint="l_k_pitch0" ctrlrange="-1 1"/></actuator></mujoco>'
+    model = models.written(tmp_path, models.child().replace("</mujoco>", weak), "weak.xml")
+    add_robot(tmp_path / FOLDER, model, "weak")
+    keep_robot_motions(walk, "walk", tmp_path / FOLDER, "weak")
+    with httpx.Client(base_url=f"{address}/api/v1", timeout=60.0) as client:
+        client.put("/replay", json={"take": "monday/walk", "solve": "walk"})
+        told = client.put("/view", json={"robot": "weak"}).json()["robot_strained"]
+        assert [(one["performer"], one["joint"]) for one in told] == [(1, "l_k_pitch0")]
+        assert told[0]["most"] > 1.0
+        assert 0.0 < told[0]["frame_share"] <= 1.0
+        assert 0.0 < told[0]["at_s"] < 0.25
+        assert client.put("/view", json={"robot": ""}).json()["robot_strained"] == []
+
+
 def test_a_motion_is_made_again_for_other_poses(walk: Take, tmp_path: Path) -> None:
     folder, robot = tmp_path / FOLDER, load_robot(tmp_path / FOLDER, "child")
     keep_robot_motions(walk, "walk", folder, "child")

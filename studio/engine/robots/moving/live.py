@@ -35,8 +35,9 @@ Array = NDArray[np.float64]
 _build_ik = cast("Callable[..., Any]", mink.build_ik)
 """Typed as if the matrix could be sparse; mink's is always dense."""
 
-FIRST_ITERATIONS = 8
-"""Steps of a first frame; a later one has one."""
+FIRST_ITERATIONS = 5
+"""Steps of a first frame before the one that every frame has. They let parts overlap, so that it takes little longer
+than a later one; what is left of the way goes into the next tenths of a second."""
 
 MAX_STEP_RAD = 0.3
 VELOCITY_SHARE = 0.9
@@ -233,11 +234,14 @@ class LiveRobot:
         reach, self._reach = self._reach, np.where(self._reach > 0.0, MAX_STEP_RAD, 0.0)
         stiffness, self._stiffness = self._stiffness, np.ones_like(self._stiffness)
         for _ in range(FIRST_ITERATIONS):
-            self._step(np.zeros_like(self._velocity), 1.0)
+            self._step(np.zeros_like(self._velocity), 1.0, apart=False)
         self._reach, self._stiffness = reach, stiffness
 
-    def _step(self, expected: Array, pace: float) -> Array:
-        """Move by one step of mink's problem, near the expected one, at a share of the limits; return it."""
+    def _step(self, expected: Array, pace: float, *, apart: bool = True) -> Array:
+        """Move by one step of mink's problem, near the expected one, at a share of the limits; return it.
+
+        `apart`: parts are kept apart.
+        """
         problem = _build_ik(self._configuration, [self._task], 1.0, DAMPING, limits=[])
         hinges = self._configuration.q[FREE:]
         H, c = problem.P, problem.q
@@ -245,7 +249,8 @@ class LiveRobot:
         diagonal += self._stiffness + self._rest_stiffness
         c -= self._stiffness * expected
         c[FREE_DOFS:] += self._rest_stiffness[FREE_DOFS:] * (hinges - self._robot.rest)
-        self._keep_apart(H, c)
+        if apart:
+            self._keep_apart(H, c)
         low, high = -self._reach, self._reach.copy()
         low[FREE_DOFS:] *= pace
         high[FREE_DOFS:] *= pace

@@ -248,18 +248,34 @@ def _plant(robot: Robot, frame_s: float, soles: Array, seen: Array, hold: Array,
 
 
 def replanted(robot: Robot, targets: Targets, points_m: Array, rows: slice) -> Targets:
-    """Return the targets with every stance that begins in the rows at the place where the robot's foot is.
+    """Return the targets with every stance that begins in the rows at the place where the robot's foot is, and every
+    standing sole in the rows as tilted as it is, its lowest corner on the floor.
 
-    A robot may not reach all places at once: its legs are less free than the performer's.
+    A robot may not reach all places at once, or be flat there: its legs are less free than the performer's.
 
     Args:
         points_m: of the robot in the rows, shape (row_count, point_count, 3).
     """
     points = targets.points_m.copy()
     soles = points[:, SOLES]
-    _plant(robot, targets.frame_s, soles, points_m[:, SOLES], targets.hold, rows)
+    seen = points_m[:, SOLES]
+    _plant(robot, targets.frame_s, soles, seen, targets.hold, rows)
+    soles[rows, ..., 2] = np.where(
+        targets.hold[rows] > 0.0, tilt_heights(seen, targets.hold[rows]), soles[rows, ..., 2]
+    )
     points[:, SOLES] = soles
     return replace(targets, points_m=points)
+
+
+def tilt_heights(soles: Array, hold: Array) -> Array:
+    """Return how high corners of soles are over the lower one of their heel or toe, as much as they stand [m].
+
+    Args:
+        soles: corners, shape (frame_count, 2, 4, 3).
+        hold: of the corners, shape (frame_count, 2, 4).
+    """
+    edges = soles[..., 2].reshape(-1, 2, 2, 2)
+    return hold * (edges - edges.min(axis=3, keepdims=True)).reshape(hold.shape)
 
 
 def _of_sure(path: Array, sure: NDArray[np.bool_]) -> Array:

@@ -37,7 +37,7 @@ FIRM_ITERATION = 20
 REPLANTED = (8, 13, 18)
 """Steps before which stances move to where the robot's feet are."""
 
-ACCELERATION = (6.0, 30.0, 40.0)
+ACCELERATION = (6.0, 30.0, 35.0)
 """Standard deviation of accelerations: base [m/s2], base [rad/s2], joints [rad/s2]."""
 
 REST_RAD = 1.5

@@ -14,6 +14,7 @@ from studio.engine.robots.moving.performed import performed
 from studio.engine.robots.moving.targets import targets_of
 from studio.engine.robots.moving.torques import RobotTorques
 from studio.engine.robots.moving.whole_take import Retargeting, retargeted
+from studio.engine.robots.strain import strain_text, torque_shares
 from tests.engine.robots import models
 
 MOTORS = """<actuator>
@@ -68,3 +69,12 @@ def test_torques_of_weak_arms_are_kept_nearer_to_their_limits(tmp_path: Path, te
     assert kept.torque_share < 0.7 * loose.torque_share
     assert kept.key_point_mm < loose.key_point_mm + 10.0
     assert kept.limit_share == kept.velocity_share == 0.0
+    first = loose.strained[0]
+    assert first.frame_share == max(one.frame_share for one in loose.strained)
+    assert max(one.most for one in loose.strained) == loose.torque_most
+    shares = torque_shares(weak, before, targets.frame_s)
+    assert shares is not None
+    at = shares[round(first.at_s / targets.frame_s) - 1, weak.joint_names.index(first.joint)]
+    assert at == first.most > 1.0
+    assert strain_text(loose.strained).startswith(f"torques beyond limits: {first.joint} in ")
+    assert strain_text(()) == "torques beyond limits: none"
