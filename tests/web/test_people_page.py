@@ -1,5 +1,6 @@
 """Two performers on the page: from the first frames to a named take, with an exchange that is taken back."""
 
+import zipfile
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -8,14 +9,13 @@ from playwright.sync_api import Page, expect
 
 from studio.api.app import create_app
 from studio.api.takes.find import Finder
-from studio.engine.model.settings import preset
-from studio.offline.replay import solve_take
 from studio.take.folder.performers import shown_name
+from studio.take.folder.solves import read_metrics
 from studio.take.folder.take import Take
 from studio.web import mount
 from tests import patient
 from tests.live.test_performers import Shoot, a_second_performer
-from tests.web.stages import serving
+from tests.web.stages import serving, until
 
 pytestmark = pytest.mark.browser
 
@@ -81,8 +81,7 @@ def test_two_performers_from_the_first_frames_to_a_take(shot: tuple[Shoot, str],
 
     (path,) = shoot.stage.sessions.glob("*/take_001")
     take = Take.open(path)
-    solve_take(take, preset("finish"), name="finish")
-    assert take.performer_names("live") == take.performer_names("finish") == ["performer_1", "performer_2"]
+    assert take.performer_names("live") == ["performer_1", "performer_2"]
     assert shown_name(take.meta, "performer_2") == "Bo"
 
     page.evaluate("localStorage.setItem('language', 'fr')")
@@ -90,6 +89,20 @@ def test_two_performers_from_the_first_frames_to_a_take(shot: tuple[Shoot, str],
     expect(page.get_by_role("button", name="Échanger performer_1 et Bo")).to_be_visible()
     page.goto(f"{url}/remote")
     expect(page.locator("#people")).to_contain_text("Bo n'est pas vu par camera_1")
+
+    page.evaluate("localStorage.setItem('language', 'en')")
+    page.goto(url)
+    page.get_by_role("button", name="Replay take_001, solve live").click()
+    page.locator("#preset").select_option("finish")
+    until(lambda: read_metrics(take.solve_folder("trial")) is not None, 180.0)  # of the whole take
+    assert take.performer_names("trial") == ["performer_1", "performer_2"]
+    page.locator("#open-take").get_by_role("button", name="Export").click()
+    page.locator("#export-format").select_option("bvh")
+    with page.expect_download() as made:
+        page.locator("#export-run").click()
+    with zipfile.ZipFile(made.value.path()) as files:
+        assert sorted(Path(name).suffix for name in files.namelist()) == [".bvh", ".bvh"]
+        assert any("Bo" in name for name in files.namelist())
 
 
 def test_a_target_of_a_performer_gets_theirs_alone(shot: tuple[Shoot, str], page: Page) -> None:

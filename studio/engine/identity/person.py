@@ -11,11 +11,11 @@ from studio.engine.identity.person_kernels import (
     BONES_KEPT,
     READING_M,
     SPEED_M_S,
-    corrected,
     deviations,
+    expected_fit,
+    gone_on,
     measure_bones,
     predicted,
-    upright,
 )
 from studio.engine.model.joints import JOINT_COUNT, MIRROR, PARENTS
 
@@ -93,18 +93,24 @@ class FollowedPerson:
             stage_s: the bodies' time [s].
             bodies: joints [m], shape (body_count, 21, 3); NaN = unseen.
         """
+        bodies, dt = np.ascontiguousarray(bodies), stage_s - self._time_s
+        if dt > 0.0 and (self._ahead is None or self._ahead[0] != stage_s):
+            *expected, fits = expected_fit(self._place, self._speed, self._cov, dt, bodies, MIRROR)
+            self._ahead = stage_s, tuple(expected)
+            return fits
         place, _, cov = self._expected(stage_s)
-        return deviations(place, cov, np.ascontiguousarray(bodies), MIRROR)
+        return deviations(place, cov, bodies, MIRROR)
 
     def add(self, stage_s: float, joints: NDArray[np.float64]) -> None:
         """Go on with a body that is this person: joints [m], shape (21, 3); NaN = unseen."""
         place, speed, cov = self._expected(stage_s)
-        joints = upright(np.ascontiguousarray(joints), place, MIRROR)
-        self._place, self._speed, self._cov = corrected(place, speed, cov, joints)
+        joints = np.ascontiguousarray(joints)
+        self._place, self._speed, self._cov, self._bones, self._bone_frames = gone_on(
+            place, speed, cov, joints, _OWN_PARENTS, MIRROR, self._bones, self._bone_frames
+        )
         self._ahead = None
         self._time_s = self.last_s = max(stage_s, self._time_s)
         self.frames += 1
-        self._measure(joints)
 
     def _expected(self, stage_s: float) -> _Expected:
         """Return places, speeds and their covariances at a time; a time before the last counts as the last."""
