@@ -135,11 +135,11 @@ def create_app(
     add_routes(app, timecode_router(stage, sessions))
     choose_stored(sessions, stage.timecode)
     stage.bodies.start()
-    add_routes(app, rigid_bodies_router(stage))
+    finder = Finder(stage, sessions)
+    add_routes(app, rigid_bodies_router(stage, finder))
     app.state.triggers = make_triggers(stage, sessions, jobs)
     add_routes(app, triggers_router(app.state.triggers))
     events["triggers"] = app.state.triggers.status
-    finder = Finder(stage, sessions)
     add_routes(app, performers_router(stage))
     add_routes(app, takes_router(sessions, finder, jobs, presets, thumbnails))
     add_routes(app, edits_router(finder, jobs))

@@ -19,8 +19,8 @@ Show and use the rigid bodies of a take: those that another system tracked, and 
   studio rigid TAKE set Cap use=evidence joint=head          pins the head in further solves, once measured
   studio rigid TAKE set Glove use=reference joint=right_hand
   studio rigid TAKE find Stick shape=cylinder:3,90           finds and follows a prop in the depth images
-  studio rigid TAKE find Ball shape=sphere:22 solve=studio at=2.5,0.3,-0.4,1.1   beside the performers of this solve; at
-                                                             2.5 s it is at x, y, z on the stage [m]
+  studio rigid TAKE find Ball shape=sphere:22 solve=studio at=2.5,0.3,-0.4,1.1
+                            beside the performers of this solve; at 2.5 s it is at x, y, z on the stage [m]
   studio rigid TAKE measure [SOLVE]                          how bodies sit on joints, and where their system stands
   studio rigid TAKE measure [SOLVE] --keep-place             the same; where their system stands stays
   studio rigid TAKE reference FILE.csv                       a reference for `studio evaluate`, of their joints
@@ -33,8 +33,9 @@ def add_parser(subparsers: Any) -> None:
     parser = add_command(subparsers, "rigid", run, _TEXT)
     add_take(parser)
     add = parser.add_argument
-    add("action", metavar="ACTION", nargs="?", default="list",
-        choices=("list", "set", "find", "measure", "reference"), help="list (default), set, find, measure or reference")  # fmt: skip
+    actions = ("list", "set", "find", "measure", "reference")
+    add("action", metavar="ACTION", nargs="?", choices=actions, default="list",
+        help="list (default), set, find, measure or reference")  # fmt: skip
     add("words", metavar="WORD", nargs="*", help="see above")
     add("--keep-place", action="store_true", help="measure: where their system stands is right already")
     add(
@@ -136,7 +137,9 @@ def _find(take: "Take", words: list[str]) -> "TakeBodies":
     with progress_bar("find") as progress:
         found = find_prop_of(take, body, solve=solve, start=start, progress=progress)
     beside = "nobody" if solve is None else f"the performers of {solve}"
-    print(f"{body.name} was seen in {100 * len(found.time_s) / found.looked:.0f} % of the images, beside {beside}")
+    print(
+        f"{body.name} was seen in {100 * len(found.time_s) / found.looked:.0f} % of the images, beside {beside}"
+    )
     return take_bodies(take)
 
 

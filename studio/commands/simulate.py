@@ -57,7 +57,9 @@ def add_parser(subparsers: Any) -> None:
     )  # fmt: skip
     parser.add_argument("--furniture", action="store_true", help="depth cameras see furniture")
     parser.add_argument(
-        "--prop", metavar="SHAPE", help="depth cameras see a thing in the right hand, such as cylinder:3,90 (cm)"
+        "--prop",
+        metavar="SHAPE",
+        help="depth cameras see a thing in the right hand, such as cylinder:3,90 (cm)",
     )
     parser.add_argument("--seed", metavar="N", type=int, default=0, help="of the noise (default 0)")
     parser.add_argument(

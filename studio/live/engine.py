@@ -324,7 +324,7 @@ class Engine(PerformedStage):
         self.figures.left_out += max(0, len(due) - MAX_TICKS)
         for stage_time_ns in due[-MAX_TICKS:]:
             begin_ns = self._clock_ns()
-            result = self._perform(log.TickEvent(stage_time_ns))
+            result = self._perform(log.TickEvent(stage_time_ns, self._evidence(stage_time_ns)))
             self.figures.stepped(begin_ns, self._clock_ns())
             if result is not None:
                 self.watch.add(result.frame_set)
@@ -348,6 +348,14 @@ class Engine(PerformedStage):
         at_ns = now_ns - (now_stage_ns - stage_time_ns)
         timecode, bodies = self.timecode.at(at_ns), self.bodies.at(at_ns)
         return replace(result, timecode=timecode, bodies=bodies) if bodies or timecode is not None else result
+
+    def _evidence(self, stage_time_ns: int) -> dict[str, dict[str, tuple[float, float, float]]]:
+        """Return where rigid bodies put joints at a stage time, by performer and joint [m]."""
+        now_ns = self._clock_ns()
+        now_stage_ns = self.roster.clock.server_to_stage_ns(now_ns)
+        return (
+            {} if now_stage_ns is None else self.bodies.evidence_at(now_ns - (now_stage_ns - stage_time_ns))
+        )
 
     def set_settings(self, settings: SolveSettings) -> None:
         """Use other settings from now on.

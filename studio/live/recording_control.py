@@ -8,7 +8,6 @@ from pathlib import Path
 
 from studio.engine.base.errors import StudioError, TakeError
 from studio.engine.base.sentences import say
-from studio.engine.rigid_bodies.known import TakeBodies
 from studio.engine.rigid_bodies.reading import BodyAxes, BodyReading
 from studio.engine.timecode.timecode import TimecodeRate
 from studio.live.calibration.performers import FOLDER as PERFORMERS
@@ -148,7 +147,7 @@ class RecordingControl:
                 _log.warning("the end of the recording could not be noted: %s", error)
             self._engine.call(self._engine.detach)
             if recording.bodies_came:
-                recording.known_bodies = TakeBodies(self._bodies.settings.place, self._bodies.settings.bodies)
+                recording.known_bodies = self._bodies.settings.in_take()
             with self._told_lock:
                 for link in self._links.all():
                     link.send(recording_message(None, recording))

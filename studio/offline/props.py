@@ -80,7 +80,9 @@ def find_prop_of(
         time_s = looks.time_s
         began_s = float(time_s[0]) if len(time_s) else 0.0
         at = None if start is None else (began_s + start[0], np.array(start[1]))
-        found = follow_prop(time_s, looks.at, body.shape, start=at, progress=progress) if len(time_s) else None
+        found = (
+            follow_prop(time_s, looks.at, body.shape, start=at, progress=progress) if len(time_s) else None
+        )
     if found is None:
         raise FormatError(
             "rigid.not_found",

@@ -10,6 +10,7 @@ import numpy as np
 from msgspec import Struct, structs
 
 from studio.engine.base.errors import SettingsError
+from studio.engine.base.quaternions import rotate
 from studio.engine.model.rigid_body import PlacedBody
 from studio.engine.rigid_bodies.known import MOST_BODIES
 from studio.engine.rigid_bodies.reading import BodyAxes, BodyReading
@@ -17,7 +18,7 @@ from studio.engine.rigid_bodies.tracks import tracks_of
 from studio.rigid_bodies.settings import RigidSettings, load_rigid_settings, save_rigid_settings
 from studio.rigid_bodies.sources import NatNetSource, OscSource, RigidListener, RigidSourceStatus
 
-_FRESH_NS = 500_000_000
+_FRESH_NS, _SEEN_NS = 500_000_000, 150_000_000
 _KEPT = 64
 _log = logging.getLogger(__name__)
 
@@ -83,7 +84,8 @@ class IncomingBodies:
 
     def _use(self, settings: RigidSettings) -> None:
         before, self.settings = self.settings, settings
-        if structs.replace(settings, place=before.place, bodies=before.bodies) == before:
+        meant = {key: getattr(before, key) for key in ("place", "bodies", "later_s", "ties")}
+        if structs.replace(settings, **meant) == before:
             return  # what is heard stays
         self.close()
         with self._lock:
@@ -109,15 +111,16 @@ class IncomingBodies:
         if kept:
             self.on_readings(now_ns, axes, kept)
 
-    def at(self, time_ns: int) -> tuple[PlacedBody, ...]:
-        """Return the bodies at a time on the server's clock [ns], about now, in the stage frame; those seen then."""
+    def at(self, time_ns: int, fresh_ns: int = _FRESH_NS) -> tuple[PlacedBody, ...]:
+        """Return the bodies at a time on the server's clock [ns], about now, in the stage frame; those seen then, or
+        not longer ago than `fresh_ns`."""
         with self._lock:
             recent = {name: list(mine) for name, mine in self._recent.items()}
         settings = self.settings
         known = {one.name: one for one in settings.bodies}
         found = []
         for name, mine in recent.items():
-            if abs(time_ns - mine[-1][0]) > _FRESH_NS:
+            if abs(time_ns - mine[-1][0]) > fresh_ns:
                 continue
             near: list[tuple[float, BodyAxes, BodyReading]] = [
                 ((at_ns - time_ns) * 1e-9, axes, one) for at_ns, axes, one in mine[-8:]
@@ -128,6 +131,23 @@ class IncomingBodies:
             said = ("", None) if one is None else (one.use, one.shape)
             found.append(PlacedBody(name, positions[0], rotations[0], *said))
         return tuple(found)
+
+    def evidence_at(self, time_ns: int) -> dict[str, dict[str, tuple[float, float, float]]]:
+        """Return where bodies that are evidence put joints at a time on the server's clock [ns], about now: by
+        performer and joint [m], stage frame."""
+        settings = self.settings
+        known = [one for one in settings.bodies if one.use == "evidence" and one.name in settings.ties]
+        if not known:
+            return {}
+        here = {one.name: one for one in self.at(time_ns - round(settings.later_s * 1e9), _SEEN_NS)}
+        found: dict[str, dict[str, tuple[float, float, float]]] = {}
+        for one in known:
+            body = here.get(one.name)
+            if body is not None:
+                offset = np.array(settings.ties[one.name].offset_m)
+                x, y, z = (body.position_m + rotate(body.rotation_wxyz, offset)).round(5).tolist()
+                found.setdefault(one.performer, {})[one.joint] = (x, y, z)
+        return found
 
     def status(self) -> RigidStatus:
         """Return what comes in now."""

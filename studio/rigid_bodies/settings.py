@@ -12,11 +12,12 @@ from studio.engine.base.addresses import is_host
 from studio.engine.base.errors import SettingsError, StudioError
 from studio.engine.base.files import write_json
 from studio.engine.base.versions import RIGID_BODIES
-from studio.engine.rigid_bodies.known import BodyPlace, KnownBody, bad_value, check_bodies
+from studio.engine.rigid_bodies.known import BodyPlace, KnownBody, TakeBodies, Tie, bad_value, check_bodies
 from studio.rigid_bodies.natnet import PORT as NATNET_PORT
 from studio.rigid_bodies.trackers import PORT as OSC_PORT
 
 FILE = "rigid_bodies.json"
+_LATEST_S, _FARTHEST_M = 0.5, 2.0
 
 
 class RigidSettings(Struct, frozen=True, forbid_unknown_fields=True):
@@ -30,6 +31,8 @@ class RigidSettings(Struct, frozen=True, forbid_unknown_fields=True):
         natnet_up: the axis that points up in what Motive sends.
         place: where the other system stands on the stage.
         bodies: what the rigid bodies are.
+        later_s: how much later than they came their readings count [s].
+        ties: how bodies sit on their joints, by name, as it was measured in a take: those that are evidence pin them.
     """
 
     osc: bool = False
@@ -42,6 +45,12 @@ class RigidSettings(Struct, frozen=True, forbid_unknown_fields=True):
     natnet_up: Literal["y", "z"] = "y"
     place: BodyPlace = BodyPlace()
     bodies: tuple[KnownBody, ...] = ()
+    later_s: float = 0.0
+    ties: dict[str, Tie] = {}
+
+    def in_take(self) -> TakeBodies:
+        """Return what is said of a take's bodies that is recorded now."""
+        return TakeBodies(self.place, self.bodies, self.later_s, self.ties)
 
     def check(self) -> None:
         """Raise what is wrong.
@@ -60,6 +69,11 @@ class RigidSettings(Struct, frozen=True, forbid_unknown_fields=True):
             raise bad_value(
                 "natnet_multicast", self.natnet_multicast, "none, or a group such as 239.255.42.99"
             )
+        if not abs(self.later_s) <= _LATEST_S:
+            raise bad_value("later_s", self.later_s, f"{-_LATEST_S:g} to {_LATEST_S:g}")
+        for name, tie in self.ties.items():
+            if not all(abs(one) <= _FARTHEST_M for one in tie.offset_m):
+                raise bad_value("ties", name, f"offsets up to {_FARTHEST_M:g} m")
         check_bodies(self.bodies, self.place)
 
 

@@ -74,8 +74,8 @@ def simulate_take(
         performer: body for depth cameras, whose proportions the truth then has; see `body.performers`.
         furniture: depth cameras see a shelf, a table and a chair.
         meeting: how several performers move about one another, a key of `crowd.meeting.MEETINGS`.
-        prop: shape of a thing in the right hand before depth cameras, such as `cylinder:3,90` (cm); where it is goes to
-            `<out>.truth.prop.csv`.
+        prop: shape of a thing in the right hand before depth cameras, such as `cylinder:3,90` (cm); where it is goes
+            to `<out>.truth.prop.csv`.
         progress: called with the share done, 0..1.
 
     Raises:
@@ -84,11 +84,11 @@ def simulate_take(
         SettingsError: an unknown sensor, tracker or performer, a negative seed, or a prop that nothing shows.
     """
     _check(sensor, tracker, seed)
-    if prop is not None and (tracker != "depth" or not isinstance(motion_path, str | Path) and len(motion_path) > 1):
+    several = not isinstance(motion_path, str | Path) and len(motion_path) > 1
+    if prop is not None and (tracker != "depth" or several):
         raise SettingsError(
             "simulator.prop",
-            "prop={prop}: a prop is seen by depth cameras, in the hand of one performer; give --tracker depth and one "
-            "motion",
+            "prop={prop}: depth cameras see a prop in the hand of one performer; give --tracker depth and one motion",
             prop=prop,
         )
     out = Path(out)
@@ -259,7 +259,12 @@ def _depth(
     def write(take: Take) -> None:
         record_depth(take, stage, progress)
 
-    return write, truth_csv(performance), performance.calibration_s, None if held is None else held.truth_csv()
+    return (
+        write,
+        truth_csv(performance),
+        performance.calibration_s,
+        None if held is None else held.truth_csv(),
+    )
 
 
 def _record(

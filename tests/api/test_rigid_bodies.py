@@ -13,11 +13,14 @@ from studio.engine.model.poses import Poses
 from studio.engine.model.settings import preset
 from studio.offline.replay import solve_take
 from studio.take.folder.take import Take
+from studio.take.raw.frames import read_raw
+from studio.take.raw.live_log import TickEvent
+from studio.take.raw.records import RawEvent
 from studio.take.rigid_bodies.kept import TRACKS_FILE, take_bodies, take_tracks
 from studio.take.rigid_bodies.used import distances_mm, stage_bodies
 from studio.web.playback.clip import Clip
 from tests.api.camera import wait_until
-from tests.api.test_recording import cameras, nothing, record, studio  # noqa: F401
+from tests.api.test_recording import assert_equal_bits, cameras, nothing, record, studio  # noqa: F401
 from tests.live.performer import joints_m
 from tests.rigid_bodies.natnet_server import Body, NatNetServer
 
@@ -106,6 +109,19 @@ def test_bodies_are_shown_recorded_measured_and_exported(studio, cameras, motive
     assert np.median(apart["studio"]) < np.median(apart["live"])
     assert main(["rigid", path, "reference", str(tmp_path / "rigid.csv")]) == 0
     assert "right_hand" in (tmp_path / "rigid.csv").read_text().splitlines()[0]
+
+    # as evidence live, as it was measured in that take
+    answer = studio.http.patch("/rigid-bodies", json={"like_take": f"tests/{take.path.name}"})
+    assert answer.status_code == 200, answer.text
+    assert set(answer.json()["settings"]["ties"]) == {"Wand", "Cap"}
+    again, _ = record(studio, cameras, *[nothing] * 2)
+    events = [one.event for one in read_raw(again.raw_path) if isinstance(one, RawEvent)]
+    told = [set(one.pinned.get("performer_1", {})) for one in events if isinstance(one, TickEvent)]
+    assert sum(one == {"right_hand", "head"} for one in told) > 0.8 * len(told)
+    apart["pinned"] = distances_mm(again, "live")["Wand"]
+    assert np.median(apart["pinned"]) < np.median(apart["live"])
+    solve_take(again, preset("studio"), name="again", as_live=True)
+    assert_equal_bits(again, "again")
 
     # a prop of its own
     main(["rigid", path, "set", "Wand", "use=prop"])

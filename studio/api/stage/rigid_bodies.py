@@ -10,10 +10,12 @@ from pydantic import Field
 from studio.api.errors import RESPONSES
 from studio.api.stage.stage import Request
 from studio.api.structs import StructRoute
+from studio.api.takes.find import Finder
 from studio.engine.base.errors import SettingsError
 from studio.live import LiveStage
 from studio.rigid_bodies.incoming import RigidStatus
 from studio.rigid_bodies.settings import RigidSettings
+from studio.take.rigid_bodies.kept import take_bodies
 
 
 class RigidBodiesRequest(Request):
@@ -36,6 +38,14 @@ class RigidBodiesRequest(Request):
         examples=[[{"name": "Wand", "use": "prop", "shape": {"kind": "cylinder", "size_cm": [3, 60]}}]],
     )
 
+    ties: dict[str, Any] | None = Field(
+        None, description="how bodies sit on their joints, as `studio rigid TAKE --json` has it"
+    )
+    later_s: float | None = Field(None, description="how much later than they came their readings count")
+    like_take: str | None = Field(
+        None, description="session/take: place, bodies, ties and later_s as they were measured in it"
+    )
+
 
 class RigidBodiesShown(Struct):
     """The settings, and what came."""
@@ -44,8 +54,8 @@ class RigidBodiesShown(Struct):
     status: RigidStatus
 
 
-def rigid_bodies_router(stage: LiveStage) -> APIRouter:
-    """Return the routes of rigid bodies."""
+def rigid_bodies_router(stage: LiveStage, finder: Finder) -> APIRouter:
+    """Return the routes of rigid bodies; `finder` finds takes in which they were measured."""
     router = APIRouter(prefix="/api/v1", tags=["stage"], responses=RESPONSES, route_class=StructRoute)
 
     def shown() -> RigidBodiesShown:
@@ -59,8 +69,12 @@ def rigid_bodies_router(stage: LiveStage) -> APIRouter:
     @router.patch("/rigid-bodies")
     def change_rigid_bodies(request: RigidBodiesRequest) -> RigidBodiesShown:
         """Listen to systems of rigid bodies, or say what the bodies are; at once, and also after a restart."""
-        changes = request.model_dump(exclude_none=True)
-        value = {**msgspec.to_builtins(stage.bodies.settings), **changes}
+        changes = request.model_dump(exclude_none=True, exclude={"like_take"})
+        value = {
+            **msgspec.to_builtins(stage.bodies.settings),
+            **_measured(finder, request.like_take),
+            **changes,
+        }
         try:
             settings = msgspec.convert(value, RigidSettings)
         except msgspec.ValidationError as error:
@@ -71,3 +85,11 @@ def rigid_bodies_router(stage: LiveStage) -> APIRouter:
         return shown()
 
     return router
+
+
+def _measured(finder: Finder, take_id: str | None) -> dict[str, Any]:
+    """Return the settings that were measured in a take; none without a take."""
+    if take_id is None:
+        return {}
+    known = msgspec.to_builtins(take_bodies(finder.by_id(take_id)))
+    return {key: known[key] for key in ("place", "bodies", "later_s", "ties")}

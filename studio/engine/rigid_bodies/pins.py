@@ -9,13 +9,23 @@ from studio.engine.edits.edit import Edit
 from studio.engine.edits.pins import Pins
 from studio.engine.model.calibration import Performer
 from studio.engine.model.frames import Pinned
-from studio.engine.model.joints import INDEX
+from studio.engine.model.joints import INDEX, JOINT_COUNT
 from studio.engine.rigid_bodies.known import Tie
 from studio.engine.rigid_bodies.tie import joint_places_m
 from studio.engine.rigid_bodies.tracks import BodyTrack
 
 SIGMA_M = 0.015
 """Standard deviation of a joint from where its body puts it [m]: skin and straps move."""
+
+
+def pinned_by(told: Mapping[str, Sequence[float]], performer: Performer | None) -> Pinned:
+    """Return what bodies pin at an instant: `told` has by canonical joint the place where they put it [m]."""
+    place, information = np.zeros((JOINT_COUNT, 3)), np.zeros(JOINT_COUNT)
+    for joint, where in told.items():
+        if joint in INDEX:
+            place[INDEX[joint]], information[INDEX[joint]] = where, 1.0 / SIGMA_M**2
+    reach = np.full(JOINT_COUNT, np.inf) if performer is None else performer.reach_m()
+    return Pinned(place, np.zeros(JOINT_COUNT), information, reach)
 
 
 class BodyPins(Pins):

@@ -53,11 +53,8 @@ def prop_poses(
     seen = np.asarray(np.isfinite(track.at(time_s)[0]).all(axis=1))
     for poses in performers:
         for hand in hands:
-            column = OUTPUT_OF_CANONICAL[hand]
-            if column in poses.joint_names:
-                k = poses.joint_names.index(column)
-                turns = continuous_signs(poses.rotations_wxyz[:, k])
-                holder = BodyTrack(poses.time_s, poses.positions_m[:, k], turns).filled_at(time_s)
+            holder = _hand_at(poses, hand, time_s)
+            if holder is not None:
                 positions, rotations = held_by(time_s, holder, positions, rotations, shape, seen)
     edges = np.zeros(3) if shape is None else shape.edges_m
     along = np.zeros(3)
@@ -73,6 +70,19 @@ def prop_poses(
         confidence=np.repeat(seen[:, None].astype(np.float64), 2, axis=1),
         uncertainty_mm=np.full((frames, 2), np.nan),
         root_height_m=float(positions[0, 2]),
+    )
+
+
+def _hand_at(
+    poses: Poses, hand: str, time_s: NDArray[np.float64]
+) -> tuple[NDArray[np.float64], NDArray[np.float64]] | None:
+    """Return a hand's places and its rotations, those of its wrist, at other times; None where there is none."""
+    place, turn = (OUTPUT_OF_CANONICAL[hand.replace("hand", end)] for end in ("hand", "wrist"))
+    if place not in poses.joint_names or turn not in poses.joint_names:
+        return None
+    rotations = continuous_signs(poses.rotations_wxyz[:, poses.joint_names.index(turn)])
+    return BodyTrack(poses.time_s, poses.positions_m[:, poses.joint_names.index(place)], rotations).filled_at(
+        time_s
     )
 
 

@@ -6,7 +6,7 @@ Who has no proportions is a stranger and has no poses; `add_performer` makes the
 Like `Pipeline` it is deterministic: the same calls in the same order give the same poses.
 """
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -228,19 +228,26 @@ class PeoplePipeline:
 
     # --- poses
 
-    def step(self, stage_time_ns: int) -> StepResult | None:
+    def step(
+        self, stage_time_ns: int, pinned: Mapping[str, Mapping[str, Sequence[float]]] | None = None
+    ) -> StepResult | None:
         """Return the output frame at a stage time, or None until a camera has seen a performer.
 
         A time before that of the last step counts as no time passed.
+
+        Args:
+            pinned: by performer (`performer_1`) and joint, where rigid bodies put it now [m].
         """
         self._last_s = stage_time_ns * 1e-9
-        result = self._first.step(stage_time_ns)
+        told = pinned or {}
+        result = self._first.step(stage_time_ns, told.get(performer_key(FIRST)))
         self._last = result
         if self._crowd is None:
             return result
         steps: list[StepResult] = []
         for index, one in sorted(self._followed.items(), key=lambda item: item[1].number):
-            own = result if one.number == FIRST else one.pipeline.step(stage_time_ns)
+            mine = told.get(performer_key(one.number))
+            own = result if one.number == FIRST else one.pipeline.step(stage_time_ns, mine)
             if own is not None:
                 steps.append(
                     replace(own, performer=one.number, undecided=self._undecided(self._crowd, index))

@@ -4,6 +4,7 @@ A `Pipeline` is a deterministic state machine without a clock or a random number
 order give the same poses to the last bit.
 """
 
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -15,6 +16,7 @@ from studio.engine.model.calibration import Calibration
 from studio.engine.model.frames import CameraFrame, ClockModel, FrameSet, FusedSkeleton, StepResult
 from studio.engine.model.guess import GUESSED_HEIGHT_M
 from studio.engine.model.settings import SolveSettings
+from studio.engine.rigid_bodies.pins import pinned_by
 from studio.engine.solve.body import BodySolver
 from studio.engine.solve.conditioning.bone_length import BoneLengthLimit
 from studio.engine.solve.conditioning.displacement import DisplacementLimitBefore, limits_m_s
@@ -91,10 +93,15 @@ class Pipeline:
         """Stage time of each camera's newest frame, for `Schedule.due`."""
         return self._sync.newest_stage_ns()
 
-    def step(self, stage_time_ns: int) -> StepResult | None:
+    def step(
+        self, stage_time_ns: int, told: Mapping[str, Sequence[float]] | None = None
+    ) -> StepResult | None:
         """Return the output frame at a stage time, or None until a camera has seen the performer.
 
         A time before that of the last step counts as no time passed.
+
+        Args:
+            told: by joint, where rigid bodies put it now [m]; not beside the pins of edits, which have them already.
         """
         dt = 0.0 if self._last_ns is None else max(stage_time_ns - self._last_ns, 0) * 1e-9
         self._last_ns = stage_time_ns
@@ -107,6 +114,8 @@ class Pipeline:
             )
             touches = self._pins.touches.now(stage_time_ns * 1e-9)
             frames = replace(frames, pinned=self._pins.between(*span_s), touches=touches, stands=stands)
+        elif told:
+            frames = replace(frames, pinned=pinned_by(told, self._calibration.performer))
         if self._body.fuses:
             fused, pose = self._body.pose_of_cameras(frames, dt)
         else:

@@ -98,7 +98,7 @@ def _grip(shape: RigidShape, sign: float) -> tuple[Array, Array]:
     upright = {0: (y, -x, z), 1: (x, y, z), 2: (x, -z, y)}[longest]  # the longest axis becomes y
     turn = rotation_xyz(0.0, 0.0, sign * _TILT) @ np.stack(upright, axis=1)
     middle = -_ALONG * edges[longest] * turn[:, longest]
-    return middle + [0.0, 0.0, -_PALM_M - np.sort(edges)[1] / 2], turn
+    return middle + np.array([0.0, 0.0, -_PALM_M - np.sort(edges)[1] / 2]), turn
 
 
 def prop_mesh(shape: RigidShape, albedo: float = 0.5) -> PropMesh:
@@ -115,7 +115,9 @@ def prop_mesh(shape: RigidShape, albedo: float = 0.5) -> PropMesh:
         else:
             profile = [(0.0, -1.0), (1.0, -1.0), (1.0, 1.0), (0.0, 1.0)]
         around = np.arange(_ROUND) * 2 * np.pi / _ROUND
-        rings = [np.stack([r * np.cos(around), r * np.sin(around), np.full(_ROUND, z)], axis=1) for r, z in profile]
+        rings = [
+            np.stack([r * np.cos(around), r * np.sin(around), np.full(_ROUND, z)], axis=1) for r, z in profile
+        ]
         axis = "xyz".index(shape.axis) if shape.kind == "cylinder" else 2
         order = [(k - axis + 2) % 3 for k in range(3)]  # z of the profile becomes the axis; a turn, no mirror
         vertices = np.concatenate(rings)[:, order] * half

@@ -95,10 +95,14 @@ class SkippedEvent(msgspec.Struct, tag="skipped"):
     sequence: int
 
 
-class TickEvent(msgspec.Struct, tag="tick"):
-    """The pipeline makes the output frame of this time."""
+class TickEvent(msgspec.Struct, tag="tick", omit_defaults=True):
+    """The pipeline makes the output frame of this time.
+
+    `pinned` has where rigid bodies put joints then: by performer (`performer_1`) and joint, on the stage [m].
+    """
 
     stage_time_ns: int
+    pinned: dict[str, dict[str, tuple[float, float, float]]] = {}
 
 
 class SegmentEvent(msgspec.Struct, tag="segment"):
@@ -265,7 +269,9 @@ class LoggedPipeline:
     def _perform(self, event: LiveEvent) -> StepResult | None:
         match event:
             case TickEvent():
-                return None if self.pipeline is None else self.pipeline.step(event.stage_time_ns)
+                return (
+                    None if self.pipeline is None else self.pipeline.step(event.stage_time_ns, event.pinned)
+                )
             case SkippedEvent():
                 self._skipped.add((event.camera, event.sequence))
             case StartEvent():

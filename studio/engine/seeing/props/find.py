@@ -16,26 +16,32 @@ Array = NDArray[np.float64]
 _SEEDS, _CELL_M = 60, 0.05
 _BEST = 5
 _ON_M, _BESIDE_M = 0.02, 0.06
-_WITHIN_M = 0.5
 _SIGMA_M, _SIGMA_RAD = 0.08, 0.5
 
 
-def find_prop(images: Sequence[SeenImage], fit: PropFit, near_m: Array | None = None) -> Fitted | None:
+def find_prop(
+    images: Sequence[SeenImage], fit: PropFit, near_m: Array | None = None, *, within_m: float = 0.5
+) -> Fitted | None:
     """Return where a prop is; None where nothing seen has its shape.
 
     Args:
         images: of one instant.
-        near_m: it is within half a metre of this place on the stage; None = anywhere.
+        near_m: it is about this place on the stage; None = anywhere.
+        within_m: of that place.
     """
     points = np.concatenate([one.points_m[one.weights > 0.5] for one in images])
     eyes = np.concatenate([np.tile(one.eye_m, ((one.weights > 0.5).sum(), 1)) for one in images])
     if near_m is not None:
-        kept = np.linalg.norm(points - near_m, axis=1) < _WITHIN_M + fit.shape.edges_m.max() / 2
+        kept = np.linalg.norm(points - near_m, axis=1) < within_m + fit.shape.edges_m.max() / 2
         points, eyes = points[kept], eyes[kept]
     if len(points) < 12:
         return None
     seeds = _seeds(points)
-    poses = _stick_poses(fit.shape, points, seeds) if is_long(fit.shape) else _other_poses(fit.shape, points, eyes, seeds)
+    poses = (
+        _stick_poses(fit.shape, points, seeds)
+        if is_long(fit.shape)
+        else _other_poses(fit.shape, points, eyes, seeds)
+    )
     poses.sort(key=lambda one: -_quick(fit.shape, points, one))
     found = [
         fit.fit(images, PropPose.still(*one), sigma_m=_SIGMA_M, sigma_rad=_SIGMA_RAD) for one in poses[:_BEST]
@@ -86,7 +92,9 @@ def _stick_poses(shape: RigidShape, points: Array, seeds: NDArray[np.int64]) -> 
     return poses
 
 
-def _other_poses(shape: RigidShape, points: Array, eyes: Array, seeds: NDArray[np.int64]) -> list[tuple[Array, Array]]:
+def _other_poses(
+    shape: RigidShape, points: Array, eyes: Array, seeds: NDArray[np.int64]
+) -> list[tuple[Array, Array]]:
     """Return shapes that lie behind each seed, with each of their faces towards it."""
     half, poses = shape.edges_m / 2, []
     for seed, eye in zip(points[seeds], eyes[seeds], strict=True):

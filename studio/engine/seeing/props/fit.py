@@ -26,7 +26,8 @@ _SIGMA_M = 0.01
 _ALIKE = 8.0
 """Errors of neighbouring pixels are alike: so many count as one."""
 
-_GATE_M = 0.07
+_GATE_M = 0.10
+_BESIDE_M = 0.07
 _THROUGH_M = 0.06
 """A camera looks through a place if it sees something so far behind it."""
 
@@ -40,8 +41,8 @@ _TURN_STEP, _STEP_M = 2e-3, 1e-3
 
 @dataclass(frozen=True)
 class PropPose:
-    """A prop at an instant: its origin [m], shape (3,), its rotation, shape (3, 3), and its velocities [m/s, rad/s] in
-    the stage frame."""
+    """A prop at an instant, in the stage frame: its origin [m], shape (3,), its rotation, shape (3, 3), and its
+    velocities [m/s, rad/s]."""
 
     place_m: Array
     turn: Array
@@ -80,6 +81,11 @@ class Fitted:
     def holds(self) -> bool:
         """Whether the prop was seen there."""
         return self.on >= 12 and self.share >= 0.5 and self.visible >= 0.1 and self.beside < 1.5 * self.on
+
+    @property
+    def doubtful(self) -> bool:
+        """Whether another place may explain more."""
+        return not self.holds or self.share < 0.75 or self.beside > 0.25 * self.on
 
     @property
     def worth(self) -> float:
@@ -132,7 +138,9 @@ class PropFit:
                 break
         return self.judge(images, pose, views)
 
-    def judge(self, images: Sequence[SeenImage], pose: PropPose, views: "Sequence[_View] | None" = None) -> Fitted:
+    def judge(
+        self, images: Sequence[SeenImage], pose: PropPose, views: "Sequence[_View] | None" = None
+    ) -> Fitted:
         """Return how well a pose explains what is seen."""
         on = beside = 0
         good = facing = clear = 0
@@ -140,7 +148,7 @@ class PropFit:
             there = pose.after(view.image.after_s)
             d = distances_m(self.shape, (view.near_m - there.place_m) @ there.turn)
             on += int((np.abs(d) < _ON_M).sum() * view.every)
-            beside += int(((d > 1.25 * _ON_M) & (d < _GATE_M) & (view.weights > 0.5)).sum() * view.every)
+            beside += int(((d > 1.25 * _ON_M) & (d < _BESIDE_M) & (view.weights > 0.5)).sum() * view.every)
             off, hidden, faces = view.off_m(*self._surface(there), there.place_m)
             facing += int(faces.sum())
             clear += int((faces & ~hidden).sum())
@@ -171,7 +179,13 @@ class PropFit:
         return r, np.stack(columns, axis=1)
 
     def _residuals(
-        self, views: "list[_View]", pose: PropPose, first: PropPose, scale: float, sigma_m: float, sigma_rad: float
+        self,
+        views: "list[_View]",
+        pose: PropPose,
+        first: PropPose,
+        scale: float,
+        sigma_m: float,
+        sigma_rad: float,
     ) -> Array:
         found = []
         for view in views:
@@ -224,7 +238,9 @@ class _View:
         self._any = not mask.all()
         self._off = distance_transform_edt(mask) * pixel_m if self._any else np.full(mask.shape, _MOST_OFF_M)
 
-    def off_m(self, places: Array, normals: Array, middle: Array) -> tuple[Array, NDArray[np.bool_], NDArray[np.bool_]]:
+    def off_m(
+        self, places: Array, normals: Array, middle: Array
+    ) -> tuple[Array, NDArray[np.bool_], NDArray[np.bool_]]:
         """Return of points of the surface how far they are from where the prop was seen [m], whether something hides
         them or they are out of view, and whether they face the camera."""
         image = self.image

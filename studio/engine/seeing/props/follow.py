@@ -6,7 +6,7 @@ on without a jump.
 """
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,15 +23,16 @@ Array = NDArray[np.float64]
 Look = Callable[[int], Sequence[SeenImage]]
 """Gives what cameras see at an instant, by its number."""
 
+_ABOUT_M = 0.15
 _COAST_S, _AGAIN_S, _BEGIN_S = 0.15, 0.2, 0.5
-_KEPT = 0.6
+_KEPT = 0.5
 """Share of a velocity's change that is believed."""
 
 _FASTEST_M_S, _FASTEST_RAD_S = 12.0, 40.0
 _LEAST_S = 0.2
 """A shorter piece is not believed."""
 
-_SMOOTH = 5
+_SMOOTH = 7
 
 
 @dataclass(frozen=True)
@@ -125,6 +126,8 @@ class _Follower:
             guess = self._pose.after(dt)
             longer = max(1.0, abs(dt) * 30.0)
             found = self._fit.fit(images, guess, 0.03 * longer, 0.2 * longer)
+            if found.doubtful:
+                found = self._other(images, guess, found)
             if found.holds and self._near(found.pose, guess, longer):
                 return self._take(time_s, found.pose, guess, dt)
             return None
@@ -137,6 +140,14 @@ class _Follower:
         self._seen_s = time_s
         self._pose = PropPose.still(again.pose.place_m, self._like_before(again.pose.turn))
         return self._pose
+
+    def _other(self, images: Sequence[SeenImage], guess: PropPose, found: Fitted) -> Fitted:
+        """Return what explains more than what was found from the guess, if there is such a place about it."""
+        other = find_prop(images, self._fit, guess.place_m, within_m=_ABOUT_M)
+        if other is None or other.worth <= max(found.worth, 0.0) * 1.1:
+            return found
+        pose = replace(guess, place_m=other.pose.place_m, turn=self._like_before(other.pose.turn))
+        return self._fit.fit(images, pose)
 
     def _near(self, pose: PropPose, guess: PropPose, longer: float) -> bool:
         return bool(np.linalg.norm(pose.place_m - guess.place_m) < 0.15 * longer)
@@ -183,7 +194,7 @@ def _at_most(vector: Array, most: float) -> Array:
 
 
 def _smooth(time_s: Array, poses: dict[int, PropPose], shape: RigidShape) -> FollowedProp | None:
-    """Return the motion smoothed over five instants by a parabola, without pieces that are too short."""
+    """Return the motion smoothed by a parabola, without pieces that are too short."""
     numbers = np.array(sorted(poses))
     places = np.array([poses[k].place_m for k in numbers.tolist()])
     turns = continuous_signs(quaternions(np.array([poses[k].turn for k in numbers.tolist()])))

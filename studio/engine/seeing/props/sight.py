@@ -14,7 +14,7 @@ Array = NDArray[np.float64]
 
 FLOOR_M = 0.04
 _BEHIND_SHARE = 0.9
-_HAND_M = 0.10
+_HAND_M = 0.08
 _HAND_WEIGHT = 0.25
 _RADII_M = {
     "spine": 0.19, "chest": 0.20, "neck": 0.16, "head": 0.15, "shoulder": 0.14, "elbow": 0.085, "wrist": 0.075,
@@ -64,7 +64,9 @@ class PropCamera:
         images: some of the take, evenly over it [mm]: what is there most of the time, and farthest, is the room.
     """
 
-    def __init__(self, camera: DepthCamera, T_stage_camera: Array, images: Sequence[NDArray[np.uint16]]) -> None:
+    def __init__(
+        self, camera: DepthCamera, T_stage_camera: Array, images: Sequence[NDArray[np.uint16]]
+    ) -> None:
         self._camera, self._T_stage_camera = camera, T_stage_camera
         self._T_camera_stage = invert_transform(T_stage_camera)
         stack = np.stack(images).astype(np.float32) * np.float32(0.001)
@@ -114,7 +116,10 @@ def _on_body(points: Array, joints: Array) -> NDArray[np.bool_]:
     top = joints[INDEX["head"]] + _TOP_M * (joints[INDEX["head"]] - joints[INDEX["neck"]]) / max(
         float(np.linalg.norm(joints[INDEX["head"]] - joints[INDEX["neck"]])), 1e-6
     )
-    bones = [*((joints[a], joints[b], r) for a, b, r in _BONES), (top, joints[INDEX["head"]], _RADII_M["head"])]
+    bones = [
+        *((joints[a], joints[b], r) for a, b, r in _BONES),
+        (top, joints[INDEX["head"]], _RADII_M["head"]),
+    ]
     for a, b, radius in bones:
         rest = ~found
         if not (np.isfinite(a).all() and np.isfinite(b).all()):

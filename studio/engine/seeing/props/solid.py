@@ -41,14 +41,16 @@ def distances_m(shape: RigidShape, points_m: Array) -> Array:
     if shape.kind == "cylinder":
         along = "xyz".index(shape.axis)
         across = np.linalg.norm(np.delete(points_m, along, axis=-1), axis=-1)
-        out = np.stack([across - np.delete(half, along)[0], np.abs(points_m[..., along]) - half[along]], axis=-1)
+        out = np.stack(
+            [across - np.delete(half, along)[0], np.abs(points_m[..., along]) - half[along]], axis=-1
+        )
     else:
         out = np.abs(points_m) - half
     return np.linalg.norm(np.maximum(out, 0.0), axis=-1) + np.minimum(out.max(axis=-1), 0.0)
 
 
 def surface(shape: RigidShape, count: int) -> tuple[Array, Array]:
-    """Return about `count` points evenly on the surface [m], and the normals there, in the body's axes, shape (n, 3)."""
+    """Return about `count` points evenly on the surface [m] and their normals, in the body's axes, shape (n, 3)."""
     half = shape.edges_m / 2
     if shape.kind == "sphere":
         normals = _ball(count)
@@ -93,6 +95,10 @@ def _cylinder(half: Array, along: int, count: int) -> tuple[Array, Array]:
     normals = np.zeros((around, 3))
     normals[:, others] = np.stack([np.cos(angles), np.sin(angles)], axis=1)
     side = radius * normals[None] + steps[:, None, None] * np.eye(3)[along]
-    ends = [np.tile(sign * length * np.eye(3)[along], (around, 1)) + 0.6 * radius * normals for sign in (-1, 1)]
+    ends = [
+        np.tile(sign * length * np.eye(3)[along], (around, 1)) + 0.6 * radius * normals for sign in (-1, 1)
+    ]
     caps = [np.tile(sign * np.eye(3)[along], (around, 1)) for sign in (-1, 1)]
-    return np.concatenate([side.reshape(-1, 3), *ends]), np.concatenate([np.tile(normals, (len(steps), 1)), *caps])
+    return np.concatenate([side.reshape(-1, 3), *ends]), np.concatenate(
+        [np.tile(normals, (len(steps), 1)), *caps]
+    )

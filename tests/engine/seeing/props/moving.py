@@ -17,13 +17,14 @@ AFTER_S = (0.0, 0.012)
 
 
 class MovingProp:
-    """Goes in a circle at 1.2 m/s while it turns by 150 degrees a second; hidden from `gone_s` on for 0.3 s."""
+    """Goes in a circle at 1.2 m/s while it turns by 150 degrees a second, times its pace."""
 
-    def __init__(self, text: str, gone_s: float = np.inf) -> None:
-        self.shape, self.enters_s, self._gone_s = shape_of(text), 0.0, gone_s
+    def __init__(self, text: str, pace: float = 1.0) -> None:
+        self.shape, self.enters_s, self._pace = shape_of(text), 0.0, pace
         self.mesh = prop_mesh(self.shape)
 
     def pose(self, time_s: float) -> tuple[np.ndarray, np.ndarray]:
+        time_s *= self._pace
         angle = 3.0 * time_s
         turn = Rotation.from_euler("xyz", [0.6 + 1.5 * time_s, 0.9 * np.sin(2 * time_s), 2.0 * time_s])
         place = np.array([0.4 * np.cos(angle), 0.4 * np.sin(angle), 1.1 + 0.2 * np.sin(angle)])
@@ -31,8 +32,6 @@ class MovingProp:
 
     def at(self, time_s: float) -> np.ndarray:
         place, turn = self.pose(time_s)
-        if self._gone_s <= time_s < self._gone_s + 0.3:
-            place = place + [0.0, 0.0, -50.0]
         return (self.mesh.vertices_m @ turn.T + place).astype(np.float32)
 
 

@@ -20,7 +20,7 @@ def test_points_of_a_surface_lie_on_it(text):
 
 
 @pytest.mark.parametrize(
-    ("text", "most_mm", "most_deg"), [("cylinder:3,90", 20.0, 2.5), ("box:15,25,35", 25.0, 5.0), ("sphere:22", 15.0, 180.0)]
+    ("text", "most_mm", "most_deg"), [("box:15,25,35", 20.0, 5.0), ("sphere:22", 12.0, 180.0)]
 )
 def test_a_prop_is_found_and_followed(text, most_mm, most_deg):
     prop = MovingProp(text)
@@ -28,6 +28,5 @@ def test_a_prop_is_found_and_followed(text, most_mm, most_deg):
     found = follow_prop(times, looks(cameras, images), prop.shape)
     assert found is not None
     away, axis = errors(prop, found)
-    print(text, len(found.time_s) / len(times), np.percentile(away, [50, 95]).round(1), np.percentile(axis, [50, 95]).round(2))
     assert len(found.time_s) > 0.9 * len(times)
     assert np.median(away) < most_mm and np.median(axis) < most_deg
