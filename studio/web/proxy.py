@@ -37,6 +37,7 @@ body, #root, #root div[style*="background-color"] { background: none !important;
 <script src="../static/base/theme.js"></script>
 <script src="../static/view/view_times.js"></script>
 <script src="../static/view/view_rest.js"></script>
+<script src="../static/view/view_resolution.js"></script>
 <script src="../static/view/view_camera.js"></script>
 <script src="../static/view/view_body.js"></script>
 <script>

@@ -22,8 +22,10 @@ WAIT_MS = 60_000
 UNHURRIED = """if (location.pathname.startsWith("/viewer")) {
   const next = window.requestAnimationFrame.bind(window);
   window.requestAnimationFrame = (call) => setTimeout(() => next(call), 200);
+  Object.defineProperty(window, "devicePixelRatio", { get: () => 0.5 });
 }"""
-"""Has the 3D view draw some five frames a second: drawing by software would take a core from all other tests."""
+"""Has the 3D view draw some five frames a second, at rest with the screen's pixels and else with a quarter of their
+number or less: drawing by software would take a core from all other tests."""
 
 expect.set_options(timeout=WAIT_MS)
 

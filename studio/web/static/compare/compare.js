@@ -4,6 +4,7 @@ import { compareMotions, getFigures } from "../base/api.js";
 import { drawDifference, nearest } from "./compare_curve.js";
 import { figureTable, jointTable } from "./compare_tables.js";
 import { attempt } from "../base/messages.js";
+import { whileMoving } from "../base/moving.js";
 import { PeopleFigures } from "./compare_people.js";
 import { ReferenceSection } from "./reference.js";
 import { performerWords, several } from "../replay/performers.js";
@@ -268,6 +269,7 @@ export function updateCompare() {
   redraw(byId("compare-figures"), [takeId, solve, replay.performer, replay.performers, ghost, state.against, names, state.measured, state.people.version, replay.first, replay.last], figures);
   state.references.draw();
   paint();
+  paintOn();
 }
 
 /** Take in the list of takes. */
@@ -289,10 +291,7 @@ export function forgetMeasured() {
   updateCompare();
 }
 
-function run() {
-  if (state.shown && replayed().playing) paint();
-  requestAnimationFrame(run);
-}
+const paintOn = whileMoving(() => state.shown && replayed().playing, paint);
 
 /** Begin. */
 export function startCompare() {
@@ -307,5 +306,4 @@ export function startCompare() {
   state.shown = sessionStorage.getItem(KEPT) === "open";
   document.body.classList.toggle("comparing", state.shown);
   new ResizeObserver(paint).observe(byId("compare"));
-  requestAnimationFrame(run);
 }

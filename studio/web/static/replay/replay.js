@@ -11,6 +11,7 @@ import { startEdits } from "../edits/panel.js";
 import { beginPin, leavePin } from "../edits/pinning.js";
 import { FRESH_MS } from "../base/events.js";
 import { attempt, showNote } from "../base/messages.js";
+import { whileMoving } from "../base/moving.js";
 import { t } from "../base/strings.js";
 import { valueWords, valuesAt } from "./graphs.js";
 import { growingWords, holdsWords } from "./holds.js";
@@ -309,10 +310,7 @@ function paint() {
   byId("replay-edits").setAttribute("aria-pressed", String(Boolean(edits)));
 }
 
-function run() {
-  if (state.replay.open && state.replay.playing) paint();
-  requestAnimationFrame(run);
-}
+const paintOn = whileMoving(() => state.replay.open && state.replay.playing, paint);
 
 function show() {
   const { open: isOpen, take: takeId, solve, ghost, playing, loop, speed, of_s: whole } = state.replay;
@@ -332,6 +330,7 @@ function show() {
     state.wanted = "";
     showCurveList(false);
   }
+  paintOn();
   state.listening(state.replay);
 }
 
@@ -373,5 +372,4 @@ export function startReplay(listen, compare) {
   startJointClicks(() => (state.replay.open && state.replay.solve ? frameNow() : null), JOINTS, chooseJoint);
   new ResizeObserver(paint).observe(byId("replay"));
   window.addEventListener("language", show);
-  requestAnimationFrame(run);
 }

@@ -152,17 +152,20 @@ function drawStill(context, width, height, replay, curves, more) {
   }
 }
 
-const kept = { canvas: document.createElement("canvas"), key: "" };
+const kept = { canvas: document.createElement("canvas"), key: "", on: null, frame: -1 }; // `on` and `frame`: what it was drawn on last
 
 /** Draw all of it for a frame. `more`: the cameras' `colours` and the `edits`. */
 export function drawTimeline(canvas, replay, curves, more, frame) {
   const wanted = timelineHeight(curves, more);
   if (canvas.style.height !== `${wanted}px`) canvas.style.height = `${wanted}px`;
-  const { context, width, height } = prepare(canvas);
+  const { clientWidth: width, clientHeight: height } = canvas;
   if (!width) return;
   const { take, solve, performer, frames, first, last } = replay;
   const key = JSON.stringify([width, height, devicePixelRatio, take, solve, performer, frames, first, last, more.serial, document.documentElement.dataset.theme, document.documentElement.lang,
     shownPart(replay), unit(), markedFrames(replay), timecodeOf(take), graphs(), curveDataKey(), barsKey()]);
+  if (kept.key === key && kept.on === canvas && kept.frame === frame) return; // it would be composed again by the browser
+  const { context } = prepare(canvas);
+  Object.assign(kept, { on: canvas, frame });
   if (kept.key !== key) {
     kept.key = key;
     Object.assign(kept.canvas, { width: canvas.width, height: canvas.height });

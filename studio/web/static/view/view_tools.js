@@ -5,6 +5,7 @@ import { attempt } from "../base/messages.js";
 import { serverText, t } from "../base/strings.js";
 import { bodyChoice, shownBody } from "./body.js";
 import { pointsChoice, startPoints, updatePoints } from "./points.js";
+import { startResolution } from "./resolution.js";
 import { GOING, followOperator, lookFrom, startViewpoint, viewpoint } from "./viewpoint.js";
 
 const PLACES = ["stage", "motion", "front", "side", "top", "orbit", "follow"];
@@ -68,6 +69,7 @@ export function startViewTools() {
   startViewpoint(updateViewpoint);
   byId("view-operator").addEventListener("click", () => followOperator(!viewpoint().following));
   startPoints();
+  startResolution();
   const menu = byId("view-layers");
   document.addEventListener("pointerdown", (event) => { if (!menu.contains(event.target)) menu.open = false; });
   window.addEventListener("blur", () => { menu.open = false; }); // a click into the 3D view

@@ -59,6 +59,8 @@ export default {
   "joint.RightLeg": ["Right knee", "Genou droit"],
   "joint.LeftFoot": ["Left foot", "Pied gauche"],
   "joint.RightFoot": ["Right foot", "Pied droit"],
+  "resolution.reduced": ["Drawn at {percent} % resolution: no graphics card", "Dessiné à {percent} % de la résolution : pas de carte graphique"],
+  "resolution.hint": ["This browser draws the 3D view by software. While something moves it draws fewer pixels, to stay fluent; at rest the picture is sharp. Where the computer has a graphics card, allow the browser to use it.", "Ce navigateur dessine la vue 3D par logiciel. Tant que quelque chose bouge, il dessine moins de pixels pour rester fluide ; au repos l'image est nette. Si l'ordinateur a une carte graphique, autorisez le navigateur à l'utiliser."],
   "latency.value": ["Latency {ms} ms, 95 % under {p95} ms", "Latence {ms} ms, 95 % sous {p95} ms"],
   "latency.screen": ["+ {ms} ms to the screen", "+ {ms} ms jusqu'à l'écran"],
   "latency.hint": ["From the cameras' capture to the message in this browser, over the last 10 s: median, and what 95 % stay under. Of it until the server drew the pose: {server} ms. Clocks are aligned within {sure} ms. Drawing on this screen is counted apart.", "De la capture des caméras au message dans ce navigateur, sur 10 s : médiane, et ce que 95 % n'atteignent pas. Dont, jusqu'au dessin par le serveur : {server} ms. Horloges alignées à {sure} ms près. L'affichage à l'écran est compté à part."]
