@@ -26,8 +26,7 @@ replay (--json has stage times). --report writes all of it as one HTML file, wit
 of each solve's switches relative to the first one named.
 
 --robot measures a robot's motion instead: retargeted as a whole take, with balance, live, and frame by frame as other
-tools do (docs/robots.md). For each way it says which joints need more torque than their limits, how far beyond, and
-when.
+tools do (docs/robots.md). It says which joints need more torque than their limits, how far beyond, and when.
 
 Several performers have a reference each, such as --reference performer_1=A.csv --reference performer_2=B.csv. One
 transform aligns all of them, and the figures say how often a performer became another one."""
@@ -173,9 +172,8 @@ def _of_robot(args: argparse.Namespace, take: "Take") -> int:
                 ways = compare_ways(robot, one.poses, progress=progress or (lambda share: None))
             found[title] = {way: figures.as_dict() for way, figures in ways.items()}
             print(f"{title}, robot {robot.name}:\n{table(ways_table(ways))}")
-            for way, figures in ways.items():
-                if figures.torque_share is not None:
-                    print(f"{way}: {strain_text(figures.strained)}")
+            if ways["whole take"].torque_share is not None:
+                print(f"whole take: {strain_text(ways['whole take'].strained)}")
     write_result(args, {"robot": robot.name, "solves": found})
     return 0
 

@@ -35,9 +35,9 @@ Array = NDArray[np.float64]
 _build_ik = cast("Callable[..., Any]", mink.build_ik)
 """Typed as if the matrix could be sparse; mink's is always dense."""
 
-FIRST_ITERATIONS = 5
-"""Steps of a first frame before the one that every frame has. They let parts overlap, so that it takes little longer
-than a later one; what is left of the way goes into the next tenths of a second."""
+FIRST_ITERATIONS, FREE_ITERATIONS = 3, 2
+"""Steps of a first frame before the one that every frame has, and how many of them let parts overlap: it shall
+take little longer than a later one. What is left of the way goes into the next tenths of a second."""
 
 MAX_STEP_RAD = 0.3
 VELOCITY_SHARE = 0.9
@@ -233,8 +233,8 @@ class LiveRobot:
             return
         reach, self._reach = self._reach, np.where(self._reach > 0.0, MAX_STEP_RAD, 0.0)
         stiffness, self._stiffness = self._stiffness, np.ones_like(self._stiffness)
-        for _ in range(FIRST_ITERATIONS):
-            self._step(np.zeros_like(self._velocity), 1.0, apart=False)
+        for iteration in range(FIRST_ITERATIONS):
+            self._step(np.zeros_like(self._velocity), 1.0, apart=iteration >= FREE_ITERATIONS)
         self._reach, self._stiffness = reach, stiffness
 
     def _step(self, expected: Array, pace: float, *, apart: bool = True) -> Array:
