@@ -115,7 +115,10 @@ class _Looks:
         self._reader, self._names, self._people = reader, names, people
         recording = reader.recording
         self._times_s = {
-            name: calibration.cameras[name].clock.stage_s(recording.times_ns(name) * 1e-9) for name in names
+            name: calibration.cameras[name].clock.stage_s(
+                np.float64(1e-9) * recording.times_ns(name).astype(np.float64)
+            )
+            for name in names
         }
         self._cameras = {}
         for name in names:

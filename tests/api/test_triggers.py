@@ -235,16 +235,18 @@ def test_from_packet_to_first_frame(studio, cameras, triggers):  # noqa: F811
 
 
 @pytest.mark.long
-def test_a_soak(studio, cameras, triggers):  # noqa: F811
-    """A trigger every second for four minutes, each packet sent twice: every take there, once, by its name."""
-    names = [f"soak {number}" for number in range(120)]
+@pytest.mark.timeout(2 * 3600)
+@pytest.mark.parametrize(("count", "every_s"), [(120, 2.0), (180, 20.0)])
+def test_a_soak(studio, cameras, triggers, count, every_s):  # noqa: F811
+    """Four minutes, and an hour, of triggers, each packet sent twice: every take there, once, by its name."""
+    names = [f"soak {number}" for number in range(count)]
     with sending(cameras):
         for number, name in enumerate(names):
             for kind, packet in (("CaptureStart", 2 * number + 1), ("CaptureStop", 2 * number + 2)):
                 xml = f'<{kind}><Name VALUE="{name}"/><PacketID VALUE="{packet}"/></{kind}>'.encode()
                 udp(xml, triggers[0])
                 udp(xml, triggers[0])
-                time.sleep(1.0)
+                time.sleep(every_s / 2)
     wait_until(lambda: recording(studio) is None, "the last has ended")
     takes = [Take.open(path.parent) for path in studio.sessions.glob("*/*/take.json")]
     assert sorted(take.path.name for take in takes) == sorted(names)

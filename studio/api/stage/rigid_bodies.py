@@ -1,5 +1,6 @@
 """Routes of the rigid bodies that come in."""
 
+from collections.abc import Callable
 from typing import Any
 
 import msgspec
@@ -10,11 +11,11 @@ from pydantic import Field
 from studio.api.errors import RESPONSES
 from studio.api.stage.stage import Request
 from studio.api.structs import StructRoute
-from studio.api.takes.find import Finder
 from studio.engine.base.errors import SettingsError
 from studio.live import LiveStage
 from studio.rigid_bodies.incoming import RigidStatus
 from studio.rigid_bodies.settings import RigidSettings
+from studio.take.folder.take import Take
 from studio.take.rigid_bodies.kept import take_bodies
 
 
@@ -54,8 +55,8 @@ class RigidBodiesShown(Struct):
     status: RigidStatus
 
 
-def rigid_bodies_router(stage: LiveStage, finder: Finder) -> APIRouter:
-    """Return the routes of rigid bodies; `finder` finds takes in which they were measured."""
+def rigid_bodies_router(stage: LiveStage, take_of: Callable[[str], Take]) -> APIRouter:
+    """Return the routes of rigid bodies; `take_of` returns a take by its id."""
     router = APIRouter(prefix="/api/v1", tags=["stage"], responses=RESPONSES, route_class=StructRoute)
 
     def shown() -> RigidBodiesShown:
@@ -72,7 +73,7 @@ def rigid_bodies_router(stage: LiveStage, finder: Finder) -> APIRouter:
         changes = request.model_dump(exclude_none=True, exclude={"like_take"})
         value = {
             **msgspec.to_builtins(stage.bodies.settings),
-            **_measured(finder, request.like_take),
+            **_measured(take_of, request.like_take),
             **changes,
         }
         try:
@@ -87,9 +88,9 @@ def rigid_bodies_router(stage: LiveStage, finder: Finder) -> APIRouter:
     return router
 
 
-def _measured(finder: Finder, take_id: str | None) -> dict[str, Any]:
+def _measured(take_of: Callable[[str], Take], take_id: str | None) -> dict[str, Any]:
     """Return the settings that were measured in a take; none without a take."""
     if take_id is None:
         return {}
-    known = msgspec.to_builtins(take_bodies(finder.by_id(take_id)))
+    known = msgspec.to_builtins(take_bodies(take_of(take_id)))
     return {key: known[key] for key in ("place", "bodies", "later_s", "ties")}

@@ -127,7 +127,7 @@ class PropFit:
             r, J = self._linear(views, pose, first, scale, sigma_m, sigma_rad)
             cost = float(r @ r)
             H, g = J.T @ J, J.T @ r
-            move = -np.linalg.solve(H + damping * np.diag(np.diag(H)), g)
+            move = -np.asarray(np.linalg.solve(H + damping * np.diag(np.diag(H)), g), np.float64)
             there = self._moved(pose, move)
             after = self._residuals(views, there, first, scale, sigma_m, sigma_rad)
             if float(after @ after) < cost:
@@ -253,9 +253,7 @@ class _View:
         inside = (row >= 0) & (column >= 0) & (row < tall) & (column < wide) & (local[:, 2] > 0.2)
         seen = image.z_m[np.clip(row, 0, tall - 1), np.clip(column, 0, wide - 1)]
         hidden = ~inside | ((seen > 0) & (seen < z - _THROUGH_M))
-        off = map_coordinates(
-            self._off, [at[:, 1] - self._low[1], at[:, 0] - self._low[0]], order=1, mode="nearest"
-        )
+        off = map_coordinates(self._off, (at - self._low).T[::-1], order=1, mode="nearest")
         off = np.maximum(off - self._pixel_m, 0.0)
         at_body = (seen > 0) & (np.abs(seen - z) <= _THROUGH_M) & (off > 0)
         return np.minimum(off, _MOST_OFF_M), hidden | at_body, faces

@@ -74,7 +74,7 @@ def surface(shape: RigidShape, count: int) -> tuple[Array, Array]:
 
 def _steps(half: float, spacing: float) -> Array:
     count = max(2, round(2 * half / spacing))
-    return (np.arange(count) + 0.5) * (2 * half / count) - half
+    return (np.arange(count, dtype=np.float64) + 0.5) * (2 * half / count) - half
 
 
 def _ball(count: int) -> Array:
