@@ -120,7 +120,7 @@ class PropFit:
         self, images: Sequence[SeenImage], first: PropPose, sigma_m: float = 0.03, sigma_rad: float = 0.2
     ) -> Fitted:
         """Return the pose near `first`, which is trusted as far as the standard deviations tell."""
-        views = [_View(one, self.shape, first) for one in images]
+        views = [_FitView(one, self.shape, first) for one in images]
         pose, damping = first, 1e-3
         for step in range(_STEPS):
             scale = 0.025 if step < _WIDE else 0.012
@@ -139,12 +139,12 @@ class PropFit:
         return self.judge(images, pose, views)
 
     def judge(
-        self, images: Sequence[SeenImage], pose: PropPose, views: "Sequence[_View] | None" = None
+        self, images: Sequence[SeenImage], pose: PropPose, views: "Sequence[_FitView] | None" = None
     ) -> Fitted:
         """Return how well a pose explains what is seen."""
         on = beside = 0
         good = facing = clear = 0
-        for view in [_View(one, self.shape, pose) for one in images] if views is None else views:
+        for view in [_FitView(one, self.shape, pose) for one in images] if views is None else views:
             there = pose.after(view.image.after_s)
             d = distances_m(self.shape, (view.near_m - there.place_m) @ there.turn)
             on += int((np.abs(d) < _ON_M).sum() * view.every)
@@ -166,7 +166,7 @@ class PropFit:
         return replace(pose, place_m=pose.place_m + move[:3], turn=turn)
 
     def _linear(
-        self, views: "list[_View]", pose: PropPose, first: PropPose, scale: float, *sigmas: float
+        self, views: "list[_FitView]", pose: PropPose, first: PropPose, scale: float, *sigmas: float
     ) -> tuple[Array, Array]:
         r = self._residuals(views, pose, first, scale, *sigmas)
         columns = []
@@ -180,7 +180,7 @@ class PropFit:
 
     def _residuals(
         self,
-        views: "list[_View]",
+        views: "list[_FitView]",
         pose: PropPose,
         first: PropPose,
         scale: float,
@@ -203,7 +203,7 @@ class PropFit:
         return np.concatenate(found)
 
 
-class _View:
+class _FitView:
     """An image as one fit uses it: points near the prop, and how far each pixel is from one of them."""
 
     def __init__(self, image: SeenImage, shape: RigidShape, first: PropPose) -> None:
