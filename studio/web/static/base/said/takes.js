@@ -86,7 +86,7 @@ export default {
   "text.detail": "{text} ({detail})",
   "text.about": "{name} : {text}",
   "name.leads_out": "« {name} » mène hors de {folder} ; choisissez un nom simple",
-  "picture.long": "une image animée de {seconds:.1f} s : elle peut durer de 0 à {most:g} s ; donnez son début et sa fin, --times DE,À",
+  "picture.long": "une image animée de {seconds} s : elle peut durer de 0 à {most} s ; donnez son début et sa fin, --times DE,À",
   "picture.no_frames": "le calcul « {name} » n'a pas d'images ; rien à dessiner",
   "picture.other_joints": "le calcul « {name} » a d'autres articulations que le squelette de sortie ; recalculez la prise",
   "picture.other_skeleton": "une image demande le squelette de sortie ; recalculez la prise",
