@@ -10,6 +10,9 @@ FIRST = 1
 MOST_PERFORMERS = 8
 """Further ones are told and left out."""
 
+LEAST_FRAMES, LEAST_SPAN_S = 45, 3.0
+"""Whom no camera shows so often, over such a time, is nobody to be measured without a T-pose."""
+
 
 def performer_key(number: int) -> str:
     """Return what a performer is called until they are named, and their folder: `performer_1`, ..."""

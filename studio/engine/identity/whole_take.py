@@ -18,7 +18,7 @@ from studio.engine.calibration.cameras.noise import unbiased
 from studio.engine.calibration.performer.tpose import find_tpose
 from studio.engine.identity.crowd import ALIKE_M, Crowd, SeenBody, Someone, apart_m
 from studio.engine.identity.known import KnownPerson
-from studio.engine.identity.recognised import MOST_PERFORMERS, performer_key
+from studio.engine.identity.recognised import LEAST_FRAMES, LEAST_SPAN_S, MOST_PERFORMERS, performer_key
 from studio.engine.identity.settle import settle
 from studio.engine.identity.undecided import spans
 from studio.engine.model.calibration import Calibration
@@ -33,8 +33,6 @@ _LEAST_S = 1.0
 _SURE = 0.8
 """Lowest confidence of a joint whose bones are measured."""
 _LEAST_DOUBTS = 3
-LEAST_FRAMES, LEAST_SPAN_S = 45, 3.0
-"""Whom no camera shows so often, over such a time, is nobody to be measured without a T-pose."""
 
 
 @dataclass(frozen=True)

@@ -14,8 +14,7 @@ from numpy.typing import NDArray
 
 from studio.engine.base.errors import StudioError
 from studio.engine.calibration.performer.tpose import tpose_problems
-from studio.engine.identity.recognised import Recognised
-from studio.engine.identity.whole_take import LEAST_FRAMES, LEAST_SPAN_S
+from studio.engine.identity.recognised import LEAST_FRAMES, LEAST_SPAN_S, Recognised
 from studio.engine.model.calibration import Calibration, Performer
 from studio.engine.model.frames import CameraFrame
 from studio.worker import run_in_process

@@ -51,9 +51,9 @@ def render_moving(
     if not 0.0 < end_s - begin_s <= MOST_S:
         raise SettingsError(
             "picture.long",
-            "a moving picture of {seconds:.1f} s: it may last from 0 to {most:g} s; give its begin and end, --times "
+            "a moving picture of {seconds} s: it may last from 0 to {most} s; give its begin and end, --times "
             "FROM,TO",
-            seconds=end_s - begin_s,
+            seconds=round(end_s - begin_s, 1),
             most=MOST_S,
         )
     width, height = size
