@@ -22,10 +22,19 @@ WAIT_MS = 60_000
 UNHURRIED = """if (location.pathname.startsWith("/viewer")) {
   const next = window.requestAnimationFrame.bind(window);
   window.requestAnimationFrame = (call) => setTimeout(() => next(call), 200);
-  Object.defineProperty(window, "devicePixelRatio", { get: () => 0.5 });
+  if (!location.search.includes("software")) {
+    const { getContext } = HTMLCanvasElement.prototype, { getParameter } = WebGL2RenderingContext.prototype;
+    HTMLCanvasElement.prototype.getContext = function (kind, how) {
+      return getContext.call(this, kind, how?.antialias ? { ...how, antialias: false } : how);
+    };
+    WebGL2RenderingContext.prototype.getParameter = function (name) {
+      return name === 0x9246 ? "a graphics card" : getParameter.call(this, name);  // UNMASKED_RENDERER_WEBGL
+    };
+  }
 }"""
-"""Has the 3D view draw some five frames a second, at rest with the screen's pixels and else with a quarter of their
-number or less: drawing by software would take a core from all other tests."""
+"""Has the 3D view draw some five frames a second, without multisampling: drawing by software would take a core from
+all other tests. It takes the browser for one with a graphics card, so that pictures of one test have the same
+resolution; where `?software` is asked for, it knows."""
 
 expect.set_options(timeout=WAIT_MS)
 

@@ -34,7 +34,7 @@ def test_the_view_rests_until_something_changes(
 def test_software_draws_fewer_pixels_while_something_moves(
     stage: FakeStage, address: str, page: Page
 ) -> None:
-    page.goto(f"{address}/viewer/")
+    page.goto(f"{address}/viewer/?software")
     page.locator("canvas[data-engine]").wait_for()
     with stage.performing():
         until(page, f"{WIDTH} < innerWidth * devicePixelRatio")
