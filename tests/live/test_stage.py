@@ -46,7 +46,7 @@ def test_a_pipeline_that_fails_is_started_afresh(stage, monkeypatch, caplog):
     feed_until(stage, link, lambda: stage.results.get()[0] > 3, "poses come")
     whole = Pipeline.step
 
-    def broken(self, stage_time_ns):
+    def broken(self, *_):
         monkeypatch.setattr(Pipeline, "step", whole)
         raise ZeroDivisionError("made to fail")
 
