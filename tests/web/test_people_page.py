@@ -80,8 +80,8 @@ def test_two_performers_from_the_first_frames_to_a_take(shot: tuple[Shoot, str],
     expect(page.locator("#takes")).to_contain_text("take_001")
 
     (path,) = shoot.stage.sessions.glob("*/take_001")
+    until(lambda: Take.open(path).performer_names("live") == ["performer_1", "performer_2"])  # it is written
     take = Take.open(path)
-    assert take.performer_names("live") == ["performer_1", "performer_2"]
     assert shown_name(take.meta, "performer_2") == "Bo"
 
     page.evaluate("localStorage.setItem('language', 'fr')")
