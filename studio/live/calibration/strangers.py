@@ -165,9 +165,11 @@ class Strangers:
         frames: dict[str, list[CameraFrame]],
         moves: bool,
     ) -> None:
-        performer, function = None, "studio.live.calibration.tpose:measure_performer"
+        performer = None
         try:
-            performer = run_in_process(function, calibration, frames, moves)
+            performer = run_in_process(
+                "studio.live.calibration.tpose:measure_performer", calibration, frames, moves
+            )
         except StudioError as error:
             _log.warning("a stranger could not be measured: %s", error)
         except Exception:  # the boundary of the thread
