@@ -10,6 +10,7 @@ from playwright.sync_api import Page, WebSocketRoute, expect
 from studio.engine.base.sentences import codes_of, say
 from studio.engine.calibration.quality.verdict import Facts, verdict
 from tests.patient import connect
+from tests.web.stages import until
 from tests.web.test_page import FAINT, NAMELESS, SIZES, performing, serving, studio
 
 pytestmark = pytest.mark.browser
@@ -219,6 +220,7 @@ def test_the_remote_control_says_the_same_and_records(tmp_path: Path, page: Page
             assert stage.recording_name() is not None
             page.locator("#record").click()
             expect(page.locator("#record")).to_have_text("Record")
+            until(lambda: stage.recording_name() is None)
             page.locator("#calibrate").click()
             expect(page.locator("#big")).to_have_text("Hold a T-pose")
             expect(page.locator("#calibrate")).to_have_text("Enough")
